@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The choices of every enumerated parameter: X(CONSTANT, "name", "what it is").
+ * A constant's value is its place in the list. Lists only grow at the end.
+ */
+#ifndef RACKFOCUS_PARAMS_LISTS_H
+#define RACKFOCUS_PARAMS_LISTS_H
+
+#define RF_LIST_SENSOR_FIT(X)                                                          \
+    X(RF_SENSOR_FIT_AUTO, "auto", "sensor width along the longer side")                \
+    X(RF_SENSOR_FIT_HORIZONTAL, "horizontal", "sensor width along the width")          \
+    X(RF_SENSOR_FIT_VERTICAL, "vertical", "sensor height along the height")
+
+#define RF_LIST_PROJECTION(X)                                                          \
+    X(RF_PROJECTION_PERSPECTIVE, "perspective", "pinhole")                             \
+    X(RF_PROJECTION_ORTHOGRAPHIC, "orthographic", "parallel rays")
+
+#define RF_LIST_OPTICS(X)                                                              \
+    X(RF_OPTICS_CAMERA, "camera", "CG camera, as Cycles and POV-Ray: no breathing")    \
+    X(RF_OPTICS_LENS, "lens", "real lens: the image lies at f s / (s - f)")            \
+    X(RF_OPTICS_YU, "yu", "Yu 2004: screen position and aperture coefficient")         \
+    X(RF_OPTICS_BUFFER, "buffer", "Reed: scale and bias on the depth buffer's value")
+
+#define RF_LIST_APERTURE(X)                                                            \
+    X(RF_APERTURE_AUTO, "auto", "polygon where blades are given, else disc")           \
+    X(RF_APERTURE_DISC, "disc", "circle")                                              \
+    X(RF_APERTURE_POLYGON, "polygon", "regular polygon of 3 to 16 blades")
+
+#define RF_LIST_ORIENTATION(X)                                                         \
+    X(RF_ORIENTATION_CYCLES, "cycles", "middle of an edge to the right")               \
+    X(RF_ORIENTATION_POVRAY, "povray", "as POV-Ray's hexagonal sample patterns")
+
+#define RF_LIST_DEPTH(X)                                                               \
+    X(RF_DEPTH_PLANAR, "planar", "distance along the camera's axis")                   \
+    X(RF_DEPTH_RADIAL, "radial", "distance along the ray")                             \
+    X(RF_DEPTH_BUFFER, "buffer", "OpenGL depth buffer, 0 near to 1 far")               \
+    X(RF_DEPTH_BUFFER_REVERSED, "buffer-reversed", "depth buffer, 1 near to 0 far")    \
+    X(RF_DEPTH_BUFFER_INFINITE, "buffer-infinite", "depth buffer, far at infinity")    \
+    X(RF_DEPTH_BUFFER_REVERSED_INFINITE, "buffer-reversed-infinite",                   \
+      "reversed depth buffer, far at infinity")                                        \
+    X(RF_DEPTH_INVERSE, "inverse", "1 / planar distance")                              \
+    X(RF_DEPTH_DISPARITY, "disparity", "scale * value + offset = 1 / distance")        \
+    X(RF_DEPTH_NORMALISED, "normalised", "0 at depth-near to 1 at depth-far, linear")
+
+#define RF_LIST_METHOD(X)                                                              \
+    X(RF_METHOD_LAYERED, "layered", "occlusion-aware layers, one view; the default")   \
+    X(RF_METHOD_SCATTER, "scatter", "each pixel spread over its circle of confusion")
+
+#define RF_LIST_DISTRIBUTION(X)                                                        \
+    X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")
+
+#endif

@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/**
+ * librackfocus: depth of field after the render.
+ *
+ * A pinhole render (colour and depth) goes in, the picture that the host's own lens
+ * would have made comes out. Nothing here knows a host or a file format.
+ *
+ * The simple way:
+ *
+ *     struct rf_params params;
+ *     rf_params_init(&params);
+ *     params.focus_distance = 8;
+ *     params.f_stop = 1.4;
+ *     struct rf_error error;
+ *     if (rf_apply(&params, &colour, &depth, &out, &error) != RF_OK)
+ *         fprintf(stderr, "%s: %s\n", error.field, error.message);
+ *
+ * The way of a program that filters many frames: one rf_context (threads, allocator),
+ * one rf_filter per size and set of parameters, rf_filter_process() per frame.
+ *
+ * Conventions. Pixel centres lie at +0.5, x to the right, y down. Lengths are scene
+ * units unless a name ends in _px, _mm, _deg or _bytes. The **signed radius** of the
+ * circle of confusion is in pixels (of the picture's width), positive behind the plane
+ * in focus and negative before it. Colour is scene-linear, with premultiplied alpha
+ * where there is an alpha.
+ *
+ * Threads. Contexts and filters are immutable and may be shared by any number of
+ * threads. Results do not depend on the number of threads, the compiler or the
+ * processor: the same input gives the same bits. There is no global state.
+ *
+ * Errors. Every function that can fail returns an rf_result and, where `error` is not
+ * NULL, fills it with a message and the name of the offending field. On failure the
+ * outputs are left untouched or, for pixels, undefined; nothing is leaked.
+ *
+ * Since 0.1.
+ */
+#ifndef RACKFOCUS_RACKFOCUS_H
+#define RACKFOCUS_RACKFOCUS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "params_lists.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define RF_VERSION_MAJOR 0
+#define RF_VERSION_MINOR 1
+#define RF_VERSION_PATCH 0
+
+#if defined(_WIN32)
+#define RF_API
+#else
+#define RF_API __attribute__((visibility("default")))
+#endif
+
+/* ---- results ------------------------------------------------------------------- */
+
+typedef enum rf_result {
+    RF_OK = 0,
+    RF_ERROR_ARGUMENT = 1,  /**< a NULL pointer or a malformed image view */
+    RF_ERROR_PARAMETER = 2, /**< a parameter out of range or in conflict; see field */
+    RF_ERROR_DEPTH = 3,     /**< NaN, negative or wholly infinite depth */
+    RF_ERROR_PIXEL = 4,     /**< NaN or infinity in the colour */
+    RF_ERROR_MEMORY = 5,    /**< an allocation failed */
+    RF_ERROR_CANCELLED = 6, /**< the progress callback returned false */
+} rf_result;
+
+/** What went wrong. Filled only on failure; plain text, no newline. */
+struct rf_error {
+    rf_result code;
+    char field[48];    /**< parameter or argument at fault ("f_stop", "depth"), or "" */
+    char message[256]; /**< one sentence that says what is wrong and the way out */
+};
+
+/** Short English name of a result, such as "out of memory". Never NULL. */
+RF_API const char *rf_result_name(rf_result result);
+
+/** Version of the library at run time, "0.1.0". */
+RF_API const char *rf_version(void);
+
+/* ---- parameters ---------------------------------------------------------------- */
+
+#define RF_X_ENUM(constant, name, help) constant,
+enum rf_sensor_fit { RF_LIST_SENSOR_FIT(RF_X_ENUM) };
+enum rf_projection { RF_LIST_PROJECTION(RF_X_ENUM) };
+enum rf_optics { RF_LIST_OPTICS(RF_X_ENUM) };
+enum rf_aperture { RF_LIST_APERTURE(RF_X_ENUM) };
+enum rf_orientation { RF_LIST_ORIENTATION(RF_X_ENUM) };
+enum rf_depth { RF_LIST_DEPTH(RF_X_ENUM) };
+enum rf_method { RF_LIST_METHOD(RF_X_ENUM) };
+enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
+#undef RF_X_ENUM
+
+/**
+ * All parameters; params.def documents each one (unit, range, default, help).
+ * Always start with rf_params_init(). Members are only ever added at the end.
+ */
+struct rf_params {
+    size_t size; /**< sizeof(struct rf_params) of the caller; set by rf_params_init */
+#define RF_FLOAT(key, field, unit, min, max, def, group, help) double field;
+#define RF_INT(key, field, unit, min, max, def, group, help) int32_t field;
+#define RF_BOOL(key, field, def, group, help) int32_t field;
+#define RF_ENUM(key, field, list, def, group, help) int32_t field;
+#include "params.def"
+#undef RF_FLOAT
+#undef RF_INT
+#undef RF_BOOL
+#undef RF_ENUM
+};
+
+/** Sets every parameter to its default. */
+#define rf_params_init(params) rf_params_init_sized((params), sizeof(struct rf_params))
+RF_API void rf_params_init_sized(struct rf_params *params, size_t size);
+
+enum rf_param_type { RF_TYPE_FLOAT, RF_TYPE_INT, RF_TYPE_BOOL, RF_TYPE_ENUM };
+enum rf_param_group {
+    RF_GROUP_LENS,
+    RF_GROUP_APERTURE,
+    RF_GROUP_DEPTH,
+    RF_GROUP_METHOD,
+};
+
+/** One choice of an enumerated parameter; its value is its index in the list. */
+struct rf_choice {
+    const char *name;
+    const char *help;
+};
+
+/** Description of one parameter, straight from params.def. Static, never freed. */
+struct rf_param_info {
+    const char *key;       /**< "focus-distance" */
+    const char *field;     /**< "focus_distance" */
+    const char *attribute; /**< name in an EXR header, "rackfocus:focusDistance" */
+    const char *unit;      /**< "scene units"; "" for bool and enum */
+    const char *help;      /**< one sentence or two */
+    enum rf_param_type type;
+    enum rf_param_group group;
+    size_t offset; /**< of the member in struct rf_params, bytes */
+    double min, max, def;
+    const struct rf_choice *choices; /**< enum only, else NULL */
+    int n_choices;
+};
+
+/** All parameters in the order of params.def; *n receives their number. */
+RF_API const struct rf_param_info *rf_param_list(size_t *n);
+
+/** The parameter with this key or field name, or NULL. */
+RF_API const struct rf_param_info *rf_param_find(const char *name);
+
+/**
+ * Sets one parameter from text ("2.8", "polygon", "true"). Numbers are read in the C
+ * locale whatever the program's locale is.
+ * RF_ERROR_PARAMETER: unknown name, not a number, out of range, no such choice; the
+ * message lists the range or the choices.
+ */
+RF_API rf_result rf_params_set(struct rf_params *params, const char *name,
+                               const char *text, struct rf_error *error);
+
+/** Sets one numeric, bool or enum parameter from a number. Errors as rf_params_set. */
+RF_API rf_result rf_params_set_number(struct rf_params *params, const char *name,
+                                      double value, struct rf_error *error);
+
+/**
+ * Prints one parameter so that rf_params_set() reads the same value back. At most
+ * `n_bytes` with the final zero. RF_ERROR_PARAMETER for an unknown name.
+ */
+RF_API rf_result rf_params_get(const struct rf_params *params, const char *name,
+                               char *text, size_t n_bytes);
+
+/** Checks every range and the combinations that need each other (blades 1 or 2, ...). */
+RF_API rf_result rf_params_check(const struct rf_params *params, struct rf_error *error);
+
+/** Description of a method for lists and menus. */
+struct rf_method_info {
+    const char *name;   /**< as in --method */
+    const char *help;   /**< one line */
+    const char *cost;   /**< how the time grows, one line */
+    const char *source; /**< paper or our own */
+};
+
+/** All methods, in the order of enum rf_method. */
+RF_API const struct rf_method_info *rf_method_list(size_t *n);
+
+/* ---- optics -------------------------------------------------------------------- */
+
+/**
+ * A lens resolved for one picture size: everything that maps depth to a radius.
+ *
+ * Perspective: r = bias + scale / z with z the planar distance; orthographic:
+ * r = bias + scale z. For the CG camera scale = -K and bias = K / s (design: r =
+ * K (1/s - 1/z)), K = lens radius times focal length in px.
+ */
+struct rf_lens {
+    double bias_px;
+    double scale; /**< px times scene units (perspective), px per unit (orthographic) */
+    double focus_distance;    /**< scene units */
+    double lens_radius;       /**< scene units */
+    double focal_length;      /**< scene units; 0 where the lens was given by radius */
+    double focal_length_px;   /**< perspective; 0 for orthographic */
+    double px_per_unit;       /**< orthographic; 0 for perspective */
+    double principal_px[2];   /**< where the axis meets the picture, x and y (down) */
+    double max_radius_px;     /**< radii are clipped to this */
+    double coc_limit_px;      /**< from the parameters */
+    double screen_position;   /**< scene units behind the lens, f s / (s - f); 0: none */
+    double buffer_scale_px;   /**< optics buffer: r = buffer_bias_px + buffer_scale_px d */
+    double buffer_bias_px;
+    int32_t projection;       /**< enum rf_projection */
+    int32_t optics;           /**< enum rf_optics */
+};
+
+/**
+ * Resolves the lens for a picture of width x height px.
+ * RF_ERROR_PARAMETER names the field: a focus distance inside the focal length with a
+ * real lens, depth_far not beyond depth_near with optics buffer, and so on.
+ */
+RF_API rf_result rf_lens_init(struct rf_lens *lens, const struct rf_params *params,
+                              int32_t width, int32_t height, struct rf_error *error);
+
+/**
+ * Signed radius in px of a point at planar depth z (scene units, > 0, may be INFINITY),
+ * clipped to +-max_radius_px.
+ */
+RF_API double rf_lens_radius_px(const struct rf_lens *lens, double z);
+
+/** Planar depth whose signed radius is r_px; INFINITY where there is none beyond. */
+RF_API double rf_lens_depth_at(const struct rf_lens *lens, double r_px);
+
+/** Near and far limit of the depth of field: abs(r) <= coc_limit_px. Far may be INFINITY. */
+RF_API void rf_lens_depth_of_field(const struct rf_lens *lens, double *near_limit,
+                                   double *far_limit);
+
+/**
+ * Hyperfocal distance: focusing there (same lens, same coc_limit_px) puts the far limit
+ * at infinity. INFINITY for orthographic cameras, 0 for a pinhole.
+ */
+RF_API double rf_lens_hyperfocal(const struct rf_lens *lens);
+
+/**
+ * Where the screen of a real lens stands so that `focus_distance` is sharp, s = f d /
+ * (d - f); all in one unit. NAN where focus_distance <= focal_length.
+ */
+RF_API double rf_screen_position(double focal_length, double focus_distance);
+
+/* ---- images -------------------------------------------------------------------- */
+
+/**
+ * A view of 32 bit float pixels that the caller owns. Sample c of pixel (x, y) lies at
+ * data + y * row_bytes + x * pixel_bytes + c * channel_bytes; every stride may be
+ * negative (data then points at the first pixel all the same). Rows may be padded; the
+ * padding is neither read nor written.
+ */
+struct rf_image {
+    void *data;
+    int32_t width, height; /**< px, 1 to 65535 each */
+    int32_t channels;      /**< colour: 1 (grey), 3 (RGB) or 4 (RGBA); depth: 1 */
+    ptrdiff_t channel_bytes, pixel_bytes, row_bytes;
+};
+
+/** View of tightly packed interleaved floats. */
+RF_API struct rf_image rf_image_packed(float *data, int32_t width, int32_t height,
+                                       int32_t channels);
+
+/* ---- context ------------------------------------------------------------------- */
+
+enum rf_log_level { RF_LOG_INFO, RF_LOG_WARNING };
+
+/** How to run; zero means the default everywhere. */
+struct rf_context_params {
+    size_t size;       /**< sizeof(struct rf_context_params) */
+    int32_t n_threads; /**< 0: as many as the machine has processors */
+    /** Allocator: 64-byte aligned memory or NULL; both or neither must be set. */
+    void *(*allocate)(void *user, size_t n_bytes);
+    void (*release)(void *user, void *memory);
+    /** Remarks such as "12 pixels had a negative colour"; NULL: silent. */
+    void (*log)(void *user, enum rf_log_level level, const char *message);
+    void *user; /**< handed to the callbacks */
+};
+
+struct rf_context;
+
+/** Makes a context; `params` may be NULL for the defaults. */
+RF_API rf_result rf_context_create(struct rf_context **context,
+                                   const struct rf_context_params *params,
+                                   struct rf_error *error);
+RF_API void rf_context_destroy(struct rf_context *context);
+RF_API int32_t rf_context_threads(const struct rf_context *context);
+
+/* ---- filter -------------------------------------------------------------------- */
+
+struct rf_filter;
+
+/**
+ * Progress: called on the thread that called rf_filter_process(), with a fraction that
+ * never falls, 0 first and 1 last. Returning false cancels; processing then ends after
+ * the tiles in flight (each thread finishes at most one) with RF_ERROR_CANCELLED.
+ */
+struct rf_progress {
+    bool (*report)(void *user, double fraction);
+    void *user;
+};
+
+/** One pinhole view of the scene. */
+struct rf_view {
+    struct rf_image colour; /**< scene-linear, alpha premultiplied; no NaN, no infinity */
+    struct rf_image depth;  /**< one channel, in the convention params.depth names */
+    /** Where on the lens the view was taken, scene units right and up; 0 for one view. */
+    double lens_offset[2];
+    /** Distance of the plane that the view's shear keeps fixed; 0: parallel cameras. */
+    double shear_distance;
+};
+
+/** Builds a filter for pictures of width x height; checks every parameter. */
+RF_API rf_result rf_filter_create(struct rf_filter **filter,
+                                  const struct rf_context *context,
+                                  const struct rf_params *params, int32_t width,
+                                  int32_t height, struct rf_error *error);
+RF_API void rf_filter_destroy(struct rf_filter *filter);
+
+/** The lens that the filter uses. Valid as long as the filter. */
+RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
+
+/**
+ * Filters one frame. `out` has the size and the channel count of the first view's
+ * colour and may be the same memory. `n_views` is 1 for the methods of one view.
+ * `progress` may be NULL.
+ * RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
+ */
+RF_API rf_result rf_filter_process(const struct rf_filter *filter,
+                                   const struct rf_view *views, int32_t n_views,
+                                   const struct rf_image *out,
+                                   const struct rf_progress *progress,
+                                   struct rf_error *error);
+
+/**
+ * The signed radius of every pixel in px: `depth` as in struct rf_view, `out` one
+ * channel, may be the same memory. Errors as rf_filter_process().
+ */
+RF_API rf_result rf_filter_coc(const struct rf_filter *filter,
+                               const struct rf_image *depth, const struct rf_image *out,
+                               struct rf_error *error);
+
+/**
+ * Planar distance in scene units of every pixel, INFINITY where nothing was hit:
+ * `depth` as in struct rf_view, `out` one channel, may be the same memory.
+ */
+RF_API rf_result rf_filter_planar_depth(const struct rf_filter *filter,
+                                        const struct rf_image *depth,
+                                        const struct rf_image *out,
+                                        struct rf_error *error);
+
+/** Context, filter and one frame in one call, on all processors. */
+RF_API rf_result rf_apply(const struct rf_params *params, const struct rf_image *colour,
+                          const struct rf_image *depth, const struct rf_image *out,
+                          struct rf_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
