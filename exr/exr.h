@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Reads and writes OpenEXR files through OpenEXRCore, and writes PNG. The core never
+ * links this; the command and the POV-Ray glue do.
+ *
+ * Memory holds float samples, rows from the top, the data window only. Every function
+ * that can fail returns false and fills `error` with one sentence that names the file.
+ */
+#ifndef RF_EXR_H
+#define RF_EXR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct exr_error {
+    char message[1024]; /* "FILE: what is wrong; the way out" */
+};
+
+/* Inclusive pixel ranges as in EXR headers. */
+struct exr_box {
+    int32_t min_x, min_y, max_x, max_y;
+};
+
+enum exr_sample_type { EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT, EXR_SAMPLE_UINT };
+
+struct exr_channel_info {
+    const char *name; /* as stored: "ViewLayer.Combined.R", "R", "depth.Z" */
+    enum exr_sample_type type;
+    int32_t x_sampling, y_sampling;
+    int32_t part;
+};
+
+struct exr_part_info {
+    const char *name; /* "" where the part has none */
+    const char *view; /* "" where it has none */
+    const char *compression; /* "zip", "dwaa", ... */
+    bool is_tiled, is_deep;
+    struct exr_box data_window, display_window;
+    float pixel_aspect;
+};
+
+/* An opened file: headers read, pixels not yet. */
+struct exr_input;
+
+bool exr_open(struct exr_input **input, const char *path, struct exr_error *error);
+void exr_close(struct exr_input *input);
+const char *exr_path(const struct exr_input *input);
+const struct exr_part_info *exr_parts(const struct exr_input *input, int *n);
+/* Channels of all parts, in file order. */
+const struct exr_channel_info *exr_channels(const struct exr_input *input, int *n);
+
+/* Header attributes (part 0 first, then the others). False where absent or of another
+ * type; ints, floats and doubles convert to each other. The string belongs to input. */
+bool exr_attribute_number(const struct exr_input *input, const char *name, double *v);
+bool exr_attribute_string(const struct exr_input *input, const char *name,
+                          const char **text);
+bool exr_attribute_v2f(const struct exr_input *input, const char *name, double v[2]);
+
+/* What a picture is made of; -1 where the file has none. Indices into exr_channels. */
+struct exr_layer {
+    int r, g, b, a; /* grey pictures: r = g = b = the Y channel */
+    int z;
+    char name[256]; /* layer as found, "" for the plain R G B A */
+};
+
+/*
+ * Finds the colour and depth of a layer. `layer` (may be NULL) is matched against whole
+ * dotted components: "ViewLayer", "ViewLayer.Combined", "Composite". NULL takes the
+ * first of: plain R G B; *.Combined.*; Composite.*; any other layer with R G B.
+ * Depth: `depth_channel` where given (exact name), else in the same layer or view layer
+ * Z, Depth.Z, depth.Z, *.Depth.Z, *.V/Depth variants that Blender, Arnold, RenderMan,
+ * Nuke and V-Ray write. A missing depth is not an error here (z = -1), a missing colour
+ * is (the message lists the layers of the file) unless `depth_only`.
+ */
+bool exr_find_layer(const struct exr_input *input, const char *layer,
+                    const char *depth_channel, bool depth_only,
+                    struct exr_layer *found, struct exr_error *error);
+
+/*
+ * Reads channels (indices into exr_channels, all of one data window) into `samples`,
+ * interleaved: sample c of pixel (x, y) is samples[(y * width + x) * n + c]. An index of
+ * -1 gives 1.0. Decodes on n_threads.
+ */
+bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
+              int n_threads, struct exr_error *error);
+
+struct exr_attribute { /* a number, a string or a v2f to add to a header */
+    const char *name;
+    enum { EXR_ATTRIBUTE_FLOAT, EXR_ATTRIBUTE_INT, EXR_ATTRIBUTE_STRING,
+           EXR_ATTRIBUTE_V2F } type;
+    double number[2];
+    const char *text;
+};
+
+/* One picture to write. */
+struct exr_output {
+    int32_t width, height; /* of the data window */
+    struct exr_box data_window, display_window;
+    float pixel_aspect;
+    int n_channels;
+    const char *const *channel_names; /* n_channels */
+    const enum exr_sample_type *types;
+    const float *samples;    /* interleaved */
+    const char *compression; /* NULL: "zip" */
+    const struct exr_attribute *attributes; /* win over those taken from `like` */
+    int n_attributes;
+    /* Windows, aspect, compression and all custom and standard attributes are copied
+     * from part `like_part` of this input where not NULL. */
+    struct exr_input *like;
+    int like_part;
+    /* Also write every other channel of `like` unchanged (bit for bit), in its parts;
+     * channels of `like` with the names in channel_names are replaced. */
+    bool pass_through;
+};
+
+/* Writes beside `path` and renames, so that an old file is kept on any failure. */
+bool exr_write(const char *path, const struct exr_output *output, int n_threads,
+               struct exr_error *error);
+
+/*
+ * Writes a PNG beside `path` and renames. Samples are interleaved, n_channels 1, 3 or 4,
+ * scene-linear and premultiplied: they are unpremultiplied, clipped to [0, 1] and sRGB
+ * encoded; with is_encoded they are written as they are. bits is 8 or 16.
+ */
+bool png_write(const char *path, const float *samples, int32_t width, int32_t height,
+               int n_channels, int bits, bool is_encoded, struct exr_error *error);
+
+/* Reads an 8 or 16 bit PNG to linear floats, RGBA; caller frees *samples. */
+bool png_read(const char *path, float **samples, int32_t *width, int32_t *height,
+              struct exr_error *error);
+
+/* Largest picture that readers accept, px; guards against damaged headers. */
+#define EXR_MAX_SIDE 65535
+
+#endif
