@@ -1,0 +1,713 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds the Cycles test scenes and renders their passes.
+
+    blender -b --factory-startup -P cycles_scenes.py -- SCENE OUTDIR [--pass NAME] ...
+
+SCENE is one of SCENES below (or "list"). The passes are
+
+    pinhole    colour and depth without depth of field, SCENE_pinhole.exr
+    dof        Cycles' own depth of field at the same samples, SCENE_dof.exr
+    reference  the same with many samples, SCENE_reference_seedN.exr (choose --seed)
+    views      pinhole views from points of the lens, SCENE_view00.exr ...
+    defocus    the Defocus node over SCENE_pinhole.exr, SCENE_defocus_F.exr per f-stop
+
+Every picture is a multilayer EXR of 32-bit floats, scene-linear. The camera facts go
+to SCENE.json. collect_references.py turns a folder of these into the committed files.
+
+Axes of the scenes: the camera stands at the origin (or above it) and looks along +Y,
+x is right, z is up, lengths are scene units (metres).
+"""
+
+import argparse
+import json
+import math
+import random
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import bpy
+from mathutils import Euler, Vector
+
+GOLDEN_ANGLE_RAD = 2.399963
+DEFOCUS_BOKEH = {0: "CIRCLE", 3: "TRIANGLE", 4: "SQUARE", 5: "PENTAGON", 6: "HEXAGON"}
+DEFOCUS_FACTORS = (0.35, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.15, 1.3, 1.6, 2.0, 3.0)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """The camera of a scene: what the renderer is told and what the filter needs."""
+
+    width: int
+    height: int
+    lens_mm: float
+    fstop: float
+    focus: float
+    sensor_mm: float = 36.0
+    blades: int = 0
+    rotation_deg: float = 0.0
+    ratio: float = 1.0
+    ortho_scale: float = 0.0
+    height_above_ground: float = 0.0
+    pitch_deg: float = 0.0
+
+    @property
+    def longer_px(self):
+        """Length of the longer side of the picture, which the sensor width spans."""
+        return max(self.width, self.height)
+
+    @property
+    def focal_px(self):
+        """Focal length in pixels."""
+        return self.longer_px * self.lens_mm / self.sensor_mm
+
+    @property
+    def lens_radius(self):
+        """Radius of the aperture in scene units, as Cycles computes it."""
+        if self.ortho_scale:
+            return 1.0 / (2.0 * self.fstop)
+        return self.lens_mm * 1e-3 / (2.0 * self.fstop)
+
+    def facts(self):
+        """Everything in this class as a dictionary, for SCENE.json."""
+        derived = {"focal_px": self.focal_px, "lens_radius": self.lens_radius}
+        return {**asdict(self), **derived}
+
+
+# --- materials ------------------------------------------------------------------
+
+
+def _texture_nodes(tree, kind, scale, colours):
+    """Adds a procedural texture in object coordinates; returns its colour socket."""
+    coords = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+    if kind == "noise":
+        texture = tree.nodes.new("ShaderNodeTexNoise")
+        texture.inputs["Detail"].default_value = 4.0
+        ramp = tree.nodes.new("ShaderNodeValToRGB")
+        ramp.color_ramp.elements[0].position = 0.38
+        ramp.color_ramp.elements[1].position = 0.62
+        for element, colour in zip(ramp.color_ramp.elements, colours):
+            element.color = (*colour, 1.0)
+        tree.links.new(texture.outputs["Fac"], ramp.inputs["Fac"])
+        colour_out = ramp.outputs["Color"]
+    else:
+        texture = tree.nodes.new(
+            {"checker": "ShaderNodeTexChecker", "brick": "ShaderNodeTexBrick"}[kind]
+        )
+        for index, colour in enumerate(colours, start=1):
+            texture.inputs[f"Color{index}"].default_value = (*colour, 1.0)
+        if kind == "brick":
+            texture.inputs["Mortar"].default_value = (0.55, 0.53, 0.5, 1.0)
+        colour_out = texture.outputs["Color"]
+    texture.inputs["Scale"].default_value = scale
+    tree.links.new(coords, texture.inputs["Vector"])
+    return colour_out
+
+
+def make_material(colours, kind="plain", scale=1.0, gloss=0.0, roughness=0.3):
+    """A diffuse material with some gloss; `colours` is one colour or two for a texture."""
+    material = bpy.data.materials.new("surface")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    if kind == "plain":
+        shader.inputs["Color"].default_value = (*colours, 1.0)
+    else:
+        tree.links.new(
+            _texture_nodes(tree, kind, scale, colours), shader.inputs["Color"]
+        )
+    if gloss > 0.0:
+        glossy = tree.nodes.new("ShaderNodeBsdfGlossy")
+        glossy.inputs["Roughness"].default_value = roughness
+        mix = tree.nodes.new("ShaderNodeMixShader")
+        mix.inputs["Fac"].default_value = gloss
+        tree.links.new(shader.outputs[0], mix.inputs[1])
+        tree.links.new(glossy.outputs[0], mix.inputs[2])
+        shader = mix
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def make_emission(colour, strength):
+    """A lamp's material. It is seen but lights nothing, which keeps the noise down."""
+    material = bpy.data.materials.new("lamp")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new("ShaderNodeEmission")
+    shader.inputs["Color"].default_value = (*colour, 1.0)
+    shader.inputs["Strength"].default_value = strength
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    if hasattr(material.cycles, "emission_sampling"):
+        material.cycles.emission_sampling = "NONE"
+    else:
+        material.cycles.sample_as_light = False
+    return material
+
+
+# --- shapes ---------------------------------------------------------------------
+
+
+def add_mesh(vertices, faces, material, location=(0, 0, 0), rotation_deg=(0, 0, 0)):
+    """Links a mesh object into the scene and returns it."""
+    mesh = bpy.data.meshes.new("mesh")
+    mesh.from_pydata(vertices, [], faces)
+    mesh.materials.append(material)
+    mesh.update()
+    thing = bpy.data.objects.new("thing", mesh)
+    thing.location = location
+    thing.rotation_euler = [math.radians(angle) for angle in rotation_deg]
+    bpy.context.scene.collection.objects.link(thing)
+    return thing
+
+
+def add_quad(width, height, material, location, rotation_deg=(0, 0, 0)):
+    """A rectangle in its own xy plane; rotate by 90 degrees about x for a wall."""
+    x, y = width / 2, height / 2
+    corners = [(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)]
+    return add_mesh(corners, [(0, 1, 2, 3)], material, location, rotation_deg)
+
+
+def add_box(size, material, location, turn_deg=0.0):
+    """A box of (x, y, z) sizes around `location`, turned about the vertical."""
+    x, y, z = (side / 2 for side in size)
+    corners = [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)]
+    faces = [
+        (0, 1, 3, 2),
+        (4, 6, 7, 5),
+        (0, 4, 5, 1),
+        (2, 3, 7, 6),
+        (0, 2, 6, 4),
+        (1, 5, 7, 3),
+    ]
+    return add_mesh(corners, faces, material, location, (0, 0, turn_deg))
+
+
+def add_rod(start, end, radius, material, sides=10):
+    """A thin open cylinder between two points."""
+    start, end = Vector(start), Vector(end)
+    turn = (end - start).to_track_quat("Z", "Y")
+    ring = [
+        Vector((math.cos(angle), math.sin(angle), 0)) * radius
+        for angle in (2 * math.pi * i / sides for i in range(sides))
+    ]
+    vertices = [tuple(p + turn @ v) for p in (start, end) for v in ring]
+    faces = [
+        (i, (i + 1) % sides, sides + (i + 1) % sides, sides + i) for i in range(sides)
+    ]
+    return add_mesh(vertices, faces, material)
+
+
+def add_ball(radius, material, location, detail=32):
+    """A smooth sphere."""
+    rings, sectors = detail // 2, detail
+    vertices = [(0, 0, radius)]
+    for i in range(1, rings):
+        theta = math.pi * i / rings
+        for j in range(sectors):
+            phi = 2 * math.pi * j / sectors
+            ring = radius * math.sin(theta)
+            vertices.append(
+                (ring * math.cos(phi), ring * math.sin(phi), radius * math.cos(theta))
+            )
+    vertices.append((0, 0, -radius))
+    last = len(vertices) - 1
+    faces = []
+    for j in range(sectors):
+        k = (j + 1) % sectors
+        faces.append((0, 1 + j, 1 + k))
+        for i in range(rings - 2):
+            a, b = 1 + i * sectors, 1 + (i + 1) * sectors
+            faces.append((a + j, b + j, b + k, a + k))
+        a = 1 + (rings - 2) * sectors
+        faces.append((a + j, last, a + k))
+    ball = add_mesh(vertices, faces, material, location)
+    ball.data.polygons.foreach_set("use_smooth", [True] * len(faces))
+    return ball
+
+
+def add_lamp(location, radius, colour, strength):
+    """A small glowing ball that only camera rays can see."""
+    lamp = add_ball(radius, make_emission(colour, strength), location, detail=12)
+    for ray in ("diffuse", "glossy", "transmission", "shadow"):
+        setattr(lamp, f"visible_{ray}", False)
+    return lamp
+
+
+def add_leaf(length, width, material, location, rotation_deg):
+    """A leaf: a hexagon folded a little along its middle."""
+    h, w, fold = length / 2, width / 2, width * 0.15
+    outline = [
+        (0, -h, 0),
+        (w, -h / 3, fold),
+        (w, h / 3, fold),
+        (0, h, 0),
+        (-w, h / 3, fold),
+        (-w, -h / 3, fold),
+    ]
+    faces = [(0, 1, 2, 3), (0, 3, 4, 5)]
+    return add_mesh(outline, faces, material, location, rotation_deg)
+
+
+# --- light, and small helpers for random things -----------------------------------
+
+
+def set_light(sky, sky_strength, sun_strength, sun_turn_deg=(50, 0, -35)):
+    """One sun and a uniform sky."""
+    world = bpy.data.worlds.new("sky")
+    world.use_nodes = True
+    background = world.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value = (*sky, 1.0)
+    background.inputs["Strength"].default_value = sky_strength
+    bpy.context.scene.world = world
+    sun = bpy.data.lights.new("sun", "SUN")
+    sun.energy = sun_strength
+    sun.angle = math.radians(2)
+    lamp = bpy.data.objects.new("sun", sun)
+    lamp.rotation_euler = [math.radians(angle) for angle in sun_turn_deg]
+    bpy.context.scene.collection.objects.link(lamp)
+
+
+def random_colour(rng, low=0.1, high=0.8):
+    """A random reflectance."""
+    return tuple(rng.uniform(low, high) for _ in range(3))
+
+
+def random_warm(rng):
+    """A random colour of a lamp, its largest channel near 1."""
+    return rng.choice(
+        [
+            (1.0, 0.75, 0.4),
+            (1.0, 0.9, 0.75),
+            (0.6, 0.8, 1.0),
+            (1.0, 0.35, 0.2),
+            (0.5, 1.0, 0.6),
+        ]
+    )
+
+
+def log_uniform(rng, low, high):
+    """A random number whose logarithm is uniform."""
+    return low * (high / low) ** rng.random()
+
+
+def place(camera, x_px, y_px, depth):
+    """The point of the scene at pixel (x, y) from the middle (y up) and planar depth."""
+    unit = depth / camera.focal_px
+    turn = Euler((math.radians(camera.pitch_deg), 0, 0))
+    point = Vector((x_px * unit, depth, y_px * unit))
+    point.rotate(turn)
+    return point + Vector((0, 0, camera.height_above_ground))
+
+
+# --- the scenes -------------------------------------------------------------------
+
+
+def build_posts(camera):
+    """Thin posts and wires before everything, lamps, textured things far behind."""
+    rng = random.Random(101)
+    set_light((0.5, 0.65, 1.0), 0.45, 2.2)
+    brick = make_material(((0.5, 0.16, 0.1), (0.32, 0.2, 0.14)), "brick", 2.2)
+    add_quad(8, 5, brick, (0, 6, 1.2), (90, 0, 0))
+    floor = make_material(((0.6, 0.55, 0.45), (0.12, 0.14, 0.2)), "checker", 7.0)
+    add_quad(8, 6, floor, (0, 3.2, -0.17))
+    for _ in range(12):
+        depth = rng.uniform(2.6, 5.4)
+        tall = rng.uniform(0.2, 0.7)
+        colours = (random_colour(rng), random_colour(rng, 0.02, 0.3))
+        skin = make_material(colours, rng.choice(["noise", "checker"]), 14.0)
+        x = rng.uniform(-0.33, 0.33) * depth
+        size = (rng.uniform(0.2, 0.5), rng.uniform(0.2, 0.4), tall)
+        add_box(size, skin, (x, depth, -0.17 + tall / 2), rng.uniform(0, 90))
+    cube = make_material(((0.75, 0.7, 0.6), (0.1, 0.25, 0.35)), "checker", 60.0)
+    add_box((0.1, 0.1, 0.13), cube, (-0.14, 1.04, -0.105), 30)
+    ball = make_material(((0.8, 0.5, 0.1), (0.25, 0.05, 0.04)), "noise", 45.0, 0.1)
+    add_ball(0.07, ball, (0.11, 1.0, -0.1))
+    sign = make_material(((0.85, 0.85, 0.8), (0.05, 0.05, 0.1)), "brick", 30.0)
+    add_quad(0.16, 0.1, sign, (0.0, 1.06, 0.08), (90, 0, 8))
+    for i in range(11):
+        depth = rng.uniform(0.53, 0.72)
+        radius = log_uniform(rng, 0.8, 5.0) * depth / camera.focal_px
+        skin = make_material(random_colour(rng, 0.03, 0.5), gloss=0.08)
+        x = -225 + 45 * i + rng.uniform(-14, 14)
+        lean = rng.uniform(-12, 12) if i % 3 else rng.uniform(-120, 120)
+        top = place(camera, x + lean, 190, depth)
+        foot = place(camera, x - lean, -190, depth)
+        add_rod(foot, top, radius, skin)
+    for y, slope in ((62, 14), (20, -22), (-74, 9)):
+        wire = make_material((0.05, 0.05, 0.06), gloss=0.1)
+        left = place(camera, -300, y - slope, 0.56)
+        right = place(camera, 300, y + slope, 0.56)
+        add_rod(left, right, 0.6 * 0.56 / camera.focal_px, wire)
+    for _ in range(20):
+        depth = rng.uniform(2.2, 5.8)
+        strength = log_uniform(rng, 150, 1e4)
+        radius = rng.uniform(2.0, 3.0) if strength < 600 else rng.uniform(1.4, 2.2)
+        spot = place(camera, rng.uniform(-230, 230), rng.uniform(-30, 128), depth)
+        add_lamp(spot, radius * depth / camera.focal_px, random_warm(rng), strength)
+    for x, y in ((-90, -95), (150, -60)):
+        spot = place(camera, x, y, 0.72)
+        add_lamp(spot, 1.6 * 0.72 / camera.focal_px, (1.0, 0.8, 0.5), 180)
+
+
+def build_portrait(camera):
+    """A floor receding through focus, leaves and balls before and behind, lamps."""
+    rng = random.Random(202)
+    set_light((0.6, 0.75, 1.0), 0.5, 2.4, (42, 10, 40))
+    floor = make_material(((0.6, 0.3, 0.18), (0.22, 0.13, 0.1)), "brick", 14.0)
+    add_quad(6, 9, floor, (0, 4.4, 0))
+    wall = make_material(((0.2, 0.3, 0.22), (0.05, 0.09, 0.08)), "noise", 3.0)
+    add_quad(8, 6, wall, (0, 6.5, 2), (90, 0, 0))
+    slant = make_material(((0.7, 0.68, 0.6), (0.14, 0.2, 0.3)), "checker", 13.0)
+    add_quad(2.6, 0.42, slant, (0.36, 2.1, 0.21), (90, 0, 78))
+    for x, depth, radius in ((-0.08, 1.2, 0.09), (0.1, 1.75, 0.1), (-0.3, 2.6, 0.16)):
+        skin = make_material(
+            (random_colour(rng, 0.3), random_colour(rng, 0.02, 0.3)), "noise", 26, 0.1
+        )
+        add_ball(radius, skin, (x, depth, radius))
+    for _ in range(9):
+        depth = rng.uniform(0.55, 0.8)
+        side = rng.choice((-1, 1))
+        spot = place(camera, side * rng.uniform(70, 150), rng.uniform(-210, 225), depth)
+        skin = make_material(
+            (rng.uniform(0.05, 0.3), rng.uniform(0.25, 0.5), 0.06), gloss=0.06
+        )
+        turn = [rng.uniform(40, 140), rng.uniform(-30, 30), rng.uniform(-60, 60)]
+        add_leaf(rng.uniform(0.05, 0.11), rng.uniform(0.015, 0.04), skin, spot, turn)
+    for _ in range(160):
+        depth = rng.uniform(1.5, 5.0)
+        spot = place(camera, rng.uniform(-170, 170), rng.uniform(40, 230), depth)
+        skin = make_material(
+            (rng.uniform(0.1, 0.5), rng.uniform(0.2, 0.5), rng.uniform(0.02, 0.1))
+        )
+        turn = [rng.uniform(0, 180), rng.uniform(0, 180), rng.uniform(0, 180)]
+        add_leaf(rng.uniform(0.08, 0.2), rng.uniform(0.04, 0.08), skin, spot, turn)
+    for _ in range(11):
+        depth = rng.uniform(2.4, 5.8)
+        spot = place(camera, rng.uniform(-140, 140), rng.uniform(20, 215), depth)
+        radius = rng.uniform(1.5, 2.4) * depth / camera.focal_px
+        add_lamp(spot, radius, random_warm(rng), log_uniform(rng, 200, 3000))
+
+
+def build_plane(camera):
+    """A textured ground through focus under an open sky, and a few boxes."""
+    rng = random.Random(303)
+    set_light((0.45, 0.65, 1.0), 0.6, 2.4, (48, 0, 30))
+    ground = make_material(((0.65, 0.6, 0.5), (0.15, 0.17, 0.16)), "checker", 9.0)
+    add_quad(30, 30, ground, (0, 14.5, 0))
+    for x, depth in ((-0.55, 1.15), (0.5, 1.5), (-0.25, 2.2), (0.9, 3.2), (-1.8, 5.0)):
+        size = rng.uniform(0.1, 0.16) * depth
+        colours = (random_colour(rng, 0.3), random_colour(rng, 0.02, 0.25))
+        skin = make_material(colours, rng.choice(["brick", "noise"]), 12.0)
+        turn_deg = rng.uniform(0, 90)
+        add_box((size, size, 1.4 * size), skin, (x, depth, 0.7 * size), turn_deg)
+
+
+def build_macro(camera):
+    """Large blur: stems close to the lens, a slanted sheet and a ball at the focus."""
+    rng = random.Random(404)
+    set_light((0.6, 0.7, 1.0), 0.5, 2.4, (45, 0, -30))
+    wall = make_material(((0.12, 0.3, 0.2), (0.5, 0.42, 0.25)), "noise", 40.0)
+    add_quad(0.6, 0.5, wall, (0, 0.62, 0), (90, 0, 0))
+    sheet = make_material(((0.7, 0.68, 0.62), (0.2, 0.1, 0.12)), "brick", 110.0)
+    add_quad(0.16, 0.2, sheet, (0, 0.31, -0.024), (8, 0, 0))
+    ball = make_material(((0.75, 0.3, 0.08), (0.2, 0.04, 0.1)), "noise", 260.0, 0.1)
+    add_ball(0.016, ball, (0.016, 0.302, 0.0))
+    add_ball(0.009, ball, (-0.026, 0.318, 0.004))
+    for x, lean, depth, radius in ((-95, 60, 0.2, 13), (105, -25, 0.22, 8)):
+        stem = make_material((0.1, 0.32, 0.06), gloss=0.06)
+        foot = place(camera, x - lean, -220, depth)
+        top = place(camera, x + lean, 220, depth)
+        add_rod(foot, top, radius * depth / camera.focal_px, stem, sides=20)
+    for _ in range(14):
+        depth = rng.uniform(0.36, 0.55)
+        petal = make_material(random_colour(rng, 0.1, 0.7))
+        spot = place(camera, rng.uniform(-170, 170), rng.uniform(10, 110), depth)
+        turn = [rng.uniform(0, 180) for _ in range(3)]
+        add_leaf(rng.uniform(0.02, 0.05), 0.012, petal, spot, turn)
+    for _ in range(4):
+        depth = rng.uniform(0.42, 0.58)
+        spot = place(camera, rng.uniform(-140, 140), rng.uniform(5, 90), depth)
+        radius = rng.uniform(3, 4.5) * depth / camera.focal_px
+        add_lamp(spot, radius, random_warm(rng), log_uniform(rng, 400, 4000))
+
+
+def build_foliage(camera):
+    """Many small leaves at all depths, with glints."""
+    rng = random.Random(505)
+    set_light((0.6, 0.75, 1.0), 0.55, 2.6, (40, 0, 25))
+    wall = make_material(((0.16, 0.22, 0.12), (0.4, 0.45, 0.5)), "noise", 2.5)
+    add_quad(12, 9, wall, (0, 9, 0), (90, 0, 0))
+    greens = [
+        make_material((rng.uniform(0.06, 0.4), rng.uniform(0.2, 0.5), 0.05), gloss=0.05)
+        for _ in range(24)
+    ]
+    for _ in range(1700):
+        depth = 1.0 / rng.uniform(1 / 8, 1 / 1.6)
+        spot = place(camera, rng.uniform(-215, 215), rng.uniform(-135, 135), depth)
+        turn = [rng.uniform(0, 180) for _ in range(3)]
+        length = rng.uniform(7, 20) * depth / camera.focal_px
+        add_leaf(length, length * 0.45, rng.choice(greens), spot, turn)
+    for _ in range(9):
+        depth = rng.uniform(1.7, 5)
+        bark = make_material((0.12, 0.08, 0.05))
+        x, lean = rng.uniform(-200, 200), rng.uniform(-60, 60)
+        foot, top = place(camera, x, -150, depth), place(camera, x + lean, 150, depth)
+        add_rod(foot, top, rng.uniform(0.8, 2) * depth / camera.focal_px, bark)
+    for _ in range(45):
+        depth = 1.0 / rng.uniform(1 / 8, 1 / 1.7)
+        spot = place(camera, rng.uniform(-195, 195), rng.uniform(-115, 115), depth)
+        radius = rng.uniform(0.6, 1.2) * depth / camera.focal_px
+        add_lamp(spot, radius, (1.0, 0.95, 0.85), log_uniform(rng, 60, 600))
+
+
+def build_ortho(camera):
+    """Boxes on a textured floor, seen by an orthographic camera."""
+    rng = random.Random(606)
+    set_light((0.55, 0.7, 1.0), 0.5, 2.4, (40, 0, 50))
+    floor = make_material(((0.6, 0.56, 0.5), (0.16, 0.2, 0.26)), "checker", 6.0)
+    add_quad(30, 30, floor, (0, 8, 0))
+    for _ in range(26):
+        tall = rng.uniform(0.15, 1.0)
+        colours = (random_colour(rng, 0.25), random_colour(rng, 0.02, 0.3))
+        skin = make_material(colours, rng.choice(["noise", "brick", "checker"]), 9.0)
+        spot = (rng.uniform(-2, 2), rng.uniform(2.0, 8.0), tall / 2)
+        size = (rng.uniform(0.12, 0.4), rng.uniform(0.12, 0.4), tall)
+        add_box(size, skin, spot, rng.uniform(0, 90))
+
+
+SCENES = {
+    "posts": (Camera(480, 270, 50, 0.8, 1.0), build_posts),
+    "portrait": (
+        Camera(
+            288,
+            448,
+            60,
+            0.95,
+            1.2,
+            blades=6,
+            rotation_deg=10,
+            height_above_ground=0.34,
+            pitch_deg=-10,
+        ),
+        build_portrait,
+    ),
+    "plane": (
+        Camera(360, 240, 35, 0.34, 1.5, height_above_ground=0.5, pitch_deg=-14),
+        build_plane,
+    ),
+    "macro": (
+        Camera(320, 200, 100, 1.25, 0.3, blades=5, rotation_deg=20, ratio=1.5),
+        build_macro,
+    ),
+    "foliage": (Camera(400, 240, 50, 0.58, 3.0), build_foliage),
+    "ortho": (
+        Camera(
+            320,
+            240,
+            50,
+            1.5,
+            6.0,
+            ortho_scale=4.0,
+            height_above_ground=4.2,
+            pitch_deg=-36,
+        ),
+        build_ortho,
+    ),
+}
+
+
+# --- rendering --------------------------------------------------------------------
+
+
+def add_camera(facts):
+    """Puts the camera into the scene, its depth of field set but switched off."""
+    data = bpy.data.cameras.new("camera")
+    data.sensor_fit = "AUTO"
+    data.sensor_width = facts.sensor_mm
+    data.lens = facts.lens_mm
+    data.clip_start, data.clip_end = 0.01, 1000.0
+    if facts.ortho_scale:
+        data.type = "ORTHO"
+        data.ortho_scale = facts.ortho_scale
+    data.dof.use_dof = False
+    data.dof.focus_distance = facts.focus
+    data.dof.aperture_fstop = facts.fstop
+    data.dof.aperture_blades = facts.blades
+    data.dof.aperture_rotation = math.radians(facts.rotation_deg)
+    data.dof.aperture_ratio = facts.ratio
+    camera = bpy.data.objects.new("camera", data)
+    camera.location = (0, 0, facts.height_above_ground)
+    camera.rotation_euler = (math.radians(90 + facts.pitch_deg), 0, 0)
+    bpy.context.scene.collection.objects.link(camera)
+    bpy.context.scene.camera = camera
+    return camera
+
+
+def set_up_render(facts):
+    """Cycles on the CPU, no denoising, no adaptive sampling, few bounces, EXR."""
+    scene = bpy.context.scene
+    render, cycles = scene.render, scene.cycles
+    render.engine = "CYCLES"
+    render.resolution_x, render.resolution_y = facts.width, facts.height
+    render.resolution_percentage = 100
+    render.film_transparent = False
+    render.use_file_extension = False
+    render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+    render.image_settings.color_depth = "32"
+    render.image_settings.exr_codec = "ZIP"
+    cycles.device = "CPU"
+    cycles.use_denoising = False
+    cycles.use_adaptive_sampling = False
+    cycles.max_bounces = 2
+    cycles.diffuse_bounces = 1
+    cycles.glossy_bounces = 1
+    cycles.caustics_reflective = cycles.caustics_refractive = False
+    scene.view_settings.view_transform = "Raw"
+    scene.view_layers[0].use_pass_z = True
+
+
+def build(name):
+    """Makes the named scene from nothing; returns (camera facts, camera object)."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    facts, build_scene = SCENES[name]
+    set_up_render(facts)
+    camera = add_camera(facts)
+    build_scene(facts)
+    return facts, camera
+
+
+def render_to(path, samples, seed):
+    """Renders the current scene into one multilayer EXR."""
+    scene = bpy.context.scene
+    scene.cycles.samples = samples
+    scene.cycles.seed = seed
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+
+
+def lens_offset(facts, index, count):
+    """Point of the lens of one view: (right, up) in scene units, a Vogel spiral."""
+    rho = math.sqrt((index + 0.5) / count) * facts.lens_radius
+    angle = index * GOLDEN_ANGLE_RAD
+    return rho * math.cos(angle) / facts.ratio, rho * math.sin(angle)
+
+
+def move_to_lens_point(camera, facts, right, up):
+    """Moves the camera within the lens and shears it: the focus plane stays put."""
+    turn = camera.rotation_euler.to_matrix()
+    base = Vector((0, 0, facts.height_above_ground))
+    camera.location = base + turn @ Vector((right, up, 0))
+    to_shift = -facts.focal_px / (facts.focus * facts.longer_px)
+    camera.data.shift_x = right * to_shift
+    camera.data.shift_y = up * to_shift
+
+
+def render_views(facts, camera, prefix, options):
+    """Renders the pinhole views, each with a seed of its own; returns their offsets."""
+    if facts.ortho_scale:
+        sys.exit("Blender's orthographic camera cannot be sheared: no views")
+    offsets = []
+    for index in range(options.count):
+        right, up = lens_offset(facts, index, options.count)
+        move_to_lens_point(camera, facts, right, up)
+        render_to(
+            f"{prefix}_view{index:02d}.exr", options.samples, options.seed + index
+        )
+        offsets.append((right, up))
+    return offsets
+
+
+def defocus_tree(facts, pinhole):
+    """Compositor nodes: a rendered EXR through the Defocus node; returns that node."""
+    scene = bpy.context.scene
+    scene.use_nodes = True
+    scene.render.use_compositing = True
+    tree = scene.node_tree
+    tree.nodes.clear()
+    source = tree.nodes.new("CompositorNodeImage")
+    source.image = bpy.data.images.load(str(pinhole))
+    defocus = tree.nodes.new("CompositorNodeDefocus")
+    defocus.scene = scene
+    defocus.use_zbuffer = True
+    defocus.use_preview = False
+    defocus.blur_max = 128.0
+    defocus.bokeh = DEFOCUS_BOKEH.get(facts.blades, "OCTAGON")
+    defocus.angle = math.radians(facts.rotation_deg)
+    composite = tree.nodes.new("CompositorNodeComposite")
+    tree.links.new(source.outputs["Combined"], defocus.inputs["Image"])
+    tree.links.new(source.outputs["Depth"], defocus.inputs["Z"])
+    tree.links.new(defocus.outputs["Image"], composite.inputs["Image"])
+    return defocus
+
+
+def render_defocus(facts, prefix):
+    """Runs the Defocus node over the pinhole picture at a range of f-stops.
+
+    Blender 3.x blurs about 1000 / sensor_mm times too much, so the useful f-stops lie
+    around that multiple of the camera's own; collect_references.py keeps the best one.
+    """
+    pinhole = Path(f"{prefix}_pinhole.exr")
+    if not pinhole.exists():
+        sys.exit(f"{pinhole} is missing: render the pinhole pass first")
+    defocus = defocus_tree(facts, pinhole)
+    centre = facts.fstop
+    if bpy.app.version < (4, 2, 0):
+        centre *= 1000.0 / facts.sensor_mm
+    for factor in DEFOCUS_FACTORS:
+        defocus.f_stop = min(centre * factor, 128.0)
+        render_to(f"{prefix}_defocus_{defocus.f_stop:.3f}.exr", 1, 0)
+
+
+def parse_options():
+    """Reads what stands after "--" on Blender's command line."""
+    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else ["--help"]
+    parser = argparse.ArgumentParser(prog="cycles_scenes.py", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("scene", choices=[*SCENES, "list"])
+    parser.add_argument("outdir", type=Path)
+    passes = ("pinhole", "dof", "reference", "views", "defocus")
+    parser.add_argument("--pass", dest="passes", action="append", choices=passes)
+    parser.add_argument("--samples", type=int, help="per pixel; default by pass")
+    parser.add_argument("--seed", type=int, default=1, help="views: of the first view")
+    parser.add_argument("--count", type=int, default=8, help="number of views")
+    return parser.parse_args(argv)
+
+
+def render_pass(name, scene_name, options):
+    """Builds the scene afresh and renders one pass of it."""
+    facts, camera = build(scene_name)
+    prefix = options.outdir / scene_name
+    defaults = {"pinhole": 64, "dof": 64, "reference": 2048, "views": 8, "defocus": 1}
+    options.samples = options.samples or defaults[name]
+    about = {"camera": facts.facts(), "blender": bpy.app.version_string}
+    if name == "views":
+        about["view_offsets"] = render_views(facts, camera, prefix, options)
+    elif name == "defocus":
+        render_defocus(facts, prefix)
+    else:
+        camera.data.dof.use_dof = name != "pinhole"
+        suffix = f"_seed{options.seed}" if name == "reference" else ""
+        render_to(f"{prefix}_{name}{suffix}.exr", options.samples, options.seed)
+    about.update(samples=options.samples, seed=options.seed)
+    Path(f"{prefix}_{name}.json").write_text(json.dumps(about, indent=1) + "\n")
+
+
+def main():
+    """Renders the passes asked for (the pinhole pass if none is)."""
+    options = parse_options()
+    if options.scene == "list":
+        print("\n".join(SCENES))
+        return
+    options.outdir.mkdir(parents=True, exist_ok=True)
+    samples = options.samples
+    for name in options.passes or ["pinhole"]:
+        options.samples = samples
+        render_pass(name, options.scene, options)
+
+
+if __name__ == "__main__":
+    main()
