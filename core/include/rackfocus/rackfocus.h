@@ -101,10 +101,10 @@ enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
  */
 struct rf_params {
     size_t size; /**< sizeof(struct rf_params) of the caller; set by rf_params_init */
-#define RF_FLOAT(key, field, unit, min, max, def, group, help) double field;
-#define RF_INT(key, field, unit, min, max, def, group, help) int32_t field;
-#define RF_BOOL(key, field, def, group, help) int32_t field;
-#define RF_ENUM(key, field, list, def, group, help) int32_t field;
+#define RF_FLOAT(key, field, attr, unit, min, max, def, group, help) double field;
+#define RF_INT(key, field, attr, unit, min, max, def, group, help) int32_t field;
+#define RF_BOOL(key, field, attr, def, group, help) int32_t field;
+#define RF_ENUM(key, field, attr, list, def, group, help) int32_t field;
 #include "params.def"
 #undef RF_FLOAT
 #undef RF_INT
@@ -171,8 +171,10 @@ RF_API rf_result rf_params_set_number(struct rf_params *params, const char *name
 RF_API rf_result rf_params_get(const struct rf_params *params, const char *name,
                                char *text, size_t n_bytes);
 
-/** Checks every range and the combinations that need each other (blades 1 or 2, ...). */
-RF_API rf_result rf_params_check(const struct rf_params *params, struct rf_error *error);
+/** Checks every range and the combinations that need each other (blades 1 or 2, ...).
+ */
+RF_API rf_result rf_params_check(const struct rf_params *params,
+                                 struct rf_error *error);
 
 /** Description of a method for lists and menus. */
 struct rf_method_info {
@@ -197,19 +199,20 @@ RF_API const struct rf_method_info *rf_method_list(size_t *n);
 struct rf_lens {
     double bias_px;
     double scale; /**< px times scene units (perspective), px per unit (orthographic) */
-    double focus_distance;    /**< scene units */
-    double lens_radius;       /**< scene units */
-    double focal_length;      /**< scene units; 0 where the lens was given by radius */
-    double focal_length_px;   /**< perspective; 0 for orthographic */
-    double px_per_unit;       /**< orthographic; 0 for perspective */
-    double principal_px[2];   /**< where the axis meets the picture, x and y (down) */
-    double max_radius_px;     /**< radii are clipped to this */
-    double coc_limit_px;      /**< from the parameters */
-    double screen_position;   /**< scene units behind the lens, f s / (s - f); 0: none */
-    double buffer_scale_px;   /**< optics buffer: r = buffer_bias_px + buffer_scale_px d */
+    double focus_distance;  /**< scene units */
+    double lens_radius;     /**< scene units */
+    double focal_length;    /**< scene units; 0 where the lens was given by radius */
+    double focal_length_px; /**< perspective; 0 for orthographic */
+    double px_per_unit;     /**< orthographic; 0 for perspective */
+    double principal_px[2]; /**< where the axis meets the picture, x and y (down) */
+    double max_radius_px;   /**< radii are clipped to this */
+    double coc_limit_px;    /**< from the parameters */
+    double screen_position; /**< scene units behind the lens, f s / (s - f); 0: none */
+    double
+        buffer_scale_px; /**< optics buffer: r = buffer_bias_px + buffer_scale_px d */
     double buffer_bias_px;
-    int32_t projection;       /**< enum rf_projection */
-    int32_t optics;           /**< enum rf_optics */
+    int32_t projection; /**< enum rf_projection */
+    int32_t optics;     /**< enum rf_optics */
 };
 
 /**
@@ -229,7 +232,8 @@ RF_API double rf_lens_radius_px(const struct rf_lens *lens, double z);
 /** Planar depth whose signed radius is r_px; INFINITY where there is none beyond. */
 RF_API double rf_lens_depth_at(const struct rf_lens *lens, double r_px);
 
-/** Near and far limit of the depth of field: abs(r) <= coc_limit_px. Far may be INFINITY. */
+/** Near and far limit of the depth of field: abs(r) <= coc_limit_px. Far may be
+ * INFINITY. */
 RF_API void rf_lens_depth_of_field(const struct rf_lens *lens, double *near_limit,
                                    double *far_limit);
 
@@ -305,9 +309,11 @@ struct rf_progress {
 
 /** One pinhole view of the scene. */
 struct rf_view {
-    struct rf_image colour; /**< scene-linear, alpha premultiplied; no NaN, no infinity */
-    struct rf_image depth;  /**< one channel, in the convention params.depth names */
-    /** Where on the lens the view was taken, scene units right and up; 0 for one view. */
+    struct rf_image
+        colour; /**< scene-linear, alpha premultiplied; no NaN, no infinity */
+    struct rf_image depth; /**< one channel, in the convention params.depth names */
+    /** Where on the lens the view was taken, scene units right and up; 0 for one view.
+     */
     double lens_offset[2];
     /** Distance of the plane that the view's shear keeps fixed; 0: parallel cameras. */
     double shear_distance;

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Apertures. A new one is one function here and one line in the list below and in
+ * RF_LIST_APERTURE.
+ *
+ * Every shape fits the unit circle: its corner radius is the lens radius, as in Cycles.
+ * Rotation comes first, then `aperture_ratio` divides u. A sample with signed radius r
+ * lands at (x + u r, y - v r), so shapes turn over by themselves before the focus.
+ */
+#include "internal.h"
+
+typedef void (*shape_fn)(struct rf_shape *shape, const struct rf_params *params);
+
+static void put_corner(struct rf_shape *shape, int i, double angle)
+{
+    shape->corner[i][0] = cos(angle);
+    shape->corner[i][1] = sin(angle);
+}
+
+static void shape_disc(struct rf_shape *shape, const struct rf_params *params)
+{
+    shape->is_disc = true;
+    shape->n_corners = (int)(sizeof shape->corner / sizeof shape->corner[0]);
+    for (int i = 0; i < shape->n_corners; i++)
+        put_corner(shape, i, 2 * RF_PI * i / shape->n_corners);
+}
+
+/* Cycles: the middle of an edge at the rotation; POV-Ray: a corner. Both measured. */
+static void shape_polygon(struct rf_shape *shape, const struct rf_params *params)
+{
+    int n = params->blades;
+    double turn = params->blade_rotation * RF_PI / 180;
+    double first = params->blade_orientation == RF_ORIENTATION_CYCLES ? RF_PI / n : 0;
+    shape->n_corners = n;
+    for (int i = 0; i < n; i++)
+        put_corner(shape, i, turn + first + 2 * RF_PI * i / n);
+}
+
+static void shape_auto(struct rf_shape *shape, const struct rf_params *params)
+{
+    (params->blades >= 3 ? shape_polygon : shape_disc)(shape, params);
+}
+
+static const shape_fn shapes[] = {
+    [RF_APERTURE_AUTO] = shape_auto,
+    [RF_APERTURE_DISC] = shape_disc,
+    [RF_APERTURE_POLYGON] = shape_polygon,
+};
+
+void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
+{
+    *shape = (struct rf_shape){.ratio = params->aperture_ratio,
+                               .pixel_aspect = params->pixel_aspect};
+    shapes[params->aperture](shape, params);
+    for (int i = 0; i < shape->n_corners; i++)
+        shape->corner[i][0] /= shape->ratio;
+}
+
+bool rf_shape_contains(const struct rf_shape *shape, double u, double v)
+{
+    if (shape->is_disc)
+        return u * u * shape->ratio * shape->ratio + v * v < 1;
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        if ((b[0] - a[0]) * (v - a[1]) - (b[1] - a[1]) * (u - a[0]) <= 0)
+            return false;
+    }
+    return true;
+}

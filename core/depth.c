@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Depth conventions: from the number in the depth channel to planar distance and to the
+ * signed radius. v = scale * value + offset comes first; then, with n and f the near
+ * and far plane,
+ *
+ *   planar                     z = v
+ *   radial                     z = v / sqrt(1 + x^2 + y^2), (x, y, 1) the pixel's ray
+ *   buffer                     z = n f / (f - v (f - n))
+ *   buffer-reversed            the same with v -> 1 - v
+ *   buffer-infinite            z = n / (1 - v)
+ *   buffer-reversed-infinite   z = n / v
+ *   inverse, disparity         z = 1 / v
+ *   normalised                 z = n + v (f - n)
+ *
+ * Nothing hit: infinity, from depth_infinity on, the far plane of a buffer or of a
+ * range, and a planar or radial depth of exactly 0, which some renderers write for it.
+ * NaN and negative depths, and buffer values outside [0, 1], are errors.
+ */
+#include "internal.h"
+
+struct depth_map {
+    const struct rf_params *params;
+    const struct rf_lens *lens;
+};
+
+static double ray_length(const struct depth_map *map, int x, int y)
+{
+    const struct rf_lens *lens = map->lens;
+    if (lens->projection == RF_PROJECTION_ORTHOGRAPHIC)
+        return 1;
+    double f = lens->focal_length_px;
+    double dx = (x + 0.5 - lens->principal_px[0]) / f;
+    double dy = (y + 0.5 - lens->principal_px[1]) / (f * map->params->pixel_aspect);
+    return sqrt(1 + dx * dx + dy * dy);
+}
+
+/* Planar distance, INFINITY for no hit, NAN for a value that cannot be a depth. */
+static double planar_distance(const struct depth_map *map, double value, int x, int y)
+{
+    const struct rf_params *p = map->params;
+    double n = p->depth_near, f = p->depth_far;
+    double v = value * p->depth_scale + p->depth_offset, z;
+    if (isnan(v) || v < 0)
+        return NAN;
+    switch (p->depth) {
+    case RF_DEPTH_BUFFER_REVERSED:
+        v = 1 - v;
+        /* fall through */
+    case RF_DEPTH_BUFFER:
+        if (!(v >= 0 && v <= 1))
+            return NAN;
+        z = v == 1 ? INFINITY : n * f / (f - v * (f - n));
+        break;
+    case RF_DEPTH_BUFFER_REVERSED_INFINITE:
+        v = 1 - v;
+        /* fall through */
+    case RF_DEPTH_BUFFER_INFINITE:
+        if (!(v >= 0 && v <= 1))
+            return NAN;
+        z = n / (1 - v);
+        break;
+    case RF_DEPTH_INVERSE:
+    case RF_DEPTH_DISPARITY:
+        z = 1 / v;
+        break;
+    case RF_DEPTH_NORMALISED:
+        z = v >= 1 ? INFINITY : n + v * (f - n);
+        break;
+    case RF_DEPTH_RADIAL:
+        z = v == 0 || v >= p->depth_infinity ? INFINITY : v / ray_length(map, x, y);
+        break;
+    default:
+        z = v == 0 ? INFINITY : v;
+    }
+    return z >= p->depth_infinity ? INFINITY : z;
+}
+
+struct row_tally {
+    int64_t n_bad, n_hit;
+    int bad_x;
+    float bad_value;
+};
+
+static void convert_row(const struct depth_map *map, const struct rf_image *depth,
+                        int y, float *radius, float *planar, struct row_tally *tally)
+{
+    const struct rf_lens *lens = map->lens;
+    for (int x = 0; x < depth->width; x++) {
+        float value = *rf_image_at(depth, x, y, 0);
+        double z = planar_distance(map, value, x, y);
+        if (isnan(z)) {
+            if (tally->n_bad++ == 0) {
+                tally->bad_x = x;
+                tally->bad_value = value;
+            }
+            z = INFINITY;
+        } else if (isfinite(z)) {
+            tally->n_hit++;
+        }
+        double r = rf_lens_radius_px(lens, z);
+        if (map->params->optics == RF_OPTICS_BUFFER && isfinite(z)) {
+            double v = value * map->params->depth_scale + map->params->depth_offset;
+            r = lens->buffer_bias_px + lens->buffer_scale_px * v;
+            r = fmin(fmax(r, -lens->max_radius_px), lens->max_radius_px);
+        }
+        if (radius)
+            radius[x] = (float)r;
+        if (planar)
+            planar[x] = (float)z;
+    }
+}
+
+static rf_result report(const struct rf_image *depth, const struct row_tally *rows,
+                        struct rf_error *error)
+{
+    int64_t n_bad = 0, n_hit = 0;
+    int first = -1;
+    for (int y = 0; y < depth->height; y++) {
+        if (rows[y].n_bad && first < 0)
+            first = y;
+        n_bad += rows[y].n_bad;
+        n_hit += rows[y].n_hit;
+    }
+    if (n_bad)
+        return rf_fail(
+            error, RF_ERROR_DEPTH, "depth",
+            "%lld bad depth value%s, the first is %g at pixel (%d, %d): NaN, "
+            "negative or out of its range; check which kind of depth it is",
+            (long long)n_bad, n_bad == 1 ? "" : "s", rows[first].bad_value,
+            rows[first].bad_x, first);
+    if (!n_hit)
+        return rf_fail(error, RF_ERROR_DEPTH, "depth",
+                       "nothing was hit: every depth is infinite; check the depth "
+                       "channel and its kind");
+    return RF_OK;
+}
+
+rf_result rf_depth_to_radius(const struct rf_context *context,
+                             const struct rf_params *params, const struct rf_lens *lens,
+                             const struct rf_image *depth, float *radius, float *planar,
+                             struct rf_error *error)
+{
+    struct depth_map map = {params, lens};
+    int width = depth->width, height = depth->height;
+    struct row_tally *rows = rf_calloc(context, (size_t)height, sizeof *rows);
+    if (!rows)
+        return rf_fail_memory(error, (size_t)height, sizeof *rows);
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+    for (int y = 0; y < height; y++) {
+        size_t at = (size_t)y * (size_t)width;
+        convert_row(&map, depth, y, radius ? radius + at : NULL,
+                    planar ? planar + at : NULL, &rows[y]);
+    }
+    rf_result result = report(depth, rows, error);
+    rf_free(context, rows);
+    return result;
+}

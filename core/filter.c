@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The filter object: checks, the list of methods, and the way from views to pixels. */
+#include <omp.h>
+
+#include "internal.h"
+
+/* One line per method, in the order of RF_LIST_METHOD. */
+static const struct rf_method_entry entries[] = {
+    [RF_METHOD_LAYERED] = {.run = rf_layered_run},
+    [RF_METHOD_SCATTER] = {.run = rf_scatter_run},
+};
+
+static const struct rf_method_info infos[] = {
+    [RF_METHOD_LAYERED] = {"layered",
+                           "occlusion-aware layers from one view; the default",
+                           "grows with the mean area of the blur",
+                           "Rack Focus; after Kosloff 2009, Lee et al. 2009"},
+    [RF_METHOD_SCATTER] = {"scatter", "each pixel spread over its circle of confusion",
+                           "grows with the mean radius of the blur",
+                           "Yu 2004, uniform distribution"},
+};
+
+const struct rf_method_info *rf_method_list(size_t *n)
+{
+    if (n)
+        *n = sizeof infos / sizeof infos[0];
+    return infos;
+}
+
+/* ---- progress ------------------------------------------------------------------ */
+
+static void report(struct rf_task *task, double fraction)
+{
+    if (fraction <= task->last && !(fraction == 0 && task->last < 0))
+        return;
+    task->last = fraction;
+    if (task->progress && task->progress->report &&
+        !task->progress->report(task->progress->user, fraction))
+        __atomic_store_n(&task->cancelled, 1, __ATOMIC_RELAXED);
+}
+
+void rf_task_begin(struct rf_task *task, const struct rf_progress *progress)
+{
+    *task = (struct rf_task){.progress = progress, .last = -1};
+    report(task, 0);
+}
+
+void rf_task_phase(struct rf_task *task, double to, int64_t n_steps)
+{
+    task->from = task->to;
+    task->to = to;
+    task->n_steps = n_steps;
+    task->n_done = 0;
+}
+
+bool rf_task_is_cancelled(const struct rf_task *task)
+{
+    return __atomic_load_n(&task->cancelled, __ATOMIC_RELAXED) != 0;
+}
+
+bool rf_task_step(struct rf_task *task)
+{
+    int64_t done = __atomic_add_fetch(&task->n_done, 1, __ATOMIC_RELAXED);
+    /* The master of a parallel region is the thread that entered it. */
+    if (omp_get_thread_num() == 0 && !rf_task_is_cancelled(task))
+        report(task, fmin(task->from + (task->to - task->from) * (double)done /
+                                           (double)task->n_steps,
+                          0.999));
+    return !rf_task_is_cancelled(task);
+}
+
+/* ---- filter -------------------------------------------------------------------- */
+
+rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *context,
+                           const struct rf_params *params, int32_t width,
+                           int32_t height, struct rf_error *error)
+{
+    if (!filter || !context || !params)
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       !filter    ? "filter"
+                       : !context ? "context"
+                                  : "params",
+                       "a pointer is NULL");
+    if (params->size != sizeof *params)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "params",
+                       "start with rf_params_init()");
+    if (width < 1 || height < 1 || width > UINT16_MAX || height > UINT16_MAX)
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       width < 1 || width > UINT16_MAX ? "width" : "height",
+                       "%d x %d px: each side must lie in 1 to 65535", width, height);
+    struct rf_lens lens;
+    rf_result result = rf_lens_init(&lens, params, width, height, error);
+    if (result != RF_OK)
+        return result;
+    struct rf_filter *f = rf_alloc(context, 1, sizeof *f);
+    if (!f)
+        return rf_fail_memory(error, 1, sizeof *f);
+    *f = (struct rf_filter){.context = context,
+                            .params = *params,
+                            .lens = lens,
+                            .width = width,
+                            .height = height};
+    rf_shape_init(&f->shape, params);
+    *filter = f;
+    return RF_OK;
+}
+
+void rf_filter_destroy(struct rf_filter *filter)
+{
+    if (filter)
+        rf_free(filter->context, filter);
+}
+
+const struct rf_lens *rf_filter_lens(const struct rf_filter *filter)
+{
+    return &filter->lens;
+}
+
+static bool is_all_zero(const float *radius, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        if (radius[i] != 0)
+            return false;
+    return true;
+}
+
+/* Colour and radius in `work` are allocated; fills them and runs the method. */
+static rf_result run(struct rf_work *work, const struct rf_view *view, float *radius,
+                     const struct rf_image *out, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    const struct rf_context *context = f->context;
+    rf_result result = rf_depth_to_radius(context, &f->params, &f->lens, &view->depth,
+                                          radius, NULL, error);
+    if (result == RF_OK)
+        result = rf_frame_load(context, &f->params, &view->colour, work->colour, error);
+    if (result != RF_OK)
+        return result;
+    work->radius = radius;
+    if (is_all_zero(radius, (size_t)f->width * (size_t)f->height)) {
+        rf_image_copy(&view->colour, out);
+        return RF_OK;
+    }
+    result = entries[f->params.method].run(work, error);
+    if (result == RF_OK && rf_task_is_cancelled(work->task))
+        result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    if (result == RF_OK)
+        rf_frame_store(context, &f->params, work->colour, out);
+    return result;
+}
+
+static rf_result check_views(const struct rf_filter *f, const struct rf_view *views,
+                             int32_t n_views, const struct rf_image *out,
+                             struct rf_error *error)
+{
+    if (!f || !views || !out)
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       !f       ? "filter"
+                       : !views ? "views"
+                                : "out",
+                       "a pointer is NULL");
+    if (n_views != 1)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
+                       "%d views were given; the method %s takes one", n_views,
+                       infos[f->params.method].name);
+    rf_result result =
+        rf_image_check(&views->colour, "colour", f->width, f->height, error);
+    if (result == RF_OK)
+        result = rf_image_check(&views->depth, "depth", f->width, f->height, error);
+    if (result == RF_OK)
+        result = rf_image_check(out, "out", f->width, f->height, error);
+    if (result == RF_OK && out->channels != views->colour.channels)
+        result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
+                         "out has %d channels and colour %d: give both the same",
+                         out->channels, views->colour.channels);
+    return result;
+}
+
+rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view *views,
+                            int32_t n_views, const struct rf_image *out,
+                            const struct rf_progress *progress, struct rf_error *error)
+{
+    rf_result result = check_views(filter, views, n_views, out, error);
+    if (result != RF_OK)
+        return result;
+    struct rf_task task;
+    rf_task_begin(&task, progress);
+    if (rf_task_is_cancelled(&task))
+        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    const struct rf_context *context = filter->context;
+    size_t n = (size_t)filter->width * (size_t)filter->height;
+    int n_planes = views->colour.channels;
+    float *memory = rf_alloc(context, n * (size_t)(n_planes + 1), sizeof(float));
+    if (!memory)
+        return rf_fail_memory(error, n * (size_t)(n_planes + 1), sizeof(float));
+    struct rf_work work = {.filter = filter, .n_planes = n_planes, .task = &task};
+    for (int c = 0; c < n_planes; c++)
+        work.colour[c] = memory + n * (size_t)(c + 1);
+    result = run(&work, views, memory, out, error);
+    rf_free(context, memory);
+    if (result == RF_OK)
+        report(&task, 1);
+    return result;
+}
+
+static rf_result convert(const struct rf_filter *filter, const struct rf_image *depth,
+                         const struct rf_image *out, bool is_radius,
+                         struct rf_error *error)
+{
+    if (!filter)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "filter", "filter is NULL");
+    int w = filter->width, h = filter->height;
+    rf_result result = rf_image_check(depth, "depth", w, h, error);
+    if (result == RF_OK)
+        result = rf_image_check(out, "out", w, h, error);
+    if (result != RF_OK)
+        return result;
+    const struct rf_context *context = filter->context;
+    size_t n = (size_t)w * (size_t)h;
+    float *memory = rf_alloc(context, n, sizeof(float));
+    if (!memory)
+        return rf_fail_memory(error, n, sizeof(float));
+    result =
+        rf_depth_to_radius(context, &filter->params, &filter->lens, depth,
+                           is_radius ? memory : NULL, is_radius ? NULL : memory, error);
+    if (result == RF_OK) {
+        struct rf_image packed = rf_image_packed(memory, w, h, 1);
+        struct rf_image one = *out;
+        one.channels = 1;
+        rf_image_copy(&packed, &one);
+    }
+    rf_free(context, memory);
+    return result;
+}
+
+rf_result rf_filter_coc(const struct rf_filter *filter, const struct rf_image *depth,
+                        const struct rf_image *out, struct rf_error *error)
+{
+    return convert(filter, depth, out, true, error);
+}
+
+rf_result rf_filter_planar_depth(const struct rf_filter *filter,
+                                 const struct rf_image *depth,
+                                 const struct rf_image *out, struct rf_error *error)
+{
+    return convert(filter, depth, out, false, error);
+}
+
+rf_result rf_apply(const struct rf_params *params, const struct rf_image *colour,
+                   const struct rf_image *depth, const struct rf_image *out,
+                   struct rf_error *error)
+{
+    if (!params || !colour || !depth || !out)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "",
+                       "params, colour, depth and out must not be NULL");
+    struct rf_context *context;
+    rf_result result = rf_context_create(&context, NULL, error);
+    if (result != RF_OK)
+        return result;
+    struct rf_filter *filter;
+    result = rf_filter_create(&filter, context, params, colour->width, colour->height,
+                              error);
+    if (result == RF_OK) {
+        struct rf_view view = {.colour = *colour, .depth = *depth};
+        result = rf_filter_process(filter, &view, 1, out, NULL, error);
+        rf_filter_destroy(filter);
+    }
+    rf_context_destroy(context);
+    return result;
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Views of the caller's pixels, and their way into and out of the blend space. */
+#include "internal.h"
+
+rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
+                         int height, struct rf_error *error)
+{
+    if (!image || !image->data)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name, "the image %s has no pixels",
+                       name);
+    if (image->width != width || image->height != height)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                       "%s is %d x %d px, but the picture is %d x %d px: both must be "
+                       "renders of the same size",
+                       name, image->width, image->height, width, height);
+    int n = image->channels;
+    if (n != 1 && n != 3 && n != 4)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                       "%s has %d channels; it takes 1, 3 or 4", name, n);
+    ptrdiff_t strides[] = {image->channel_bytes, image->pixel_bytes, image->row_bytes};
+    for (int i = 0; i < 3; i++)
+        if (strides[i] % (ptrdiff_t)sizeof(float))
+            return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                           "the strides of %s are not multiples of 4 bytes", name);
+    return RF_OK;
+}
+
+struct rf_image rf_image_packed(float *data, int32_t width, int32_t height,
+                                int32_t channels)
+{
+    ptrdiff_t pixel = channels * (ptrdiff_t)sizeof(float);
+    return (struct rf_image){.data = data,
+                             .width = width,
+                             .height = height,
+                             .channels = channels,
+                             .channel_bytes = sizeof(float),
+                             .pixel_bytes = pixel,
+                             .row_bytes = pixel * width};
+}
+
+void rf_image_copy(const struct rf_image *from, const struct rf_image *to)
+{
+    if (from->data == to->data)
+        return;
+    for (int y = 0; y < to->height; y++)
+        for (int x = 0; x < to->width; x++)
+            for (int c = 0; c < to->channels; c++)
+                memcpy((void *)rf_image_at(to, x, y, c), rf_image_at(from, x, y, c),
+                       sizeof(float));
+}
+
+/* Odd in v, so that negative values survive the way there and back. */
+static float signed_power(float v, double exponent)
+{
+    return copysignf((float)pow(fabs((double)v), exponent), v);
+}
+
+/* Alpha is coverage, not light: the blend gamma leaves it alone. */
+static bool has_gamma(const struct rf_params *params, int plane)
+{
+    return params->blend_gamma != 1 && plane < 3;
+}
+
+static int64_t load_row(const struct rf_params *params, const struct rf_image *colour,
+                        int y, float *planes[4], int *bad_x)
+{
+    int64_t n_bad = 0;
+    double power = 1 / params->blend_gamma;
+    for (int c = 0; c < colour->channels; c++) {
+        float *row = planes[c] + (size_t)y * (size_t)colour->width;
+        for (int x = 0; x < colour->width; x++) {
+            float v = *rf_image_at(colour, x, y, c);
+            if (!isfinite(v)) {
+                if (n_bad++ == 0 || x < *bad_x)
+                    *bad_x = x;
+                v = 0;
+            }
+            row[x] = has_gamma(params, c) ? signed_power(v, power) : v;
+        }
+    }
+    return n_bad;
+}
+
+rf_result rf_frame_load(const struct rf_context *context,
+                        const struct rf_params *params, const struct rf_image *colour,
+                        float *planes[4], struct rf_error *error)
+{
+    int height = colour->height, first_x = 0, first_y = -1;
+    int64_t n_bad = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+    for (int y = 0; y < height; y++) {
+        int bad_x = 0;
+        int64_t n = load_row(params, colour, y, planes, &bad_x);
+        if (n) {
+#pragma omp critical
+            {
+                n_bad += n;
+                if (first_y < 0 || y < first_y) {
+                    first_y = y;
+                    first_x = bad_x;
+                }
+            }
+        }
+    }
+    if (n_bad)
+        return rf_fail(error, RF_ERROR_PIXEL, "colour",
+                       "%lld colour value%s NaN or infinite, the first at pixel (%d, "
+                       "%d): repair the render, the blur would spread them",
+                       (long long)n_bad, n_bad == 1 ? " is" : "s are", first_x,
+                       first_y);
+    return RF_OK;
+}
+
+void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
+                    float *const planes[4], const struct rf_image *out)
+{
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+    for (int y = 0; y < out->height; y++)
+        for (int c = 0; c < out->channels; c++) {
+            const float *row = planes[c] + (size_t)y * (size_t)out->width;
+            for (int x = 0; x < out->width; x++) {
+                float v = row[x];
+                if (has_gamma(params, c))
+                    v = signed_power(v, params->blend_gamma);
+                *(float *)rf_image_at(out, x, y, c) = v;
+            }
+        }
+}

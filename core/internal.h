@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the modules of the core share and nobody else sees. */
+#ifndef RF_INTERNAL_H
+#define RF_INTERNAL_H
+
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include "rackfocus/rackfocus.h"
+
+#define RF_PI 3.14159265358979323846
+
+/* ---- error.c ------------------------------------------------------------------- */
+
+/* Fills `error` where it is not NULL and returns `code`. */
+rf_result rf_fail(struct rf_error *error, rf_result code, const char *field,
+                  const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/* ---- context.c ----------------------------------------------------------------- */
+
+struct rf_context {
+    struct rf_context_params params;
+    int n_threads;
+};
+
+/* 64-byte aligned memory, not cleared; NULL where there is none. Size 0 gives memory.
+ */
+void *rf_alloc(const struct rf_context *context, size_t count, size_t size);
+void *rf_calloc(const struct rf_context *context, size_t count, size_t size);
+void rf_free(const struct rf_context *context, void *memory);
+rf_result rf_fail_memory(struct rf_error *error, size_t count, size_t size);
+void rf_log(const struct rf_context *context, enum rf_log_level level,
+            const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* ---- aperture.c ---------------------------------------------------------------- */
+
+/*
+ * An aperture of unit size: a convex polygon (a disc has many corners) in lens
+ * coordinates, u right and v up, that the footprint of a sample behind the focus has
+ * when multiplied with its radius. Corners run counter-clockwise.
+ */
+struct rf_shape {
+    int n_corners;
+    double corner[128][2];
+    bool is_disc; /* an ellipse with semi-axes 1/ratio and 1 */
+    double ratio;
+    double pixel_aspect; /* v is multiplied by it to get pixel rows */
+};
+
+void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
+/* Is the lens point (u, v) inside? */
+bool rf_shape_contains(const struct rf_shape *shape, double u, double v);
+
+/* ---- depth.c ------------------------------------------------------------------- */
+
+/*
+ * Signed radius in px of every pixel of `depth` (any of rf_depth) into `radius`, packed
+ * width x height. With `planar` not NULL also the planar distance.
+ */
+rf_result rf_depth_to_radius(const struct rf_context *context,
+                             const struct rf_params *params, const struct rf_lens *lens,
+                             const struct rf_image *depth, float *radius, float *planar,
+                             struct rf_error *error);
+
+/* ---- frame.c ------------------------------------------------------------------- */
+
+/* Checks one view; `name` is the field in errors. */
+rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
+                         int height, struct rf_error *error);
+
+static inline const float *rf_image_at(const struct rf_image *image, int x, int y,
+                                       int c)
+{
+    return (const float *)((const char *)image->data + (ptrdiff_t)y * image->row_bytes +
+                           (ptrdiff_t)x * image->pixel_bytes +
+                           (ptrdiff_t)c * image->channel_bytes);
+}
+
+/*
+ * The colour of a view, unpacked to planes of width x height in the space in which
+ * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four.
+ */
+rf_result rf_frame_load(const struct rf_context *context,
+                        const struct rf_params *params, const struct rf_image *colour,
+                        float *planes[4], struct rf_error *error);
+
+/* Writes planes back to an image, undoing the blend gamma. */
+void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
+                    float *const planes[4], const struct rf_image *out);
+
+/* Copies pixels bit for bit between two views of the same size and channel count. */
+void rf_image_copy(const struct rf_image *from, const struct rf_image *to);
+
+/* ---- progress ------------------------------------------------------------------ */
+
+/*
+ * Progress over the phases of one method: fractions [from, to] of the whole. Worker
+ * threads count finished tiles with rf_task_step(); the caller's thread reports.
+ */
+struct rf_task {
+    const struct rf_progress *progress;
+    double from, to; /* of the current phase */
+    double last;     /* last fraction reported */
+    int64_t n_steps; /* of the current phase */
+    int64_t n_done;  /* atomic */
+    int cancelled;   /* atomic */
+};
+
+void rf_task_begin(struct rf_task *task, const struct rf_progress *progress);
+void rf_task_phase(struct rf_task *task, double to, int64_t n_steps);
+/* Counts one tile; true while work goes on. Any thread. */
+bool rf_task_step(struct rf_task *task);
+bool rf_task_is_cancelled(const struct rf_task *task);
+
+/* ---- filter.c, methods/ -------------------------------------------------------- */
+
+struct rf_filter {
+    const struct rf_context *context;
+    struct rf_params params;
+    struct rf_lens lens;
+    struct rf_shape shape;
+    int width, height;
+};
+
+/*
+ * What a method gets: planes of colour (in the blend space) and the signed radius of
+ * every pixel, width x height each, packed; it overwrites the colour with the result.
+ */
+struct rf_work {
+    const struct rf_filter *filter;
+    int n_planes; /* 1, 3 or 4; the fourth is alpha */
+    float *colour[4];
+    const float *radius;
+    struct rf_task *task;
+};
+
+/* One entry of the list of methods: see filter.c. */
+struct rf_method_entry {
+    struct rf_method_info info;
+    rf_result (*run)(struct rf_work *work, struct rf_error *error);
+};
+
+rf_result rf_layered_run(struct rf_work *work, struct rf_error *error);
+rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error);
+
+/* Index of the calling thread in its parallel region. */
+int rf_thread_num(void);
+
+static inline int rf_min_int(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static inline int rf_max_int(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+static inline float rf_luminance(float r, float g, float b)
+{
+    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
+}
+
+#endif
