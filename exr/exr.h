@@ -31,8 +31,8 @@ struct exr_channel_info {
 };
 
 struct exr_part_info {
-    const char *name; /* "" where the part has none */
-    const char *view; /* "" where it has none */
+    const char *name;        /* "" where the part has none */
+    const char *view;        /* "" where it has none */
     const char *compression; /* "zip", "dwaa", ... */
     bool is_tiled, is_deep;
     struct exr_box data_window, display_window;
@@ -73,21 +73,25 @@ struct exr_layer {
  * is (the message lists the layers of the file) unless `depth_only`.
  */
 bool exr_find_layer(const struct exr_input *input, const char *layer,
-                    const char *depth_channel, bool depth_only,
-                    struct exr_layer *found, struct exr_error *error);
+                    const char *depth_channel, bool depth_only, struct exr_layer *found,
+                    struct exr_error *error);
 
 /*
  * Reads channels (indices into exr_channels, all of one data window) into `samples`,
- * interleaved: sample c of pixel (x, y) is samples[(y * width + x) * n + c]. An index of
- * -1 gives 1.0. Decodes on n_threads.
+ * interleaved: sample c of pixel (x, y) is samples[(y * width + x) * n + c]. An index
+ * of -1 gives 1.0. Decodes on n_threads.
  */
 bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
               int n_threads, struct exr_error *error);
 
 struct exr_attribute { /* a number, a string or a v2f to add to a header */
     const char *name;
-    enum { EXR_ATTRIBUTE_FLOAT, EXR_ATTRIBUTE_INT, EXR_ATTRIBUTE_STRING,
-           EXR_ATTRIBUTE_V2F } type;
+    enum {
+        EXR_ATTRIBUTE_FLOAT,
+        EXR_ATTRIBUTE_INT,
+        EXR_ATTRIBUTE_STRING,
+        EXR_ATTRIBUTE_V2F
+    } type;
     double number[2];
     const char *text;
 };
@@ -100,8 +104,8 @@ struct exr_output {
     int n_channels;
     const char *const *channel_names; /* n_channels */
     const enum exr_sample_type *types;
-    const float *samples;    /* interleaved */
-    const char *compression; /* NULL: "zip" */
+    const float *samples;                   /* interleaved */
+    const char *compression;                /* NULL: "zip" */
     const struct exr_attribute *attributes; /* win over those taken from `like` */
     int n_attributes;
     /* Windows, aspect, compression and all custom and standard attributes are copied
@@ -118,9 +122,9 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
                struct exr_error *error);
 
 /*
- * Writes a PNG beside `path` and renames. Samples are interleaved, n_channels 1, 3 or 4,
- * scene-linear and premultiplied: they are unpremultiplied, clipped to [0, 1] and sRGB
- * encoded; with is_encoded they are written as they are. bits is 8 or 16.
+ * Writes a PNG beside `path` and renames. Samples are interleaved, n_channels 1, 3 or
+ * 4, scene-linear and premultiplied: they are unpremultiplied, clipped to [0, 1] and
+ * sRGB encoded; with is_encoded they are written as they are. bits is 8 or 16.
  */
 bool png_write(const char *path, const float *samples, int32_t width, int32_t height,
                int n_channels, int bits, bool is_encoded, struct exr_error *error);
@@ -128,6 +132,12 @@ bool png_write(const char *path, const float *samples, int32_t width, int32_t he
 /* Reads an 8 or 16 bit PNG to linear floats, RGBA; caller frees *samples. */
 bool png_read(const char *path, float **samples, int32_t *width, int32_t *height,
               struct exr_error *error);
+
+/*
+ * Removes the files of this process that are written and not yet renamed. For a handler
+ * of SIGINT or SIGTERM: calls only unlink. The write itself goes on and then fails.
+ */
+void exr_remove_partial(void);
 
 /* Largest picture that readers accept, px; guards against damaged headers. */
 #define EXR_MAX_SIDE 65535

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the files of exr/ share. */
+#ifndef RF_EXR_PRIVATE_H
+#define RF_EXR_PRIVATE_H
+
+#include <stddef.h>
+
+#include <openexr.h>
+
+#include "exr.h"
+
+#if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "EXR stores little-endian samples and this code copies them as they are"
+#endif
+
+/* An input is opened once and only read from then on; threads may share it. */
+struct exr_input {
+    exr_context_t context;
+    char *path;
+    int fd;
+    int64_t size_bytes;
+    int n_parts, n_channels;
+    struct exr_part_info *parts;
+    struct exr_channel_info *channels;
+    int *first_channel; /* of each part, n_parts + 1: where the next part's start */
+};
+
+/* Always false, so that `return exr_fail(...)` reads as what it does. */
+__attribute__((format(printf, 3, 4))) bool
+exr_fail(struct exr_error *error, const char *path, const char *format, ...);
+
+/*
+ * OpenEXRCore reports through a callback. It runs on the thread that called the core,
+ * so the text is kept per thread: clear, call, and ask for the first message (later
+ * ones only say that the caller of the caller failed too). `fallback` is the result.
+ */
+void exr_core_clear(void);
+const char *exr_core_message(exr_result_t fallback);
+/* For exr_context_initializer_t. */
+void exr_core_on_error(exr_const_context_t context, exr_result_t code,
+                       const char *message);
+
+/* The name that the file format documents use: "zip"; NULL for an unknown number. */
+const char *exr_compression_name(int compression);
+/* -1 for an unknown name. */
+int exr_compression_number(const char *name);
+bool exr_is_lossy(int compression);
+
+/*
+ * A run of samples of one channel as stored, little-endian, unaligned: `n` samples from
+ * column x of row y of the channel, both counted from the data window's corner, in
+ * samples (so in steps of the sampling for sub-sampled channels). May be called on
+ * several threads at once, for different places.
+ */
+typedef void (*exr_run_fn)(void *user, int channel_in_part, int32_t x, int32_t y,
+                           int32_t n, const uint8_t *samples);
+
+/* Decodes all of a part (the full level of a tiled one). Deep parts fail. */
+bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
+                     int n_threads, struct exr_error *error);
+
+/* Undoes DWAA and DWAB, which OpenEXRCore 3.1 does not; a decompress_fn. */
+exr_result_t exr_undo_dwa(exr_decode_pipeline_t *pipeline);
+
+int exr_sample_bytes(enum exr_sample_type type);
+float exr_half_to_float(uint16_t half);
+/* To nearest even; finite values beyond the range become +-65504, not infinity. */
+uint16_t exr_float_to_half(float value);
+
+/* A file written beside `path`, to be renamed over it. */
+struct partial_file {
+    char *target, *path;
+    int fd;
+    int slot;
+};
+
+bool partial_open(struct partial_file *file, const char *path, struct exr_error *error);
+/* Syncs, renames and closes; on failure removes. */
+bool partial_commit(struct partial_file *file, struct exr_error *error);
+void partial_abort(struct partial_file *file);
+
+#endif

@@ -1,0 +1,752 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Opens and decodes OpenEXR files.
+ *
+ * OpenEXRCore parses the header and undoes the compression of a chunk; finding the
+ * chunks, unpacking them and converting samples is done here, because the unpackers of
+ * the core depend on the channels in ways that 3.1 gets wrong for mixed types. Reading
+ * through our own pread lets all threads share one context.
+ *
+ * A damaged header must not make us allocate more than the file can hold: every part is
+ * held against the best ratio that its compression can reach.
+ */
+#include "exr_private.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Far beyond what renderers write, and small enough for searches by name. */
+enum { MAX_CHANNELS = 8192, MAX_PARTS = 2048 };
+
+static const struct {
+    const char *name;
+    bool is_lossy;
+    /* No file of this kind is smaller than its pixels by more than this. */
+    uint32_t max_ratio;
+} compressions[] = {
+    [EXR_COMPRESSION_NONE] = {"none", false, 1},
+    [EXR_COMPRESSION_RLE] = {"rle", false, 128},
+    [EXR_COMPRESSION_ZIPS] = {"zips", false, 1200},
+    [EXR_COMPRESSION_ZIP] = {"zip", false, 1200},
+    [EXR_COMPRESSION_PIZ] = {"piz", false, 1200},
+    [EXR_COMPRESSION_PXR24] = {"pxr24", true, 1600},
+    [EXR_COMPRESSION_B44] = {"b44", true, 32},
+    [EXR_COMPRESSION_B44A] = {"b44a", true, 32},
+    [EXR_COMPRESSION_DWAA] = {"dwaa", true, 1 << 18},
+    [EXR_COMPRESSION_DWAB] = {"dwab", true, 1 << 18},
+};
+
+bool exr_fail(struct exr_error *error, const char *path, const char *format, ...)
+{
+    if (!error)
+        return false;
+    int n = snprintf(error->message, sizeof error->message, "%s: ", path);
+    if (n < 0 || (size_t)n >= sizeof error->message)
+        return false;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->message + n, sizeof error->message - (size_t)n, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+static _Thread_local char core_message[400];
+
+void exr_core_clear(void)
+{
+    core_message[0] = '\0';
+}
+
+void exr_core_on_error(exr_const_context_t context, exr_result_t code,
+                       const char *message)
+{
+    if (core_message[0] == '\0' && message)
+        snprintf(core_message, sizeof core_message, "%s", message);
+}
+
+const char *exr_core_message(exr_result_t fallback)
+{
+    return core_message[0] ? core_message : exr_get_default_error_message(fallback);
+}
+
+const char *exr_compression_name(int compression)
+{
+    if (compression < 0 || compression >= EXR_COMPRESSION_LAST_TYPE)
+        return NULL;
+    return compressions[compression].name;
+}
+
+int exr_compression_number(const char *name)
+{
+    for (int i = 0; i < EXR_COMPRESSION_LAST_TYPE; i++)
+        if (strcmp(name, compressions[i].name) == 0)
+            return i;
+    return -1;
+}
+
+bool exr_is_lossy(int compression)
+{
+    return compressions[compression].is_lossy;
+}
+
+int exr_sample_bytes(enum exr_sample_type type)
+{
+    return type == EXR_SAMPLE_HALF ? 2 : 4;
+}
+
+float exr_half_to_float(uint16_t half)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } f;
+    uint32_t sign = (uint32_t)(half & 0x8000) << 16;
+    uint32_t magnitude = half & 0x7fff;
+    if (magnitude >= 0x7c00) { /* infinity and NaN */
+        f.bits = sign | 0x7f800000u | (magnitude & 0x3ff) << 13;
+    } else if (magnitude >= 0x400) {
+        f.bits = sign | ((magnitude << 13) + (112u << 23));
+    } else { /* denormal: a whole number of 2^-24 */
+        f.value = (float)magnitude * 0x1p-24f;
+        f.bits |= sign;
+    }
+    return f.value;
+}
+
+static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
+                       uint64_t size, uint64_t offset,
+                       exr_stream_error_func_ptr_t report)
+{
+    const struct exr_input *input = user;
+    uint64_t done = 0;
+    while (done < size) {
+        ssize_t n = pread(input->fd, (char *)buffer + done, size - done,
+                          (off_t)(offset + done));
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0)
+            report(context, EXR_ERR_READ_IO, "%s", strerror(errno));
+        else if (n == 0)
+            report(context, EXR_ERR_READ_IO, "the file ends too early");
+        if (n <= 0)
+            break;
+        done += (uint64_t)n;
+    }
+    return (int64_t)done;
+}
+
+static int64_t query_size(exr_const_context_t context, void *user)
+{
+    return ((const struct exr_input *)user)->size_bytes;
+}
+
+static bool open_file(struct exr_input *input, struct exr_error *error)
+{
+    struct stat status;
+    unsigned char magic[4] = {0};
+
+    input->fd = open(input->path, O_RDONLY | O_CLOEXEC);
+    if (input->fd < 0 || fstat(input->fd, &status) != 0)
+        return exr_fail(error, input->path, "%s", strerror(errno));
+    if (S_ISDIR(status.st_mode))
+        return exr_fail(error, input->path, "is a folder, not an OpenEXR file");
+    if (!S_ISREG(status.st_mode))
+        return exr_fail(error, input->path,
+                        "is not a regular file; OpenEXR files cannot be piped");
+    input->size_bytes = status.st_size;
+    if (status.st_size == 0)
+        return exr_fail(error, input->path, "is empty");
+    ssize_t n = pread(input->fd, magic, sizeof magic, 0);
+    if (n < 0)
+        return exr_fail(error, input->path, "%s", strerror(errno));
+    if (memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
+        return exr_fail(error, input->path, "is not an OpenEXR file");
+    return true;
+}
+
+static bool open_context(struct exr_input *input, struct exr_error *error)
+{
+    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    settings.error_handler_fn = exr_core_on_error;
+    settings.user_data = input;
+    settings.read_fn = read_at;
+    settings.size_fn = query_size;
+    settings.max_image_width = settings.max_image_height = EXR_MAX_SIDE;
+    settings.max_tile_width = settings.max_tile_height = EXR_MAX_SIDE;
+    /* A table of chunks that does not fit means damage; guessing hides it. */
+    settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+
+    exr_core_clear();
+    exr_result_t result = exr_start_read(&input->context, input->path, &settings);
+    if (result != EXR_ERR_SUCCESS)
+        return exr_fail(error, input->path, "damaged header: %s",
+                        exr_core_message(result));
+    return true;
+}
+
+static const char *part_text(const struct exr_input *input, int part, const char *name)
+{
+    const exr_attribute_t *attribute;
+    if (exr_get_attribute_by_name(input->context, part, name, &attribute) !=
+            EXR_ERR_SUCCESS ||
+        attribute->type != EXR_ATTR_STRING || !attribute->string->str)
+        return "";
+    return attribute->string->str;
+}
+
+static struct exr_box to_box(exr_attr_box2i_t box)
+{
+    return (struct exr_box){box.min.x, box.min.y, box.max.x, box.max.y};
+}
+
+/* Refuses sizes that the file cannot hold. */
+static bool check_part_size(const struct exr_input *input, int part,
+                            const exr_attr_chlist_t *list, int compression,
+                            struct exr_error *error)
+{
+    const struct exr_box *box = &input->parts[part].data_window;
+    int64_t width = (int64_t)box->max_x - box->min_x + 1;
+    int64_t height = (int64_t)box->max_y - box->min_y + 1;
+    if (width < 1 || height < 1 || width > EXR_MAX_SIDE || height > EXR_MAX_SIDE)
+        return exr_fail(error, input->path, "damaged header: size %lld x %lld px",
+                        (long long)width, (long long)height);
+
+    uint64_t n_bytes = 0;
+    for (int i = 0; i < list->num_channels; i++) {
+        const exr_attr_chlist_entry_t *entry = &list->entries[i];
+        n_bytes += (uint64_t)(width / entry->x_sampling) *
+                   (uint64_t)(height / entry->y_sampling) *
+                   (entry->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
+    }
+    if (!input->parts[part].is_deep && n_bytes / compressions[compression].max_ratio >
+                                           (uint64_t)input->size_bytes + 4096)
+        return exr_fail(error, input->path,
+                        "damaged or cut off: %lld x %lld px do not fit into %lld bytes",
+                        (long long)width, (long long)height,
+                        (long long)input->size_bytes);
+    return true;
+}
+
+static bool read_part_info(struct exr_input *input, int part,
+                           const exr_attr_chlist_t **list, struct exr_error *error)
+{
+    struct exr_part_info *info = &input->parts[part];
+    exr_attr_box2i_t data_window, display_window;
+    exr_storage_t storage;
+    exr_compression_t compression;
+
+    exr_core_clear();
+    exr_result_t result =
+        exr_get_data_window(input->context, part, &data_window) |
+        exr_get_display_window(input->context, part, &display_window) |
+        exr_get_storage(input->context, part, &storage) |
+        exr_get_compression(input->context, part, &compression) |
+        exr_get_pixel_aspect_ratio(input->context, part, &info->pixel_aspect) |
+        exr_get_channels(input->context, part, list);
+    if (result != EXR_ERR_SUCCESS)
+        return exr_fail(error, input->path, "damaged header: %s",
+                        exr_core_message(EXR_ERR_MISSING_REQ_ATTR));
+    info->name = part_text(input, part, "name");
+    info->view = part_text(input, part, "view");
+    info->is_tiled = storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED;
+    info->is_deep =
+        storage == EXR_STORAGE_DEEP_SCANLINE || storage == EXR_STORAGE_DEEP_TILED;
+    info->data_window = to_box(data_window);
+    info->display_window = to_box(display_window);
+    info->compression = exr_compression_name((int)compression);
+    if (!info->compression)
+        return exr_fail(error, input->path,
+                        "compression number %d is not known to this version",
+                        (int)compression);
+    return check_part_size(input, part, *list, (int)compression, error);
+}
+
+static enum exr_sample_type to_sample_type(exr_pixel_type_t type)
+{
+    switch (type) {
+    case EXR_PIXEL_HALF:
+        return EXR_SAMPLE_HALF;
+    case EXR_PIXEL_FLOAT:
+        return EXR_SAMPLE_FLOAT;
+    default:
+        return EXR_SAMPLE_UINT;
+    }
+}
+
+static bool append_channels(struct exr_input *input, int part,
+                            const exr_attr_chlist_t *list, struct exr_error *error)
+{
+    size_t n = (size_t)input->n_channels + (size_t)list->num_channels;
+    if (n > MAX_CHANNELS)
+        return exr_fail(error, input->path, "damaged header: more than %d channels",
+                        MAX_CHANNELS);
+    struct exr_channel_info *channels =
+        realloc(input->channels, n * sizeof *input->channels);
+    if (!channels)
+        return exr_fail(error, input->path, "out of memory");
+    input->channels = channels;
+    for (int i = 0; i < list->num_channels; i++) {
+        const exr_attr_chlist_entry_t *entry = &list->entries[i];
+        channels[input->n_channels++] = (struct exr_channel_info){
+            .name = entry->name.str,
+            .type = to_sample_type(entry->pixel_type),
+            .x_sampling = entry->x_sampling,
+            .y_sampling = entry->y_sampling,
+            .part = part,
+        };
+    }
+    input->first_channel[part + 1] = input->n_channels;
+    return true;
+}
+
+static bool read_headers(struct exr_input *input, struct exr_error *error)
+{
+    if (exr_get_count(input->context, &input->n_parts) != EXR_ERR_SUCCESS ||
+        input->n_parts < 1 || input->n_parts > MAX_PARTS)
+        return exr_fail(error, input->path, "damaged header: %d parts", input->n_parts);
+    input->parts = calloc((size_t)input->n_parts, sizeof *input->parts);
+    input->first_channel =
+        calloc((size_t)input->n_parts + 1, sizeof *input->first_channel);
+    if (!input->parts || !input->first_channel)
+        return exr_fail(error, input->path, "out of memory");
+    for (int part = 0; part < input->n_parts; part++) {
+        const exr_attr_chlist_t *list;
+        if (!read_part_info(input, part, &list, error) ||
+            !append_channels(input, part, list, error))
+            return false;
+    }
+    return true;
+}
+
+bool exr_open(struct exr_input **input, const char *path, struct exr_error *error)
+{
+    *input = NULL;
+    struct exr_input *in = calloc(1, sizeof *in);
+    if (!in)
+        return exr_fail(error, path, "out of memory");
+    in->fd = -1;
+    in->path = strdup(path);
+    if (!in->path)
+        exr_fail(error, path, "out of memory");
+    if (!in->path || !open_file(in, error) || !open_context(in, error) ||
+        !read_headers(in, error)) {
+        exr_close(in);
+        return false;
+    }
+    *input = in;
+    return true;
+}
+
+void exr_close(struct exr_input *input)
+{
+    if (!input)
+        return;
+    if (input->context)
+        exr_finish(&input->context);
+    if (input->fd >= 0)
+        close(input->fd);
+    free(input->path);
+    free(input->parts);
+    free(input->channels);
+    free(input->first_channel);
+    free(input);
+}
+
+const char *exr_path(const struct exr_input *input)
+{
+    return input->path;
+}
+
+const struct exr_part_info *exr_parts(const struct exr_input *input, int *n)
+{
+    if (n)
+        *n = input->n_parts;
+    return input->parts;
+}
+
+const struct exr_channel_info *exr_channels(const struct exr_input *input, int *n)
+{
+    if (n)
+        *n = input->n_channels;
+    return input->channels;
+}
+
+static const exr_attribute_t *attribute_of(const struct exr_input *input, int part,
+                                           const char *name)
+{
+    const exr_attribute_t *attribute;
+    exr_result_t result =
+        exr_get_attribute_by_name(input->context, part, name, &attribute);
+    return result == EXR_ERR_SUCCESS ? attribute : NULL;
+}
+
+bool exr_attribute_number(const struct exr_input *input, const char *name, double *v)
+{
+    for (int part = 0; part < input->n_parts; part++) {
+        const exr_attribute_t *a = attribute_of(input, part, name);
+        if (!a)
+            continue;
+        if (a->type == EXR_ATTR_FLOAT)
+            *v = (double)a->f;
+        else if (a->type == EXR_ATTR_DOUBLE)
+            *v = a->d;
+        else if (a->type == EXR_ATTR_INT)
+            *v = a->i;
+        else
+            continue;
+        return true;
+    }
+    return false;
+}
+
+bool exr_attribute_string(const struct exr_input *input, const char *name,
+                          const char **text)
+{
+    for (int part = 0; part < input->n_parts; part++) {
+        const exr_attribute_t *a = attribute_of(input, part, name);
+        if (!a || a->type != EXR_ATTR_STRING || !a->string->str)
+            continue;
+        *text = a->string->str;
+        return true;
+    }
+    return false;
+}
+
+bool exr_attribute_v2f(const struct exr_input *input, const char *name, double v[2])
+{
+    for (int part = 0; part < input->n_parts; part++) {
+        const exr_attribute_t *a = attribute_of(input, part, name);
+        if (!a)
+            continue;
+        if (a->type == EXR_ATTR_V2F) {
+            v[0] = (double)a->v2f->x;
+            v[1] = (double)a->v2f->y;
+        } else if (a->type == EXR_ATTR_V2D) {
+            v[0] = a->v2d->x;
+            v[1] = a->v2d->y;
+        } else if (a->type == EXR_ATTR_V2I) {
+            v[0] = a->v2i->x;
+            v[1] = a->v2i->y;
+        } else {
+            continue;
+        }
+        return true;
+    }
+    return false;
+}
+
+/* Decoding */
+
+struct decoder {
+    struct exr_input *input;
+    int part;
+    exr_run_fn run;
+    void *user;
+    int n_chunks;
+    int lines_per_chunk;                           /* scan lines */
+    int tile_width, tile_height;                   /* tiles */
+    int n_tiles_x;                                 /* 0: scan lines */
+    exr_result_t (*undo)(exr_decode_pipeline_t *); /* of the core, or ours */
+};
+
+static bool plan_chunks(struct decoder *d, struct exr_error *error)
+{
+    const struct exr_part_info *info = &d->input->parts[d->part];
+    exr_const_context_t context = d->input->context;
+    int32_t width = info->data_window.max_x - info->data_window.min_x + 1;
+    int32_t height = info->data_window.max_y - info->data_window.min_y + 1;
+    exr_result_t result;
+
+    exr_core_clear();
+    if (info->is_tiled) {
+        result =
+            exr_get_tile_sizes(context, d->part, 0, 0, &d->tile_width, &d->tile_height);
+        if (result == EXR_ERR_SUCCESS && d->tile_width > 0 && d->tile_height > 0) {
+            d->n_tiles_x = (width + d->tile_width - 1) / d->tile_width;
+            d->n_chunks =
+                d->n_tiles_x * ((height + d->tile_height - 1) / d->tile_height);
+            return true;
+        }
+    } else {
+        result = exr_get_scanlines_per_chunk(context, d->part, &d->lines_per_chunk);
+        if (result == EXR_ERR_SUCCESS && d->lines_per_chunk > 0) {
+            d->n_chunks = (height + d->lines_per_chunk - 1) / d->lines_per_chunk;
+            return true;
+        }
+    }
+    return exr_fail(error, d->input->path, "damaged header: %s",
+                    exr_core_message(result));
+}
+
+static exr_result_t find_chunk(const struct decoder *d, int index,
+                               exr_chunk_info_t *chunk)
+{
+    const struct exr_part_info *info = &d->input->parts[d->part];
+    /* The core leaves fields alone that mean nothing for this kind of part. */
+    memset(chunk, 0, sizeof *chunk);
+    if (d->n_tiles_x > 0)
+        return exr_read_tile_chunk_info(d->input->context, d->part,
+                                        index % d->n_tiles_x, index / d->n_tiles_x, 0,
+                                        0, chunk);
+    return exr_read_scanline_chunk_info(
+        d->input->context, d->part,
+        info->data_window.min_y + index * d->lines_per_chunk, chunk);
+}
+
+/* In place of the core's: chunks as large as their pixels are stored as they are. */
+static exr_result_t undo_compression(exr_decode_pipeline_t *pipeline)
+{
+    const struct decoder *d = pipeline->decoding_user_data;
+    if (pipeline->chunk.packed_size == pipeline->chunk.unpacked_size)
+        return EXR_ERR_SUCCESS;
+    return d->undo(pipeline);
+}
+
+/* Hands the lines of an uncompressed chunk to the user, channel by channel. */
+static exr_result_t unpack(exr_decode_pipeline_t *pipeline)
+{
+    const struct decoder *d = pipeline->decoding_user_data;
+    const exr_chunk_info_t *chunk = &pipeline->chunk;
+    const struct exr_box *box = &d->input->parts[d->part].data_window;
+    const uint8_t *samples = pipeline->unpacked_buffer;
+    const uint8_t *end = samples + chunk->unpacked_size;
+    bool is_tile = d->n_tiles_x > 0;
+    /* Without compression the core takes any size and would leave the rest unset. */
+    if (!pipeline->decompress_fn && chunk->packed_size != chunk->unpacked_size)
+        return EXR_ERR_CORRUPT_CHUNK;
+    int32_t x = is_tile ? chunk->start_x * d->tile_width : 0;
+    int32_t y0 =
+        is_tile ? chunk->start_y * d->tile_height : chunk->start_y - box->min_y;
+
+    for (int32_t line = 0; line < chunk->height; line++) {
+        for (int c = 0; c < pipeline->channel_count; c++) {
+            const exr_coding_channel_info_t *channel = &pipeline->channels[c];
+            int32_t step = channel->y_samples > 1 ? channel->y_samples : 1;
+            if ((box->min_y + y0 + line) % step != 0)
+                continue;
+            size_t n_bytes =
+                (size_t)channel->width * (size_t)channel->bytes_per_element;
+            if ((size_t)(end - samples) < n_bytes)
+                return EXR_ERR_CORRUPT_CHUNK;
+            d->run(d->user, c, x, (y0 + line) / step, channel->width, samples);
+            samples += n_bytes;
+        }
+    }
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t start_pipeline(struct decoder *d, const exr_chunk_info_t *chunk,
+                                   exr_decode_pipeline_t *pipeline)
+{
+    exr_const_context_t context = d->input->context;
+    exr_result_t result = exr_decoding_initialize(context, d->part, chunk, pipeline);
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    result = exr_decoding_choose_default_routines(context, d->part, pipeline);
+    pipeline->decoding_user_data = d;
+    if (pipeline->decompress_fn)
+        pipeline->decompress_fn = undo_compression;
+    pipeline->unpack_and_convert_fn = unpack;
+    return result;
+}
+
+/* The core's own decompressor is only reachable through a pipeline. */
+static bool choose_undo(struct decoder *d, struct exr_error *error)
+{
+    exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
+    exr_chunk_info_t chunk;
+    exr_const_context_t context = d->input->context;
+
+    exr_core_clear();
+    exr_result_t result = find_chunk(d, 0, &chunk);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_decoding_initialize(context, d->part, &chunk, &pipeline);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_decoding_choose_default_routines(context, d->part, &pipeline);
+    d->undo = pipeline.decompress_fn;
+    exr_decoding_destroy(context, &pipeline);
+    if (chunk.compression == EXR_COMPRESSION_DWAA ||
+        chunk.compression == EXR_COMPRESSION_DWAB)
+        d->undo = exr_undo_dwa;
+    return result == EXR_ERR_SUCCESS ||
+           exr_fail(error, d->input->path, "damaged: %s", exr_core_message(result));
+}
+
+static exr_result_t decode_chunk(struct decoder *d, int index,
+                                 exr_decode_pipeline_t *pipeline, bool *is_started)
+{
+    exr_chunk_info_t chunk;
+    exr_result_t result = find_chunk(d, index, &chunk);
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    if (*is_started) {
+        result = exr_decoding_update(d->input->context, d->part, &chunk, pipeline);
+    } else {
+        result = start_pipeline(d, &chunk, pipeline);
+        *is_started = true;
+    }
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    return exr_decoding_run(d->input->context, d->part, pipeline);
+}
+
+bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
+                     int n_threads, struct exr_error *error)
+{
+    struct decoder d = {.input = input, .part = part, .run = run, .user = user};
+    if (input->parts[part].is_deep)
+        return exr_fail(error, input->path,
+                        "part %d (\"%s\") is deep data, which is not supported; "
+                        "flatten it first",
+                        part, input->parts[part].name);
+    if (!plan_chunks(&d, error) || !choose_undo(&d, error))
+        return false;
+
+    _Atomic bool is_failed = false;
+    char message[sizeof core_message] = "";
+    if (n_threads < 1)
+        n_threads = 1;
+#pragma omp parallel num_threads(n_threads)
+    {
+        exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
+        bool is_started = false;
+#pragma omp for schedule(dynamic)
+        for (int i = 0; i < d.n_chunks; i++) {
+            if (is_failed)
+                continue;
+            exr_core_clear();
+            exr_result_t result = decode_chunk(&d, i, &pipeline, &is_started);
+            if (result == EXR_ERR_SUCCESS)
+                continue;
+#pragma omp critical(exr_decode_message)
+            {
+                if (!is_failed)
+                    snprintf(message, sizeof message, "%s", exr_core_message(result));
+                is_failed = true;
+            }
+        }
+        exr_decoding_destroy(input->context, &pipeline);
+    }
+    return !is_failed || exr_fail(error, input->path, "damaged: %s", message);
+}
+
+/* exr_read */
+
+struct interleaver {
+    const struct exr_input *input;
+    int part;
+    const int *wanted; /* indices into input->channels */
+    int n;
+    float *samples;
+    size_t width;
+};
+
+static void convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
+                        const uint8_t *samples)
+{
+    for (int32_t i = 0; i < n; i++, out += stride) {
+        uint16_t half;
+        uint32_t whole;
+        switch (type) {
+        case EXR_SAMPLE_HALF:
+            memcpy(&half, samples + 2 * (size_t)i, 2);
+            *out = exr_half_to_float(half);
+            break;
+        case EXR_SAMPLE_FLOAT:
+            memcpy(out, samples + 4 * (size_t)i, 4);
+            break;
+        case EXR_SAMPLE_UINT:
+            memcpy(&whole, samples + 4 * (size_t)i, 4);
+            *out = (float)whole;
+            break;
+        }
+    }
+}
+
+static void interleave_run(void *user, int channel_in_part, int32_t x, int32_t y,
+                           int32_t n, const uint8_t *samples)
+{
+    const struct interleaver *to = user;
+    int channel = to->input->first_channel[to->part] + channel_in_part;
+    size_t pixel = (size_t)y * to->width + (size_t)x;
+    for (int c = 0; c < to->n; c++)
+        if (to->wanted[c] == channel)
+            convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
+                        to->input->channels[channel].type, n, samples);
+}
+
+static bool check_wanted(const struct exr_input *input, const int *channels, int n,
+                         struct exr_error *error)
+{
+    const struct exr_box *box = NULL;
+    for (int c = 0; c < n; c++) {
+        if (channels[c] == -1)
+            continue;
+        if (channels[c] < -1 || channels[c] >= input->n_channels)
+            return exr_fail(error, input->path, "there is no channel number %d",
+                            channels[c]);
+        const struct exr_channel_info *info = &input->channels[channels[c]];
+        if (info->x_sampling != 1 || info->y_sampling != 1)
+            return exr_fail(error, input->path,
+                            "channel %s is sub-sampled (%d x %d), which is not "
+                            "supported; convert the file to full-size channels",
+                            info->name, (int)info->x_sampling, (int)info->y_sampling);
+        const struct exr_box *other = &input->parts[info->part].data_window;
+        if (box && memcmp(box, other, sizeof *box) != 0)
+            return exr_fail(error, input->path,
+                            "channel %s has another data window than the first",
+                            info->name);
+        box = other;
+    }
+    if (!box)
+        return exr_fail(error, input->path, "no channel is asked for");
+    return true;
+}
+
+static bool is_wanted_part(const struct exr_input *input, int part, const int *channels,
+                           int n)
+{
+    for (int c = 0; c < n; c++)
+        if (channels[c] >= 0 && input->channels[channels[c]].part == part)
+            return true;
+    return false;
+}
+
+static void fill_ones(float *samples, size_t n_pixels, const int *channels, int n)
+{
+    for (int c = 0; c < n; c++)
+        for (size_t i = 0; channels[c] == -1 && i < n_pixels; i++)
+            samples[i * (size_t)n + (size_t)c] = 1.0f;
+}
+
+bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
+              int n_threads, struct exr_error *error)
+{
+    if (!check_wanted(input, channels, n, error))
+        return false;
+    for (int part = 0; part < input->n_parts; part++) {
+        if (!is_wanted_part(input, part, channels, n))
+            continue;
+        const struct exr_box *box = &input->parts[part].data_window;
+        struct interleaver to = {
+            .input = input,
+            .part = part,
+            .wanted = channels,
+            .n = n,
+            .samples = samples,
+            .width = (size_t)(box->max_x - box->min_x + 1),
+        };
+        fill_ones(samples, to.width * (size_t)(box->max_y - box->min_y + 1), channels,
+                  n);
+        if (!exr_decode_part(input, part, interleave_run, &to, n_threads, error))
+            return false;
+    }
+    return true;
+}

@@ -1,0 +1,451 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Finds colour and depth among the channels of a file.
+ *
+ * Programs write the same picture under many names. Each channel is brought into one
+ * form first: dotted components of the layer, a view, and the last component ("base").
+ *
+ *     stored                                       layer                 view   base
+ *     R, Z                                         (none)                       R, Z
+ *     ViewLayer.Combined.R         Blender 3, 4    ViewLayer Combined           R
+ *     ViewLayer.Combined.left.R    its multi-view  ViewLayer Combined    left   R
+ *     R in part ViewLayer.Combined Blender 5       ViewLayer Combined           R
+ *     right.R                      multiView       (none)                right  R
+ *     depth.Z, ZDepth.R            Nuke, V-Ray     depth, ZDepth                Z, R
+ */
+#include "exr_private.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+enum { MAX_COMPONENTS = 12, NAME_SIZE = 512 };
+
+struct name {
+    char text[NAME_SIZE]; /* the components, each ended by 0 */
+    const char *component[MAX_COMPONENTS];
+    int n; /* of the layer: without view and base */
+    const char *view;
+    const char *base;
+    int part;
+};
+
+static bool is_one_of(const char *word, const char *const *list)
+{
+    for (; *list; list++)
+        if (strcasecmp(word, *list) == 0)
+            return true;
+    return false;
+}
+
+/* The word that ends with `word`, as "VRayZDepth" does with "zdepth". */
+static bool is_depth_word(const char *word)
+{
+    static const char *const words[] = {"depth",   "z",          "zdepth", "vrayzdepth",
+                                        "zbuffer", "depthlayer", NULL};
+    return is_one_of(word, words);
+}
+
+/* Parts that only repeat what a single-part file says with plain R G B A. */
+static bool is_main_word(const char *word)
+{
+    static const char *const words[] = {"rgba",  "rgb",    "beauty", "main",
+                                        "color", "colour", NULL};
+    return is_one_of(word, words);
+}
+
+static int color_index(const char *base)
+{
+    static const char *const names[4][3] = {
+        {"R", "red", NULL}, {"G", "green", NULL}, {"B", "blue", NULL}, {"A", "alpha"}};
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 2; k++)
+            if (strcasecmp(base, names[i][k]) == 0)
+                return i;
+    return -1;
+}
+
+/* Is `word` a view of the file: in `multiView`, or the view of its part? */
+static bool is_view(const struct exr_input *input, int part, const char *word)
+{
+    if (strcmp(input->parts[part].view, word) == 0)
+        return true;
+    for (int p = 0; p < input->n_parts; p++) {
+        const exr_attribute_t *a;
+        if (exr_get_attribute_by_name(input->context, p, "multiView", &a) !=
+                EXR_ERR_SUCCESS ||
+            a->type != EXR_ATTR_STRING_VECTOR)
+            continue;
+        for (int i = 0; i < a->stringvector->n_strings; i++)
+            if (a->stringvector->strings[i].str &&
+                strcmp(a->stringvector->strings[i].str, word) == 0)
+                return true;
+    }
+    return false;
+}
+
+/* Of several views the first in `multiView` is the one to show. */
+static bool is_first_view(const struct exr_input *input, const char *view)
+{
+    const exr_attribute_t *a;
+    if (view[0] == '\0')
+        return true;
+    return exr_get_attribute_by_name(input->context, 0, "multiView", &a) ==
+               EXR_ERR_SUCCESS &&
+           a->type == EXR_ATTR_STRING_VECTOR && a->stringvector->n_strings > 0 &&
+           a->stringvector->strings[0].str &&
+           strcmp(a->stringvector->strings[0].str, view) == 0;
+}
+
+/* Stored name, with the part's name in front where it says more. */
+static void full_name(const struct exr_input *input, int channel, char *text,
+                      size_t size)
+{
+    const struct exr_channel_info *info = &input->channels[channel];
+    const char *part = input->parts[info->part].name;
+    size_t n = strlen(part);
+    bool is_repeated = strncmp(info->name, part, n) == 0 && info->name[n] == '.';
+    if (input->n_parts == 1 || n == 0 || is_repeated)
+        snprintf(text, size, "%s", info->name);
+    else
+        snprintf(text, size, "%s.%s", part, info->name);
+}
+
+static void parse_name(const struct exr_input *input, int channel, struct name *name)
+{
+    memset(name, 0, sizeof *name);
+    name->part = input->channels[channel].part;
+    name->view = input->parts[name->part].view;
+    full_name(input, channel, name->text, sizeof name->text);
+
+    char *word = name->text;
+    name->base = word;
+    for (;;) {
+        char *dot = strchr(word, '.');
+        if (!dot || name->n == MAX_COMPONENTS)
+            break;
+        *dot = '\0';
+        if (is_view(input, name->part, word))
+            name->view = word;
+        else
+            name->component[name->n++] = word;
+        word = dot + 1;
+        name->base = word;
+    }
+    /* The views of a plain file are parts or prefixes like "left": no layer at all. */
+    if (name->n == 1 && is_main_word(name->component[0]) && input->n_parts > 1)
+        name->n = 0;
+}
+
+static bool is_same_layer(const struct name *a, int n_a, const struct name *b, int n_b)
+{
+    if (n_a != n_b)
+        return false;
+    for (int i = 0; i < n_a; i++)
+        if (strcmp(a->component[i], b->component[i]) != 0)
+            return false;
+    return true;
+}
+
+static bool is_same_view(const struct name *a, const struct name *b)
+{
+    return strcmp(a->view, b->view) == 0;
+}
+
+/* "ViewLayer.left" matches ViewLayer.Combined.left.R: whole components, in order. */
+static bool is_asked_for(const struct name *name, const char *layer)
+{
+    const char *words[MAX_COMPONENTS + 1];
+    int n = 0;
+    for (int i = 0; i < name->n; i++)
+        words[n++] = name->component[i];
+    if (name->view[0])
+        words[n++] = name->view;
+
+    for (int i = 0; *layer;) {
+        size_t length = strcspn(layer, ".");
+        while (i < n &&
+               (strncmp(words[i], layer, length) != 0 || words[i][length] != '\0'))
+            i++;
+        if (i++ == n)
+            return false;
+        layer += length + (layer[length] == '.');
+    }
+    return true;
+}
+
+/* Lower is better; the order that the header promises. */
+static int rank_of(const struct name *name)
+{
+    bool is_combined =
+        name->n > 0 && strcmp(name->component[name->n - 1], "Combined") == 0;
+    bool is_composite = name->n > 0 && strcmp(name->component[0], "Composite") == 0;
+    if (name->n == 0)
+        return 0;
+    if (is_combined && !is_composite)
+        return 1;
+    if (is_composite)
+        return 2;
+    return 3;
+}
+
+static void format_layer(const struct name *name, char *text, size_t size)
+{
+    size_t n = 0;
+    text[0] = '\0';
+    for (int i = 0; i <= name->n; i++) {
+        const char *word = i < name->n ? name->component[i] : name->view;
+        if (word[0] && n < size)
+            n += (size_t)snprintf(text + n, size - n, "%s%s", n ? "." : "", word);
+    }
+}
+
+/* Fills r g b a from the layer of `first`; false if one of r g b is missing. */
+static bool collect_color(const struct exr_input *input, const struct name *first,
+                          struct exr_layer *layer)
+{
+    int found[4] = {-1, -1, -1, -1};
+    int begin = input->first_channel[first->part];
+    int end = input->first_channel[first->part + 1];
+    for (int c = begin; c < end; c++) {
+        struct name name;
+        parse_name(input, c, &name);
+        int index = color_index(name.base);
+        if (index >= 0 && found[index] < 0 && is_same_view(&name, first) &&
+            is_same_layer(&name, name.n, first, first->n))
+            found[index] = c;
+    }
+    layer->r = found[0];
+    layer->g = found[1];
+    layer->b = found[2];
+    layer->a = found[3];
+    return found[0] >= 0 && found[1] >= 0 && found[2] >= 0;
+}
+
+/* Grey: a Y of full size. Y with RY and BY is a colour picture in other terms. */
+static bool collect_grey(const struct exr_input *input, const struct name *first,
+                         int channel, struct exr_layer *layer, bool *has_chroma)
+{
+    if (strcmp(first->base, "Y") != 0)
+        return false;
+    layer->r = layer->g = layer->b = channel;
+    layer->a = -1;
+    for (int c = input->first_channel[first->part];
+         c < input->first_channel[first->part + 1]; c++) {
+        struct name name;
+        parse_name(input, c, &name);
+        if (!is_same_view(&name, first) ||
+            !is_same_layer(&name, name.n, first, first->n))
+            continue;
+        if (strcmp(name.base, "RY") == 0 || strcmp(name.base, "BY") == 0)
+            *has_chroma = true;
+        if (strcmp(name.base, "A") == 0)
+            layer->a = c;
+    }
+    return !*has_chroma;
+}
+
+/* Layers of vectors (normals, positions) end in X Y Z: their Y is no luminance. */
+static bool has_sibling(const struct exr_input *input, const struct name *of,
+                        const char *base)
+{
+    for (int c = input->first_channel[of->part]; c < input->first_channel[of->part + 1];
+         c++) {
+        struct name name;
+        parse_name(input, c, &name);
+        if (strcmp(name.base, base) == 0 && is_same_view(&name, of) &&
+            is_same_layer(&name, name.n, of, of->n))
+            return true;
+    }
+    return false;
+}
+
+static bool find_color(const struct exr_input *input, const char *wanted,
+                       struct exr_layer *found, bool *has_chroma)
+{
+    int best = 1000;
+    for (int c = 0; c < input->n_channels; c++) {
+        struct name name;
+        struct exr_layer layer = {.z = -1};
+        parse_name(input, c, &name);
+        bool is_red = color_index(name.base) == 0;
+        if (!is_red && (strcmp(name.base, "Y") != 0 || has_sibling(input, &name, "X")))
+            continue;
+        if (wanted && !is_asked_for(&name, wanted))
+            continue;
+        /* "ZDepth.R" is depth in all of R G B. */
+        if (name.n > 0 && is_depth_word(name.component[name.n - 1]))
+            continue;
+        int rank =
+            2 * (rank_of(&name) + (is_red ? 0 : 10)) + !is_first_view(input, name.view);
+        if (rank >= best)
+            continue;
+        if (is_red ? !collect_color(input, &name, &layer)
+                   : !collect_grey(input, &name, c, &layer, has_chroma))
+            continue;
+        format_layer(&name, layer.name, sizeof layer.name);
+        *found = layer;
+        best = rank;
+    }
+    return best < 1000;
+}
+
+/*
+ * Number of components that name the layer a depth belongs to (0: the plain one), or -1
+ * for a channel that is no depth. "ViewLayer.Depth.Z" belongs to "ViewLayer"; the Z of
+ * "ViewLayer.Normal" is refused because of its sibling X.
+ */
+static int depth_owner(const struct exr_input *input, const struct name *name)
+{
+    static const char *const bases[] = {"Z", "V", "Y", "R", "depth", "distance", NULL};
+    if (name->n > 0 && is_depth_word(name->component[name->n - 1]))
+        return is_one_of(name->base, bases) ? name->n - 1 : -1;
+    if (strcasecmp(name->base, "Z") == 0)
+        return has_sibling(input, name, "X") || has_sibling(input, name, "x") ? -1
+                                                                              : name->n;
+    return strcasecmp(name->base, "Z") != 0 && is_depth_word(name->base) ? name->n : -1;
+}
+
+/* How well a depth fits a colour; 0: not at all. */
+static int depth_score(const struct exr_input *input, const struct name *depth,
+                       const struct name *color)
+{
+    int n = depth_owner(input, depth);
+    if (n < 0)
+        return 0;
+    if (color && !is_same_view(depth, color) && depth->view[0])
+        return 0;
+    /* A Z in float is the depth; other spellings are often copies for viewing. */
+    bool is_plain_z = strcasecmp(depth->base, "Z") == 0;
+    if (!color)
+        return is_plain_z ? 2 : 1;
+    if (is_same_layer(depth, n, color, color->n))
+        return is_plain_z ? 8 : 7;
+    if (color->n > 0 && is_same_layer(depth, n, color, color->n - 1))
+        return is_plain_z ? 6 : 5;
+    return 1;
+}
+
+static int find_depth(const struct exr_input *input, int color_channel)
+{
+    struct name color, name;
+    int best = 0, found = -1;
+    bool is_ambiguous = false;
+
+    if (color_channel >= 0)
+        parse_name(input, color_channel, &color);
+    for (int c = 0; c < input->n_channels; c++) {
+        parse_name(input, c, &name);
+        int score = depth_score(input, &name, color_channel >= 0 ? &color : NULL);
+        /* Depth of another layer serves only when there is no choice. */
+        is_ambiguous |= score == 1 && best == 1 && color_channel >= 0;
+        if (score > best) {
+            best = score;
+            found = c;
+        }
+    }
+    return best == 1 && is_ambiguous ? -1 : found;
+}
+
+static void list_layers(const struct exr_input *input, char *text, size_t size)
+{
+    size_t n = 0;
+    text[0] = '\0';
+    for (int c = 0; c < input->n_channels && n + 1 < size; c++) {
+        struct name name;
+        char layer[256];
+        parse_name(input, c, &name);
+        if (color_index(name.base) != 0 && strcmp(name.base, "Y") != 0)
+            continue;
+        format_layer(&name, layer, sizeof layer);
+        n += (size_t)snprintf(text + n, size - n, "%s%s", n ? ", " : "",
+                              layer[0] ? layer : "(plain R G B)");
+    }
+    if (n == 0)
+        snprintf(text, size, "none");
+}
+
+static void list_channels(const struct exr_input *input, char *text, size_t size)
+{
+    size_t n = 0;
+    text[0] = '\0';
+    for (int c = 0; c < input->n_channels && n + 1 < size; c++) {
+        char name[NAME_SIZE];
+        full_name(input, c, name, sizeof name);
+        n += (size_t)snprintf(text + n, size - n, "%s%s", n ? ", " : "", name);
+    }
+}
+
+static int channel_by_name(const struct exr_input *input, const char *wanted)
+{
+    char name[NAME_SIZE];
+    for (int c = 0; c < input->n_channels; c++)
+        if (strcmp(input->channels[c].name, wanted) == 0)
+            return c;
+    for (int c = 0; c < input->n_channels; c++) {
+        full_name(input, c, name, sizeof name);
+        if (strcmp(name, wanted) == 0)
+            return c;
+    }
+    return -1;
+}
+
+/* In a file that is nothing but depth, the first channel of the picture is it. */
+static int find_depth_only(const struct exr_input *input, const struct exr_layer *found)
+{
+    int z = find_depth(input, -1);
+    if (z >= 0)
+        return z;
+    if (found->r >= 0)
+        return found->r;
+    return input->n_channels == 1 ? 0 : -1;
+}
+
+static bool fail_without_color(const struct exr_input *input, const char *layer,
+                               bool has_chroma, struct exr_error *error)
+{
+    char list[600];
+    if (has_chroma && !layer)
+        return exr_fail(error, input->path,
+                        "luminance and chroma (Y RY BY) are not supported; convert the "
+                        "file to R G B");
+    list_layers(input, list, sizeof list);
+    if (layer)
+        return exr_fail(error, input->path,
+                        "no layer \"%s\" with R G B; layers of the file: %s", layer,
+                        list);
+    return exr_fail(error, input->path, "no R G B channels; layers of the file: %s",
+                    list);
+}
+
+bool exr_find_layer(const struct exr_input *input, const char *layer,
+                    const char *depth_channel, bool depth_only, struct exr_layer *found,
+                    struct exr_error *error)
+{
+    char list[600];
+    bool has_chroma = false;
+    *found = (struct exr_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
+    bool has_color = find_color(input, layer, found, &has_chroma);
+    if (!has_color && !depth_only)
+        return fail_without_color(input, layer, has_chroma, error);
+
+    if (depth_channel) {
+        found->z = channel_by_name(input, depth_channel);
+        if (found->z >= 0)
+            return true;
+        list_channels(input, list, sizeof list);
+        return exr_fail(error, input->path,
+                        "no channel \"%s\"; channels of the file: %s", depth_channel,
+                        list);
+    }
+    if (has_color)
+        found->z = find_depth(input, found->r);
+    if (!depth_only || found->z >= 0)
+        return true;
+    found->z = find_depth_only(input, found);
+    if (found->z >= 0)
+        return true;
+    list_channels(input, list, sizeof list);
+    return exr_fail(error, input->path,
+                    "no depth channel; name it; channels of the file: %s", list);
+}

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What test_exr_files.py talks to: shows a file as lines of text, dumps samples as raw
+ * floats, copies through exr_write. Exits with 1 and the message on stderr.
+ *
+ *     exr_dump info FILE
+ *     exr_dump layer FILE [LAYER|-] [DEPTH_CHANNEL|-] [depth_only]
+ *     exr_dump read FILE PART OUT [THREADS]   all full-size channels, interleaved
+ */
+#include "exr.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct exr_error error;
+
+static int fail(void)
+{
+    fprintf(stderr, "%s\n", error.message);
+    return 1;
+}
+
+static void print_box(const struct exr_box *box)
+{
+    printf(" %d %d %d %d", (int)box->min_x, (int)box->min_y, (int)box->max_x,
+           (int)box->max_y);
+}
+
+static int info(const char *path)
+{
+    static const char *const types[] = {"half", "float", "uint"};
+    struct exr_input *input;
+    if (!exr_open(&input, path, &error))
+        return fail();
+    int n_parts, n;
+    const struct exr_part_info *parts = exr_parts(input, &n_parts);
+    const struct exr_channel_info *channels = exr_channels(input, &n);
+    for (int i = 0; i < n_parts; i++) {
+        printf("part '%s' '%s' %s %s", parts[i].name, parts[i].view,
+               parts[i].compression, parts[i].is_tiled ? "tiled" : "lines");
+        print_box(&parts[i].data_window);
+        print_box(&parts[i].display_window);
+        printf(" %g\n", (double)parts[i].pixel_aspect);
+    }
+    for (int i = 0; i < n; i++)
+        printf("channel %d %s %s %d %d\n", (int)channels[i].part, channels[i].name,
+               types[channels[i].type], (int)channels[i].x_sampling,
+               (int)channels[i].y_sampling);
+    exr_close(input);
+    return 0;
+}
+
+static const char *channel_name(const struct exr_input *input, int index)
+{
+    return index < 0 ? "-" : exr_channels(input, NULL)[index].name;
+}
+
+static int layer(int n, char **arguments)
+{
+    struct exr_input *input;
+    struct exr_layer found;
+    const char *name = n > 1 && strcmp(arguments[1], "-") ? arguments[1] : NULL;
+    const char *depth = n > 2 && strcmp(arguments[2], "-") ? arguments[2] : NULL;
+    if (!exr_open(&input, arguments[0], &error))
+        return fail();
+    bool is_good = exr_find_layer(input, name, depth, n > 3, &found, &error);
+    if (is_good)
+        printf("'%s' %s %s %s %s %s\n", found.name, channel_name(input, found.r),
+               channel_name(input, found.g), channel_name(input, found.b),
+               channel_name(input, found.a), channel_name(input, found.z));
+    exr_close(input);
+    return is_good ? 0 : fail();
+}
+
+static bool write_raw(const char *path, const void *data, size_t n_bytes)
+{
+    FILE *file = fopen(path, "wb");
+    bool is_good = file && fwrite(data, 1, n_bytes, file) == n_bytes;
+    return file && fclose(file) == 0 && is_good;
+}
+
+static int read_part(int n_arguments, char **arguments)
+{
+    struct exr_input *input;
+    if (!exr_open(&input, arguments[0], &error))
+        return fail();
+    int part = atoi(arguments[1]), n, n_wanted = 0;
+    const struct exr_box box = exr_parts(input, NULL)[part].data_window;
+    const struct exr_channel_info *channels = exr_channels(input, &n);
+    int *wanted = malloc((size_t)n * sizeof *wanted);
+    for (int i = 0; i < n; i++)
+        if (channels[i].part == part)
+            wanted[n_wanted++] = i;
+    size_t n_samples = (size_t)(box.max_x - box.min_x + 1) *
+                       (size_t)(box.max_y - box.min_y + 1) * (size_t)n_wanted;
+    float *samples = malloc(n_samples * sizeof *samples);
+    int n_threads = n_arguments > 3 ? atoi(arguments[3]) : 2;
+    bool is_good =
+        samples && exr_read(input, wanted, n_wanted, samples, n_threads, &error);
+    if (is_good && !write_raw(arguments[2], samples, n_samples * sizeof *samples)) {
+        snprintf(error.message, sizeof error.message, "%s: cannot write", arguments[2]);
+        is_good = false;
+    }
+    free(samples);
+    free(wanted);
+    exr_close(input);
+    return is_good ? 0 : fail();
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 3 && strcmp(argv[1], "info") == 0)
+        return info(argv[2]);
+    if (argc >= 3 && strcmp(argv[1], "layer") == 0)
+        return layer(argc - 2, argv + 2);
+    if (argc >= 5 && strcmp(argv[1], "read") == 0)
+        return read_part(argc - 2, argv + 2);
+    fprintf(stderr, "usage: exr_dump info|layer|read ...\n");
+    return 2;
+}
