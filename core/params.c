@@ -114,9 +114,11 @@ static void put_number(struct rf_params *params, const struct rf_param_info *p,
 void rf_params_init_sized(struct rf_params *params, size_t size)
 {
     memset(params, 0, size);
-    for (size_t i = 0; i < N_PARAMS; i++)
-        if (table[i].offset + sizeof(int32_t) <= size)
+    for (size_t i = 0; i < N_PARAMS; i++) {
+        bool is_float = table[i].type == RF_TYPE_FLOAT;
+        if (table[i].offset + (is_float ? sizeof(double) : sizeof(int32_t)) <= size)
             put_number(params, &table[i], table[i].def);
+    }
     params->size = size;
 }
 
