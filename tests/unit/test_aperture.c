@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "internal.h"
+#include "testing.h"
+
+static struct rf_shape shape_of(int aperture, int blades, double rotation, double ratio)
+{
+    struct rf_params p;
+    struct rf_shape shape;
+    rf_params_init(&p);
+    p.aperture = aperture;
+    p.blades = blades;
+    p.blade_rotation = rotation;
+    p.aperture_ratio = ratio;
+    rf_shape_init(&shape, &p);
+    return shape;
+}
+
+/* Area by counting, which sees only rf_shape_contains(). */
+static double counted_area(const struct rf_shape *shape)
+{
+    enum { N = 700 };
+    double size = 2.2 / fmin(shape->ratio, 1);
+    int n = 0;
+    for (int i = 0; i < N; i++)
+        for (int j = 0; j < N; j++)
+            n += rf_shape_contains(shape, ((i + 0.5) / N - 0.5) * size,
+                                   ((j + 0.5) / N - 0.5) * size);
+    return n * size * size / (N * (double)N);
+}
+
+static double corner_area(const struct rf_shape *shape)
+{
+    double sum = 0;
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        sum += (a[0] * b[1] - b[0] * a[1]) / 2;
+    }
+    return sum;
+}
+
+static void areas(void)
+{
+    static const double ratios[] = {0.5, 1, 1.5, 2};
+    for (int k = 0; k < 4; k++) {
+        struct rf_shape disc = shape_of(RF_APERTURE_DISC, 0, 0, ratios[k]);
+        CHECK_NEAR(counted_area(&disc) * ratios[k], RF_PI, 0.01);
+        CHECK_NEAR(corner_area(&disc) * ratios[k], RF_PI, 0.002);
+        for (int n = 3; n <= 16; n++) {
+            struct rf_shape s = shape_of(RF_APERTURE_POLYGON, n, 11 * n, ratios[k]);
+            double area = n / 2.0 * sin(2 * RF_PI / n);
+            CHECK_NEAR(counted_area(&s) * ratios[k], area, 0.01);
+            CHECK_NEAR(corner_area(&s) * ratios[k], area, 1e-12);
+            CHECK(s.n_corners == n);
+        }
+    }
+}
+
+/* Everything fits the unit circle and touches it: the corner radius is the lens's. */
+static void corners_lie_on_the_lens(void)
+{
+    for (int n = 3; n <= 16; n++) {
+        struct rf_shape s = shape_of(RF_APERTURE_POLYGON, n, 7, 1);
+        for (int i = 0; i < n; i++)
+            CHECK_NEAR(hypot(s.corner[i][0], s.corner[i][1]), 1, 1e-12);
+    }
+}
+
+/* The distance from the centre to the rim in the direction of an angle. */
+static double rim(const struct rf_shape *s, double degrees)
+{
+    double a = degrees * RF_PI / 180, from = 0, to = 200;
+    for (int i = 0; i < 60; i++) {
+        double t = (from + to) / 2;
+        if (rf_shape_contains(s, t * cos(a), t * sin(a)))
+            from = t;
+        else
+            to = t;
+    }
+    return from;
+}
+
+/* Cycles: the middle of an edge lies at the rotation, counter-clockwise, v up. */
+static void edge_at_the_rotation_as_cycles(void)
+{
+    for (int n = 3; n <= 16; n++)
+        for (double turn = -50; turn < 400; turn += 37) {
+            struct rf_shape s = shape_of(RF_APERTURE_POLYGON, n, turn, 1);
+            CHECK_NEAR(rim(&s, turn), cos(RF_PI / n), 1e-9);
+            CHECK_NEAR(rim(&s, turn + 180.0 / n), 1, 1e-9);
+            CHECK(rim(&s, turn + 3) > rim(&s, turn));
+            CHECK(rim(&s, turn - 3) > rim(&s, turn));
+        }
+}
+
+/* A triangle tells its directions apart: behind the focus it points left. */
+static void a_triangle_points_left(void)
+{
+    struct rf_shape s = shape_of(RF_APERTURE_POLYGON, 3, 0, 1);
+    CHECK(rf_shape_contains(&s, -0.9, 0));
+    CHECK(!rf_shape_contains(&s, 0.6, 0));
+    s = shape_of(RF_APERTURE_POLYGON, 3, 90, 1); /* edge on top: it points down */
+    CHECK(rf_shape_contains(&s, 0, -0.9));
+    CHECK(!rf_shape_contains(&s, 0, 0.6));
+}
+
+static void povray_orientation_has_a_corner_there(void)
+{
+    struct rf_params p;
+    struct rf_shape s;
+    rf_params_init(&p);
+    p.blades = 6;
+    p.blade_orientation = RF_ORIENTATION_POVRAY;
+    rf_shape_init(&s, &p);
+    CHECK_NEAR(rim(&s, 0), 1, 1e-9);
+    CHECK_NEAR(rim(&s, 30), cos(RF_PI / 6), 1e-9);
+}
+
+/* Cycles: the ratio divides x after the rotation. */
+static void ratio_divides_the_width(void)
+{
+    struct rf_shape disc = shape_of(RF_APERTURE_DISC, 0, 0, 1.6);
+    CHECK_NEAR(rim(&disc, 0), 1 / 1.6, 1e-9);
+    CHECK_NEAR(rim(&disc, 90), 1, 1e-9);
+    CHECK_NEAR(rim(&disc, 180), 1 / 1.6, 1e-9);
+    struct rf_shape square = shape_of(RF_APERTURE_POLYGON, 4, 45, 0.5);
+    CHECK_NEAR(rim(&square, 0), 2, 1e-9); /* the corner on the right, doubled */
+    CHECK_NEAR(rim(&square, 90), 1, 1e-9);
+}
+
+static void auto_takes_blades_where_given(void)
+{
+    struct rf_shape disc = shape_of(RF_APERTURE_AUTO, 0, 0, 1);
+    struct rf_shape polygon = shape_of(RF_APERTURE_AUTO, 5, 0, 1);
+    struct rf_shape forced = shape_of(RF_APERTURE_DISC, 5, 0, 1);
+    CHECK(disc.is_disc && forced.is_disc && !polygon.is_disc);
+    CHECK(polygon.n_corners == 5);
+}
+
+/* A new aperture is convex and counter-clockwise like these, whatever its name. */
+static void every_aperture_is_convex(void)
+{
+    for (int a = 0; a < rf_param_find("aperture")->n_choices; a++) {
+        struct rf_shape s = shape_of(a, 7, 20, 1.3);
+        CHECK(corner_area(&s) > 0.5);
+        CHECK(rf_shape_contains(&s, 0, 0));
+        for (int i = 0; i < s.n_corners; i++) {
+            const double *p = s.corner[i];
+            const double *q = s.corner[(i + 1) % s.n_corners];
+            const double *r = s.corner[(i + 2) % s.n_corners];
+            CHECK((q[0] - p[0]) * (r[1] - q[1]) - (q[1] - p[1]) * (r[0] - q[0]) > 0);
+        }
+    }
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(areas);
+    TEST(corners_lie_on_the_lens);
+    TEST(edge_at_the_rotation_as_cycles);
+    TEST(a_triangle_points_left);
+    TEST(povray_orientation_has_a_corner_there);
+    TEST(ratio_divides_the_width);
+    TEST(auto_takes_blades_where_given);
+    TEST(every_aperture_is_convex);
+    return testing_end();
+}
