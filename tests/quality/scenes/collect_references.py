@@ -33,9 +33,9 @@ def read_exr(path):
     spec = source.spec()
     pixels = source.read_image(0, 0, 0, spec.nchannels, "float")
     pixels = pixels.reshape(spec.height, spec.width, -1)
-    by_name = {
-        name.split(".")[-1]: pixels[..., i] for i, name in enumerate(spec.channelnames)
-    }
+    by_name = {}
+    for index, name in enumerate(spec.channelnames):
+        by_name.setdefault(name.split(".")[-1], pixels[..., index])
     by_name.setdefault("Z", np.ones_like(by_name["R"]))
     return np.stack([by_name[name] for name in "RGBZ"], -1)
 

@@ -330,24 +330,26 @@ def build_posts(camera):
     add_quad(0.16, 0.1, sign, (0.0, 1.06, 0.08), (90, 0, 8))
     for i in range(11):
         depth = rng.uniform(0.53, 0.72)
-        radius = log_uniform(rng, 0.8, 5.0) * depth / camera.focal_px
+        radius = log_uniform(rng, 1.5, 5.0) * depth / camera.focal_px
         skin = make_material(random_colour(rng, 0.03, 0.5), gloss=0.08)
         x = -225 + 45 * i + rng.uniform(-14, 14)
         lean = rng.uniform(-12, 12) if i % 3 else rng.uniform(-120, 120)
         top = place(camera, x + lean, 190, depth)
         foot = place(camera, x - lean, -190, depth)
         add_rod(foot, top, radius, skin)
-    for y, slope in ((62, 14), (20, -22), (-74, 9)):
+    for y, slope in ((-48, -8), (-74, 9)):
         wire = make_material((0.05, 0.05, 0.06), gloss=0.1)
         left = place(camera, -300, y - slope, 0.56)
         right = place(camera, 300, y + slope, 0.56)
         add_rod(left, right, 0.6 * 0.56 / camera.focal_px, wire)
-    for _ in range(20):
+    for _ in range(16):
         depth = rng.uniform(2.2, 5.8)
-        strength = log_uniform(rng, 150, 1e4)
-        radius = rng.uniform(2.0, 3.0) if strength < 600 else rng.uniform(1.4, 2.2)
+        strength = log_uniform(rng, 100, 400)
+        radius = rng.uniform(1.6, 2.4) * depth / camera.focal_px
         spot = place(camera, rng.uniform(-230, 230), rng.uniform(-30, 128), depth)
-        add_lamp(spot, radius * depth / camera.focal_px, random_warm(rng), strength)
+        add_lamp(spot, radius, random_warm(rng), strength)
+    spot = place(camera, 96, 104, 5.0)
+    add_lamp(spot, 2.0 * 5.0 / camera.focal_px, (1.0, 0.9, 0.75), 1e4)
     for x, y in ((-90, -95), (150, -60)):
         spot = place(camera, x, y, 0.72)
         add_lamp(spot, 1.6 * 0.72 / camera.focal_px, (1.0, 0.8, 0.5), 180)
@@ -387,9 +389,9 @@ def build_portrait(camera):
         add_leaf(rng.uniform(0.08, 0.2), rng.uniform(0.04, 0.08), skin, spot, turn)
     for _ in range(11):
         depth = rng.uniform(2.4, 5.8)
-        spot = place(camera, rng.uniform(-140, 140), rng.uniform(20, 215), depth)
-        radius = rng.uniform(1.5, 2.4) * depth / camera.focal_px
-        add_lamp(spot, radius, random_warm(rng), log_uniform(rng, 200, 3000))
+        spot = place(camera, rng.uniform(-140, 60), rng.uniform(20, 215), depth)
+        radius = rng.uniform(1.6, 2.4) * depth / camera.focal_px
+        add_lamp(spot, radius, random_warm(rng), log_uniform(rng, 100, 600))
 
 
 def build_plane(camera):
