@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the sub-commands of `rackfocus` share: how one is described, the list of them,
+ * exit codes and messages.
+ *
+ * A new sub-command is one file, cmd_NAME.c, that defines
+ *
+ *     const struct command command_NAME = {.name = "NAME", ..., .run = cmd_NAME};
+ *
+ * and one line in COMMAND_LIST. Help, man page and completion follow from it.
+ */
+#ifndef CLI_CLI_H
+#define CLI_CLI_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "options.h"
+
+enum exit_code {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_USAGE = 2,
+    EXIT_INTERRUPTED = 130,
+};
+
+struct command {
+    const char *name;
+    const char *summary;     /* one line, no full stop */
+    const char *usage;       /* what follows "rackfocus NAME" */
+    const char *description; /* paragraphs parted by an empty line; may be "" */
+    const char *examples;    /* command lines, one per line; may be NULL */
+    const struct option *options;
+    size_t n_options;
+    bool takes_params; /* also accepts every parameter of params.def */
+    bool keeps_rest;   /* what follows "--" is not for this program */
+    /* argv[0] is the sub-command's name; returns an exit code. */
+    int (*run)(int argc, char **argv);
+};
+
+#ifdef CLI_HAS_POVRAY
+#define COMMAND_LIST_POVRAY(X) X(povray)
+#else
+#define COMMAND_LIST_POVRAY(X)
+#endif
+
+/* X(name), in the order in which help shows them. */
+#define COMMAND_LIST(X)                                                                \
+    X(filter)                                                                          \
+    X(info)                                                                            \
+    X(compare)                                                                         \
+    X(methods)                                                                         \
+    COMMAND_LIST_POVRAY(X)
+
+#define DECLARE_COMMAND(name) extern const struct command command_##name;
+COMMAND_LIST(DECLARE_COMMAND)
+#undef DECLARE_COMMAND
+
+/* All sub-commands. */
+const struct command *const *command_list(size_t *n);
+
+/* The sub-command of this name, or NULL. */
+const struct command *command_find(const char *name);
+
+/* "rackfocus: " and the text on stderr. The text reads "FILE: what; way out". */
+void message(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* The same as a warning; nothing where `is_quiet`. */
+void warning(bool is_quiet, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* Memory of n_items * item_bytes, zeroed; says so and ends the program where there is
+ * none. */
+void *need_memory(size_t n_items, size_t item_bytes);
+
+/* The number of threads for -j `asked`; 0 is one per processor. */
+int thread_count(int asked);
+
+#endif

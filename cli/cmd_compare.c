@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus compare: how far a picture is from its reference. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "json.h"
+#include "measure.h"
+#include "picture.h"
+
+struct compare_options {
+    const char *layer, *heatmap, *side_by_side;
+    int32_t n_threads;
+    bool is_json;
+};
+
+#define AT(member) offsetof(struct compare_options, member)
+
+static const struct option options[] = {
+    {.name = "layer",
+     .kind = OPTION_TEXT,
+     .offset = AT(layer),
+     .value = "NAME",
+     .help = "Layer to compare where a file has several."},
+    {.name = "heatmap",
+     .kind = OPTION_FILE,
+     .offset = AT(heatmap),
+     .value = "FILE.png",
+     .help = "Write a picture of the error: black for none, white for 0.25 or more of "
+             "the tone mapped range."},
+    {.name = "side-by-side",
+     .kind = OPTION_FILE,
+     .offset = AT(side_by_side),
+     .value = "FILE.png",
+     .help = "Write A, B and the picture of the error next to each other."},
+    {.name = "json",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_json),
+     .help = "Print the figures as JSON."},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_HELP_ROW,
+};
+
+static void print_text(const struct measures *m)
+{
+    printf("PSNR %.2f dB\n", m->psnr_db);
+    printf("SSIM %.6f\n", m->ssim);
+    printf("RMSE %.6g\n", m->rmse);
+    printf("energy ratio %.6f\n", m->energy_ratio);
+    printf("maximum error %.6g at pixel (%d, %d), %s\n", m->max_error, m->max_x,
+           m->max_y, ((const char *const[]){"red", "green", "blue"})[m->max_channel]);
+    printf("tPSNR %.2f dB\n", m->tpsnr_db);
+}
+
+static void print_json(const char *a, const char *b, const struct picture *picture,
+                       const struct measures *m)
+{
+    struct json json = {0};
+    json_open(&json, NULL, '{');
+    json_text(&json, "a", a);
+    json_text(&json, "b", b);
+    json_number(&json, "width", picture->width);
+    json_number(&json, "height", picture->height);
+    json_number(&json, "psnr", m->psnr_db);
+    json_number(&json, "ssim", m->ssim);
+    json_number(&json, "rmse", m->rmse);
+    json_number(&json, "energy_ratio", m->energy_ratio);
+    json_number(&json, "max_error", m->max_error);
+    json_open(&json, "max_error_pixel", '[');
+    json_number(&json, NULL, m->max_x);
+    json_number(&json, NULL, m->max_y);
+    json_close(&json, ']');
+    json_bool(&json, "identical", m->max_error == 0);
+    json_number(&json, "tpsnr", m->tpsnr_db);
+    json_close(&json, '}');
+}
+
+static float encode_srgb(float value)
+{
+    const double v = fmin(fmax(value, 0), 1);
+    return (float)(v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055);
+}
+
+/* Copies `from` (encoded on the way where asked) into a wider picture at column x. */
+static void paste(const float *from, int32_t width, int32_t height, bool is_linear,
+                  float *to, int32_t to_width, int32_t x)
+{
+    for (int32_t y = 0; y < height; y++) {
+        const float *source = from + 3 * (size_t)y * (size_t)width;
+        float *target = to + 3 * ((size_t)y * (size_t)to_width + (size_t)x);
+        for (int32_t i = 0; i < 3 * width; i++)
+            target[i] = is_linear ? encode_srgb(source[i]) : source[i];
+    }
+}
+
+static bool write_pictures(const struct compare_options *tool, const struct picture *a,
+                           const struct picture *b, struct exr_error *error)
+{
+    const int32_t width = a->width, height = a->height;
+    const size_t n = 3 * (size_t)width * (size_t)height;
+    if (!tool->heatmap && !tool->side_by_side)
+        return true;
+    float *heat = need_memory(n, sizeof(*heat));
+    measure_heatmap(a->samples, b->samples, width, height, heat);
+    bool is_done = true;
+    if (tool->heatmap)
+        is_done = png_write(tool->heatmap, heat, width, height, 3, 8, true, error);
+    if (is_done && tool->side_by_side) {
+        float *all = need_memory(3 * n, sizeof(*all));
+        paste(a->samples, width, height, true, all, 3 * width, 0);
+        paste(b->samples, width, height, true, all, 3 * width, width);
+        paste(heat, width, height, false, all, 3 * width, 2 * width);
+        is_done =
+            png_write(tool->side_by_side, all, 3 * width, height, 3, 8, true, error);
+        free(all);
+    }
+    free(heat);
+    return is_done;
+}
+
+static int compare(const struct compare_options *tool, const char *path_a,
+                   const char *path_b, const struct picture *a, const struct picture *b)
+{
+    struct exr_error error;
+    if (a->width != b->width || a->height != b->height) {
+        message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be "
+                "compared",
+                path_a, a->width, a->height, path_b, b->width, b->height);
+        return EXIT_FAILED;
+    }
+    struct measures measures;
+    measure_pictures(a->samples, b->samples, a->width, a->height, &measures);
+    measures.max_x += a->min_x;
+    measures.max_y += a->min_y;
+    if (!write_pictures(tool, a, b, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    if (tool->is_json)
+        print_json(path_a, path_b, a, &measures);
+    else
+        print_text(&measures);
+    return EXIT_DONE;
+}
+
+static bool check_png_name(const char *option, const char *path)
+{
+    if (!path || picture_kind(path) == PICTURE_PNG)
+        return true;
+    message("--%s: '%s' does not end in .png; it is written as PNG", option, path);
+    return false;
+}
+
+static int cmd_compare(int argc, char **argv)
+{
+    struct compare_options tool = {0};
+    struct operands operands;
+    int code = options_parse(&command_compare, argc, argv, &tool, NULL, &operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    code = EXIT_USAGE;
+    if (operands.n != 2) {
+        message("compare takes two pictures, not %d; see rackfocus compare --help",
+                operands.n);
+    } else if (check_png_name("heatmap", tool.heatmap) &&
+               check_png_name("side-by-side", tool.side_by_side)) {
+        struct picture a = {0}, b = {0};
+        struct exr_error error;
+        const int n_threads = thread_count(tool.n_threads);
+        code = EXIT_FAILED;
+        if (picture_read(operands.items[0], tool.layer, n_threads, &a, &error) &&
+            picture_read(operands.items[1], tool.layer, n_threads, &b, &error))
+            code = compare(&tool, operands.items[0], operands.items[1], &a, &b);
+        else
+            message("%s", error.message);
+        picture_free(&a);
+        picture_free(&b);
+    }
+    operands_free(&operands);
+    return code;
+}
+
+const struct command command_compare = {
+    .name = "compare",
+    .summary = "measure how far a picture is from a reference",
+    .usage = "A B [options]",
+    .description =
+        "Compares picture A with the reference B, EXR or PNG: PSNR, tPSNR, SSIM, RMSE, "
+        "energy ratio (sum of A / sum of B) and the largest error with its pixel. The "
+        "last line is the tPSNR: both pictures clipped to [0, 1], raised to 1/2.2, "
+        "mean "
+        "squared error over red, green and blue, in dB.\n\n"
+        "SSIM is measured on the same tone mapped values, per channel, and averaged. "
+        "PSNR is measured on the linear values clipped to [0, 1]; RMSE, energy ratio "
+        "and "
+        "largest error on the linear values as they are. Alpha is not compared.",
+    .examples = "rackfocus compare out.exr reference.exr --side-by-side look.png",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .run = cmd_compare,
+};

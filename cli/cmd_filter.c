@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus filter: a pinhole picture and its depth in, the lens's picture out. */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "filter_run.h"
+#include "picture.h"
+#include "progress.h"
+#include "settings.h"
+#include "source.h"
+
+#define AT(member) offsetof(struct filter_options, member)
+
+static const struct option options[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = OPTION_FILE,
+     .offset = AT(output),
+     .value = "FILE",
+     .help = "The picture to write: .exr, with the input's windows and attributes, or "
+             ".png, sRGB."},
+    {.name = "depth-file",
+     .kind = OPTION_FILE,
+     .offset = AT(depth_file),
+     .value = "FILE.exr",
+     .help = "File that has the depth."},
+    {.name = "depth-channel",
+     .kind = OPTION_TEXT,
+     .offset = AT(depth_channel),
+     .value = "NAME",
+     .help = "Channel that has the depth, by its full name."},
+    {.name = "layer",
+     .kind = OPTION_TEXT,
+     .offset = AT(layer),
+     .value = "NAME",
+     .help = "Layer to filter where a file has several."},
+    {.name = "output-coc",
+     .kind = OPTION_FILE,
+     .offset = AT(output_coc),
+     .value = "FILE.exr",
+     .help = "Also write the signed radius of every pixel in px (channel Y, float; "
+             "positive behind the focus)."},
+    {.name = "pass-through",
+     .kind = OPTION_FLAG,
+     .offset = AT(pass_through),
+     .help = "Also write the input's other layers and its depth, unchanged."},
+    {.name = "type",
+     .kind = OPTION_CHOICE,
+     .offset = AT(type),
+     .value = "TYPE",
+     .choices = "half|float",
+     .help = "Samples of the EXR file: half or float. [default half]"},
+    {.name = "compression",
+     .kind = OPTION_CHOICE,
+     .offset = AT(compression),
+     .value = "KIND",
+     .choices = FILTER_COMPRESSIONS,
+     .help =
+         "Compression of the EXR file: input (as there), none, rle, zips, zip, piz, "
+         "pxr24, b44, b44a, dwaa or dwab. [default input]"},
+    {.name = "png-bits",
+     .kind = OPTION_CHOICE,
+     .offset = AT(png_bits),
+     .value = "BITS",
+     .choices = "8|16",
+     .help = "Bits per sample of the PNG file: 8 or 16. [default 8]"},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+static bool fail_usage(const char *text)
+{
+    message("%s; see rackfocus filter --help", text);
+    return false;
+}
+
+static bool check_usage(const struct filter_options *tool,
+                        const struct operands *operands)
+{
+    if (operands->n == 0)
+        return fail_usage("filter needs an input, an EXR file with colour and depth");
+    if (operands->n > 2 || (operands->n == 2 && tool->depth_file))
+        return fail_usage("filter takes one file of colour and one of depth");
+    if (!tool->output)
+        return fail_usage("filter needs an output, -o FILE.exr or -o FILE.png");
+    if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
+        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
+                tool->output);
+        return false;
+    }
+    if (picture_kind(tool->output) == PICTURE_PNG && tool->pass_through)
+        return fail_usage("--pass-through needs an output that ends in .exr");
+    if (tool->output_coc && picture_kind(tool->output_coc) != PICTURE_EXR) {
+        message("--output-coc: '%s' does not end in .exr; radii are written as EXR",
+                tool->output_coc);
+        return false;
+    }
+    return true;
+}
+
+static int cmd_filter(int argc, char **argv)
+{
+    struct filter_options tool = {0};
+    struct settings settings;
+    struct operands operands;
+    int code = options_parse(&command_filter, argc, argv, &tool, &settings, &operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    code = EXIT_USAGE;
+    if (check_usage(&tool, &operands))
+        code = filter_run(&tool, &settings, operands.items, operands.n);
+    operands_free(&operands);
+    return code;
+}
+
+const struct command command_filter = {
+    .name = "filter",
+    .summary = "give a rendered picture its lens",
+    .usage = "IN.exr [DEPTH.exr] -o OUT [options]",
+    .description =
+        "Blurs a pinhole render by its depth, as the lens would have. IN.exr holds the "
+        "colour and, unless a second file is given, the depth. What the camera was is "
+        "read from the header where it says so; options win over the header.\n\n"
+        "The output is written beside its place and renamed, so it may be the input "
+        "itself, and an old file survives any failure.",
+    .examples =
+        "rackfocus filter passes.exr -o out.exr --focus-distance 8 --f-stop 1.4\n"
+        "rackfocus filter colour.exr --depth-file z.exr -o out.png --blades 6\n"
+        "rackfocus filter ortho.exr -o out.exr --projection orthographic "
+        "--ortho-scale 4",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .takes_params = true,
+    .run = cmd_filter,
+};

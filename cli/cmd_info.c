@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus info: what a file holds and what the lens would do to it. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "info_print.h"
+#include "settings.h"
+#include "source.h"
+
+struct info_options {
+    const char *depth_file, *depth_channel, *layer;
+    int32_t n_threads;
+    bool is_json;
+};
+
+#define AT(member) offsetof(struct info_options, member)
+
+static const struct option options[] = {
+    {.name = "depth-file",
+     .kind = OPTION_FILE,
+     .offset = AT(depth_file),
+     .value = "FILE.exr",
+     .help = "File that has the depth."},
+    {.name = "depth-channel",
+     .kind = OPTION_TEXT,
+     .offset = AT(depth_channel),
+     .value = "NAME",
+     .help = "Channel that has the depth, by its full name."},
+    {.name = "layer",
+     .kind = OPTION_TEXT,
+     .offset = AT(layer),
+     .value = "NAME",
+     .help = "Layer to look at where a file has several."},
+    {.name = "json",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_json),
+     .help = "Print everything as JSON."},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_HELP_ROW,
+};
+
+/* The radii of every pixel; leaves has_radii false where the depth does not allow it.
+ */
+static void measure_radii(struct info *info, const struct rf_params *params,
+                          float *depth)
+{
+    const struct source *source = &info->source;
+    struct rf_context *context = NULL;
+    struct rf_filter *filter = NULL;
+    struct rf_error error;
+    const struct rf_image image =
+        rf_image_packed(depth, source->width, source->height, 1);
+    if (rf_context_create(&context, NULL, &error) == RF_OK &&
+        rf_filter_create(&filter, context, params, source->width, source->height,
+                         &error) == RF_OK &&
+        rf_filter_coc(filter, &image, &image, &error) == RF_OK)
+        info_count_radii(info, depth);
+    else
+        snprintf(info->radius_problem, sizeof(info->radius_problem), "%s",
+                 error.message);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
+static bool measure_depth(struct info *info, const struct rf_params *params,
+                          int n_threads, struct exr_error *error)
+{
+    const struct source *source = &info->source;
+    const bool has_alpha = source->layer.r >= 0 && source->layer.a >= 0;
+    float *colour = NULL;
+    float *depth = source_read_depth(source, n_threads, error);
+    if (depth && has_alpha)
+        colour = source_read_colour(source, n_threads, error);
+    const bool is_read = depth && (!has_alpha || colour);
+    if (is_read) {
+        depth_stats_measure(depth, colour ? colour + 3 : NULL, 4, source->width,
+                            source->height, params->depth_infinity, &info->stats);
+        info->has_stats = true;
+        if (info->has_lens)
+            measure_radii(info, params, depth);
+    }
+    free(colour);
+    free(depth);
+    return is_read;
+}
+
+static int look(struct info *info, const struct info_options *tool)
+{
+    char text[1024];
+    struct exr_error error;
+    struct rf_error lens_error;
+    struct rf_params params;
+    const struct source *source = &info->source;
+    if (!source_read_facts(source, &info->settings, text, sizeof(text))) {
+        message("%s", text);
+        return EXIT_FAILED;
+    }
+    info->has_lens = settings_fit_window(&info->settings, &source->info, &params,
+                                         &lens_error) == RF_OK &&
+                     rf_lens_init(&info->lens, &params, source->width, source->height,
+                                  &lens_error) == RF_OK;
+    if (!info->has_lens)
+        snprintf(info->lens_problem, sizeof(info->lens_problem), "%s",
+                 lens_error.message);
+    const bool is_one_size =
+        source->z >= 0 && (source->layer.r < 0 || source_check(source, &error));
+    if (source->z >= 0 && !is_one_size)
+        message("%s", error.message);
+    if (is_one_size &&
+        !measure_depth(info, &params, thread_count(tool->n_threads), &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    if (tool->is_json)
+        info_print_json(info);
+    else
+        info_print_text(info);
+    return EXIT_DONE;
+}
+
+static int cmd_info(int argc, char **argv)
+{
+    struct info_options tool = {0};
+    struct info *info = need_memory(1, sizeof(*info));
+    struct operands operands;
+    int code =
+        options_parse(&command_info, argc, argv, &tool, &info->settings, &operands);
+    if (code != OPTIONS_GO_ON) {
+        free(info);
+        return code;
+    }
+    const struct source_request request = {.paths = operands.items,
+                                           .n_paths = operands.n,
+                                           .layer = tool.layer,
+                                           .depth_file = tool.depth_file,
+                                           .depth_channel = tool.depth_channel};
+    struct exr_error error;
+    if (operands.n < 1 || operands.n > 2) {
+        message("info takes one EXR file, and one of depth at most, not %d; see "
+                "rackfocus info --help",
+                operands.n);
+        code = EXIT_USAGE;
+    } else if (!source_open(&info->source, &request, &error)) {
+        message("%s", error.message);
+        code = EXIT_FAILED;
+    } else {
+        code = look(info, &tool);
+        source_close(&info->source);
+    }
+    operands_free(&operands);
+    free(info);
+    return code;
+}
+
+const struct command command_info = {
+    .name = "info",
+    .summary = "show what a file holds and what the lens would do to it",
+    .usage = "IN.exr [DEPTH.exr] [options]",
+    .description =
+        "Shows the channels and windows of a file, the camera's facts and where each "
+        "value came from, the range of the depth and the kind it seems to be, the blur "
+        "radii that the lens gives, the limits of the depth of field and the "
+        "hyperfocal "
+        "distance.",
+    .examples = "rackfocus info passes.exr\n"
+                "rackfocus info passes.exr --focus-distance 8 --f-stop 1.4 --json",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .takes_params = true,
+    .run = cmd_info,
+};

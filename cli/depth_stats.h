@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a depth channel looks like, for people who do not know its convention. */
+#ifndef CLI_DEPTH_STATS_H
+#define CLI_DEPTH_STATS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct depth_stats {
+    size_t n_pixels;
+    size_t n_nan, n_negative;
+    size_t n_no_hit;         /* infinite, or from depth_infinity on */
+    size_t n_zero, n_one;    /* exactly 0 and exactly 1 */
+    double min, max, median; /* of what is finite, not negative and below infinity */
+    double mixed_share; /* of the pixels at depth steps, those between both sides */
+    double premultiplied_share; /* of the part-covered pixels, those scaled by alpha */
+};
+
+/* `alpha` has `alpha_stride` floats from pixel to pixel; may be NULL. */
+void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
+                         int32_t width, int32_t height, double depth_infinity,
+                         struct depth_stats *stats);
+
+/* Name of --depth that fits best, and the reason as half a sentence. */
+const char *depth_stats_guess(const struct depth_stats *stats, const char **reason);
+
+bool depth_stats_is_mixed(const struct depth_stats *stats);
+bool depth_stats_is_premultiplied(const struct depth_stats *stats);
+
+#endif

@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "filter_run.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "picture.h"
+#include "progress.h"
+#include "settings.h"
+#include "source.h"
+
+#define HALF_MAX 65504.0f
+
+/* Everything that one run holds. */
+struct run {
+    const struct filter_options *tool;
+    struct settings *settings;
+    struct rf_params params; /* for the data window */
+    struct source source;
+    float *colour, *depth; /* colour becomes the result */
+    struct rf_context *context;
+    struct rf_filter *filter;
+    int n_threads;
+};
+
+/* ---- messages ------------------------------------------------------------------- */
+
+static int fail_exr(const struct exr_error *error)
+{
+    message("%s", error->message);
+    return EXIT_FAILED;
+}
+
+/* A parameter: wrong usage where it was typed, else the header's or a default's fault.
+ */
+static int fail_parameter(const struct run *run, const struct rf_error *error)
+{
+    const struct rf_param_info *info = rf_param_find(error->field);
+    const char *path = exr_path(run->source.colour);
+    if (!info) {
+        message("%s: %s", path, error->message);
+        return EXIT_FAILED;
+    }
+    char origin[128];
+    settings_describe_origin(run->settings, info->key, origin, sizeof(origin));
+    if (settings_origin(run->settings, info->key) == ORIGIN_COMMAND_LINE) {
+        message("--%s: %s", info->key, error->message);
+        return EXIT_USAGE;
+    }
+    message("%s: %s (--%s, from the %s)", path, error->message, info->key, origin);
+    return EXIT_FAILED;
+}
+
+static int fail_core(const struct run *run, const struct rf_error *error)
+{
+    if (error->code == RF_ERROR_PARAMETER)
+        return fail_parameter(run, error);
+    if (error->code == RF_ERROR_CANCELLED)
+        return interrupt_exit_code();
+    const struct exr_input *input =
+        error->code == RF_ERROR_DEPTH ? run->source.depth : run->source.colour;
+    message("%s: %s", exr_path(input), error->message);
+    return EXIT_FAILED;
+}
+
+static void log_remark(void *user, enum rf_log_level level, const char *text)
+{
+    const struct run *run = user;
+    if (level == RF_LOG_WARNING)
+        warning(run->tool->is_quiet, "%s: %s", exr_path(run->source.colour), text);
+}
+
+/* ---- steps ---------------------------------------------------------------------- */
+
+static int read_facts(struct run *run)
+{
+    char text[1024];
+    const char *by;
+    const struct source *source = &run->source;
+    if (!source_read_facts(source, run->settings, text, sizeof(text))) {
+        message("%s", text);
+        return EXIT_FAILED;
+    }
+    if (exr_attribute_string(source->colour, "rackfocus:filtered", &by))
+        warning(run->tool->is_quiet,
+                "%s: was filtered before (%s); filter the pinhole render instead",
+                exr_path(source->colour), by);
+    struct rf_error error;
+    if (settings_fit_window(run->settings, &source->info, &run->params, &error) !=
+        RF_OK)
+        return fail_core(run, &error);
+    return EXIT_DONE;
+}
+
+static int make_filter(struct run *run)
+{
+    struct rf_error error;
+    const struct rf_context_params context = {.size = sizeof(context),
+                                              .n_threads = run->tool->n_threads,
+                                              .log = log_remark,
+                                              .user = run};
+    if (rf_context_create(&run->context, &context, &error) != RF_OK)
+        return fail_core(run, &error);
+    if (rf_filter_create(&run->filter, run->context, &run->params, run->source.width,
+                         run->source.height, &error) != RF_OK)
+        return fail_core(run, &error);
+    return EXIT_DONE;
+}
+
+static int read_pixels(struct run *run)
+{
+    struct exr_error error;
+    run->colour = source_read_colour(&run->source, run->n_threads, &error);
+    if (!run->colour)
+        return fail_exr(&error);
+    run->depth = source_read_depth(&run->source, run->n_threads, &error);
+    if (!run->depth)
+        return fail_exr(&error);
+    return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
+}
+
+static int process(struct run *run)
+{
+    const struct source *source = &run->source;
+    struct rf_view view = {
+        .colour = rf_image_packed(run->colour, source->width, source->height,
+                                  source->n_channels),
+        .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
+    const struct rf_image out = view.colour;
+    struct progress bar;
+    struct rf_error error;
+    progress_start(&bar, "filtering", run->tool->is_quiet);
+    const struct rf_progress progress = {progress_report, &bar};
+    const rf_result result =
+        rf_filter_process(run->filter, &view, 1, &out, &progress, &error);
+    progress_end(&bar);
+    if (result != RF_OK)
+        return fail_core(run, &error);
+    return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
+}
+
+/* ---- output --------------------------------------------------------------------- */
+
+/* Turns the depth, which is of no more use, into radii. */
+static int make_coc(struct run *run)
+{
+    const struct rf_image image =
+        rf_image_packed(run->depth, run->source.width, run->source.height, 1);
+    struct rf_error error;
+    if (rf_filter_coc(run->filter, &image, &image, &error) != RF_OK)
+        return fail_core(run, &error);
+    return EXIT_DONE;
+}
+
+static const char *const compressions[] = {
+    NULL, "none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"};
+
+static const char *compression_of(const struct run *run)
+{
+    const char *asked = compressions[run->tool->compression];
+    return asked ? asked : run->source.info.compression;
+}
+
+/* Grey with alpha was spread to four channels; brings it back to two. */
+static int pack_grey_alpha(const struct run *run)
+{
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    for (size_t i = 0; i < n; i++) {
+        run->colour[2 * i] = run->colour[4 * i];
+        run->colour[2 * i + 1] = run->colour[4 * i + 3];
+    }
+    return 2;
+}
+
+/* Half floats end at 65504; beyond they would turn into infinity. */
+static void clip_to_half(const struct run *run, int n_channels)
+{
+    const size_t n =
+        (size_t)run->source.width * (size_t)run->source.height * (size_t)n_channels;
+    size_t n_clipped = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (fabsf(run->colour[i]) <= HALF_MAX)
+            continue;
+        run->colour[i] = copysignf(HALF_MAX, run->colour[i]);
+        n_clipped++;
+    }
+    if (n_clipped)
+        warning(run->tool->is_quiet,
+                "%s: %zu values above 65504 were clipped to it, the largest half; "
+                "--type float keeps them",
+                run->tool->output, n_clipped);
+}
+
+static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
+                      struct exr_error *error)
+{
+    const struct source *source = &run->source;
+    int n;
+    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
+    const struct exr_layer *layer = &source->layer;
+    const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
+    const int grey_alpha[2] = {layer->r, layer->a};
+    const int *indices = source->is_grey ? grey_alpha : rgba;
+    const bool is_half = run->tool->type == FILTER_TYPE_HALF;
+    int n_channels = source->n_channels;
+    if (source->is_grey && n_channels == 4)
+        n_channels = pack_grey_alpha(run);
+    if (is_half)
+        clip_to_half(run, n_channels);
+    const char *names[4];
+    enum exr_sample_type types[4];
+    for (int i = 0; i < n_channels; i++) {
+        names[i] = channels[indices[i]].name;
+        types[i] = is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT;
+    }
+    const struct exr_output output = {
+        .width = source->width,
+        .height = source->height,
+        .data_window = source->info.data_window,
+        .display_window = source->info.display_window,
+        .pixel_aspect = source->info.pixel_aspect,
+        .n_channels = n_channels,
+        .channel_names = names,
+        .types = types,
+        .samples = run->colour,
+        .compression = compression_of(run),
+        .attributes = filtered,
+        .n_attributes = 1,
+        .like = source->colour,
+        .like_part = source->part,
+        .pass_through = run->tool->pass_through,
+    };
+    return exr_write(run->tool->output, &output, run->n_threads, error);
+}
+
+static bool write_coc(const struct run *run, const struct exr_attribute *filtered,
+                      struct exr_error *error)
+{
+    static const char *const name = "Y";
+    static const enum exr_sample_type type = EXR_SAMPLE_FLOAT;
+    const struct source *source = &run->source;
+    const struct exr_output output = {
+        .width = source->width,
+        .height = source->height,
+        .data_window = source->info.data_window,
+        .display_window = source->info.display_window,
+        .pixel_aspect = source->info.pixel_aspect,
+        .n_channels = 1,
+        .channel_names = &name,
+        .types = &type,
+        .samples = run->depth,
+        .compression = "zip",
+        .attributes = filtered,
+        .n_attributes = 1,
+    };
+    return exr_write(run->tool->output_coc, &output, run->n_threads, error);
+}
+
+static bool write_picture(const struct run *run, const struct exr_attribute *filtered,
+                          struct exr_error *error)
+{
+    if (picture_kind(run->tool->output) == PICTURE_EXR)
+        return write_exr(run, filtered, error);
+    return png_write(run->tool->output, run->colour, run->source.width,
+                     run->source.height, run->source.n_channels,
+                     run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
+}
+
+static bool write_files(const struct run *run, struct exr_error *error)
+{
+    char text[4096], used[4000];
+    settings_print_options(&run->settings->params, used, sizeof(used));
+    snprintf(text, sizeof(text), "rackfocus %s%s%s", rf_version(), *used ? " " : "",
+             used);
+    const struct exr_attribute filtered = {
+        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
+    return write_picture(run, &filtered, error) &&
+           (!run->tool->output_coc || write_coc(run, &filtered, error));
+}
+
+/* Half a set of files is of no use: on failure and interruption those that were not
+ * there before go. An old file stays replaced, since it may have been the input. */
+static int write_output(struct run *run)
+{
+    const char *output = run->tool->output, *coc = run->tool->output_coc;
+    const bool is_new = access(output, F_OK) != 0;
+    const bool is_coc_new = coc && access(coc, F_OK) != 0;
+    struct exr_error error;
+    int code = coc ? make_coc(run) : EXIT_DONE;
+    if (code != EXIT_DONE)
+        return code;
+    if (!write_files(run, &error))
+        code = fail_exr(&error);
+    else if (is_interrupted())
+        code = interrupt_exit_code();
+    if (code != EXIT_DONE && is_new)
+        unlink(output);
+    if (code != EXIT_DONE && is_coc_new)
+        unlink(coc);
+    return code;
+}
+
+/* ---- the run -------------------------------------------------------------------- */
+
+static int run_steps(struct run *run)
+{
+    static int (*const steps[])(struct run *) = {read_facts, make_filter, read_pixels,
+                                                 process, write_output};
+    struct exr_error error;
+    if (!source_check(&run->source, &error) ||
+        !picture_check_writable(run->tool->output, &error) ||
+        (run->tool->output_coc &&
+         !picture_check_writable(run->tool->output_coc, &error)))
+        return fail_exr(&error);
+    int code = EXIT_DONE;
+    for (size_t i = 0; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
+        code = steps[i](run);
+    return code;
+}
+
+int filter_run(const struct filter_options *tool, struct settings *settings,
+               char *const *paths, int n_paths)
+{
+    struct run run = {
+        .tool = tool, .settings = settings, .n_threads = thread_count(tool->n_threads)};
+    const struct source_request request = {.paths = paths,
+                                           .n_paths = n_paths,
+                                           .layer = tool->layer,
+                                           .depth_file = tool->depth_file,
+                                           .depth_channel = tool->depth_channel};
+    struct exr_error error;
+    interrupt_catch();
+    if (!source_open(&run.source, &request, &error))
+        return fail_exr(&error);
+    const int code = run_steps(&run);
+    rf_filter_destroy(run.filter);
+    rf_context_destroy(run.context);
+    free(run.colour);
+    free(run.depth);
+    source_close(&run.source);
+    return code;
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One run of the filter, from files to files. */
+#ifndef CLI_FILTER_RUN_H
+#define CLI_FILTER_RUN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct settings;
+
+/* The order of the table in filter_run.c. */
+#define FILTER_COMPRESSIONS "input|none|rle|zips|zip|piz|pxr24|b44|b44a|dwaa|dwab"
+
+enum filter_type { FILTER_TYPE_HALF, FILTER_TYPE_FLOAT };
+enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
+
+struct filter_options {
+    const char *output, *output_coc;
+    const char *depth_file, *depth_channel, *layer;
+    int32_t type, compression, png_bits; /* indices of choices */
+    int32_t n_threads;
+    bool pass_through, is_quiet;
+};
+
+/* `settings` holds the command line and receives the header's facts. Messages have been
+ * printed; returns an exit code. */
+int filter_run(const struct filter_options *tool, struct settings *settings,
+               char *const *paths, int n_paths);
+
+#endif

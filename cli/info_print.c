@@ -1,0 +1,321 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "info_print.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "json.h"
+
+void info_count_radii(struct info *info, const float *radii)
+{
+    const size_t n = (size_t)info->source.width * (size_t)info->source.height;
+    size_t n_sharp = 0;
+    info->min_radius_px = INFINITY;
+    info->max_radius_px = -INFINITY;
+    for (size_t i = 0; i < n; i++) {
+        info->min_radius_px = fmin(info->min_radius_px, radii[i]);
+        info->max_radius_px = fmax(info->max_radius_px, radii[i]);
+        n_sharp += fabs((double)radii[i]) <= info->lens.coc_limit_px;
+    }
+    info->sharp_share = (double)n_sharp / (double)n;
+    info->has_radii = true;
+}
+
+static const char *type_name(enum exr_sample_type type)
+{
+    return ((const char *const[]){"half", "float", "uint"})[type];
+}
+
+static bool filtered_by(const struct info *info, const char **text)
+{
+    return exr_attribute_string(info->source.colour, "rackfocus:filtered", text);
+}
+
+static double share(const struct info *info, size_t n)
+{
+    return (double)n / (double)info->stats.n_pixels;
+}
+
+/* ---- text ----------------------------------------------------------------------- */
+
+static void print_box(const char *name, const struct exr_box *box)
+{
+    printf("  %-16s %d x %d at (%d, %d)\n", name, box->max_x - box->min_x + 1,
+           box->max_y - box->min_y + 1, box->min_x, box->min_y);
+}
+
+static void print_file(const struct exr_input *input)
+{
+    int n_parts, n_channels;
+    const struct exr_part_info *parts = exr_parts(input, &n_parts);
+    const struct exr_channel_info *channels = exr_channels(input, &n_channels);
+    printf("%s\n", exr_path(input));
+    for (int p = 0; p < n_parts; p++) {
+        printf("  part %d%s%s: %s, %s%s%s\n", p, *parts[p].name ? " " : "",
+               parts[p].name, parts[p].is_tiled ? "tiles" : "scan lines",
+               parts[p].compression, *parts[p].view ? ", view " : "", parts[p].view);
+        print_box("data window", &parts[p].data_window);
+        print_box("display window", &parts[p].display_window);
+        printf("  %-16s %g\n", "pixel aspect", parts[p].pixel_aspect);
+        printf("  %-16s", "channels");
+        for (int c = 0; c < n_channels; c++)
+            if (channels[c].part == p)
+                printf(" %s (%s)", channels[c].name, type_name(channels[c].type));
+        putchar('\n');
+    }
+}
+
+static void print_choice_of_channels(const struct info *info)
+{
+    int n;
+    const struct source *source = &info->source;
+    const struct exr_layer *layer = &source->layer;
+    printf("\nUsed\n");
+    if (layer->r >= 0)
+        printf("  %-16s %s%s%s\n", "colour",
+               *layer->name      ? layer->name
+               : source->is_grey ? "Y"
+                                 : "R G B",
+               layer->a >= 0 ? ", with alpha" : "", source->is_grey ? ", grey" : "");
+    else
+        printf("  %-16s none\n", "colour");
+    if (source->z >= 0)
+        printf("  %-16s %s of %s\n", "depth",
+               exr_channels(source->depth, &n)[source->z].name,
+               exr_path(source->depth));
+    else
+        printf("  %-16s none; name it with --depth-channel or --depth-file\n", "depth");
+    const char *text;
+    if (filtered_by(info, &text))
+        printf("  %-16s by %s\n", "already filtered", text);
+}
+
+static void print_params(const struct info *info)
+{
+    static const char *const titles[] = {"Lens", "Aperture", "Depth", "Method"};
+    size_t n;
+    const struct rf_param_info *params = rf_param_list(&n);
+    for (int group = 0; group < 4; group++) {
+        printf("\n%s\n", titles[group]);
+        for (size_t i = 0; i < n; i++) {
+            if ((int)params[i].group != group)
+                continue;
+            char value[64], origin[160], both[128];
+            const char *key = params[i].key;
+            rf_params_get(&info->settings.params, key, value, sizeof(value));
+            settings_describe_origin(&info->settings, key, origin, sizeof(origin));
+            const bool has_unit = params[i].unit[0] && params[i].unit[0] != '1';
+            snprintf(both, sizeof(both), "%s%s%s", value, has_unit ? " " : "",
+                     has_unit ? params[i].unit : "");
+            printf("  %-20s %-28s %s\n", key, both, origin);
+        }
+    }
+}
+
+static void print_depth(const struct info *info)
+{
+    const struct depth_stats *stats = &info->stats;
+    const char *reason, *guess = depth_stats_guess(stats, &reason);
+    printf("\nDepth channel\n");
+    if (stats->min <= stats->max)
+        printf("  %-20s %g to %g, median %g\n", "range", stats->min, stats->max,
+               stats->median);
+    printf("  %-20s %.2f %% of the pixels\n", "nothing hit",
+           100 * share(info, stats->n_no_hit));
+    if (stats->n_nan)
+        printf("  %-20s %zu pixels\n", "NaN", stats->n_nan);
+    if (stats->n_negative)
+        printf("  %-20s %zu pixels\n", "negative", stats->n_negative);
+    printf("  %-20s %s: %s\n", "looks like", guess, reason);
+    if (depth_stats_is_mixed(stats))
+        printf("  %-20s anti-aliased: %.0f %% of the pixels at depth steps lie between "
+               "both sides\n",
+               "suspicion", 100 * stats->mixed_share);
+    if (depth_stats_is_premultiplied(stats))
+        printf("  %-20s premultiplied by alpha: %.0f %% of the part-covered pixels\n",
+               "suspicion", 100 * stats->premultiplied_share);
+}
+
+static void print_lens(const struct info *info)
+{
+    double near_limit, far_limit;
+    const struct rf_lens *lens = &info->lens;
+    printf("\nBlur\n");
+    if (!info->has_lens) {
+        printf("  none: %s\n", info->lens_problem);
+        return;
+    }
+    printf("  %-20s %g scene units\n", "lens radius", lens->lens_radius);
+    if (lens->projection == RF_PROJECTION_ORTHOGRAPHIC)
+        printf("  %-20s %g px per scene unit\n", "scale", lens->px_per_unit);
+    else
+        printf("  %-20s %g px\n", "focal length", lens->focal_length_px);
+    rf_lens_depth_of_field(lens, &near_limit, &far_limit);
+    printf("  %-20s %g scene units\n", "focus distance", lens->focus_distance);
+    printf("  %-20s %g to %g scene units (radius up to %g px)\n", "depth of field",
+           near_limit, far_limit, lens->coc_limit_px);
+    printf("  %-20s %g scene units\n", "hyperfocal distance", rf_lens_hyperfocal(lens));
+    if (info->has_radii)
+        printf("  %-20s %.2f to %.2f px, %.1f %% of the pixels sharp\n", "radius",
+               info->min_radius_px, info->max_radius_px, 100 * info->sharp_share);
+    else if (*info->radius_problem)
+        printf("  %-20s unknown: %s\n", "radius", info->radius_problem);
+}
+
+void info_print_text(const struct info *info)
+{
+    print_file(info->source.colour);
+    if (info->source.depth && info->source.depth != info->source.colour)
+        print_file(info->source.depth);
+    print_choice_of_channels(info);
+    print_params(info);
+    if (info->has_stats)
+        print_depth(info);
+    print_lens(info);
+}
+
+/* ---- JSON ----------------------------------------------------------------------- */
+
+static void json_box(struct json *json, const char *name, const struct exr_box *box)
+{
+    const int32_t values[4] = {box->min_x, box->min_y, box->max_x, box->max_y};
+    json_open(json, name, '[');
+    for (int i = 0; i < 4; i++)
+        json_number(json, NULL, values[i]);
+    json_close(json, ']');
+}
+
+static void json_file(struct json *json, const struct exr_input *input)
+{
+    int n_parts, n_channels;
+    const struct exr_part_info *parts = exr_parts(input, &n_parts);
+    const struct exr_channel_info *channels = exr_channels(input, &n_channels);
+    json_open(json, NULL, '{');
+    json_text(json, "path", exr_path(input));
+    json_open(json, "parts", '[');
+    for (int p = 0; p < n_parts; p++) {
+        json_open(json, NULL, '{');
+        json_text(json, "name", parts[p].name);
+        json_text(json, "view", parts[p].view);
+        json_text(json, "compression", parts[p].compression);
+        json_bool(json, "tiled", parts[p].is_tiled);
+        json_box(json, "data_window", &parts[p].data_window);
+        json_box(json, "display_window", &parts[p].display_window);
+        json_number(json, "pixel_aspect", parts[p].pixel_aspect);
+        json_open(json, "channels", '[');
+        for (int c = 0; c < n_channels; c++) {
+            if (channels[c].part != p)
+                continue;
+            json_open(json, NULL, '{');
+            json_text(json, "name", channels[c].name);
+            json_text(json, "type", type_name(channels[c].type));
+            json_close(json, '}');
+        }
+        json_close(json, ']');
+        json_close(json, '}');
+    }
+    json_close(json, ']');
+    json_close(json, '}');
+}
+
+static double param_number(const struct rf_params *params,
+                           const struct rf_param_info *info)
+{
+    const char *member = (const char *)params + info->offset;
+    return info->type == RF_TYPE_FLOAT ? *(const double *)member
+                                       : *(const int32_t *)member;
+}
+
+static void json_params(struct json *json, const struct settings *settings)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    json_open(json, "parameters", '{');
+    for (size_t i = 0; i < n; i++) {
+        char value[64], origin[160];
+        const double number = param_number(&settings->params, &list[i]);
+        rf_params_get(&settings->params, list[i].key, value, sizeof(value));
+        settings_describe_origin(settings, list[i].key, origin, sizeof(origin));
+        json_open(json, list[i].key, '{');
+        if (list[i].choices)
+            json_text(json, "value", value);
+        else if (list[i].type == RF_TYPE_BOOL)
+            json_bool(json, "value", number != 0);
+        else
+            json_number(json, "value", number);
+        json_text(json, "origin", origin);
+        json_close(json, '}');
+    }
+    json_close(json, '}');
+}
+
+static void json_depth(struct json *json, const struct info *info)
+{
+    const struct depth_stats *stats = &info->stats;
+    const char *reason, *guess = depth_stats_guess(stats, &reason);
+    const bool has_range = stats->min <= stats->max;
+    json_open(json, "depth", '{');
+    json_number(json, "min", has_range ? stats->min : NAN);
+    json_number(json, "max", has_range ? stats->max : NAN);
+    json_number(json, "median", stats->median);
+    json_number(json, "no_hit_share", share(info, stats->n_no_hit));
+    json_number(json, "n_nan", (double)stats->n_nan);
+    json_number(json, "n_negative", (double)stats->n_negative);
+    json_text(json, "guess", guess);
+    json_text(json, "reason", reason);
+    json_bool(json, "anti_aliased", depth_stats_is_mixed(stats));
+    json_bool(json, "premultiplied", depth_stats_is_premultiplied(stats));
+    json_close(json, '}');
+}
+
+static void json_lens(struct json *json, const struct info *info)
+{
+    double near_limit, far_limit;
+    const struct rf_lens *lens = &info->lens;
+    rf_lens_depth_of_field(lens, &near_limit, &far_limit);
+    json_open(json, "lens", '{');
+    json_number(json, "lens_radius", lens->lens_radius);
+    json_number(json, "focal_length_px", lens->focal_length_px);
+    json_number(json, "px_per_unit", lens->px_per_unit);
+    json_number(json, "focus_distance", lens->focus_distance);
+    json_number(json, "near_limit", near_limit);
+    json_number(json, "far_limit", far_limit);
+    json_number(json, "hyperfocal_distance", rf_lens_hyperfocal(lens));
+    json_number(json, "min_radius_px", info->has_radii ? info->min_radius_px : NAN);
+    json_number(json, "max_radius_px", info->has_radii ? info->max_radius_px : NAN);
+    json_number(json, "sharp_share", info->has_radii ? info->sharp_share : NAN);
+    json_close(json, '}');
+}
+
+void info_print_json(const struct info *info)
+{
+    int n;
+    struct json json = {0};
+    const struct source *source = &info->source;
+    const char *text;
+    json_open(&json, NULL, '{');
+    json_open(&json, "files", '[');
+    json_file(&json, source->colour);
+    if (source->depth && source->depth != source->colour)
+        json_file(&json, source->depth);
+    json_close(&json, ']');
+    json_number(&json, "width", source->width);
+    json_number(&json, "height", source->height);
+    json_bool(&json, "has_colour", source->layer.r >= 0);
+    json_text(&json, "layer", source->layer.name);
+    json_bool(&json, "has_alpha", source->layer.a >= 0);
+    if (source->z >= 0)
+        json_text(&json, "depth_channel",
+                  exr_channels(source->depth, &n)[source->z].name);
+    json_bool(&json, "filtered", filtered_by(info, &text));
+    json_params(&json, &info->settings);
+    if (info->has_stats)
+        json_depth(&json, info);
+    if (info->has_lens)
+        json_lens(&json, info);
+    else
+        json_text(&json, "lens_problem", info->lens_problem);
+    if (*info->radius_problem)
+        json_text(&json, "radius_problem", info->radius_problem);
+    json_close(&json, '}');
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What `rackfocus info` found out, and its two ways of printing it. */
+#ifndef CLI_INFO_PRINT_H
+#define CLI_INFO_PRINT_H
+
+#include <stdbool.h>
+
+#include "depth_stats.h"
+#include "rackfocus/rackfocus.h"
+#include "settings.h"
+#include "source.h"
+
+struct info {
+    struct source source;
+    struct settings settings;
+    struct rf_lens lens;
+    bool has_lens, has_stats, has_radii;
+    char lens_problem[256]; /* why there is no lens */
+    char radius_problem[256];
+    struct depth_stats stats;
+    double min_radius_px, max_radius_px; /* signed */
+    double sharp_share; /* of the pixels, within the limit of the depth of field */
+};
+
+/* Range and share from the radius of every pixel. */
+void info_count_radii(struct info *info, const float *radii);
+
+void info_print_text(const struct info *info);
+void info_print_json(const struct info *info);
+
+#endif

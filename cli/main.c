@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus: finds the sub-command and hands over to it. */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cli.h"
+#include "help.h"
+#include "rackfocus/rackfocus.h"
+
+#define COMMAND_ADDRESS(name) &command_##name,
+static const struct command *const commands[] = {COMMAND_LIST(COMMAND_ADDRESS)};
+#define N_COMMANDS (sizeof(commands) / sizeof(commands[0]))
+
+const struct command *const *command_list(size_t *n)
+{
+    *n = N_COMMANDS;
+    return commands;
+}
+
+const struct command *command_find(const char *name)
+{
+    for (size_t i = 0; i < N_COMMANDS; i++)
+        if (strcmp(commands[i]->name, name) == 0)
+            return commands[i];
+    return NULL;
+}
+
+static int fail_unknown_command(const char *name)
+{
+    const char *names[N_COMMANDS + 1];
+    for (size_t i = 0; i < N_COMMANDS; i++)
+        names[i] = commands[i]->name;
+    names[N_COMMANDS] = "help";
+    const char *near = nearest_name(name, names, N_COMMANDS + 1);
+    if (near)
+        message("unknown command '%s'; did you mean 'rackfocus %s'?", name, near);
+    else
+        message("unknown command '%s'; see rackfocus --help", name);
+    return EXIT_USAGE;
+}
+
+/* `rackfocus help [COMMAND]` */
+static int run_help(const char *name)
+{
+    const struct command *command = name ? command_find(name) : NULL;
+    if (name && !command)
+        return fail_unknown_command(name);
+    if (command)
+        help_print_command(command);
+    else
+        help_print_overview();
+    return EXIT_DONE;
+}
+
+/* Options that stand before any sub-command; the last two are for the build. */
+static int run_global_option(const char *option)
+{
+    if (strcmp(option, "--help") == 0 || strcmp(option, "-h") == 0)
+        help_print_overview();
+    else if (strcmp(option, "--version") == 0 || strcmp(option, "-V") == 0)
+        printf("rackfocus %s\n", rf_version());
+    else if (strcmp(option, "--generate-man") == 0)
+        help_print_man();
+    else if (strcmp(option, "--generate-completion") == 0)
+        help_print_completion();
+    else {
+        message("unknown option %s; options follow the command, see rackfocus --help",
+                option);
+        return EXIT_USAGE;
+    }
+    return EXIT_DONE;
+}
+
+static int run(int argc, char **argv)
+{
+    if (argc < 2) {
+        message("which command? see rackfocus --help");
+        return EXIT_USAGE;
+    }
+    if (argv[1][0] == '-')
+        return run_global_option(argv[1]);
+    if (strcmp(argv[1], "help") == 0)
+        return run_help(argc > 2 ? argv[2] : NULL);
+    const struct command *command = command_find(argv[1]);
+    if (!command)
+        return fail_unknown_command(argv[1]);
+    return command->run(argc - 1, argv + 1);
+}
+
+int main(int argc, char **argv)
+{
+    /* A closed pipe or a file size limit is an error to report, not a way to die. */
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+    const int code = run(argc, argv);
+    const bool is_pipe_closed = fflush(stdout) != 0 && errno == EPIPE;
+    if (ferror(stdout) && !is_pipe_closed && code == EXIT_DONE) {
+        message("standard output: %s", strerror(errno));
+        return EXIT_FAILED;
+    }
+    return code;
+}

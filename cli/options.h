@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Command line options: a table per sub-command for what the tool itself needs, and
+ * every parameter of params.def, taken from rf_param_list().
+ *
+ * Forms: `--key value`, `--key=value`, `-o value`, `-ovalue`; flags `--key`, `-q`.
+ * A boolean parameter is `--key`, `--no-key` or `--key=false`. `--` ends the options.
+ */
+#ifndef CLI_OPTIONS_H
+#define CLI_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct command;
+struct settings;
+
+enum option_kind {
+    OPTION_FLAG,   /* bool, set to true */
+    OPTION_TEXT,   /* const char * */
+    OPTION_FILE,   /* const char *; completes to file names */
+    OPTION_INT,    /* int32_t from min to max */
+    OPTION_NUMBER, /* double from min to max */
+    OPTION_CHOICE, /* int32_t, the index in choices */
+};
+
+/* One option of a tool. The value is stored at `offset` in the tool's own struct. */
+struct option {
+    const char *name; /* "output": --output */
+    char letter;      /* 'o': -o; 0 for none */
+    enum option_kind kind;
+    size_t offset;
+    const char *value; /* what help shows for the value, "FILE"; NULL for flags */
+    const char *help;  /* a sentence */
+    double min, max;
+    const char *choices; /* "half|float" */
+};
+
+/* What is left of the command line after the options. */
+struct operands {
+    char **items; /* allocated; free with operands_free */
+    int n;
+    char **rest; /* what followed "--", within argv; also in items unless the command
+                    keeps_rest */
+    int n_rest;
+};
+
+/* What options_parse returns where the command is to go on. */
+#define OPTIONS_GO_ON (-1)
+
+/*
+ * Parses the arguments of a sub-command into `values` (its own struct, defaults already
+ * set), `settings` (parameters; NULL where it takes none) and `operands`. --help is
+ * answered here. Returns OPTIONS_GO_ON or the exit code to end with; messages have been
+ * printed then and there is nothing to free.
+ */
+int options_parse(const struct command *command, int argc, char **argv, void *values,
+                  struct settings *settings, struct operands *operands);
+
+void operands_free(struct operands *operands);
+
+/* The candidate most like `name`, or NULL where none is near. */
+const char *nearest_name(const char *name, const char *const *candidates, size_t n);
+
+/* Rows of the tables that most sub-commands share. */
+#define OPTION_HELP_ROW                                                                \
+    {                                                                                  \
+        .name = "help", .letter = 'h', .kind = OPTION_FLAG, .help = "Show this help."  \
+    }
+#define OPTION_QUIET_ROW(at)                                                           \
+    {                                                                                  \
+        .name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .offset = (at),           \
+        .help = "No progress bar and no warnings."                                     \
+    }
+#define OPTION_THREADS_ROW(at)                                                         \
+    {                                                                                  \
+        .name = "threads", .letter = 'j', .kind = OPTION_INT, .offset = (at),          \
+        .value = "COUNT", .min = 0, .max = 1024,                                       \
+        .help = "Threads; 0 is one per processor. The result does not depend on it. "  \
+                "[default 0]"                                                          \
+    }
+
+#endif

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A progress bar with the time left, on stderr where that is a terminal, and
+ * interruption by SIGINT or SIGTERM.
+ *
+ *     struct progress bar;
+ *     progress_start(&bar, "filtering", is_quiet);
+ *     const struct rf_progress report = {progress_report, &bar};
+ *     ... rf_filter_process(..., &report, ...);
+ *     progress_end(&bar);
+ */
+#ifndef CLI_PROGRESS_H
+#define CLI_PROGRESS_H
+
+#include <stdbool.h>
+
+struct progress {
+    const char *label;
+    bool is_shown;
+    double started_s, drawn_s; /* seconds of the monotonic clock */
+};
+
+void progress_start(struct progress *bar, const char *label, bool is_quiet);
+
+/* For struct rf_progress: draws, and returns false once the program was interrupted. */
+bool progress_report(void *bar, double fraction);
+
+/* Wipes the bar, so that nothing of it is left on the terminal. */
+void progress_end(struct progress *bar);
+
+/* From now on SIGINT and SIGTERM only set a flag. */
+void interrupt_catch(void);
+
+/* Was there a signal? */
+bool is_interrupted(void);
+
+/* 128 + the signal: 130 for SIGINT. */
+int interrupt_exit_code(void);
+
+/* Seconds of the monotonic clock. */
+double clock_seconds(void);
+
+#endif

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "source.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "settings.h"
+
+static bool fail(struct exr_error *error, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static bool fail(struct exr_error *error, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->message, sizeof(error->message), format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes)
+{
+    int n;
+    size_t used = 0;
+    const struct exr_channel_info *channels = exr_channels(input, &n);
+    *text = 0;
+    for (int i = 0; i < n; i++) {
+        const char *name = channels[i].name;
+        if (used + strlen(name) + 8 > n_bytes) {
+            snprintf(text + used, n_bytes - used, ", ...");
+            return;
+        }
+        used += (size_t)snprintf(text + used, n_bytes - used, "%s%s", used ? ", " : "",
+                                 name);
+    }
+}
+
+/* Opens a file that is there for its depth; `depth_channel` may be NULL. */
+static bool open_depth(struct source *source, const char *path,
+                       const char *depth_channel, struct exr_error *error)
+{
+    struct exr_layer found;
+    if (!exr_open(&source->depth, path, error))
+        return false;
+    if (!exr_find_layer(source->depth, NULL, depth_channel, true, &found, error))
+        return false;
+    /* The reader falls back on the red of a picture; only a grey one can be meant. */
+    const bool is_red = found.r >= 0 && found.z == found.r && found.r != found.g;
+    source->z = is_red && !depth_channel ? -1 : found.z;
+    if (source->z >= 0)
+        return true;
+    char channels[400];
+    source_list_channels(source->depth, channels, sizeof(channels));
+    return fail(error,
+                "%s: there is no depth channel; its channels are %s; name the depth "
+                "with --depth-channel",
+                path, channels);
+}
+
+/* Depth: --depth-file, else the colour's own file, else the second file. */
+static bool find_depth(struct source *source, const struct source_request *request,
+                       struct exr_error *error)
+{
+    if (request->depth_file)
+        return open_depth(source, request->depth_file, request->depth_channel, error);
+    if (source->layer.z >= 0) {
+        source->depth = source->colour;
+        source->z = source->layer.z;
+        return true;
+    }
+    if (request->n_paths > 1)
+        return open_depth(source, request->paths[1], request->depth_channel, error);
+    return true;
+}
+
+/* Colour and depth of the first file; files of mere depth have r = -1. */
+static bool find_colour(struct source *source, const char *layer,
+                        const char *depth_channel, struct exr_error *error)
+{
+    if (exr_find_layer(source->colour, layer, depth_channel, false, &source->layer,
+                       error))
+        return true;
+    if (layer)
+        return false;
+    if (!exr_find_layer(source->colour, NULL, depth_channel, true, &source->layer,
+                        error)) {
+        source->layer = (struct exr_layer){-1, -1, -1, -1, -1, ""};
+        return depth_channel == NULL;
+    }
+    return true;
+}
+
+static void describe(struct source *source)
+{
+    const bool has_colour = source->layer.r >= 0;
+    const struct exr_input *input =
+        has_colour || !source->depth ? source->colour : source->depth;
+    const int first = has_colour ? source->layer.r : source->z;
+    int n;
+    source->part = first >= 0 ? exr_channels(input, &n)[first].part : 0;
+    source->info = exr_parts(input, &n)[source->part];
+    const struct exr_box *box = &source->info.data_window;
+    source->width = box->max_x - box->min_x + 1;
+    source->height = box->max_y - box->min_y + 1;
+    source->is_grey = source->layer.r >= 0 && source->layer.r == source->layer.g;
+    const bool has_alpha = source->layer.a >= 0;
+    source->n_channels = has_alpha ? 4 : source->is_grey ? 1 : 3;
+}
+
+bool source_open(struct source *source, const struct source_request *request,
+                 struct exr_error *error)
+{
+    /* A depth channel that is asked for may be in the second file. */
+    const bool has_own_depth = !request->depth_file && request->n_paths == 1;
+    const char *own_channel = has_own_depth ? request->depth_channel : NULL;
+    *source = (struct source){.z = -1};
+    if (!exr_open(&source->colour, request->paths[0], error))
+        return false;
+    if (!find_colour(source, request->layer, own_channel, error) ||
+        !find_depth(source, request, error)) {
+        source_close(source);
+        return false;
+    }
+    describe(source);
+    return true;
+}
+
+void source_close(struct source *source)
+{
+    if (source->depth && source->depth != source->colour)
+        exr_close(source->depth);
+    if (source->colour)
+        exr_close(source->colour);
+    source->colour = source->depth = NULL;
+}
+
+bool source_read_facts(const struct source *source, struct settings *settings,
+                       char *text, size_t n_bytes)
+{
+    if (!settings_read_header(settings, source->colour, source->part, text, n_bytes))
+        return false;
+    if (!source->depth || source->depth == source->colour)
+        return true;
+    int n;
+    const int part = exr_channels(source->depth, &n)[source->z].part;
+    return settings_read_header(settings, source->depth, part, text, n_bytes);
+}
+
+static bool check_windows(const struct source *source, struct exr_error *error)
+{
+    int n;
+    const int part = exr_channels(source->depth, &n)[source->z].part;
+    const struct exr_box *depth = &exr_parts(source->depth, &n)[part].data_window;
+    const struct exr_box *colour = &source->info.data_window;
+    const int32_t width = depth->max_x - depth->min_x + 1;
+    const int32_t height = depth->max_y - depth->min_y + 1;
+    if (width != source->width || height != source->height)
+        return fail(error,
+                    "%s: the depth is %d x %d, but the colour in %s is %d x %d; render "
+                    "both in one size",
+                    exr_path(source->depth), width, height, exr_path(source->colour),
+                    source->width, source->height);
+    if (memcmp(depth, colour, sizeof(*depth)) != 0)
+        return fail(error,
+                    "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
+                    "(%d, %d); write both with one data window",
+                    exr_path(source->depth), depth->min_x, depth->min_y,
+                    exr_path(source->colour), colour->min_x, colour->min_y);
+    return true;
+}
+
+bool source_check(const struct source *source, struct exr_error *error)
+{
+    char channels[400];
+    source_list_channels(source->colour, channels, sizeof(channels));
+    if (source->layer.r < 0)
+        return fail(error,
+                    "%s: there is no colour; its channels are %s; give the file of the "
+                    "picture first, and that of the depth with --depth-file",
+                    exr_path(source->colour), channels);
+    if (source->z < 0)
+        return fail(
+            error,
+            "%s: there is no depth channel; its channels are %s; name the depth "
+            "with --depth-channel, or give the file that has it with "
+            "--depth-file",
+            exr_path(source->colour), channels);
+    return check_windows(source, error);
+}
+
+float *source_read_colour(const struct source *source, int n_threads,
+                          struct exr_error *error)
+{
+    const struct exr_layer *layer = &source->layer;
+    const int channels[4] = {layer->r, layer->g, layer->b, layer->a};
+    const size_t n_pixels = (size_t)source->width * (size_t)source->height;
+    float *samples = need_memory(n_pixels, (size_t)source->n_channels * sizeof(float));
+    if (exr_read(source->colour, channels, source->n_channels, samples, n_threads,
+                 error))
+        return samples;
+    free(samples);
+    return NULL;
+}
+
+float *source_read_depth(const struct source *source, int n_threads,
+                         struct exr_error *error)
+{
+    const size_t n_pixels = (size_t)source->width * (size_t)source->height;
+    float *samples = need_memory(n_pixels, sizeof(float));
+    if (exr_read(source->depth, &source->z, 1, samples, n_threads, error))
+        return samples;
+    free(samples);
+    return NULL;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The colour and depth that a run works on, from one file or two. */
+#ifndef CLI_SOURCE_H
+#define CLI_SOURCE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "exr.h"
+
+/* What the command line says about the input. */
+struct source_request {
+    char *const *paths; /* colour first, then files that may supply the depth */
+    int n_paths;
+    const char *layer;         /* --layer or NULL */
+    const char *depth_file;    /* --depth-file or NULL */
+    const char *depth_channel; /* --depth-channel or NULL */
+};
+
+struct settings;
+
+struct source {
+    struct exr_input *colour;
+    struct exr_input *depth;   /* may be the same as colour; NULL where there is none */
+    struct exr_layer layer;    /* in `colour`; r is -1 where it has no colour */
+    int z;                     /* channel of `depth`, -1: none */
+    int part;                  /* of the colour, else of the depth */
+    struct exr_part_info info; /* of that part */
+    int32_t width, height;     /* of its data window */
+    int n_channels;            /* of the colour: 1 grey, 3 RGB, 4 RGBA */
+    bool is_grey;
+};
+
+/*
+ * Opens the files and finds the channels. Neither missing colour nor missing depth is
+ * an error here, but layers and channels that were asked for by name must exist.
+ */
+bool source_open(struct source *source, const struct source_request *request,
+                 struct exr_error *error);
+void source_close(struct source *source);
+
+/* Takes the camera's facts from the header of the colour, then from that of the depth.
+ * False with a message; see settings_read_header. */
+bool source_read_facts(const struct source *source, struct settings *settings,
+                       char *text, size_t n_bytes);
+
+/* Is there all that a filter needs, in one size? */
+bool source_check(const struct source *source, struct exr_error *error);
+
+/* Interleaved samples, n_channels each; grey with alpha is spread to RGBA. To be freed
+ * by the caller; NULL on failure. */
+float *source_read_colour(const struct source *source, int n_threads,
+                          struct exr_error *error);
+float *source_read_depth(const struct source *source, int n_threads,
+                         struct exr_error *error);
+
+/* "R, G, B, A" for messages; ends in ", ..." where there are many. */
+void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes);
+
+#endif
