@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Buffers of Python as images of the core, without copies. */
+#include "module.h"
+
+#include <string.h>
+
+static bool is_float32(const Py_buffer *buffer)
+{
+    const char *format = buffer->format ? buffer->format : "B";
+    if (*format == '@' || *format == '=' ||
+        (*format == '<' && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__))
+        format++;
+    return strcmp(format, "f") == 0 && buffer->itemsize == sizeof(float);
+}
+
+static int check(const Py_buffer *buffer, const char *name)
+{
+    if (!is_float32(buffer)) {
+        PyErr_Format(PyExc_TypeError,
+                     "%s: samples must be 32 bit floats, not of the format '%s'", name,
+                     buffer->format ? buffer->format : "B");
+        return -1;
+    }
+    if (buffer->ndim != 2 && buffer->ndim != 3) {
+        PyErr_Format(PyExc_ValueError,
+                     "%s: the shape must be (height, width) or (height, width, "
+                     "channels), not of %d dimensions",
+                     name, buffer->ndim);
+        return -1;
+    }
+    for (int i = 0; i < buffer->ndim; i++)
+        if (buffer->shape[i] < 1 || buffer->shape[i] > 65535) {
+            PyErr_Format(PyExc_ValueError,
+                         "%s: dimension %d is %zd, which must lie in 1 to 65535", name,
+                         i, buffer->shape[i]);
+            return -1;
+        }
+    return 0;
+}
+
+int plugin_open_image(struct plugin_image *image, PyObject *object, const char *name,
+                      bool is_writable)
+{
+    int flags = is_writable ? PyBUF_RECORDS : PyBUF_RECORDS_RO;
+    Py_buffer *buffer = &image->buffer;
+    if (PyObject_GetBuffer(object, buffer, flags) < 0) {
+        PyErr_Format(PyExc_TypeError, "%s: a %s buffer of floats is needed", name,
+                     is_writable ? "writable" : "readable");
+        return -1;
+    }
+    if (check(buffer, name) < 0) {
+        PyBuffer_Release(buffer);
+        return -1;
+    }
+    bool has_channels = buffer->ndim == 3;
+    image->image = (struct rf_image){
+        .data = buffer->buf,
+        .height = (int32_t)buffer->shape[0],
+        .width = (int32_t)buffer->shape[1],
+        .channels = has_channels ? (int32_t)buffer->shape[2] : 1,
+        .row_bytes = buffer->strides[0],
+        .pixel_bytes = buffer->strides[1],
+        .channel_bytes = has_channels ? buffer->strides[2] : (ptrdiff_t)sizeof(float),
+    };
+    return 0;
+}
+
+void plugin_close_image(struct plugin_image *image)
+{
+    PyBuffer_Release(&image->buffer);
+}

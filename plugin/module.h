@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the parts of the Python extension share. */
+#ifndef RF_PLUGIN_MODULE_H
+#define RF_PLUGIN_MODULE_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+#include "rackfocus/rackfocus.h"
+
+/* Classes of the module; one set per interpreter. */
+struct module_state {
+    PyObject *error; /* base class; has the attributes field and message */
+    PyObject *parameter_error, *depth_error, *pixel_error, *cancelled_error;
+    PyTypeObject *lens_type;
+};
+
+/* ---- errors.c ------------------------------------------------------------------ */
+
+/* Adds the exception classes to the module. 0, or -1 with an exception set. */
+int plugin_add_errors(PyObject *module, struct module_state *state);
+
+/* Sets the exception of a failed call and returns NULL. */
+PyObject *plugin_raise(const struct module_state *state, const struct rf_error *error);
+
+/* ---- params.c ------------------------------------------------------------------ */
+
+/* The lists of the core as tuples of tuples; see rackfocus/__init__.py. */
+PyObject *plugin_parameters(PyObject *module, PyObject *unused);
+PyObject *plugin_methods(PyObject *module, PyObject *unused);
+
+/*
+ * Defaults, then every keyword in `keywords` (may be NULL) by its key or field name;
+ * texts, numbers and bools. 0, or -1 with an exception set.
+ */
+int plugin_read_params(const struct module_state *state, PyObject *keywords,
+                       struct rf_params *params);
+
+/* ---- image.c ------------------------------------------------------------------- */
+
+/* A buffer of 32 bit floats that Python owns, and how the core sees it. */
+struct plugin_image {
+    Py_buffer buffer;
+    struct rf_image image;
+};
+
+/*
+ * Opens any object of shape (height, width) or (height, width, channels) without a
+ * copy. `name` is the argument's name in errors. 0, or -1 with an exception set.
+ */
+int plugin_open_image(struct plugin_image *image, PyObject *object, const char *name,
+                      bool is_writable);
+void plugin_close_image(struct plugin_image *image);
+
+/* ---- lens.c, filter.c ---------------------------------------------------------- */
+
+extern PyType_Spec plugin_lens_spec, plugin_filter_spec;
+
+/* A new Lens object that holds a copy of `lens`. */
+PyObject *plugin_lens_new(const struct module_state *state, const struct rf_lens *lens);
+
+#endif

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Python extension: lists, optics, pictures, errors, progress, threads."""
+
+import gc
+import re
+import threading
+
+import numpy as np
+import pytest
+import rackfocus
+
+LENS = dict(focus_distance=2.0, f_stop=0.5, focal_length=50, sensor_width=36)
+
+
+def make_frame(height=40, width=60, channels=4):
+    """A colour ramp with a bright dot over a slanted depth."""
+    rng = np.random.default_rng(1)
+    colour = rng.random((height, width, channels), np.float32)
+    colour[height // 2, width // 2] = 30
+    depth = np.linspace(1, 6, height * width, dtype=np.float32)
+    return colour, depth.reshape(height, width)
+
+
+def filtered(colour, depth, method="scatter", **params):
+    """One frame through the filter."""
+    return rackfocus.apply(colour, depth, method=method, **{**LENS, **params})
+
+
+# ---- lists ------------------------------------------------------------------------
+
+
+def test_parameters_are_those_of_the_core(root):
+    """Every line of params.def, in its order."""
+    text = (root / "core/include/rackfocus/params.def").read_text()
+    keys = re.findall(r'^RF_(?:FLOAT|INT|BOOL|ENUM)\("([^"]+)"', text, re.M)
+    assert [p.key for p in rackfocus.parameters()] == keys
+
+
+def test_parameters_are_complete():
+    """Types, ranges, defaults and choices."""
+    for p in rackfocus.parameters():
+        assert p.help and p.attribute.startswith("rackfocus:")
+        assert p.group in ("lens", "aperture", "depth", "method")
+        if p.type == "enum":
+            assert p.default in [choice.name for choice in p.choices]
+        else:
+            assert p.min <= p.default <= p.max and not p.choices
+
+
+def test_methods_are_the_choices_of_the_parameter():
+    """The list of methods and the parameter agree."""
+    by_field = {p.field: p for p in rackfocus.parameters()}
+    names = [method.name for method in rackfocus.methods()]
+    assert names == [choice.name for choice in by_field["method"].choices]
+    assert all(method.source and method.cost for method in rackfocus.methods())
+
+
+@pytest.mark.parametrize("p", rackfocus.parameters(), ids=lambda p: p.key)
+def test_every_parameter_is_taken(p):
+    """Its default is accepted by field and by key; a wrong value names it."""
+    rackfocus.Lens(10, 10, **{p.field: p.default})
+    rackfocus.Lens(10, 10, **{p.key: p.default})
+    bad = "no such choice" if p.type == "enum" else float("nan")
+    with pytest.raises(rackfocus.ParameterError) as caught:
+        rackfocus.Lens(10, 10, **{p.field: bad})
+    assert caught.value.field == p.field
+
+
+# ---- optics -----------------------------------------------------------------------
+
+
+def test_radius_is_that_of_the_thin_lens():
+    """r = K (1/s - 1/z), K = R f_px."""
+    lens = rackfocus.Lens(600, 400, **LENS)
+    k = 50e-3 / (2 * 0.5) * 600 * 50 / 36
+    for z in (1.0, 2.0, 5.0, float("inf")):
+        assert lens.radius_px(z) == pytest.approx(k * (1 / 2 - 1 / z), abs=1e-9)
+    assert lens.depth_at(lens.radius_px(3.0)) == pytest.approx(3.0)
+
+
+def test_depth_of_field_is_where_the_radius_reaches_the_limit():
+    """Both ends; the hyperfocal distance has its far end at infinity."""
+    lens = rackfocus.Lens(600, 400, **LENS, coc_limit=1.5)
+    near, far = lens.depth_of_field()
+    assert lens.radius_px(near) == pytest.approx(-1.5)
+    assert lens.radius_px(far) == pytest.approx(1.5)
+    there = {**LENS, "focus_distance": lens.hyperfocal() * 0.9999}
+    assert rackfocus.Lens(600, 400, **there, coc_limit=1.5).depth_of_field()[1] > 1e4
+
+
+# ---- pictures ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_energy_is_kept(channels):
+    """A bright dot far from the borders keeps its light."""
+    colour = np.zeros((80, 80, channels), np.float32)
+    colour[40, 40] = 100
+    depth = np.full((80, 80), 1.5, np.float32)
+    out = filtered(colour, depth, f_stop=0.1)
+    assert out[40, 40, 0] < 50
+    assert np.allclose(out.sum((0, 1)), 100, rtol=1e-4)
+
+
+def test_grey_needs_no_third_dimension():
+    """(height, width) is (height, width, 1)."""
+    colour, depth = make_frame(channels=1)
+    flat = filtered(np.ascontiguousarray(colour[..., 0]), depth)
+    assert np.array_equal(flat, filtered(colour, depth)[..., 0])
+
+
+def test_strides_do_not_matter():
+    """Planes, mirrored rows, columns taken out of wider rows: the same bits."""
+    colour, depth = make_frame(channels=3)
+    expected = filtered(colour, depth)
+    planes = np.ascontiguousarray(colour.transpose(2, 0, 1)).transpose(1, 2, 0)
+    mirrored = np.ascontiguousarray(colour[::-1])[::-1]
+    wide = np.full((40, 120, 5), np.nan, np.float32)
+    wide[:, ::2, 1:4] = colour
+    for view in (planes, mirrored, wide[:, ::2, 1:4]):
+        assert np.array_equal(filtered(view, depth), expected)
+    out = np.full((40, 120, 5), -7, np.float32)
+    rackfocus.apply(colour, depth, out[:, ::2, 1:4], method="scatter", **LENS)
+    assert np.array_equal(out[:, ::2, 1:4], expected)
+    assert np.all(out[:, 1::2] == -7) and np.all(out[..., 0] == -7)
+
+
+def test_memoryviews_do():
+    """No NumPy is needed."""
+    colour, depth = make_frame()
+    out = memoryview(bytearray(colour.nbytes)).cast("f", colour.shape)
+    source = memoryview(colour.tobytes()).cast("f", colour.shape)
+    rackfocus.apply(source, depth, out, method="scatter", **LENS)
+    assert np.array_equal(np.asarray(out), filtered(colour, depth))
+
+
+def test_in_place():
+    """out may be the colour itself."""
+    colour, depth = make_frame()
+    expected = filtered(colour, depth)
+    rackfocus.apply(colour, depth, colour, method="scatter", **LENS)
+    assert np.array_equal(colour, expected)
+
+
+def test_coc_and_planar_depth():
+    """What the filter makes of every pixel's depth."""
+    _, depth = make_frame()
+    depth[0, 0] = 1e10
+    made = rackfocus.Filter(60, 40, **LENS)
+    coc, planar = np.empty_like(depth), np.empty_like(depth)
+    made.coc(depth, coc)
+    made.planar_depth(depth, planar)
+    assert np.isinf(planar[0, 0]) and np.array_equal(planar[1:], depth[1:])
+    expected = [made.lens.radius_px(float(z)) for z in depth[:, 7]]
+    assert np.allclose(coc[:, 7], expected, rtol=1e-6, atol=1e-6)
+
+
+def test_threads_do_not_change_the_result():
+    """The same bits on one thread and on three."""
+    colour, depth = make_frame()
+    one = filtered(colour, depth, threads=1)
+    assert np.array_equal(one, filtered(colour, depth, threads=3))
+    assert rackfocus.Filter(8, 8, threads=3).threads == 3
+
+
+def test_a_filter_is_shared_by_threads():
+    """Several Python threads at once, and the lock of the interpreter is free."""
+    colour, depth = make_frame(200, 300)
+    made = rackfocus.Filter(300, 200, method="scatter", threads=1, **LENS)
+    outs = [np.empty_like(colour) for _ in range(4)]
+    threads = [
+        threading.Thread(target=made.process, args=(colour, depth, out)) for out in outs
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for out in outs:
+        assert np.array_equal(out, filtered(colour, depth))
+
+
+# ---- errors -----------------------------------------------------------------------
+
+
+def test_out_of_range_names_the_field():
+    """The message and the field."""
+    with pytest.raises(rackfocus.ParameterError, match="f_stop") as caught:
+        rackfocus.Filter(8, 8, f_stop=-1)
+    assert caught.value.field == "f_stop" and caught.value.message
+    assert isinstance(caught.value, ValueError)
+
+
+def test_unknown_parameter():
+    """A misspelt keyword is not ignored."""
+    with pytest.raises(rackfocus.ParameterError, match="fstop"):
+        rackfocus.Filter(8, 8, fstop=2)
+
+
+@pytest.mark.parametrize("value", [None, [], object()])
+def test_value_of_the_wrong_type(value):
+    """Neither a number nor a text."""
+    with pytest.raises(TypeError, match="f_stop"):
+        rackfocus.Filter(8, 8, f_stop=value)
+
+
+def test_bad_depth_and_bad_colour():
+    """The first bad pixel is named."""
+    colour, depth = make_frame()
+    depth[3, 5] = np.nan
+    with pytest.raises(rackfocus.DepthError, match=r"\(5, 3\)"):
+        filtered(colour, depth)
+    colour, depth = make_frame()
+    colour[2, 4, 0] = np.inf
+    with pytest.raises(rackfocus.PixelError, match=r"4, 2"):
+        filtered(colour, depth)
+
+
+@pytest.mark.parametrize(
+    "spoil, error, name",
+    [
+        (lambda c, d, o: (c.astype("f8"), d, o), TypeError, "colour"),
+        (lambda c, d, o: (c, d.astype("i4"), o), TypeError, "depth"),
+        (lambda c, d, o: (c, d[:5], o), ValueError, "depth"),
+        (lambda c, d, o: (c, d, o[:, :5]), ValueError, "out"),
+        (lambda c, d, o: (c, d, o.tobytes()), TypeError, "out"),
+        (lambda c, d, o: (c.ravel(), d, o), ValueError, "colour"),
+        (lambda c, d, o: (c[:0], d, o), ValueError, "colour"),
+        (lambda c, d, o: (c, d, None), TypeError, "out"),
+        (lambda c, d, o: (c[..., :2], d, o), ValueError, "colour"),
+    ],
+)
+def test_wrong_buffers_are_named(spoil, error, name):
+    """Type, shape, size and access of each argument."""
+    colour, depth = make_frame()
+    made = rackfocus.Filter(60, 40, **LENS)
+    with pytest.raises(error, match=name):
+        made.process(*spoil(colour, depth, np.empty_like(colour)))
+
+
+# ---- progress ---------------------------------------------------------------------
+
+
+def test_progress_rises_from_0_to_1():
+    """0 first, never falling, 1 last."""
+    colour, depth = make_frame(300, 200)
+    seen = []
+    filtered(colour, depth, progress=seen.append)
+    assert seen[0] == 0 and seen[-1] == 1 and seen == sorted(seen)
+
+
+@pytest.mark.parametrize("at", [0, 0.3])
+def test_false_cancels(at):
+    """The error has a class of its own."""
+    colour, depth = make_frame(300, 200)
+    with pytest.raises(rackfocus.CancelledError):
+        filtered(colour, depth, progress=lambda fraction: fraction < at)
+
+
+def test_an_exception_in_the_callback_comes_through():
+    """Not swallowed, not replaced."""
+
+    def fail(fraction):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        filtered(*make_frame(), progress=fail)
+
+
+# ---- memory -----------------------------------------------------------------------
+
+
+def resident_bytes():
+    """Memory of this process that is in use."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * 4096
+
+
+def test_memory_does_not_grow():
+    """Objects, errors and buffers are released."""
+    colour, depth = make_frame(100, 100)
+    bad = depth.copy()
+    bad[0, 0] = np.nan
+
+    def once():
+        filtered(colour, depth)
+        rackfocus.parameters()
+        with pytest.raises(rackfocus.DepthError):
+            filtered(colour, bad)
+
+    for _ in range(50):
+        once()
+    gc.collect()
+    before = resident_bytes()
+    for _ in range(300):
+        once()
+    gc.collect()
+    assert resident_bytes() - before < 4 << 20
