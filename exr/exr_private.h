@@ -62,6 +62,17 @@ bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *us
 /* Undoes DWAA and DWAB, which OpenEXRCore 3.1 does not; a decompress_fn. */
 exr_result_t exr_undo_dwa(exr_decode_pipeline_t *pipeline);
 
+/* Sets output->attributes on a part. */
+exr_result_t exr_set_attributes(exr_context_t to, int part,
+                                const struct exr_output *output);
+/*
+ * Copies what is not structure (channels, windows, ...) from a part of output->like.
+ * Names in output->attributes are skipped for like_part, where exr_set_attributes sets
+ * them, and get the new value in the others, so that no stale one is left to be found.
+ */
+exr_result_t exr_copy_attributes(exr_context_t to, int part,
+                                 const struct exr_output *output, int like_part);
+
 int exr_sample_bytes(enum exr_sample_type type);
 float exr_half_to_float(uint16_t half);
 /* To nearest even; finite values beyond the range become +-65504, not infinity. */
@@ -78,5 +89,7 @@ bool partial_open(struct partial_file *file, const char *path, struct exr_error 
 /* Syncs, renames and closes; on failure removes. */
 bool partial_commit(struct partial_file *file, struct exr_error *error);
 void partial_abort(struct partial_file *file);
+/* False, with the words for a failed write; removes nothing yet. */
+bool partial_fail(const struct partial_file *file, int number, struct exr_error *error);
 
 #endif

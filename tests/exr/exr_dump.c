@@ -6,6 +6,8 @@
  *     exr_dump info FILE
  *     exr_dump layer FILE [LAYER|-] [DEPTH_CHANNEL|-] [depth_only]
  *     exr_dump read FILE PART OUT [THREADS]   all full-size channels, interleaved
+ *     exr_dump copy FILE OUT [pass] [half|float] [compression=X] [layer=X] [scale=F]
+ *         [threads=N] [attribute]       the colours of a layer, times F, to a new file
  */
 #include "exr.h"
 
@@ -108,6 +110,91 @@ static int read_part(int n_arguments, char **arguments)
     return is_good ? 0 : fail();
 }
 
+struct copy_options {
+    const char *layer, *compression;
+    float scale;
+    int n_threads;
+    bool pass_through, has_attribute;
+    enum exr_sample_type type;
+};
+
+static struct copy_options parse_options(int n, char **words)
+{
+    struct copy_options o = {.scale = 1, .n_threads = 2, .type = EXR_SAMPLE_HALF};
+    for (int i = 0; i < n; i++) {
+        if (strcmp(words[i], "pass") == 0)
+            o.pass_through = true;
+        else if (strcmp(words[i], "float") == 0)
+            o.type = EXR_SAMPLE_FLOAT;
+        else if (strcmp(words[i], "attribute") == 0)
+            o.has_attribute = true;
+        else if (strncmp(words[i], "compression=", 12) == 0)
+            o.compression = words[i] + 12;
+        else if (strncmp(words[i], "layer=", 6) == 0)
+            o.layer = words[i] + 6;
+        else if (strncmp(words[i], "scale=", 6) == 0)
+            o.scale = (float)atof(words[i] + 6);
+        else if (strncmp(words[i], "threads=", 8) == 0)
+            o.n_threads = atoi(words[i] + 8);
+    }
+    return o;
+}
+
+static bool write_copy(struct exr_input *input, const struct exr_layer *layer,
+                       const char *path, const struct copy_options *o)
+{
+    const struct exr_channel_info *channels = exr_channels(input, NULL);
+    int part = channels[layer->r].part;
+    const struct exr_box box = exr_parts(input, NULL)[part].data_window;
+    int32_t width = box.max_x - box.min_x + 1, height = box.max_y - box.min_y + 1;
+    int wanted[] = {layer->r, layer->g, layer->b, layer->a};
+    int n = layer->r == layer->g ? 1 : layer->a >= 0 ? 4 : 3;
+    const char *names[4];
+    enum exr_sample_type types[4] = {o->type, o->type, o->type, o->type};
+    for (int i = 0; i < n; i++)
+        names[i] = channels[wanted[i]].name;
+    size_t n_samples = (size_t)width * (size_t)height * (size_t)n;
+    float *samples = malloc(n_samples * sizeof *samples);
+    bool is_good = samples && exr_read(input, wanted, n, samples, o->n_threads, &error);
+    for (size_t i = 0; is_good && i < n_samples; i++)
+        samples[i] *= o->scale;
+    const struct exr_attribute attributes[] = {
+        {.name = "rackfocus:lensRadius", .type = EXR_ATTRIBUTE_FLOAT, .number = {0.5}},
+        {.name = "rackfocus:blades", .type = EXR_ATTRIBUTE_INT, .number = {6}},
+        {.name = "rackfocus:depth", .type = EXR_ATTRIBUTE_STRING, .text = "planar"},
+        {.name = "rackfocus:lensOffset", .type = EXR_ATTRIBUTE_V2F, .number = {1, -2}},
+        {.name = "owner", .type = EXR_ATTRIBUTE_STRING, .text = "replaced"},
+    };
+    const struct exr_output output = {.width = width,
+                                      .height = height,
+                                      .n_channels = n,
+                                      .channel_names = names,
+                                      .types = types,
+                                      .samples = samples,
+                                      .compression = o->compression,
+                                      .attributes = attributes,
+                                      .n_attributes = o->has_attribute ? 5 : 0,
+                                      .like = input,
+                                      .like_part = part,
+                                      .pass_through = o->pass_through};
+    is_good = is_good && exr_write(path, &output, o->n_threads, &error);
+    free(samples);
+    return is_good;
+}
+
+static int copy(int n, char **arguments)
+{
+    struct copy_options options = parse_options(n - 2, arguments + 2);
+    struct exr_input *input;
+    struct exr_layer found;
+    if (!exr_open(&input, arguments[0], &error))
+        return fail();
+    bool is_good = exr_find_layer(input, options.layer, NULL, false, &found, &error) &&
+                   write_copy(input, &found, arguments[1], &options);
+    exr_close(input);
+    return is_good ? 0 : fail();
+}
+
 int main(int argc, char **argv)
 {
     if (argc == 3 && strcmp(argv[1], "info") == 0)
@@ -116,6 +203,8 @@ int main(int argc, char **argv)
         return layer(argc - 2, argv + 2);
     if (argc >= 5 && strcmp(argv[1], "read") == 0)
         return read_part(argc - 2, argv + 2);
-    fprintf(stderr, "usage: exr_dump info|layer|read ...\n");
+    if (argc >= 4 && strcmp(argv[1], "copy") == 0)
+        return copy(argc - 2, argv + 2);
+    fprintf(stderr, "usage: exr_dump info|layer|read|copy ...\n");
     return 2;
 }
