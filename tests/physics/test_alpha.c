@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Alpha is coverage: premultiplied in, premultiplied and soft out. Layered method. */
+#include "frames.h"
+#include "testing.h"
+
+enum { WIDTH = 96, HEIGHT = 80 };
+
+/* How much of a pixel an object of radius 22 px covers, in steps of 1/16. */
+static double coverage(int x, int y)
+{
+    int n = 0;
+    for (int i = 0; i < 16; i++)
+        n += hypot(x + (i % 4 + 0.5) / 4 - WIDTH / 2.0,
+                   y + (i / 4 + 0.5) / 4 - HEIGHT / 2.0) < 22;
+    return n / 16.0;
+}
+
+static const float object[3] = {0.75f, 0.5f, 0.125f};
+static const float ground[3] = {0.125f, 0.25f, 0.5f};
+
+/* The object at radius r_object over nothing, or over a ground at r_ground. */
+static struct frame cut_out(double r_object, bool has_ground, double r_ground)
+{
+    struct frame f = frame_make(WIDTH, HEIGHT, 4);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            float *c = frame_at(&f, f.colour, x, y), a = (float)coverage(x, y);
+            for (int k = 0; k < 3; k++)
+                c[k] = object[k] * a + (has_ground ? ground[k] * (1 - a) : 0);
+            c[3] = has_ground ? 1 : a;
+            float nothing = has_ground ? plain_depth(r_ground) : INFINITY;
+            f.depth[y * WIDTH + x] = a > 0.5f ? plain_depth(r_object) : nothing;
+        }
+    return f;
+}
+
+static rf_result filter(struct frame *f)
+{
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.max_radius = 30;
+    return frame_filter(f, &params, 2, NULL);
+}
+
+static void check_matte(double r_px)
+{
+    struct frame f = cut_out(r_px, false, 0);
+    REQUIRE(filter(&f) == RF_OK);
+    double before = 0, after = 0, n_soft = 0;
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        const float *c = f.out + 4 * i;
+        before += f.colour[4 * i + 3];
+        after += c[3];
+        n_soft += c[3] > 0.1 && c[3] < 0.9;
+        REQUIRE(c[3] >= 0 && c[3] <= 1 + 1e-6);
+        for (int k = 0; k < 3; k++) {
+            /* Premultiplied: colour <= alpha, and un-premultiplied it is uniform. */
+            REQUIRE(c[k] <= c[3] + 1e-6);
+            if (c[3] > 0.02)
+                CHECK_NEAR(c[k] / c[3], object[k], 0.01);
+        }
+    }
+    double soft_ring = 2 * 3.14159265358979 * 22 * fabs(r_px);
+    if (r_px <= 0)
+        CHECK_NEAR(after / before, 1, 0.02);
+    CHECK(n_soft > 0.5 * soft_ring && n_soft < 3 * soft_ring);
+    frame_free(&f);
+}
+
+static void a_foreground_becomes_a_soft_matte(void)
+{
+    check_matte(-3);
+    check_matte(-8);
+    check_matte(-14);
+}
+
+static void a_background_object_does_too(void)
+{
+    check_matte(5);
+    check_matte(12);
+}
+
+/* In focus on nothing: the edge stays as sharp as it was rendered. */
+static void a_sharp_object_keeps_its_edge(void)
+{
+    struct frame f = cut_out(0, false, 0);
+    REQUIRE(filter(&f) == RF_OK);
+    double worst = 0;
+    for (size_t i = 0; i < frame_pixels(&f) * 4; i++)
+        worst = fmax(worst, fabs(f.out[i] - f.colour[i]));
+    CHECK_NEAR(worst, 0, 0.02);
+    frame_free(&f);
+}
+
+/* Filtered on its own and put over a sharp ground, or filtered together: the same. */
+static void the_matte_composites_like_the_whole_picture(void)
+{
+    static const double radii[] = {-3, -8, -14};
+    for (int k = 0; k < 3; k++) {
+        struct frame matte = cut_out(radii[k], false, 0);
+        struct frame whole = cut_out(radii[k], true, 0);
+        REQUIRE(filter(&matte) == RF_OK && filter(&whole) == RF_OK);
+        double worst = 0, sum = 0;
+        for (size_t i = 0; i < frame_pixels(&matte); i++)
+            for (int c = 0; c < 3; c++) {
+                const float *m = matte.out + 4 * i;
+                double over = m[c] + (1 - m[3]) * ground[c];
+                double d = fabs(over - whole.out[4 * i + (size_t)c]);
+                worst = fmax(worst, d);
+                sum += d * d;
+            }
+        CHECK_NEAR(sqrt(sum / (double)frame_pixels(&matte) / 3), 0, 0.005);
+        CHECK_NEAR(worst, 0, 0.04);
+        frame_free(&matte);
+        frame_free(&whole);
+    }
+}
+
+/* Where everything is opaque, alpha stays 1 and the colour is that of three channels.
+ */
+static void opaque_stays_opaque(void)
+{
+    struct frame four = frame_make(80, 60, 4), three = frame_make(80, 60, 3);
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    frame_fill_scene(&four, 8);
+    memcpy(three.depth, four.depth, frame_pixels(&four) * sizeof(float));
+    for (size_t i = 0; i < frame_pixels(&four); i++)
+        memcpy(three.colour + 3 * i, four.colour + 4 * i, 3 * sizeof(float));
+    REQUIRE(frame_filter(&four, &params, 2, NULL) == RF_OK);
+    REQUIRE(frame_filter(&three, &params, 2, NULL) == RF_OK);
+    double alpha = 0, colour = 0;
+    for (size_t i = 0; i < frame_pixels(&four); i++) {
+        alpha = fmax(alpha, fabs(four.out[4 * i + 3] - 1));
+        for (size_t c = 0; c < 3; c++)
+            colour = fmax(colour, fabs(four.out[4 * i + c] - three.out[3 * i + c]) /
+                                      (1 + three.out[3 * i + c]));
+    }
+    CHECK_NEAR(alpha, 0, 1e-5);
+    CHECK_NEAR(colour, 0, 1e-5);
+    frame_free(&four);
+    frame_free(&three);
+}
+
+/* Three equal channels give what one channel gives. */
+static void grey_is_one_channel_of_rgb(void)
+{
+    struct frame grey = frame_make(80, 60, 1), rgb = frame_make(80, 60, 3);
+    size_t n_methods;
+    rf_method_list(&n_methods);
+    for (size_t m = 0; m < n_methods; m++) {
+        struct rf_params params;
+        plain_params(&params, (int)m);
+        frame_fill_scene(&grey, 8);
+        memcpy(rgb.depth, grey.depth, frame_pixels(&grey) * sizeof(float));
+        for (size_t i = 0; i < frame_pixels(&grey) * 3; i++)
+            rgb.colour[i] = grey.colour[i / 3];
+        REQUIRE(frame_filter(&grey, &params, 2, NULL) == RF_OK);
+        REQUIRE(frame_filter(&rgb, &params, 2, NULL) == RF_OK);
+        double worst = 0;
+        for (size_t i = 0; i < frame_pixels(&grey) * 3; i++)
+            worst = fmax(worst, fabs(rgb.out[i] - grey.out[i / 3]) /
+                                    (1 + fabs(grey.out[i / 3])));
+        CHECK_NEAR(worst, 0, 1e-5);
+    }
+    frame_free(&grey);
+    frame_free(&rgb);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(a_foreground_becomes_a_soft_matte);
+    TEST(a_background_object_does_too);
+    TEST(a_sharp_object_keeps_its_edge);
+    TEST(the_matte_composites_like_the_whole_picture);
+    TEST(opaque_stays_opaque);
+    TEST(grey_is_one_channel_of_rgb);
+    return testing_end();
+}

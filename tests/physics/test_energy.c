@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A lone emitter keeps its light, whatever the radius, the aperture, the brightness. */
+#include "frames.h"
+#include "testing.h"
+
+static size_t n_methods;
+
+/*
+ * The sum of a lone emitter of the given light in a black frame, all of it at radius
+ * r_px, or with everything else in focus.
+ */
+static double energy(struct rf_params *params, double r_px, double light,
+                     bool rest_in_focus)
+{
+    double wide = fabs(r_px) * fmax(1, 1 / params->aperture_ratio);
+    int width = 2 * (int)ceil(wide) + 15, height = 2 * (int)ceil(fabs(r_px)) + 15;
+    struct frame f = frame_make(width, height, 1);
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        f.depth[i] = rest_in_focus ? PLAIN_FOCUS : plain_depth(r_px);
+    size_t centre = (size_t)(height / 2) * (size_t)width + (size_t)(width / 2);
+    f.depth[centre] = plain_depth(r_px);
+    f.colour[centre] = (float)light;
+    struct rf_error error = {0};
+    if (frame_filter(&f, params, 2, &error) != RF_OK)
+        printf("# %s: %s\n", error.field, error.message);
+    double sum = 0;
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        sum += f.out[i];
+    frame_free(&f);
+    return sum / light;
+}
+
+static void check_energy(struct rf_params *params, double r_px, double light,
+                         bool rest_in_focus)
+{
+    double sum = energy(params, r_px, light, rest_in_focus);
+    if (!testing_check(fabs(sum - 1) <= 1e-5, __FILE__, __LINE__, "energy"))
+        printf("#     method %d, aperture of %d blades, ratio %g, radius %g px, light "
+               "%g%s: %.9f of the light is left\n",
+               params->method, params->blades, params->aperture_ratio, r_px, light,
+               rest_in_focus ? ", rest in focus" : "", sum);
+}
+
+static void both_sides(struct rf_params *params, double r_px, double light)
+{
+    check_energy(params, r_px, light, false);
+    check_energy(params, -r_px, light, false);
+    /* Before the focus nothing hides an emitter from the lens. */
+    check_energy(params, -r_px, light, true);
+}
+
+static void small_radii_in_fine_steps(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct rf_params params;
+        plain_params(&params, (int)m);
+        for (double r = 0; r < 4; r += 0.07)
+            both_sides(&params, r, 1);
+    }
+}
+
+static void every_radius_up_to_200(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct rf_params params;
+        plain_params(&params, (int)m);
+        for (int r = 0; r <= 200; r += r < 64 ? 1 : 8) {
+            check_energy(&params, r, 1, false);
+            check_energy(&params, -r, 1, true);
+        }
+    }
+}
+
+static void every_polygon_and_ratio(void)
+{
+    static const double ratios[] = {1, 0.6, 1.5, 3};
+    static const double radii[] = {0.3, 1, 2.4, 7.7, 23, 61};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int blades = 2; blades <= 16; blades++)
+            for (int k = 0; k < 4; k++) {
+                struct rf_params params;
+                plain_params(&params, (int)m);
+                params.blades = blades == 2 ? 0 : blades;
+                params.blade_rotation = 13 * blades;
+                params.aperture_ratio = ratios[k];
+                int most = blades % 5 == 0 ? 6 : 5; /* the largest is slow */
+                for (int i = 0; i < most; i++) {
+                    check_energy(&params, radii[i], 1, false);
+                    check_energy(&params, -radii[i], 1, true);
+                }
+            }
+}
+
+static void polygons_at_200(void)
+{
+    for (size_t m = 0; m < n_methods; m++)
+        for (int blades = 3; blades <= 16; blades += 13) {
+            struct rf_params params;
+            plain_params(&params, (int)m);
+            params.blades = blades;
+            check_energy(&params, 200, 1, false);
+            check_energy(&params, -200, 1, true);
+        }
+}
+
+static void highlights_at_any_brightness(void)
+{
+    static const double lights[] = {1e-6, 3, 50, 1e4, 1e5, 1e6};
+    static const double radii[] = {0, 0.5, 1, 1.3, 2, 5, 17, 50};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int i = 0; i < 6; i++)
+            for (int k = 0; k < 8; k++) {
+                struct rf_params params;
+                plain_params(&params, (int)m);
+                both_sides(&params, radii[k], lights[i]);
+                params.blades = 5;
+                both_sides(&params, radii[k], lights[i]);
+            }
+}
+
+/* Without the layered method's extras the books must balance as well. */
+static void every_setting_of_the_method(void)
+{
+    for (int bits = 0; bits < 16; bits++) {
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_LAYERED);
+        params.split_edges = bits & 1;
+        params.fill_hidden = bits >> 1 & 1;
+        params.exact_highlights = bits >> 2 & 1;
+        params.sub_apertures = bits >> 3 ? 16 : 1;
+        both_sides(&params, 3.3, 1);
+        both_sides(&params, 9, 1e4);
+    }
+}
+
+/* Many at once, with neighbours that overlap: the sum of a whole inner region. */
+static void a_field_of_lamps(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct rf_params params;
+        plain_params(&params, (int)m);
+        struct frame f = frame_make(120, 90, 3);
+        double before = 0, after = 0;
+        for (size_t i = 0; i < frame_pixels(&f); i++)
+            f.depth[i] = plain_depth(9);
+        for (int y = 30; y < 60; y += 7)
+            for (int x = 30; x < 90; x += 5) {
+                float *c = frame_at(&f, f.colour, x, y);
+                c[0] = (float)(x * y), c[1] = 1, c[2] = 2e4f;
+            }
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        for (size_t i = 0; i < frame_pixels(&f) * 3; i++) {
+            before += f.colour[i];
+            after += f.out[i];
+        }
+        CHECK_NEAR(after / before, 1, 1e-5);
+        frame_free(&f);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    rf_method_list(&n_methods);
+    TEST(small_radii_in_fine_steps);
+    TEST(every_radius_up_to_200);
+    TEST(every_polygon_and_ratio);
+    TEST(polygons_at_200);
+    TEST(highlights_at_any_brightness);
+    TEST(every_setting_of_the_method);
+    TEST(a_field_of_lamps);
+    return testing_end();
+}

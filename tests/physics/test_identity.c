@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What must not change: a picture in focus, a constant picture, a mirrored one. */
+#include <float.h>
+
+#include "frames.h"
+#include "testing.h"
+
+static size_t n_methods;
+
+static void fill_odd_values(struct frame *f)
+{
+    static const float odd[] = {0.0f,  -0.0f, -1.5f,           FLT_MIN, 1e-42f,
+                                1e30f, 1e6f,  0.333333343267f, 65504,   -1e-30f};
+    uint32_t seed = 5;
+    size_t n = frame_pixels(f) * (size_t)f->channels;
+    for (size_t i = 0; i < n; i++)
+        f->colour[i] = i % 3 ? odd[i % 10] : (float)random_unit(&seed);
+}
+
+static void in_focus_is_bit_for_bit(void)
+{
+    static const int channels[] = {1, 3, 4};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int k = 0; k < 3; k++)
+            for (int gamma = 0; gamma < 2; gamma++) {
+                struct frame f = frame_make(53, 31, channels[k]);
+                struct rf_params params;
+                plain_params(&params, (int)m);
+                params.blend_gamma = gamma ? 2.2 : 1;
+                params.blades = 5 * gamma;
+                fill_odd_values(&f);
+                for (size_t i = 0; i < frame_pixels(&f); i++)
+                    f.depth[i] = PLAIN_FOCUS;
+                CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+                CHECK(memcmp(f.out, f.colour, frame_bytes(&f)) == 0);
+                frame_free(&f);
+            }
+}
+
+/* The aperture closed as far as it goes: nothing is blurred, whatever the depth. */
+static void a_pinhole_gives_the_input(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct frame f = frame_make(64, 48, 3);
+        struct rf_params params;
+        plain_params(&params, (int)m);
+        params.lens_radius = 1e-6;
+        frame_fill_scene(&f, 30);
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        double worst = 0;
+        for (size_t i = 0; i < frame_pixels(&f) * 3; i++)
+            worst = fmax(worst, fabs(f.out[i] - f.colour[i]) / (1 + f.colour[i]));
+        CHECK_NEAR(worst, 0, 1e-5);
+        frame_free(&f);
+    }
+}
+
+static double constant_error(int method, double r_px, int kind, int channels)
+{
+    struct frame f = frame_make(90, 70, channels);
+    struct rf_params params;
+    uint32_t seed = 3;
+    plain_params(&params, method);
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        size_t x = i % 90, y = i / 90;
+        double r = kind == 0   ? r_px
+                   : kind == 1 ? r_px * (2 * random_unit(&seed) - 1)
+                   : kind == 2 ? r_px * (x / 45.0 - 1)
+                               : (x / 9 + y / 7) % 3 * r_px - r_px;
+        f.depth[i] = kind == 3 && (x / 9 + y / 7) % 5 == 0 ? INFINITY : plain_depth(r);
+        for (int c = 0; c < channels; c++)
+            f.colour[i * (size_t)channels + (size_t)c] = 0.25f + 0.2f * (float)c;
+    }
+    params.max_radius = 40;
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    double worst = 0;
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        int x = (int)(i % 90), y = (int)(i / 90), edge = (int)ceil(r_px) + 1;
+        /* Scatter darkens the border: nothing comes in from outside. */
+        if (method == RF_METHOD_SCATTER &&
+            (x < edge || y < edge || x >= 90 - edge || y >= 70 - edge))
+            continue;
+        for (int c = 0; c < channels; c++)
+            worst = fmax(
+                worst, fabs(f.out[i * (size_t)channels + (size_t)c] - 0.25 - 0.2 * c));
+    }
+    frame_free(&f);
+    return worst;
+}
+
+static void constant_stays_constant_at_any_depth(void)
+{
+    static const double radii[] = {0.4, 2, 6.5, 20, 33};
+    for (int k = 0; k < 5; k++) {
+        for (int kind = 0; kind < 4; kind++)
+            for (int channels = 3; channels <= 4; channels++) {
+                double worst =
+                    constant_error(RF_METHOD_LAYERED, radii[k], kind, channels);
+                if (!testing_check(worst <= 2e-5, __FILE__, __LINE__, "constant"))
+                    printf("#     kind %d, radius %g, %d channels: off by %g\n", kind,
+                           radii[k], channels, worst);
+            }
+        CHECK_NEAR(constant_error(RF_METHOD_SCATTER, radii[k], 0, 3), 0, 2e-6);
+    }
+}
+
+/* Which of the eight ways to turn a picture over. */
+static void turned(const struct frame *from, struct frame *to, bool flip_x, bool flip_y)
+{
+    for (int y = 0; y < to->height; y++)
+        for (int x = 0; x < to->width; x++) {
+            int sx = flip_x ? to->width - 1 - x : x;
+            int sy = flip_y ? to->height - 1 - y : y;
+            memcpy(frame_at(to, to->colour, x, y), frame_at(from, from->colour, sx, sy),
+                   sizeof(float) * (size_t)to->channels);
+            to->depth[y * to->width + x] = from->depth[sy * to->width + sx];
+        }
+}
+
+/* tPSNR of the outputs, `b` turned back. */
+static double agreement(struct frame *a, struct frame *b, bool flip_x, bool flip_y)
+{
+    double sum = 0;
+    for (int y = 0; y < a->height; y++)
+        for (int x = 0; x < a->width; x++) {
+            const float *p = frame_at(a, a->out, x, y);
+            const float *q = frame_at(b, b->out, flip_x ? a->width - 1 - x : x,
+                                      flip_y ? a->height - 1 - y : y);
+            for (int c = 0; c < a->channels; c++) {
+                double d = pow(fmin(fmax(p[c], 0), 1), 1 / 2.2) -
+                           pow(fmin(fmax(q[c], 0), 1), 1 / 2.2);
+                sum += d * d;
+            }
+        }
+    return -10 * log10(sum / (double)(frame_pixels(a) * (size_t)a->channels) + 1e-14);
+}
+
+static void check_mirror(int method, int sub_apertures, double want_db)
+{
+    for (int way = 1; way < 4; way++) {
+        struct frame a = frame_make(96, 64, 3), b = frame_make(96, 64, 3);
+        struct rf_params params;
+        plain_params(&params, method);
+        params.sub_apertures = sub_apertures;
+        frame_fill_scene(&a, 9);
+        turned(&a, &b, way & 1, way & 2);
+        CHECK(frame_filter(&a, &params, 2, NULL) == RF_OK);
+        CHECK(frame_filter(&b, &params, 2, NULL) == RF_OK);
+        double db = agreement(&a, &b, way & 1, way & 2);
+        if (!testing_check(db >= want_db, __FILE__, __LINE__, "mirrored"))
+            printf("#     method %d, k %d, way %d: %.1f dB\n", method, sub_apertures,
+                   way, db);
+        frame_free(&a);
+        frame_free(&b);
+    }
+}
+
+static void mirrored_input_gives_a_mirrored_picture(void)
+{
+    check_mirror(RF_METHOD_SCATTER, 1, 100);
+    check_mirror(RF_METHOD_LAYERED, 1, 60);
+    /* The cells of the lens are no mirror images of each other. */
+    check_mirror(RF_METHOD_LAYERED, 4, 35);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    rf_method_list(&n_methods);
+    TEST(in_focus_is_bit_for_bit);
+    TEST(a_pinhole_gives_the_input);
+    TEST(constant_stays_constant_at_any_depth);
+    TEST(mirrored_input_gives_a_mirrored_picture);
+    return testing_end();
+}
