@@ -232,6 +232,13 @@ def collect(work, out, name, options):
     return one.entry
 
 
+def keep_prototype_scores(old, entry):
+    """Takes over the prototype's scores where this run has not made them anew."""
+    for label, figure in old.get("tpsnr_db", {}).items():
+        if label.startswith("prototype_"):
+            entry["tpsnr_db"].setdefault(label, figure)
+
+
 def main():
     """Collects the scenes named on the command line, or all that were rendered."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -251,6 +258,7 @@ def main():
     ]
     for name in names:
         entry = collect(options.workdir, options.outdir, name, options)
+        keep_prototype_scores(manifest.get(name, {}), entry)
         manifest[name] = entry
         print(name, json.dumps(entry["tpsnr_db"]))
         manifest_path.write_text(json.dumps(manifest, indent=1) + "\n")

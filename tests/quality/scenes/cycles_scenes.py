@@ -86,7 +86,7 @@ def _texture_nodes(tree, kind, scale, colours):
         ramp = tree.nodes.new("ShaderNodeValToRGB")
         ramp.color_ramp.elements[0].position = 0.38
         ramp.color_ramp.elements[1].position = 0.62
-        for element, colour in zip(ramp.color_ramp.elements, colours):
+        for element, colour in zip(ramp.color_ramp.elements, colours, strict=True):
             element.color = (*colour, 1.0)
         tree.links.new(texture.outputs["Fac"], ramp.inputs["Fac"])
         colour_out = ramp.outputs["Color"]
@@ -105,7 +105,7 @@ def _texture_nodes(tree, kind, scale, colours):
 
 
 def make_material(colours, kind="plain", scale=1.0, gloss=0.0, roughness=0.3):
-    """A diffuse material with some gloss; `colours` is one colour or two for a texture."""
+    """A diffuse material with some gloss; one colour, or two for a texture."""
     material = bpy.data.materials.new("surface")
     material.use_nodes = True
     tree = material.node_tree
@@ -295,7 +295,7 @@ def log_uniform(rng, low, high):
 
 
 def place(camera, x_px, y_px, depth):
-    """The point of the scene at pixel (x, y) from the middle (y up) and planar depth."""
+    """The point at pixel (x, y) from the middle (y up) and planar depth."""
     unit = depth / camera.focal_px
     turn = Euler((math.radians(camera.pitch_deg), 0, 0))
     point = Vector((x_px * unit, depth, y_px * unit))
@@ -430,11 +430,13 @@ def build_macro(camera):
         spot = place(camera, rng.uniform(-170, 170), rng.uniform(10, 110), depth)
         turn = [rng.uniform(0, 180) for _ in range(3)]
         add_leaf(rng.uniform(0.02, 0.05), 0.012, petal, spot, turn)
-    for _ in range(4):
-        depth = rng.uniform(0.42, 0.58)
-        spot = place(camera, rng.uniform(-140, 140), rng.uniform(5, 90), depth)
-        radius = rng.uniform(3, 4.5) * depth / camera.focal_px
-        add_lamp(spot, radius, random_warm(rng), log_uniform(rng, 400, 4000))
+    for x, y, depth, strength in (
+        (70, 75, 0.55, 1500),
+        (-10, 55, 0.5, 800),
+        (148, 62, 0.45, 2500),
+    ):
+        spot = place(camera, x, y, depth)
+        add_lamp(spot, 4.0 * depth / camera.focal_px, random_warm(rng), strength)
 
 
 def build_foliage(camera):
