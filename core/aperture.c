@@ -68,3 +68,12 @@ bool rf_shape_contains(const struct rf_shape *shape, double u, double v)
     }
     return true;
 }
+
+void rf_shape_extent(const struct rf_shape *shape, double extent[2])
+{
+    extent[0] = extent[1] = 0;
+    for (int i = 0; i < shape->n_corners; i++) {
+        extent[0] = fmax(extent[0], fabs(shape->corner[i][0]));
+        extent[1] = fmax(extent[1], fabs(shape->corner[i][1]) * shape->pixel_aspect);
+    }
+}

@@ -51,6 +51,8 @@ struct rf_shape {
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
 /* Is the lens point (u, v) inside? */
 bool rf_shape_contains(const struct rf_shape *shape, double u, double v);
+/* Half width and half height of the footprint, in px per px of radius. */
+void rf_shape_extent(const struct rf_shape *shape, double extent[2]);
 
 /* ---- depth.c ------------------------------------------------------------------- */
 

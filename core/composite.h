@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Samples of surfaces in, the picture through the lens out. */
+#ifndef RF_COMPOSITE_H
+#define RF_COMPOSITE_H
+
+#include "surfaces.h"
+
+/* A small emitter: where the lens' centre sees it, radius, weight, colour. */
+struct rf_sample {
+    float x, y; /* px; pixel centres at +0.5 */
+    float r;    /* signed radius, px */
+    float w;    /* share of a pixel that it covers */
+    float c[4]; /* premultiplied */
+};
+
+struct rf_samples {
+    struct rf_sample *at;
+    size_t n;
+};
+
+struct rf_scene {
+    const struct rf_filter *filter;
+    int width, height;
+    int n_colours;                       /* 3 or 4 */
+    struct rf_samples visible;           /* spread near to far */
+    struct rf_samples hidden;            /* after all visible ones, fill what is left */
+    struct rf_samples highlights;        /* first, with exact visibility */
+    const struct rf_surfaces *occluders; /* what may stand before a highlight */
+    struct rf_task *task;
+    double progress_to; /* fraction that this part ends at */
+};
+
+/*
+ * Composites the scene into n_colours planes of width x height. The samples are
+ * reordered. Where nothing reached a pixel it is 0.
+ */
+rf_result rf_composite(struct rf_scene *scene, float *const planes[4],
+                       struct rf_error *error);
+
+/* Adds the light of the highlights to the finished planes (highlight.c). */
+rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],
+                            struct rf_error *error);
+
+#endif

@@ -1,0 +1,345 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Footprints of a sample.
+ *
+ *   W(i, j) = integral over the aperture of  k(x_i - u r) k(y_j + v r a)  du dv
+ *
+ *   r        signed radius in px; the sample lands at (x + u r, y - v r a)
+ *   a        pixel aspect
+ *   k        Catmull-Rom's interpolation kernel: r -> 0 becomes the identity and rims
+ * stay sharp (a box costs 0.15 dB, a tent 1.2 dB; recipe step 4)
+ *
+ * A line v = const cuts the convex aperture, and every Voronoi cell of it, in one
+ * interval, whose integral over u is a difference of the kernel's antiderivative: exact
+ * in x. In y the lines are 1/16 px apart or closer. The few negative weights of the
+ * cubic are moved into their neighbours' total: weights are clipped at zero and each
+ * cell is scaled to its share of the lens, so that light is neither made nor lost.
+ */
+#include "footprint.h"
+
+enum { MIN_LINES = 64, LINES_PER_PX = 16, MAX_LINES = 4096, KERNEL_REACH = 2 };
+
+static double cubic(double t)
+{
+    t = fabs(t);
+    if (t < 1)
+        return (1.5 * t - 2.5) * t * t + 1;
+    if (t < 2)
+        return ((-0.5 * t + 2.5) * t - 4) * t + 2;
+    return 0;
+}
+
+/* Antiderivative of cubic() that is 0 at -2 and 1 at 2. */
+static double cubic_integral(double t)
+{
+    double s = fabs(t), v;
+    if (s >= 2)
+        return t < 0 ? 0 : 1;
+    if (s < 1)
+        v = ((0.375 * s - 2.5 / 3) * s * s + 1) * s;
+    else
+        v = (((-0.125 * s + 2.5 / 3) * s - 2) * s + 2) * s - 1.0 / 6;
+    return t < 0 ? 0.5 - v : 0.5 + v;
+}
+
+/* ---- the lens ------------------------------------------------------------------ */
+
+struct interval {
+    double from, to;
+};
+
+/* Where the line v cuts the aperture. */
+static struct interval cut_aperture(const struct rf_shape *shape, double v)
+{
+    struct interval cut = {-1 / shape->ratio, 1 / shape->ratio};
+    if (shape->is_disc) {
+        double half = v * v < 1 ? sqrt(1 - v * v) / shape->ratio : 0;
+        return (struct interval){-half, half};
+    }
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        double du = b[0] - a[0], dv = b[1] - a[1];
+        /* Inside: du (v - a1) - dv (u - a0) >= 0. */
+        double rest = du * (v - a[1]);
+        if (fabs(dv) < 1e-12) {
+            if (rest < 0)
+                return (struct interval){0, 0};
+        } else if (dv > 0) {
+            cut.to = fmin(cut.to, a[0] + rest / dv);
+        } else {
+            cut.from = fmax(cut.from, a[0] + rest / dv);
+        }
+    }
+    return cut;
+}
+
+/* The part of `cut` that is nearer to site c than to the others. */
+static struct interval cut_cell(const struct rf_lens_cells *cells, int c, double v,
+                                struct interval cut)
+{
+    const double *s = cells->site[c];
+    for (int d = 0; d < cells->n; d++) {
+        const double *t = cells->site[d];
+        double du = t[0] - s[0];
+        double limit = 0.5 * (t[0] * t[0] + t[1] * t[1] - s[0] * s[0] - s[1] * s[1]) -
+                       v * (t[1] - s[1]);
+        if (d == c)
+            continue;
+        if (du > 0)
+            cut.to = fmin(cut.to, limit / du);
+        else if (du < 0)
+            cut.from = fmax(cut.from, limit / du);
+        else if (limit < 0)
+            return (struct interval){0, 0};
+    }
+    return cut;
+}
+
+static struct interval v_range(const struct rf_shape *shape)
+{
+    struct interval range = {-1, 1};
+    if (shape->is_disc)
+        return range;
+    range = (struct interval){1, -1};
+    for (int i = 0; i < shape->n_corners; i++) {
+        range.from = fmin(range.from, shape->corner[i][1]);
+        range.to = fmax(range.to, shape->corner[i][1]);
+    }
+    return range;
+}
+
+void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                        int n)
+{
+    *cells = (struct rf_lens_cells){.n = n};
+    for (int i = 0; i < n; i++) {
+        double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
+        cells->site[i][0] = rho * cos(theta) / shape->ratio;
+        cells->site[i][1] = rho * sin(theta);
+    }
+    struct interval range = v_range(shape);
+    double total = 0;
+    for (int line = 0; line < MAX_LINES; line++) {
+        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
+        struct interval cut = cut_aperture(shape, v);
+        for (int c = 0; c < n; c++) {
+            struct interval part = cut_cell(cells, c, v, cut);
+            double length = fmax(part.to - part.from, 0);
+            cells->share[c] += length;
+            total += length;
+        }
+    }
+    for (int c = 0; c < n; c++)
+        cells->share[c] /= total;
+}
+
+/* ---- one footprint ------------------------------------------------------------- */
+
+/* A dense grid of weights, one layer per cell, around the sample's pixel. */
+struct grid {
+    int reach_x, reach_y, width, height;
+    double *weight; /* [cell][y][x] */
+    double *line;   /* width + 1 entries: differences of one line */
+};
+
+static double *grid_row(const struct grid *g, int cell, int y)
+{
+    return g->weight +
+           ((size_t)cell * (size_t)g->height + (size_t)y) * (size_t)g->width;
+}
+
+/*
+ * Adds one line of the aperture: pixels x of the interval [from, to] (px, relative to
+ * the sample's pixel corner) get the kernel's integral, spread over four rows around y.
+ */
+static void add_line(struct grid *g, int cell, double from, double to, double y)
+{
+    int first = rf_max_int((int)floor(from - 0.5) - KERNEL_REACH + 1, -g->reach_x);
+    int last = rf_min_int((int)floor(to - 0.5) + KERNEL_REACH, g->reach_x);
+    for (int x = first; x <= last; x++) {
+        bool is_rim = x < from + 2.5 || x > to - 3.5;
+        double center = x + 0.5;
+        g->line[x + g->reach_x] =
+            is_rim ? cubic_integral(to - center) - cubic_integral(from - center) : 1;
+    }
+    int row = (int)floor(y - 0.5) - KERNEL_REACH + 1;
+    for (int i = 0; i < 2 * KERNEL_REACH; i++, row++) {
+        double k = cubic(row + 0.5 - y);
+        if (row < -g->reach_y || row > g->reach_y || k == 0)
+            continue;
+        double *out = grid_row(g, cell, row + g->reach_y) + g->reach_x;
+        for (int x = first; x <= last; x++)
+            out[x] += k * g->line[x + g->reach_x];
+    }
+}
+
+static void fill_grid(struct grid *g, const struct rf_footprints *f, double r,
+                      double phase_x, double phase_y)
+{
+    const struct rf_shape *shape = f->shape;
+    struct interval range = v_range(shape);
+    double height_px = (range.to - range.from) * fabs(r) * shape->pixel_aspect;
+    int n_lines =
+        rf_min_int(rf_max_int((int)(height_px * LINES_PER_PX), MIN_LINES), MAX_LINES);
+    for (int i = 0; i < n_lines; i++) {
+        double v = range.from + (range.to - range.from) * (i + 0.5) / n_lines;
+        double y = phase_y - v * r * shape->pixel_aspect;
+        struct interval cut = cut_aperture(shape, v);
+        for (int c = 0; c < f->cells.n; c++) {
+            struct interval part = cut_cell(&f->cells, c, v, cut);
+            if (part.to <= part.from)
+                continue;
+            double a = phase_x + part.from * r, b = phase_x + part.to * r;
+            add_line(g, c, fmin(a, b), fmax(a, b), y);
+        }
+    }
+}
+
+/* Radius 0: the sample stays in its pixel (or interpolates between pixels). */
+static void fill_point(struct grid *g, const struct rf_footprints *f, double phase_x,
+                       double phase_y)
+{
+    for (int c = 0; c < f->cells.n; c++)
+        for (int y = -g->reach_y; y <= g->reach_y; y++)
+            for (int x = -g->reach_x; x <= g->reach_x; x++)
+                grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
+                    cubic(x + 0.5 - phase_x) * cubic(y + 0.5 - phase_y);
+}
+
+/* Clips negatives and scales every cell to its share. */
+static void normalise(struct grid *g, const struct rf_lens_cells *cells)
+{
+    size_t n = (size_t)g->width * (size_t)g->height;
+    for (int c = 0; c < cells->n; c++) {
+        double *w = g->weight + n * (size_t)c, sum = 0, peak = 0;
+        for (size_t i = 0; i < n; i++)
+            peak = fmax(peak, w[i]);
+        for (size_t i = 0; i < n; i++) {
+            if (w[i] < 1e-6 * peak)
+                w[i] = 0;
+            sum += w[i];
+        }
+        for (size_t i = 0; i < n; i++)
+            w[i] = sum > 0 ? w[i] * cells->share[c] / sum : 0;
+    }
+}
+
+static bool row_extent(const double *row, int n, int *first, int *last)
+{
+    *first = n;
+    *last = -1;
+    for (int x = 0; x < n; x++)
+        if (row[x] != 0) {
+            *first = rf_min_int(*first, x);
+            *last = x;
+        }
+    return *last >= 0;
+}
+
+static int padded(int n)
+{
+    return (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
+}
+
+/* Turns the grid into segments; one block of memory holds all of it. */
+static struct rf_footprint *pack(const struct grid *g, const struct rf_footprints *f)
+{
+    int n_segments = 0, n_weights = 0, first, last;
+    for (int y = 0; y < g->height; y++)
+        for (int c = 0; c < f->cells.n; c++)
+            if (row_extent(grid_row(g, c, y), g->width, &first, &last)) {
+                n_segments++;
+                n_weights += padded(last - first + 1);
+            }
+    size_t head = 64, body = ((size_t)n_weights * sizeof(float) + 63) / 64 * 64;
+    char *memory = rf_calloc(
+        f->context, 1, head + body + (size_t)n_segments * sizeof(struct rf_segment));
+    if (!memory)
+        return NULL;
+    struct rf_footprint *p = (struct rf_footprint *)memory;
+    _Static_assert(sizeof *p <= 64, "the head holds the footprint");
+    p->weights = (float *)(memory + head);
+    p->segments = (struct rf_segment *)(memory + head + body);
+    p->min_dx = p->min_dy = INT16_MAX;
+    p->max_dx = p->max_dy = INT16_MIN;
+    n_weights = 0;
+    for (int y = 0; y < g->height; y++)
+        for (int c = 0; c < f->cells.n; c++) {
+            const double *row = grid_row(g, c, y);
+            if (!row_extent(row, g->width, &first, &last))
+                continue;
+            int dx = first - g->reach_x, dy = y - g->reach_y;
+            p->segments[p->n_segments++] = (struct rf_segment){
+                .dx = (int16_t)dx,
+                .dy = (int16_t)dy,
+                .n = (int16_t)padded(last - first + 1),
+                .cell = (int16_t)c,
+                .weight = n_weights,
+            };
+            for (int x = first; x <= last; x++)
+                p->weights[n_weights + x - first] = (float)row[x];
+            n_weights += padded(last - first + 1);
+            p->min_dx = rf_min_int(p->min_dx, dx);
+            p->max_dx = rf_max_int(p->max_dx, last - g->reach_x);
+            p->min_dy = rf_min_int(p->min_dy, dy);
+            p->max_dy = rf_max_int(p->max_dy, dy);
+        }
+    return p;
+}
+
+bool rf_footprint_build(struct rf_footprints *f, int index, int phase)
+{
+    struct rf_footprint **slot = &f->table[rf_footprint_slot(f, index, phase)];
+    if (*slot)
+        return true;
+    double r = (double)index / RF_RADIUS_STEPS;
+    double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
+    struct grid g = {.reach_x = (int)ceil(fabs(r) * width) + 3,
+                     .reach_y = (int)ceil(fabs(r) * height) + 3};
+    g.width = 2 * g.reach_x + 1;
+    g.height = 2 * g.reach_y + 1;
+    size_t n = (size_t)g.width * (size_t)g.height * (size_t)f->cells.n;
+    g.weight = rf_calloc(f->context, n + (size_t)g.width, sizeof(double));
+    if (!g.weight)
+        return false;
+    g.line = g.weight + n;
+    double phase_x = (phase % f->n_phases + 0.5) / f->n_phases;
+    double phase_y = (phase / f->n_phases + 0.5) / f->n_phases;
+    if (index == 0)
+        fill_point(&g, f, phase_x, phase_y);
+    else
+        fill_grid(&g, f, r, phase_x, phase_y);
+    normalise(&g, &f->cells);
+    *slot = pack(&g, f);
+    rf_free(f->context, g.weight);
+    return *slot != NULL;
+}
+
+/* ---- the table ----------------------------------------------------------------- */
+
+rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
+                             const struct rf_shape *shape, int n_cells,
+                             double max_radius, int n_phases, struct rf_error *error)
+{
+    *f = (struct rf_footprints){
+        .context = context, .shape = shape, .n_phases = n_phases};
+    rf_lens_cells_init(&f->cells, shape, n_cells);
+    f->max_index = (int)ceil(max_radius * RF_RADIUS_STEPS) + 1;
+    size_t n = rf_footprint_slot(f, f->max_index, n_phases * n_phases);
+    f->table = rf_calloc(context, n, sizeof *f->table);
+    if (!f->table)
+        return rf_fail_memory(error, n, sizeof *f->table);
+    return RF_OK;
+}
+
+void rf_footprints_free(struct rf_footprints *f)
+{
+    if (!f->table)
+        return;
+    size_t n = rf_footprint_slot(f, f->max_index, f->n_phases * f->n_phases);
+    for (size_t i = 0; i < n; i++)
+        rf_free(f->context, f->table[i]);
+    rf_free(f->context, f->table);
+    f->table = NULL;
+}

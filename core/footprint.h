@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Footprints: what one sample of a given radius leaves on the pixels around it. */
+#ifndef RF_FOOTPRINT_H
+#define RF_FOOTPRINT_H
+
+#include "internal.h"
+
+enum {
+    RF_MAX_CELLS = 16,
+    RF_FOOTPRINT_LANES = 8, /* segments are padded with zeros to a multiple of this */
+    RF_RADIUS_STEPS = 8,    /* radii are quantised to 1/8 px */
+};
+
+/* A run of pixels in one row that belong to one sub-aperture. */
+struct rf_segment {
+    int16_t dx, dy; /* first pixel, relative to the sample's pixel */
+    int16_t n;      /* multiple of RF_FOOTPRINT_LANES */
+    int16_t cell;
+    int32_t weight; /* index of the first weight */
+};
+
+struct rf_footprint {
+    int n_segments;
+    int min_dx, max_dx, min_dy, max_dy; /* of the weights above zero */
+    struct rf_segment *segments;        /* by rows */
+    float *weights;
+};
+
+/*
+ * The sub-apertures: the lens is cut into k cells whose visibility is kept apart. The
+ * sites are Vogel's points, a cell is what lies nearest to its site.
+ */
+struct rf_lens_cells {
+    int n;
+    double site[RF_MAX_CELLS][2];
+    double share[RF_MAX_CELLS]; /* of the aperture's area, adds up to 1 */
+};
+
+void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                        int n);
+
+/* Footprints by quantised radius and sub-pixel phase, built when first asked for. */
+struct rf_footprints {
+    const struct rf_context *context;
+    const struct rf_shape *shape;
+    struct rf_lens_cells cells;
+    int max_index; /* radii from -max_index to max_index, in steps */
+    int n_phases;  /* per axis: 1 puts every sample on its pixel's centre */
+    struct rf_footprint **table;
+};
+
+rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
+                             const struct rf_shape *shape, int n_cells,
+                             double max_radius, int n_phases, struct rf_error *error);
+void rf_footprints_free(struct rf_footprints *f);
+
+/* Index of a radius in the table; clipped to it. */
+static inline int rf_radius_index(const struct rf_footprints *f, float r)
+{
+    int i = (int)lrintf(r * RF_RADIUS_STEPS);
+    return i < -f->max_index ? -f->max_index : i > f->max_index ? f->max_index : i;
+}
+
+/* Slot of (radius index, phase): phases count the sub-pixel position, x fastest. */
+static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
+                                       int phase)
+{
+    return (size_t)(index + f->max_index) * (size_t)(f->n_phases * f->n_phases) +
+           (size_t)phase;
+}
+
+/*
+ * Builds one footprint; not for two threads on the same slot. False: out of memory.
+ */
+bool rf_footprint_build(struct rf_footprints *f, int index, int phase);
+
+#endif

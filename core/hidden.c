@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Hidden background (recipe step 2): what the pinhole could not see but the lens does.
+ *
+ * For a pixel p whose near surface has radius s, a pixel q at distance d shows a
+ * surface (its far part where it is mixed) of radius r_q. The lens can reveal that
+ * surface behind p only where
+ *
+ *   d < r_q - s - 1/2                                        (q is a candidate)
+ *
+ * d measured in units of the aperture's extent; a receding plane of slope below 1 never
+ * triggers itself. The candidates vote for the radius r_b of the surface behind (a
+ * histogram of 1/2 px bins, weight 1/(d^2 + 1/2), smoothed); with d_1 the distance of
+ * the nearest candidate near r_b, the colour is the mean over the window 2.5 d_1 + 3
+ * with the weight exp(-(r_q - r_b)^2 / 2) (d^2 + 1/2)^-1.5. Colours are limited to 1.5
+ * times the weighted geometric mean of the luminance: without it lamps at the edge are
+ * doubled.
+ *
+ * Worth 3.7 to 5.3 dB with one view.
+ *
+ * What is ours for speed: 8 x 8 blocks know their range of radii, and a block that
+ * cannot hold a candidate is not looked at; far blocks are read at every 2nd or 4th
+ * pixel; where the nearest candidate is far away, 2 x 2 pixels of one surface share one
+ * answer.
+ */
+#include "surfaces.h"
+
+enum {
+    BLOCK = 8,
+    MAX_REACH = 60,
+    MAX_WINDOW = 120,
+    N_BINS = 512,
+    SHARE_DISTANCE = 5, /* px to the nearest candidate from which pixels share */
+};
+
+static const float MARGIN_PX = 0.5f;
+static const float BIN_PX = 0.5f;
+static const float BRIGHTEST = 1.5f; /* over the geometric mean */
+
+struct block {
+    float lowest, highest; /* radii of the usable surfaces; empty: lowest > highest */
+};
+
+struct search {
+    const struct rf_surfaces *s;
+    int n_x, n_y;
+    struct block *blocks;
+    float highest;
+    double extent[2]; /* half extent of the aperture in px per px of radius */
+    float falloff[2 * MAX_WINDOW * MAX_WINDOW + 1]; /* (d2 + 1/2)^-1.5 */
+};
+
+/* The surface that pixel i shows behind others; NULL where it is unreliable. */
+static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t i)
+{
+    float a = s->share[i];
+    if (a >= 1)
+        return &s->near[i];
+    return a > 0.9f ? NULL : &s->far[i];
+}
+
+static void build_block(struct search *search, int bx, int by)
+{
+    const struct rf_surfaces *s = search->s;
+    struct block b = {INFINITY, -INFINITY};
+    int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
+    int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+    for (int y = by * BLOCK; y < y1; y++)
+        for (int x = bx * BLOCK; x < x1; x++) {
+            const struct rf_surface *q =
+                back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
+            if (q) {
+                b.lowest = fminf(b.lowest, q->r);
+                b.highest = fmaxf(b.highest, q->r);
+            }
+        }
+    search->blocks[by * search->n_x + bx] = b;
+}
+
+/* Distance from x to the interval of block b, in px. */
+static int block_gap(int x, int b)
+{
+    int x0 = b * BLOCK, x1 = x0 + BLOCK - 1;
+    return x < x0 ? x0 - x : x > x1 ? x - x1 : 0;
+}
+
+/* The widest gap in pixels becomes the step at which a block is read. */
+static int block_stride(int gap_x, int gap_y)
+{
+    int gap = rf_max_int(gap_x, gap_y);
+    return gap < 16 ? 1 : gap < 32 ? 2 : 4;
+}
+
+struct query {
+    int x, y;
+    float s;              /* radius of the near surface */
+    int reach_x, reach_y; /* px */
+    float inv_x2, inv_y2; /* 1 / extent^2 */
+};
+
+typedef void (*visit_fn)(void *user, int dx, int dy, const struct rf_surface *q,
+                         float weight);
+
+/* Calls `visit` for the candidates of a query. */
+static void visit_candidates(const struct search *search, const struct query *query,
+                             visit_fn visit, void *user)
+{
+    const struct rf_surfaces *s = search->s;
+    int bx0 = rf_max_int(query->x - query->reach_x, 0) / BLOCK;
+    int bx1 = rf_min_int(query->x + query->reach_x, s->width - 1) / BLOCK;
+    int by0 = rf_max_int(query->y - query->reach_y, 0) / BLOCK;
+    int by1 = rf_min_int(query->y + query->reach_y, s->height - 1) / BLOCK;
+    for (int by = by0; by <= by1; by++)
+        for (int bx = bx0; bx <= bx1; bx++) {
+            float limit =
+                search->blocks[by * search->n_x + bx].highest - query->s - MARGIN_PX;
+            int gx = block_gap(query->x, bx), gy = block_gap(query->y, by);
+            float gap2 =
+                (float)(gx * gx) * query->inv_x2 + (float)(gy * gy) * query->inv_y2;
+            if (limit <= 0 || gap2 >= limit * limit)
+                continue;
+            int stride = block_stride(gx, gy);
+            int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
+            int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+            for (int y = by * BLOCK; y < y1; y += stride)
+                for (int x = bx * BLOCK; x < x1; x += stride) {
+                    const struct rf_surface *q =
+                        back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
+                    if (!q)
+                        continue;
+                    int dx = x - query->x, dy = y - query->y;
+                    float room = q->r - query->s - MARGIN_PX;
+                    float d2 = (float)(dx * dx) * query->inv_x2 +
+                               (float)(dy * dy) * query->inv_y2;
+                    if (room > 0 && d2 < room * room)
+                        visit(user, dx, dy, q, (float)(stride * stride));
+                }
+        }
+}
+
+/* ---- the vote ------------------------------------------------------------------ */
+
+struct vote {
+    float s;
+    float histogram[N_BINS + 4];
+    int nearest2[N_BINS + 4]; /* squared distance of the nearest candidate of a bin */
+    int top;                  /* highest bin in use */
+};
+
+static int vote_bin(float r, float s)
+{
+    int b = (int)((r - s - MARGIN_PX) / BIN_PX);
+    return rf_min_int(b, N_BINS - 1) + 2;
+}
+
+static void cast_vote(void *user, int dx, int dy, const struct rf_surface *q,
+                      float weight)
+{
+    struct vote *vote = user;
+    int d2 = dx * dx + dy * dy, b = vote_bin(q->r, vote->s);
+    for (; vote->top < b + 1; vote->top++) {
+        vote->histogram[vote->top + 1] = 0;
+        vote->nearest2[vote->top + 1] = INT32_MAX;
+    }
+    vote->histogram[b] += weight / ((float)d2 + 0.5f);
+    vote->nearest2[b] = rf_min_int(vote->nearest2[b], d2);
+}
+
+/* Radius of the winning surface and the squared distance to it; false: none. */
+static bool count_votes(const struct vote *vote, float *r, int *d2)
+{
+    float best = 0;
+    int winner = 0;
+    const float *h = vote->histogram;
+    for (int b = 2; b < vote->top; b++) {
+        float v = 0.5f * h[b - 1] + h[b] + 0.5f * h[b + 1];
+        if (v > best) {
+            best = v;
+            winner = b;
+        }
+    }
+    if (best <= 0)
+        return false;
+    *r = vote->s + MARGIN_PX + ((float)(winner - 2) + 0.5f) * BIN_PX;
+    *d2 = INT32_MAX;
+    for (int b = winner - 2; b <= winner + 2; b++)
+        if (b >= 2 && b <= vote->top)
+            *d2 = rf_min_int(*d2, vote->nearest2[b]);
+    return *d2 < INT32_MAX;
+}
+
+/* ---- the colour ---------------------------------------------------------------- */
+
+struct average {
+    float c[4], r, weight, log_sum;
+    float limit; /* on luminance; INFINITY in the first pass */
+};
+
+static void average_add(struct average *a, const struct rf_surface *q, float k)
+{
+    float l = rf_luminance(q->c[0], q->c[1], q->c[2]);
+    a->weight += k;
+    if (a->limit == INFINITY) {
+        a->log_sum += k * logf(fmaxf(l, 0) + 1e-3f);
+        return;
+    }
+    float scale = l > a->limit ? a->limit / l : 1;
+    for (int n = 0; n < 4; n++)
+        a->c[n] += k * q->c[n] * (n < 3 ? scale : 1);
+    a->r += k * q->r;
+}
+
+/* One pass over the window: every `stride`-th pixel of the picture. */
+static void average_window(const struct search *search, const struct query *query,
+                           float r, float reach, struct average *a)
+{
+    const struct rf_surfaces *s = search->s;
+    int n = (int)reach, stride = rf_max_int(1, n / 15);
+    int y0 = rf_max_int(query->y - n, 0), y1 = rf_min_int(query->y + n, s->height - 1);
+    int x0 = rf_max_int(query->x - n, 0), x1 = rf_min_int(query->x + n, s->width - 1);
+    y0 = (y0 + stride - 1) / stride * stride;
+    x0 = (x0 + stride - 1) / stride * stride;
+    for (int y = y0; y <= y1; y += stride)
+        for (int x = x0; x <= x1; x += stride) {
+            const struct rf_surface *q =
+                back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
+            int dx = x - query->x, dy = y - query->y, d2 = dx * dx + dy * dy;
+            if (!q || (float)d2 > reach * reach || q->r - query->s <= 0.5f * MARGIN_PX)
+                continue;
+            float t = q->r - r;
+            if (t * t <= 9)
+                average_add(a, q, expf(-0.5f * t * t) * search->falloff[d2]);
+        }
+}
+
+static bool estimate(const struct search *search, const struct query *query,
+                     struct vote *vote, struct rf_surface *hidden, int *nearest2)
+{
+    *vote = (struct vote){.s = query->s, .top = 1};
+    vote->nearest2[0] = vote->nearest2[1] = INT32_MAX;
+    visit_candidates(search, query, cast_vote, vote);
+    float r;
+    if (!count_votes(vote, &r, nearest2))
+        return false;
+    float reach = fminf(sqrtf((float)*nearest2) * 2.5f + 3, MAX_WINDOW);
+    struct average a = {.limit = INFINITY};
+    average_window(search, query, r, reach, &a);
+    if (a.weight <= 0)
+        return false;
+    a = (struct average){.limit = BRIGHTEST * expf(a.log_sum / a.weight)};
+    average_window(search, query, r, reach, &a);
+    for (int n = 0; n < 4; n++)
+        hidden->c[n] = a.c[n] / a.weight;
+    hidden->r = a.r / a.weight;
+    return true;
+}
+
+/* ---- all pixels ---------------------------------------------------------------- */
+
+static bool needs_search(const struct search *search, size_t i)
+{
+    const struct rf_surfaces *s = search->s;
+    return s->share[i] > 0 && search->highest - s->near[i].r > MARGIN_PX;
+}
+
+static struct query query_at(const struct search *search, int x, int y, float s)
+{
+    float room = search->highest - s - MARGIN_PX;
+    const double *e = search->extent;
+    return (struct query){
+        .x = x,
+        .y = y,
+        .s = s,
+        .reach_x = rf_min_int((int)ceil(room * e[0]), MAX_REACH),
+        .reach_y = rf_min_int((int)ceil(room * e[1]), MAX_REACH),
+        .inv_x2 = (float)(1 / (e[0] * e[0])),
+        .inv_y2 = (float)(1 / (e[1] * e[1])),
+    };
+}
+
+/* May pixel j take the answer of pixel i? */
+static bool is_same_surface(const struct rf_surfaces *s, size_t i, size_t j)
+{
+    return s->share[i] == 1 && s->share[j] == 1 &&
+           fabsf(s->near[i].r - s->near[j].r) < 0.25f;
+}
+
+static void search_quad(const struct search *search, struct vote *vote, int x0, int y0,
+                        struct rf_surface *hidden, float *weight)
+{
+    const struct rf_surfaces *s = search->s;
+    size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
+    bool is_found = false, is_shared = false;
+    for (int k = 0; k < 4; k++) {
+        int x = x0 + (k & 1), y = y0 + (k >> 1);
+        if (x >= s->width || y >= s->height)
+            continue;
+        size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+        weight[i] = 0;
+        if (k > 0 && is_shared && is_same_surface(s, first, i)) {
+            weight[i] = is_found ? 1 : 0;
+            hidden[i] = hidden[first];
+            continue;
+        }
+        if (!needs_search(search, i))
+            continue;
+        struct query query = query_at(search, x, y, s->near[i].r);
+        int nearest2 = 0;
+        bool found = estimate(search, &query, vote, &hidden[i], &nearest2);
+        weight[i] = found ? 1 : 0;
+        if (k == 0) {
+            is_found = found;
+            is_shared = found && nearest2 > SHARE_DISTANCE * SHARE_DISTANCE;
+        }
+    }
+}
+
+rf_result rf_find_hidden(const struct rf_filter *filter,
+                         const struct rf_surfaces *surfaces, struct rf_surface *hidden,
+                         float *weight, struct rf_task *task, struct rf_error *error)
+{
+    const struct rf_context *context = filter->context;
+    int n_x = (surfaces->width + BLOCK - 1) / BLOCK;
+    int n_y = (surfaces->height + BLOCK - 1) / BLOCK;
+    size_t n_blocks = (size_t)n_x * (size_t)n_y;
+    struct search *search = rf_alloc(context, 1, sizeof *search);
+    struct block *blocks = rf_alloc(context, n_blocks, sizeof *blocks);
+    struct vote *votes = rf_alloc(context, (size_t)context->n_threads, sizeof *votes);
+    rf_result result = search && blocks && votes
+                           ? RF_OK
+                           : rf_fail_memory(error, n_blocks, sizeof *blocks);
+    if (result == RF_OK) {
+        search->s = surfaces;
+        search->n_x = n_x;
+        search->n_y = n_y;
+        search->blocks = blocks;
+        search->highest = -INFINITY;
+        rf_shape_extent(&filter->shape, search->extent);
+        for (int d2 = 0; d2 <= 2 * MAX_WINDOW * MAX_WINDOW; d2++)
+            search->falloff[d2] = 1.0f / (((float)d2 + 0.5f) * sqrtf((float)d2 + 0.5f));
+        for (int i = 0; i < (int)n_blocks; i++) {
+            build_block(search, i % n_x, i / n_x);
+            search->highest = fmaxf(search->highest, blocks[i].highest);
+        }
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 2)
+        for (int y = 0; y < surfaces->height; y += 2) {
+            if (rf_task_is_cancelled(task))
+                continue;
+            for (int x = 0; x < surfaces->width; x += 2)
+                search_quad(search, &votes[rf_thread_num()], x, y, hidden, weight);
+            rf_task_step(task);
+        }
+    }
+    rf_free(context, votes);
+    rf_free(context, blocks);
+    rf_free(context, search);
+    return result;
+}

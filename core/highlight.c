@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Highlights with exact visibility (recipe step 5).
+ *
+ * A highlight at x with radius r0 sends light to the footprint pixel p through the lens
+ * point u = (p - x) / r0. On its way the ray passes the place x + u (r0 - q) of the
+ * picture at the depth of radius q. A pixel o that shows a surface of radius q nearer
+ * than the highlight therefore blocks the footprint pixels
+ *
+ *   p - x = (o - x +- 1/2) r0 / (r0 - q)
+ *
+ * a square, which is drawn into a mask with the pixel's coverage: thin things cut a
+ * bokeh disc exactly as they do in the renderer. What is left, light times footprint
+ * times visibility, is added to the finished picture: the caller has left the usual
+ * luminance of the place in the ordinary samples and gives only what is above it, so no
+ * coverage has to be kept and the light's energy is exact.
+ *
+ * The largest gain with several views (+3.0, +1.3 dB). Cost per highlight: the
+ * occluders in its cone plus the area of its disc; blocks of pixels that know their
+ * nearest radius skip the empty cones.
+ */
+#include "composite.h"
+#include "footprint.h"
+
+enum { BLOCK = 16, BAND_ROWS = 32 };
+
+static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
+static const float LEAST_SHARE = 0.02f; /* of a pixel, for a surface to count */
+static const size_t BATCH_BYTES = 64u << 20;
+
+struct highlights {
+    const struct rf_scene *scene;
+    float *const *planes;
+    struct rf_footprints footprints;
+    const struct rf_samples *samples;
+    float **mask;   /* per highlight of the batch: visibility over its box, or NULL */
+    float *nearest; /* per block of 16 x 16: least radius of an occluder */
+    int n_x, n_y;
+    double extent[2];
+    int n_failed;
+};
+
+static const struct rf_footprint *footprint_of(const struct highlights *h,
+                                               const struct rf_sample *s)
+{
+    return h->footprints.table[rf_footprint_slot(
+        &h->footprints, rf_radius_index(&h->footprints, s->r), 0)];
+}
+
+/* ---- what stands in the way ---------------------------------------------------- */
+
+static bool is_occluder(const struct rf_surfaces *s, size_t i)
+{
+    return s->share[i] > LEAST_SHARE;
+}
+
+static void build_blocks(struct highlights *h)
+{
+    const struct rf_surfaces *s = h->scene->occluders;
+    for (int i = 0; i < h->n_x * h->n_y; i++)
+        h->nearest[i] = INFINITY;
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++) {
+            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+            float *b = &h->nearest[y / BLOCK * h->n_x + x / BLOCK];
+            if (is_occluder(s, i))
+                *b = fminf(*b, s->near[i].r);
+        }
+}
+
+/* A mask being drawn: blocked[] over the footprint's box, 1 px margins clipped away. */
+struct mask {
+    const struct rf_sample *light;
+    int x0, y0, width, height; /* box in picture px */
+    float *blocked;
+};
+
+/* Length of the overlap of [a, b] with pixel x. */
+static float overlap(float a, float b, int x)
+{
+    float low = a > (float)x ? a : (float)x;
+    float high = b < (float)(x + 1) ? b : (float)(x + 1);
+    return high > low ? high - low : 0;
+}
+
+static void block_square(struct mask *m, int ox, int oy, float q, float share)
+{
+    const struct rf_sample *l = m->light;
+    float scale = l->r / (l->r - q);
+    float ax = ((float)ox - l->x) * scale + l->x, bx = ax + scale;
+    float ay = ((float)oy - l->y) * scale + l->y, by = ay + scale;
+    float x0 = fminf(ax, bx), x1 = fmaxf(ax, bx), y0 = fminf(ay, by),
+          y1 = fmaxf(ay, by);
+    int px0 = rf_max_int((int)floorf(x0), m->x0);
+    int px1 = rf_min_int((int)floorf(x1), m->x0 + m->width - 1);
+    int py0 = rf_max_int((int)floorf(y0), m->y0);
+    int py1 = rf_min_int((int)floorf(y1), m->y0 + m->height - 1);
+    for (int y = py0; y <= py1; y++) {
+        float k = share * overlap(y0, y1, y);
+        float *row = m->blocked + (size_t)(y - m->y0) * (size_t)m->width - m->x0;
+        for (int x = px0; x <= px1; x++)
+            row[x] += k * overlap(x0, x1, x);
+    }
+}
+
+/* Distance in px from v to block b. */
+static float block_gap(float v, int b)
+{
+    float low = (float)(b * BLOCK), high = low + BLOCK;
+    return v < low ? low - v : v > high ? v - high : 0;
+}
+
+/* Is the pixel's surface inside the cone of light from l to the lens? */
+static bool is_in_cone(const struct highlights *h, const struct rf_sample *l, float dx,
+                       float dy, float q)
+{
+    float room = l->r - q;
+    return room >= NEARER_PX && fabsf(dx) <= room * (float)h->extent[0] + 1 &&
+           fabsf(dy) <= room * (float)h->extent[1] + 1;
+}
+
+/* Calls for every occluder of the light; with m NULL only asks whether there is one. */
+static bool draw_occluders(const struct highlights *h, const struct rf_sample *l,
+                           struct mask *m)
+{
+    const struct rf_surfaces *s = h->scene->occluders;
+    bool is_found = false;
+    for (int by = 0; by < h->n_y; by++)
+        for (int bx = 0; bx < h->n_x; bx++) {
+            float q = h->nearest[by * h->n_x + bx];
+            if (!is_in_cone(h, l, block_gap(l->x, bx), block_gap(l->y, by), q))
+                continue;
+            int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
+            int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+            for (int y = by * BLOCK; y < y1; y++)
+                for (int x = bx * BLOCK; x < x1; x++) {
+                    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+                    if (!is_occluder(s, i) ||
+                        !is_in_cone(h, l, (float)x + 0.5f - l->x,
+                                    (float)y + 0.5f - l->y, s->near[i].r))
+                        continue;
+                    if (!m)
+                        return true;
+                    block_square(m, x, y, s->near[i].r, s->share[i]);
+                    is_found = true;
+                }
+        }
+    return is_found;
+}
+
+static void build_mask(struct highlights *h, size_t index, float **mask)
+{
+    const struct rf_sample *l = &h->samples->at[index];
+    const struct rf_footprint *f = footprint_of(h, l);
+    *mask = NULL;
+    if (!draw_occluders(h, l, NULL))
+        return;
+    struct mask m = {.light = l,
+                     .x0 = (int)floorf(l->x) + f->min_dx,
+                     .y0 = (int)floorf(l->y) + f->min_dy,
+                     .width = f->max_dx - f->min_dx + 1,
+                     .height = f->max_dy - f->min_dy + 1};
+    size_t n = (size_t)m.width * (size_t)m.height;
+    m.blocked = rf_calloc(h->scene->filter->context, n, sizeof(float));
+    if (!m.blocked) {
+#pragma omp atomic
+        h->n_failed++;
+        return;
+    }
+    draw_occluders(h, l, &m);
+    for (size_t i = 0; i < n; i++)
+        m.blocked[i] = m.blocked[i] < 1 ? 1 - m.blocked[i] : 0;
+    *mask = m.blocked;
+}
+
+/* ---- light --------------------------------------------------------------------- */
+
+static void add_light(const struct highlights *h, const struct rf_sample *l,
+                      const float *mask, int band_y0, int band_y1)
+{
+    int width = h->scene->width;
+    const struct rf_footprint *f = footprint_of(h, l);
+    int x = (int)floorf(l->x), y = (int)floorf(l->y);
+    int box_width = f->max_dx - f->min_dx + 1;
+    for (int k = 0; k < f->n_segments; k++) {
+        const struct rf_segment *g = &f->segments[k];
+        int row = y + g->dy;
+        if (row < band_y0 || row >= band_y1)
+            continue;
+        const float *weight = f->weights + g->weight;
+        const float *seen =
+            mask ? mask + (size_t)(g->dy - f->min_dy) * (size_t)box_width - f->min_dx
+                 : NULL;
+        int from = rf_max_int(0, -(x + g->dx));
+        int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1), width - x - g->dx);
+        for (int p = 0; p < h->scene->n_colours; p++) {
+            float *out = h->planes[p] + (size_t)row * (size_t)width + x + g->dx;
+            float c = l->c[p] * l->w;
+            for (int i = from; i < to; i++)
+                out[i] += c * weight[i] * (seen ? seen[g->dx + i] : 1);
+        }
+    }
+}
+
+static void add_band(const struct highlights *h, size_t from, size_t to, int band)
+{
+    int y0 = band * BAND_ROWS;
+    int y1 = rf_min_int(y0 + BAND_ROWS, h->scene->height);
+    for (size_t i = from; i < to; i++) {
+        const struct rf_sample *l = &h->samples->at[i];
+        const struct rf_footprint *f = footprint_of(h, l);
+        int y = (int)floorf(l->y);
+        if (y + f->max_dy >= y0 && y + f->min_dy < y1)
+            add_light(h, l, h->mask[i - from], y0, y1);
+    }
+}
+
+/* How many highlights from `from` on fit into one batch of masks. */
+static size_t batch_end(const struct highlights *h, size_t from)
+{
+    size_t n_bytes = 0, i = from;
+    for (; i < h->samples->n && (i == from || n_bytes < BATCH_BYTES); i++) {
+        const struct rf_footprint *f = footprint_of(h, &h->samples->at[i]);
+        n_bytes += (size_t)(f->max_dx - f->min_dx + 1) *
+                   (size_t)(f->max_dy - f->min_dy + 1) * sizeof(float);
+    }
+    return i;
+}
+
+static void run_batch(struct highlights *h, size_t from, size_t to)
+{
+    const struct rf_scene *scene = h->scene;
+    int n_threads = scene->filter->context->n_threads;
+    int n_bands = (scene->height + BAND_ROWS - 1) / BAND_ROWS;
+#pragma omp parallel for num_threads(n_threads) schedule(dynamic, 4)
+    for (size_t i = from; i < to; i++) {
+        h->mask[i - from] = NULL;
+        if (!rf_task_is_cancelled(scene->task))
+            build_mask(h, i, &h->mask[i - from]);
+    }
+#pragma omp parallel for num_threads(n_threads) schedule(dynamic, 1)
+    for (int band = 0; band < n_bands; band++)
+        add_band(h, from, to, band);
+    for (size_t i = from; i < to; i++)
+        rf_free(scene->filter->context, h->mask[i - from]);
+}
+
+static rf_result build_footprints(struct highlights *h, struct rf_error *error)
+{
+    const struct rf_context *context = h->scene->filter->context;
+    struct rf_footprints *f = &h->footprints;
+    int n_slots = 2 * f->max_index + 1;
+    unsigned char *needed = rf_calloc(context, (size_t)n_slots, 1);
+    if (!needed)
+        return rf_fail_memory(error, (size_t)n_slots, 1);
+    for (size_t i = 0; i < h->samples->n; i++)
+        needed[rf_radius_index(f, h->samples->at[i].r) + f->max_index] = 1;
+    int n_failed = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
+    for (int i = 0; i < n_slots; i++)
+        if (needed[i] && !rf_footprint_build(f, i - f->max_index, 0)) {
+#pragma omp atomic
+            n_failed++;
+        }
+    rf_free(context, needed);
+    return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
+}
+
+rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],
+                            struct rf_error *error)
+{
+    const struct rf_samples *samples = &scene->highlights;
+    if (samples->n == 0)
+        return RF_OK;
+    const struct rf_context *context = scene->filter->context;
+    const struct rf_shape *shape = &scene->filter->shape;
+    struct highlights h = {.scene = scene,
+                           .planes = planes,
+                           .samples = samples,
+                           .n_x = (scene->width + BLOCK - 1) / BLOCK,
+                           .n_y = (scene->height + BLOCK - 1) / BLOCK};
+    rf_shape_extent(shape, h.extent);
+    float most = 0;
+    for (size_t i = 0; i < samples->n; i++)
+        most = fmaxf(most, fabsf(samples->at[i].r));
+    rf_result result =
+        rf_footprints_init(&h.footprints, context, shape, 1, most, 1, error);
+    size_t n_blocks = (size_t)h.n_x * (size_t)h.n_y;
+    h.nearest = rf_alloc(context, n_blocks, sizeof *h.nearest);
+    h.mask = rf_alloc(context, samples->n, sizeof *h.mask);
+    if (result == RF_OK && (!h.nearest || !h.mask))
+        result = rf_fail_memory(error, samples->n, sizeof *h.mask);
+    if (result == RF_OK)
+        result = build_footprints(&h, error);
+    if (result == RF_OK) {
+        build_blocks(&h);
+        for (size_t from = 0, to; from < samples->n; from = to) {
+            to = batch_end(&h, from);
+            run_batch(&h, from, to);
+        }
+        if (h.n_failed)
+            result = rf_fail_memory(error, 1, BATCH_BYTES);
+    }
+    rf_free(context, h.mask);
+    rf_free(context, h.nearest);
+    rf_footprints_free(&h.footprints);
+    return result;
+}

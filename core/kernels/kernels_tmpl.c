@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Compiled once per instruction set with RF_LEVEL set to its name.
+ *
+ *   spread   acc[p][x] += w c_p F[x]       F the footprint's weights, p the planes
+ *   flush    w = min(max(acc_w, 0), T),  sum_p += acc_p w / acc_w,  T -= w
+ *
+ * Preconditions: segments are padded with zero weights to eight lanes; a footprint
+ * reaches at most RF_TILE_HALO px beyond its pixel.
+ */
+#include "kernels.h"
+
+typedef float vf __attribute__((vector_size(32)));
+typedef float vf_loose __attribute__((vector_size(32), aligned(4)));
+typedef int32_t vi __attribute__((vector_size(32)));
+
+#define LANES RF_FOOTPRINT_LANES
+#define LOAD(p) (*(const vf_loose *)(p))
+#define STORE(p, v) (*(vf_loose *)(p) = (v))
+#define SPLAT(x) ((vf){0} + (float)(x))
+
+#define RF_CONCAT2(a, b) a##b
+#define RF_CONCAT(a, b) RF_CONCAT2(a, b)
+#define RF_TEXT2(a) #a
+#define RF_TEXT(a) RF_TEXT2(a)
+
+static inline vf choose(vi mask, vf a, vf b)
+{
+    return (vf)(((vi)a & mask) | ((vi)b & ~mask));
+}
+
+static inline vf vmin(vf a, vf b)
+{
+    return choose(a < b, a, b);
+}
+
+static inline vf vmax(vf a, vf b)
+{
+    return choose(a > b, a, b);
+}
+
+static inline __attribute__((always_inline)) void
+spread_one(float *row, const float *weight, int n, const float value[RF_MAX_PLANES],
+           int n_planes)
+{
+    for (int i = 0; i < n; i += LANES) {
+        vf k = LOAD(weight + i);
+        for (int p = 0; p < n_planes; p++) {
+            float *a = row + p * RF_ACC_STRIDE + i;
+            STORE(a, LOAD(a) + SPLAT(value[p]) * k);
+        }
+    }
+}
+
+static inline __attribute__((always_inline)) void
+spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
+           struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
+{
+    size_t row_size = (size_t)n_planes * RF_ACC_STRIDE;
+    size_t cell_size = row_size * RF_TILE_H;
+    for (int i = 0; i < n; i++) {
+        const struct rf_splat *s = &splats[i];
+        const struct rf_footprint *f = footprints[s->slot];
+        int x = s->x - x0, y = s->y - y0;
+        if (x + f->max_dx < 0 || x + f->min_dx >= RF_TILE_W || y + f->max_dy < 0 ||
+            y + f->min_dy >= RF_TILE_H)
+            continue;
+        float value[RF_MAX_PLANES];
+        for (int p = 0; p < n_planes - 1; p++)
+            value[p] = s->c[p] * s->w;
+        value[n_planes - 1] = s->w;
+        int first = rf_max_int(y + f->min_dy, 0);
+        int last = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
+        acc->first_row = rf_min_int(acc->first_row, first);
+        acc->last_row = rf_max_int(acc->last_row, last);
+        float *base = acc->at + RF_ACC_LEFT + x;
+        for (int k = 0; k < f->n_segments; k++) {
+            const struct rf_segment *g = &f->segments[k];
+            int row = y + g->dy;
+            if (row < 0 || row >= RF_TILE_H)
+                continue;
+            spread_one(base + cell_size * (size_t)g->cell + row_size * (size_t)row +
+                           g->dx,
+                       f->weights + g->weight, g->n, value, n_planes);
+        }
+    }
+}
+
+static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
+                   struct rf_footprint *const *footprints, int x0, int y0)
+{
+    if (acc->n_planes == 4)
+        spread_all(acc, splats, n, footprints, x0, y0, 4);
+    else
+        spread_all(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
+}
+
+static inline __attribute__((always_inline)) void flush_row(float *acc, float *t,
+                                                            float *sum, int n_planes)
+{
+    const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
+    for (int x = 0; x < RF_TILE_W; x += LANES) {
+        float *a = acc + RF_ACC_LEFT + x;
+        vf w = LOAD(a + (n_planes - 1) * RF_ACC_STRIDE), left = LOAD(t + x);
+        vf m = vmax(vmin(w, left), SPLAT(0));
+        /* Coverage below this is the dust of clipped weights, and must not be divided
+         * by. */
+        vf q = choose(w > SPLAT(1e-12f), m / vmax(w, SPLAT(1e-12f)), SPLAT(0));
+        for (int p = 0; p < n_planes; p++) {
+            float *s = sum + plane * (size_t)p + x;
+            STORE(s, LOAD(s) + q * LOAD(a + p * RF_ACC_STRIDE));
+        }
+        STORE(t + x, left - m);
+    }
+    memset(acc, 0, (size_t)n_planes * RF_ACC_STRIDE * sizeof *acc);
+}
+
+static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
+{
+    int n_planes = acc->n_planes;
+    for (int c = 0; c < acc->n_cells; c++)
+        for (int y = acc->first_row; y <= acc->last_row; y++) {
+            float *row = acc->at + ((size_t)c * RF_TILE_H + (size_t)y) *
+                                       (size_t)(n_planes * RF_ACC_STRIDE);
+            float *t = state->t + ((size_t)c * RF_TILE_H + (size_t)y) * RF_TILE_W;
+            float *sum =
+                state->sum + state->sum_cell_stride * (size_t)c + (size_t)y * RF_TILE_W;
+            if (n_planes == 4)
+                flush_row(row, t, sum, 4);
+            else
+                flush_row(row, t, sum, RF_MAX_PLANES);
+        }
+    acc->first_row = RF_TILE_H;
+    acc->last_row = -1;
+}
+
+const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
+    .name = RF_TEXT(RF_LEVEL),
+    .spread = spread,
+    .flush = flush,
+};

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From a picture with depth to surfaces: edge pixels split, hidden background found. */
+#ifndef RF_SURFACES_H
+#define RF_SURFACES_H
+
+#include "internal.h"
+
+/* A piece of surface in one pixel. */
+struct rf_surface {
+    float c[4]; /* colour, premultiplied; c[3] is alpha, 1 where the picture has none */
+    float r;    /* signed radius, px */
+};
+
+/* A picture of surfaces, width x height, packed. */
+struct rf_surfaces {
+    int width, height;
+    struct rf_surface *near; /* the nearer part of each pixel */
+    struct rf_surface *far;  /* the farther part; equal to near in a pure pixel */
+    float *share;            /* of the near part, 0 to 1; 1 marks a pure pixel */
+};
+
+/* What the edges of the picture are split from: pixels as they came. */
+struct rf_pixels {
+    int width, height;
+    const struct rf_surface *at;
+};
+
+/*
+ * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
+ * stepped once per row.
+ */
+void rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
+                    struct rf_surfaces *out, struct rf_task *task);
+
+/* Pure pixels only: near = far = the pixel. */
+void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pixels,
+                      struct rf_surfaces *out);
+
+/*
+ * Estimates what lies behind the near surface of each pixel (hidden.c); weight[i] is 1
+ * where hidden[i] was found, else 0.
+ */
+rf_result rf_find_hidden(const struct rf_filter *filter,
+                         const struct rf_surfaces *surfaces, struct rf_surface *hidden,
+                         float *weight, struct rf_task *task, struct rf_error *error);
+
+#endif
