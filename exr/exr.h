@@ -129,7 +129,10 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
 bool png_write(const char *path, const float *samples, int32_t width, int32_t height,
                int n_channels, int bits, bool is_encoded, struct exr_error *error);
 
-/* Reads an 8 or 16 bit PNG to linear floats, RGBA; caller frees *samples. */
+/*
+ * Reads a PNG of any kind, taken as sRGB encoded, to linear premultiplied floats, RGBA.
+ * The caller frees *samples.
+ */
 bool png_read(const char *path, float **samples, int32_t *width, int32_t *height,
               struct exr_error *error);
 

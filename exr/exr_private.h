@@ -73,6 +73,9 @@ exr_result_t exr_set_attributes(exr_context_t to, int part,
 exr_result_t exr_copy_attributes(exr_context_t to, int part,
                                  const struct exr_output *output, int like_part);
 
+/* Fills exactly n_out values; false for damaged data. */
+bool exr_undo_huffman(const uint8_t *in, size_t n_in, uint16_t *out, size_t n_out);
+
 int exr_sample_bytes(enum exr_sample_type type);
 float exr_half_to_float(uint16_t half);
 /* To nearest even; finite values beyond the range become +-65504, not infinity. */
