@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rack Focus: the camera's depth of field, made after the render."""
+
+bl_info = {
+    "name": "Rack Focus",
+    "author": "Rack Focus developers",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "Camera properties > Depth of Field; Compositor > Add > Filter",
+    "description": "The camera's depth of field after the render: no grain, refocusable",
+    "category": "Render",
+}
+
+from . import engine, handlers, props  # noqa: E402
+
+MODULES = (props, engine, handlers)
+
+
+def register():
+    """Adds everything to Blender."""
+    for module in MODULES:
+        module.register()
+
+
+def unregister():
+    """Takes everything out of Blender again."""
+    for module in reversed(MODULES):
+        module.unregister()

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What differs between Blender 3.4 and 5.x, in one place."""
+
+import bpy
+
+HAS_NODE_GROUPS = bpy.app.version >= (5, 0, 0)  # the compositor is a node group
+HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
+HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)
+
+FILTER_MENUS = (
+    "NODE_MT_compositor_node_add_filter",  # 5.x
+    "NODE_MT_category_compositor_filter",  # 4.x
+    "NODE_MT_category_CMP_OP_FILTER",  # 3.x
+)
+
+# ---- compositor -------------------------------------------------------------------
+
+
+def compositor_tree(scene):
+    """The scene's compositor tree if it is in use, else None."""
+    if HAS_NODE_GROUPS:
+        return scene.compositing_node_group
+    return scene.node_tree if scene.use_nodes else None
+
+
+def start_compositor(scene):
+    """Puts the compositor to use with its default nodes; returns (tree, is_new)."""
+    tree = compositor_tree(scene)
+    if tree is not None:
+        return tree, False
+    if not HAS_NODE_GROUPS:
+        is_new = scene.node_tree is None
+        scene.use_nodes = True
+        return scene.node_tree, is_new
+    tree = bpy.data.node_groups.new(f"{scene.name} Compositing", "CompositorNodeTree")
+    tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    layers = tree.nodes.new("CompositorNodeRLayers")
+    layers.scene = scene
+    output = tree.nodes.new("NodeGroupOutput")
+    output.location = (400, 0)
+    tree.links.new(layers.outputs["Image"], output.inputs[0])
+    scene.compositing_node_group = tree
+    return tree, True
+
+
+def stop_compositor(scene, is_made):
+    """Takes the compositor out of use; `is_made`: we made the tree and may delete it."""
+    if not HAS_NODE_GROUPS:
+        scene.use_nodes = False
+        return
+    tree = scene.compositing_node_group
+    scene.compositing_node_group = None
+    if is_made and tree is not None and tree.users == 0:
+        bpy.data.node_groups.remove(tree)
+
+
+def output_socket(tree):
+    """The input socket that ends up as the render's picture, or None."""
+    for node in tree.nodes:
+        if node.type == "COMPOSITE" and not node.mute:
+            return node.inputs["Image"]
+    for node in tree.nodes:
+        if node.type == "GROUP_OUTPUT" and node.inputs:
+            return node.inputs[0]
+    return None
+
+
+def alpha_over(tree):
+    """A new Alpha Over node; returns (node, background socket, foreground socket)."""
+    node = tree.nodes.new("CompositorNodeAlphaOver")
+    pictures = [s for s in node.inputs if s.type == "RGBA"]
+    return node, pictures[0], pictures[1]
+
+
+# ---- pictures ---------------------------------------------------------------------
+
+_SETTINGS = (
+    "media_type",
+    "file_format",
+    "color_mode",
+    "color_depth",
+    "exr_codec",
+    "use_preview",
+    "use_exr_interleave",
+    "views_format",
+)
+
+
+class MultilayerExr:
+    """Sets a scene's image settings to an uncompressed float EXR with all passes.
+
+    A context manager; puts everything back at the end.
+    """
+
+    def __init__(self, scene, has_views):
+        self.scene = scene
+        self.settings = scene.render.image_settings
+        self.has_views = has_views
+        self.kept = []
+
+    def _set(self, name, value):
+        if hasattr(self.settings, name):
+            setattr(self.settings, name, value)
+
+    def __enter__(self):
+        names = [name for name in _SETTINGS if hasattr(self.settings, name)]
+        self.kept = [(name, getattr(self.settings, name)) for name in names]
+        if HAS_MEDIA_TYPE:
+            self._set("media_type", "MULTI_LAYER_IMAGE")
+        self._set("file_format", "OPEN_EXR_MULTILAYER")
+        self._set("color_depth", "32")
+        self._set("exr_codec", "NONE")
+        self._set("use_preview", False)
+        if self.has_views:
+            self._set("views_format", "INDIVIDUAL")
+        return self
+
+    def __exit__(self, *_):
+        for name, value in self.kept:
+            try:
+                setattr(self.settings, name, value)
+            except TypeError:  # not a choice of the file format: it was unused
+                pass
+
+
+def set_rect(render_pass, pixels):
+    """Copies pixels, contiguous (height, width, channels) float32, into a pass."""
+    if HAS_FLAT_RECT:
+        render_pass.rect.foreach_set(pixels.reshape(-1))
+    else:
+        render_pass.rect.foreach_set(pixels.reshape(-1, pixels.shape[-1]))

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine of the filter scene: Blender runs it between render and compositing."""
+
+import time
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from . import compat, lens, passes, setup
+from .library import rackfocus
+
+EXTRA_PASSES = (
+    # name, channels, channel ids, type
+    ("Depth", 1, "Z", "VALUE"),
+    ("CoC", 1, "X", "VALUE"),
+    ("Focus", 4, "RGBA", "COLOR"),
+)
+NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
+FAR = np.float32(1e8)
+BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
+
+last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
+
+
+class Problem(Exception):
+    """The picture stays as it is; the message is for the user."""
+
+
+class Frame(NamedTuple):
+    """One view of one view layer."""
+
+    layer: str
+    view: str  # "" without stereo
+    suffix: str  # of the view's file
+    camera: object  # evaluated
+
+
+def threads():
+    """Number of threads from the preferences; 0 is all."""
+    addon = bpy.context.preferences.addons.get(__package__)
+    return addon.preferences.threads if addon and addon.preferences else 0
+
+
+def fill_edges(colour, depth):
+    """Depth of half-covered pixels whose depth was taken beside the surface.
+
+    Where alpha lies between 0 and 1 but nothing was hit, the nearest depth among the
+    eight neighbours. colour: (height, width, 4); depth: (height, width); returns depth,
+    a new array if anything changed.
+    """
+    is_open = (colour[..., 3] > 0) & (depth >= NOTHING_HIT)
+    rows, columns = np.nonzero(is_open)
+    if not len(rows):
+        return depth
+    height, width = depth.shape
+    nearest = np.full(len(rows), np.inf, np.float32)
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            y = np.clip(rows + dy, 0, height - 1)
+            x = np.clip(columns + dx, 0, width - 1)
+            nearest = np.minimum(nearest, depth[y, x])
+    filled = np.array(depth, np.float32)
+    filled[rows, columns] = nearest
+    return filled
+
+
+def overlay(picture, coc, limit_px):
+    """The picture with the band in focus in false colour; same shapes."""
+    shown = picture.copy()
+    band = np.abs(coc[..., 0]) <= limit_px
+    shown[band] = 0.5 * shown[band] + 0.5 * BAND_COLOUR
+    return shown
+
+
+class RackFocusEngine(bpy.types.RenderEngine):
+    """Filters the passes of the source scene's render."""
+
+    bl_idname = setup.ENGINE
+    bl_label = "Rack Focus"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_shading_nodes_custom = False
+
+    def update_render_passes(self, scene, renderlayer):
+        """Declares the sockets of the node."""
+        self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
+        for about in EXTRA_PASSES:
+            self.register_pass(scene, renderlayer, *about)
+
+    def render(self, depsgraph):
+        """Filters one view layer, all its views."""
+        scene = depsgraph.scene
+        source = scene.rack_focus.source
+        if source is None:
+            self.report(
+                {"ERROR"},
+                "Rack Focus: this scene filters another one and is not for rendering",
+            )
+            return
+        source = source.original
+        run = last_run[source.name] = {"seconds": {}, "message": ""}
+        try:
+            self._render_views(depsgraph, source, run["seconds"])
+        except (
+            Problem,
+            passes.PassesError,
+            lens.CameraError,
+            rackfocus.Error,
+            MemoryError,
+        ) as error:
+            run["message"] = self._explain(error)
+            self.report({"ERROR"}, f"Rack Focus: {run['message']}")
+
+    @staticmethod
+    def _explain(error):
+        """The message of an error in the artist's words."""
+        if isinstance(error, rackfocus.CancelledError):
+            return "stopped; the picture is not filtered"
+        text = getattr(error, "message", "") or str(error) or "out of memory"
+        return f"{text}. The picture is not filtered"
+
+    # ---- frames -------------------------------------------------------------------
+
+    def _frames(self, depsgraph):
+        """The frames of this view layer."""
+        scene, layer = depsgraph.scene, depsgraph.view_layer.name
+        camera = scene.camera
+        if camera is None:
+            raise Problem("the scene has no camera")
+        if not scene.render.use_multiview:
+            return [Frame(layer, "", "", camera.evaluated_get(depsgraph))]
+        is_stereo = scene.render.views_format == "STEREO_3D"
+        frames = []
+        for view in scene.render.views:
+            if not view.use or (is_stereo and view.name not in ("left", "right")):
+                continue
+            own = camera
+            if not is_stereo:
+                own = setup.view_camera(scene, camera.original, view)
+            seen = own.evaluated_get(depsgraph)
+            frames.append(Frame(layer, view.name, view.file_suffix, seen))
+        return frames
+
+    def _render_views(self, depsgraph, source, seconds):
+        started = time.perf_counter()
+        n_pixels = self.resolution_x * self.resolution_y
+        frames = self._frames(depsgraph)
+        with passes.RenderedPasses(source, n_pixels) as rendered:
+            seconds["passes"] = time.perf_counter() - started
+            problem = None
+            for frame in frames:
+                found = rendered.layer(frame.layer, frame.suffix, frame.view)
+                try:
+                    self._render_frame(frame, found, depsgraph.scene.render, seconds)
+                except Exception as error:
+                    problem = problem or error
+            del found
+            if problem:
+                raise problem
+        seconds["total"] = time.perf_counter() - started
+
+    def _render_frame(self, frame, found, render, seconds):
+        """Fills the passes of one frame; after a problem with the unfiltered picture."""
+        height, width = found.depth.shape
+        picture = np.empty((height, width, 4), np.float32)
+        coc = np.zeros((height, width, 1), np.float32)
+        planar = np.empty((height, width, 1), np.float32)
+        # Blender's rows run upwards, those of the file and of the filter downwards.
+        picture[::-1] = found.colour
+        planar[::-1, :, 0] = found.depth
+        limit_px = 0.0
+        try:
+            settings = frame.camera.data.rack_focus
+            if settings.enabled:
+                limit_px = self._filter(
+                    frame, found, settings, render, (picture, coc), seconds
+                )
+        finally:
+            started = time.perf_counter()
+            self._write(frame, (picture, planar, coc), limit_px)
+            seconds["write"] = time.perf_counter() - started
+
+    def _filter(self, frame, found, settings, render, targets, seconds):
+        """Runs the filter into (picture, coc), rows upwards; returns the limit in px."""
+        picture, coc = targets
+        height, width = found.depth.shape
+        params = lens.frame_parameters(frame.camera, settings, render, (width, height))
+        depth = found.depth
+        if settings.fill_edges and render.film_transparent:
+            depth = fill_edges(found.colour, depth)
+        if depth.min() >= NOTHING_HIT:  # a layer that is empty in this frame: all far
+            depth = np.minimum(depth, FAR)
+        self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")
+        started = time.perf_counter()
+        made = rackfocus.Filter(width, height, threads=threads(), **params)
+        upright = made.process(found.colour, depth, picture[::-1], self._report)
+        del upright
+        seconds["filter"] = time.perf_counter() - started
+        made.coc(depth, coc[::-1, :, 0])
+        return made.lens.coc_limit_px
+
+    def _report(self, fraction):
+        """Progress to the status bar; False once Esc was pressed."""
+        self.update_progress(fraction)
+        return not self.test_break()
+
+    # ---- results ------------------------------------------------------------------
+
+    def _write(self, frame, pixels, limit_px):
+        """Hands pixels (picture, planar depth, CoC), rows upwards, to Blender."""
+        picture, planar, coc = pixels
+        height, width = picture.shape[:2]
+        for about in EXTRA_PASSES:
+            self.add_pass(*about[:3], layer=frame.layer)
+        result = self.begin_result(
+            0, 0, width, height, layer=frame.layer, view=frame.view
+        )
+        try:
+            by_name = {
+                "Combined": picture,
+                "Depth": planar,
+                "CoC": coc,
+                "Focus": overlay(picture, coc, limit_px),
+            }
+            for name, values in by_name.items():
+                target = result.layers[0].passes.find_by_name(name, frame.view)
+                if target is not None:
+                    compat.set_rect(target, values)
+        finally:
+            self.end_result(result)
+
+
+def register():
+    """Adds the engine."""
+    bpy.utils.register_class(RackFocusEngine)
+
+
+def unregister():
+    """Removes it."""
+    bpy.utils.unregister_class(RackFocusEngine)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What happens when renders start and end, files open, and scenes change."""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import setup
+
+
+@persistent
+def on_render_start(scene, *_):
+    """Pinhole for the beauty render; the filter scene follows its source."""
+    source = scene.rack_focus.source
+    if source is not None:
+        setup.sync(source)
+    elif setup.filter_scene_of(scene) is not None:
+        setup.sync(scene)
+        setup.hide_dof(scene)
+
+
+@persistent
+def on_render_end(scene, *_):
+    """The camera gets its depth of field back, after a cancelled render too."""
+    setup.show_dof(scene)
+
+
+@persistent
+def on_load(*_):
+    """A file that was saved in the middle of a render opens as it was before."""
+    setup.show_dof()
+    setup.remove_orphans()
+
+
+_is_busy = False
+
+
+@persistent
+def on_change(*_):
+    """Follows a change of the scene's camera, its view layers, or a copied scene."""
+    global _is_busy
+    if _is_busy or bpy.app.is_job_running("RENDER"):
+        return
+    _is_busy = True
+    try:
+        for scene in setup.user_scenes():
+            setup.refresh(scene)
+            setup.sync(scene)
+    finally:
+        _is_busy = False
+
+
+HANDLERS = (
+    ("render_init", on_render_start),
+    ("render_complete", on_render_end),
+    ("render_cancel", on_render_end),
+    ("load_post", on_load),
+    ("depsgraph_update_post", on_change),
+)
+
+
+def register():
+    """Adds the handlers."""
+    for name, handler in HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister():
+    """Removes them."""
+    for name, handler in HANDLERS:
+        handlers = getattr(bpy.app.handlers, name)
+        if handler in handlers:
+            handlers.remove(handler)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From Blender's camera to the parameters of the filter.
+
+Cycles' conventions (measured): the radius of the aperture is the focal length in mm
+times 1e-3 / (2 f-stop) in scene units, whatever the unit scale; for orthographic cameras
+it is 1 / (2 f-stop). The scale of the camera object counts for nothing.
+"""
+
+import math
+
+from .library import rackfocus
+
+TINY_F_STOP = 1e-3
+
+
+class CameraError(Exception):
+    """The camera cannot be filtered; the message is for the user."""
+
+
+def focus_distance(camera):
+    """Distance of the plane in focus along the axis, in scene units.
+
+    camera: evaluated camera object. With a focus object, its planar distance.
+    """
+    dof = camera.data.dof
+    target = dof.focus_object
+    if target is None:
+        return dof.focus_distance
+    place = target.matrix_world
+    if target.type == "ARMATURE" and dof.focus_subtarget:
+        bone = target.pose.bones.get(dof.focus_subtarget)
+        if bone is not None:
+            place = place @ bone.matrix
+    matrix = camera.matrix_world
+    axis = matrix.to_3x3().col[2].normalized()
+    return abs(axis.dot(place.translation - matrix.translation))
+
+
+def picture_size(render):
+    """(width, height) in px of the whole frame, the percentage applied."""
+    factor = render.resolution_percentage / 100
+    width = int(render.resolution_x * factor)
+    return max(width, 1), max(int(render.resolution_y * factor), 1)
+
+
+def camera_parameters(camera, render):
+    """Parameters of the lens for the whole frame, as keywords of rackfocus.Lens.
+
+    camera: evaluated camera object; render: the scene's render settings.
+    """
+    data = camera.data
+    dof = data.dof
+    if data.type not in ("PERSP", "ORTHO"):
+        raise CameraError(
+            "Rack Focus needs a perspective or orthographic camera; "
+            f"“{camera.name}” is of another type"
+        )
+    blades = dof.aperture_blades
+    return {
+        "focus_distance": max(focus_distance(camera), 1e-9),
+        "f_stop": max(dof.aperture_fstop, TINY_F_STOP),
+        "focal_length": data.lens,
+        "sensor_width": data.sensor_width,
+        "sensor_height": data.sensor_height,
+        "sensor_fit": data.sensor_fit.lower(),
+        "projection": "orthographic" if data.type == "ORTHO" else "perspective",
+        "ortho_scale": data.ortho_scale,
+        "shift_x": data.shift_x,
+        "shift_y": data.shift_y,
+        "pixel_aspect": render.pixel_aspect_x / render.pixel_aspect_y,
+        "blades": blades if blades >= 3 else 0,
+        "blade_rotation": math.degrees(dof.aperture_rotation),
+        "aperture_ratio": dof.aperture_ratio,
+    }
+
+
+def crop_parameters(params, whole_size, size):
+    """The same lens for a part of the frame: what depends on the frame is made explicit.
+
+    params: of camera_parameters() and the method; whole_size, size: (width, height) px.
+    """
+    if tuple(whole_size) == tuple(size):
+        return params
+    lens = rackfocus.Lens(*whole_size, **params)
+    part = dict(params, max_radius=lens.max_radius_px)
+    if lens.px_per_unit > 0:
+        part.update(sensor_fit="horizontal", ortho_scale=size[0] / lens.px_per_unit)
+    else:
+        part["focal_length_px"] = lens.focal_length_px
+    return part
+
+
+def frame_parameters(camera, settings, render, size):
+    """All parameters for a picture of `size` px that shows the frame or a part of it.
+
+    settings: the camera's rack_focus properties.
+    """
+    params = camera_parameters(camera, render)
+    params.update(settings.method_parameters())
+    return crop_parameters(params, picture_size(render), size)

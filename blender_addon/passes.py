@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The passes of the running render: written by Blender to memory, read without a copy.
+
+Blender gives no access to the pixels of the Render Result, but saves it at any moment.
+The file goes to a memory-backed folder, uncompressed, so that every channel is a
+regular pattern of bytes that NumPy can view in place.
+"""
+
+import mmap
+import os
+import shutil
+import struct
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from .compat import MultilayerExr
+
+MAGIC = 20000630
+MULTIPART_FLAG = 0x1000
+SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
+SHARED_MEMORY = "/dev/shm"
+
+
+class PassesError(Exception):
+    """The passes cannot be had; the message is for the user."""
+
+
+class Part(NamedTuple):
+    """Header of one part of an EXR file."""
+
+    name: str
+    channels: list  # of (name, dtype), in the order of the file
+    width: int
+    height: int
+
+
+# ---- reading ----------------------------------------------------------------------
+
+
+class _Cursor:
+    """Reads numbers and texts from bytes or a mapped file."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def unpack(self, pattern):
+        values = struct.unpack_from(pattern, self.data, self.at)
+        self.at += struct.calcsize(pattern)
+        return values[0] if len(values) == 1 else values
+
+    def text(self):
+        end = self.data.find(b"\0", self.at)
+        if end < 0:
+            raise PassesError("the file of the render's passes is damaged")
+        found = bytes(self.data[self.at : end]).decode()
+        self.at = end + 1
+        return found
+
+
+def _read_channels(data):
+    """(name, dtype) of every channel of a chlist attribute."""
+    cursor, found = _Cursor(data), []
+    while data[cursor.at]:
+        name = cursor.text()
+        kind, _, x_step, y_step = cursor.unpack("<i4s2i")
+        if (x_step, y_step) != (1, 1):
+            raise PassesError("the render has subsampled passes")
+        found.append((name, SAMPLE_TYPES[kind]))
+    return found
+
+
+def _read_header(cursor):
+    """One header up to its end mark."""
+    attributes = {}
+    while True:
+        name = cursor.text()
+        if not name:
+            break
+        cursor.text()  # the type
+        size = cursor.unpack("<i")
+        attributes[name] = bytes(cursor.data[cursor.at : cursor.at + size])
+        cursor.at += size
+    if attributes["compression"] != b"\0":
+        raise PassesError("the render's passes came compressed")
+    x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
+    name = attributes.get("name", b"").decode().rstrip("\0")
+    channels = _read_channels(attributes["channels"])
+    return Part(name, channels, x1 - x0 + 1, y1 - y0 + 1)
+
+
+def _view_part(data, part, offsets, n_head_bytes):
+    """{channel name: (height, width) view} of a part whose lines lie at `offsets`."""
+    steps = np.diff(offsets.astype(np.int64))
+    n_line_bytes = n_head_bytes + part.width * sum(t.itemsize for _, t in part.channels)
+    step = int(steps[0]) if len(steps) else n_line_bytes
+    if np.any(steps != step) or abs(step) < n_line_bytes:
+        raise PassesError("the lines of the render's passes are out of order")
+    views = {}
+    at = int(offsets[0]) + n_head_bytes
+    for name, dtype in part.channels:
+        # The buffer starts at the lowest byte; negative steps run up to it.
+        views[name] = np.ndarray(
+            (part.height, part.width), dtype, data, at, (step, dtype.itemsize)
+        )
+        at += part.width * dtype.itemsize
+    return views
+
+
+def read_exr(path):
+    """{full channel name: (height, width) array} of an uncompressed scan-line EXR.
+
+    Rows from the top. The arrays are views of the mapped file. In files of several parts
+    the part's name stands before channel names that lack it.
+    """
+    with open(path, "rb") as file:
+        mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    data = np.frombuffer(mapped, np.uint8)
+    cursor = _Cursor(mapped)
+    magic, version = cursor.unpack("<2i")
+    if magic != MAGIC:
+        raise PassesError("Blender did not write an EXR file")
+    is_multipart = bool(version & MULTIPART_FLAG)
+    parts = [_read_header(cursor)]
+    while is_multipart and cursor.data[cursor.at]:
+        parts.append(_read_header(cursor))
+    cursor.at += is_multipart
+    found = {}
+    for part in parts:
+        offsets = np.frombuffer(data, "<u8", part.height, cursor.at)
+        cursor.at += 8 * part.height
+        views = _view_part(data, part, offsets, 12 if is_multipart else 8)
+        for name, view in views.items():
+            has_layer = name.count(".") >= 2 or not part.name
+            found[name if has_layer else f"{part.name}.{name}"] = view
+    return found
+
+
+# ---- passes of a layer ------------------------------------------------------------
+
+
+def side_by_side(planes):
+    """(height, width, n) view of n planes if they lie at equal distances, else a copy."""
+    first = planes[0]
+    at = [plane.__array_interface__["data"][0] for plane in planes]
+    steps = {b - a for a, b in zip(at, at[1:])}
+    is_alike = len({(plane.strides, plane.dtype) for plane in planes}) == 1
+    if len(steps) != 1 or not is_alike or first.dtype != np.float32:
+        return np.stack(planes, -1).astype(np.float32)
+    base = first.base if first.base is not None else first
+    start = at[0] - base.__array_interface__["data"][0]
+    shape = (*first.shape, len(planes))
+    return np.ndarray(shape, np.float32, base, start, (*first.strides, steps.pop()))
+
+
+class Layer(NamedTuple):
+    """What the filter needs of one view layer."""
+
+    colour: np.ndarray  # (height, width, 4), scene-linear, premultiplied
+    depth: np.ndarray  # (height, width), planar, scene units
+
+
+def find_layer(channels, layer, view=""):
+    """The Layer of a view layer (and view) among the channels of read_exr()."""
+    tail = f".{view}" if view else ""
+    names = [f"{layer}.Combined{tail}.{c}" for c in "RGBA"]
+    depths = [f"{layer}.{p}{tail}.{c}" for p in ("Depth", "Z") for c in "ZVX"]
+    depth = next((channels[name] for name in depths if name in channels), None)
+    if any(name not in channels for name in names):
+        raise PassesError(f"view layer “{layer}” was not rendered")
+    if depth is None:
+        raise PassesError(
+            f"view layer “{layer}” has no depth: switch on Passes > Data > Z"
+        )
+    return Layer(side_by_side([channels[name] for name in names]), depth)
+
+
+# ---- getting them out of Blender --------------------------------------------------
+
+
+def memory_folder(n_bytes):
+    """A folder in memory with room for n_bytes, else Blender's own temporary one."""
+    if os.path.isdir(SHARED_MEMORY) and os.access(SHARED_MEMORY, os.W_OK):
+        if shutil.disk_usage(SHARED_MEMORY).free > 2 * n_bytes:
+            return SHARED_MEMORY
+    return bpy.app.tempdir
+
+
+class RenderedPasses:
+    """The passes of a scene's render, while the context lasts."""
+
+    def __init__(self, scene, n_pixels):
+        self.scene = scene
+        self.n_bytes = n_pixels * 4 * 32
+        self.folder = None
+        self.files = {}  # view name, "" without views: channels
+
+    def __enter__(self):
+        parent = memory_folder(self.n_bytes)
+        self.folder = tempfile.mkdtemp(prefix="rack_focus_", dir=parent)
+        try:
+            self._save()
+        except Exception:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise
+        return self
+
+    def _save(self):
+        result = next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
+        if result is None:
+            raise PassesError("there is no render to filter yet: press F12 first")
+        path = Path(self.folder, "passes.exr")
+        has_views = self.scene.render.use_multiview
+        with MultilayerExr(self.scene, has_views):
+            try:
+                result.save_render(str(path), scene=self.scene)
+            except RuntimeError as error:
+                # Blender reports a failure for views that it wrote all the same.
+                if not list(path.parent.glob("*.exr")):
+                    raise PassesError(
+                        f"there is no render to filter yet: press F12 first ({error})"
+                    ) from error
+        for file in path.parent.glob("*.exr"):
+            self.files[file.stem[len("passes") :]] = read_exr(file)
+
+    def layer(self, name, suffix="", view=""):
+        """The Layer of a view layer; suffix, view: of a view in stereo, else ""."""
+        channels = self.files.get(suffix, self.files.get(""))
+        if channels is None:
+            raise PassesError(f"the view “{view}” was not rendered")
+        try:
+            return find_layer(channels, name)
+        except PassesError:
+            return find_layer(channels, name, view)
+
+    def __exit__(self, *_):
+        self.files = {}
+        shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Properties of cameras and scenes; those of the filter come from the core's table."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from . import setup
+from .library import rackfocus
+
+QUALITIES = {
+    "draft": {"sub_apertures": 1, "exact_highlights": False},
+    "standard": {},
+    "custom": None,
+}
+
+
+def method_table():
+    """The parameters that the camera does not have: those of the methods, the limit."""
+    return [
+        p
+        for p in rackfocus.parameters()
+        if p.group == "method" or p.field == "coc_limit"
+    ]
+
+
+def belongs_to(parameter):
+    """The method that a parameter is for, by the first word of its help; "" for all."""
+    head, colon, _ = parameter.help.partition(":")
+    name = head.lower()
+    is_method = name in [method.name for method in rackfocus.methods()]
+    return name if colon and is_method else ""
+
+
+def _property(p):
+    """A Blender property for one line of the table."""
+    label = p.field.replace("_", " ").capitalize().replace("Coc", "CoC")
+    about = dict(name=label, description=p.help.rstrip("."), default=p.default)
+    if p.type == "enum":
+        items = [(c.name, c.name.capitalize(), c.help) for c in p.choices]
+        return EnumProperty(items=items, **about)
+    if p.type == "bool":
+        return BoolProperty(**about)
+    kind = IntProperty if p.type == "int" else FloatProperty
+    if p.unit == "px":
+        about["subtype"] = "PIXEL"
+    return kind(min=p.min, max=p.max, **about)
+
+
+class CameraSettings(bpy.types.PropertyGroup):
+    """camera.data.rack_focus"""
+
+    enabled: BoolProperty(
+        name="Rack Focus",
+        description="Make this camera's depth of field after the render",
+        update=lambda self, context: setup.camera_changed(self.id_data),
+    )
+    quality: EnumProperty(
+        name="Quality",
+        description="How much the filter looks at",
+        items=[
+            ("draft", "Draft", "Fastest, to find the focus"),
+            ("standard", "Standard", "For final pictures"),
+            ("custom", "Custom", "Set every option by hand"),
+        ],
+        default="standard",
+    )
+    fill_edges: BoolProperty(
+        name="Fill Edge Depth",
+        description="Transparent film: pixels that a surface covers in part, but whose "
+        "depth was taken beside it, get the depth of that surface",
+        default=True,
+    )
+    is_dof_hidden: BoolProperty(
+        description="The camera's own depth of field is off while a render runs",
+        options={"HIDDEN"},
+    )
+
+    def method_parameters(self):
+        """The fields as keywords of rackfocus.Filter."""
+        values = {p.field: getattr(self, p.field) for p in method_table()}
+        preset = QUALITIES[self.quality]
+        if preset is None:
+            return values
+        kept = ("method", "max_radius", "coc_limit")
+        return {**{key: values[key] for key in kept}, **preset}
+
+
+for _parameter in method_table():
+    CameraSettings.__annotations__[_parameter.field] = _property(_parameter)
+
+
+class SceneState(bpy.types.PropertyGroup):
+    """scene.rack_focus: how a scene and the one that filters it find each other."""
+
+    filter_scene: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
+    source: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
+    record: StringProperty(
+        description="What the set-up changed, as JSON", options={"HIDDEN"}
+    )
+
+
+CLASSES = (CameraSettings, SceneState)
+
+
+def register():
+    """Adds the properties to cameras and scenes."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Camera.rack_focus = PointerProperty(type=CameraSettings)
+    bpy.types.Scene.rack_focus = PointerProperty(type=SceneState)
+
+
+def unregister():
+    """Takes them away."""
+    del bpy.types.Scene.rack_focus
+    del bpy.types.Camera.rack_focus
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
