@@ -26,14 +26,16 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Median of the hits, from at most about a hundred thousand of them. */
-static double median_of(const struct map *map, size_t n_pixels)
+/* Median of the hits, from at most about a hundred thousand of them; `is_inner` leaves
+ * out 0 and 1, which buffers have where nothing was hit. NAN where there are none. */
+static double median_of(const struct map *map, size_t n_pixels, bool is_inner)
 {
     const size_t step = n_pixels / 100000 + 1;
     float *hits = need_memory(n_pixels / step + 1, sizeof(*hits));
     size_t n = 0;
     for (size_t i = 0; i < n_pixels; i += step)
-        if (is_hit(map, map->depth[i]))
+        if (is_hit(map, map->depth[i]) &&
+            !(is_inner && (map->depth[i] == 0 || map->depth[i] == 1)))
             hits[n++] = map->depth[i];
     qsort(hits, n, sizeof(*hits), compare_floats);
     const double median = n ? hits[n / 2] : NAN;
@@ -115,7 +117,8 @@ void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_st
     const struct map map = {depth, width, height, depth_infinity};
     *stats = (struct depth_stats){.n_pixels = (size_t)width * (size_t)height};
     count_values(&map, stats);
-    stats->median = median_of(&map, stats->n_pixels);
+    stats->median = median_of(&map, stats->n_pixels, false);
+    stats->inner_median = median_of(&map, stats->n_pixels, true);
     stats->mixed_share = mixed_share(&map);
     if (alpha)
         stats->premultiplied_share = premultiplied_share(&map, alpha, alpha_stride);
@@ -140,11 +143,11 @@ const char *depth_stats_guess(const struct depth_stats *stats, const char **reas
         *reason = "all below 1, but infinity where nothing was hit: a small scene";
         return "planar";
     }
-    if (stats->median > 0.9) {
+    if (stats->inner_median > 0.9) {
         *reason = "within 0 to 1 and crowded near 1, as a depth buffer is";
         return "buffer";
     }
-    if (stats->median < 0.1 && stats->n_zero > 0) {
+    if (stats->inner_median < 0.1 && stats->n_zero > 0) {
         *reason = "within 0 to 1 and crowded near 0, as a reversed depth buffer is";
         return "buffer-reversed";
     }

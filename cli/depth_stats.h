@@ -13,6 +13,7 @@ struct depth_stats {
     size_t n_no_hit;         /* infinite, or from depth_infinity on */
     size_t n_zero, n_one;    /* exactly 0 and exactly 1 */
     double min, max, median; /* of what is finite, not negative and below infinity */
+    double inner_median;     /* the same without exact 0 and 1 */
     double mixed_share; /* of the pixels at depth steps, those between both sides */
     double premultiplied_share; /* of the part-covered pixels, those scaled by alpha */
 };

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `filter` reads and writes; the picture itself is tested with the core."""
+
+import hashlib
+import json
+import struct
+
+import numpy
+import plainexr
+import pytest
+
+LENS = ["--focus-distance", "6", "--lens-radius", "0.1", "--focal-length-px", "100"]
+PLAIN = ["--compression", "none", "--type", "float"]
+
+
+@pytest.fixture
+def filtered(rackfocus, scene, tmp_path):
+    """Filters the scene; returns channels and attributes of the result."""
+
+    def run(*arguments, path=None, **options):
+        out = tmp_path / "out.exr"
+        path = path or scene(**options)
+        rackfocus("filter", path, "-o", out, *LENS, "--compression", "none", *arguments)
+        return plainexr.read(out)
+
+    return run
+
+
+@pytest.mark.parametrize("method", ["layered", "scatter"])
+def test_same_bits_for_any_number_of_threads(rackfocus, scene, tmp_path, method):
+    path = scene(size=(131, 97))
+    hashes = set()
+    for n in (1, 2, 7):
+        out = tmp_path / f"out{n}.exr"
+        arguments = ["--method", method, *LENS, *PLAIN, f"-j{n}"]
+        rackfocus("filter", path, "-o", out, *arguments)
+        hashes.add(hashlib.sha256(out.read_bytes()).hexdigest())
+    assert len(hashes) == 1
+
+
+def test_blurs(filtered, scene):
+    before, _ = plainexr.read(scene())
+    after, _ = filtered("--type", "float")
+    assert set(after) == {"R", "G", "B"}
+    assert abs(after["R"] - before["R"]).max() > 0.1
+
+
+def test_keeps_what_is_in_focus(filtered, scene):
+    path = scene(change=lambda c: c["Z"].fill(6))
+    before, _ = plainexr.read(path)
+    after, _ = filtered("--type", "float", path=path)
+    for name in "RGB":
+        assert (after[name] == before[name]).all()
+
+
+def test_half_is_the_default(filtered):
+    channels, _ = filtered()
+    assert all(array.dtype == numpy.float16 for array in channels.values())
+
+
+def test_values_beyond_half(rackfocus, scene, tmp_path):
+    path = scene(change=lambda c: c["R"].fill(1e6))
+    out = tmp_path / "out.exr"
+    arguments = ["filter", path, "-o", out, *LENS, "--compression", "none"]
+    assert "--type float" in rackfocus(*arguments).stderr
+    assert plainexr.read(out)[0]["R"].max() == 65504
+    assert rackfocus(*arguments, "-q").stderr == ""
+    assert rackfocus(*arguments, "--type", "float").stderr == ""
+
+
+def test_windows_aspect_and_attributes_are_kept(filtered):
+    attributes = {"owner": "me", "rackfocus:blades": 6, "capDate": "today"}
+    options = {"data": (4, 5, 51, 36), "display": (0, 0, 59, 39), "aspect": 1.5}
+    _, found = filtered(attributes=attributes, **options)
+    assert found["dataWindow"] == (4, 5, 51, 36)
+    assert found["displayWindow"] == (0, 0, 59, 39)
+    assert found["pixelAspectRatio"] == 1.5
+    for name, value in attributes.items():
+        assert found[name] == value
+
+
+def test_says_that_it_filtered(filtered, rackfocus, scene, tmp_path):
+    _, found = filtered("--f-stop", "4", "--pass-through")
+    text = found["rackfocus:filtered"]
+    assert text.startswith("rackfocus ") and "--focus-distance 6" in text
+    assert "--f-stop 4" in text
+    out = tmp_path / "out.exr"
+    assert "already filtered" in rackfocus("info", out).stdout
+    assert json.loads(rackfocus("info", out, "--json").stdout)["filtered"]
+    again = ["filter", out, "-o", tmp_path / "again.exr"]
+    assert "was filtered before" in rackfocus(*again).stderr
+    assert rackfocus(*again, "--quiet").stderr == ""
+
+
+def test_alpha_is_kept(filtered):
+    def add_alpha(channels):
+        channels["A"] = (channels["Z"] < 5).astype(numpy.float32)
+        for name in "RGB":
+            channels[name] *= channels["A"]
+
+    channels, _ = filtered("--type", "float", change=add_alpha)
+    assert set(channels) == {"R", "G", "B", "A"}
+    assert channels["A"].min() >= 0 and channels["A"].max() <= 1.0001
+    assert ((channels["A"] > 0.1) & (channels["A"] < 0.9)).any()
+
+
+def test_grey(filtered):
+    def make_grey(channels):
+        channels["Y"] = channels.pop("R")
+        channels.pop("G"), channels.pop("B")
+
+    grey, _ = filtered("--type", "float", change=make_grey)
+    assert set(grey) == {"Y"}
+
+    def add_alpha(channels):
+        make_grey(channels)
+        channels["A"] = numpy.ones_like(channels["Z"])
+
+    both, _ = filtered("--type", "float", change=add_alpha)
+    assert set(both) == {"Y", "A"}
+    assert abs(both["Y"] - grey["Y"]).max() < 1e-4
+    assert abs(both["A"] - 1).max() < 1e-5
+
+
+def test_depth_from_a_second_file(filtered, scene, tmp_path):
+    reference, _ = filtered("--type", "float")
+    colour = scene("colour.exr", change=lambda c: c.pop("Z"))
+    depth = scene("depth.exr", change=lambda c: [c.pop(n) for n in "RGB"])
+    for arguments in ([depth], ["--depth-file", depth], ["--", depth]):
+        found, _ = filtered("--type", "float", *arguments, path=colour)
+        assert all((found[n] == reference[n]).all() for n in "RGB")
+
+
+def test_depth_channel(filtered):
+    def rename(channels):
+        channels["distance"] = channels.pop("Z")
+        channels["Z"] = 0 * channels["R"] + 6
+
+    reference, _ = filtered("--type", "float")
+    found, _ = filtered("--type", "float", "--depth-channel", "distance", change=rename)
+    assert (found["R"] == reference["R"]).all()
+
+
+def test_layer(filtered):
+    def add_layer(channels):
+        for name in "RGB":
+            channels[f"fog.{name}"] = 0.5 * channels[name]
+
+    found, _ = filtered("--type", "float", "--layer", "fog", change=add_layer)
+    assert set(found) == {"fog.R", "fog.G", "fog.B"}
+
+
+def test_pass_through(filtered, scene):
+    def add_channel(channels):
+        channels["id.X"] = numpy.arange(48 * 32, dtype=numpy.float32).reshape(32, 48)
+
+    path = scene("more.exr", change=add_channel)
+    before, _ = plainexr.read(path)
+    after, _ = filtered("--pass-through", path=path)
+    assert set(after) == {"R", "G", "B", "Z", "id.X"}
+    assert (after["Z"] == before["Z"]).all() and (after["id.X"] == before["id.X"]).all()
+
+
+def test_output_may_be_the_input(rackfocus, scene, tmp_path):
+    path = scene()
+    out = tmp_path / "out.exr"
+    rackfocus("filter", path, "-o", out, *LENS, *PLAIN)
+    rackfocus("filter", path, "-o", path, *LENS, *PLAIN)
+    assert open(path, "rb").read() == out.read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.exr", "passes.exr"]
+
+
+def test_compression(rackfocus, scene, tmp_path):
+    out = tmp_path / "out.exr"
+    for name, number in (("none", 0), ("zip", 3), ("piz", 4), ("input", 0)):
+        rackfocus("filter", scene(), "-o", out, *LENS, "--compression", name)
+        found, _, _ = plainexr.read_header(out.read_bytes())
+        assert found["compression"] == number
+
+
+def test_coc(rackfocus, scene, tmp_path):
+    radii = tmp_path / "coc.exr"
+    path = scene()
+    rackfocus("filter", path, "-o", tmp_path / "o.exr", *LENS, "--output-coc", radii)
+    found = plainexr.read(radii)[0]["Y"]
+    depth = plainexr.read(path)[0]["Z"].astype(float)
+    expected = 0.1 * 100 * (1 / 6 - 1 / depth)
+    assert abs(found - expected).max() < 1e-5
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_png(rackfocus, scene, tmp_path, bits):
+    out = tmp_path / "out.PNG"
+    rackfocus("filter", scene(), "-o", out, *LENS, "--png-bits", bits)
+    data = out.read_bytes()
+    width, height, depth, colour = struct.unpack_from(">IIBB", data, 16)
+    assert (width, height, depth, colour) == (48, 32, bits, 2)
+    exr = tmp_path / "out.exr"
+    rackfocus("filter", scene(), "-o", exr, *LENS)
+    text = rackfocus("compare", out, exr).stdout
+    assert float(text.split()[-2]) > (50 if bits == 8 else 60)
+
+
+def test_window_of_a_crop(rackfocus, scene, tmp_path):
+    """A crop in its display window is filtered as in the whole picture."""
+    lens = ["--focus-distance", "6", "--lens-radius", "0.05", "--depth", "radial"]
+
+    def scale_back(channels):
+        channels["Z"][:] = 9
+
+    whole = scene("whole.exr", change=scale_back)
+    crop = scene("crop.exr", size=(20, 10), data=(3, 4, 22, 13), display=(0, 0, 47, 31))
+    channels, _ = plainexr.read(whole)
+    cut = {n: a[4:14, 3:23] for n, a in channels.items()}
+    plainexr.write(crop, cut, data=(3, 4, 22, 13), display=(0, 0, 47, 31))
+    found = []
+    for name, path in (("w", whole), ("c", crop)):
+        radii = tmp_path / f"{name}.exr"
+        out = tmp_path / "out.exr"
+        rackfocus("filter", path, "-o", out, *lens, "--output-coc", radii)
+        found.append(plainexr.read(radii)[0]["Y"])
+    assert abs(found[0][4:14, 3:23] - found[1]).max() < 1e-5
+    assert numpy.ptp(found[1]) > 1e-3
+
+
+def test_orthographic(filtered):
+    arguments = ["--projection", "orthographic", "--ortho-scale", "4"]
+    perspective, _ = filtered("--type", "float")
+    orthographic, _ = filtered("--type", "float", *arguments)
+    assert abs(perspective["R"] - orthographic["R"]).max() > 0.01

@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line wins over the header, and the header over the default."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture
+def parameters(rackfocus, scene):
+    """Values and origins as `info` sees them: {key: (value, origin)}."""
+
+    def run(attributes, *arguments, **options):
+        path = scene(attributes=attributes, **options)
+        found = json.loads(rackfocus("info", path, "--json", *arguments).stdout)
+        return {
+            key: (entry["value"], entry["origin"])
+            for key, entry in found["parameters"].items()
+        }
+
+    return run
+
+
+def test_default(parameters):
+    found = parameters({})
+    assert found["f-stop"] == (2.8, "default")
+    assert found["method"] == ("layered", "default")
+    assert found["split-edges"] == (True, "default")
+
+
+def test_own_attributes(parameters):
+    found = parameters(
+        {
+            "rackfocus:focusDistance": 7.5,
+            "rackfocus:blades": 5,
+            "rackfocus:depth": "radial",
+            "rackfocus:fillHidden": 0,
+        }
+    )
+    assert found["focus-distance"] == (7.5, "header rackfocus:focusDistance")
+    assert found["blades"] == (5, "header rackfocus:blades")
+    assert found["depth"] == ("radial", "header rackfocus:depth")
+    assert found["fill-hidden"] == (False, "header rackfocus:fillHidden")
+
+
+def test_standard_attributes(parameters):
+    found = parameters(
+        {
+            "aperture": 4.0,
+            "focus": 2.5,
+            "nominalFocalLength": 85.0,
+            "sensorOverallDimensions": (24.0, 16.0),
+        }
+    )
+    assert found["f-stop"] == (4, "header aperture")
+    assert found["focus-distance"] == (2.5, "header focus")
+    assert found["focal-length"] == (85, "header nominalFocalLength")
+    assert found["sensor-width"] == (24, "header sensorOverallDimensions")
+    assert found["sensor-height"] == (16, "header sensorOverallDimensions")
+    assert found["sensor-fit"][0] == "horizontal"
+
+
+def test_focus_is_in_metres(parameters):
+    attributes = {"focus": 2.5, "rackfocus:unitScale": 100.0}
+    assert parameters(attributes)["focus-distance"][0] == 250
+    typed = parameters(attributes, "--unit-scale", "10")
+    assert typed["focus-distance"][0] == 25
+
+
+def test_unknown_standard_values_are_ignored(parameters):
+    found = parameters({"aperture": 0.0, "focus": -1.0})
+    assert found["f-stop"][1] == found["focus-distance"][1] == "default"
+
+
+def test_own_before_standard(parameters):
+    found = parameters({"aperture": 4.0, "rackfocus:fStop": 2.0})
+    assert found["f-stop"] == (2, "header rackfocus:fStop")
+
+
+def test_command_line_before_header(parameters):
+    attributes = {"rackfocus:fStop": 2.0, "focus": 3.0, "rackfocus:depth": "radial"}
+    found = parameters(attributes, "--f-stop", "8", "--depth=planar")
+    assert found["f-stop"] == (8, "command line")
+    assert found["depth"] == ("planar", "command line")
+    assert found["focus-distance"] == (3, "header focus")
+
+
+def test_default_typed_still_wins(parameters):
+    found = parameters({"rackfocus:fStop": 2.0}, "--f-stop", "2.8")
+    assert found["f-stop"] == (2.8, "command line")
+
+
+def test_pixel_aspect_of_the_file(parameters):
+    assert parameters({}, aspect=2.0)["pixel-aspect"] == (2, "header pixelAspectRatio")
+
+
+def test_forms_of_options(parameters):
+    for form in (["--no-split-edges"], ["--split-edges=off"], ["--split-edges", "no"]):
+        assert parameters({}, *form)["split-edges"] == (False, "command line")
+    assert parameters({}, "--split-edges")["split-edges"] == (True, "command line")
+    assert parameters({}, "--blade-rotation", "-15")["blade-rotation"][0] == -15
+
+
+# ---- one fact in two parameters ----------------------------------------------------
+
+LENS = {"rackfocus:lensRadius": 0.02, "rackfocus:fStop": 2.0}
+
+
+def test_f_stop_scales_the_lens_radius(parameters):
+    found = parameters(LENS, "--f-stop", "4")
+    assert found["lens-radius"][0] == pytest.approx(0.01)
+    assert found["lens-radius"][1] == "command line (--f-stop)"
+
+
+def test_focal_length_scales_the_lens_radius(parameters):
+    attributes = {"rackfocus:lensRadius": 0.02, "rackfocus:focalLength": 50.0}
+    found = parameters(attributes, "--focal-length", "100")
+    assert found["lens-radius"][0] == pytest.approx(0.04)
+
+
+def test_lens_radius_from_the_formula(parameters):
+    found = parameters(
+        {"rackfocus:lensRadius": 0.02}, "--f-stop", "4", "--focal-length", "80"
+    )
+    assert found["lens-radius"] == (0, "command line (--f-stop, --focal-length)")
+
+
+def test_lens_radius_typed(parameters):
+    found = parameters(LENS, "--f-stop", "4", "--lens-radius", "0.5")
+    assert found["lens-radius"] == (0.5, "command line")
+
+
+def test_f_stop_without_the_old_one(rackfocus, scene, tmp_path):
+    path = scene(attributes={"rackfocus:lensRadius": 0.02})
+    out = tmp_path / "out.exr"
+    done = rackfocus("filter", path, "-o", out, "--f-stop", "4", code=1)
+    assert "gives the lens radius (0.02) without an f-stop" in done.stderr
+    assert "give --lens-radius" in done.stderr
+    assert not out.exists()
+
+
+def test_f_stop_of_an_orthographic_camera(parameters):
+    attributes = {
+        "rackfocus:lensRadius": 0.02,
+        "rackfocus:projection": "orthographic",
+    }
+    assert parameters(attributes, "--f-stop", "4")["lens-radius"][0] == 0
+
+
+def test_focal_length_in_px_gives_way(parameters):
+    attributes = {
+        "rackfocus:focalLengthPx": 100.0,
+        "rackfocus:focalLength": 50.0,
+        "rackfocus:lensRadius": 0.02,
+    }
+    found = parameters(attributes, "--focal-length", "100")
+    assert found["focal-length-px"][0] == pytest.approx(200)
+    found = parameters(
+        {**attributes, "rackfocus:sensorWidth": 36.0}, "--focal-length=9"
+    )
+    assert found["focal-length-px"] == (0, "command line (--focal-length)")
+
+
+def test_focal_length_in_px_alone(rackfocus, scene):
+    path = scene(attributes={"rackfocus:focalLengthPx": 100.0})
+    done = rackfocus("info", path, "--focal-length", "100", code=1)
+    assert "gives the focal length in pixels only (100)" in done.stderr
+    arguments = ["--focal-length", "100", "--sensor-width", "36"]
+    rackfocus("info", path, *arguments)
+
+
+def test_focus_distance_before_screen_position(parameters):
+    attributes = {"rackfocus:screenPosition": 0.06, "rackfocus:optics": "yu"}
+    found = parameters(attributes, "--focus-distance", "3")
+    assert found["screen-position"][0] == 0
+
+
+def test_depth_file_supplies_what_the_colour_lacks(rackfocus, scene):
+    colour = scene(
+        "colour.exr",
+        attributes={"rackfocus:fStop": 2.0},
+        change=lambda channels: channels.pop("Z"),
+    )
+    attributes = {"rackfocus:fStop": 9.0, "rackfocus:depth": "radial"}
+    depth = scene("depth.exr", attributes=attributes)
+    text = rackfocus("info", colour, depth, "--json").stdout
+    found = json.loads(text)["parameters"]
+    assert found["f-stop"]["value"] == 2
+    assert found["depth"]["value"] == "radial"
+
+
+# ---- info --------------------------------------------------------------------------
+
+
+def test_info_reports_the_lens(rackfocus, scene):
+    path = scene(attributes={"rackfocus:focalLengthPx": 1000.0})
+    arguments = ["--focus-distance", "6", "--lens-radius", "0.03"]
+    found = json.loads(rackfocus("info", path, "--json", *arguments).stdout)
+    scale = 0.03 * 1000
+    assert found["lens"]["min_radius_px"] == pytest.approx(scale * (1 / 6 - 1 / 3))
+    assert found["lens"]["max_radius_px"] == pytest.approx(scale * (1 / 6 - 1 / 12))
+    assert found["lens"]["near_limit"] == pytest.approx(1 / (1 / 6 + 0.5 / scale))
+    assert found["lens"]["far_limit"] == pytest.approx(1 / (1 / 6 - 0.5 / scale))
+    assert found["lens"]["hyperfocal_distance"] == pytest.approx(scale / 0.5)
+    assert found["depth"]["min"] == 3 and found["depth"]["max"] == 12
+    text = rackfocus("info", path, *arguments).stdout
+    assert "R (float)" in text and "48 x 32 at (0, 0)" in text
+
+
+@pytest.mark.parametrize(
+    "kind, remap",
+    [
+        ("planar", lambda z: z),
+        ("normalised", lambda z: (z - 3) / 9),
+        ("buffer", lambda z: (1 / 0.1 - 1 / z) / (1 / 0.1 - 1 / 100)),
+        ("buffer-reversed", lambda z: (z == 3) * 0.03),
+        ("inverse", lambda z: (z == 3) * 8.0),
+    ],
+)
+def test_info_guesses_the_kind(rackfocus, scene, kind, remap):
+    path = scene(change=lambda channels: channels.update(Z=remap(channels["Z"])))
+    found = json.loads(rackfocus("info", path, "--json").stdout)
+    assert found["depth"]["guess"] == kind
+    assert not found["depth"]["anti_aliased"]
+
+
+def test_info_suspects_anti_aliasing(rackfocus, scene):
+    def blur(channels):
+        z = channels["Z"]
+        z[:, 1:-1] = (z[:, :-2] + 2 * z[:, 1:-1] + z[:, 2:]) / 4
+
+    def rows(channels):
+        channels["Z"][:] = 12
+        channels["Z"][:, 20:] = 3
+        blur(channels)
+        channels["Z"][:, 19] = channels["Z"][:, 20]
+        channels["Z"][:, 20] = 3
+
+    found = json.loads(rackfocus("info", scene(change=rows), "--json").stdout)
+    assert found["depth"]["anti_aliased"]
+
+
+def test_info_suspects_premultiplication(rackfocus, scene):
+    def premultiply(channels):
+        alpha = 0 * channels["Z"] + 1
+        alpha[:, 24] = 0.5
+        alpha[:, 25:] = 0
+        channels["A"] = alpha
+        channels["Z"][:] = 5 * alpha
+
+    found = json.loads(rackfocus("info", scene(change=premultiply), "--json").stdout)
+    assert found["depth"]["premultiplied"]
+
+
+def test_info_of_a_file_without_depth(rackfocus, scene):
+    path = scene(change=lambda channels: channels.pop("Z"))
+    assert "depth            none" in rackfocus("info", path).stdout
+
+
+def test_info_of_a_file_of_depth(rackfocus, scene):
+    path = scene(change=lambda c: [c.pop(n) for n in "RGB"])
+    found = json.loads(rackfocus("info", path, "--json").stdout)
+    assert not found["has_colour"] and found["depth"]["max"] == 12
+
+
+def test_info_shows_bad_depth(rackfocus, scene):
+    def spoil(channels):
+        channels["Z"][0, 0:3] = [float("nan"), -1, float("inf")]
+
+    text = rackfocus("info", scene(change=spoil), "--json").stdout
+    found = json.loads(text)
+    assert found["depth"]["n_nan"] == found["depth"]["n_negative"] == 1
+    assert found["depth"]["no_hit_share"] == pytest.approx(1 / (48 * 32))
+    assert "radius_problem" in found
+
+
+def test_data_window_keeps_the_rays(rackfocus, scene):
+    """A crop is blurred with the lens of the whole picture."""
+    whole = json.loads(rackfocus("info", scene("whole.exr"), "--json").stdout)
+    crop = scene("crop.exr", size=(20, 10), data=(3, 4, 22, 13), display=(0, 0, 47, 31))
+    cropped = json.loads(rackfocus("info", crop, "--json").stdout)
+    for name in ("focal_length_px", "lens_radius", "hyperfocal_distance"):
+        assert cropped["lens"][name] == pytest.approx(whole["lens"][name])

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The progress bar, and what Ctrl-C leaves behind."""
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import time
+
+import pytest
+
+BIG = ["--focus-distance", "6", "--lens-radius", "1", "--focal-length-px", "600"]
+
+
+@pytest.fixture
+def big_scene(scene):
+    return scene(size=(1400, 900))
+
+
+class Terminal:
+    """A command whose stderr is a terminal."""
+
+    def __init__(self, command):
+        self.master, slave = pty.openpty()
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=slave)
+        os.close(slave)
+        self.text = b""
+
+    def read_until(self, word, limit_s=60):
+        """Reads until the word or the end; says whether the word came."""
+        end = time.monotonic() + limit_s
+        while word not in self.text and time.monotonic() < end:
+            ready, _, _ = select.select([self.master], [], [], 0.2)
+            if not ready:
+                continue
+            try:
+                data = os.read(self.master, 4096)
+            except OSError:
+                break
+            if not data:
+                break
+            self.text += data
+        return word in self.text
+
+    def finish(self):
+        self.read_until(b"\0never")
+        os.close(self.master)
+        return self.process.wait(timeout=60)
+
+
+def test_bar_on_a_terminal(binary, big_scene, tmp_path):
+    out = tmp_path / "out.exr"
+    terminal = Terminal([binary, "filter", big_scene, "-o", str(out), *BIG])
+    assert terminal.finish() == 0
+    text = terminal.text.decode()
+    assert "filtering [" in text and "%" in text and "#" in text
+    assert " left" in text
+    assert text.endswith("\r\x1b[K"), "the bar is wiped at the end"
+    assert out.exists()
+
+
+def test_quiet_on_a_terminal(binary, scene, tmp_path):
+    command = [binary, "filter", scene(), "-o", str(tmp_path / "out.exr"), "-q"]
+    terminal = Terminal(command)
+    assert terminal.finish() == 0 and terminal.text == b""
+
+
+def test_no_bar_in_a_pipe(rackfocus, scene, tmp_path):
+    done = rackfocus("filter", scene(), "-o", tmp_path / "out.exr")
+    assert done.stdout == done.stderr == ""
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_interruption(binary, big_scene, tmp_path, number, code):
+    before = sorted(os.listdir(tmp_path))
+    out, radii = str(tmp_path / "out.exr"), str(tmp_path / "coc.exr")
+    command = [binary, "filter", big_scene, "-o", out, "--output-coc", radii, *BIG]
+    terminal = Terminal(command)
+    assert terminal.read_until(b"%")
+    sent = time.monotonic()
+    terminal.process.send_signal(number)
+    assert terminal.finish() == code
+    assert time.monotonic() - sent < 10
+    assert sorted(os.listdir(tmp_path)) == before
+
+
+def test_interruption_in_a_pipe(binary, big_scene, tmp_path):
+    """At any moment: either interrupted without a file, or finished with one."""
+    out = tmp_path / "out.exr"
+    for delay_s in (0.05, 0.2, 0.5, 1.0):
+        command = [binary, "filter", big_scene, "-o", str(out), *BIG]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE)
+        time.sleep(delay_s)
+        process.send_signal(signal.SIGINT)
+        _, text = process.communicate(timeout=60)
+        assert process.returncode in (130, 0) and text == b""
+        assert out.exists() == (process.returncode == 0)
+        assert [n for n in os.listdir(tmp_path) if n.startswith(".")] == []
+        if out.exists():
+            out.unlink()
+
+
+def test_old_output_survives_an_interruption(binary, big_scene, tmp_path):
+    out = tmp_path / "out.exr"
+    out.write_bytes(b"old")
+    terminal = Terminal([binary, "filter", big_scene, "-o", str(out), *BIG])
+    assert terminal.read_until(b"%")
+    terminal.process.send_signal(signal.SIGINT)
+    assert terminal.finish() == 130
+    assert out.read_bytes() == b"old"
