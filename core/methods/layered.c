@@ -39,6 +39,7 @@ struct layered {
     float *area; /* per block of AREA: geometric mean luminance */
     int n_area_x, n_area_y;
     struct rf_sample *samples;
+    struct rf_samples highlights;
 };
 
 static size_t padded_size(const struct layered *l)
@@ -119,12 +120,20 @@ static bool is_highlight(const struct layered *l, const struct rf_surface *s, in
            lum > HIGHLIGHT_OVER_AREA * factor * usual_luminance(l, x, y);
 }
 
-typedef void (*visit_fn)(void *user, const struct rf_surface *s, int x, int y, float w);
+static struct rf_sample make_sample(const struct rf_surface *s, int x, int y, float w)
+{
+    struct rf_sample p = {
+        .x = (float)x + 0.5f, .y = (float)y + 0.5f, .r = s->r, .w = w};
+    memcpy(p.c, s->c, sizeof p.c);
+    return p;
+}
+
+typedef void (*visit_fn)(void *user, struct rf_surface *s, int x, int y, float w);
 
 /* Every visible piece of surface, rows from the top. */
-static void visit_visible(const struct layered *l, visit_fn visit, void *user)
+static void visit_visible(struct layered *l, visit_fn visit, void *user)
 {
-    const struct rf_surfaces *s = &l->surfaces;
+    struct rf_surfaces *s = &l->surfaces;
     for (int y = 0; y < l->height; y++)
         for (int x = 0; x < l->width; x++) {
             size_t i = (size_t)y * (size_t)l->width + (size_t)x;
@@ -138,11 +147,11 @@ static void visit_visible(const struct layered *l, visit_fn visit, void *user)
 enum { N_FACTORS = 24 };
 
 struct budget {
-    const struct layered *l;
+    struct layered *l;
     double area[N_FACTORS]; /* of the discs that stay with the threshold times 2^i */
 };
 
-static void count_area(void *user, const struct rf_surface *s, int x, int y, float w)
+static void count_area(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct budget *b = user;
     float factor = 1;
@@ -153,11 +162,9 @@ static void count_area(void *user, const struct rf_surface *s, int x, int y, flo
 }
 
 /* The least factor on the thresholds at which the discs fit into the budget. */
-static float highlight_factor(const struct layered *l)
+static float highlight_factor(struct layered *l)
 {
     struct budget b = {.l = l};
-    if (!l->work->filter->params.exact_highlights)
-        return INFINITY;
     visit_visible(l, count_area, &b);
     double limit = (double)HIGHLIGHT_BUDGET * (double)padded_size(l);
     float factor = 1;
@@ -166,40 +173,60 @@ static float highlight_factor(const struct layered *l)
     return factor;
 }
 
-/* ---- samples ------------------------------------------------------------------- */
-
-struct collector {
-    const struct layered *l;
-    float factor;
-    struct rf_samples *visible, *highlights; /* highlights from the end of the memory */
-    struct rf_sample *end;
-};
-
-static struct rf_sample make_sample(const struct rf_surface *s, int x, int y, float w)
+/*
+ * Takes the light of a highlight out of its surface, which keeps the usual luminance of
+ * the place: what is left can be blended, normalised and continued behind things like
+ * any other surface, without doubling a lamp.
+ */
+static struct rf_sample take_light(const struct layered *l, struct rf_surface *s, int x,
+                                   int y, float w)
 {
-    struct rf_sample p = {
-        .x = (float)x + 0.5f, .y = (float)y + 0.5f, .r = s->r, .w = w};
-    memcpy(p.c, s->c, sizeof p.c);
-    return p;
+    struct rf_sample light = make_sample(s, x, y, w);
+    float keep = usual_luminance(l, x, y) / rf_luminance(s->c[0], s->c[1], s->c[2]);
+    light.c[3] = 0; /* coverage stays with the surface */
+    for (int n = 0; n < 3; n++) {
+        s->c[n] *= keep;
+        light.c[n] -= s->c[n];
+    }
+    return light;
 }
 
-static void collect(void *user, const struct rf_surface *s, int x, int y, float w)
+struct lights {
+    struct layered *l;
+    float factor;
+    struct rf_samples *out; /* NULL: only count */
+    size_t n;
+};
+
+static void collect_light(void *user, struct rf_surface *s, int x, int y, float w)
 {
-    struct collector *c = user;
-    struct rf_sample *base = &c->visible->at[c->visible->n++];
-    *base = make_sample(s, x, y, w);
-    if (!isfinite(c->factor) || !is_highlight(c->l, s, x, y, c->factor))
+    struct lights *lights = user;
+    if (!is_highlight(lights->l, s, x, y, lights->factor))
         return;
-    struct rf_sample *light = --c->end;
-    c->highlights->at = light;
-    c->highlights->n++;
-    *light = *base;
-    light->c[3] = 0; /* coverage stays with the base */
-    float keep = usual_luminance(c->l, x, y) / rf_luminance(s->c[0], s->c[1], s->c[2]);
-    for (int n = 0; n < 3; n++) {
-        base->c[n] *= keep;
-        light->c[n] -= base->c[n];
-    }
+    lights->n++;
+    if (lights->out)
+        lights->out->at[lights->out->n++] = take_light(lights->l, s, x, y, w);
+}
+
+static rf_result take_highlights(struct layered *l, struct rf_error *error)
+{
+    struct lights lights = {.l = l, .factor = highlight_factor(l)};
+    visit_visible(l, collect_light, &lights);
+    l->highlights.at =
+        rf_alloc(l->work->filter->context, lights.n, sizeof *l->highlights.at);
+    if (!l->highlights.at)
+        return rf_fail_memory(error, lights.n, sizeof *l->highlights.at);
+    lights.out = &l->highlights;
+    visit_visible(l, collect_light, &lights);
+    return RF_OK;
+}
+
+/* ---- samples ------------------------------------------------------------------- */
+
+static void collect(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct rf_samples *visible = user;
+    visible->at[visible->n++] = make_sample(s, x, y, w);
 }
 
 static void collect_hidden(const struct layered *l, struct rf_samples *hidden)
@@ -219,7 +246,7 @@ static rf_result composite(struct layered *l, struct rf_error *error)
 {
     struct rf_work *work = l->work;
     const struct rf_context *context = work->filter->context;
-    size_t n = padded_size(l), n_samples = 5 * n;
+    size_t n = padded_size(l), n_samples = 3 * n;
     int n_colours = work->n_planes == 4 ? 4 : 3;
     l->samples = rf_alloc(context, n_samples, sizeof *l->samples);
     float *planes = rf_alloc(context, n * (size_t)n_colours, sizeof *planes);
@@ -235,12 +262,8 @@ static rf_result composite(struct layered *l, struct rf_error *error)
                              .task = work->task,
                              .progress_to = 1};
     scene.visible.at = l->samples;
-    struct collector c = {.l = l,
-                          .factor = highlight_factor(l),
-                          .visible = &scene.visible,
-                          .highlights = &scene.highlights,
-                          .end = l->samples + n_samples};
-    visit_visible(l, collect, &c);
+    scene.highlights = l->highlights;
+    visit_visible(l, collect, &scene.visible);
     scene.hidden.at = l->samples + scene.visible.n;
     if (l->hidden)
         collect_hidden(l, &scene.hidden);
@@ -269,6 +292,11 @@ static rf_result find_surfaces(struct layered *l, struct rf_error *error)
         rf_split_edges(f, &pixels, &l->surfaces, task);
     else
         rf_split_nothing(f, &pixels, &l->surfaces);
+    if (f->params.exact_highlights) {
+        rf_result result = take_highlights(l, error);
+        if (result != RF_OK)
+            return result;
+    }
     if (!f->params.fill_hidden)
         return RF_OK;
     rf_task_phase(task, 0.4, (l->height + 1) / 2);
@@ -323,6 +351,7 @@ rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = composite(&l, error);
     rf_free(context, l.samples);
+    rf_free(context, l.highlights.at);
     rf_free(context, l.hidden_weight);
     rf_free(context, l.hidden);
     rf_free(context, l.surfaces.share);
