@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "json.h"
 
@@ -90,6 +91,18 @@ static void print_choice_of_channels(const struct info *info)
         printf("  %-16s by %s\n", "already filtered", text);
 }
 
+/* The parameter that takes the effect of `key` away, or NULL. */
+static const char *overruled_by(const struct rf_params *params, const char *key)
+{
+    const bool is_sensor =
+        strcmp(key, "sensor-width") == 0 || strcmp(key, "sensor-height") == 0;
+    if (strcmp(key, "f-stop") == 0 && params->lens_radius > 0)
+        return "lens-radius";
+    if (is_sensor && params->focal_length_px > 0)
+        return "focal-length-px";
+    return NULL;
+}
+
 static void print_params(const struct info *info)
 {
     static const char *const titles[] = {"Lens", "Aperture", "Depth", "Method"};
@@ -107,7 +120,9 @@ static void print_params(const struct info *info)
             const bool has_unit = params[i].unit[0] && params[i].unit[0] != '1';
             snprintf(both, sizeof(both), "%s%s%s", value, has_unit ? " " : "",
                      has_unit ? params[i].unit : "");
-            printf("  %-20s %-28s %s\n", key, both, origin);
+            const char *by = overruled_by(&info->settings.params, key);
+            printf("  %-20s %-28s %s%s%s%s\n", key, both, origin,
+                   by ? " (overruled by " : "", by ? by : "", by ? ")" : "");
         }
     }
 }

@@ -60,19 +60,38 @@ static bool open_depth(struct source *source, const char *path,
                 path, channels);
 }
 
-/* Depth: --depth-file, else the colour's own file, else the second file. */
+/* The second file where it is nothing but depth, or where the first has none. With two
+ * whole pictures it is a guess which depth is meant. */
+static bool open_second(struct source *source, const struct source_request *request,
+                        struct exr_error *error)
+{
+    struct exr_layer found;
+    const char *path = request->paths[1];
+    if (!open_depth(source, path, request->depth_channel, error))
+        return false;
+    const bool has_colour =
+        exr_find_layer(source->depth, NULL, NULL, false, &found, error) &&
+        found.r != found.g;
+    if (source->layer.z >= 0 && has_colour)
+        return fail(error,
+                    "%s: has colour and depth, and so has %s; to take the depth of the "
+                    "one and the colour of the other, say --depth-file",
+                    path, exr_path(source->colour));
+    return true;
+}
+
+/* Depth: --depth-file, else the second file, else the colour's own. */
 static bool find_depth(struct source *source, const struct source_request *request,
                        struct exr_error *error)
 {
     if (request->depth_file)
         return open_depth(source, request->depth_file, request->depth_channel, error);
+    if (request->n_paths > 1)
+        return open_second(source, request, error);
     if (source->layer.z >= 0) {
         source->depth = source->colour;
         source->z = source->layer.z;
-        return true;
     }
-    if (request->n_paths > 1)
-        return open_depth(source, request->paths[1], request->depth_channel, error);
     return true;
 }
 

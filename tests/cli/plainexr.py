@@ -44,7 +44,7 @@ def write(path, channels, attributes=None, data=None, display=None, aspect=1.0):
         for a in (numpy.asarray(channels[n]) for n in names)
     ]
     chlist = b""
-    for name, array in zip(names, arrays):
+    for name, array in zip(names, arrays, strict=True):
         kind = HALF if array.dtype == numpy.float16 else FLOAT
         chlist += name.encode() + b"\0" + struct.pack("<iIii", kind, 0, 1, 1)
     header = struct.pack(
@@ -134,7 +134,10 @@ def read(path):
     min_x, min_y, max_x, max_y = attributes["dataWindow"]
     width, height = max_x - min_x + 1, max_y - min_y + 1
     types = [numpy.float16 if kind == HALF else numpy.float32 for _, kind in channels]
-    out = {n: numpy.empty((height, width), t) for (n, _), t in zip(channels, types)}
+    out = {
+        n: numpy.empty((height, width), t)
+        for (n, _), t in zip(channels, types, strict=True)
+    }
     row_bytes = width * sum(numpy.dtype(t).itemsize for t in types)
     for block in range(-(-height // n_rows)):
         (start,) = struct.unpack_from("<Q", data, at + 8 * block)
@@ -145,7 +148,7 @@ def read(path):
             pixels = _unzip(pixels)
         place = 0
         for row in range(y - min_y, y - min_y + n):
-            for (name, _), kind in zip(channels, types):
+            for (name, _), kind in zip(channels, types, strict=True):
                 out[name][row] = numpy.frombuffer(pixels, kind, width, place)
                 place += width * numpy.dtype(kind).itemsize
     return out, attributes

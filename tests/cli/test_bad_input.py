@@ -140,6 +140,11 @@ def test_windows_differ(fails, scene):
     fails(colour, depth, code=1, texts=["depth.exr: the depth begins at pixel (5, 0)"])
 
 
+def test_two_whole_pictures(fails, scene):
+    texts = ["b.exr: has colour and depth, and so has", "a.exr", "--depth-file"]
+    fails(scene("a.exr"), scene("b.exr"), code=1, texts=texts)
+
+
 # ---- pixels ------------------------------------------------------------------------
 
 

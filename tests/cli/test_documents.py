@@ -96,7 +96,7 @@ def complete(rackfocus, tmp_path):
     def run(*words, cwd=tmp_path):
         lines = [
             f"source {script}",
-            "COMP_WORDS=(%s)" % " ".join(f"'{w}'" for w in words),
+            "COMP_WORDS=({})".format(" ".join(f"'{w}'" for w in words)),
             f"COMP_CWORD={len(words) - 1}",
             "_rackfocus",
             'printf "%s\\n" "${COMPREPLY[@]}"',

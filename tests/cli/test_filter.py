@@ -131,6 +131,15 @@ def test_depth_from_a_second_file(filtered, scene, tmp_path):
         assert all((found[n] == reference[n]).all() for n in "RGB")
 
 
+def test_depth_file_before_the_depth_of_the_colour(filtered, scene):
+    reference, _ = filtered("--type", "float")
+    colour = scene("colour.exr", change=lambda c: c["Z"].fill(6))
+    depth = scene("depth.exr", change=lambda c: [c.pop(n) for n in "RGB"])
+    for arguments in ([depth], ["--depth-file", depth], ["--depth-file", scene()]):
+        found, _ = filtered("--type", "float", *arguments, path=colour)
+        assert all((found[n] == reference[n]).all() for n in "RGB")
+
+
 def test_depth_channel(filtered):
     def rename(channels):
         channels["distance"] = channels.pop("Z")
