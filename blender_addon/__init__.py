@@ -11,9 +11,18 @@ bl_info = {
     "category": "Render",
 }
 
-from . import engine, handlers, props  # noqa: E402
+from . import (  # noqa: E402
+    compare,
+    engine,
+    handlers,
+    operators,
+    picker,
+    props,
+    setup,
+    ui,
+)
 
-MODULES = (props, engine, handlers)
+MODULES = (props, engine, operators, picker, compare, ui, handlers)
 
 
 def register():
@@ -23,6 +32,7 @@ def register():
 
 
 def unregister():
-    """Takes everything out of Blender again."""
+    """Takes everything out of Blender again, the set-up of the open file too."""
+    setup.disable_everywhere()
     for module in reversed(MODULES):
         module.unregister()

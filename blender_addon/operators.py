@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Refocus without rendering, and the node of the compositor's Add menu."""
+
+import bpy
+
+from . import compat, engine, setup
+
+
+def scene_of(context):
+    """The user's scene, also when the filter scene is shown."""
+    return context.scene.rack_focus.source or context.scene
+
+
+class RACK_FOCUS_OT_refocus(bpy.types.Operator):
+    """Filter the last render again with the camera's present focus, f-stop and blades"""
+
+    bl_idname = "rack_focus.refocus"
+    bl_label = "Refocus"
+
+    @classmethod
+    def poll(cls, context):
+        """Only where Rack Focus is set up."""
+        return setup.filter_scene_of(scene_of(context)) is not None
+
+    def execute(self, context):
+        """One layer after the other; Blender composites after each."""
+        return self._run(context, "EXEC_DEFAULT")
+
+    def invoke(self, context, _event):
+        """The last layer runs as a job, with progress and Esc."""
+        return self._run(context, "INVOKE_DEFAULT")
+
+    def _run(self, context, last_call):
+        scene = scene_of(context)
+        setup.sync(scene)
+        ours = setup.filter_scene_of(scene)
+        names = [layer.name for layer in ours.view_layers if layer.use]
+        for name in names:
+            call = last_call if name == names[-1] else "EXEC_DEFAULT"
+            try:
+                bpy.ops.render.render(call, layer=name, scene=ours.name)
+            except RuntimeError as error:
+                self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
+                return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class RACK_FOCUS_OT_add_node(bpy.types.Operator):
+    """Make the depth of field of the scene's camera after the render"""
+
+    bl_idname = "rack_focus.add_node"
+    bl_label = "Rack Focus"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Needs a camera to read the lens from."""
+        return scene_of(context).camera is not None
+
+    def execute(self, context):
+        """Sets the scene up, or adds one more node for the active view layer."""
+        scene = scene_of(context)
+        settings = scene.camera.data.rack_focus
+        if setup.filter_scene_of(scene) is None:
+            settings.enabled = True
+            setup.refresh(scene)
+            return {"FINISHED"}
+        tree = compat.compositor_tree(scene)
+        if tree is None:
+            self.report({"ERROR"}, "The compositor is switched off")
+            return {"CANCELLED"}
+        layer = context.view_layer.name
+        if layer not in scene.view_layers:
+            layer = scene.view_layers[0].name
+        node = setup.add_node(tree, scene, layer)
+        for other in tree.nodes:
+            other.select = other == node
+        tree.nodes.active = node
+        space = context.space_data
+        if space is not None and space.type == "NODE_EDITOR":
+            node.location = space.cursor_location
+        return {"FINISHED"}
+
+
+def draw_menu(self, _context):
+    """The entry in Add > Filter."""
+    self.layout.operator(RACK_FOCUS_OT_add_node.bl_idname)
+
+
+def last_message(scene):
+    """What went wrong in the last run of a scene, or ""."""
+    return engine.last_run.get(scene.name, {}).get("message", "")
+
+
+CLASSES = (RACK_FOCUS_OT_refocus, RACK_FOCUS_OT_add_node)
+
+
+def register():
+    """Adds the operators and the menu entry."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    for name in compat.FILTER_MENUS:
+        if hasattr(bpy.types, name):
+            getattr(bpy.types, name).append(draw_menu)
+
+
+def unregister():
+    """Removes them."""
+    for name in compat.FILTER_MENUS:
+        if hasattr(bpy.types, name):
+            getattr(bpy.types, name).remove(draw_menu)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""rack_focus.pick_focus: click what should be sharp."""
+
+import bpy
+from bpy.props import BoolProperty, FloatProperty, StringProperty
+
+from . import engine, lens, passes, setup
+from .operators import scene_of
+
+
+def rendered_area(render):
+    """(left, bottom, width, height) in fractions of the frame that a render shows."""
+    if not (render.use_border and render.use_crop_to_border):
+        return 0.0, 0.0, 1.0, 1.0
+    left, bottom = render.border_min_x, render.border_min_y
+    return left, bottom, render.border_max_x - left, render.border_max_y - bottom
+
+
+def depth_at(scene, x, y):
+    """Planar depth under a point of the last render, or None where nothing was hit.
+
+    x, y: fractions of the rendered picture, from its lower left corner. The nearest
+    surface over all view layers.
+    """
+    width, height = lens.picture_size(scene.render)
+    found = []
+    with passes.RenderedPasses(scene, width * height) as rendered:
+        for layer in scene.view_layers:
+            if not layer.use:
+                continue
+            depth = rendered.layer(layer.name).depth
+            rows, columns = depth.shape
+            row = min(int((1 - y) * rows), rows - 1)
+            found.append(float(depth[row, min(int(x * columns), columns - 1)]))
+            del depth
+    hits = [z for z in found if 0 < z < engine.NOTHING_HIT]
+    return min(hits) if hits else None
+
+
+class RACK_FOCUS_OT_pick_focus(bpy.types.Operator):
+    """Click a point of the render: the camera focuses on it"""
+
+    bl_idname = "rack_focus.pick_focus"
+    bl_label = "Pick Focus"
+    bl_options = {"REGISTER", "UNDO"}
+
+    x: FloatProperty(
+        name="X", description="From the left, of the picture", min=0, max=1, default=0.5
+    )
+    y: FloatProperty(
+        name="Y", description="From the bottom, of the picture", min=0, max=1, default=0.5
+    )
+    object: StringProperty(
+        name="Object", description="Focus on this object instead of a point"
+    )
+    refocus: BoolProperty(
+        name="Refocus", description="Filter the picture again", default=True
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Needs a camera."""
+        return scene_of(context).camera is not None
+
+    def execute(self, context):
+        """Focuses on the object, or on what lies at (x, y)."""
+        scene = scene_of(context)
+        dof = scene.camera.data.dof
+        if self.object:
+            target = bpy.data.objects.get(self.object)
+            if target is None:
+                self.report({"ERROR"}, f"There is no object “{self.object}”")
+                return {"CANCELLED"}
+            dof.focus_object = target
+        elif not self._focus_on_point(scene, dof):
+            return {"CANCELLED"}
+        if self.refocus and setup.filter_scene_of(scene) is not None:
+            call = "INVOKE_DEFAULT" if context.window else "EXEC_DEFAULT"
+            bpy.ops.rack_focus.refocus(call)
+        return {"FINISHED"}
+
+    def _focus_on_point(self, scene, dof):
+        try:
+            distance = depth_at(scene, self.x, self.y)
+        except passes.PassesError as error:
+            self.report({"ERROR"}, f"Rack Focus: {error}")
+            return False
+        if distance is None:
+            self.report({"WARNING"}, "Nothing was hit there: click on a surface")
+            return False
+        dof.focus_object = None
+        dof.focus_distance = distance
+        self.report({"INFO"}, f"Focus at {distance:.4g}")
+        return True
+
+    def invoke(self, context, _event):
+        """Waits for the click in the Image Editor."""
+        if context.area is None or context.area.type != "IMAGE_EDITOR":
+            return self.execute(context)
+        context.window.cursor_modal_set("EYEDROPPER")
+        context.workspace.status_text_set("Click what should be sharp; Esc to cancel")
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """Left click picks, Esc and right click cancel; the view can be moved."""
+        if event.type in ("ESC", "RIGHTMOUSE"):
+            self._end(context)
+            return {"CANCELLED"}
+        if event.type != "LEFTMOUSE" or event.value != "PRESS":
+            return {"PASS_THROUGH"}
+        region = next(r for r in context.area.regions if r.type == "WINDOW")
+        x, y = event.mouse_x - region.x, event.mouse_y - region.y
+        self.x, self.y = region.view2d.region_to_view(x, y)
+        self._end(context)
+        return self.execute(context)
+
+    def _end(self, context):
+        context.window.cursor_modal_restore()
+        context.workspace.status_text_set(None)
+
+
+def register():
+    """Adds the operator."""
+    bpy.utils.register_class(RACK_FOCUS_OT_pick_focus)
+
+
+def unregister():
+    """Removes it."""
+    bpy.utils.unregister_class(RACK_FOCUS_OT_pick_focus)
