@@ -36,6 +36,8 @@ struct window {
     double weights[TAPS];
     double *rows;        /* TAPS rows, filtered horizontally: [row][moment][x] */
     int32_t row_y[TAPS]; /* which row of the picture it is; -1: none yet */
+    double *wide;        /* a row of products, mirrored at both ends */
+    double *moments;     /* a row filtered both ways: [moment][x] */
 };
 
 /* Mirrors at the border, the border's own pixel twice: b a | a b c | c b. */
@@ -58,24 +60,31 @@ static void set_weights(double *weights)
         weights[i] /= sum;
 }
 
-static void filter_row(const struct window *window, int32_t y, double *row)
+/* One moment of row y before filtering, RADIUS mirrored values at either end. */
+static void fill_wide(const struct window *window, int32_t y, enum moment moment)
 {
     const int32_t width = window->width;
     const float *a = window->a + (size_t)y * width * 3;
     const float *b = window->b + (size_t)y * width * 3;
-    for (int32_t x = 0; x < width; x++) {
-        double sums[N_MOMENTS] = {0};
-        for (int i = 0; i < TAPS; i++) {
-            const size_t at = 3 * (size_t)mirror(x + i - RADIUS, width);
-            const double va = a[at], vb = b[at], weight = window->weights[i];
-            sums[MEAN_A] += weight * va;
-            sums[MEAN_B] += weight * vb;
-            sums[SQUARE_A] += weight * va * va;
-            sums[SQUARE_B] += weight * vb * vb;
-            sums[PRODUCT] += weight * va * vb;
-        }
-        for (int m = 0; m < N_MOMENTS; m++)
-            row[(size_t)m * width + x] = sums[m];
+    for (int32_t x = -RADIUS; x < width + RADIUS; x++) {
+        const size_t at = 3 * (size_t)mirror(x, width);
+        const double va = a[at], vb = b[at];
+        const double values[N_MOMENTS] = {va, vb, va * va, vb * vb, va * vb};
+        window->wide[x + RADIUS] = values[moment];
+    }
+}
+
+static void filter_row(const struct window *window, int32_t y, double *row)
+{
+    const size_t width = (size_t)window->width;
+    const double *wide = window->wide;
+    for (int m = 0; m < N_MOMENTS; m++, row += width) {
+        fill_wide(window, y, m);
+        for (size_t x = 0; x < width; x++)
+            row[x] = 0;
+        for (size_t i = 0; i < TAPS; i++)
+            for (size_t x = 0; x < width; x++)
+                row[x] += window->weights[i] * wide[x + i];
     }
 }
 
@@ -102,14 +111,30 @@ static double similarity(const double *moments)
            ((mean_a * mean_a + mean_b * mean_b + c1) * (variance_a + variance_b + c2));
 }
 
-static double similarity_at(const struct window *window, const double *const *rows,
-                            int32_t x)
+/* The moments of row y, filtered both ways. */
+static void filter_column(struct window *window, int32_t y)
 {
-    double moments[N_MOMENTS] = {0};
-    for (int i = 0; i < TAPS; i++)
+    const size_t n = (size_t)N_MOMENTS * (size_t)window->width;
+    double *moments = window->moments;
+    for (size_t k = 0; k < n; k++)
+        moments[k] = 0;
+    for (int i = 0; i < TAPS; i++) {
+        const double *row = get_row(window, mirror(y + i - RADIUS, window->height));
+        for (size_t k = 0; k < n; k++)
+            moments[k] += window->weights[i] * row[k];
+    }
+}
+
+static double sum_row(const struct window *window, int32_t skip)
+{
+    double sum = 0;
+    for (int32_t x = skip; x < window->width - skip; x++) {
+        double moments[N_MOMENTS];
         for (int m = 0; m < N_MOMENTS; m++)
-            moments[m] += window->weights[i] * rows[i][(size_t)m * window->width + x];
-    return similarity(moments);
+            moments[m] = window->moments[(size_t)m * window->width + x];
+        sum += similarity(moments);
+    }
+    return sum;
 }
 
 /* Mean over the window's places; the border is left out where the picture allows. */
@@ -117,21 +142,23 @@ static double channel_ssim(const float *a, const float *b, int32_t width,
                            int32_t height)
 {
     struct window window = {.a = a, .b = b, .width = width, .height = height};
+    const size_t row = (size_t)width;
     set_weights(window.weights);
-    window.rows = need_memory((size_t)TAPS * N_MOMENTS * (size_t)width, sizeof(double));
+    window.rows = need_memory((size_t)TAPS * N_MOMENTS * row, sizeof(double));
+    window.wide = need_memory(row + 2 * RADIUS, sizeof(double));
+    window.moments = need_memory(N_MOMENTS * row, sizeof(double));
     for (int i = 0; i < TAPS; i++)
         window.row_y[i] = -1;
     const int32_t skip_x = width < TAPS ? 0 : RADIUS;
     const int32_t skip_y = height < TAPS ? 0 : RADIUS;
     double sum = 0;
     for (int32_t y = skip_y; y < height - skip_y; y++) {
-        const double *rows[TAPS];
-        for (int i = 0; i < TAPS; i++)
-            rows[i] = get_row(&window, mirror(y + i - RADIUS, height));
-        for (int32_t x = skip_x; x < width - skip_x; x++)
-            sum += similarity_at(&window, rows, x);
+        filter_column(&window, y);
+        sum += sum_row(&window, skip_x);
     }
     free(window.rows);
+    free(window.wide);
+    free(window.moments);
     return sum / ((double)(width - 2 * skip_x) * (height - 2 * skip_y));
 }
 
