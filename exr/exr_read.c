@@ -43,6 +43,32 @@ static const struct {
     [EXR_COMPRESSION_DWAB] = {"dwab", true, 1 << 18},
 };
 
+/* Length of the UTF-8 sequence at `text`; 0 for what is none or controls terminals. */
+static size_t printable_length(const char *text)
+{
+    const unsigned char *c = (const unsigned char *)text;
+    if (*c < 0x80)
+        return *c >= 0x20 && *c != 0x7f;
+    size_t n = *c >= 0xf0 ? 4 : *c >= 0xe0 ? 3 : 2;
+    if (*c < 0xc2 || *c > 0xf4)
+        return 0;
+    for (size_t i = 1; i < n; i++)
+        if ((c[i] & 0xc0) != 0x80)
+            return 0;
+    return n;
+}
+
+/* Names in a damaged file may be anything; messages are text. */
+static void make_printable(char *text)
+{
+    while (*text) {
+        size_t n = printable_length(text);
+        if (n == 0)
+            *text = '?';
+        text += n ? n : 1;
+    }
+}
+
 bool exr_fail(struct exr_error *error, const char *path, const char *format, ...)
 {
     if (!error)
@@ -54,6 +80,7 @@ bool exr_fail(struct exr_error *error, const char *path, const char *format, ...
     va_start(arguments, format);
     vsnprintf(error->message + n, sizeof error->message - (size_t)n, format, arguments);
     va_end(arguments);
+    make_printable(error->message + n);
     return false;
 }
 

@@ -1,0 +1,586 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Unit tests of exr/: what needs no other program to make files. */
+#include "../testing.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "exr_private.h"
+
+static char folder[] = "/tmp/rf_test_exr_XXXXXX";
+
+static const char *in_folder(const char *name)
+{
+    static char paths[4][200];
+    static int next;
+    char *path = paths[next++ % 4];
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+static int count_files(const char *path)
+{
+    DIR *stream = opendir(path);
+    int n = 0;
+    for (struct dirent *entry; stream && (entry = readdir(stream));)
+        n += entry->d_name[0] != '.';
+    if (stream)
+        closedir(stream);
+    return n;
+}
+
+static void fill(float *samples, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        samples[i] = (float)(i % 251) / 64.0f;
+}
+
+enum { WIDTH = 37, HEIGHT = 29 };
+
+/* A picture with the given channels, all of one type. */
+static bool write_channels(const char *path, const char *const *names, int n,
+                           enum exr_sample_type type, struct exr_error *error)
+{
+    float *samples = malloc(sizeof *samples * WIDTH * HEIGHT * (size_t)n);
+    enum exr_sample_type types[64];
+    for (int i = 0; i < n; i++)
+        types[i] = type;
+    fill(samples, (size_t)(WIDTH * HEIGHT * n));
+    const struct exr_output output = {
+        .width = WIDTH,
+        .height = HEIGHT,
+        .data_window = {0, 0, WIDTH - 1, HEIGHT - 1},
+        .display_window = {0, 0, WIDTH - 1, HEIGHT - 1},
+        .n_channels = n,
+        .channel_names = names,
+        .types = types,
+        .samples = samples,
+    };
+    bool is_good = exr_write(path, &output, 2, error);
+    free(samples);
+    return is_good;
+}
+
+static void half_of_every_value(void)
+{
+    for (uint32_t i = 0; i < 65536; i++) {
+        float value = exr_half_to_float((uint16_t)i);
+        if (isnan(value)) {
+            CHECK(isnan(exr_half_to_float(exr_float_to_half(value))));
+            continue;
+        }
+        if (exr_float_to_half(value) != i) {
+            CHECK(exr_float_to_half(value) == i);
+            return;
+        }
+    }
+    CHECK_NEAR(exr_half_to_float(0x3c00), 1.0, 0);
+    CHECK_NEAR(exr_half_to_float(0x0001), 0x1p-24, 0);
+    CHECK_NEAR(exr_half_to_float(0x7bff), 65504.0, 0);
+    CHECK(signbit(exr_half_to_float(0x8000)));
+}
+
+/* Midway between two neighbours the even one wins; beside it the nearer. */
+static void half_rounds_to_nearest_even(void)
+{
+    for (uint32_t i = 0; i < 0x7bff; i++) {
+        float low = exr_half_to_float((uint16_t)i);
+        float high = exr_half_to_float((uint16_t)(i + 1));
+        float middle = low + (high - low) / 2;
+        uint32_t even = i % 2 ? i + 1 : i;
+        bool is_good = exr_float_to_half(middle) == even &&
+                       exr_float_to_half(nextafterf(middle, 0)) == i &&
+                       exr_float_to_half(nextafterf(middle, 1e9f)) == i + 1 &&
+                       exr_float_to_half(-middle) == (even | 0x8000);
+        if (!is_good) {
+            CHECK(is_good);
+            printf("#     at %u\n", (unsigned)i);
+            return;
+        }
+    }
+    CHECK(true);
+}
+
+static void half_does_not_overflow(void)
+{
+    CHECK(exr_float_to_half(65519.996f) == 0x7bff);
+    CHECK(exr_float_to_half(65520.0f) == 0x7bff);
+    CHECK(exr_float_to_half(1e10f) == 0x7bff);
+    CHECK(exr_float_to_half(-3e38f) == 0xfbff);
+    CHECK(exr_float_to_half(INFINITY) == 0x7c00);
+    CHECK(exr_float_to_half(-INFINITY) == 0xfc00);
+    CHECK(exr_float_to_half(1e-10f) == 0);
+}
+
+static void writes_and_reads_back(void)
+{
+    static const char *const names[] = {"R", "G", "B", "A", "Z"};
+    struct exr_error error = {""};
+    struct exr_input *input;
+    const char *path = in_folder("plain.exr");
+    REQUIRE(write_channels(path, names, 5, EXR_SAMPLE_FLOAT, &error));
+    REQUIRE(exr_open(&input, path, &error));
+    int n_parts, n;
+    const struct exr_part_info *parts = exr_parts(input, &n_parts);
+    exr_channels(input, &n);
+    CHECK(n_parts == 1 && n == 5);
+    CHECK_STR(parts[0].compression, "zip");
+    CHECK(parts[0].data_window.max_x == WIDTH - 1);
+    CHECK_STR(exr_path(input), path);
+
+    struct exr_layer layer;
+    REQUIRE(exr_find_layer(input, NULL, NULL, false, &layer, &error));
+    int wanted[] = {layer.r, layer.g, layer.b, layer.a, layer.z, -1};
+    static float got[WIDTH * HEIGHT * 6], want[WIDTH * HEIGHT * 5];
+    fill(want, WIDTH * HEIGHT * 5);
+    REQUIRE(exr_read(input, wanted, 6, got, 3, &error));
+    bool is_same = true;
+    for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
+        is_same &= memcmp(got + 6 * i, want + 5 * i, 5 * sizeof *got) == 0;
+        is_same &= got[6 * i + 5] == 1.0f;
+    }
+    CHECK(is_same);
+    int wrong[] = {99};
+    CHECK(!exr_read(input, wrong, 1, got, 1, &error));
+    CHECK_CONTAINS(error.message, "no channel number 99");
+    exr_close(input);
+}
+
+/* Layer finding, one line per kind of file: channels, the layer asked for, what comes
+ * out as "layer r z". */
+struct layer_case {
+    const char *channels, *layer, *depth;
+    bool depth_only;
+    const char *want;
+};
+
+static const struct layer_case layer_cases[] = {
+    {"R G B", NULL, NULL, false, " R -"},
+    {"R G B A Z", NULL, NULL, false, " R Z"},
+    {"Y", NULL, NULL, false, " Y -"},
+    {"Y A", NULL, NULL, false, " Y -"},
+    {"Y", NULL, NULL, true, " Y Y"},
+    {"Depth", NULL, NULL, true, " - Depth"},
+    {"R G B", NULL, NULL, true, " R R"},
+    {"Z", NULL, NULL, true, " - Z"},
+    {"R G B depth.Z", NULL, NULL, false, " R depth.Z"},
+    {"R G B Depth.Z", NULL, NULL, false, " R Depth.Z"},
+    {"R G B z", NULL, NULL, false, " R z"},
+    {"R G B depth", NULL, NULL, false, " R depth"},
+    {"R G B ZDepth.R ZDepth.G ZDepth.B", NULL, NULL, false, " R ZDepth.R"},
+    {"R G B VRayZDepth.R VRayZDepth.G", NULL, NULL, false, " R VRayZDepth.R"},
+    {"R G B Z.R", NULL, NULL, false, " R Z.R"},
+    {"R G B depth.Y", NULL, NULL, false, " R depth.Y"},
+    {"R G B Depth.V", NULL, NULL, false, " R Depth.V"},
+    {"R G B N.X N.Y N.Z", NULL, NULL, false, " R -"},
+    {"R G B P.X P.Y P.Z mydepth.T", NULL, "mydepth.T", false, " R mydepth.T"},
+    {"ViewLayer.Combined.R ViewLayer.Combined.G ViewLayer.Combined.B "
+     "ViewLayer.Combined.A ViewLayer.Depth.Z ViewLayer.Normal.X ViewLayer.Normal.Y "
+     "ViewLayer.Normal.Z Composite.Combined.R Composite.Combined.G "
+     "Composite.Combined.B Composite.Combined.A",
+     NULL, NULL, false, "ViewLayer.Combined ViewLayer.Combined.R ViewLayer.Depth.Z"},
+    {"ViewLayer.Combined.R ViewLayer.Combined.G ViewLayer.Combined.B ViewLayer.Depth.Z "
+     "Composite.Combined.R Composite.Combined.G Composite.Combined.B",
+     "Composite", NULL, false,
+     "Composite.Combined Composite.Combined.R ViewLayer.Depth.Z"},
+    {"View Layer.Combined.R View Layer.Combined.G View Layer.Combined.B "
+     "View Layer.Depth.Z",
+     "View Layer", NULL, false,
+     "View Layer.Combined View Layer.Combined.R View Layer.Depth.Z"},
+    {"a.Combined.R a.Combined.G a.Combined.B a.Depth.Z b.Combined.R b.Combined.G "
+     "b.Combined.B b.Depth.Z",
+     "b", NULL, false, "b.Combined b.Combined.R b.Depth.Z"},
+    {"a.Combined.R a.Combined.G a.Combined.B b.Depth.Z c.Depth.Z", NULL, NULL, false,
+     "a.Combined a.Combined.R -"},
+    {"diffuse.R diffuse.G diffuse.B Z", NULL, NULL, false, "diffuse diffuse.R Z"},
+    {"diffuse.R diffuse.G diffuse.B diffuse.Z Z", NULL, NULL, false,
+     "diffuse diffuse.R diffuse.Z"},
+    {"a.red a.green a.blue", NULL, NULL, false, "a a.red -"},
+    {"R G B v.Z v.X", NULL, NULL, false, " R -"},
+    {"ViewLayer.Normal.X ViewLayer.Normal.Y ViewLayer.Normal.Z", NULL, NULL, false,
+     "FAIL no R G B"},
+    {"R G B", "nothing", NULL, false, "FAIL (plain R G B)"},
+    {"R G B", NULL, "Q", false, "FAIL no channel \"Q\"; channels of the file: B, G, R"},
+    {"N.X N.Y N.Z", NULL, NULL, true, "FAIL no depth channel"},
+};
+
+static int split(const char *text, char *buffer, const char **words)
+{
+    int n = 0;
+    strcpy(buffer, text);
+    /* "View Layer" has a blank in its name: one that follows no channel's end. */
+    for (char *word = buffer; *word;) {
+        char *end = word;
+        while (*end && !(*end == ' ' && strncmp(end, " Layer.", 7) != 0))
+            end++;
+        words[n++] = word;
+        word = end;
+        while (*word == ' ')
+            *word++ = '\0';
+    }
+    return n;
+}
+
+static const char *name_of(const struct exr_input *input, int channel)
+{
+    return channel < 0 ? "-" : exr_channels(input, NULL)[channel].name;
+}
+
+static void find_one(const struct layer_case *c)
+{
+    char buffer[600], got[800];
+    const char *names[64];
+    struct exr_error error = {""};
+    struct exr_input *input;
+    struct exr_layer layer;
+    int n = split(c->channels, buffer, names);
+    REQUIRE(write_channels(in_folder("layers.exr"), names, n, EXR_SAMPLE_HALF, &error));
+    REQUIRE(exr_open(&input, in_folder("layers.exr"), &error));
+    if (exr_find_layer(input, c->layer, c->depth, c->depth_only, &layer, &error)) {
+        snprintf(got, sizeof got, "%s %s %s", layer.name, name_of(input, layer.r),
+                 name_of(input, layer.z));
+        CHECK_STR(got, c->want);
+        CHECK(layer.r < 0 || layer.g >= 0);
+    } else if (strncmp(c->want, "FAIL ", 5) == 0) {
+        CHECK_CONTAINS(error.message, c->want + 5);
+    } else {
+        CHECK_STR(error.message, c->want);
+    }
+    exr_close(input);
+}
+
+static void finds_layers(void)
+{
+    for (size_t i = 0; i < sizeof layer_cases / sizeof layer_cases[0]; i++)
+        find_one(&layer_cases[i]);
+}
+
+static void keeps_old_file_on_failure(void)
+{
+    static const char *const names[] = {"R", "G", "B"};
+    static const char *const twice[] = {"R", "R"};
+    struct exr_error error = {""};
+    struct stat before, after;
+    const char *path = in_folder("old.exr");
+    REQUIRE(write_channels(path, names, 3, EXR_SAMPLE_HALF, &error));
+    REQUIRE(chmod(path, 0640) == 0);
+    REQUIRE(stat(path, &before) == 0);
+    int n = count_files(folder);
+    CHECK(!write_channels(path, twice, 2, EXR_SAMPLE_HALF, &error));
+    CHECK_CONTAINS(error.message, "given twice");
+    REQUIRE(stat(path, &after) == 0);
+    CHECK(before.st_ino == after.st_ino);
+    CHECK(count_files(folder) == n);
+    REQUIRE(write_channels(path, names, 3, EXR_SAMPLE_HALF, &error));
+    REQUIRE(stat(path, &after) == 0);
+    CHECK((after.st_mode & 0777) == 0640);
+    CHECK(count_files(folder) == n);
+}
+
+static void follows_links(void)
+{
+    static const char *const names[] = {"Y"};
+    struct exr_error error = {""};
+    struct stat status;
+    REQUIRE(write_channels(in_folder("target.exr"), names, 1, EXR_SAMPLE_HALF, &error));
+    REQUIRE(symlink(in_folder("target.exr"), in_folder("link.exr")) == 0);
+    CHECK(write_channels(in_folder("link.exr"), names, 1, EXR_SAMPLE_FLOAT, &error));
+    REQUIRE(lstat(in_folder("link.exr"), &status) == 0);
+    CHECK(S_ISLNK(status.st_mode));
+}
+
+static void says_why_it_cannot_write(void)
+{
+    static const char *const names[] = {"Y"};
+    struct exr_error error = {""};
+    CHECK(!write_channels(in_folder("none/x.exr"), names, 1, EXR_SAMPLE_HALF, &error));
+    CHECK_CONTAINS(error.message, "No such file or directory");
+    CHECK(!write_channels(folder, names, 1, EXR_SAMPLE_HALF, &error));
+    CHECK_CONTAINS(error.message, "not a regular file");
+    CHECK(!write_channels("/dev/null", names, 1, EXR_SAMPLE_HALF, &error));
+    CHECK_CONTAINS(error.message, "not a regular file");
+}
+
+static void says_why_it_cannot_read(void)
+{
+    struct exr_error error = {""};
+    struct exr_input *input;
+    CHECK(!exr_open(&input, in_folder("missing.exr"), &error));
+    CHECK(input == NULL);
+    CHECK_CONTAINS(error.message, "missing.exr: No such file or directory");
+    CHECK(!exr_open(&input, folder, &error));
+    CHECK_CONTAINS(error.message, "is a folder");
+    CHECK(!exr_open(&input, "/dev/null", &error));
+    CHECK_CONTAINS(error.message, "not a regular file");
+    FILE *file = fopen(in_folder("text.exr"), "w");
+    REQUIRE(file != NULL);
+    fclose(file);
+    CHECK(!exr_open(&input, in_folder("text.exr"), &error));
+    CHECK_CONTAINS(error.message, "is empty");
+    file = fopen(in_folder("text.exr"), "w");
+    REQUIRE(file != NULL);
+    fputs("hello", file);
+    fclose(file);
+    CHECK(!exr_open(&input, in_folder("text.exr"), &error));
+    CHECK_CONTAINS(error.message, "is not an OpenEXR file");
+    file = fopen(in_folder("text.exr"), "w");
+    REQUIRE(file != NULL);
+    fwrite("\x76\x2f\x31\x01\x02\0\0\0", 1, 8, file);
+    fclose(file);
+    CHECK(!exr_open(&input, in_folder("text.exr"), &error));
+    CHECK_CONTAINS(error.message, "damaged header");
+}
+
+static void says_when_the_disk_is_full(void)
+{
+    static const char *const names[] = {"Y"};
+    char mount_point[200];
+    struct exr_error error = {""};
+    snprintf(mount_point, sizeof mount_point, "%s/full", folder);
+    REQUIRE(mkdir(mount_point, 0700) == 0);
+    if (mount("tmpfs", mount_point, "tmpfs", 0, "size=4k") != 0)
+        SKIP("needs the right to mount");
+    static float samples[200 * 200];
+    uint32_t noise = 1;
+    for (size_t i = 0; i < 200 * 200; i++) {
+        noise = noise * 1664525u + 1013904223u;
+        samples[i] = (float)(noise >> 8) * 0x1p-24f;
+    }
+    const struct exr_output output = {.width = 200,
+                                      .height = 200,
+                                      .data_window = {0, 0, 199, 199},
+                                      .display_window = {0, 0, 199, 199},
+                                      .n_channels = 1,
+                                      .channel_names = names,
+                                      .samples = samples};
+    CHECK(!exr_write(in_folder("full/x.exr"), &output, 2, &error));
+    CHECK_CONTAINS(error.message, "no space left on the disk");
+    CHECK(count_files(mount_point) == 0);
+    error.message[0] = '\0';
+    CHECK(!png_write(in_folder("full/x.png"), samples, 200, 200, 1, 16, false, &error));
+    CHECK_CONTAINS(error.message, "no space left on the disk");
+    CHECK(count_files(mount_point) == 0);
+    umount(mount_point);
+}
+
+static void removes_partial_files(void)
+{
+    struct exr_error error = {""};
+    struct partial_file file;
+    int n = count_files(folder);
+    REQUIRE(partial_open(&file, in_folder("partial.exr"), &error));
+    CHECK(count_files(folder) == n + 1);
+    errno = 77;
+    exr_remove_partial();
+    CHECK(errno == 77);
+    CHECK(count_files(folder) == n);
+    CHECK(!partial_commit(&file, &error));
+    CHECK(count_files(folder) == n);
+}
+
+/* The result must not depend on the number of threads. */
+static void same_file_from_any_threads(void)
+{
+    static float samples[200 * 300 * 3];
+    static const char *const names[] = {"R", "G", "B"};
+    struct exr_error error = {""};
+    fill(samples, 200 * 300 * 3);
+    struct exr_output output = {.width = 200,
+                                .height = 300,
+                                .data_window = {-7, -9, 192, 290},
+                                .display_window = {0, 0, 99, 99},
+                                .pixel_aspect = 2,
+                                .n_channels = 3,
+                                .channel_names = names,
+                                .samples = samples};
+    static char bytes[2][1000000];
+    size_t n[2] = {0};
+    for (int i = 0; i < 2; i++) {
+        REQUIRE(exr_write(in_folder("threads.exr"), &output, i ? 7 : 1, &error));
+        FILE *file = fopen(in_folder("threads.exr"), "rb");
+        REQUIRE(file != NULL);
+        n[i] = fread(bytes[i], 1, sizeof bytes[i], file);
+        fclose(file);
+    }
+    CHECK(n[0] > 1000 && n[0] == n[1] && memcmp(bytes[0], bytes[1], n[0]) == 0);
+}
+
+static void attributes_come_back(void)
+{
+    static const char *const names[] = {"Y"};
+    static const float samples[4] = {0};
+    struct exr_error error = {""};
+    const struct exr_attribute attributes[] = {
+        {.name = "aperture", .type = EXR_ATTRIBUTE_FLOAT, .number = {2.8}},
+        {.name = "rackfocus:blades", .type = EXR_ATTRIBUTE_INT, .number = {7}},
+        {.name = "rackfocus:a-name-longer-than-31-characters",
+         .type = EXR_ATTRIBUTE_STRING,
+         .text = "radial"},
+        {.name = "rackfocus:lensOffset",
+         .type = EXR_ATTRIBUTE_V2F,
+         .number = {0.25, -0.5}},
+    };
+    const struct exr_output output = {.width = 2,
+                                      .height = 2,
+                                      .data_window = {0, 0, 1, 1},
+                                      .display_window = {0, 0, 1, 1},
+                                      .n_channels = 1,
+                                      .channel_names = names,
+                                      .samples = samples,
+                                      .attributes = attributes,
+                                      .n_attributes = 4};
+    REQUIRE(exr_write(in_folder("attributes.exr"), &output, 1, &error));
+    struct exr_input *input;
+    REQUIRE(exr_open(&input, in_folder("attributes.exr"), &error));
+    double v[2];
+    const char *text;
+    REQUIRE(exr_attribute_number(input, "aperture", &v[0]));
+    CHECK_NEAR(v[0], 2.8, 1e-6);
+    REQUIRE(exr_attribute_number(input, "rackfocus:blades", &v[0]));
+    CHECK_NEAR(v[0], 7, 0);
+    REQUIRE(exr_attribute_string(input, "rackfocus:a-name-longer-than-31-characters",
+                                 &text));
+    CHECK_STR(text, "radial");
+    REQUIRE(exr_attribute_v2f(input, "rackfocus:lensOffset", v));
+    CHECK_NEAR(v[0], 0.25, 0);
+    CHECK_NEAR(v[1], -0.5, 0);
+    CHECK(!exr_attribute_number(input, "rackfocus:lensOffset", v));
+    CHECK(!exr_attribute_number(input, "nothing", v));
+    CHECK(!exr_attribute_string(input, "aperture", &text));
+    CHECK(!exr_attribute_v2f(input, "aperture", v));
+    exr_close(input);
+}
+
+static void refuses_bad_output(void)
+{
+    static const char *const names[] = {"Y"};
+    static const float samples[4] = {0};
+    struct exr_error error = {""};
+    struct exr_output output = {.width = 2,
+                                .height = 2,
+                                .data_window = {0, 0, 1, 1},
+                                .display_window = {0, 0, 1, 1},
+                                .n_channels = 1,
+                                .channel_names = names,
+                                .samples = samples,
+                                .compression = "lzma"};
+    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK_CONTAINS(error.message, "unknown compression \"lzma\"");
+    output.compression = "dwaa";
+    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK_CONTAINS(error.message, "dwaa cannot be written");
+    output.compression = NULL;
+    output.width = 3;
+    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK_CONTAINS(error.message, "does not fit its data window");
+    output.width = 2;
+    output.n_channels = 0;
+    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK_CONTAINS(error.message, "no channel");
+    CHECK(access(in_folder("bad.exr"), F_OK) != 0);
+}
+
+static void png_comes_back(void)
+{
+    struct exr_error error = {""};
+    static float samples[5 * 3 * 4];
+    for (size_t i = 0; i < 5 * 3; i++) {
+        float alpha = (float)(i % 5) / 4.0f;
+        for (size_t c = 0; c < 3; c++)
+            samples[4 * i + c] = alpha * (float)((i + c) % 15) / 14.0f;
+        samples[4 * i + 3] = alpha;
+    }
+    for (int bits = 8; bits <= 16; bits += 8) {
+        float *got = NULL;
+        int32_t width, height;
+        REQUIRE(png_write(in_folder("x.png"), samples, 5, 3, 4, bits, false, &error));
+        REQUIRE(png_read(in_folder("x.png"), &got, &width, &height, &error));
+        CHECK(width == 5 && height == 3);
+        double tolerance = bits == 8 ? 0.6 / 255 * 2.3 : 0.6 / 65535 * 2.3;
+        for (size_t i = 0; i < 5 * 3 * 4; i++)
+            CHECK_NEAR(got[i], samples[i], tolerance);
+        free(got);
+    }
+}
+
+static void png_clips_and_encodes(void)
+{
+    static const float samples[] = {-1, 0, 0.5f, 1, 20, NAN};
+    struct exr_error error = {""};
+    float *got = NULL;
+    int32_t width, height;
+    REQUIRE(png_write(in_folder("g.png"), samples, 6, 1, 1, 8, false, &error));
+    REQUIRE(png_read(in_folder("g.png"), &got, &width, &height, &error));
+    static const float want[] = {0, 0, 0.5f, 1, 1, 0};
+    for (size_t i = 0; i < 6; i++) {
+        CHECK_NEAR(got[4 * i], want[i], 0.004);
+        CHECK_NEAR(got[4 * i + 3], 1, 0);
+    }
+    free(got);
+    /* As it is: 0.5 is 128 of 255 and reads as the linear light of that. */
+    REQUIRE(png_write(in_folder("g.png"), samples, 6, 1, 1, 8, true, &error));
+    REQUIRE(png_read(in_folder("g.png"), &got, &width, &height, &error));
+    CHECK_NEAR(got[4 * 2], 0.2158605, 1e-4);
+    free(got);
+}
+
+static void png_says_why(void)
+{
+    struct exr_error error = {""};
+    float *got, pixel[3] = {0};
+    int32_t width, height;
+    CHECK(!png_read(in_folder("missing.png"), &got, &width, &height, &error));
+    CHECK_CONTAINS(error.message, "No such file");
+    CHECK(!png_read(in_folder("text.exr"), &got, &width, &height, &error));
+    CHECK_CONTAINS(error.message, "is not a PNG file");
+    CHECK(!png_write(in_folder("y.png"), pixel, 1, 1, 3, 12, false, &error));
+    CHECK_CONTAINS(error.message, "12 bits");
+    static float noise[64 * 64];
+    for (size_t i = 0; i < 64 * 64; i++)
+        noise[i] = (float)(i * 7919 % 97) / 97;
+    REQUIRE(png_write(in_folder("cut.png"), noise, 64, 64, 1, 8, false, &error));
+    REQUIRE(truncate(in_folder("cut.png"), 500) == 0);
+    CHECK(!png_read(in_folder("cut.png"), &got, &width, &height, &error));
+    CHECK_CONTAINS(error.message, "cut.png: damaged");
+    CHECK(got == NULL);
+}
+
+static void remove_folder(void)
+{
+    char command[100];
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    if (system(command) != 0)
+        printf("# %s stays\n", folder);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    if (!mkdtemp(folder))
+        return 1;
+    TEST(half_of_every_value);
+    TEST(half_rounds_to_nearest_even);
+    TEST(half_does_not_overflow);
+    TEST(writes_and_reads_back);
+    TEST(finds_layers);
+    TEST(keeps_old_file_on_failure);
+    TEST(follows_links);
+    TEST(says_why_it_cannot_write);
+    TEST(says_why_it_cannot_read);
+    TEST(says_when_the_disk_is_full);
+    TEST(removes_partial_files);
+    TEST(same_file_from_any_threads);
+    TEST(attributes_come_back);
+    TEST(refuses_bad_output);
+    TEST(png_comes_back);
+    TEST(png_clips_and_encodes);
+    TEST(png_says_why);
+    remove_folder();
+    return testing_end();
+}
