@@ -35,8 +35,20 @@ static int fail_exr(const struct exr_error *error)
     return EXIT_FAILED;
 }
 
-/* A parameter: wrong usage where it was typed, else the header's or a default's fault.
- */
+/* Was anything about the lens (aperture, ...) typed? Conflicts have two sides. */
+static bool is_group_typed(const struct settings *settings, enum rf_param_group group)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++)
+        if (list[i].group == group &&
+            settings_origin(settings, list[i].key) == ORIGIN_COMMAND_LINE)
+            return true;
+    return false;
+}
+
+/* A parameter: wrong usage where it or what it conflicts with was typed, else the fault
+ * of the header. */
 static int fail_parameter(const struct run *run, const struct rf_error *error)
 {
     const struct rf_param_info *info = rf_param_find(error->field);
@@ -45,14 +57,14 @@ static int fail_parameter(const struct run *run, const struct rf_error *error)
         message("%s: %s", path, error->message);
         return EXIT_FAILED;
     }
-    char origin[128];
-    settings_describe_origin(run->settings, info->key, origin, sizeof(origin));
     if (settings_origin(run->settings, info->key) == ORIGIN_COMMAND_LINE) {
         message("--%s: %s", info->key, error->message);
         return EXIT_USAGE;
     }
+    char origin[128];
+    settings_describe_origin(run->settings, info->key, origin, sizeof(origin));
     message("%s: %s (--%s, from the %s)", path, error->message, info->key, origin);
-    return EXIT_FAILED;
+    return is_group_typed(run->settings, info->group) ? EXIT_USAGE : EXIT_FAILED;
 }
 
 static int fail_core(const struct run *run, const struct rf_error *error)

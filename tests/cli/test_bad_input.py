@@ -216,6 +216,12 @@ def test_focus_inside_focal_length_in_the_header(fails, scene):
     fails(path, code=1, texts=texts)
 
 
+def test_conflict_with_a_default(fails, scene):
+    arguments = ["--optics", "lens", "--focal-length", "50000"]
+    texts = ["passes.exr: ", "inside the focal length", "from the default"]
+    fails(scene(), *arguments, code=2, texts=texts)
+
+
 def test_two_blades(fails, scene):
     fails(scene(), "--blades", "2", code=2, texts=["--blades: ", "3 to 16"])
 
