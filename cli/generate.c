@@ -231,32 +231,11 @@ static void print_value_cases(void)
             printf("    *:--%s) return 0 ;;\n", params[i].key);
 }
 
-void help_print_completion(void)
+/* The words that may follow "help", and the options of each sub-command. */
+static void print_word_cases(void)
 {
     size_t n;
     const struct command *const *commands = command_list(&n);
-    printf("# Completion of rackfocus for bash; generated, do not edit.\n"
-           "_rackfocus()\n{\n"
-           "    local current=${COMP_WORDS[COMP_CWORD]}\n"
-           "    local previous=${COMP_WORDS[COMP_CWORD-1]}\n"
-           "    local command=${COMP_WORDS[1]} words='' files=''\n"
-           "    COMPREPLY=()\n"
-           "    # Bash splits --key=value at the sign.\n"
-           "    if [ \"$current\" = '=' ]; then\n"
-           "        current=''\n"
-           "    elif [ \"$previous\" = '=' ]; then\n"
-           "        previous=${COMP_WORDS[COMP_CWORD-2]}\n"
-           "    fi\n"
-           "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
-           "        COMPREPLY=($(compgen -W 'help");
-    for (size_t i = 0; i < n; i++)
-        printf(" %s", commands[i]->name);
-    printf(" --help --version' -- \"$current\"))\n"
-           "        return 0\n"
-           "    fi\n"
-           "    case \"$command:$previous\" in\n");
-    print_choice_cases();
-    print_value_cases();
     printf("    help:*) words='");
     for (size_t i = 0; i < n; i++)
         printf("%s%s", i ? " " : "", commands[i]->name);
@@ -271,13 +250,48 @@ void help_print_completion(void)
         printf("' ;;\n");
     }
     printf("        esac\n"
+           "    fi\n");
+}
+
+static const char completion_head[] =
+    "# Completion of rackfocus for bash; generated, do not edit.\n"
+    "_rackfocus()\n{\n"
+    "    local current=${COMP_WORDS[COMP_CWORD]}\n"
+    "    local previous=${COMP_WORDS[COMP_CWORD-1]}\n"
+    "    local command=${COMP_WORDS[1]} words='' files=''\n"
+    "    COMPREPLY=()\n"
+    "    # Bash splits --key=value at the sign.\n"
+    "    if [ \"$current\" = '=' ]; then\n"
+    "        current=''\n"
+    "    elif [ \"$previous\" = '=' ]; then\n"
+    "        previous=${COMP_WORDS[COMP_CWORD-2]}\n"
+    "    fi\n"
+    "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
+    "        COMPREPLY=($(compgen -W 'help";
+
+static const char completion_tail[] =
+    "    if [ -n \"$words\" ]; then\n"
+    "        COMPREPLY=($(compgen -W \"$words\" -- \"$current\"))\n"
+    "    else\n"
+    "        compopt -o filenames 2>/dev/null\n"
+    "        COMPREPLY=($(compgen -f -- \"$current\"))\n"
+    "    fi\n"
+    "}\n"
+    "complete -F _rackfocus rackfocus\n";
+
+void help_print_completion(void)
+{
+    size_t n;
+    const struct command *const *commands = command_list(&n);
+    fputs(completion_head, stdout);
+    for (size_t i = 0; i < n; i++)
+        printf(" %s", commands[i]->name);
+    printf(" --help --version' -- \"$current\"))\n"
+           "        return 0\n"
            "    fi\n"
-           "    if [ -n \"$words\" ]; then\n"
-           "        COMPREPLY=($(compgen -W \"$words\" -- \"$current\"))\n"
-           "    else\n"
-           "        compopt -o filenames 2>/dev/null\n"
-           "        COMPREPLY=($(compgen -f -- \"$current\"))\n"
-           "    fi\n"
-           "}\n"
-           "complete -F _rackfocus rackfocus\n");
+           "    case \"$command:$previous\" in\n");
+    print_choice_cases();
+    print_value_cases();
+    print_word_cases();
+    fputs(completion_tail, stdout);
 }
