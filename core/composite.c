@@ -184,6 +184,7 @@ static rf_result sort_samples(const struct sorter *s, const struct rf_samples *s
 /* Sums of the samples of one bin that share a block. */
 struct block_sum {
     float c[4], w, rw;
+    bool is_bright;
 };
 
 struct reducer {
@@ -205,18 +206,21 @@ static int phase_of(const struct composer *c, float x, float y)
     return rf_min_int(py, n - 1) * n + rf_min_int(px, n - 1);
 }
 
-static int32_t splat_slot(const struct composer *c, float r, int level, int phase)
+static int32_t splat_slot(const struct composer *c, float r, int level, int phase,
+                          bool is_bright)
 {
     int index = rf_radius_index(&c->footprints, level_radius(r, level));
-    return (int32_t)rf_footprint_slot(&c->footprints, index, phase);
+    return (int32_t)rf_footprint_slot(&c->footprints, index, phase,
+                                      is_bright ? RF_POSITIVE : RF_SHARP);
 }
 
 static struct rf_splat full_splat(const struct composer *c, const struct rf_sample *p)
 {
-    struct rf_splat s = {.x = (int32_t)floorf(p->x),
-                         .y = (int32_t)floorf(p->y),
-                         .slot = splat_slot(c, p->r, 0, phase_of(c, p->x, p->y)),
-                         .w = p->w};
+    struct rf_splat s = {
+        .x = (int32_t)floorf(p->x),
+        .y = (int32_t)floorf(p->y),
+        .slot = splat_slot(c, p->r, 0, phase_of(c, p->x, p->y), p->is_bright),
+        .w = p->w};
     memcpy(s.c, p->c, sizeof s.c);
     return s;
 }
@@ -236,6 +240,7 @@ static void reduce_add(struct reducer *reducer, const struct group *g,
         b->c[n] += p->w * p->c[n];
     b->w += p->w;
     b->rw += p->w * p->r;
+    b->is_bright |= p->is_bright;
 }
 
 /* Empties the reducer into splats; returns how many. */
@@ -251,7 +256,8 @@ static int reduce_end(const struct composer *c, struct reducer *reducer,
         out[i] = (struct rf_splat){
             .x = x0 + block % RF_TILE_W,
             .y = y0 + block / RF_TILE_W,
-            .slot = splat_slot(c, b->rw / b->w, g->level, n_phases > 1 ? center : 0),
+            .slot = splat_slot(c, b->rw / b->w, g->level, n_phases > 1 ? center : 0,
+                               b->is_bright),
             .w = b->w / area,
         };
         for (int n = 0; n < 4; n++)
@@ -569,24 +575,15 @@ static void mark_footprint(const struct composer *c, unsigned char *needed,
 static rf_result build_footprints(struct composer *c, const struct group *groups,
                                   int n_groups, struct rf_error *error)
 {
-    struct rf_footprints *f = &c->footprints;
-    int n_phases = f->n_phases * f->n_phases;
-    int n_slots = (2 * f->max_index + 1) * n_phases;
-    unsigned char *needed = rf_calloc(c->context, (size_t)n_slots, 1);
+    size_t n_slots = rf_footprint_count(&c->footprints);
+    unsigned char *needed = rf_calloc(c->context, n_slots, 1);
     if (!needed)
-        return rf_fail_memory(error, (size_t)n_slots, 1);
+        return rf_fail_memory(error, n_slots, 1);
     for (int i = 0; i < n_groups; i++)
         mark_footprint(c, needed, &groups[i]);
-    int n_failed = 0;
-#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 4)
-    for (int i = 0; i < n_slots; i++)
-        if (needed[i] &&
-            !rf_footprint_build(f, i / n_phases - f->max_index, i % n_phases)) {
-#pragma omp atomic
-            n_failed++;
-        }
+    rf_result result = rf_footprints_build(&c->footprints, needed, error);
     rf_free(c->context, needed);
-    return n_failed ? rf_fail_memory(error, 1, 1u << 16) : RF_OK;
+    return result;
 }
 
 /* The sorted samples become the lists of every tile of every group. */

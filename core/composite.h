@@ -7,10 +7,11 @@
 
 /* A small emitter: where the lens' centre sees it, radius, weight, colour. */
 struct rf_sample {
-    float x, y; /* px; pixel centres at +0.5 */
-    float r;    /* signed radius, px */
-    float w;    /* share of a pixel that it covers */
-    float c[4]; /* premultiplied */
+    float x, y;     /* px; pixel centres at +0.5 */
+    float r;        /* signed radius, px */
+    float w;        /* share of a pixel that it covers */
+    float c[4];     /* premultiplied */
+    bool is_bright; /* so far above its surroundings that negative weights would show */
 };
 
 struct rf_samples {

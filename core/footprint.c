@@ -11,9 +11,9 @@
  *
  * A line v = const cuts the convex aperture, and every Voronoi cell of it, in one
  * interval, whose integral over u is a difference of the kernel's antiderivative: exact
- * in x. In y the lines are 1/16 px apart or closer. The few negative weights of the
- * cubic are moved into their neighbours' total: weights are clipped at zero and each
- * cell is scaled to its share of the lens, so that light is neither made nor lost.
+ * in x. In y the lines are 1/16 px apart or closer. Each cell is scaled to its share of
+ * the lens, so that light is neither made nor lost, also where negative weights were
+ * clipped.
  */
 #include "footprint.h"
 
@@ -207,8 +207,9 @@ static void fill_point(struct grid *g, const struct rf_footprints *f, double pha
                     cubic(x + 0.5 - phase_x) * cubic(y + 0.5 - phase_y);
 }
 
-/* Clips negatives and scales every cell to its share. */
-static void normalise(struct grid *g, const struct rf_lens_cells *cells)
+/* Drops the dust, or all that is not positive, and scales every cell to its share. */
+static void normalise(struct grid *g, const struct rf_lens_cells *cells,
+                      enum rf_footprint_kind kind)
 {
     size_t n = (size_t)g->width * (size_t)g->height;
     for (int c = 0; c < cells->n; c++) {
@@ -216,7 +217,7 @@ static void normalise(struct grid *g, const struct rf_lens_cells *cells)
         for (size_t i = 0; i < n; i++)
             peak = fmax(peak, w[i]);
         for (size_t i = 0; i < n; i++) {
-            if (w[i] < 1e-6 * peak)
+            if ((kind == RF_POSITIVE ? w[i] : fabs(w[i])) < 1e-6 * peak)
                 w[i] = 0;
             sum += w[i];
         }
@@ -288,11 +289,14 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
     return p;
 }
 
-bool rf_footprint_build(struct rf_footprints *f, int index, int phase)
+bool rf_footprint_build(struct rf_footprints *f, size_t slot)
 {
-    struct rf_footprint **slot = &f->table[rf_footprint_slot(f, index, phase)];
-    if (*slot)
+    if (f->table[slot])
         return true;
+    int n_phases = f->n_phases * f->n_phases;
+    enum rf_footprint_kind kind = (enum rf_footprint_kind)(slot % RF_N_KINDS);
+    int phase = (int)(slot / RF_N_KINDS) % n_phases;
+    int index = (int)(slot / RF_N_KINDS) / n_phases - f->max_index;
     double r = (double)index / RF_RADIUS_STEPS;
     double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
     struct grid g = {.reach_x = (int)ceil(fabs(r) * width) + 3,
@@ -310,10 +314,24 @@ bool rf_footprint_build(struct rf_footprints *f, int index, int phase)
         fill_point(&g, f, phase_x, phase_y);
     else
         fill_grid(&g, f, r, phase_x, phase_y);
-    normalise(&g, &f->cells);
-    *slot = pack(&g, f);
+    normalise(&g, &f->cells, kind);
+    f->table[slot] = pack(&g, f);
     rf_free(f->context, g.weight);
-    return *slot != NULL;
+    return f->table[slot] != NULL;
+}
+
+rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
+                              struct rf_error *error)
+{
+    int64_t n = (int64_t)rf_footprint_count(f);
+    int n_failed = 0;
+#pragma omp parallel for num_threads(f->context->n_threads) schedule(dynamic, 4)
+    for (int64_t i = 0; i < n; i++)
+        if (needed[i] && !rf_footprint_build(f, (size_t)i)) {
+#pragma omp atomic
+            n_failed++;
+        }
+    return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
 }
 
 /* ---- the table ----------------------------------------------------------------- */
@@ -326,7 +344,7 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
         .context = context, .shape = shape, .n_phases = n_phases};
     rf_lens_cells_init(&f->cells, shape, n_cells);
     f->max_index = (int)ceil(max_radius * RF_RADIUS_STEPS) + 1;
-    size_t n = rf_footprint_slot(f, f->max_index, n_phases * n_phases);
+    size_t n = rf_footprint_count(f);
     f->table = rf_calloc(context, n, sizeof *f->table);
     if (!f->table)
         return rf_fail_memory(error, n, sizeof *f->table);
@@ -337,7 +355,7 @@ void rf_footprints_free(struct rf_footprints *f)
 {
     if (!f->table)
         return;
-    size_t n = rf_footprint_slot(f, f->max_index, f->n_phases * f->n_phases);
+    size_t n = rf_footprint_count(f);
     for (size_t i = 0; i < n; i++)
         rf_free(f->context, f->table[i]);
     rf_free(f->context, f->table);

@@ -39,7 +39,13 @@ struct rf_lens_cells {
 void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
                         int n);
 
-/* Footprints by quantised radius and sub-pixel phase, built when first asked for. */
+/*
+ * Footprints by quantised radius, sub-pixel phase and kind, built when first asked for.
+ * RF_SHARP keeps the negative weights of the cubic, which keep an in-focus texture
+ * sharp; RF_POSITIVE clips them, for samples so bright that they would show.
+ */
+enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
+
 struct rf_footprints {
     const struct rf_context *context;
     const struct rf_shape *shape;
@@ -61,17 +67,30 @@ static inline int rf_radius_index(const struct rf_footprints *f, float r)
     return i < -f->max_index ? -f->max_index : i > f->max_index ? f->max_index : i;
 }
 
-/* Slot of (radius index, phase): phases count the sub-pixel position, x fastest. */
-static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
-                                       int phase)
+static inline size_t rf_footprint_count(const struct rf_footprints *f)
 {
-    return (size_t)(index + f->max_index) * (size_t)(f->n_phases * f->n_phases) +
-           (size_t)phase;
+    return (size_t)(2 * f->max_index + 1) * (size_t)(f->n_phases * f->n_phases) *
+           RF_N_KINDS;
+}
+
+/* Slot of (radius index, phase, kind); phases count the sub-pixel position, x fastest.
+ */
+static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
+                                       int phase, enum rf_footprint_kind kind)
+{
+    int n_phases = f->n_phases * f->n_phases;
+    return ((size_t)(index + f->max_index) * (size_t)n_phases + (size_t)phase) *
+               RF_N_KINDS +
+           (size_t)kind;
 }
 
 /*
  * Builds one footprint; not for two threads on the same slot. False: out of memory.
  */
-bool rf_footprint_build(struct rf_footprints *f, int index, int phase);
+bool rf_footprint_build(struct rf_footprints *f, size_t slot);
+
+/* Builds every slot i with needed[i] != 0 on all threads. */
+rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
+                              struct rf_error *error);
 
 #endif

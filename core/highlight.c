@@ -40,11 +40,16 @@ struct highlights {
     int n_failed;
 };
 
+static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
+{
+    return rf_footprint_slot(&h->footprints, rf_radius_index(&h->footprints, s->r), 0,
+                             RF_POSITIVE);
+}
+
 static const struct rf_footprint *footprint_of(const struct highlights *h,
                                                const struct rf_sample *s)
 {
-    return h->footprints.table[rf_footprint_slot(
-        &h->footprints, rf_radius_index(&h->footprints, s->r), 0)];
+    return h->footprints.table[slot_of(h, s)];
 }
 
 /* ---- what stands in the way ---------------------------------------------------- */
@@ -249,21 +254,15 @@ static rf_result build_footprints(struct highlights *h, struct rf_error *error)
 {
     const struct rf_context *context = h->scene->filter->context;
     struct rf_footprints *f = &h->footprints;
-    int n_slots = 2 * f->max_index + 1;
-    unsigned char *needed = rf_calloc(context, (size_t)n_slots, 1);
+    size_t n_slots = rf_footprint_count(f);
+    unsigned char *needed = rf_calloc(context, n_slots, 1);
     if (!needed)
-        return rf_fail_memory(error, (size_t)n_slots, 1);
+        return rf_fail_memory(error, n_slots, 1);
     for (size_t i = 0; i < h->samples->n; i++)
-        needed[rf_radius_index(f, h->samples->at[i].r) + f->max_index] = 1;
-    int n_failed = 0;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
-    for (int i = 0; i < n_slots; i++)
-        if (needed[i] && !rf_footprint_build(f, i - f->max_index, 0)) {
-#pragma omp atomic
-            n_failed++;
-        }
+        needed[slot_of(h, &h->samples->at[i])] = 1;
+    rf_result result = rf_footprints_build(f, needed, error);
     rf_free(context, needed);
-    return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
+    return result;
 }
 
 rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],

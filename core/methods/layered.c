@@ -22,6 +22,7 @@ static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
 static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
 static const float HIGHLIGHT_RADIUS_PX = 1;
 static const float BORDER_LUMINANCE = 1;
+static const float BRIGHT = 4; /* times the darkest pixel of 5 x 5 */
 
 enum {
     MAX_BORDER = 256,
@@ -36,7 +37,8 @@ struct layered {
     struct rf_surfaces surfaces;
     struct rf_surface *hidden;
     float *hidden_weight;
-    float *area; /* per block of AREA: geometric mean luminance */
+    float *darkest; /* per pixel: least luminance of 5 x 5 */
+    float *area;    /* per block of AREA: geometric mean luminance */
     int n_area_x, n_area_y;
     struct rf_sample *samples;
     struct rf_samples highlights;
@@ -75,6 +77,31 @@ static void load_pixels(struct layered *l)
                     s.c[n] *= BORDER_LUMINANCE / lum;
             l->pixels[(size_t)y * (size_t)l->width + (size_t)x] = s;
         }
+}
+
+static float pixel_luminance(const struct layered *l, int x, int y)
+{
+    const struct rf_surface *s = &l->pixels[(size_t)y * (size_t)l->width + (size_t)x];
+    return rf_luminance(s->c[0], s->c[1], s->c[2]);
+}
+
+static float darkest_around(const struct layered *l, int x, int y)
+{
+    float least = INFINITY;
+    for (int j = rf_max_int(y - 2, 0); j <= rf_min_int(y + 2, l->height - 1); j++)
+        for (int i = rf_max_int(x - 2, 0); i <= rf_min_int(x + 2, l->width - 1); i++)
+            least = fminf(least, pixel_luminance(l, i, j));
+    return least;
+}
+
+static void find_darkest(struct layered *l)
+{
+#pragma omp parallel for num_threads(l->work->filter->context->n_threads)              \
+    schedule(static)
+    for (int y = 0; y < l->height; y++)
+        for (int x = 0; x < l->width; x++)
+            l->darkest[(size_t)y * (size_t)l->width + (size_t)x] =
+                darkest_around(l, x, y);
 }
 
 /* ---- highlights ---------------------------------------------------------------- */
@@ -120,10 +147,17 @@ static bool is_highlight(const struct layered *l, const struct rf_surface *s, in
            lum > HIGHLIGHT_OVER_AREA * factor * usual_luminance(l, x, y);
 }
 
-static struct rf_sample make_sample(const struct rf_surface *s, int x, int y, float w)
+static struct rf_sample make_sample(const struct layered *l, const struct rf_surface *s,
+                                    int x, int y, float w)
 {
-    struct rf_sample p = {
-        .x = (float)x + 0.5f, .y = (float)y + 0.5f, .r = s->r, .w = w};
+    float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
+    float darkest = l->darkest[(size_t)y * (size_t)l->width + (size_t)x];
+
+    struct rf_sample p = {.x = (float)x + 0.5f,
+                          .y = (float)y + 0.5f,
+                          .r = s->r,
+                          .w = w,
+                          .is_bright = lum > BRIGHT * darkest};
     memcpy(p.c, s->c, sizeof p.c);
     return p;
 }
@@ -181,7 +215,7 @@ static float highlight_factor(struct layered *l)
 static struct rf_sample take_light(const struct layered *l, struct rf_surface *s, int x,
                                    int y, float w)
 {
-    struct rf_sample light = make_sample(s, x, y, w);
+    struct rf_sample light = make_sample(l, s, x, y, w);
     float keep = usual_luminance(l, x, y) / rf_luminance(s->c[0], s->c[1], s->c[2]);
     light.c[3] = 0; /* coverage stays with the surface */
     for (int n = 0; n < 3; n++) {
@@ -223,10 +257,15 @@ static rf_result take_highlights(struct layered *l, struct rf_error *error)
 
 /* ---- samples ------------------------------------------------------------------- */
 
+struct collector {
+    const struct layered *l;
+    struct rf_samples *visible;
+};
+
 static void collect(void *user, struct rf_surface *s, int x, int y, float w)
 {
-    struct rf_samples *visible = user;
-    visible->at[visible->n++] = make_sample(s, x, y, w);
+    struct collector *c = user;
+    c->visible->at[c->visible->n++] = make_sample(c->l, s, x, y, w);
 }
 
 static void collect_hidden(const struct layered *l, struct rf_samples *hidden)
@@ -236,7 +275,7 @@ static void collect_hidden(const struct layered *l, struct rf_samples *hidden)
             size_t i = (size_t)y * (size_t)l->width + (size_t)x;
             if (l->hidden_weight[i] > 0)
                 hidden->at[hidden->n++] =
-                    make_sample(&l->hidden[i], x, y, l->hidden_weight[i]);
+                    make_sample(l, &l->hidden[i], x, y, l->hidden_weight[i]);
         }
 }
 
@@ -263,7 +302,8 @@ static rf_result composite(struct layered *l, struct rf_error *error)
                              .progress_to = 1};
     scene.visible.at = l->samples;
     scene.highlights = l->highlights;
-    visit_visible(l, collect, &scene.visible);
+    struct collector collector = {l, &scene.visible};
+    visit_visible(l, collect, &collector);
     scene.hidden.at = l->samples + scene.visible.n;
     if (l->hidden)
         collect_hidden(l, &scene.hidden);
@@ -287,6 +327,7 @@ static rf_result find_surfaces(struct layered *l, struct rf_error *error)
     struct rf_pixels pixels = {l->width, l->height, l->pixels};
     load_pixels(l);
     measure_areas(l);
+    find_darkest(l);
     rf_task_phase(task, 0.15, l->height);
     if (f->params.split_edges)
         rf_split_edges(f, &pixels, &l->surfaces, task);
@@ -312,6 +353,7 @@ static rf_result allocate(struct layered *l, struct rf_error *error)
     l->area =
         rf_alloc(context, (size_t)l->n_area_x * (size_t)l->n_area_y, sizeof(float));
     l->pixels = rf_alloc(context, n, sizeof *l->pixels);
+    l->darkest = rf_alloc(context, n, sizeof *l->darkest);
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
         .height = l->height,
@@ -319,8 +361,8 @@ static rf_result allocate(struct layered *l, struct rf_error *error)
         .far = rf_alloc(context, n, sizeof *l->surfaces.far),
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
     };
-    bool is_complete = l->area && l->pixels && l->surfaces.near && l->surfaces.far &&
-                       l->surfaces.share;
+    bool is_complete = l->area && l->pixels && l->darkest && l->surfaces.near &&
+                       l->surfaces.far && l->surfaces.share;
     if (l->work->filter->params.fill_hidden) {
         l->hidden = rf_alloc(context, n, sizeof *l->hidden);
         l->hidden_weight = rf_alloc(context, n, sizeof *l->hidden_weight);
@@ -357,6 +399,7 @@ rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
     rf_free(context, l.surfaces.share);
     rf_free(context, l.surfaces.far);
     rf_free(context, l.surfaces.near);
+    rf_free(context, l.darkest);
     rf_free(context, l.pixels);
     rf_free(context, l.area);
     return result;
