@@ -398,7 +398,7 @@ def build_plane(camera):
     """A textured ground through focus under an open sky, and a few boxes."""
     rng = random.Random(303)
     set_light((0.45, 0.65, 1.0), 0.6, 2.4, (48, 0, 30))
-    ground = make_material(((0.65, 0.6, 0.5), (0.15, 0.17, 0.16)), "checker", 9.0)
+    ground = make_material(((0.65, 0.6, 0.5), (0.15, 0.17, 0.16)), "checker", 22.0)
     add_quad(30, 30, ground, (0, 14.5, 0))
     for x, depth in ((-0.55, 1.15), (0.5, 1.5), (-0.25, 2.2), (0.9, 3.2), (-1.8, 5.0)):
         size = rng.uniform(0.1, 0.16) * depth
@@ -500,7 +500,7 @@ SCENES = {
         build_portrait,
     ),
     "plane": (
-        Camera(360, 240, 35, 0.34, 1.5, height_above_ground=0.5, pitch_deg=-14),
+        Camera(360, 240, 35, 0.4, 1.5, height_above_ground=0.22, pitch_deg=-6),
         build_plane,
     ),
     "macro": (
