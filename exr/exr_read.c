@@ -100,7 +100,12 @@ void exr_core_on_error(exr_const_context_t context, exr_result_t code,
 
 const char *exr_core_message(exr_result_t fallback)
 {
-    return core_message[0] ? core_message : exr_get_default_error_message(fallback);
+    if (core_message[0])
+        return core_message;
+    /* read_at reports other failures; a short read is none in a header. */
+    if (fallback == EXR_ERR_READ_IO)
+        return "the file ends too early";
+    return exr_get_default_error_message(fallback);
 }
 
 const char *exr_compression_name(int compression)
@@ -160,8 +165,6 @@ static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
             continue;
         if (n < 0)
             report(context, EXR_ERR_READ_IO, "%s", strerror(errno));
-        else if (n == 0)
-            report(context, EXR_ERR_READ_IO, "the file ends too early");
         if (n <= 0)
             break;
         done += (uint64_t)n;

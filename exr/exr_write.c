@@ -370,6 +370,15 @@ static exr_result_t set_structure(struct writer *w, int index)
                                         (exr_compression_t)part->compression);
 }
 
+/* The core asks every part of a file with deep parts for a version. */
+static exr_result_t set_version(struct writer *w, int index)
+{
+    bool has_deep = false;
+    for (int i = 0; w->n_parts > 1 && i < w->n_parts; i++)
+        has_deep |= w->output->like->parts[i].is_deep;
+    return has_deep ? exr_set_version(w->context, index, 1) : EXR_ERR_SUCCESS;
+}
+
 static exr_result_t set_tiles(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
@@ -420,6 +429,8 @@ static exr_result_t add_part(struct writer *w, int index)
         result = set_channels(w, index);
     if (result == EXR_ERR_SUCCESS)
         result = set_tiles(w, index);
+    if (result == EXR_ERR_SUCCESS)
+        result = set_version(w, index);
     bool is_target = part->like_part < 0 || part->like_part == w->output->like_part;
     if (result == EXR_ERR_SUCCESS && is_target)
         result = exr_set_attributes(w->context, index, w->output);
@@ -435,6 +446,7 @@ static bool write_header(struct writer *w)
     settings.user_data = w;
     settings.write_fn = write_at;
     settings.alloc_fn = malloc; /* known, for free_pipeline */
+    settings.zip_level = 4; /* as the C++ library; 6 takes 30 % more time for 0.7 % */
     settings.free_fn = free;
 
     exr_core_clear();
