@@ -1,0 +1,548 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus povray: a POV-Ray scene in, the picture its lens would have made out. */
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "exr.h"
+#include "filter_run.h"
+#include "measure.h"
+#include "picture.h"
+#include "povray.h"
+#include "progress.h"
+#include "settings.h"
+
+struct povray_tool {
+    const char *output, *keep, *focal_point, *frames;
+    double aperture;
+    int32_t n_reference, n_threads;
+    bool is_linear, is_camera_only, is_quiet;
+};
+
+#define AT(member) offsetof(struct povray_tool, member)
+
+static const struct option options[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = OPTION_FILE,
+     .offset = AT(output),
+     .value = "FILE",
+     .help =
+         "The picture to write: .exr or .png. With --frames the number of the frame "
+         "takes the place of ####, or goes before the ending."},
+    {.name = "aperture",
+     .kind = OPTION_NUMBER,
+     .offset = AT(aperture),
+     .value = "SIZE",
+     .min = 0,
+     .max = 1e9,
+     .help = "POV-Ray's aperture in place of the scene's; the lens radius is a quarter "
+             "of it."},
+    {.name = "focal-point",
+     .kind = OPTION_TEXT,
+     .offset = AT(focal_point),
+     .value = "X,Y,Z",
+     .help = "Point in focus, in place of the scene's."},
+    {.name = "keep",
+     .kind = OPTION_FILE,
+     .offset = AT(keep),
+     .value = "DIR",
+     .help = "Keep the passes as DIR/passes.exr, which rackfocus filter refocuses "
+             "without rendering."},
+    {.name = "reference",
+     .kind = OPTION_INT,
+     .offset = AT(n_reference),
+     .value = "COUNT",
+     .min = 1,
+     .max = 100000,
+     .help = "Also render POV-Ray's own focal blur with so many samples, and compare."},
+    {.name = "frames",
+     .kind = OPTION_TEXT,
+     .offset = AT(frames),
+     .value = "A-B",
+     .help = "Frames of an animation: POV-Ray's +KFIA +KFFB, one picture each."},
+    {.name = "linear-light",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_linear),
+     .help = "Sum light physically, not in the scene's assumed_gamma as POV-Ray does."},
+    {.name = "camera",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_camera_only),
+     .help = "Print the scene's camera, checked by a small render, and stop."},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+/* ---- the command line ----------------------------------------------------------- */
+
+struct frames {
+    int32_t first, last;
+    bool is_animation;
+};
+
+static bool fail_usage(const char *text)
+{
+    message("%s; see rackfocus povray --help", text);
+    return false;
+}
+
+static bool parse_frames(const char *text, struct frames *frames)
+{
+    int used = 0;
+    if (!text)
+        return true;
+    frames->is_animation = true;
+    return (sscanf(text, "%d-%d%n", &frames->first, &frames->last, &used) == 2 &&
+            text[used] == 0 && frames->first >= 0 && frames->last >= frames->first) ||
+           fail_usage("--frames takes two frame numbers such as 1-25");
+}
+
+static bool parse_point(const char *text, double point[3])
+{
+    const char *at = text;
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        point[i] = strtod(at, &end);
+        if (end == at || *end != (i < 2 ? ',' : 0) || !isfinite(point[i]))
+            return fail_usage("--focal-point takes three numbers such as 5,10,5");
+        at = end + 1;
+    }
+    return true;
+}
+
+static bool check_usage(const struct povray_tool *tool, const struct operands *operands)
+{
+    if (operands->n == 0)
+        return fail_usage("povray needs a scene, a file of POV-Ray's language");
+    if (operands->n > 1)
+        return fail_usage("povray takes one scene; options for POV-Ray follow --");
+    if (tool->is_camera_only)
+        return true;
+    if (!tool->output)
+        return fail_usage("povray needs an output, -o FILE.exr or -o FILE.png");
+    if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
+        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
+                tool->output);
+        return false;
+    }
+    return true;
+}
+
+static bool is_typed(const struct settings *settings, const char *name)
+{
+    return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
+}
+
+static bool is_cancelled(void *user)
+{
+    (void)user;
+    return is_interrupted();
+}
+
+static void show_progress(void *bar, double fraction)
+{
+    progress_report(bar, fraction);
+}
+
+/* What the glue needs to know of the command line. */
+static bool make_options(const struct povray_tool *tool,
+                         const struct settings *settings,
+                         const struct operands *operands, struct povray_options *made)
+{
+    *made = (struct povray_options){.scene = operands->items[0],
+                                    .args = operands->rest,
+                                    .n_args = operands->n_rest,
+                                    .frame = -1,
+                                    .wants_lens = !is_typed(settings, "f-stop"),
+                                    .is_cancelled = is_cancelled,
+                                    .n_threads = thread_count(tool->n_threads)};
+    if (!isnan(tool->aperture)) {
+        made->has_aperture = true;
+        made->aperture = tool->aperture;
+    } else if (is_typed(settings, "lens-radius")) {
+        made->has_aperture = true;
+        made->aperture = 4 * settings->params.lens_radius;
+    }
+    if (is_typed(settings, "focus-distance")) {
+        made->has_focus_distance = true;
+        made->focus_distance = settings->params.focus_distance;
+    }
+    made->has_focal_point = tool->focal_point != NULL;
+    return !tool->focal_point || parse_point(tool->focal_point, made->focal_point);
+}
+
+/* ---- passes --------------------------------------------------------------------- */
+
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static struct exr_attribute number_attribute(const char *key, double number)
+{
+    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
+                                  .type = EXR_ATTRIBUTE_FLOAT,
+                                  .number = {number, 0}};
+}
+
+static struct exr_attribute text_attribute(const char *key, const char *text)
+{
+    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
+                                  .type = EXR_ATTRIBUTE_STRING,
+                                  .text = text};
+}
+
+/* The facts of the camera for the header; returns their number, at most 8. */
+static int list_facts(const struct povray_passes *passes, struct exr_attribute *list)
+{
+    const struct povray_camera *camera = &passes->camera;
+    int n = 0;
+    list[n++] = number_attribute("focus-distance", camera->focus_distance);
+    list[n++] = number_attribute("lens-radius", camera->aperture / 4);
+    list[n++] = number_attribute("blend-gamma", passes->gamma);
+    list[n++] = text_attribute("depth", "planar");
+    list[n++] = text_attribute("projection", camera->is_orthographic ? "orthographic"
+                                                                     : "perspective");
+    if (camera->is_orthographic) {
+        list[n++] = text_attribute("sensor-fit", "horizontal");
+        list[n++] = number_attribute("ortho-scale", length(camera->right));
+    } else {
+        list[n++] = number_attribute("focal-length-px", passes->width *
+                                                            length(camera->direction) /
+                                                            length(camera->right));
+    }
+    return n;
+}
+
+/* Colour as half, which is what POV-Ray gave, and depth as float. */
+static bool write_passes(const char *path, const struct povray_passes *passes,
+                         int n_threads, struct exr_error *error)
+{
+    static const char *const names[] = {"R", "G", "B", "Z", "A"};
+    static const enum exr_sample_type types[] = {EXR_SAMPLE_HALF, EXR_SAMPLE_HALF,
+                                                 EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT,
+                                                 EXR_SAMPLE_HALF};
+    struct exr_attribute facts[8];
+    const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
+    const size_t n = passes->has_alpha ? 5 : 4;
+    float *samples = need_memory(n_pixels * n, sizeof(float));
+    for (size_t i = 0; i < n_pixels; i++) {
+        memcpy(samples + n * i, passes->colour + 4 * i, 3 * sizeof(float));
+        samples[n * i + 3] = passes->depth[i];
+        if (passes->has_alpha)
+            samples[n * i + 4] = passes->colour[4 * i + 3];
+    }
+    const struct exr_box window = {0, 0, passes->width - 1, passes->height - 1};
+    const double pixel_width = length(passes->camera.right) / passes->width;
+    const double pixel_height = length(passes->camera.up) / passes->height;
+    const struct exr_output output = {.width = passes->width,
+                                      .height = passes->height,
+                                      .data_window = window,
+                                      .display_window = window,
+                                      .pixel_aspect =
+                                          (float)(pixel_width / pixel_height),
+                                      .n_channels = (int)n,
+                                      .channel_names = names,
+                                      .types = types,
+                                      .samples = samples,
+                                      .attributes = facts,
+                                      .n_attributes = list_facts(passes, facts)};
+    const bool is_written = exr_write(path, &output, n_threads, error);
+    free(samples);
+    return is_written;
+}
+
+/* ---- names ---------------------------------------------------------------------- */
+
+static char *format_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+static char *format_text(const char *format, ...)
+{
+    char *text = NULL;
+    va_list arguments;
+    va_start(arguments, format);
+    if (vasprintf(&text, format, arguments) < 0)
+        text = NULL;
+    va_end(arguments);
+    if (!text) {
+        message("out of memory");
+        exit(EXIT_FAILED);
+    }
+    return text;
+}
+
+/* "out.exr" becomes "out0012.exr", "out_##.exr" becomes "out_12.exr". */
+static char *frame_name(const char *name, int32_t frame)
+{
+    if (frame < 0)
+        return format_text("%s", name);
+    const char *hashes = strchr(name, '#'), *slash = strrchr(name, '/');
+    if (hashes && (!slash || hashes > slash)) {
+        const int n = (int)strspn(hashes, "#");
+        return format_text("%.*s%0*d%s", (int)(hashes - name), name, n, frame,
+                           hashes + n);
+    }
+    const char *dot = strrchr(name, '.');
+    return format_text("%.*s%04d%s", (int)(dot - name), name, frame, dot);
+}
+
+/* ---- the run -------------------------------------------------------------------- */
+
+struct job {
+    const struct povray_tool *tool;
+    struct settings settings;
+    struct povray_options options;
+    struct povray_scene *scene;
+    struct povray_passes passes;
+    double started_s;
+};
+
+static int fail_povray(const struct povray_error *error)
+{
+    if (error->is_interrupted || is_interrupted())
+        return interrupt_exit_code();
+    message("%s", error->message);
+    return EXIT_FAILED;
+}
+
+static void print_vector(const char *name, const double v[3])
+{
+    printf("%s %.10g %.10g %.10g\n", name, v[0], v[1], v[2]);
+}
+
+static int print_camera(struct job *job)
+{
+    struct povray_error error;
+    struct povray_camera camera;
+    double gamma;
+    if (!povray_find_camera(job->scene, &camera, &gamma, &error))
+        return fail_povray(&error);
+    printf("projection %s\n", camera.is_orthographic ? "orthographic" : "perspective");
+    print_vector("location", camera.location);
+    print_vector("direction", camera.direction);
+    print_vector("right", camera.right);
+    print_vector("up", camera.up);
+    printf("aperture %.10g\n", camera.aperture);
+    printf("focus_distance %.10g\n", camera.focus_distance);
+    printf("blur_samples %d\n", camera.blur_samples);
+    printf("gamma %.10g\n", gamma);
+    return EXIT_DONE;
+}
+
+static int render_passes(struct job *job)
+{
+    struct povray_error error;
+    struct progress bar;
+    progress_start(&bar, "rendering", job->tool->is_quiet);
+    job->options.progress = show_progress;
+    job->options.user = &bar;
+    const bool is_opened = povray_open(&job->scene, &job->options, &error);
+    const bool is_rendered =
+        is_opened && povray_render(job->scene, &job->passes, &error);
+    progress_end(&bar);
+    if (!is_rendered)
+        return fail_povray(&error);
+    if (job->passes.warning[0])
+        warning(job->tool->is_quiet, "%s: %s", job->options.scene, job->passes.warning);
+    return EXIT_DONE;
+}
+
+static int filter_passes(struct job *job, const char *passes_path, const char *output)
+{
+    struct exr_error error;
+    if (!write_passes(passes_path, &job->passes, job->options.n_threads, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    const struct filter_options filter = {.output = output,
+                                          .n_threads = job->tool->n_threads,
+                                          .is_quiet = job->tool->is_quiet};
+    struct settings settings = job->settings;
+    return filter_run(&filter, &settings, (char *const[]){(char *)passes_path}, 1);
+}
+
+static void print_lens(const struct job *job)
+{
+    const struct povray_camera *camera = &job->passes.camera;
+    printf("lens radius %g, focus distance %g, light summed in %s\n",
+           camera->aperture / 4, camera->focus_distance,
+           job->tool->is_linear     ? "linear light"
+           : job->passes.is_srgb    ? "the curve of sRGB (gamma 2.2)"
+           : job->passes.gamma == 1 ? "linear light"
+                                    : "the scene's assumed_gamma");
+}
+
+static int compare_reference(struct job *job, const char *output, double own_s)
+{
+    struct povray_error error;
+    struct exr_error read_error;
+    struct picture picture;
+    struct progress bar;
+    float *rgba = NULL;
+    double seconds = 0;
+    progress_start(&bar, "rendering the reference", job->tool->is_quiet);
+    const bool is_rendered = povray_render_reference(
+        job->scene, &job->passes, job->tool->n_reference, &rgba, &seconds, &error);
+    progress_end(&bar);
+    if (!is_rendered)
+        return fail_povray(&error);
+    if (!picture_read(output, NULL, job->options.n_threads, &picture, &read_error)) {
+        message("%s", read_error.message);
+        free(rgba);
+        return EXIT_FAILED;
+    }
+    const size_t n_pixels = (size_t)picture.width * (size_t)picture.height;
+    for (size_t i = 0; i < n_pixels; i++)
+        memmove(rgba + 3 * i, rgba + 4 * i, 3 * sizeof(float));
+    struct measures measures;
+    measure_pictures(picture.samples, rgba, picture.width, picture.height, &measures);
+    printf("POV-Ray's focal blur, %d samples: %.2f s\n", job->tool->n_reference,
+           seconds);
+    printf("rackfocus: %.2f s, %.1f times faster\n", own_s, seconds / own_s);
+    printf("tPSNR %.2f dB\n", measures.tpsnr_db);
+    picture_free(&picture);
+    free(rgba);
+    return EXIT_DONE;
+}
+
+static int make_picture(struct job *job)
+{
+    const int32_t frame = job->options.frame;
+    job->started_s = clock_seconds();
+    int code = render_passes(job);
+    if (code != EXIT_DONE)
+        return code;
+    char *output = frame_name(job->tool->output, frame);
+    char *passes_name = frame_name("passes.exr", frame);
+    char *passes_path =
+        job->tool->keep ? format_text("%s/%s", job->tool->keep, passes_name)
+                        : format_text("%s%s", povray_folder(job->scene), passes_name);
+    code = filter_passes(job, passes_path, output);
+    const double own_s = clock_seconds() - job->started_s;
+    if (code == EXIT_DONE && !job->tool->is_quiet) {
+        print_lens(job);
+        printf("%s: %.2f s, %.2f s of it POV-Ray's\n", output, own_s,
+               job->passes.total_s);
+    }
+    if (code == EXIT_DONE && job->tool->n_reference > 0)
+        code = compare_reference(job, output, own_s);
+    free(passes_path);
+    free(passes_name);
+    free(output);
+    return code;
+}
+
+static bool prepare_output(const struct povray_tool *tool, const struct frames *frames)
+{
+    struct exr_error error;
+    char *output = frame_name(tool->output, frames->is_animation ? frames->first : -1);
+    const bool is_writable = picture_check_writable(output, &error);
+    free(output);
+    if (!is_writable) {
+        message("%s", error.message);
+        return false;
+    }
+    if (tool->keep && mkdir(tool->keep, 0777) != 0 && errno != EEXIST) {
+        message("%s: cannot make the folder: %s", tool->keep, strerror(errno));
+        return false;
+    }
+    return true;
+}
+
+static int run_frames(struct job *job, const struct frames *frames)
+{
+    int code = EXIT_DONE;
+    const int32_t last = frames->is_animation ? frames->last : 0;
+    for (int32_t f = frames->first; f <= last && code == EXIT_DONE; f++) {
+        if (frames->is_animation) {
+            job->options.frame = f;
+            job->options.first_frame = frames->first;
+            job->options.last_frame = frames->last;
+        }
+        code = make_picture(job);
+        povray_passes_free(&job->passes);
+        povray_close(job->scene);
+        job->scene = NULL;
+    }
+    return code;
+}
+
+static int run_camera(struct job *job)
+{
+    struct povray_error error;
+    if (!povray_open(&job->scene, &job->options, &error))
+        return fail_povray(&error);
+    const int code = print_camera(job);
+    povray_close(job->scene);
+    return code;
+}
+
+/* A lost terminal ends the work as an interruption does, so that nothing stays. */
+static void end_politely(int number)
+{
+    (void)number;
+    raise(SIGTERM);
+}
+
+static int run_tool(struct povray_tool *tool, struct settings *settings,
+                    const struct operands *operands)
+{
+    struct job job = {.tool = tool};
+    struct frames frames = {0};
+    if (!check_usage(tool, operands) || !parse_frames(tool->frames, &frames) ||
+        !make_options(tool, settings, operands, &job.options))
+        return EXIT_USAGE;
+    if (tool->is_linear)
+        settings_set(settings, "blend-gamma", "1", NULL);
+    job.settings = *settings;
+    interrupt_catch();
+    signal(SIGHUP, end_politely);
+    if (tool->is_camera_only)
+        return run_camera(&job);
+    if (!prepare_output(tool, &frames))
+        return EXIT_FAILED;
+    return run_frames(&job, &frames);
+}
+
+static int cmd_povray(int argc, char **argv)
+{
+    struct povray_tool tool = {.aperture = NAN};
+    struct settings settings;
+    struct operands operands;
+    int code = options_parse(&command_povray, argc, argv, &tool, &settings, &operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    code = run_tool(&tool, &settings, &operands);
+    operands_free(&operands);
+    return code;
+}
+
+const struct command command_povray = {
+    .name = "povray",
+    .summary = "render a POV-Ray scene with its lens",
+    .usage = "SCENE.pov -o OUT [options] [-- POV-Ray's options]",
+    .description =
+        "Renders an unmodified scene as a pinhole picture with depth, finds its camera "
+        "and lens, and filters: the picture of POV-Ray's focal blur, without its grain "
+        "and in a fraction of its time.\n\n"
+        "The aperture and the focal point are the scene's unless options give others. "
+        "What follows -- goes to POV-Ray: +W640 +H480 +Lpath +A0.1. The colour is "
+        "rendered with +A0.05 +AM2 +R3 unless another anti-aliasing is given there.",
+    .examples = "rackfocus povray scene.pov -o out.exr -- +W640 +H480\n"
+                "rackfocus povray scene.pov -o out.png --aperture 0.4 "
+                "--focal-point 0,1,0 --keep passes\n"
+                "rackfocus filter passes/passes.exr -o nearer.exr --focus-distance 4",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .takes_params = true,
+    .keeps_rest = true,
+    .run = cmd_povray,
+};

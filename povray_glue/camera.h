@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * From the records of the debug stream (rewrite.c) to a camera, by POV-Ray 3.7's rules,
+ * found by rendering (docs/povray.md lists them).
+ */
+#ifndef POVRAY_CAMERA_H
+#define POVRAY_CAMERA_H
+
+#include <stdbool.h>
+
+#include "povray.h"
+#include "text.h"
+
+/*
+ * Replays the records and gives the camera that POV-Ray would use: the last one. False
+ * with a message that names the feature where it is no camera of ours.
+ */
+bool camera_replay(struct povray_camera *camera, const char *records,
+                   struct povray_error *error);
+
+/* A number written by `#debug "@rf~KEY~NUMBER;"`, the last one; false where absent. */
+bool records_find_number(const char *records, const char *key, double *number);
+
+/* The camera in POV-Ray's words. With n_samples > 0 it has its lens. */
+void camera_write(struct text *out, const struct povray_camera *camera, int n_samples);
+
+/* Start and direction of the ray through (x, y) px; the direction reaches from the
+ * camera to the plane at distance |camera->direction| along the axis. */
+void camera_ray(const struct povray_camera *camera, double x, double y, int32_t width,
+                int32_t height, double start[3], double direction[3]);
+
+double vector_length(const double v[3]);
+
+#endif

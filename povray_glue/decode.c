@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Depth from fog. POV-Ray shows through fog of distance D and colour K
+ *
+ *     B = A e + F + K (1 - e),   e = exp(-t / D)
+ *
+ *   A  what is seen without this fog    t  distance along the ray
+ *   F  light of the scene's own fogs, which POV-Ray adds up side by side
+ *
+ * With F = 0 and A from a render without fog, e = (K - B) / (K - A). Where the scene
+ * has fog, the difference of a lit and a black fog is used: 1 - e = (B - B0) / K. Half
+ * floats carry 11 bits: the error of t is about 2.4e-4 D (exp(t / D) - 1), so the near
+ * fog serves up to 1.5 D and the far one from 2.5 D on, mixed in between.
+ */
+#include "decode.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "camera.h"
+#include "exr.h"
+#include "text.h"
+
+#define MIX_FROM 1.5
+#define MIX_TO 2.5
+/* e below which nothing was hit: twice the step of a half float near 1. */
+#define LEAST_LIGHT 1e-3
+#define HALF_MAX 65504.0f
+
+bool decode_read(struct decode_picture *picture, const char *path, int n_threads,
+                 struct povray_error *error)
+{
+    struct exr_input *input = NULL;
+    struct exr_error exr_error = {""};
+    struct exr_layer layer;
+    int n;
+    *picture = (struct decode_picture){0};
+    bool is_read = exr_open(&input, path, &exr_error) &&
+                   exr_find_layer(input, NULL, NULL, false, &layer, &exr_error);
+    if (is_read) {
+        const struct exr_box box = exr_parts(input, &n)->data_window;
+        picture->width = box.max_x - box.min_x + 1;
+        picture->height = box.max_y - box.min_y + 1;
+        picture->has_alpha = layer.a >= 0;
+        size_t n_samples = (size_t)picture->width * (size_t)picture->height * 4;
+        picture->rgba = glue_alloc(n_samples, sizeof(float));
+        is_read = exr_read(input, (const int[]){layer.r, layer.g, layer.b, layer.a}, 4,
+                           picture->rgba, n_threads, &exr_error);
+        for (size_t i = 0; i < n_samples; i++) {
+            float v = picture->rgba[i];
+            picture->rgba[i] = v != v ? 0 : v > HALF_MAX ? HALF_MAX : v;
+        }
+    }
+    exr_close(input);
+    if (!is_read) {
+        snprintf(error->message, sizeof error->message, "%s", exr_error.message);
+        free(picture->rgba);
+        picture->rgba = NULL;
+    }
+    return is_read;
+}
+
+double decode_value(const struct decode_space *space, double value)
+{
+    if (value <= 0)
+        return 0;
+    if (!space->is_srgb)
+        return space->gamma == 1 ? value : pow(value, 1 / space->gamma);
+    return value <= 0.0031308 ? 12.92 * value : 1.055 * pow(value, 1 / 2.4) - 0.055;
+}
+
+bool decode_find_space(struct decode_space *space, const double seen[3],
+                       const double shown[3])
+{
+    double sum = 0, error = 0;
+    for (int c = 0; c < 3; c++)
+        sum += log(fmax(seen[c], 1e-30)) / log(shown[c]);
+    *space = (struct decode_space){sum / 3, false};
+    for (int c = 0; c < 3; c++)
+        error = fmax(error, fabs(decode_value(space, seen[c]) - shown[c]) / shown[c]);
+    /* Half floats: 5e-4 of the value, less after the root. */
+    if (error < 2e-3 && space->gamma > 0.2 && space->gamma < 20) {
+        if (fabs(space->gamma - round(space->gamma * 100) / 100) < 1e-3)
+            space->gamma = round(space->gamma * 100) / 100;
+        return true;
+    }
+    *space = (struct decode_space){2.2, true};
+    for (int c = 0; c < 3; c++)
+        if (fabs(decode_value(space, seen[c]) - shown[c]) > 2e-3 * shown[c])
+            return false;
+    return true;
+}
+
+/* Share e of the light that came through one fog; *has_fog false where none was seen.
+ */
+static double fog_transmission(const struct decode_fog *fog,
+                               const struct decode_space *space, size_t i,
+                               bool *has_fog)
+{
+    double sum = 0, weights = 0;
+    *has_fog = false;
+    for (int c = 0; c < 3; c++) {
+        double base = decode_value(space, (double)fog->base[4 * i + (size_t)c]);
+        double fogged = decode_value(space, (double)fog->fogged[4 * i + (size_t)c]);
+        double range = fog->light[c] - (fog->is_dark ? 0 : base);
+        if (range < 0.1 * fog->light[c])
+            continue; /* as bright as the fog: says nothing */
+        sum += range - (fogged - base);
+        weights += range;
+        *has_fog |= fogged != base;
+    }
+    return weights > 0 ? sum / weights : 1;
+}
+
+static double distance_through(const struct decode_fog fogs[2],
+                               const struct decode_space *space, size_t i,
+                               bool *has_fog)
+{
+    bool is_near_seen, is_far_seen;
+    double near_e = fog_transmission(&fogs[0], space, i, &is_near_seen);
+    double far_e = fog_transmission(&fogs[1], space, i, &is_far_seen);
+    *has_fog = is_near_seen || is_far_seen;
+    double near_t = -log(fmax(near_e, 1e-9)), far_t = INFINITY;
+    if (far_e > LEAST_LIGHT)
+        far_t = -log(fmin(far_e, 1)) * fogs[1].distance;
+    double mix = (near_t - MIX_FROM) / (MIX_TO - MIX_FROM);
+    near_t = fmax(near_t, 0) * fogs[0].distance;
+    if (mix <= 0)
+        return near_t;
+    return mix >= 1 ? far_t : near_t + mix * (far_t - near_t);
+}
+
+int64_t decode_depth(const struct decode_fog fogs[2], const struct decode_space *space,
+                     const struct povray_camera *camera, int32_t width, int32_t height,
+                     float *depth)
+{
+    double axis_length = vector_length(camera->direction);
+    int64_t n_inside = 0;
+#pragma omp parallel for reduction(+ : n_inside) schedule(static)
+    for (int32_t y = 0; y < height; y++) {
+        for (int32_t x = 0; x < width; x++) {
+            size_t i = (size_t)y * (size_t)width + (size_t)x;
+            bool has_fog;
+            double start[3], direction[3];
+            double t = distance_through(fogs, space, i, &has_fog);
+            camera_ray(camera, x + 0.5, y + 0.5, width, height, start, direction);
+            depth[i] = (float)(t * axis_length / vector_length(direction));
+            n_inside += !has_fog;
+        }
+    }
+    return n_inside;
+}

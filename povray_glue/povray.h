@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Drives POV-Ray 3.7: renders an unmodified scene as a pinhole picture with depth, and
+ * finds its camera and lens. Nothing is written but a private folder, which is removed.
+ */
+#ifndef POVRAY_H
+#define POVRAY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct povray_error {
+    char message[4096]; /* "FILE:LINE: what is wrong; the way out" */
+    bool is_interrupted;
+};
+
+struct povray_camera {
+    bool is_orthographic;
+    /* As in the scene's language, after all transformations. Scene units. */
+    double location[3], direction[3], right[3], up[3];
+    double aperture;       /* 0: the scene's camera has no lens */
+    double focus_distance; /* of focal_point; scene units along the axis */
+    int32_t blur_samples;
+};
+
+struct povray_options {
+    const char *scene;
+    char *const *args; /* options for POV-Ray */
+    int n_args;
+    int32_t frame; /* of an animation; -1 for a still */
+    int32_t first_frame, last_frame;
+    /* The lens, where it is not to be the scene's. */
+    bool has_aperture, has_focal_point, has_focus_distance;
+    double aperture, focal_point[3], focus_distance;
+    bool wants_lens; /* false: passes only, a missing aperture is no error */
+    bool (*is_cancelled)(void *user);              /* may be NULL; asked every few ms */
+    void (*progress)(void *user, double fraction); /* may be NULL */
+    void *user;
+    int32_t n_threads; /* for the work outside POV-Ray */
+};
+
+struct povray_passes {
+    int32_t width, height;
+    bool has_alpha;
+    float *colour; /* RGBA, scene-linear, premultiplied */
+    float *depth;  /* planar, scene units, INFINITY where nothing was hit */
+    struct povray_camera camera;
+    double gamma;    /* of the space POV-Ray computes in: pixel = value^gamma */
+    bool is_srgb;    /* that space is sRGB's curve; gamma is 2.2 then */
+    double n_inside; /* share of pixels whose depth is unknown (see warning) */
+    double colour_s, total_s; /* time of the colour render and of all of it */
+    char warning[512];        /* "" or one sentence */
+};
+
+/* Opened scene: files read, private folder made. */
+struct povray_scene;
+
+bool povray_open(struct povray_scene **scene, const struct povray_options *options,
+                 struct povray_error *error);
+void povray_close(struct povray_scene *scene);
+
+/* The private folder, with its slash; what is put there goes with the scene. */
+const char *povray_folder(const struct povray_scene *scene);
+
+/* Renders the passes; release with povray_passes_free. */
+bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
+                   struct povray_error *error);
+void povray_passes_free(struct povray_passes *passes);
+
+/* Recovers and verifies the camera, renders no pass. */
+bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera,
+                        double *gamma, struct povray_error *error);
+
+/*
+ * POV-Ray's own focal blur of the same camera and lens with n_samples per pixel.
+ * *rgba is width * height * 4, the caller frees; *seconds is the time it took.
+ */
+bool povray_render_reference(struct povray_scene *scene,
+                             const struct povray_passes *passes, int32_t n_samples,
+                             float **rgba, double *seconds, struct povray_error *error);
+
+#endif

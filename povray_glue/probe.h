@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Checks a recovered camera against the scene's own: a small sphere around the place
+ * where the camera should be shows to each ray of the scene's camera where it went.
+ */
+#ifndef POVRAY_PROBE_H
+#define POVRAY_PROBE_H
+
+#include <stdbool.h>
+
+#include "decode.h"
+#include "povray.h"
+#include "text.h"
+
+/* What to add to the scene. */
+void probe_write(struct text *out, const struct povray_camera *camera, int32_t width,
+                 int32_t height);
+
+/*
+ * Compares the picture (its first n_rows rows) with the camera, and finds the space in
+ * which POV-Ray computed. False with a message where the camera is not the scene's.
+ */
+bool probe_check(const struct decode_picture *picture, int32_t n_rows,
+                 const struct povray_camera *camera, struct decode_space *space,
+                 struct povray_error *error);
+
+#endif

@@ -1,0 +1,362 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the debug stream receives, one record per camera item that POV-Ray parses:
+ *
+ *     @rf~KEY~VALUE;
+ *
+ * An item such as `location EXPR` becomes
+ *
+ *     location #declare RF_=EXPR; RF_ #debug concat("@rf~location~",...)
+ *
+ * so that POV-Ray evaluates the expression once, where it stands. POV-Ray wraps the
+ * stream at 80 columns; records hold no blanks, so that wrapping can be undone.
+ */
+#include "rewrite.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const vector_items[] = {
+    "location", "direction", "right", "up", "sky", "look_at", "focal_point", NULL};
+static const char *const number_items[] = {"angle",    "aperture",   "blur_samples",
+                                           "variance", "confidence", "h_angle",
+                                           "v_angle",  NULL};
+static const char *const transform_items[] = {"translate", "rotate", "scale", "matrix",
+                                              NULL};
+static const char *const type_items[] = {
+    "perspective",  "orthographic", "fisheye",   "ultra_wide_angle", "omnimax",
+    "panoramic",    "cylinder",     "spherical", "mesh_camera",      "normal",
+    "user_defined", "bokeh",        NULL};
+/* Words that stand nowhere but in a camera. */
+static const char *const camera_only[] = {"location",     "look_at",  "focal_point",
+                                          "blur_samples", "aperture", "orthographic",
+                                          "perspective",  NULL};
+static const char *const shapes[] = {"sphere",
+                                     "box",
+                                     "cone",
+                                     "cylinder",
+                                     "torus",
+                                     "plane",
+                                     "union",
+                                     "intersection",
+                                     "difference",
+                                     "merge",
+                                     "object",
+                                     "blob",
+                                     "superellipsoid",
+                                     "isosurface",
+                                     "quadric",
+                                     "cubic",
+                                     "quartic",
+                                     "poly",
+                                     "polynomial",
+                                     "prism",
+                                     "lathe",
+                                     "sor",
+                                     "height_field",
+                                     "julia_fractal",
+                                     "text",
+                                     "sphere_sweep",
+                                     "parametric",
+                                     "mesh",
+                                     "mesh2",
+                                     "ovus",
+                                     NULL};
+
+struct writer {
+    struct text *out;
+    const struct tokens *tokens;
+    const struct rewrite *how;
+    size_t copied; /* bytes of the source that are in out */
+};
+
+static bool is_any_word(const struct tokens *tokens, int i, const char *const *words)
+{
+    for (; *words; words++)
+        if (token_is_word(tokens, i, *words))
+            return true;
+    return false;
+}
+
+static void copy_to(struct writer *w, size_t at)
+{
+    text_add(w->out, w->tokens->text + w->copied, at - w->copied);
+    w->copied = at;
+}
+
+static size_t begin_of(const struct writer *w, int i)
+{
+    return w->tokens->items[i].begin;
+}
+
+/* End of the last token before i. */
+static size_t end_before(const struct writer *w, int i)
+{
+    return w->tokens->items[i - 1].end;
+}
+
+static char *token_text(const struct tokens *tokens, int i)
+{
+    const struct token *token = &tokens->items[i];
+    return text_format("%.*s", (int)(token->end - token->begin),
+                       tokens->text + token->begin);
+}
+
+char *rewrite_include_name(const struct tokens *tokens, int i)
+{
+    if (i + 1 >= tokens->n || tokens->items[i + 1].kind != TOKEN_STRING)
+        return NULL;
+    const struct token *token = &tokens->items[i + 1];
+    if (token->end - token->begin < 2)
+        return NULL;
+    return text_format("%.*s", (int)(token->end - token->begin - 2),
+                       tokens->text + token->begin + 1);
+}
+
+/* Are there camera items outside all blocks, as in a macro that sets up a camera? */
+static bool has_loose_items(const struct tokens *tokens, int i, int end)
+{
+    while (i < end) {
+        if (token_is_directive(tokens, i, "macro"))
+            i = token_find_end(tokens, i) + 1;
+        else if (token_is_sign(tokens, i, '{'))
+            i = token_skip_group(tokens, i);
+        else if (is_any_word(tokens, i, camera_only))
+            return true;
+        else
+            i++;
+    }
+    return false;
+}
+
+bool rewrite_has_camera(const struct tokens *tokens)
+{
+    for (int i = 0; i < tokens->n; i++)
+        if (token_is_word(tokens, i, "camera") || is_any_word(tokens, i, camera_only))
+            return true;
+    return false;
+}
+
+static void record_text(struct writer *w, const char *key, const char *value)
+{
+    text_addf(w->out, " #debug \"@rf~%s~%s;\\n\" ", key, value);
+}
+
+/* `key EXPR` at i; returns the token after it. */
+static int write_value_item(struct writer *w, int i, bool is_vector)
+{
+    int end = token_skip_expression(w->tokens, i + 1);
+    if (end == i + 1)
+        return end;
+    bool is_aperture = token_is_word(w->tokens, i, "aperture");
+    if (w->how->mode == REWRITE_RECORD) {
+        char *key = token_text(w->tokens, i);
+        copy_to(w, w->tokens->items[i].end);
+        text_addf(w->out, " #declare RF_=");
+        copy_to(w, end_before(w, end));
+        if (is_vector)
+            text_addf(w->out,
+                      "; RF_ #debug concat(\"@rf~%s~\",vstr(3,RF_*<1,1,1>,\",\",0,20),"
+                      "\";\\n\") ",
+                      key);
+        else
+            text_addf(w->out,
+                      "; RF_ #debug concat(\"@rf~%s~\",str(RF_,0,20),\";\\n\") ", key);
+        free(key);
+    } else if (is_aperture) {
+        copy_to(w, w->tokens->items[i].end);
+        text_addf(w->out, " 0*(");
+        copy_to(w, end_before(w, end));
+        text_addf(w->out, ") ");
+    }
+    return end;
+}
+
+/* The declared RT_ takes effect and its images of 0, x, y and z are written. */
+static void write_transform(struct writer *w)
+{
+    text_addf(w->out,
+              " #declare RV_=function{transform{RT_}} #debug concat(\"@rf~transform~\","
+              "vstr(3,RV_(0,0,0),\",\",0,20),\",\",vstr(3,RV_(1,0,0),\",\",0,20),\",\","
+              "vstr(3,RV_(0,1,0),\",\",0,20),\",\",vstr(3,RV_(0,0,1),\",\",0,20),"
+              "\";\\n\") #undef RV_ transform{RT_} ");
+}
+
+static int write_transform_item(struct writer *w, int i)
+{
+    bool is_block = token_is_word(w->tokens, i, "transform");
+    int end = is_block && token_is_sign(w->tokens, i + 1, '{')
+                  ? token_skip_group(w->tokens, i + 1)
+                  : token_skip_expression(w->tokens, i + 1);
+    if (end == i + 1 || w->how->mode != REWRITE_RECORD)
+        return end;
+    copy_to(w, begin_of(w, i));
+    text_addf(w->out, " #declare RT_=transform{");
+    if (is_block) /* the word itself is not wanted twice */
+        w->copied = begin_of(w, i + 1);
+    copy_to(w, end_before(w, end));
+    text_addf(w->out, "} ");
+    write_transform(w);
+    return end;
+}
+
+/* transform{...} within transform{} needs its word. */
+static int write_transform_block(struct writer *w, int i)
+{
+    if (!token_is_sign(w->tokens, i + 1, '{') || w->how->mode != REWRITE_RECORD)
+        return write_transform_item(w, i);
+    int end = token_skip_group(w->tokens, i + 1);
+    copy_to(w, begin_of(w, i));
+    text_addf(w->out, " #declare RT_=");
+    copy_to(w, end_before(w, end));
+    write_transform(w);
+    return end;
+}
+
+static int write_type_item(struct writer *w, int i)
+{
+    if (w->how->mode == REWRITE_RECORD) {
+        char *key = token_text(w->tokens, i);
+        copy_to(w, begin_of(w, i));
+        record_text(w, "type", key);
+        free(key);
+    }
+    i++;
+    return token_is_sign(w->tokens, i, '{') ? token_skip_group(w->tokens, i) : i;
+}
+
+static int write_item(struct writer *w, int i)
+{
+    const struct tokens *tokens = w->tokens;
+    if (is_any_word(tokens, i, vector_items))
+        return write_value_item(w, i, true);
+    if (token_is_word(tokens, i, "blur_samples")) {
+        int end = write_value_item(w, i, false);
+        /* "blur_samples 4, 100": the second number is part of it. */
+        return token_is_sign(tokens, end, ',') ? token_skip_expression(tokens, end + 1)
+                                               : end;
+    }
+    if (is_any_word(tokens, i, number_items))
+        return write_value_item(w, i, false);
+    if (is_any_word(tokens, i, transform_items))
+        return write_transform_item(w, i);
+    if (token_is_word(tokens, i, "transform"))
+        return write_transform_block(w, i);
+    if (is_any_word(tokens, i, type_items))
+        return write_type_item(w, i);
+    return token_skip_expression(tokens, i); /* a macro's call */
+}
+
+/* "NAME" of `#declare NAME = camera` with the word camera at i, else "". */
+static char *declared_name(const struct tokens *tokens, int i)
+{
+    if (!token_is_sign(tokens, i - 1, '='))
+        return text_format("%s", "");
+    int k = i - 2;
+    while (k > 0 && tokens->items[k].kind != TOKEN_DIRECTIVE)
+        k--;
+    return token_text(tokens, k + 1);
+}
+
+static void walk(struct writer *w, int i, int end, bool is_camera);
+
+static int write_camera(struct writer *w, int i)
+{
+    const struct tokens *tokens = w->tokens;
+    int after = token_skip_group(tokens, i + 1), first = i + 2;
+    copy_to(w, tokens->items[i + 1].end);
+    if (w->how->mode == REWRITE_RECORD) {
+        char *name = declared_name(tokens, i);
+        text_addf(w->out,
+                  " #debug concat(\"@rf~camera~\",str(version,0,4),\"~%s;\\n\") ",
+                  name);
+        free(name);
+        /* A name that calls nothing is a declared camera. */
+        if (first < after - 1 && tokens->items[first].kind == TOKEN_WORD &&
+            !token_is_sign(tokens, first + 1, '(') &&
+            !is_any_word(tokens, first, vector_items) &&
+            !is_any_word(tokens, first, number_items) &&
+            !is_any_word(tokens, first, transform_items) &&
+            !is_any_word(tokens, first, type_items) &&
+            !token_is_word(tokens, first, "transform")) {
+            name = token_text(tokens, first);
+            record_text(w, "copy", name);
+            free(name);
+        }
+    }
+    walk(w, first, after - 1, true);
+    if (w->how->mode == REWRITE_RECORD && token_is_sign(tokens, after - 1, '}')) {
+        copy_to(w, begin_of(w, after - 1));
+        record_text(w, "end", "");
+    }
+    return after;
+}
+
+static int write_include(struct writer *w, int i)
+{
+    char *name = rewrite_include_name(w->tokens, i);
+    const char *path =
+        name && w->how->include_path ? w->how->include_path(w->how->user, name) : NULL;
+    if (path) {
+        copy_to(w, begin_of(w, i + 1));
+        text_addf(w->out, "\"%s\"", path);
+        w->copied = w->tokens->items[i + 1].end;
+    }
+    free(name);
+    return name ? i + 2 : i + 1;
+}
+
+/* A shape at i that stands outside all others. */
+static int write_hollow(struct writer *w, int i)
+{
+    int after = token_skip_group(w->tokens, i + 1);
+    if (token_is_sign(w->tokens, after - 1, '}') &&
+        !token_is_sign(w->tokens, i - 1, '=')) {
+        copy_to(w, begin_of(w, after - 1));
+        text_addf(w->out, " hollow ");
+    }
+    return after;
+}
+
+static int write_directive(struct writer *w, int i, bool is_camera)
+{
+    const struct tokens *tokens = w->tokens;
+    if (token_is_directive(tokens, i, "macro")) {
+        int body = token_skip_directive(tokens, i), end = token_find_end(tokens, i);
+        walk(w, body, end, has_loose_items(tokens, body, end));
+        return end + 1;
+    }
+    if (token_is_directive(tokens, i, "include"))
+        return write_include(w, i);
+    return is_camera ? token_skip_directive(tokens, i) : i + 1;
+}
+
+static void walk(struct writer *w, int i, int end, bool is_camera)
+{
+    const struct tokens *tokens = w->tokens;
+    while (i < end) {
+        int from = i;
+        bool opens = token_is_sign(tokens, i + 1, '{');
+        if (tokens->items[i].kind == TOKEN_DIRECTIVE)
+            i = write_directive(w, i, is_camera);
+        else if (opens && token_is_word(tokens, i, "camera"))
+            i = write_camera(w, i);
+        else if (is_camera && tokens->items[i].kind == TOKEN_WORD)
+            i = write_item(w, i);
+        else if (w->how->mode == REWRITE_HOLLOW && opens && !is_camera &&
+                 is_any_word(tokens, i, shapes))
+            i = write_hollow(w, i);
+        else if (is_camera && token_is_sign(tokens, i, '{'))
+            i = token_skip_group(tokens, i);
+        if (i <= from)
+            i = from + 1;
+    }
+}
+
+void rewrite_file(struct text *out, const struct tokens *tokens, size_t n_bytes,
+                  const struct rewrite *how)
+{
+    struct writer w = {out, tokens, how, 0};
+    walk(&w, 0, tokens->n, has_loose_items(tokens, 0, tokens->n));
+    copy_to(&w, n_bytes);
+}

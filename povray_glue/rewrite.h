@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Private copies of scene files. No line break is ever added or removed, so that line
+ * numbers in POV-Ray's messages stay those of the user's file.
+ */
+#ifndef POVRAY_REWRITE_H
+#define POVRAY_REWRITE_H
+
+#include "lexer.h"
+#include "text.h"
+
+enum rewrite_mode {
+    REWRITE_RECORD,  /* every item of a camera is also written to the debug stream */
+    REWRITE_PINHOLE, /* apertures are multiplied by zero */
+    REWRITE_HOLLOW,  /* as pinhole, and objects let atmosphere into them */
+};
+
+struct rewrite {
+    enum rewrite_mode mode;
+    /* Path to put in place of an #include's string, or NULL to leave it. */
+    const char *(*include_path)(void *user, const char *name);
+    void *user;
+};
+
+/* Appends the copy of a file to `out`. */
+void rewrite_file(struct text *out, const struct tokens *tokens, size_t n_bytes,
+                  const struct rewrite *how);
+
+/* Does the file hold anything that some mode but hollow would change? */
+bool rewrite_has_camera(const struct tokens *tokens);
+
+/* The string of an #include at token i as a new string, NULL where it is computed. */
+char *rewrite_include_name(const struct tokens *tokens, int i);
+
+#endif

@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "run.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <ftw.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "text.h"
+
+double seconds_now(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- folders ------------------------------------------------------------------- */
+
+/* POV-Ray may write to /tmp by default, and the name must fit into its strings. */
+static bool is_good_folder(const char *folder)
+{
+    return folder && folder[0] == '/' && strlen(folder) < 200 &&
+           !strpbrk(folder, "\"'\\ ;") && access(folder, W_OK | X_OK) == 0;
+}
+
+char *temp_folder_make(struct povray_error *error)
+{
+    const char *wanted = getenv("TMPDIR");
+    bool is_below_tmp = wanted && strncmp(wanted, "/tmp/", 5) == 0;
+    char *folder =
+        text_format("%s/rackfocus-XXXXXX",
+                    is_below_tmp && is_good_folder(wanted) ? wanted : "/tmp");
+    if (!mkdtemp(folder)) {
+        snprintf(error->message, sizeof error->message, "%s: cannot make a folder: %s",
+                 folder, strerror(errno));
+        free(folder);
+        return NULL;
+    }
+    char *with_slash = text_format("%s/", folder);
+    free(folder);
+    return with_slash;
+}
+
+static int remove_entry(const char *path, const struct stat *info, int kind,
+                        struct FTW *at)
+{
+    remove(path);
+    return 0;
+}
+
+void temp_folder_remove(const char *folder)
+{
+    nftw(folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
+}
+
+/* ---- processes ----------------------------------------------------------------- */
+
+struct argument_list {
+    char **items;
+    int n;
+};
+
+static void add_argument(struct argument_list *list, char *argument)
+{
+    list->items = glue_grow(list->items, (size_t)list->n + 2, sizeof *list->items);
+    list->items[list->n++] = argument;
+    list->items[list->n] = NULL;
+}
+
+/* The options of a text, parted by blanks. */
+static void add_words(struct argument_list *list, const char *words)
+{
+    while (*words) {
+        size_t n = strcspn(words, " ");
+        if (n > 0)
+            add_argument(list, text_format("%.*s", (int)n, words));
+        words += n + (words[n] == ' ');
+    }
+}
+
+static void make_arguments(struct argument_list *list, const struct run *run,
+                           const char *scene, const char *before, const char *after,
+                           const struct povray_options *options)
+{
+    add_argument(list, text_format("povray"));
+    add_words(list, before);
+    if (options->frame >= 0) { /* the user's own +KFI and +KFF win */
+        add_argument(list, text_format("+KFI%d", options->first_frame));
+        add_argument(list, text_format("+KFF%d", options->last_frame));
+    }
+    for (int i = 0; i < options->n_args; i++)
+        add_argument(list, text_format("%s", options->args[i]));
+    char *folder = path_folder(options->scene);
+    if (folder[0])
+        add_argument(list, text_format("+L%s", folder));
+    free(folder);
+    if (options->frame >= 0)
+        add_argument(list, text_format("+SF%d", options->frame));
+    if (options->frame >= 0)
+        add_argument(list, text_format("+EF%d", options->frame));
+    add_words(list, after);
+    add_argument(list, text_format("+I%s", scene));
+    add_argument(list, text_format("+O%so.exr", run->folder));
+    add_words(list, "+FE -D -P -C -GA +GDdebug +GFfatal +GWwarning");
+}
+
+/* In the child: never returns. */
+static void execute(char **arguments, const char *log, int report)
+{
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    setpgid(0, 0);
+    int null = open("/dev/null", O_RDONLY), out = open(log, O_CREAT | O_WRONLY, 0600);
+    if (null >= 0 && out >= 0) {
+        dup2(null, 0);
+        dup2(out, 1);
+        dup2(out, 2);
+        execvp(arguments[0], arguments);
+    }
+    int code = errno;
+    ssize_t n = write(report, &code, sizeof code);
+    _exit(n == sizeof code ? 127 : 126);
+}
+
+static bool spawn(struct run *run, char **arguments)
+{
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0)
+        return false;
+    char *log = text_format("%slog", run->folder);
+    run->started_s = seconds_now();
+    run->pid = fork();
+    if (run->pid == 0)
+        execute(arguments, log, ends[1]);
+    free(log);
+    close(ends[1]);
+    int code = 0;
+    if (run->pid > 0 && read(ends[0], &code, sizeof code) == sizeof code) {
+        waitpid(run->pid, &run->status, 0);
+        run->pid = 0;
+        errno = code;
+    }
+    int kept = errno;
+    close(ends[0]);
+    errno = kept;
+    if (run->pid < 0)
+        run->pid = 0;
+    return run->pid > 0;
+}
+
+bool run_start(struct run *run, const char *temp_folder, const char *name,
+               const char *scene, const char *before, const char *after,
+               const struct povray_options *options, struct povray_error *error)
+{
+    *run = (struct run){.folder = text_format("%s%s/", temp_folder, name)};
+    char *scene_path = text_format("%s%s", temp_folder, scene);
+    struct argument_list list = {0};
+    bool is_started = false;
+    errno = 0;
+    if (mkdir(run->folder, 0700) == 0 || errno == EEXIST) {
+        make_arguments(&list, run, scene_path, before, after, options);
+        is_started = spawn(run, list.items);
+    }
+    if (!is_started && errno == ENOENT)
+        snprintf(error->message, sizeof error->message,
+                 "povray was not found; install POV-Ray 3.7 (Debian: apt-get install "
+                 "povray) or put it on the PATH");
+    else if (!is_started)
+        snprintf(error->message, sizeof error->message, "povray cannot be started: %s",
+                 strerror(errno));
+    for (int i = 0; i < list.n; i++)
+        free(list.items[i]);
+    free(list.items);
+    free(scene_path);
+    return is_started;
+}
+
+bool run_has_ended(struct run *run)
+{
+    if (run->pid == 0)
+        return true;
+    if (waitpid(run->pid, &run->status, WNOHANG) == 0)
+        return false;
+    run->pid = 0;
+    run->ended_s = seconds_now();
+    return true;
+}
+
+void run_stop(struct run *run)
+{
+    if (run->pid > 0) {
+        kill(-run->pid, SIGKILL);
+        kill(run->pid, SIGKILL);
+        waitpid(run->pid, &run->status, 0);
+    }
+    free(run->folder);
+    *run = (struct run){0};
+}
+
+bool run_wait(struct run *const *runs, int n, const struct povray_options *options,
+              struct povray_error *error)
+{
+    for (;;) {
+        bool is_busy = false;
+        for (int i = 0; i < n; i++)
+            is_busy |= !run_has_ended(runs[i]);
+        if (options->is_cancelled && options->is_cancelled(options->user)) {
+            snprintf(error->message, sizeof error->message, "interrupted");
+            error->is_interrupted = true;
+            return false;
+        }
+        if (!is_busy)
+            return true;
+        if (options->progress)
+            options->progress(options->user, run_fraction(runs[0]));
+        run_pause();
+    }
+}
+
+bool run_is_good(const struct run *run)
+{
+    return run->pid == 0 && WIFEXITED(run->status) && WEXITSTATUS(run->status) == 0;
+}
+
+static char *read_named(const struct run *run, const char *name)
+{
+    char *path = text_format("%s%s", run->folder, name);
+    struct text text = {0};
+    text_read_file(&text, path);
+    text_add(&text, "", 0);
+    free(path);
+    return text.data;
+}
+
+char *run_stream(const struct run *run, const char *name)
+{
+    return read_named(run, name);
+}
+
+char *run_picture(const struct run *run)
+{
+    DIR *folder = opendir(run->folder);
+    char *picture = NULL;
+    for (struct dirent *entry; folder && (entry = readdir(folder));) {
+        size_t n = strlen(entry->d_name);
+        if (n > 4 && strcmp(entry->d_name + n - 4, ".exr") == 0 && !picture)
+            picture = text_format("%s%s", run->folder, entry->d_name);
+    }
+    if (folder)
+        closedir(folder);
+    return picture;
+}
+
+double run_fraction(const struct run *run)
+{
+    char *path = text_format("%slog", run->folder), tail[513];
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    free(path);
+    if (file < 0)
+        return 0;
+    off_t end = lseek(file, 0, SEEK_END);
+    ssize_t n = pread(file, tail, 512, end > 512 ? end - 512 : 0);
+    close(file);
+    if (n <= 0)
+        return 0;
+    tail[n] = 0;
+    double fraction = 0;
+    for (const char *at = tail; (at = strstr(at, " pixels (")); at++)
+        fraction = strtod(at + 9, NULL) / 100;
+    return fraction;
+}
+
+void run_pause(void)
+{
+    nanosleep(&(struct timespec){0, 5000000}, NULL);
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Runs of POV-Ray as child processes, several at a time, each in its own folder. */
+#ifndef POVRAY_RUN_H
+#define POVRAY_RUN_H
+
+#include <stdbool.h>
+#include <sys/types.h>
+
+#include "povray.h"
+
+struct run {
+    pid_t pid;    /* 0: not running */
+    char *folder; /* private, with its slash */
+    double started_s, ended_s;
+    int status;      /* as from waitpid, once ended */
+    int start_errno; /* why the program could not be started, or 0 */
+};
+
+/* Makes the folder NAME in temp_folder and starts POV-Ray there with `scene` of the
+ * temp_folder: options before the user's, the user's, and those that win. */
+bool run_start(struct run *run, const char *temp_folder, const char *name,
+               const char *scene, const char *before, const char *after,
+               const struct povray_options *options, struct povray_error *error);
+
+/* Has it ended? Does not wait. */
+bool run_has_ended(struct run *run);
+
+/* Waits for all of them; false (and all are stopped) where the user cancelled. */
+bool run_wait(struct run *const *runs, int n, const struct povray_options *options,
+              struct povray_error *error);
+
+/* Ends the process if it is running, frees the struct's memory. */
+void run_stop(struct run *run);
+
+/* Has it ended well? */
+bool run_is_good(const struct run *run);
+
+/* Content of a stream file ("debug", "fatal", "warning"); the caller frees. */
+char *run_stream(const struct run *run, const char *name);
+
+/* The picture that it wrote; NULL where there is none. The caller frees. */
+char *run_picture(const struct run *run);
+
+/* Share of the picture that is rendered so far, from what POV-Ray prints. */
+double run_fraction(const struct run *run);
+
+/* Private folder for one job, with its slash; NULL with a message. */
+char *temp_folder_make(struct povray_error *error);
+void temp_folder_remove(const char *folder);
+
+/* A few milliseconds. */
+void run_pause(void);
+
+double seconds_now(void);
+
+#endif

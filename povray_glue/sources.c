@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "sources.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#define MAX_SOURCES 400
+
+static void add_folder(struct sources *sources, const char *folder, size_t n)
+{
+    if (n >= 2 && (folder[0] == '"' || folder[0] == '\'') &&
+        folder[n - 1] == folder[0]) {
+        folder++;
+        n -= 2;
+    }
+    sources->folders = glue_grow(sources->folders, (size_t)sources->n_folders + 1,
+                                 sizeof *sources->folders);
+    const char *slash = n > 0 && folder[n - 1] != '/' ? "/" : "";
+    sources->folders[sources->n_folders++] =
+        text_format("%.*s%s", (int)n, folder, slash);
+}
+
+/* Value of `Library_Path = ...` in a line, or NULL. */
+static const char *library_path(const char *line)
+{
+    const char key[] = "library_path";
+    line += strspn(line, " \t");
+    if (strncasecmp(line, key, sizeof key - 1) != 0)
+        return NULL;
+    line += sizeof key - 1;
+    line += strspn(line, " \t");
+    if (*line != '=')
+        return NULL;
+    return line + 1 + strspn(line + 1, " \t");
+}
+
+static void add_ini_folders(struct sources *sources, const char *path)
+{
+    struct text ini = {0};
+    if (text_read_file(&ini, path)) {
+        for (char *line = strtok(ini.data, "\r\n"); line; line = strtok(NULL, "\r\n")) {
+            const char *folder = library_path(line);
+            if (folder)
+                add_folder(sources, folder, strcspn(folder, ";\t"));
+        }
+    }
+    text_free(&ini);
+}
+
+/* The first of the initialisation files that POV-Ray would read. */
+static void add_standard_folders(struct sources *sources)
+{
+    const char *named = getenv("POVINI"), *home = getenv("HOME");
+    char *own = text_format("%s/.povray/3.7/povray.ini", home ? home : "");
+    if (named && path_is_file(named))
+        add_ini_folders(sources, named);
+    else if (path_is_file("povray.ini"))
+        add_ini_folders(sources, "povray.ini");
+    else if (path_is_file(own))
+        add_ini_folders(sources, own);
+    else
+        add_ini_folders(sources, "/etc/povray/3.7/povray.ini");
+    free(own);
+}
+
+static void collect_folders(struct sources *sources, const char *scene,
+                            char *const *args, int n_args)
+{
+    add_folder(sources, "", 0);
+    for (int i = 0; i < n_args; i++) {
+        const char *named = library_path(args[i]);
+        if (named)
+            add_folder(sources, named, strlen(named));
+        else if ((args[i][0] == '+' || args[i][0] == '-') &&
+                 (args[i][1] == 'L' || args[i][1] == 'l') && args[i][2])
+            add_folder(sources, args[i] + 2, strlen(args[i] + 2));
+    }
+    add_standard_folders(sources);
+    char *folder = path_folder(scene);
+    add_folder(sources, folder, strlen(folder));
+    free(folder);
+}
+
+/* Where POV-Ray finds an include; NULL where nowhere. The caller frees. */
+static char *find_include(const struct sources *sources, const char *name)
+{
+    for (int i = 0; i < sources->n_folders; i++) {
+        char *path =
+            text_format("%s%s", name[0] == '/' ? "" : sources->folders[i], name);
+        if (path_is_file(path))
+            return path;
+        free(path);
+    }
+    return NULL;
+}
+
+static int load_file(struct sources *sources, const char *path);
+
+static void note_words(struct sources *sources, const struct tokens *tokens)
+{
+    for (int i = 0; i < tokens->n; i++) {
+        sources->has_fog |= token_is_word(tokens, i, "fog");
+        sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
+        sources->has_photons |= token_is_word(tokens, i, "photons");
+    }
+}
+
+/* Reads what file k includes; it needs a copy where one of them does. */
+static void load_includes(struct sources *sources, int k)
+{
+    for (int i = 0; i < sources->items[k].tokens.n; i++) {
+        const struct tokens *tokens = &sources->items[k].tokens;
+        if (!token_is_directive(tokens, i, "include"))
+            continue;
+        char *name = rewrite_include_name(tokens, i);
+        char *path = name ? find_include(sources, name) : NULL;
+        int child = path ? load_file(sources, path) : -1;
+        if (child >= 0 && sources->items[child].needs_copy)
+            sources->items[k].needs_copy = true;
+        free(path);
+        free(name);
+    }
+}
+
+/* Index of the file, read if it is new; -1 where it cannot be. */
+static int load_file(struct sources *sources, const char *path)
+{
+    for (int i = 0; i < sources->n; i++)
+        if (strcmp(sources->items[i].path, path) == 0)
+            return i;
+    struct text content = {0};
+    if (sources->n == MAX_SOURCES || !text_read_file(&content, path)) {
+        text_free(&content);
+        return -1;
+    }
+    int k = sources->n++;
+    sources->items =
+        glue_grow(sources->items, (size_t)sources->n, sizeof *sources->items);
+    sources->items[k] =
+        (struct source){.path = text_format("%s", path), .content = content};
+    struct tokens *tokens = &sources->items[k].tokens;
+    tokens_scan(tokens, content.data, content.n);
+    sources->items[k].needs_copy = k == 0 || rewrite_has_camera(tokens);
+    note_words(sources, tokens);
+    load_includes(sources, k);
+    return k;
+}
+
+bool sources_load(struct sources *sources, const char *scene, char *const *args,
+                  int n_args, const char *temp_folder)
+{
+    *sources = (struct sources){.temp_folder = temp_folder};
+    collect_folders(sources, scene, args, n_args);
+    if (load_file(sources, scene) >= 0)
+        return true;
+    int code = errno;
+    sources_free(sources);
+    errno = code;
+    return false;
+}
+
+void sources_free(struct sources *sources)
+{
+    for (int i = 0; i < sources->n; i++) {
+        struct source *source = &sources->items[i];
+        free(source->path);
+        for (int m = 0; m < 3; m++)
+            free(source->copy[m]);
+        tokens_free(&source->tokens);
+        text_free(&source->content);
+    }
+    for (int i = 0; i < sources->n_folders; i++)
+        free(sources->folders[i]);
+    free(sources->folders);
+    free(sources->items);
+    *sources = (struct sources){0};
+}
+
+static const char *copy_of_include(void *user, const char *name)
+{
+    struct sources *sources = user;
+    char *path = find_include(sources, name);
+    const char *copy = NULL;
+    for (int i = 0; path && i < sources->n; i++)
+        if (strcmp(sources->items[i].path, path) == 0)
+            copy = sources->items[i].copy[sources->mode];
+    free(path);
+    return copy;
+}
+
+static bool write_copy(struct sources *sources, int k, const char *path,
+                       const char *tail)
+{
+    struct rewrite how = {sources->mode, copy_of_include, sources};
+    struct text text = {0};
+    rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
+    text_addf(&text, "%s", tail);
+    bool is_written = text_write_file(&text, path);
+    text_free(&text);
+    return is_written;
+}
+
+bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *name,
+                   const char *tail)
+{
+    sources->mode = mode;
+    bool is_new = false;
+    for (int k = 1; k < sources->n; k++) {
+        struct source *source = &sources->items[k];
+        /* In the hollow mode every file of the scene's own may hold shapes. */
+        if (source->needs_copy && !source->copy[mode]) {
+            source->copy[mode] =
+                text_format("%s%c%d.inc", sources->temp_folder, "rph"[mode], k);
+            is_new = true;
+        }
+    }
+    for (int k = 1; k < sources->n && is_new; k++)
+        if (sources->items[k].copy[mode] &&
+            !write_copy(sources, k, sources->items[k].copy[mode], ""))
+            return false;
+    char *path = text_format("%s%s", sources->temp_folder, name);
+    bool is_written = write_copy(sources, 0, path, tail);
+    free(path);
+    return is_written;
+}
+
+/* Index of the file whose private copy is called `name` (without folder), or -1. */
+static int source_of_copy(const char *name, size_t n)
+{
+    if (n > 4 && memcmp(name + n - 4, ".pov", 4) == 0)
+        return 0;
+    if (n > 5 && strchr("rph", name[0]) && memcmp(name + n - 4, ".inc", 4) == 0)
+        return atoi(name + 1);
+    return -1;
+}
+
+char *sources_original_names(const struct sources *sources, const char *message)
+{
+    struct text text = {0};
+    size_t n_folder = strlen(sources->temp_folder);
+    text_add(&text, "", 0);
+    while (*message) {
+        const char *at = strstr(message, sources->temp_folder);
+        if (!at) {
+            text_addf(&text, "%s", message);
+            break;
+        }
+        text_add(&text, message, (size_t)(at - message));
+        const char *name = at + n_folder;
+        size_t n = strcspn(name, "'\"\n ");
+        int k = source_of_copy(name, n);
+        if (k >= 0 && k < sources->n)
+            text_addf(&text, "%s", sources->items[k].path);
+        else
+            text_add(&text, at, n_folder + n);
+        message = name + n;
+    }
+    return text.data;
+}

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The files of a scene: found as POV-Ray finds them, and their private copies. */
+#ifndef POVRAY_SOURCES_H
+#define POVRAY_SOURCES_H
+
+#include <stdbool.h>
+
+#include "rewrite.h"
+#include "text.h"
+
+struct source {
+    char *path;    /* as opened */
+    char *copy[3]; /* private copy per rewrite_mode; NULL where the original serves */
+    struct text content;
+    struct tokens tokens;
+    bool needs_copy;
+};
+
+struct sources {
+    struct source *items; /* the scene first */
+    int n;
+    char **folders; /* where includes are looked for, in order; "" is the current one */
+    int n_folders;
+    const char *temp_folder; /* with its slash */
+    enum rewrite_mode mode;  /* of the copies being made */
+    /* Words found anywhere in the scene's own files. */
+    bool has_fog, has_radiosity, has_photons;
+};
+
+/*
+ * Reads the scene and its includes. `args` are POV-Ray's options: their library paths
+ * count. False with errno where the scene cannot be read.
+ */
+bool sources_load(struct sources *sources, const char *scene, char *const *args,
+                  int n_args, const char *temp_folder);
+void sources_free(struct sources *sources);
+
+/*
+ * Writes the copies of a mode. The scene's own copy becomes NAME in the temporary
+ * folder, with `tail` (may be "") behind it. False with errno.
+ */
+bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *name,
+                   const char *tail);
+
+/* Gives private names in a message of POV-Ray back their own; the caller frees. */
+char *sources_original_names(const struct sources *sources, const char *message);
+
+#endif
