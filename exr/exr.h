@@ -113,7 +113,8 @@ struct exr_output {
     struct exr_input *like;
     int like_part;
     /* Also write every other channel of `like` unchanged (bit for bit), in its parts;
-     * channels of `like` with the names in channel_names are replaced. */
+     * channels of like_part with the names in channel_names are replaced. Parts other
+     * than like_part are copied as compressed, tiled and deep ones included. */
     bool pass_through;
 };
 

@@ -286,7 +286,8 @@ def test_keeps_attributes(tmp_path):
     spec["BlenderMultiChannel"] = "Blender V2.55.1 and newer"
     spec["a name of more than thirty-one characters"] = 7
     spec.attribute("worldToCamera", "matrix", tuple(range(16)))
-    spec.attribute("chromaticities", "float[8]", (0.6, 0.3, 0.2, 0.7, 0.1, 0.1, 0.3, 0.3))
+    primaries = (0.6, 0.3, 0.2, 0.7, 0.1, 0.1, 0.3, 0.3)
+    spec.attribute("chromaticities", "float[8]", primaries)
     spec.attribute("my_v2", "vec2", (1.0, 2.0))
     spec.attribute("my_v3", "vector", (1.0, 2.0, 3.0))
     spec.attribute("smpte:TimeCode", "timecode", (18356486, 4294967295))
@@ -308,7 +309,8 @@ def test_keeps_attributes(tmp_path):
 
 
 def attribute(name, kind, data):
-    return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+    size = struct.pack("<i", len(data))
+    return name.encode() + b"\0" + kind.encode() + b"\0" + size + data
 
 
 def hand_made(channels, planes, extra=b"", compression=0):
@@ -335,8 +337,9 @@ def hand_made(channels, planes, extra=b"", compression=0):
     )
     chunks = []
     for y in range(height):
-        rows = [p[y // s].tobytes() for (_, _, s), p in zip(channels, planes) if y % s == 0]
-        data = b"".join(rows)
+        data = b""
+        for (_, _, step), plane in zip(channels, planes):
+            data += plane[y // step].tobytes() if y % step == 0 else b""
         chunks.append(struct.pack("<ii", y, len(data)) + data)
     offset = len(header) + 8 * height
     table = b""
