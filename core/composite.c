@@ -181,15 +181,14 @@ static rf_result sort_samples(const struct sorter *s, const struct rf_samples *s
 
 /* ---- the samples of one tile --------------------------------------------------- */
 
-/* Sums of the samples of one bin that share a block. */
+/* Sums of the samples of one bin that share a block and a kind. */
 struct block_sum {
     float c[4], w, rw;
-    bool is_bright;
 };
 
 struct reducer {
-    struct block_sum sum[RF_TILE_W * RF_TILE_H];
-    int touched[RF_TILE_W * RF_TILE_H];
+    struct block_sum sum[RF_TILE_W * RF_TILE_H * RF_N_KINDS];
+    int touched[RF_TILE_W * RF_TILE_H * RF_N_KINDS];
     int n_touched;
 };
 
@@ -207,11 +206,10 @@ static int phase_of(const struct composer *c, float x, float y)
 }
 
 static int32_t splat_slot(const struct composer *c, float r, int level, int phase,
-                          bool is_bright)
+                          enum rf_footprint_kind kind)
 {
     int index = rf_radius_index(&c->footprints, level_radius(r, level));
-    return (int32_t)rf_footprint_slot(&c->footprints, index, phase,
-                                      is_bright ? RF_POSITIVE : RF_SHARP);
+    return (int32_t)rf_footprint_slot(&c->footprints, index, phase, kind);
 }
 
 static struct rf_splat full_splat(const struct composer *c, const struct rf_sample *p)
@@ -219,20 +217,22 @@ static struct rf_splat full_splat(const struct composer *c, const struct rf_samp
     struct rf_splat s = {
         .x = (int32_t)floorf(p->x),
         .y = (int32_t)floorf(p->y),
-        .slot = splat_slot(c, p->r, 0, phase_of(c, p->x, p->y), p->is_bright),
-        .w = p->w};
-    memcpy(s.c, p->c, sizeof s.c);
+        .slot = splat_slot(c, p->r, 0, phase_of(c, p->x, p->y), p->kind),
+        .cover = p->kind == RF_SHARP ? p->w : 0,
+    };
+    for (int n = 0; n < 4; n++)
+        s.c[n] = p->c[n] * p->w;
     return s;
 }
 
 static void reduce_add(struct reducer *reducer, const struct group *g,
                        const struct rf_sample *p, int x0, int y0)
 {
-    int x = ((int)floorf(p->x) >> g->level) - x0,
-        y = ((int)floorf(p->y) >> g->level) - y0;
+    int x = ((int)floorf(p->x) >> g->level) - x0;
+    int y = ((int)floorf(p->y) >> g->level) - y0;
     x = rf_min_int(rf_max_int(x, 0), RF_TILE_W - 1);
     y = rf_min_int(rf_max_int(y, 0), RF_TILE_H - 1);
-    int block = y * RF_TILE_W + x;
+    int block = (y * RF_TILE_W + x) * RF_N_KINDS + (int)p->kind;
     struct block_sum *b = &reducer->sum[block];
     if (b->w == 0)
         reducer->touched[reducer->n_touched++] = block;
@@ -240,7 +240,6 @@ static void reduce_add(struct reducer *reducer, const struct group *g,
         b->c[n] += p->w * p->c[n];
     b->w += p->w;
     b->rw += p->w * p->r;
-    b->is_bright |= p->is_bright;
 }
 
 /* Empties the reducer into splats; returns how many. */
@@ -248,20 +247,20 @@ static int reduce_end(const struct composer *c, struct reducer *reducer,
                       const struct group *g, int x0, int y0, struct rf_splat *out)
 {
     int n_phases = c->footprints.n_phases;
-    int center = n_phases / 2 * n_phases + n_phases / 2;
+    int center = n_phases > 1 ? n_phases / 2 * n_phases + n_phases / 2 : 0;
     float area = (float)(1 << g->level) * (float)(1 << g->level);
     for (int i = 0; i < reducer->n_touched; i++) {
-        int block = reducer->touched[i];
+        int block = reducer->touched[i], at = block / RF_N_KINDS;
+        enum rf_footprint_kind kind = (enum rf_footprint_kind)(block % RF_N_KINDS);
         struct block_sum *b = &reducer->sum[block];
         out[i] = (struct rf_splat){
-            .x = x0 + block % RF_TILE_W,
-            .y = y0 + block / RF_TILE_W,
-            .slot = splat_slot(c, b->rw / b->w, g->level, n_phases > 1 ? center : 0,
-                               b->is_bright),
-            .w = b->w / area,
+            .x = x0 + at % RF_TILE_W,
+            .y = y0 + at / RF_TILE_W,
+            .slot = splat_slot(c, b->rw / b->w, g->level, center, kind),
+            .cover = kind == RF_SHARP ? b->w / area : 0,
         };
         for (int n = 0; n < 4; n++)
-            out[i].c[n] = b->c[n] / b->w;
+            out[i].c[n] = b->c[n] / area;
         *b = (struct block_sum){0};
     }
     int n = reducer->n_touched;

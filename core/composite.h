@@ -3,15 +3,20 @@
 #ifndef RF_COMPOSITE_H
 #define RF_COMPOSITE_H
 
+#include "footprint.h"
 #include "surfaces.h"
 
 /* A small emitter: where the lens' centre sees it, radius, weight, colour. */
 struct rf_sample {
-    float x, y;     /* px; pixel centres at +0.5 */
-    float r;        /* signed radius, px */
-    float w;        /* share of a pixel that it covers */
-    float c[4];     /* premultiplied */
-    bool is_bright; /* so far above its surroundings that negative weights would show */
+    float x, y; /* px; pixel centres at +0.5 */
+    float r;    /* signed radius, px */
+    float w;    /* share of a pixel that it covers */
+    float c[4]; /* premultiplied */
+    /*
+     * RF_SHARP: a surface. RF_POSITIVE: only light, without coverage, for what is so
+     * far above its surroundings that negative weights would show.
+     */
+    enum rf_footprint_kind kind;
 };
 
 struct rf_samples {

@@ -20,7 +20,6 @@
  * nearest radius skip the empty cones.
  */
 #include "composite.h"
-#include "footprint.h"
 
 enum { BLOCK = 16, BAND_ROWS = 32 };
 

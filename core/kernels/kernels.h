@@ -18,12 +18,12 @@ enum {
     RF_MAX_PLANES = 5, /* r g b a and coverage */
 };
 
-/* A sample ready to be spread: pixel of its level, footprint, colour, weight. */
+/* A sample ready to be spread: pixel of its level, footprint, coverage, light. */
 struct rf_splat {
     int32_t x, y;
     int32_t slot;
-    float w;
-    float c[4];
+    float cover; /* 0 for light that belongs to another splat's surface */
+    float c[4];  /* colour times weight */
 };
 
 /*

@@ -67,8 +67,8 @@ spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
             continue;
         float value[RF_MAX_PLANES];
         for (int p = 0; p < n_planes - 1; p++)
-            value[p] = s->c[p] * s->w;
-        value[n_planes - 1] = s->w;
+            value[p] = s->c[p];
+        value[n_planes - 1] = s->cover;
         int first = rf_max_int(y + f->min_dy, 0);
         int last = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
         acc->first_row = rf_min_int(acc->first_row, first);

@@ -147,19 +147,25 @@ static bool is_highlight(const struct layered *l, const struct rf_surface *s, in
            lum > HIGHLIGHT_OVER_AREA * factor * usual_luminance(l, x, y);
 }
 
-static struct rf_sample make_sample(const struct layered *l, const struct rf_surface *s,
-                                    int x, int y, float w)
+static struct rf_sample make_sample(const struct rf_surface *s, int x, int y, float w)
 {
-    float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
-    float darkest = l->darkest[(size_t)y * (size_t)l->width + (size_t)x];
-
-    struct rf_sample p = {.x = (float)x + 0.5f,
-                          .y = (float)y + 0.5f,
-                          .r = s->r,
-                          .w = w,
-                          .is_bright = lum > BRIGHT * darkest};
+    struct rf_sample p = {
+        .x = (float)x + 0.5f, .y = (float)y + 0.5f, .r = s->r, .w = w};
     memcpy(p.c, s->c, sizeof p.c);
     return p;
+}
+
+/*
+ * Moves all but the fraction `keep` of a colour into `light`. Coverage stays with the
+ * surface.
+ */
+static void take_light(float surface[4], float light[4], float keep)
+{
+    light[3] = 0;
+    for (int n = 0; n < 3; n++) {
+        light[n] = surface[n] * (1 - keep);
+        surface[n] -= light[n];
+    }
 }
 
 typedef void (*visit_fn)(void *user, struct rf_surface *s, int x, int y, float w);
@@ -207,24 +213,6 @@ static float highlight_factor(struct layered *l)
     return factor;
 }
 
-/*
- * Takes the light of a highlight out of its surface, which keeps the usual luminance of
- * the place: what is left can be blended, normalised and continued behind things like
- * any other surface, without doubling a lamp.
- */
-static struct rf_sample take_light(const struct layered *l, struct rf_surface *s, int x,
-                                   int y, float w)
-{
-    struct rf_sample light = make_sample(l, s, x, y, w);
-    float keep = usual_luminance(l, x, y) / rf_luminance(s->c[0], s->c[1], s->c[2]);
-    light.c[3] = 0; /* coverage stays with the surface */
-    for (int n = 0; n < 3; n++) {
-        s->c[n] *= keep;
-        light.c[n] -= s->c[n];
-    }
-    return light;
-}
-
 struct lights {
     struct layered *l;
     float factor;
@@ -238,10 +226,20 @@ static void collect_light(void *user, struct rf_surface *s, int x, int y, float 
     if (!is_highlight(lights->l, s, x, y, lights->factor))
         return;
     lights->n++;
-    if (lights->out)
-        lights->out->at[lights->out->n++] = take_light(lights->l, s, x, y, w);
+    if (!lights->out)
+        return;
+    struct rf_sample *light = &lights->out->at[lights->out->n++];
+    *light = make_sample(s, x, y, w);
+    take_light(s->c, light->c,
+               usual_luminance(lights->l, x, y) /
+                   rf_luminance(s->c[0], s->c[1], s->c[2]));
 }
 
+/*
+ * Takes the light of the highlights out of their surfaces, which keep the usual
+ * luminance of the place: what is left can be blended, normalised and continued behind
+ * things like any other surface, without doubling a lamp.
+ */
 static rf_result take_highlights(struct layered *l, struct rf_error *error)
 {
     struct lights lights = {.l = l, .factor = highlight_factor(l)};
@@ -259,13 +257,30 @@ static rf_result take_highlights(struct layered *l, struct rf_error *error)
 
 struct collector {
     const struct layered *l;
-    struct rf_samples *visible;
+    struct rf_samples samples; /* at NULL: only count */
 };
 
+static void put_sample(struct collector *c, const struct rf_sample *s)
+{
+    if (c->samples.at)
+        c->samples.at[c->samples.n] = *s;
+    c->samples.n++;
+}
+
+/* One sample, or two where the surface is bright: see enum rf_footprint_kind. */
 static void collect(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct collector *c = user;
-    c->visible->at[c->visible->n++] = make_sample(c->l, s, x, y, w);
+    struct rf_sample p = make_sample(s, x, y, w);
+    float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
+    float limit = BRIGHT * c->l->darkest[(size_t)y * (size_t)c->l->width + (size_t)x];
+    if (lum > limit) {
+        struct rf_sample light = p;
+        light.kind = RF_POSITIVE;
+        take_light(p.c, light.c, limit / lum);
+        put_sample(c, &light);
+    }
+    put_sample(c, &p);
 }
 
 static void collect_hidden(const struct layered *l, struct rf_samples *hidden)
@@ -275,7 +290,7 @@ static void collect_hidden(const struct layered *l, struct rf_samples *hidden)
             size_t i = (size_t)y * (size_t)l->width + (size_t)x;
             if (l->hidden_weight[i] > 0)
                 hidden->at[hidden->n++] =
-                    make_sample(l, &l->hidden[i], x, y, l->hidden_weight[i]);
+                    make_sample(&l->hidden[i], x, y, l->hidden_weight[i]);
         }
 }
 
@@ -285,25 +300,28 @@ static rf_result composite(struct layered *l, struct rf_error *error)
 {
     struct rf_work *work = l->work;
     const struct rf_context *context = work->filter->context;
-    size_t n = padded_size(l), n_samples = 3 * n;
+    size_t n = padded_size(l);
     int n_colours = work->n_planes == 4 ? 4 : 3;
+    struct collector count = {.l = l}, fill = {.l = l};
+    visit_visible(l, collect, &count);
+    size_t n_samples = count.samples.n + (l->hidden ? n : 0);
     l->samples = rf_alloc(context, n_samples, sizeof *l->samples);
     float *planes = rf_alloc(context, n * (size_t)n_colours, sizeof *planes);
     if (!l->samples || !planes) {
         rf_free(context, planes);
         return rf_fail_memory(error, n_samples, sizeof *l->samples);
     }
+    fill.samples.at = l->samples;
+    visit_visible(l, collect, &fill);
     struct rf_scene scene = {.filter = work->filter,
                              .width = l->width,
                              .height = l->height,
                              .n_colours = n_colours,
+                             .visible = fill.samples,
+                             .highlights = l->highlights,
                              .occluders = &l->surfaces,
                              .task = work->task,
                              .progress_to = 1};
-    scene.visible.at = l->samples;
-    scene.highlights = l->highlights;
-    struct collector collector = {l, &scene.visible};
-    visit_visible(l, collect, &collector);
     scene.hidden.at = l->samples + scene.visible.n;
     if (l->hidden)
         collect_hidden(l, &scene.hidden);
