@@ -102,6 +102,21 @@ static void print_man_params(void)
     }
 }
 
+static void print_man_accepted_params(const struct command *command)
+{
+    size_t n;
+    const struct rf_param_info *params = rf_param_list(&n);
+    printf(".PP\nAccepts every parameter of the section PARAMETERS");
+    for (size_t i = 0; i < n; i++) {
+        if (!options_has(command, params[i].key))
+            continue;
+        printf(", but \\-\\-");
+        print_roff(params[i].key);
+        printf(" is its own");
+    }
+    printf(".\n");
+}
+
 static void print_man_command(const struct command *command)
 {
     print_section(".SS", command->name);
@@ -113,7 +128,7 @@ static void print_man_command(const struct command *command)
     for (size_t i = 0; i < command->n_options; i++)
         print_man_option(&command->options[i]);
     if (command->takes_params)
-        printf(".PP\nAccepts every parameter of the section PARAMETERS.\n");
+        print_man_accepted_params(command);
     if (command->examples) {
         printf(".PP\nExamples:\n.PP\n.nf\n.RS 4\n");
         print_roff(command->examples);
@@ -182,53 +197,52 @@ static void print_words_of_command(const struct command *command)
     }
 }
 
-/* Cases of `previous word -> candidates` for the options that have choices. */
-static void print_choice_cases(void)
+/* Cases of `command:previous word`: what the value of an option can be, a choice, a
+ * file or nothing that could be completed. */
+static void print_option_case(const char *command, const struct option *option)
 {
-    size_t n_commands, n;
-    const struct command *const *commands = command_list(&n_commands);
-    const struct rf_param_info *params = rf_param_list(&n);
-    for (size_t i = 0; i < n; i++) {
-        if (!params[i].choices)
-            continue;
-        printf("    *:--%s) words='", params[i].key);
-        for (int k = 0; k < params[i].n_choices; k++)
-            printf("%s%s", k ? " " : "", params[i].choices[k].name);
+    if (option->kind == OPTION_FLAG)
+        return;
+    printf("    %s:--%s", command, option->name);
+    if (option->letter)
+        printf(" | %s:-%c", command, option->letter);
+    printf(") ");
+    if (option->choices) {
+        printf("words='");
+        for (const char *c = option->choices; *c; c++)
+            putchar(*c == '|' ? ' ' : *c);
         printf("' ;;\n");
-    }
-    for (size_t i = 0; i < n_commands; i++) {
-        for (size_t k = 0; k < commands[i]->n_options; k++) {
-            const struct option *option = &commands[i]->options[k];
-            if (!option->choices)
-                continue;
-            printf("    %s:--%s) words='", commands[i]->name, option->name);
-            for (const char *c = option->choices; *c; c++)
-                putchar(*c == '|' ? ' ' : *c);
-            printf("' ;;\n");
-        }
+    } else {
+        printf("%s ;;\n", option->kind == OPTION_FILE ? "files=1" : "return 0");
     }
 }
 
-/* Cases for the options whose value cannot be completed: files or nothing. */
+static void print_param_case(const struct rf_param_info *info)
+{
+    if (info->type == RF_TYPE_BOOL)
+        return;
+    printf("    *:--%s) ", info->key);
+    if (info->choices) {
+        printf("words='");
+        for (int k = 0; k < info->n_choices; k++)
+            printf("%s%s", k ? " " : "", info->choices[k].name);
+        printf("' ;;\n");
+    } else {
+        printf("return 0 ;;\n");
+    }
+}
+
+/* A command's own options first, since they hide parameters. */
 static void print_value_cases(void)
 {
     size_t n_commands, n;
     const struct command *const *commands = command_list(&n_commands);
     const struct rf_param_info *params = rf_param_list(&n);
-    for (size_t i = 0; i < n_commands; i++) {
-        for (size_t k = 0; k < commands[i]->n_options; k++) {
-            const struct option *option = &commands[i]->options[k];
-            if (option->choices || option->kind == OPTION_FLAG)
-                continue;
-            printf("    %s:--%s", commands[i]->name, option->name);
-            if (option->letter)
-                printf(" | %s:-%c", commands[i]->name, option->letter);
-            printf(") %s ;;\n", option->kind == OPTION_FILE ? "files=1" : "return 0");
-        }
-    }
+    for (size_t i = 0; i < n_commands; i++)
+        for (size_t k = 0; k < commands[i]->n_options; k++)
+            print_option_case(commands[i]->name, &commands[i]->options[k]);
     for (size_t i = 0; i < n; i++)
-        if (!params[i].choices && params[i].type != RF_TYPE_BOOL)
-            printf("    *:--%s) return 0 ;;\n", params[i].key);
+        print_param_case(&params[i]);
 }
 
 /* The words that may follow "help", and the options of each sub-command. */
@@ -290,7 +304,6 @@ void help_print_completion(void)
            "        return 0\n"
            "    fi\n"
            "    case \"$command:$previous\" in\n");
-    print_choice_cases();
     print_value_cases();
     print_word_cases();
     fputs(completion_tail, stdout);

@@ -105,14 +105,14 @@ static void print_param(const struct rf_param_info *info)
     }
 }
 
-static void print_params(void)
+static void print_params(const struct command *command)
 {
     size_t n;
     const struct rf_param_info *params = rf_param_list(&n);
     for (int group = 0; group < HELP_N_GROUPS; group++) {
         printf("\n%s:\n", help_group_title(group));
         for (size_t i = 0; i < n; i++)
-            if ((int)params[i].group == group)
+            if ((int)params[i].group == group && !options_has(command, params[i].key))
                 print_param(&params[i]);
     }
     printf("\n");
@@ -142,7 +142,7 @@ void help_print_command(const struct command *command)
         print_row(synopsis, command->options[i].help);
     }
     if (command->takes_params)
-        print_params();
+        print_params(command);
     if (command->examples)
         print_examples(command->examples);
 }

@@ -58,6 +58,10 @@ struct operands {
 int options_parse(const struct command *command, int argc, char **argv, void *values,
                   struct settings *settings, struct operands *operands);
 
+/* Has the sub-command an option of its own with this name? It hides the parameter that
+ * is called the same. */
+bool options_has(const struct command *command, const char *name);
+
 void operands_free(struct operands *operands);
 
 /* The candidate most like `name`, or NULL where none is near. */

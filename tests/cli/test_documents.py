@@ -9,7 +9,7 @@ import subprocess
 import pytest
 
 TABLE = pathlib.Path(__file__).parents[2] / "core/include/rackfocus/params.def"
-COMMANDS = ["filter", "info", "compare", "methods"]
+COMMANDS = ["filter", "info", "compare", "methods", "povray"]
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +46,7 @@ def test_help_of_commands(rackfocus, command):
     assert max(map(len, text.splitlines())) <= 100
 
 
-@pytest.mark.parametrize("command", ["filter", "info"])
+@pytest.mark.parametrize("command", ["filter", "info", "povray"])
 def test_help_lists_every_parameter(rackfocus, keys, command):
     text = rackfocus(command, "--help").stdout
     assert set(keys) <= options_of(text)
@@ -129,6 +129,15 @@ def test_completion_of_choices(complete):
     assert complete("rackfocus", "filter", "--depth", "=", "pl") == ["planar"]
     assert "inverse" in complete("rackfocus", "filter", "--depth", "=")
     assert complete("rackfocus", "filter", "--type", "") == ["half", "float"]
+
+
+def test_own_options_hide_parameters(rackfocus, complete):
+    if "povray" not in rackfocus("--help").stdout:
+        pytest.skip("built without the POV-Ray command")
+    text = rackfocus("povray", "--help").stdout
+    assert "--aperture SIZE" in text and "--aperture KIND" not in text
+    assert complete("rackfocus", "povray", "--aperture", "") == []
+    assert "disc" in complete("rackfocus", "filter", "--aperture", "")
 
 
 def test_completion_of_files(complete, tmp_path):
