@@ -38,19 +38,13 @@ struct command {
     int (*run)(int argc, char **argv);
 };
 
-#ifdef CLI_HAS_POVRAY
-#define COMMAND_LIST_POVRAY(X) X(povray)
-#else
-#define COMMAND_LIST_POVRAY(X)
-#endif
-
 /* X(name), in the order in which help shows them. */
 #define COMMAND_LIST(X)                                                                \
     X(filter)                                                                          \
     X(info)                                                                            \
     X(compare)                                                                         \
     X(methods)                                                                         \
-    COMMAND_LIST_POVRAY(X)
+    X(povray)
 
 #define DECLARE_COMMAND(name) extern const struct command command_##name;
 COMMAND_LIST(DECLARE_COMMAND)
