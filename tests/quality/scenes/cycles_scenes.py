@@ -653,13 +653,14 @@ def render_defocus(facts, prefix):
 
     Blender 3.x blurs about 1000 / sensor_mm times too much, so the useful f-stops lie
     around that multiple of the camera's own; collect_references.py keeps the best one.
+    For an orthographic camera (measured) the camera's own f-stop is the best.
     """
     pinhole = Path(f"{prefix}_pinhole.exr")
     if not pinhole.exists():
         sys.exit(f"{pinhole} is missing: render the pinhole pass first")
     defocus = defocus_tree(facts, pinhole)
     centre = facts.fstop
-    if bpy.app.version < (4, 2, 0):
+    if bpy.app.version < (4, 2, 0) and not facts.ortho_scale:
         centre *= 1000.0 / facts.sensor_mm
     for factor in DEFOCUS_FACTORS:
         defocus.f_stop = min(centre * factor, 128.0)
