@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scores against the hosts' own lenses: the pictures and bars of references/.
+
+Prints one row per scene; the figures of README.md and docs come from here:
+`./dev test quality`.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+HERE = pathlib.Path(__file__).parent
+REFERENCES = HERE / "references"
+MANIFEST = json.loads((REFERENCES / "manifest.json").read_text())
+COMMAND = os.environ["RACKFOCUS"]
+#: How far below the brute-force prototype (k = 4) a score may lie, dB.
+SLACK_DB = 0.1
+
+
+def run(*arguments):
+    """Run the command and return what it printed."""
+    done = subprocess.run(
+        [COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def tpsnr(picture, scene):
+    """tPSNR in dB of a picture against the scene's reference."""
+    out = run("compare", picture, REFERENCES / f"{scene}_reference.exr")
+    word, value, unit = out.splitlines()[-1].split()
+    assert (word, unit) == ("tPSNR", "dB")
+    return float(value)
+
+
+@pytest.fixture(scope="module")
+def scores(tmp_path_factory):
+    """tPSNR per scene of: the pinhole, one view with k = 1 and 4, the host's own."""
+    folder = tmp_path_factory.mktemp("quality")
+    table = {}
+    for scene in MANIFEST:
+        pinhole = REFERENCES / f"{scene}_pinhole.exr"
+        if not (REFERENCES / f"{scene}_reference.exr").exists():
+            continue
+        row = {"pinhole": tpsnr(pinhole, scene)}
+        for k in (1, 4):
+            out = folder / f"{scene}_{k}.exr"
+            run("filter", pinhole, "-o", out, "--sub-apertures", k, "--type", "float")
+            row[f"k{k}"] = tpsnr(out, scene)
+        for name in ("dof64", "defocus"):
+            path = REFERENCES / f"{scene}_{name}.exr"
+            if path.exists():
+                row[name] = tpsnr(path, scene)
+        table[scene] = row
+        print(scene, " ".join(f"{key} {value:.2f}" for key, value in row.items()))
+    return table
+
+
+@pytest.mark.parametrize("scene", MANIFEST)
+def test_reaches_the_prototype(scene, scores):
+    prototype = MANIFEST[scene]["tpsnr_db"].get("prototype_one_view_k4")
+    assert prototype is not None, "the manifest lacks the prototype's score"
+    assert scores[scene]["k4"] >= prototype - SLACK_DB
+
+
+@pytest.mark.parametrize("scene", MANIFEST)
+def test_beats_the_pinhole(scene, scores):
+    assert scores[scene]["k4"] >= scores[scene]["pinhole"] + 9
+
+
+@pytest.mark.parametrize("scene", MANIFEST)
+def test_more_cells_do_not_hurt(scene, scores):
+    assert scores[scene]["k4"] >= scores[scene]["k1"] - 0.02
+
+
+def test_beats_cycles_at_equal_samples(scores):
+    assert scores["posts"]["k4"] >= scores["posts"]["dof64"] + 3
+
+
+@pytest.mark.parametrize("scene", ["posts", "portrait"])
+def test_beats_the_defocus_node(scene, scores):
+    assert scores[scene]["k4"] >= scores[scene]["defocus"] + 3
