@@ -78,12 +78,8 @@ class Renderer:
         self.camera.data.dof.use_dof = use_dof
         bpy.ops.render.render(scene=self.scene.name)
         layer = next(layer for layer in self.scene.view_layers if layer.use)
-        width, height = lens.picture_size(self.scene.render)
-        with passes.RenderedPasses(self.scene, width * height) as rendered:
-            found = rendered.layer(layer.name)
-            copies = np.array(found.colour), np.array(found.depth)
-            del found
-        return copies
+        found = passes.rendered(self.scene).layer(layer.name)
+        return np.array(found.colour), np.array(found.depth)
 
     def close(self):
         """Removes what was made."""

@@ -8,8 +8,7 @@ HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
 HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)
 
 FILTER_MENUS = (
-    "NODE_MT_compositor_node_add_filter",  # 5.x
-    "NODE_MT_category_compositor_filter",  # 4.x
+    "NODE_MT_category_compositor_filter",  # 4.x, 5.x
     "NODE_MT_category_CMP_OP_FILTER",  # 3.x
 )
 
@@ -52,6 +51,14 @@ def stop_compositor(scene, is_made):
     scene.compositing_node_group = None
     if is_made and tree is not None and tree.users == 0:
         bpy.data.node_groups.remove(tree)
+
+
+def own_tree(scene):
+    """The scene's compositor tree, copied if other scenes use it too; None without."""
+    tree = compositor_tree(scene)
+    if HAS_NODE_GROUPS and tree is not None and tree.users > 1:
+        tree = scene.compositing_node_group = tree.copy()
+    return tree
 
 
 def output_socket(tree):

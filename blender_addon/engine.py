@@ -73,6 +73,17 @@ def overlay(picture, coc, limit_px):
     return shown
 
 
+def cut_out(found, render):
+    """The rendered part of passes.Layer where a border is rendered in a whole frame."""
+    if not render.use_border or render.use_crop_to_border:
+        return found
+    height, width = found.depth.shape
+    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
+    low, high = int(render.border_min_y * height), int(render.border_max_y * height)
+    part = np.s_[height - high : height - low, left:right]
+    return passes.Layer(found.colour[part], found.depth[part])
+
+
 class RackFocusEngine(bpy.types.RenderEngine):
     """Filters the passes of the source scene's render."""
 
@@ -144,20 +155,19 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
     def _render_views(self, depsgraph, source, seconds):
         started = time.perf_counter()
-        n_pixels = self.resolution_x * self.resolution_y
         frames = self._frames(depsgraph)
-        with passes.RenderedPasses(source, n_pixels) as rendered:
-            seconds["passes"] = time.perf_counter() - started
-            problem = None
-            for frame in frames:
-                found = rendered.layer(frame.layer, frame.suffix, frame.view)
-                try:
-                    self._render_frame(frame, found, depsgraph.scene.render, seconds)
-                except Exception as error:
-                    problem = problem or error
-            del found
-            if problem:
-                raise problem
+        rendered = passes.rendered(source)
+        seconds["passes"] = time.perf_counter() - started
+        problem = None
+        for frame in frames:
+            found = rendered.layer(frame.layer, frame.suffix, frame.view)
+            found = cut_out(found, source.render)
+            try:
+                self._render_frame(frame, found, depsgraph.scene.render, seconds)
+            except Exception as error:
+                problem = problem or error
+        if problem:
+            raise problem
         seconds["total"] = time.perf_counter() - started
 
     def _render_frame(self, frame, found, render, seconds):
@@ -194,8 +204,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")
         started = time.perf_counter()
         made = rackfocus.Filter(width, height, threads=threads(), **params)
-        upright = made.process(found.colour, depth, picture[::-1], self._report)
-        del upright
+        made.process(found.colour, depth, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started
         made.coc(depth, coc[::-1, :, 0])
         return made.lens.coc_limit_px

@@ -4,7 +4,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import setup
+from . import passes, setup
 
 
 @persistent
@@ -14,6 +14,8 @@ def on_render_start(scene, *_):
     if source is not None:
         setup.sync(source)
     elif setup.filter_scene_of(scene) is not None:
+        if not scene.rack_focus.muted:  # a render, not a refocus
+            passes.forget(scene)
         setup.sync(scene)
         setup.hide_dof(scene)
 
@@ -22,12 +24,16 @@ def on_render_start(scene, *_):
 def on_render_end(scene, *_):
     """The camera gets its depth of field back, after a cancelled render too."""
     setup.show_dof(scene)
+    setup.unmute_sources(scene)
 
 
 @persistent
 def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
+    passes.forget()
     setup.show_dof()
+    for scene in setup.user_scenes():
+        setup.unmute_sources(scene)
     setup.remove_orphans()
 
 
@@ -70,3 +76,4 @@ def unregister():
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)
+    passes.forget()

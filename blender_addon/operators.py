@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import compat, engine, setup
+from . import compat, engine, passes, setup
 
 
 def scene_of(context):
@@ -23,26 +23,28 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
         return setup.filter_scene_of(scene_of(context)) is not None
 
     def execute(self, context):
-        """One layer after the other; Blender composites after each."""
+        """Waits for the picture."""
         return self._run(context, "EXEC_DEFAULT")
 
     def invoke(self, context, _event):
-        """The last layer runs as a job, with progress and Esc."""
+        """Runs as a job, with progress and Esc."""
         return self._run(context, "INVOKE_DEFAULT")
 
-    def _run(self, context, last_call):
+    def _run(self, context, call):
         scene = scene_of(context)
-        setup.sync(scene)
-        ours = setup.filter_scene_of(scene)
-        names = [layer.name for layer in ours.view_layers if layer.use]
-        for name in names:
-            call = last_call if name == names[-1] else "EXEC_DEFAULT"
-            try:
-                bpy.ops.render.render(call, layer=name, scene=ours.name)
-            except RuntimeError as error:
-                self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
-                return {"CANCELLED"}
-        return {"FINISHED"}
+        if not setup.can_mute_sources(scene):
+            self.report({"INFO"}, "The nodes use other passes too: rendering again")
+            return bpy.ops.render.render(call, scene=scene.name)
+        try:
+            passes.keep(scene)
+            setup.mute_sources(scene)
+            return bpy.ops.render.render(call, scene=scene.name)
+        except (RuntimeError, passes.PassesError) as error:
+            self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
+            return {"CANCELLED"}
+        finally:
+            if call == "EXEC_DEFAULT":
+                setup.unmute_sources(scene)
 
 
 class RACK_FOCUS_OT_add_node(bpy.types.Operator):

@@ -18,6 +18,7 @@ import bpy
 import numpy as np
 
 from .compat import MultilayerExr
+from .lens import picture_size
 
 MAGIC = 20000630
 MULTIPART_FLAG = 0x1000
@@ -190,33 +191,27 @@ def memory_folder(n_bytes):
 
 
 class RenderedPasses:
-    """The passes of a scene's render, while the context lasts."""
+    """The passes of a scene's render, until close()."""
 
-    def __init__(self, scene, n_pixels):
-        self.scene = scene
-        self.n_bytes = n_pixels * 4 * 32
-        self.folder = None
-        self.files = {}  # view name, "" without views: channels
-
-    def __enter__(self):
-        parent = memory_folder(self.n_bytes)
-        self.folder = tempfile.mkdtemp(prefix="rack_focus_", dir=parent)
+    def __init__(self, scene):
+        self.files = {}  # suffix of the view's file, "" without views: channels
+        width, height = picture_size(scene.render)
+        folder = tempfile.mkdtemp(
+            prefix="rack_focus_", dir=memory_folder(width * height * 4 * 32)
+        )
+        # A mapped file stays readable without its name: nothing is left after a crash.
         try:
-            self._save()
-        except Exception:
-            shutil.rmtree(self.folder, ignore_errors=True)
-            raise
-        return self
+            self._save(scene, Path(folder, "passes.exr"))
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
 
-    def _save(self):
+    def _save(self, scene, path):
         result = next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
         if result is None:
             raise PassesError("there is no render to filter yet: press F12 first")
-        path = Path(self.folder, "passes.exr")
-        has_views = self.scene.render.use_multiview
-        with MultilayerExr(self.scene, has_views):
+        with MultilayerExr(scene, scene.render.use_multiview):
             try:
-                result.save_render(str(path), scene=self.scene)
+                result.save_render(str(path), scene=scene)
             except RuntimeError as error:
                 # Blender reports a failure for views that it wrote all the same.
                 if not list(path.parent.glob("*.exr")):
@@ -224,7 +219,7 @@ class RenderedPasses:
                         f"there is no render to filter yet: press F12 first ({error})"
                     ) from error
         for file in path.parent.glob("*.exr"):
-            self.files[file.stem[len("passes") :]] = read_exr(file)
+            self.files[file.stem[len(path.stem) :]] = read_exr(file)
 
     def layer(self, name, suffix="", view=""):
         """The Layer of a view layer; suffix, view: of a view in stereo, else ""."""
@@ -236,6 +231,23 @@ class RenderedPasses:
         except PassesError:
             return find_layer(channels, name, view)
 
-    def __exit__(self, *_):
-        self.files = {}
-        shutil.rmtree(self.folder, ignore_errors=True)
+
+_kept = {}  # scene name: RenderedPasses
+
+
+def rendered(scene):
+    """The kept passes of a scene, or those of its Render Result."""
+    return _kept.get(scene.name) or RenderedPasses(scene)
+
+
+def keep(scene):
+    """Keeps the passes of a scene's render for more than one use."""
+    _kept[scene.name] = rendered(scene)
+
+
+def forget(scene=None):
+    """Lets go of the kept passes of a scene, or of all."""
+    if scene is None:
+        _kept.clear()
+    else:
+        _kept.pop(scene.name, None)

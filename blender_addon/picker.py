@@ -4,16 +4,8 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import engine, lens, passes, setup
+from . import engine, passes, setup
 from .operators import scene_of
-
-
-def rendered_area(render):
-    """(left, bottom, width, height) in fractions of the frame that a render shows."""
-    if not (render.use_border and render.use_crop_to_border):
-        return 0.0, 0.0, 1.0, 1.0
-    left, bottom = render.border_min_x, render.border_min_y
-    return left, bottom, render.border_max_x - left, render.border_max_y - bottom
 
 
 def depth_at(scene, x, y):
@@ -22,17 +14,14 @@ def depth_at(scene, x, y):
     x, y: fractions of the rendered picture, from its lower left corner. The nearest
     surface over all view layers.
     """
-    width, height = lens.picture_size(scene.render)
     found = []
-    with passes.RenderedPasses(scene, width * height) as rendered:
-        for layer in scene.view_layers:
-            if not layer.use:
-                continue
+    rendered = passes.rendered(scene)
+    for layer in scene.view_layers:
+        if layer.use:
             depth = rendered.layer(layer.name).depth
             rows, columns = depth.shape
             row = min(int((1 - y) * rows), rows - 1)
             found.append(float(depth[row, min(int(x * columns), columns - 1)]))
-            del depth
     hits = [z for z in found if 0 < z < engine.NOTHING_HIT]
     return min(hits) if hits else None
 

@@ -104,6 +104,10 @@ class SceneState(bpy.types.PropertyGroup):
     record: StringProperty(
         description="What the set-up changed, as JSON", options={"HIDDEN"}
     )
+    muted: StringProperty(
+        description="Nodes that are muted while a refocus runs, as JSON",
+        options={"HIDDEN"},
+    )
 
 
 CLASSES = (CameraSettings, SceneState)

@@ -176,14 +176,33 @@ def _node_names(tree):
 # ---- on and off -------------------------------------------------------------------
 
 
+def _adopt(scene, foreign):
+    """Lets the nodes of a copied scene, copied too, look at the copy's own scenes.
+
+    foreign: the filter scene of the scene that this one was copied from.
+    """
+    sync(scene)
+    new_scenes = {foreign: filter_scene_of(scene), foreign.rack_focus.source: scene}
+    tree = compat.own_tree(scene)
+    for node in tree.nodes if tree is not None else ():
+        if node.type == "R_LAYERS" and node.scene in new_scenes:
+            layer = node.layer
+            node.scene = new_scenes[node.scene]
+            node.layer = layer
+
+
 def enable(scene):
     """Makes the filter scene, switches on the Z passes, puts the nodes in."""
     if filter_scene_of(scene) is not None:
         return
+    foreign = scene.rack_focus.filter_scene
     ours = bpy.data.scenes.new(f"{scene.name} Rack Focus")
     ours.render.engine = ENGINE
     ours.rack_focus.source = scene
     scene.rack_focus.filter_scene = ours
+    if foreign is not None and scene.rack_focus.record:
+        _adopt(scene, foreign)
+        return
     record = {"z": [], "was_compositing": scene.render.use_compositing}
     for layer in scene.view_layers:
         if not layer.use_pass_z:
@@ -216,6 +235,7 @@ def disable(scene):
     scene.rack_focus.filter_scene = None
     scene.rack_focus.record = ""
     show_dof(scene)
+    unmute_sources(scene)
     bpy.data.scenes.remove(ours)
 
 
@@ -323,6 +343,40 @@ def sync(scene):
     _sync_layers(scene, ours)
     _set_if_other(ours.render, "use_compositing", False)
     _set_if_other(ours.render, "use_sequencer", False)
+
+
+# ---- compositing without rendering ------------------------------------------------
+
+
+def _source_nodes(scene):
+    """Render Layers nodes of the scene itself that are not muted by the user."""
+    tree = compat.compositor_tree(scene)
+    nodes = layer_nodes(tree, scene) if tree is not None else []
+    return [node for node in nodes if not node.mute]
+
+
+def can_mute_sources(scene):
+    """Is the scene's own render seen only through ours?"""
+    outputs = [o for node in _source_nodes(scene) for o in node.outputs]
+    return not any(output.is_linked for output in outputs)
+
+
+def mute_sources(scene):
+    """Mutes the scene's own nodes: Blender then composites without rendering it."""
+    nodes = _source_nodes(scene)
+    scene.rack_focus.muted = json.dumps([node.name for node in nodes])
+    for node in nodes:
+        node.mute = True
+
+
+def unmute_sources(scene):
+    """Undoes mute_sources()."""
+    tree = compat.compositor_tree(scene)
+    for name in json.loads(scene.rack_focus.muted or "[]"):
+        if tree is not None and name in tree.nodes:
+            tree.nodes[name].mute = False
+    if scene.rack_focus.muted:
+        scene.rack_focus.muted = ""
 
 
 # ---- the camera's own depth of field ----------------------------------------------
