@@ -30,7 +30,6 @@ enum {
     MAX_REACH = 60,
     MAX_WINDOW = 120,
     N_BINS = 512,
-    SHARE_DISTANCE = 5, /* px to the nearest candidate from which pixels share */
 };
 
 static const float MARGIN_PX = 0.5f;
@@ -88,54 +87,7 @@ static int block_gap(int x, int b)
 static int block_stride(int gap_x, int gap_y)
 {
     int gap = rf_max_int(gap_x, gap_y);
-    return gap < 16 ? 1 : gap < 32 ? 2 : 4;
-}
-
-struct query {
-    int x, y;
-    float s;              /* radius of the near surface */
-    int reach_x, reach_y; /* px */
-    float inv_x2, inv_y2; /* 1 / extent^2 */
-};
-
-typedef void (*visit_fn)(void *user, int dx, int dy, const struct rf_surface *q,
-                         float weight);
-
-/* Calls `visit` for the candidates of a query. */
-static void visit_candidates(const struct search *search, const struct query *query,
-                             visit_fn visit, void *user)
-{
-    const struct rf_surfaces *s = search->s;
-    int bx0 = rf_max_int(query->x - query->reach_x, 0) / BLOCK;
-    int bx1 = rf_min_int(query->x + query->reach_x, s->width - 1) / BLOCK;
-    int by0 = rf_max_int(query->y - query->reach_y, 0) / BLOCK;
-    int by1 = rf_min_int(query->y + query->reach_y, s->height - 1) / BLOCK;
-    for (int by = by0; by <= by1; by++)
-        for (int bx = bx0; bx <= bx1; bx++) {
-            float limit =
-                search->blocks[by * search->n_x + bx].highest - query->s - MARGIN_PX;
-            int gx = block_gap(query->x, bx), gy = block_gap(query->y, by);
-            float gap2 =
-                (float)(gx * gx) * query->inv_x2 + (float)(gy * gy) * query->inv_y2;
-            if (limit <= 0 || gap2 >= limit * limit)
-                continue;
-            int stride = block_stride(gx, gy);
-            int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
-            int y1 = rf_min_int((by + 1) * BLOCK, s->height);
-            for (int y = by * BLOCK; y < y1; y += stride)
-                for (int x = bx * BLOCK; x < x1; x += stride) {
-                    const struct rf_surface *q =
-                        back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
-                    if (!q)
-                        continue;
-                    int dx = x - query->x, dy = y - query->y;
-                    float room = q->r - query->s - MARGIN_PX;
-                    float d2 = (float)(dx * dx) * query->inv_x2 +
-                               (float)(dy * dy) * query->inv_y2;
-                    if (room > 0 && d2 < room * room)
-                        visit(user, dx, dy, q, (float)(stride * stride));
-                }
-        }
+    return gap < 8 ? 1 : gap < 20 ? 2 : 4;
 }
 
 /* ---- the vote ------------------------------------------------------------------ */
@@ -153,10 +105,9 @@ static int vote_bin(float r, float s)
     return rf_min_int(b, N_BINS - 1) + 2;
 }
 
-static void cast_vote(void *user, int dx, int dy, const struct rf_surface *q,
+static void cast_vote(struct vote *vote, int dx, int dy, const struct rf_surface *q,
                       float weight)
 {
-    struct vote *vote = user;
     int d2 = dx * dx + dy * dy, b = vote_bin(q->r, vote->s);
     for (; vote->top < b + 1; vote->top++) {
         vote->histogram[vote->top + 1] = 0;
@@ -189,33 +140,72 @@ static bool count_votes(const struct vote *vote, float *r, int *d2)
     return *d2 < INT32_MAX;
 }
 
-/* ---- the colour ---------------------------------------------------------------- */
+/* ---- the search --------------------------------------------------------------- */
 
-struct average {
-    float c[4], r, weight, log_sum;
-    float limit; /* on luminance; INFINITY in the first pass */
+struct query {
+    int x, y;
+    float s;              /* radius of the near surface */
+    int reach_x, reach_y; /* px */
+    float inv_x2, inv_y2; /* 1 / extent^2 */
 };
 
-static void average_add(struct average *a, const struct rf_surface *q, float k)
-{
-    float l = rf_luminance(q->c[0], q->c[1], q->c[2]);
-    a->weight += k;
-    if (a->limit == INFINITY) {
-        a->log_sum += k * logf(fmaxf(l, 0) + 1e-3f);
-        return;
-    }
-    float scale = l > a->limit ? a->limit / l : 1;
-    for (int n = 0; n < 4; n++)
-        a->c[n] += k * q->c[n] * (n < 3 ? scale : 1);
-    a->r += k * q->r;
-}
-
-/* One pass over the window: every `stride`-th pixel of the picture. */
-static void average_window(const struct search *search, const struct query *query,
-                           float r, float reach, struct average *a)
+/* Lets the candidates of a query vote. */
+static void visit_candidates(const struct search *search, const struct query *query,
+                             struct vote *vote)
 {
     const struct rf_surfaces *s = search->s;
-    int n = (int)reach, stride = rf_max_int(1, n / 15);
+    int bx0 = rf_max_int(query->x - query->reach_x, 0) / BLOCK;
+    int bx1 = rf_min_int(query->x + query->reach_x, s->width - 1) / BLOCK;
+    int by0 = rf_max_int(query->y - query->reach_y, 0) / BLOCK;
+    int by1 = rf_min_int(query->y + query->reach_y, s->height - 1) / BLOCK;
+    for (int by = by0; by <= by1; by++)
+        for (int bx = bx0; bx <= bx1; bx++) {
+            float limit =
+                search->blocks[by * search->n_x + bx].highest - query->s - MARGIN_PX;
+            int gx = block_gap(query->x, bx), gy = block_gap(query->y, by);
+            float gap2 =
+                (float)(gx * gx) * query->inv_x2 + (float)(gy * gy) * query->inv_y2;
+            if (limit <= 0 || gap2 >= limit * limit)
+                continue;
+            int stride = block_stride(gx, gy);
+            int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
+            int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+            for (int y = by * BLOCK; y < y1; y += stride)
+                for (int x = bx * BLOCK; x < x1; x += stride) {
+                    const struct rf_surface *q =
+                        back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
+                    if (!q)
+                        continue;
+                    int dx = x - query->x, dy = y - query->y;
+                    float room = q->r - query->s - MARGIN_PX;
+                    float d2 = (float)(dx * dx) * query->inv_x2 +
+                               (float)(dy * dy) * query->inv_y2;
+                    if (room > 0 && d2 < room * room)
+                        cast_vote(vote, dx, dy, q, (float)(stride * stride));
+                }
+        }
+}
+
+/* ---- the colour ---------------------------------------------------------------- */
+
+/* A pixel of the window, with its weight. */
+struct neighbour {
+    const struct rf_surface *surface;
+    float weight, luminance;
+};
+
+enum {
+    WINDOW_STEPS = 15,
+    MAX_NEIGHBOURS = 4 * (WINDOW_STEPS + 1) * (WINDOW_STEPS + 1)
+};
+
+/* The window around a query: at most 2 x 15 steps a side, so that its cost is bounded.
+ */
+static int gather_window(const struct search *search, const struct query *query,
+                         float r, float reach, struct neighbour *out)
+{
+    const struct rf_surfaces *s = search->s;
+    int n = (int)reach, stride = (n + WINDOW_STEPS - 1) / WINDOW_STEPS, count = 0;
     int y0 = rf_max_int(query->y - n, 0), y1 = rf_min_int(query->y + n, s->height - 1);
     int x0 = rf_max_int(query->x - n, 0), x1 = rf_min_int(query->x + n, s->width - 1);
     y0 = (y0 + stride - 1) / stride * stride;
@@ -228,31 +218,65 @@ static void average_window(const struct search *search, const struct query *quer
             if (!q || (float)d2 > reach * reach || q->r - query->s <= 0.5f * MARGIN_PX)
                 continue;
             float t = q->r - r;
-            if (t * t <= 9)
-                average_add(a, q, expf(-0.5f * t * t) * search->falloff[d2]);
+            if (t * t > 9)
+                continue;
+            out[count++] = (struct neighbour){
+                .surface = q,
+                .weight = rf_expf(-0.5f * t * t) * search->falloff[d2],
+                .luminance = rf_luminance(q->c[0], q->c[1], q->c[2]),
+            };
         }
+    return count;
 }
 
-static bool estimate(const struct search *search, const struct query *query,
-                     struct vote *vote, struct rf_surface *hidden, int *nearest2)
+/* Weighted mean of the neighbours, none brighter than the limit. */
+static bool average(const struct neighbour *at, int n, struct rf_surface *mean)
 {
-    *vote = (struct vote){.s = query->s, .top = 1};
-    vote->nearest2[0] = vote->nearest2[1] = INT32_MAX;
-    visit_candidates(search, query, cast_vote, vote);
-    float r;
-    if (!count_votes(vote, &r, nearest2))
+    float log_sum = 0, weight = 0;
+    for (int i = 0; i < n; i++) {
+        log_sum += at[i].weight * rf_logf(fmaxf(at[i].luminance, 0) + 1e-3f);
+        weight += at[i].weight;
+    }
+    if (!(weight > 0))
         return false;
-    float reach = fminf(sqrtf((float)*nearest2) * 2.5f + 3, MAX_WINDOW);
-    struct average a = {.limit = INFINITY};
-    average_window(search, query, r, reach, &a);
-    if (a.weight <= 0)
-        return false;
-    a = (struct average){.limit = BRIGHTEST * expf(a.log_sum / a.weight)};
-    average_window(search, query, r, reach, &a);
-    for (int n = 0; n < 4; n++)
-        hidden->c[n] = a.c[n] / a.weight;
-    hidden->r = a.r / a.weight;
+    float limit = BRIGHTEST * rf_expf(log_sum / weight);
+    *mean = (struct rf_surface){.r = 0};
+    for (int i = 0; i < n; i++) {
+        const struct rf_surface *q = at[i].surface;
+        float k = at[i].weight / weight;
+        float l = at[i].luminance, dim = l > limit ? limit / l : 1;
+        for (int c = 0; c < 3; c++)
+            mean->c[c] += k * dim * q->c[c];
+        mean->c[3] += k * q->c[3];
+        mean->r += k * q->r;
+    }
     return true;
+}
+
+/* What a thread works with. */
+struct scratch {
+    struct vote vote;
+    struct neighbour neighbours[MAX_NEIGHBOURS];
+};
+
+static bool estimate(const struct search *search, const struct query *query,
+                     struct scratch *scratch, struct rf_surface *hidden)
+{
+    struct vote *vote = &scratch->vote;
+    vote->s = query->s;
+    vote->top = 1;
+    for (int b = 0; b < 2; b++) {
+        vote->histogram[b] = 0;
+        vote->nearest2[b] = INT32_MAX;
+    }
+    visit_candidates(search, query, vote);
+    float r;
+    int nearest2;
+    if (!count_votes(vote, &r, &nearest2))
+        return false;
+    float reach = fminf(sqrtf((float)nearest2) * 2.5f + 3, MAX_WINDOW);
+    int n = gather_window(search, query, r, reach, scratch->neighbours);
+    return average(scratch->neighbours, n, hidden);
 }
 
 /* ---- all pixels ---------------------------------------------------------------- */
@@ -285,8 +309,8 @@ static bool is_same_surface(const struct rf_surfaces *s, size_t i, size_t j)
            fabsf(s->near[i].r - s->near[j].r) < 0.25f;
 }
 
-static void search_quad(const struct search *search, struct vote *vote, int x0, int y0,
-                        struct rf_surface *hidden, float *weight)
+static void search_quad(const struct search *search, struct scratch *scratch, int x0,
+                        int y0, struct rf_surface *hidden, float *weight)
 {
     const struct rf_surfaces *s = search->s;
     size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
@@ -305,12 +329,11 @@ static void search_quad(const struct search *search, struct vote *vote, int x0, 
         if (!needs_search(search, i))
             continue;
         struct query query = query_at(search, x, y, s->near[i].r);
-        int nearest2 = 0;
-        bool found = estimate(search, &query, vote, &hidden[i], &nearest2);
+        bool found = estimate(search, &query, scratch, &hidden[i]);
         weight[i] = found ? 1 : 0;
         if (k == 0) {
             is_found = found;
-            is_shared = found && nearest2 > SHARE_DISTANCE * SHARE_DISTANCE;
+            is_shared = true;
         }
     }
 }
@@ -325,8 +348,9 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
     size_t n_blocks = (size_t)n_x * (size_t)n_y;
     struct search *search = rf_alloc(context, 1, sizeof *search);
     struct block *blocks = rf_alloc(context, n_blocks, sizeof *blocks);
-    struct vote *votes = rf_alloc(context, (size_t)context->n_threads, sizeof *votes);
-    rf_result result = search && blocks && votes
+    struct scratch *scratch =
+        rf_alloc(context, (size_t)context->n_threads, sizeof *scratch);
+    rf_result result = search && blocks && scratch
                            ? RF_OK
                            : rf_fail_memory(error, n_blocks, sizeof *blocks);
     if (result == RF_OK) {
@@ -347,11 +371,11 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
             if (rf_task_is_cancelled(task))
                 continue;
             for (int x = 0; x < surfaces->width; x += 2)
-                search_quad(search, &votes[rf_thread_num()], x, y, hidden, weight);
+                search_quad(search, &scratch[rf_thread_num()], x, y, hidden, weight);
             rf_task_step(task);
         }
     }
-    rf_free(context, votes);
+    rf_free(context, scratch);
     rf_free(context, blocks);
     rf_free(context, search);
     return result;

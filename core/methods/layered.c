@@ -116,9 +116,10 @@ static void measure_areas(struct layered *l)
             for (int x = x0; x < x1; x += 2, n++) {
                 const struct rf_surface *s =
                     &l->pixels[(size_t)y * (size_t)l->width + (size_t)x];
-                sum += logf(fmaxf(rf_luminance(s->c[0], s->c[1], s->c[2]), 0) + 1e-3f);
+                sum +=
+                    rf_logf(fmaxf(rf_luminance(s->c[0], s->c[1], s->c[2]), 0) + 1e-3f);
             }
-        l->area[i] = expf(sum / (float)n);
+        l->area[i] = rf_expf(sum / (float)n);
     }
 }
 

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Elementary functions with the same bits on every machine. */
+#include "internal.h"
+
+/*
+ * exp(v) = 2^n e^f, n = round(v / ln 2), |f| <= ln 2 / 2, with the Taylor polynomial of
+ * degree 7 (remainder below 6e-9).
+ */
+float rf_expf(float v)
+{
+    v = v < -80 ? -80 : v > 80 ? 80 : v;
+    float n = rintf(v * 1.44269504f);
+    float f = v - n * 0.693145752f;
+    f -= n * 1.42860677e-6f; /* ln 2 in two parts */
+    float p = 1.0f / 5040;
+    p = p * f + 1.0f / 720;
+    p = p * f + 1.0f / 120;
+    p = p * f + 1.0f / 24;
+    p = p * f + 1.0f / 6;
+    p = p * f + 0.5f;
+    p = p * f + 1;
+    p = p * f + 1;
+    uint32_t bits = (uint32_t)((int32_t)n + 127) << 23;
+    float scale;
+    memcpy(&scale, &bits, sizeof scale);
+    return p * scale;
+}
+
+/*
+ * log(v) = e ln 2 + log(m), m in [sqrt(1/2), sqrt(2)), by log(m) = 2 atanh(t) with t =
+ * (m - 1) / (m + 1), |t| <= 0.172, to t^9.
+ */
+float rf_logf(float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    int e = (int)(bits >> 23) - 127;
+    bits = (bits & 0x7fffffu) | 0x3f800000u;
+    float m;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.41421356f) {
+        m *= 0.5f;
+        e++;
+    }
+    float t = (m - 1) / (m + 1), t2 = t * t;
+    float p = 1.0f / 9;
+    p = p * t2 + 1.0f / 7;
+    p = p * t2 + 0.2f;
+    p = p * t2 + 1.0f / 3;
+    p = p * t2 + 1;
+    return 2 * t * p + (float)e * 0.69314718f;
+}
