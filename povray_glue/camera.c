@@ -116,7 +116,7 @@ static void apply_look_at(struct state *state)
     double n_right = vector_length(camera->right), n_up = vector_length(camera->up);
     double side[3], hand[3], old_right[3];
     cross(hand, camera->up, camera->direction);
-    bool is_left = dot(hand, camera->right) < 0;
+    bool is_left = dot(hand, camera->right) <= 0; /* 0: up along direction */
     memcpy(old_right, camera->right, sizeof old_right);
     for (int i = 0; i < 3; i++)
         camera->direction[i] = state->look_at[i] - camera->location[i];
@@ -164,10 +164,8 @@ static void apply_focus(struct state *state)
 
 static void finish(struct state *state)
 {
-    if (state->version < 3.5) {
-        apply_focus(state);
+    if (state->version < 3.5)
         return;
-    }
     struct povray_camera *camera = &state->camera;
     if (!state->is_copy) {
         apply_angle(camera, state->angle);
@@ -312,8 +310,10 @@ static void set_vector(struct state *state, const char *key, const double v[3])
                 *items[i].flag = true;
         }
     }
-    if (strcmp(key, "look_at") == 0 && state->version < 3.5)
+    if (state->version < 3.5 && strcmp(key, "look_at") == 0)
         apply_look_at(state);
+    if (state->version < 3.5 && strcmp(key, "focal_point") == 0)
+        apply_focus(state);
 }
 
 static void set_number(struct state *state, const char *key, double v)

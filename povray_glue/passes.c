@@ -175,7 +175,7 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
         "\n#debug concat(\"@rf~width~\",str(image_width,0,0),"
         "\";\\n@rf~height~\",str(image_height,0,0),\";\\n@rf~done~1;\\n\")"
         "\n#error \"rackfocus has what it needs\"\n";
-    if (!sources_write(&scene->sources, mode, file, tail)) {
+    if (!sources_write(&scene->sources, mode, file, "", tail)) {
         fail_file(error, scene->temp_folder);
     } else if (run_start(&run, scene->temp_folder, name, file, "", "", &scene->options,
                          error)) {
@@ -272,11 +272,12 @@ static bool choose_lens(struct povray_scene *scene, struct povray_error *error)
 /* ---- renders ------------------------------------------------------------------- */
 
 static bool start_render(struct povray_scene *scene, struct run *run, const char *name,
-                         enum rewrite_mode mode, const char *tail, const char *before,
-                         const char *after, struct povray_error *error)
+                         enum rewrite_mode mode, const char *head, const char *tail,
+                         const char *before, const char *after,
+                         struct povray_error *error)
 {
     char *file = text_format("%s.pov", name);
-    bool is_started = sources_write(&scene->sources, mode, file, tail);
+    bool is_started = sources_write(&scene->sources, mode, file, head, tail);
     if (!is_started)
         fail_file(error, scene->temp_folder);
     else
@@ -310,8 +311,8 @@ static bool start_probe(struct povray_scene *scene, struct run *run,
     struct text tail = {0};
     probe_write(&tail, &scene->camera, scene->width, scene->height);
     char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe_rows(scene));
-    bool is_started =
-        start_render(scene, run, "probe", REWRITE_PINHOLE, tail.data, "", after, error);
+    bool is_started = start_render(scene, run, "probe", REWRITE_PINHOLE, probe_head,
+                                   tail.data, "", after, error);
     free(after);
     text_free(&tail);
     return is_started;
@@ -355,7 +356,7 @@ static bool start_fog(struct povray_scene *scene, struct run *run, const char *n
         text_addf(&tail, "fog{fog_type 1 distance %.17g color rgb %.17g}\n", distance,
                   light);
     bool is_started =
-        start_render(scene, run, name, mode, tail.data, "", "-A -UA +Q9", error);
+        start_render(scene, run, name, mode, "", tail.data, "", "-A -UA +Q9", error);
     text_free(&tail);
     return is_started;
 }
@@ -519,7 +520,7 @@ static bool run_job(struct povray_scene *scene, struct job *job,
                     struct povray_passes *passes, struct povray_error *error)
 {
     struct run *list[6] = {&job->colour, &job->probe};
-    if (!start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "",
+    if (!start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "", "",
                       COLOUR_OPTIONS, "", error) ||
         !find_items(scene, error) || !choose_lens(scene, error) ||
         !start_probe(scene, &job->probe, error) ||
@@ -590,7 +591,7 @@ bool povray_render_reference(struct povray_scene *scene,
     }
     text_addf(&tail, "\n");
     camera_write(&tail, &passes->camera, n_samples);
-    bool is_good = start_render(scene, &run, "reference", REWRITE_PINHOLE, tail.data,
+    bool is_good = start_render(scene, &run, "reference", REWRITE_PINHOLE, "", tail.data,
                                 "", "", error) &&
                    run_wait(list, 1, &scene->options, error) &&
                    read_run(scene, &run, &picture, error) &&

@@ -12,7 +12,8 @@
 #include "povray.h"
 #include "text.h"
 
-/* What to add to the scene. */
+/* What to add at the beginning and at the end of the scene. */
+extern const char *const probe_head;
 void probe_write(struct text *out, const struct povray_camera *camera, int32_t width,
                  int32_t height);
 

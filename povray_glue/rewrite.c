@@ -172,14 +172,17 @@ static int write_value_item(struct writer *w, int i, bool is_vector)
     return end;
 }
 
-/* The declared RT_ takes effect and its images of 0, x, y and z are written. */
+/* The declared RT_ takes effect and its images of 0, x, y and z are written, each on
+ * its own: POV-Ray cuts strings off after some 250 bytes. */
 static void write_transform(struct writer *w)
 {
+    static const char *const points[] = {"0,0,0", "1,0,0", "0,1,0", "0,0,1"};
     text_addf(w->out,
-              " #declare RV_=function{transform{RT_}} #debug concat(\"@rf~transform~\","
-              "vstr(3,RV_(0,0,0),\",\",0,20),\",\",vstr(3,RV_(1,0,0),\",\",0,20),\",\","
-              "vstr(3,RV_(0,1,0),\",\",0,20),\",\",vstr(3,RV_(0,0,1),\",\",0,20),"
-              "\";\\n\") #undef RV_ transform{RT_} ");
+              " #declare RV_=function{transform{RT_}} #debug \"@rf~transform~\"");
+    for (int k = 0; k < 4; k++)
+        text_addf(w->out, " #debug concat(vstr(3,RV_(%s),\",\",0,20),\"%s\") ",
+                  points[k], k < 3 ? "," : ";\\n");
+    text_addf(w->out, "#undef RV_ transform{RT_} ");
 }
 
 static int write_transform_item(struct writer *w, int i)
@@ -357,6 +360,12 @@ void rewrite_file(struct text *out, const struct tokens *tokens, size_t n_bytes,
                   const struct rewrite *how)
 {
     struct writer w = {out, tokens, how, 0};
-    walk(&w, 0, tokens->n, has_loose_items(tokens, 0, tokens->n));
+    int first = 0;
+    if (token_is_directive(tokens, 0, "version")) {
+        first = token_skip_directive(tokens, 0);
+        copy_to(&w, tokens->items[first - 1].end);
+    }
+    text_addf(out, "%s", how->head);
+    walk(&w, first, tokens->n, has_loose_items(tokens, 0, tokens->n));
     copy_to(&w, n_bytes);
 }

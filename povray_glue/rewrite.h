@@ -17,6 +17,7 @@ enum rewrite_mode {
 
 struct rewrite {
     enum rewrite_mode mode;
+    const char *head; /* goes to the beginning, but behind a #version */
     /* Path to put in place of an #include's string, or NULL to leave it. */
     const char *(*include_path)(void *user, const char *name);
     void *user;

@@ -191,9 +191,9 @@ static const char *copy_of_include(void *user, const char *name)
 }
 
 static bool write_copy(struct sources *sources, int k, const char *path,
-                       const char *tail)
+                       const char *head, const char *tail)
 {
-    struct rewrite how = {sources->mode, copy_of_include, sources};
+    struct rewrite how = {sources->mode, head, copy_of_include, sources};
     struct text text = {0};
     rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
     text_addf(&text, "%s", tail);
@@ -203,7 +203,7 @@ static bool write_copy(struct sources *sources, int k, const char *path,
 }
 
 bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *name,
-                   const char *tail)
+                   const char *head, const char *tail)
 {
     sources->mode = mode;
     bool is_new = false;
@@ -218,10 +218,10 @@ bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *
     }
     for (int k = 1; k < sources->n && is_new; k++)
         if (sources->items[k].copy[mode] &&
-            !write_copy(sources, k, sources->items[k].copy[mode], ""))
+            !write_copy(sources, k, sources->items[k].copy[mode], "", ""))
             return false;
     char *path = text_format("%s%s", sources->temp_folder, name);
-    bool is_written = write_copy(sources, 0, path, tail);
+    bool is_written = write_copy(sources, 0, path, head, tail);
     free(path);
     return is_written;
 }

@@ -37,10 +37,11 @@ void sources_free(struct sources *sources);
 
 /*
  * Writes the copies of a mode. The scene's own copy becomes NAME in the temporary
- * folder, with `tail` (may be "") behind it. False with errno.
+ * folder, with `head` at its beginning (behind a #version) and `tail` behind
+ * it; both may be "". False with errno.
  */
 bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *name,
-                   const char *tail);
+                   const char *head, const char *tail);
 
 /* Gives private names in a message of POV-Ray back their own; the caller frees. */
 char *sources_original_names(const struct sources *sources, const char *message);
