@@ -2,48 +2,63 @@
 /*
  * scatter: every pixel's light spread over its circle of confusion.
  *
- *   out(q) = sum over p of colour(p) w(q - p; r_p),   w = D(|q - p|^2, r) / sum of D
+ *   out(q) = sum over p of colour(p) w(q - p; r_p),   w = D(t) / sum of D,
+ *   t = |q - p|^2 / m,   m = max(ceil(r_p^2), 1)
  *
  *   r_p   radius of the circle of confusion of pixel p, px (no sign)
  *   D     the distribution; the pixels with hypot(row, col) < r take part, and the
- * pixel itself always does, so r = 0 is the identity
+ *         pixel itself always does, so r = 0 is the identity
+ *
+ *   uniform    D = 1            Yu 2004
+ *   gaussian   D = exp(-2 t)    sigma = r / 2 as a disc has it, cut at the circle
+ *   ring       D = 1 + 3 t^4    the rim four times as bright as the centre
  *
  * Source: Yu 2004, section "distribution": every pixel inside the circle receives
- * colour / area. (The paper prints (row^2 * col^2)^0.5, a misprint for the sum.) The
- * weights of one circle add up to exactly 1, so no light is made or lost but what
- * leaves the picture.
+ * colour / area; the paper names other distributions as what is missing. (The paper
+ * prints (row^2 * col^2)^0.5, a misprint for the sum.) The weights of one circle add up
+ * to exactly 1, so no light is made or lost but what leaves the picture.
  *
  * Known artefacts: knows no occlusion, so blurred background runs over a sharp
  * foreground; the border darkens, since nothing comes in from outside; the width of the
  * circle moves in whole pixels.
  *
  * Cost: the uniform distribution adds two differences per row of the circle, O(r) per
- * pixel; sums run in double precision, so that a highlight leaves no trace beside it.
+ * pixel; the others every pixel of it, O(r^2). Sums run in double precision, so that a
+ * highlight leaves no trace beside it.
  */
 #include "../internal.h"
 
 enum { BAND_ROWS = 32 };
 
-/* A distribution: density at squared distance d2 of the centre, for a circle r2. */
-struct distribution {
-    double (*density)(double d2, double r2);
-};
+enum { N_DENSITIES = 1024 }; /* steps of the table of D */
 
-static double density_uniform(double d2, double r2)
+typedef double (*density_fn)(double t);
+
+/* A disc of the same mean square distance: sigma = r / 2 on each axis. */
+static double density_gaussian(double t)
 {
-    return 1;
+    return rf_expf((float)(-2 * t));
 }
 
-/* One line per distribution, in the order of RF_LIST_DISTRIBUTION. */
-static const struct distribution distributions[] = {
-    [RF_DISTRIBUTION_UNIFORM] = {density_uniform},
+static double density_ring(double t)
+{
+    return 1 + 3 * (t * t) * (t * t);
+}
+
+/* One line per distribution, in the order of RF_LIST_DISTRIBUTION; NULL: D = 1. */
+static const density_fn densities[] = {
+    [RF_DISTRIBUTION_UNIFORM] = NULL,
+    [RF_DISTRIBUTION_GAUSSIAN] = density_gaussian,
+    [RF_DISTRIBUTION_RING] = density_ring,
 };
 
 struct scatter {
     const struct rf_work *work;
-    const struct distribution *distribution;
+    bool is_uniform;
+    double density[N_DENSITIES + 2]; /* D at t = i / N_DENSITIES */
     float *source; /* a copy of the colour planes, n_planes each width x height */
-    double *area;  /* area[m]: sum of D over the circle of key m */
+    double *area;  /* area[m]: sum of D over the circle of key m, where one occurs */
+    int *ring;     /* ring[k]: how many pixels have the squared distance k */
     int max_key;
 };
 
@@ -68,6 +83,29 @@ static int half_width(int key, int dy)
     return w;
 }
 
+static double density_at(const struct scatter *s, int d2, int key)
+{
+    double t = (double)d2 / key * N_DENSITIES;
+    int i = (int)t;
+    return s->density[i] + (s->density[i + 1] - s->density[i]) * (t - i);
+}
+
+static void build_densities(struct scatter *s, density_fn density)
+{
+    s->is_uniform = !density;
+    for (int i = 0; i < N_DENSITIES + 2; i++)
+        s->density[i] = density ? density((double)i / N_DENSITIES) : 1;
+}
+
+static void count_rings(struct scatter *s)
+{
+    int reach = half_width(s->max_key, 0);
+    for (int y = -reach; y <= reach; y++)
+        for (int x = -reach; x <= reach; x++)
+            if (x * x + y * y < s->max_key)
+                s->ring[x * x + y * y]++;
+}
+
 static rf_result build_areas(struct scatter *s, struct rf_error *error)
 {
     const struct rf_filter *f = s->work->filter;
@@ -75,17 +113,39 @@ static rf_result build_areas(struct scatter *s, struct rf_error *error)
     s->max_key = 1;
     for (size_t i = 0; i < n; i++)
         s->max_key = rf_max_int(s->max_key, circle_key(s->work->radius[i]));
-    s->area = rf_calloc(f->context, (size_t)s->max_key + 1, sizeof *s->area);
-    if (!s->area)
-        return rf_fail_memory(error, (size_t)s->max_key + 1, sizeof *s->area);
-    int reach = (int)ceil(sqrt((double)s->max_key));
-    for (int y = -reach; y <= reach; y++)
-        for (int x = -reach; x <= reach; x++)
-            if (x * x + y * y < s->max_key)
-                s->area[x * x + y * y + 1] += 1;
-    for (int m = 1; m <= s->max_key; m++)
-        s->area[m] += s->area[m - 1];
+    size_t n_keys = (size_t)s->max_key + 1;
+    s->area = rf_calloc(f->context, n_keys, sizeof *s->area);
+    s->ring = rf_calloc(f->context, n_keys, sizeof *s->ring);
+    if (!s->area || !s->ring)
+        return rf_fail_memory(error, n_keys, sizeof *s->area + sizeof *s->ring);
+    count_rings(s);
+    if (s->is_uniform) {
+        for (int m = 1; m <= s->max_key; m++)
+            s->area[m] = s->area[m - 1] + s->ring[m - 1];
+        return RF_OK;
+    }
+    for (size_t i = 0; i < n; i++) {
+        int key = circle_key(s->work->radius[i]);
+        if (s->area[key] > 0)
+            continue;
+        for (int d2 = 0; d2 < key; d2++)
+            if (s->ring[d2])
+                s->area[key] += s->ring[d2] * density_at(s, d2, key);
+    }
     return RF_OK;
+}
+
+/* The row `dy` below the centre, of half width w: light times density, all planes. */
+static void scatter_row(const struct scatter *s, double *line, int x, int dy, int w,
+                        int key, const double light[4])
+{
+    int width = s->work->filter->width, stride = width + 1;
+    int left = rf_max_int(x - w, 0), right = rf_min_int(x + w, width - 1);
+    for (int i = left; i <= right; i++) {
+        double d = density_at(s, (i - x) * (i - x) + dy * dy, key);
+        for (int c = 0; c < s->work->n_planes; c++)
+            line[c * stride + i] += light[c] * d;
+    }
 }
 
 static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
@@ -105,6 +165,10 @@ static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
         int w = half_width(key, row - y);
         int left = rf_max_int(x - w, 0), right = rf_min_int(x + w + 1, width);
         double *line = band + (size_t)(row - y0) * (size_t)(stride * n_planes);
+        if (!s->is_uniform) {
+            scatter_row(s, line, x, row - y, w, key, light);
+            continue;
+        }
         for (int c = 0; c < n_planes; c++) {
             line[c * stride + left] += light[c];
             line[c * stride + right] -= light[c];
@@ -122,8 +186,10 @@ static void finish_band(const struct scatter *s, int y0, int y1, const double *b
                 band + (size_t)((y - y0) * n_planes + c) * (size_t)stride;
             float *out = work->colour[c] + (size_t)y * (size_t)width;
             double sum = 0;
-            for (int x = 0; x < width; x++)
-                out[x] = (float)(sum += line[x]);
+            for (int x = 0; x < width; x++) {
+                sum = s->is_uniform ? sum + line[x] : line[x];
+                out[x] = (float)sum;
+            }
         }
 }
 
@@ -163,8 +229,8 @@ rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
     const struct rf_context *context = f->context;
-    struct scatter s = {.work = work,
-                        .distribution = &distributions[f->params.distribution]};
+    struct scatter s = {.work = work};
+    build_densities(&s, densities[f->params.distribution]);
     size_t n = (size_t)f->width * (size_t)f->height;
     size_t n_source = n * (size_t)work->n_planes;
     size_t band_size = (size_t)(f->width + 1) * (size_t)work->n_planes * BAND_ROWS;
@@ -183,6 +249,7 @@ rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
     }
     rf_free(context, bands);
     rf_free(context, s.source);
+    rf_free(context, s.ring);
     rf_free(context, s.area);
     return result;
 }

@@ -47,6 +47,8 @@
     X(RF_METHOD_SCATTER, "scatter", "each pixel spread over its circle of confusion")
 
 #define RF_LIST_DISTRIBUTION(X)                                                        \
-    X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")
+    X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")     \
+    X(RF_DISTRIBUTION_GAUSSIAN, "gaussian", "soft: sigma half the radius")             \
+    X(RF_DISTRIBUTION_RING, "ring", "bright rim, four times the centre")
 
 #endif
