@@ -74,6 +74,13 @@ static inline void plain_params(struct rf_params *params, int method)
     params->max_radius = 16384;
 }
 
+/* For frame_fill_scene(): what nothing hit blurs by 30 px instead of 400. */
+static inline void scene_params(struct rf_params *params, int method)
+{
+    plain_params(params, method);
+    params->max_radius = 30;
+}
+
 /* The planar depth that the plain lens blurs by r px, r below 400. */
 static inline float plain_depth(double r_px)
 {

@@ -122,7 +122,7 @@ static void opaque_stays_opaque(void)
 {
     struct frame four = frame_make(80, 60, 4), three = frame_make(80, 60, 3);
     struct rf_params params;
-    plain_params(&params, RF_METHOD_LAYERED);
+    scene_params(&params, RF_METHOD_LAYERED);
     frame_fill_scene(&four, 8);
     memcpy(three.depth, four.depth, frame_pixels(&four) * sizeof(float));
     for (size_t i = 0; i < frame_pixels(&four); i++)
@@ -150,7 +150,7 @@ static void grey_is_one_channel_of_rgb(void)
     rf_method_list(&n_methods);
     for (size_t m = 0; m < n_methods; m++) {
         struct rf_params params;
-        plain_params(&params, (int)m);
+        scene_params(&params, (int)m);
         frame_fill_scene(&grey, 8);
         memcpy(rgb.depth, grey.depth, frame_pixels(&grey) * sizeof(float));
         for (size_t i = 0; i < frame_pixels(&grey) * 3; i++)

@@ -43,7 +43,7 @@ static void a_pinhole_gives_the_input(void)
     for (size_t m = 0; m < n_methods; m++) {
         struct frame f = frame_make(64, 48, 3);
         struct rf_params params;
-        plain_params(&params, (int)m);
+        scene_params(&params, (int)m);
         params.lens_radius = 1e-6;
         frame_fill_scene(&f, 30);
         CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
@@ -140,7 +140,7 @@ static void check_mirror(int method, int sub_apertures, double want_db)
     for (int way = 1; way < 4; way++) {
         struct frame a = frame_make(96, 64, 3), b = frame_make(96, 64, 3);
         struct rf_params params;
-        plain_params(&params, method);
+        scene_params(&params, method);
         params.sub_apertures = sub_apertures;
         frame_fill_scene(&a, 9);
         turned(&a, &b, way & 1, way & 2);

@@ -46,7 +46,7 @@ static void every_byte_comes_from_the_hooks(void)
         struct rf_context *context;
         struct rf_filter *filter;
         struct rf_params params;
-        plain_params(&params, (int)method);
+        scene_params(&params, (int)method);
         struct frame f = frame_make(40, 30, 4);
         frame_fill_scene(&f, 6);
         int before = tally.n_allocated;
@@ -205,7 +205,7 @@ static void apply_does_it_in_one_call(void)
     struct frame f = frame_make(32, 24, 4);
     struct rf_params params;
     struct rf_error error = {0};
-    plain_params(&params, RF_METHOD_SCATTER);
+    scene_params(&params, RF_METHOD_SCATTER);
     frame_fill_scene(&f, 4);
     REQUIRE(frame_filter(&f, &params, 1, &error) == RF_OK);
     float *other = calloc(1, frame_bytes(&f));

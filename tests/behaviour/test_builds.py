@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The library from outside: its symbols, its dependencies, and the same bits from every
+compiler and optimisation level. Builds of their own lie under the build folder and are
+kept between runs.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
+LIBRARY = BUILD / "core" / "librackfocus.so"
+
+VARIANTS = {
+    "gcc-O0": ("gcc", ["-Doptimization=0"]),
+    "gcc-O3": ("gcc", ["-Doptimization=3"]),
+    "clang-O0": ("clang", ["-Doptimization=0"]),
+    "clang-O3": ("clang", ["-Doptimization=3"]),
+    "gcc-native": ("gcc", ["-Doptimization=3", "-Dc_args=-march=native"]),
+}
+
+
+def run(*command, **options):
+    return subprocess.run(
+        [str(word) for word in command],
+        check=True,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        **options,
+    ).stdout
+
+
+def build(name, compiler, options, *targets):
+    """The folder of a variant, configured once and brought up to date."""
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler} is not installed")
+    folder = BUILD / "variants" / name
+    if not (folder / "build.ninja").exists():
+        environment = dict(os.environ, CC=compiler)
+        run("meson", "setup", folder, ROOT, *options, env=environment)
+    run("ninja", "-C", folder, *targets)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def hashes():
+    """What the ordinary build says."""
+    return run(BUILD / "tests" / "behaviour" / "scene_hash")
+
+
+def test_pictures_differ_from_each_other(hashes):
+    values = re.findall(r": ([0-9a-f]{16})$", hashes, re.M)
+    assert len(values) >= 14
+    assert len(set(values)) > len(values) * 0.7  # scatter knows no blades
+
+
+@pytest.mark.parametrize("threads", [1, 2, 7])
+def test_same_bits_for_any_number_of_threads(hashes, threads):
+    assert run(BUILD / "tests" / "behaviour" / "scene_hash", threads) == hashes
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_same_bits_from_every_compiler(hashes, name):
+    folder = build(name, *VARIANTS[name], "tests/behaviour/scene_hash")
+    assert run(folder / "tests" / "behaviour" / "scene_hash") == hashes
+
+
+SANITIZED = ["behaviour/test_inputs", "behaviour/test_memory", "unit/test_params"]
+
+
+def test_no_undefined_behaviour():
+    """Address and undefined-behaviour sanitizers over the tests with odd inputs."""
+    options = ["-Db_sanitize=address,undefined", "-Doptimization=1", "-Ddebug=true"]
+    targets = [f"tests/{name}" for name in SANITIZED]
+    folder = build("sanitize", "gcc", options, *targets)
+    environment = dict(
+        os.environ,
+        ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1",
+        UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1",
+    )
+    for target in targets:
+        output = run(folder / target, env=environment)
+        assert "not ok" not in output
+
+
+def dynamic_symbols():
+    lines = run("nm", "-D", "--defined-only", LIBRARY).splitlines()
+    return {line.split()[-1].split("@")[0] for line in lines}
+
+
+def declared_functions():
+    header = (ROOT / "core/include/rackfocus/rackfocus.h").read_text()
+    return set(re.findall(r"RF_API\s[^;]*?\b(rf_\w+)\(", header))
+
+
+def test_only_rf_names_are_exported():
+    foreign = {name for name in dynamic_symbols() if not name.startswith("rf_")}
+    assert not foreign
+
+
+def test_exactly_what_the_header_declares_is_exported():
+    assert len(declared_functions()) > 20
+    assert dynamic_symbols() == declared_functions()
+
+
+def test_the_library_needs_nothing_but_libm_and_openmp():
+    needed = re.findall(r"NEEDED.*\[(.*?)\]", run("readelf", "-d", LIBRARY))
+    allowed = re.compile(r"(libm|libc|libgomp|libomp|libpthread)\.so|ld-linux")
+    assert needed and not [name for name in needed if not allowed.match(name)]
+
+
+def test_a_header_for_c_and_for_cxx(tmp_path):
+    """The header stands alone, in strict C11 and in C++."""
+    include = ROOT / "core/include"
+    for name, compiler, standard in (
+        ("a.c", "gcc", "c11"),
+        ("a.cpp", "clang", "c++17"),
+    ):
+        if not shutil.which(compiler):
+            pytest.skip(f"{compiler} is not installed")
+        source = tmp_path / name
+        source.write_text("#include <rackfocus/rackfocus.h>\n")
+        run(
+            *(compiler, f"-std={standard}", "-Wall", "-Wextra", "-Werror"),
+            *("-fsyntax-only", f"-I{include}", source),
+        )

@@ -1,0 +1,359 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Sizes, strides, fence pages, in place, and values that are no colours. */
+#include <stdio.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "physics/frames.h"
+#include "testing.h"
+
+static size_t n_methods;
+
+/* ---- sizes --------------------------------------------------------------------- */
+
+static void bad_sizes_are_rejected(void)
+{
+    static const int sizes[][2] = {
+        {0, 0},        {0, 5},     {5, 0},     {-1, 5},
+        {5, -1},       {65536, 1}, {1, 65536}, {INT32_MAX, INT32_MAX},
+        {INT32_MIN, 1}};
+    struct rf_context *context;
+    struct rf_params params;
+    rf_params_init(&params);
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    for (int i = 0; i < 9; i++) {
+        struct rf_filter *filter = NULL;
+        struct rf_error error = {0};
+        CHECK(rf_filter_create(&filter, context, &params, sizes[i][0], sizes[i][1],
+                               &error) == RF_ERROR_ARGUMENT);
+        bool is_width = sizes[i][0] < 1 || sizes[i][0] > 65535;
+        CHECK_STR(error.field, is_width ? "width" : "height");
+        CHECK_CONTAINS(error.message, "65535");
+        CHECK(filter == NULL);
+    }
+    rf_context_destroy(context);
+}
+
+static void check_size(int width, int height, double r_px)
+{
+    static const int channels[] = {1, 3, 4};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int k = 0; k < 3; k++) {
+            struct frame f = frame_make(width, height, channels[k]);
+            struct rf_params params;
+            struct rf_error error = {0};
+            scene_params(&params, (int)m);
+            frame_fill_scene(&f, r_px);
+            f.depth[0] = plain_depth(r_px);
+            if (frame_filter(&f, &params, 2, &error) != RF_OK)
+                printf("# %s\n", error.message);
+            CHECK(error.code == RF_OK);
+            bool is_finite = true;
+            for (size_t i = 0; i < frame_pixels(&f) * (size_t)f.channels; i++)
+                is_finite = is_finite && isfinite(f.out[i]);
+            if (!testing_check(is_finite, __FILE__, __LINE__, "finite"))
+                printf("#     method %zu, %d x %d, radius %g\n", m, width, height,
+                       r_px);
+            frame_free(&f);
+        }
+}
+
+static void odd_sizes_work(void)
+{
+    static const int sizes[][2] = {{1, 1},  {1, 2},  {2, 1},   {2, 2},   {1, 97},
+                                   {97, 1}, {3, 50}, {63, 65}, {64, 64}, {129, 31}};
+    for (int i = 0; i < 10; i++) {
+        check_size(sizes[i][0], sizes[i][1], 0.3);
+        check_size(sizes[i][0], sizes[i][1], i < 6 ? 40 : 5); /* some far larger */
+    }
+}
+
+static void the_longest_side_works(void)
+{
+    check_size(65535, 1, 2);
+    check_size(1, 65535, 2);
+}
+
+/* One pixel has no neighbour to mix with: layered gives it back. */
+static void a_single_pixel_stays_itself(void)
+{
+    struct frame f = frame_make(1, 1, 3);
+    struct rf_params params;
+    scene_params(&params, RF_METHOD_LAYERED);
+    f.colour[0] = 0.25f, f.colour[1] = 0.75f, f.colour[2] = 1e-3f;
+    f.depth[0] = plain_depth(0.75);
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    CHECK_NEAR(f.out[2], 1e-3, 1e-6);
+    CHECK_NEAR(f.out[0], 0.25, 1e-4);
+    frame_free(&f);
+}
+
+/* ---- strides and fences -------------------------------------------------------- */
+
+struct layout {
+    const char *name;
+    ptrdiff_t channel, pixel, row; /* in floats */
+};
+
+/* The layouts of a picture of width x height x channels. */
+static int list_layouts(int w, int h, int c, struct layout *list)
+{
+    struct layout all[] = {
+        {"packed", 1, c, c * w},
+        {"planar", w * h, 1, w},
+        {"rows apart", 1, c, c * w + 5},
+        {"pixels apart", 1, c + 3, (c + 3) * w + 1},
+        {"channels apart", 3, 3 * c, 3 * c * w},
+        {"bottom up", 1, c, -c * w},
+        {"right to left", 1, -c, c * w},
+        {"blue first", -1, c, c * w},
+        {"all backwards", -1, -(c + 1), -(c + 1) * w - 7},
+        {"transposed", 1, c * h, c},
+        {"planar bottom up", -w * h, 1, -w},
+    };
+    memcpy(list, all, sizeof all);
+    return (int)(sizeof all / sizeof all[0]);
+}
+
+struct fenced {
+    char *pages;
+    size_t n_bytes, page;
+    float *first; /* lowest address in use */
+    size_t n_floats;
+    struct rf_image image;
+};
+
+/* Memory with a forbidden page before and after; the picture touches one of them. */
+static bool fenced_make(struct fenced *f, const struct layout *l, int w, int h, int c,
+                        bool at_end)
+{
+    ptrdiff_t steps[3][2] = {{l->channel, c}, {l->pixel, w}, {l->row, h}};
+    ptrdiff_t low = 0, high = 0;
+    for (int i = 0; i < 3; i++) {
+        ptrdiff_t reach = steps[i][0] * (steps[i][1] - 1);
+        low += reach < 0 ? reach : 0;
+        high += reach > 0 ? reach : 0;
+    }
+    f->n_floats = (size_t)(high - low + 1);
+    f->page = (size_t)sysconf(_SC_PAGESIZE);
+    size_t inner = (f->n_floats * 4 + f->page - 1) / f->page * f->page;
+    f->n_bytes = inner + 2 * f->page;
+    f->pages = mmap(NULL, f->n_bytes, PROT_READ | PROT_WRITE,
+                    MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (f->pages == MAP_FAILED)
+        return false;
+    memset(f->pages, 0xff, f->n_bytes); /* NaN everywhere */
+    mprotect(f->pages, f->page, PROT_NONE);
+    mprotect(f->pages + f->page + inner, f->page, PROT_NONE);
+    char *start = f->pages + f->page + (at_end ? inner - f->n_floats * 4 : 0);
+    f->first = (float *)start;
+    f->image = (struct rf_image){.data = f->first - low,
+                                 .width = w,
+                                 .height = h,
+                                 .channels = c,
+                                 .channel_bytes = l->channel * 4,
+                                 .pixel_bytes = l->pixel * 4,
+                                 .row_bytes = l->row * 4};
+    return true;
+}
+
+static void fenced_free(struct fenced *f)
+{
+    munmap(f->pages, f->n_bytes);
+}
+
+static float *sample(const struct rf_image *image, int x, int y, int c)
+{
+    return (float *)((char *)image->data + y * image->row_bytes +
+                     x * image->pixel_bytes + c * image->channel_bytes);
+}
+
+static void fill(const struct rf_image *to, const float *packed)
+{
+    for (int y = 0; y < to->height; y++)
+        for (int x = 0; x < to->width; x++)
+            for (int c = 0; c < to->channels; c++)
+                *sample(to, x, y, c) = *packed++;
+}
+
+/* Do the samples agree bit for bit, and is all else as it was? */
+static bool is_exactly(struct fenced *f, const float *packed)
+{
+    for (int y = 0; y < f->image.height; y++)
+        for (int x = 0; x < f->image.width; x++)
+            for (int c = 0; c < f->image.channels; c++, packed++) {
+                if (memcmp(sample(&f->image, x, y, c), packed, 4))
+                    return false;
+                memset(sample(&f->image, x, y, c), 0xff, 4);
+            }
+    const unsigned char *bytes = (const unsigned char *)f->first;
+    for (size_t i = 0; i < f->n_floats * 4; i++)
+        if (bytes[i] != 0xff)
+            return false;
+    return true;
+}
+
+static void check_layout(const struct rf_filter *filter, const struct frame *want,
+                         int index, bool at_end)
+{
+    struct layout list[16], flat[16];
+    int w = want->width, h = want->height, c = want->channels;
+    list_layouts(w, h, c, list);
+    int n = list_layouts(w, h, 1, flat);
+    struct fenced colour, depth, out;
+    REQUIRE(fenced_make(&colour, &list[index], w, h, c, at_end));
+    REQUIRE(fenced_make(&depth, &flat[(index + 3) % n], w, h, 1, at_end));
+    REQUIRE(fenced_make(&out, &list[(index + 5) % n], w, h, c, at_end));
+    fill(&colour.image, want->colour);
+    fill(&depth.image, want->depth);
+    struct rf_view view = {.colour = colour.image, .depth = depth.image};
+    struct rf_error error = {0};
+    if (rf_filter_process(filter, &view, 1, &out.image, NULL, &error) != RF_OK)
+        printf("# %s\n", error.message);
+    bool is_good = error.code == RF_OK && is_exactly(&out, want->out);
+    is_good = is_good && is_exactly(&colour, want->colour);
+    is_good = is_good && is_exactly(&depth, want->depth);
+    if (!testing_check(is_good, __FILE__, __LINE__, "layout"))
+        printf("#     colour %s, depth %s, out %s, %d channels\n", list[index].name,
+               flat[(index + 3) % n].name, list[(index + 5) % n].name, c);
+    fenced_free(&colour);
+    fenced_free(&depth);
+    fenced_free(&out);
+}
+
+static void any_strides_between_fences(void)
+{
+    static const int channels[] = {1, 3, 4};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int k = 0; k < 3; k++)
+            for (int in_focus = 0; in_focus < 2; in_focus++) {
+                struct frame f = frame_make(37, 19, channels[k]);
+                struct rf_params params;
+                struct rf_context *context;
+                struct rf_filter *filter;
+                struct layout list[16];
+                scene_params(&params, (int)m);
+                frame_fill_scene(&f, in_focus ? 0 : 5);
+                params.depth_infinity = 1e11;
+                if (in_focus)
+                    for (size_t i = 0; i < frame_pixels(&f); i++)
+                        f.depth[i] = PLAIN_FOCUS;
+                REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+                REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+                REQUIRE(rf_filter_create(&filter, context, &params, 37, 19, NULL) ==
+                        RF_OK);
+                int n = list_layouts(37, 19, f.channels, list);
+                for (int i = 0; i < 2 * n; i++)
+                    check_layout(filter, &f, i / 2, i % 2);
+                rf_filter_destroy(filter);
+                rf_context_destroy(context);
+                frame_free(&f);
+            }
+}
+
+static void in_place(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct frame f = frame_make(50, 40, 4);
+        struct rf_params params;
+        scene_params(&params, (int)m);
+        frame_fill_scene(&f, 6);
+        REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        struct rf_image colour = rf_image_packed(f.colour, 50, 40, 4);
+        struct rf_image depth = rf_image_packed(f.depth, 50, 40, 1);
+        CHECK(memcmp(f.colour, f.out, frame_bytes(&f)) != 0);
+        CHECK(rf_apply(&params, &colour, &depth, &colour, NULL) == RF_OK);
+        CHECK(memcmp(f.colour, f.out, frame_bytes(&f)) == 0);
+        frame_free(&f);
+    }
+}
+
+/* ---- values -------------------------------------------------------------------- */
+
+static void nan_and_infinity_name_the_pixel(void)
+{
+    static const float bad[] = {NAN, INFINITY, -INFINITY};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int k = 0; k < 3; k++) {
+            struct frame f = frame_make(20, 15, 4);
+            struct rf_params params;
+            struct rf_error error = {0};
+            scene_params(&params, (int)m);
+            frame_fill_scene(&f, 3);
+            frame_at(&f, f.colour, 7, 4)[k] = bad[k];
+            CHECK(frame_filter(&f, &params, 2, &error) == RF_ERROR_PIXEL);
+            CHECK_STR(error.field, "colour");
+            CHECK_CONTAINS(error.message, "(7, 4)");
+            CHECK_CONTAINS(error.message, "1 colour value is");
+            frame_at(&f, f.colour, 2, 11)[3] = bad[k];
+            frame_at(&f, f.colour, 19, 2)[0] = bad[k];
+            CHECK(frame_filter(&f, &params, 7, &error) == RF_ERROR_PIXEL);
+            CHECK_CONTAINS(error.message, "(19, 2)");
+            CHECK_CONTAINS(error.message, "3 colour values are");
+            frame_free(&f);
+        }
+}
+
+/* Negative colours (wide gamuts, ringing) are input as any other. */
+static void negative_and_huge_colours_pass(void)
+{
+    static const float values[] = {-0.25f, 1e30f, 1e-40f, 3e8f, -1e10f};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int k = 0; k < 5; k++) {
+            struct frame f = frame_make(40, 30, 3);
+            struct rf_params params;
+            scene_params(&params, (int)m);
+            frame_fill_scene(&f, 4);
+            frame_at(&f, f.colour, 20, 15)[1] = values[k];
+            CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+            bool is_finite = true;
+            for (size_t i = 0; i < frame_pixels(&f) * 3; i++)
+                is_finite = is_finite && isfinite(f.out[i]);
+            CHECK(is_finite);
+            frame_free(&f);
+        }
+}
+
+static void a_failed_frame_leaves_the_filter_usable(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct frame f = frame_make(40, 30, 3);
+        struct rf_params params;
+        struct rf_context *context;
+        struct rf_filter *filter;
+        scene_params(&params, (int)m);
+        frame_fill_scene(&f, 4);
+        REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        float *again = calloc(1, frame_bytes(&f)), good = f.depth[0];
+        REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+        REQUIRE(rf_filter_create(&filter, context, &params, 40, 30, NULL) == RF_OK);
+        struct rf_view view = {.colour = rf_image_packed(f.colour, 40, 30, 3),
+                               .depth = rf_image_packed(f.depth, 40, 30, 1)};
+        struct rf_image out = rf_image_packed(again, 40, 30, 3);
+        f.depth[0] = NAN;
+        CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_ERROR_DEPTH);
+        f.depth[0] = good;
+        CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_OK);
+        CHECK(memcmp(again, f.out, frame_bytes(&f)) == 0);
+        rf_filter_destroy(filter);
+        rf_context_destroy(context);
+        free(again);
+        frame_free(&f);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    rf_method_list(&n_methods);
+    TEST(bad_sizes_are_rejected);
+    TEST(odd_sizes_work);
+    TEST(the_longest_side_works);
+    TEST(a_single_pixel_stays_itself);
+    TEST(any_strides_between_fences);
+    TEST(in_place);
+    TEST(nan_and_infinity_name_the_pixel);
+    TEST(negative_and_huge_colours_pass);
+    TEST(a_failed_frame_leaves_the_filter_usable);
+    return testing_end();
+}

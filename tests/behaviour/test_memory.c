@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The k-th allocation fails, for every k: a clean error, nothing leaked, no crash. */
+#include <pthread.h>
+#include <stdio.h>
+
+#include "physics/frames.h"
+#include "testing.h"
+
+static size_t n_methods;
+
+struct memory {
+    pthread_mutex_t lock;
+    int n_requests, fail_at; /* counted from 1; 0: never */
+    int n_live;
+};
+
+static void *allocate(void *user, size_t n_bytes)
+{
+    struct memory *m = user;
+    pthread_mutex_lock(&m->lock);
+    bool fails = ++m->n_requests == m->fail_at;
+    void *memory = fails ? NULL : aligned_alloc(64, (n_bytes + 63) / 64 * 64);
+    m->n_live += memory != NULL;
+    pthread_mutex_unlock(&m->lock);
+    if (memory)
+        memset(memory, 0x7f, n_bytes); /* what is not initialised shows */
+    return memory;
+}
+
+static void release(void *user, void *memory)
+{
+    struct memory *m = user;
+    pthread_mutex_lock(&m->lock);
+    m->n_live -= memory != NULL;
+    pthread_mutex_unlock(&m->lock);
+    free(memory);
+}
+
+static rf_result run(struct frame *f, const struct rf_params *params,
+                     struct memory *memory, struct rf_error *error)
+{
+    struct rf_context_params how = {.size = sizeof how,
+                                    .n_threads = 2,
+                                    .allocate = allocate,
+                                    .release = release,
+                                    .user = memory};
+    struct rf_context *context;
+    struct rf_filter *filter;
+    rf_result result = rf_context_create(&context, &how, error);
+    if (result != RF_OK)
+        return result;
+    result = rf_filter_create(&filter, context, params, f->width, f->height, error);
+    if (result == RF_OK) {
+        struct rf_view view = {
+            .colour = rf_image_packed(f->colour, f->width, f->height, f->channels),
+            .depth = rf_image_packed(f->depth, f->width, f->height, 1)};
+        struct rf_image out = rf_image_packed(f->out, f->width, f->height, f->channels);
+        struct rf_image coc = rf_image_packed(f->out, f->width, f->height, 1);
+        result = rf_filter_coc(filter, &view.depth, &coc, error);
+        if (result == RF_OK)
+            result = rf_filter_process(filter, &view, 1, &out, NULL, error);
+        rf_filter_destroy(filter);
+    }
+    rf_context_destroy(context);
+    return result;
+}
+
+static void check_every_k(const struct rf_params *params)
+{
+    struct frame f = frame_make(26, 18, 4);
+    struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
+    frame_fill_scene(&f, 3);
+    REQUIRE(run(&f, params, &memory, NULL) == RF_OK);
+    CHECK(memory.n_live == 0);
+    int n = memory.n_requests;
+    uint64_t want = hash_bytes(0, f.out, frame_bytes(&f));
+    CHECK(n >= 5);
+    for (int k = 1; k <= n; k++) {
+        struct rf_error error = {0};
+        memory.n_requests = 0;
+        memory.fail_at = k;
+        rf_result result = run(&f, params, &memory, &error);
+        bool is_clean = result == RF_ERROR_MEMORY && error.code == RF_ERROR_MEMORY &&
+                        strstr(error.message, "memory") && memory.n_live == 0;
+        if (!testing_check(is_clean, __FILE__, __LINE__, "clean"))
+            printf("#     method %d, allocation %d of %d: %s, \"%s\", %d blocks left\n",
+                   params->method, k, n, rf_result_name(result), error.message,
+                   memory.n_live);
+        memory.n_live = 0;
+    }
+    memory.n_requests = memory.fail_at = 0;
+    CHECK(run(&f, params, &memory, NULL) == RF_OK);
+    CHECK(hash_bytes(0, f.out, frame_bytes(&f)) == want);
+    frame_free(&f);
+}
+
+static void every_allocation_may_fail(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct rf_params params;
+        scene_params(&params, (int)m);
+        check_every_k(&params);
+        params.blades = 6;
+        params.sub_apertures = 1;
+        params.split_edges = params.fill_hidden = params.exact_highlights = 0;
+        check_every_k(&params);
+    }
+}
+
+/* Memory full of rubbish or of zeros: the same picture. */
+static void nothing_is_read_before_it_is_written(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct frame f = frame_make(70, 66, 3);
+        struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
+        struct rf_params params;
+        scene_params(&params, (int)m);
+        frame_fill_scene(&f, 7);
+        CHECK(run(&f, &params, &memory, NULL) == RF_OK);
+        uint64_t rubbish = hash_bytes(0, f.out, frame_bytes(&f));
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        CHECK(hash_bytes(0, f.out, frame_bytes(&f)) == rubbish);
+        frame_free(&f);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    rf_method_list(&n_methods);
+    TEST(every_allocation_may_fail);
+    TEST(nothing_is_read_before_it_is_written);
+    return testing_end();
+}

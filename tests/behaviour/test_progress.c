@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Progress: on the calling thread, monotone, 0 first and 1 last; false cancels. */
+#include <pthread.h>
+#include <stdio.h>
+
+#include "physics/frames.h"
+#include "testing.h"
+
+static size_t n_methods;
+
+struct record {
+    pthread_t caller;
+    double cancel_at; /* above 1: never */
+    double first, last;
+    int n_calls, n_after_cancel;
+    bool is_monotone, is_caller, has_cancelled;
+};
+
+static bool report(void *user, double fraction)
+{
+    struct record *r = user;
+    if (r->n_calls++ == 0)
+        r->first = fraction;
+    else
+        r->is_monotone = r->is_monotone && fraction > r->last;
+    r->last = fraction;
+    r->is_caller = r->is_caller && pthread_equal(pthread_self(), r->caller);
+    r->n_after_cancel += r->has_cancelled;
+    r->has_cancelled = r->has_cancelled || fraction >= r->cancel_at;
+    return fraction < r->cancel_at;
+}
+
+static struct record record_for(double cancel_at)
+{
+    return (struct record){.caller = pthread_self(),
+                           .cancel_at = cancel_at,
+                           .first = -1,
+                           .last = -1,
+                           .is_monotone = true,
+                           .is_caller = true};
+}
+
+struct bench {
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct frame frame;
+};
+
+static bool bench_make(struct bench *b, size_t method, int n_threads, double r_px)
+{
+    struct rf_context_params run = {.size = sizeof run, .n_threads = n_threads};
+    struct rf_params params;
+    scene_params(&params, (int)method);
+    b->frame = frame_make(140, 110, 3);
+    frame_fill_scene(&b->frame, r_px);
+    if (r_px == 0)
+        for (size_t i = 0; i < frame_pixels(&b->frame); i++)
+            b->frame.depth[i] = PLAIN_FOCUS;
+    return rf_context_create(&b->context, &run, NULL) == RF_OK &&
+           rf_filter_create(&b->filter, b->context, &params, 140, 110, NULL) == RF_OK;
+}
+
+static rf_result bench_run(struct bench *b, struct record *record,
+                           struct rf_error *error)
+{
+    struct rf_view view = {.colour = rf_image_packed(b->frame.colour, 140, 110, 3),
+                           .depth = rf_image_packed(b->frame.depth, 140, 110, 1)};
+    struct rf_image out = rf_image_packed(b->frame.out, 140, 110, 3);
+    struct rf_progress progress = {.report = report, .user = record};
+    return rf_filter_process(b->filter, &view, 1, &out, &progress, error);
+}
+
+static void bench_free(struct bench *b)
+{
+    rf_filter_destroy(b->filter);
+    rf_context_destroy(b->context);
+    frame_free(&b->frame);
+}
+
+static void monotone_from_0_to_1_on_the_calling_thread(void)
+{
+    static const int threads[] = {1, 2, 7};
+    for (size_t m = 0; m < n_methods; m++)
+        for (int k = 0; k < 3; k++)
+            for (double r = 0; r < 20; r += 8) {
+                struct bench b;
+                struct record record = record_for(2);
+                REQUIRE(bench_make(&b, m, threads[k], r));
+                CHECK(bench_run(&b, &record, NULL) == RF_OK);
+                CHECK(record.first == 0);
+                CHECK(record.last == 1);
+                CHECK(record.is_monotone);
+                CHECK(record.is_caller);
+                CHECK(record.n_calls >= (r > 0 && threads[k] == 1 ? 5 : 2));
+                bench_free(&b);
+            }
+}
+
+static void check_cancel(size_t method, int n_threads, double at)
+{
+    struct bench b;
+    struct record record = record_for(at);
+    struct rf_error error = {0};
+    REQUIRE(bench_make(&b, method, n_threads, 9));
+    rf_result result = bench_run(&b, &record, &error);
+    CHECK(result == RF_ERROR_CANCELLED);
+    CHECK(error.code == RF_ERROR_CANCELLED);
+    CHECK(error.message[0] != '\0');
+    CHECK(record.n_after_cancel == 0);
+    CHECK(record.is_monotone && record.is_caller);
+    if (at == 0)
+        CHECK(record.n_calls == 1);
+    /* The filter can be used again, with the same result as a fresh one. */
+    record = record_for(2);
+    CHECK(bench_run(&b, &record, NULL) == RF_OK);
+    uint64_t again = hash_bytes(0, b.frame.out, frame_bytes(&b.frame));
+    struct rf_params params;
+    scene_params(&params, (int)method);
+    CHECK(frame_filter(&b.frame, &params, 1, NULL) == RF_OK);
+    CHECK(hash_bytes(0, b.frame.out, frame_bytes(&b.frame)) == again);
+    bench_free(&b);
+}
+
+static void cancel_at_0_and_on_the_way(void)
+{
+    for (size_t m = 0; m < n_methods; m++)
+        for (int threads = 1; threads <= 2; threads++) {
+            check_cancel(m, threads, 0);
+            /* With one thread every fraction comes by. */
+            if (threads == 1) {
+                check_cancel(m, threads, 0.1);
+                check_cancel(m, threads, 0.5);
+            }
+        }
+}
+
+/* At 1 there is nothing left to cancel: the picture is complete. */
+static void cancel_at_1_is_too_late(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct bench b;
+        struct record record = record_for(1);
+        struct rf_params params;
+        REQUIRE(bench_make(&b, m, 2, 9));
+        CHECK(bench_run(&b, &record, NULL) == RF_OK);
+        uint64_t hash = hash_bytes(0, b.frame.out, frame_bytes(&b.frame));
+        scene_params(&params, (int)m);
+        CHECK(frame_filter(&b.frame, &params, 1, NULL) == RF_OK);
+        CHECK(hash_bytes(0, b.frame.out, frame_bytes(&b.frame)) == hash);
+        bench_free(&b);
+    }
+}
+
+/* A caller that is not the main thread gets its calls there. */
+static void *in_thread(void *user)
+{
+    struct record *record = user;
+    struct bench b;
+    *record = record_for(2);
+    if (bench_make(&b, RF_METHOD_SCATTER, 3, 5)) {
+        bench_run(&b, record, NULL);
+        bench_free(&b);
+    }
+    return NULL;
+}
+
+static void the_calling_thread_need_not_be_the_main_one(void)
+{
+    struct record record = {0};
+    pthread_t thread;
+    REQUIRE(pthread_create(&thread, NULL, in_thread, &record) == 0);
+    pthread_join(thread, NULL);
+    CHECK(record.last == 1 && record.is_caller && record.is_monotone);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    rf_method_list(&n_methods);
+    TEST(monotone_from_0_to_1_on_the_calling_thread);
+    TEST(cancel_at_0_and_on_the_way);
+    TEST(cancel_at_1_is_too_late);
+    TEST(the_calling_thread_need_not_be_the_main_one);
+    return testing_end();
+}
