@@ -15,6 +15,7 @@ import math
 import re
 import subprocess
 import sys
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -138,15 +139,15 @@ class Collector:
         if len(paths) < 2:
             return False
         seeds = [read_exr(path)[..., :3] for path in paths]
-        halves = [np.mean(seeds[i::2], axis=0) for i in (0, 1)]
-        between = tpsnr(*halves)
+        pairs = [10 ** (-tpsnr(a, b) / 10) for a, b in combinations(seeds, 2)]
+        between = -10 * math.log10(np.mean(pairs))
         self.reference = np.mean(seeds, axis=0)
         self.entry["samples"]["reference"] = self.read_json("reference")["samples"]
         self.entry["samples"]["reference_seeds"] = len(seeds)
         self.entry["noise_floor_db"] = {
-            "between_halves": between,
-            "one_half_estimated": round(between + 10 * math.log10(2), 2),
-            "reference_estimated": round(between + 10 * math.log10(4), 2),
+            "between_two_seeds": round(between, 2),
+            "one_seed_estimated": round(between + 10 * math.log10(2), 2),
+            "reference_estimated": round(between + 10 * math.log10(2 * len(seeds)), 2),
         }
         write_exr(self.target("reference"), self.reference, "piz")
         return True
