@@ -297,7 +297,7 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     enum rf_footprint_kind kind = (enum rf_footprint_kind)(slot % RF_N_KINDS);
     int phase = (int)(slot / RF_N_KINDS) % n_phases;
     int index = (int)(slot / RF_N_KINDS) / n_phases - f->max_index;
-    double r = (double)index / RF_RADIUS_STEPS;
+    double r = rf_radius_of_index(index);
     double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
     struct grid g = {.reach_x = (int)ceil(fabs(r) * width) + 3,
                      .reach_y = (int)ceil(fabs(r) * height) + 3};
@@ -343,7 +343,8 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
     *f = (struct rf_footprints){
         .context = context, .shape = shape, .n_phases = n_phases};
     rf_lens_cells_init(&f->cells, shape, n_cells);
-    f->max_index = (int)ceil(max_radius * RF_RADIUS_STEPS) + 1;
+    f->max_index = INT32_MAX;
+    f->max_index = rf_radius_index(f, (float)max_radius) + 1;
     size_t n = rf_footprint_count(f);
     f->table = rf_calloc(context, n, sizeof *f->table);
     if (!f->table)

@@ -8,7 +8,6 @@
 enum {
     RF_MAX_CELLS = 16,
     RF_FOOTPRINT_LANES = 8, /* segments are padded with zeros to a multiple of this */
-    RF_RADIUS_STEPS = 8,    /* radii are quantised to 1/8 px */
 };
 
 /* A run of pixels in one row that belong to one sub-aperture. */
@@ -60,11 +59,31 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
                              double max_radius, int n_phases, struct rf_error *error);
 void rf_footprints_free(struct rf_footprints *f);
 
-/* Index of a radius in the table; clipped to it. */
+/*
+ * Radii are quantised to 1/32 px below 4 px, 1/16 below 8 px and 1/8 above. A step of
+ * the radius changes the second moment by r dr / 2, which shows as a ripple of the
+ * coverage where a slanted surface passes it: the smaller the footprint, the finer the
+ * steps.
+ */
+enum { RF_INDEX_4PX = 4 * 32, RF_INDEX_8PX = RF_INDEX_4PX + 4 * 16 };
+
 static inline int rf_radius_index(const struct rf_footprints *f, float r)
 {
-    int i = (int)lrintf(r * RF_RADIUS_STEPS);
-    return i < -f->max_index ? -f->max_index : i > f->max_index ? f->max_index : i;
+    float a = r < 0 ? -r : r;
+    int i = a < 4   ? (int)lrintf(a * 32)
+            : a < 8 ? RF_INDEX_4PX + (int)lrintf((a - 4) * 16)
+                    : RF_INDEX_8PX + (int)lrintf((a - 8) * 8);
+    i = i > f->max_index ? f->max_index : i;
+    return r < 0 ? -i : i;
+}
+
+static inline double rf_radius_of_index(int index)
+{
+    int i = index < 0 ? -index : index;
+    double r = i < RF_INDEX_4PX   ? i / 32.0
+               : i < RF_INDEX_8PX ? 4 + (i - RF_INDEX_4PX) / 16.0
+                                  : 8 + (i - RF_INDEX_8PX) / 8.0;
+    return index < 0 ? -r : r;
 }
 
 static inline size_t rf_footprint_count(const struct rf_footprints *f)

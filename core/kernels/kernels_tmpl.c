@@ -3,7 +3,11 @@
  * Compiled once per instruction set with RF_LEVEL set to its name.
  *
  *   spread   acc[p][x] += w c_p F[x]       F the footprint's weights, p the planes
- *   flush    w = min(max(acc_w, 0), T),  sum_p += acc_p w / acc_w,  T -= w
+ *   flush    w = T f(acc_w / T),  sum_p += acc_p w / acc_w,  T -= w
+ *
+ * with f(x) = min(x, 1), but for a ramp from 0.8 at x = 0.8 to 1 at x = 0.9: a slanted
+ * surface covers pixels to 90 or 95 % only, and the rest must not be let through to
+ * what lies behind (worth 0.8 dB on a smooth scene in focus, nothing elsewhere).
  *
  * Preconditions: segments are padded with zero weights to eight lanes; a footprint
  * reaches at most RF_TILE_HALO px beyond its pixel.
@@ -95,17 +99,27 @@ static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, in
         spread_all(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
 }
 
+/* Coverage below this is left by clipped weights, and must not be divided by. */
+static const float DUST = 1e-12f;
+
+/* f(x) of the head of this file; x >= 0 where it counts. */
+static inline vf saturate(vf x)
+{
+    vf ramp = SPLAT(0.8f) + (x - SPLAT(0.8f)) * SPLAT(2);
+    return vmin(SPLAT(1), choose(x > SPLAT(0.8f), ramp, x));
+}
+
 static inline __attribute__((always_inline)) void flush_row(float *acc, float *t,
                                                             float *sum, int n_planes)
 {
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
     for (int x = 0; x < RF_TILE_W; x += LANES) {
         float *a = acc + RF_ACC_LEFT + x;
-        vf w = LOAD(a + (n_planes - 1) * RF_ACC_STRIDE), left = LOAD(t + x);
-        vf m = vmax(vmin(w, left), SPLAT(0));
-        /* Coverage below this is the dust of clipped weights, and must not be divided
-         * by. */
-        vf q = choose(w > SPLAT(1e-12f), m / vmax(w, SPLAT(1e-12f)), SPLAT(0));
+        vf w = LOAD(a + (n_planes - 1) * RF_ACC_STRIDE);
+        vf left = vmax(LOAD(t + x), SPLAT(0));
+        vf m = left * saturate(w / vmax(left, SPLAT(DUST)));
+        vf q = choose(w > SPLAT(DUST), m / vmax(w, SPLAT(DUST)), SPLAT(0));
+        m = q * w;
         for (int p = 0; p < n_planes; p++) {
             float *s = sum + plane * (size_t)p + x;
             STORE(s, LOAD(s) + q * LOAD(a + p * RF_ACC_STRIDE));
