@@ -22,6 +22,16 @@ def compositor_tree(scene):
     return scene.node_tree if scene.use_nodes else None
 
 
+def _remove_viewer(tree):
+    """Reduces 4.5's default nodes to those of before: layers and output."""
+    for node in list(tree.nodes):
+        if node.type in ("VIEWER", "REROUTE"):
+            tree.nodes.remove(node)
+    output, sources = output_socket(tree), [n for n in tree.nodes if n.outputs]
+    if output is not None and sources and not output.is_linked:
+        tree.links.new(sources[0].outputs["Image"], output)
+
+
 def start_compositor(scene):
     """Puts the compositor to use with its default nodes; returns (tree, is_new)."""
     tree = compositor_tree(scene)
@@ -29,7 +39,12 @@ def start_compositor(scene):
         return tree, False
     if not HAS_NODE_GROUPS:
         is_new = scene.node_tree is None
+        images = set(bpy.data.images)
         scene.use_nodes = True
+        if is_new:
+            _remove_viewer(scene.node_tree)
+            for image in set(bpy.data.images) - images:
+                bpy.data.images.remove(image)
         return scene.node_tree, is_new
     tree = bpy.data.node_groups.new(f"{scene.name} Compositing", "CompositorNodeTree")
     tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")

@@ -156,6 +156,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _render_views(self, depsgraph, source, seconds):
         started = time.perf_counter()
         frames = self._frames(depsgraph)
+        self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
         rendered = passes.rendered(source)
         seconds["passes"] = time.perf_counter() - started
         problem = None
@@ -173,13 +174,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _render_frame(self, frame, found, render, seconds):
         """Fills the passes of one frame; after a problem with the unfiltered picture."""
         height, width = found.depth.shape
+        # Blender's rows run upwards, those of the file and of the filter downwards.
         picture = np.empty((height, width, 4), np.float32)
         coc = np.zeros((height, width, 1), np.float32)
-        planar = np.empty((height, width, 1), np.float32)
-        # Blender's rows run upwards, those of the file and of the filter downwards.
-        picture[::-1] = found.colour
-        planar[::-1, :, 0] = found.depth
-        limit_px = 0.0
+        limit_px = None
         try:
             settings = frame.camera.data.rack_focus
             if settings.enabled:
@@ -188,7 +186,20 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 )
         finally:
             started = time.perf_counter()
-            self._write(frame, (picture, planar, coc), limit_px)
+            if limit_px is None:
+                picture[::-1] = found.colour
+            planar = np.empty_like(coc)
+            planar[::-1, :, 0] = found.depth
+            shown = picture
+            if limit_px is not None and "Focus" in self.linked:
+                shown = overlay(picture, coc, limit_px)
+            by_name = {
+                "Combined": picture,
+                "Depth": planar,
+                "CoC": coc,
+                "Focus": shown,
+            }
+            self._write(frame, by_name)
             seconds["write"] = time.perf_counter() - started
 
     def _filter(self, frame, found, settings, render, targets, seconds):
@@ -206,7 +217,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
         made = rackfocus.Filter(width, height, threads=threads(), **params)
         made.process(found.colour, depth, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started
+        started = time.perf_counter()
         made.coc(depth, coc[::-1, :, 0])
+        seconds["coc"] = time.perf_counter() - started
         return made.lens.coc_limit_px
 
     def _report(self, fraction):
@@ -216,22 +229,15 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
     # ---- results ------------------------------------------------------------------
 
-    def _write(self, frame, pixels, limit_px):
-        """Hands pixels (picture, planar depth, CoC), rows upwards, to Blender."""
-        picture, planar, coc = pixels
-        height, width = picture.shape[:2]
+    def _write(self, frame, by_name):
+        """Hands passes, {name: (height, width, channels), rows upwards}, to Blender."""
+        height, width = by_name["Combined"].shape[:2]
         for about in EXTRA_PASSES:
             self.add_pass(*about[:3], layer=frame.layer)
         result = self.begin_result(
             0, 0, width, height, layer=frame.layer, view=frame.view
         )
         try:
-            by_name = {
-                "Combined": picture,
-                "Depth": planar,
-                "CoC": coc,
-                "Focus": overlay(picture, coc, limit_px),
-            }
             for name, values in by_name.items():
                 target = result.layers[0].passes.find_by_name(name, frame.view)
                 if target is not None:

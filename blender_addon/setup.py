@@ -71,6 +71,19 @@ def layer_nodes(tree, scene):
     return [n for n in tree.nodes if n.type == "R_LAYERS" and n.scene == scene]
 
 
+def linked_outputs(scene, layer_name):
+    """Names of the sockets of our nodes for a view layer that lead somewhere."""
+    tree = compat.compositor_tree(scene)
+    nodes = layer_nodes(tree, filter_scene_of(scene)) if tree is not None else []
+    return {
+        output.name
+        for node in nodes
+        if node.layer == layer_name
+        for output in node.outputs
+        if output.is_linked
+    }
+
+
 def trees_of(scene):
     """The compositor trees of a scene, those that are out of use too."""
     trees = [compat.compositor_tree(scene)]

@@ -481,6 +481,9 @@ def the_users_nodes_stay():
     tree, _ = addon("compat").start_compositor(scene)
     source = addon("setup").layer_nodes(tree, scene)[0]
     flip = tree.nodes.new("CompositorNodeFlip")
+    if "Flip X" in flip.inputs:  # 4.5 and later
+        flip.inputs["Flip X"].default_value = True
+        flip.inputs["Flip Y"].default_value = False
     out = addon("compat").output_socket(tree)
     tree.links.new(source.outputs["Image"], flip.inputs[0])
     tree.links.new(flip.outputs[0], out)
@@ -625,8 +628,11 @@ def main():
     start()
     common.uninstall()
     left = common.user_files()
-    problem = "" if common.counts() == before and not left else f"left: {left}"
-    report("uninstall_leaves_nothing", problem)
+    after = common.counts()
+    is_clean = after == before and not left
+    report(
+        "uninstall_leaves_nothing", "" if is_clean else f"{before}, {after}, {left}"
+    )
     print(V)
     common.leave()
 

@@ -199,9 +199,12 @@ def pinhole(scene, path):
     for data, _, _ in kept:
         data.rack_focus.enabled = False
         data.dof.use_dof = False
-    for layer in scene.view_layers:
+    without_z = [layer for layer in scene.view_layers if not layer.use_pass_z]
+    for layer in without_z:
         layer.use_pass_z = True
     channels = render(scene, path, multilayer=True)
+    for layer in without_z:
+        layer.use_pass_z = False
     for data, is_enabled, use_dof in kept:
         data.dof.use_dof = use_dof
         data.rack_focus.enabled = is_enabled

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Real Blenders: Debian's 3.4, PyPI's bpy 4.2, 4.5 and 5.0, and the newest from sid.
+
+What is missing is installed into RACKFOCUS_BUILD/blender and kept there.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build")).resolve()
+WORK = BUILD / "blender"
+INSIDE = Path(__file__).parent / "inside"
+VERSIONS = ("3.4", "4.2", "4.5", "5.0", "newest")
+MIRROR = "http://deb.debian.org/debian"
+SID_PACKAGES = (
+    "blender libegl1 libgl1-mesa-dri libegl-mesa0 libgl1 python3-numpy "
+    "python3-requests python3-cattr"
+)
+
+
+def call(*command, timeout=600, **about):
+    """Runs a command; its output belongs to the failure."""
+    done = subprocess.run(
+        [str(part) for part in command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=timeout,
+        **about,
+    )
+    assert done.returncode == 0, f"{command}\n{done.stdout[-4000:]}"
+    return done.stdout
+
+
+# ---- installing -------------------------------------------------------------------
+
+
+def install_bpy(version):
+    """Python of an environment with the `bpy` of a version; None where pip fails."""
+    python = WORK / f"bpy-{version}" / "bin" / "python"
+    if (WORK / f"bpy-{version}" / "done").exists():
+        return python
+    call(sys.executable, "-m", "venv", "--clear", python.parents[1])
+    install = [python, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
+    try:
+        call(*install, f"bpy=={version}.*")
+    except (AssertionError, subprocess.TimeoutExpired) as error:
+        pytest.skip(f"bpy {version} cannot be installed: {error}")
+    (python.parents[1] / "done").touch()
+    return python
+
+
+def install_sid():
+    """Folder with Debian sid and its Blender; skips where it cannot be had."""
+    folder = Path(os.environ.get("RACKFOCUS_SID", WORK / "sid"))
+    if (folder / "usr/bin/blender").exists():
+        return folder
+    if os.getuid() != 0 or not shutil.which("debootstrap"):
+        pytest.skip("a folder with Debian sid needs root and debootstrap")
+    script = f"""
+        set -e
+        debootstrap --variant=minbase sid {folder} {MIRROR}
+        cat /etc/apt/apt.conf.d/* | grep -i -e Check-Valid -e Proxy \
+            > {folder}/etc/apt/apt.conf.d/99host || true
+        mount --bind /proc {folder}/proc
+        chroot {folder} apt-get update -q
+        DEBIAN_FRONTEND=noninteractive chroot {folder} apt-get install -q -y \
+            --no-install-recommends {SID_PACKAGES}
+    """
+    try:
+        call("unshare", "-m", "sh", "-c", script)
+    except (AssertionError, subprocess.TimeoutExpired) as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        pytest.skip(f"Debian sid cannot be had: {error}")
+    return folder
+
+
+def sid_command(folder, command, paths):
+    """A command inside sid's folder, with `paths` at their own places.
+
+    The mounts end with the command: nothing of the machine can be deleted through them.
+    """
+    mounts = "".join(
+        f"mkdir -p {folder}{path}; mount --bind {path} {folder}{path}; "
+        for path in ("/proc", "/dev", *paths)
+    )
+    script = f'{mounts} mount -t tmpfs tmpfs {folder}/dev/shm; exec chroot {folder} "$@"'
+    return ["unshare", "-m", "sh", "-c", script, "sh", *command]
+
+
+# ---- running ----------------------------------------------------------------------
+
+
+class Blender:
+    """One Blender with a folder of its own for settings and results."""
+
+    def __init__(self, version):
+        self.version = version
+        self.out = WORK / f"out-{version}"
+        shutil.rmtree(self.out, ignore_errors=True)
+        self.out.mkdir(parents=True)
+        self.is_module = version in ("4.2", "4.5", "5.0")
+        if self.is_module:
+            self.python = install_bpy(version)
+        elif version == "newest":
+            self.sid = install_sid()
+
+    def environment(self):
+        """Variables that keep the user's own settings out."""
+        home = self.out / "home"
+        home.mkdir(exist_ok=True)
+        return {
+            **os.environ,
+            "HOME": str(home),
+            "BLENDER_USER_RESOURCES": str(home / "r"),
+            "BLENDER_USER_CONFIG": str(home / "r/config"),
+            "BLENDER_USER_SCRIPTS": str(home / "r/scripts"),
+        }
+
+    def command(self, *args):
+        """The command line of Blender as a program."""
+        command = ["blender", *args]
+        if self.version != "newest":
+            return command
+        paths = (str(ROOT), str(BUILD), "/tmp")
+        return sid_command(self.sid, command, dict.fromkeys(paths))
+
+    def run(self, script, *args, timeout=400):
+        """Runs a script of inside/ in the background; returns what it printed."""
+        if self.is_module:
+            command = [self.python, INSIDE / script, "--", *args]
+        else:
+            command = self.command(
+                "-b", "--factory-startup", "-P", str(INSIDE / script), "--", *args
+            )
+        log = call(*command, timeout=timeout, env=self.environment(), cwd=self.out)
+        (self.out / f"{script}.log").write_text(log)
+        return log
+
+
+_blenders = {}
+
+
+def get_blender(version):
+    """The Blender of a version, made once per session."""
+    if version not in _blenders:
+        try:
+            _blenders[version] = Blender(version)
+        except pytest.skip.Exception as reason:
+            _blenders[version] = reason
+    found = _blenders[version]
+    if isinstance(found, BaseException):
+        raise found
+    return found
+
+
+@pytest.fixture(params=VERSIONS, scope="session")
+def blender(request):
+    """Each of the Blenders."""
+    return get_blender(request.param)
+
+
+@pytest.fixture(scope="session")
+def dist():
+    """Folder with the two zips, freshly built."""
+    if not (BUILD / "build.ninja").exists():
+        call("meson", "setup", BUILD, ROOT)
+    call("meson", "configure", BUILD, "-Dpython=enabled")
+    call("ninja", "-C", BUILD, "plugin/_core.abi3.so")
+    folder = WORK / "dist"
+    shutil.rmtree(folder, ignore_errors=True)
+    call(sys.executable, ROOT / "blender_addon/package.py", BUILD, folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def command():
+    """Path of the rackfocus command."""
+    call("ninja", "-C", BUILD, "cli/rackfocus")
+    return BUILD / "cli" / "rackfocus"
