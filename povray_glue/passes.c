@@ -133,20 +133,21 @@ static bool explain_parse_error(const struct povray_scene *scene, const char *fa
     return true;
 }
 
-/* The last lines of what POV-Ray printed, where it gave no parse error. */
+/* What POV-Ray printed since its last heading, or at the end, where it gave no parse
+ * error. */
 static void explain_log(const struct povray_scene *scene, const char *log,
                         struct povray_error *error)
 {
-    const char *from = log + strlen(log);
-    for (int n_lines = 0; from > log && n_lines < 8; from--)
-        n_lines += from[-1] == '\n';
-    /* Everything after the last heading is about the failure. */
-    const char *heading = strstr(from, "===\n");
-    char *renamed =
-        sources_original_names(&scene->sources, heading ? heading + 4 : from);
+    const char *from = log, *at, *configuration = "user configuration file";
+    while ((at = strstr(from, "====\n")))
+        from = at + 5;
+    if (from == log && (at = strstr(log, configuration)) && strchr(at, '\n'))
+        from = strchr(at, '\n');
+    char *renamed = sources_original_names(&scene->sources, from);
     char *text = joined(renamed);
+    size_t n = strlen(text), n_shown = 500;
     snprintf(error->message, sizeof error->message, "%s: POV-Ray says: %s",
-             scene->options.scene, text);
+             scene->options.scene, n > n_shown ? text + n - n_shown : text);
     free(renamed);
     free(text);
 }
@@ -591,8 +592,8 @@ bool povray_render_reference(struct povray_scene *scene,
     }
     text_addf(&tail, "\n");
     camera_write(&tail, &passes->camera, n_samples);
-    bool is_good = start_render(scene, &run, "reference", REWRITE_PINHOLE, "", tail.data,
-                                "", "", error) &&
+    bool is_good = start_render(scene, &run, "reference", REWRITE_PINHOLE, "",
+                                tail.data, "", "", error) &&
                    run_wait(list, 1, &scene->options, error) &&
                    read_run(scene, &run, &picture, error) &&
                    same_size(scene, &size, &picture, error);

@@ -82,8 +82,9 @@ static void write_disc(struct text *out, const struct povray_camera *camera, dou
 
 static void write_coordinates(struct text *out, const double centre[3], double radius)
 {
-    text_addf(out,
-              "#declare RF_TEXTURE=texture{pigment{RF_PIGMENT average pigment_map{");
+    text_addf(
+        out,
+        "#declare RF_TEXTURE=texture{RF_CLEAN pigment{RF_PIGMENT average pigment_map{");
     for (int i = 0; i < 3; i++) {
         const char *colours[3] = {"<3,0,0>", "<0,3,0>", "<0,0,3>"};
         double low[3];
@@ -95,11 +96,13 @@ static void write_coordinates(struct text *out, const double centre[3], double r
             "translate <%.17g,%.17g,%.17g>]",
             "xyz"[i], colours[i], REACH * radius, low[0], low[1], low[2]);
     }
-    text_addf(out, "}} finish{RF_FINISH}}\n");
+    text_addf(out, "}}}\n");
 }
 
-/* The scene's #default would turn and scale our pigments as well. */
-const char *const probe_head = " #declare RF_PIGMENT=pigment{rgb 1} ";
+/* The scene's #default would turn, scale and bump our textures as well. */
+const char *const probe_head =
+    " #declare RF_PIGMENT=pigment{rgb 1} #declare RF_CLEAN=texture{pigment{rgb 1} "
+    "finish{ambient 1 diffuse 0 phong 0 specular 0 reflection 0 crand 0}} ";
 
 void probe_write(struct text *out, const struct povray_camera *camera, int32_t width,
                  int32_t height)
@@ -107,9 +110,7 @@ void probe_write(struct text *out, const struct povray_camera *camera, int32_t w
     const struct geometry geometry = geometry_of(camera, width, height);
     const double *c = camera->location;
     text_addf(out, "\n#declare RF_=version; #version 3.7;\n"
-                   "global_settings{ambient_light 1}\n"
-                   "#declare RF_FINISH=finish{ambient 1 diffuse 0 emission 0 phong 0 "
-                   "specular 0 reflection 0 crand 0}\n");
+                   "global_settings{ambient_light 1}\n");
     write_coordinates(out, geometry.centre, geometry.radius);
     if (camera->is_orthographic)
         write_disc(out, camera, 0.5 * width, 0.5 * height, width, height,
@@ -119,10 +120,10 @@ void probe_write(struct text *out, const struct povray_camera *camera, int32_t w
                   "sphere{<%.17g,%.17g,%.17g>,%.17g hollow no_shadow "
                   "texture{RF_TEXTURE}}\n",
                   c[0], c[1], c[2], geometry.reach);
-    text_addf(out,
-              "#declare RF_TEXTURE=texture{pigment{RF_PIGMENT rgb <%g,%g,%g>} "
-              "finish{RF_FINISH}}\n",
-              card_colour[0], card_colour[1], card_colour[2]);
+    text_addf(
+        out,
+        "#declare RF_TEXTURE=texture{RF_CLEAN pigment{RF_PIGMENT rgb <%g,%g,%g>}}\n",
+        card_colour[0], card_colour[1], card_colour[2]);
     write_disc(out, camera, CARD * width, CARD * height, width, height,
                0.5 * geometry.reach, 0.5 * CARD * geometry.radius);
     text_addf(out, "#version RF_;\n");

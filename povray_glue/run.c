@@ -101,8 +101,9 @@ static void make_arguments(struct argument_list *list, const struct run *run,
     for (int i = 0; i < options->n_args; i++)
         add_argument(list, text_format("%s", options->args[i]));
     char *folder = path_folder(options->scene);
+    const char *quote = strchr(folder, '"') ? "'" : "\"";
     if (folder[0])
-        add_argument(list, text_format("+L%s", folder));
+        add_argument(list, text_format("+L%s%s%s", quote, folder, quote));
     free(folder);
     if (options->frame >= 0)
         add_argument(list, text_format("+SF%d", options->frame));

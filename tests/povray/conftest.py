@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests with the real POV-Ray share."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+
+import numpy
+import pytest
+
+HERE = pathlib.Path(__file__).parent
+SCENES = HERE / "scenes"
+EXAMPLES = pathlib.Path("/usr/share/doc/povray/examples")
+SIZE = ["+W160", "+H120"]
+
+
+@pytest.fixture(scope="session")
+def binary():
+    path = os.environ.get("RACKFOCUS")
+    assert path and os.path.exists(path), "set RACKFOCUS to the built command"
+    return os.path.abspath(path)
+
+
+@pytest.fixture
+def rackfocus(binary, tmp_path):
+    """Runs the command in a folder (default: a copy of scenes/); checks the exit code and
+    that no private folder is left behind."""
+    private = pathlib.Path("/tmp") / f"rackfocus-test-{os.getpid()}"
+    private.mkdir(exist_ok=True)
+
+    def run(*arguments, code=0, cwd=None, **variables):
+        if cwd is None:
+            cwd = tmp_path / "scenes"
+            if not cwd.exists():
+                shutil.copytree(SCENES, cwd)
+        done = subprocess.run(
+            [binary, *map(str, arguments)],
+            cwd=cwd,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env={**os.environ, "TMPDIR": str(private), **variables},
+        )
+        assert done.returncode == code, f"{arguments}\n{done.stdout}\n{done.stderr}"
+        assert not list(private.iterdir())
+        return done
+
+    yield run
+    shutil.rmtree(private)
+
+
+@pytest.fixture
+def camera(rackfocus):
+    """The recovered camera as a dictionary of numbers and lists."""
+
+    def run(scene, *options, povray=(), **more):
+        done = rackfocus("povray", scene, "--camera", *options, "--", *SIZE, *povray, **more)
+        facts = {}
+        for line in done.stdout.splitlines():
+            name, *values = line.split()
+            if name == "projection":
+                facts[name] = values[0]
+            else:
+                numbers = [float(value) for value in values]
+                facts[name] = numbers if len(numbers) > 1 else numbers[0]
+        return facts
+
+    return run
+
+
+def read_exr(path):
+    """Channels of a file by name."""
+    import OpenImageIO
+
+    picture = OpenImageIO.ImageInput.open(str(path))
+    assert picture, path
+    pixels = picture.read_image("float")
+    names = picture.spec().channelnames
+    return {name: numpy.array(pixels[..., i]) for i, name in enumerate(names)}

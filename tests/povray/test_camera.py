@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cameras of scenes with all their ways of saying things, against known numbers."""
+
+import math
+
+import pytest
+from conftest import EXAMPLES
+from pytest import approx
+
+
+def near(*numbers):
+    return approx(list(numbers), abs=1e-9, rel=1e-9)
+
+
+def test_condition_comments_and_strings(camera):
+    found = camera("conditional.pov")
+    assert found["location"] == near(1, 2, -8)
+    # angle 40 with right 4/3
+    assert math.hypot(*found["direction"]) == approx(4 / 6 / math.tan(math.radians(20)))
+    assert found["direction"][0] / found["direction"][2] == approx(-1 / 8)
+    assert math.hypot(*found["right"]) == approx(4 / 3)
+    assert (found["aperture"], found["blur_samples"]) == (0.4, 7)
+    assert found["focus_distance"] == approx(5)
+    assert found["gamma"] == 1
+
+
+def test_items_from_macros(camera):
+    found = camera("macro.pov")
+    assert found["location"] == near(0, 1, -8)
+    assert found["direction"] == near(0, 0, 2 / 3 / math.tan(math.radians(30)))
+    assert found["right"] == near(4 / 3, 0, 0)
+    assert (found["aperture"], found["focus_distance"]) == (0.2, 7)
+    assert found["gamma"] == 2.2
+
+
+def test_declared_camera_with_transformations(camera):
+    found = camera("declared.pov")
+    sine, cosine = math.sin(math.radians(10)), math.cos(math.radians(10))
+    assert found["location"] == near(-10 * cosine - sine + 0.5, -10 * sine + cosine, 0)
+    length = 2 / 3 / math.tan(math.radians(15))
+    assert found["direction"] == near(length * cosine, length * sine, 0)
+    assert found["right"] == near(0, 0, -4 / 3)
+    assert found["up"] == near(-sine, cosine, 0)
+    assert (found["aperture"], found["focus_distance"]) == (0.5, 8)
+
+
+def test_orthographic_with_angle(camera):
+    found = camera("orthographic.pov")
+    assert found["projection"] == "orthographic"
+    # 5 away, tan(angle / 2) = 1/2
+    assert math.hypot(*found["right"]) == approx(5)
+    assert math.hypot(*found["up"]) == approx(3.75)
+    assert found["focus_distance"] == approx(5)
+
+
+def test_old_style(camera):
+    found = camera("old_style.pov")
+    assert found["location"] == near(0, 3, -7)
+    assert found["direction"] == near(0, 0, 0.665)  # of the right that was known
+    assert found["right"] == near(2, 0, 0)
+    assert found["focus_distance"] == approx(5)  # from before the translation
+    assert found["gamma"] == 2.2  # the curve of sRGB
+
+
+def test_no_camera(camera):
+    found = camera("no_camera.pov")
+    assert found["location"] == near(0, 0, 0)
+    assert found["direction"] == near(0, 0, 1)
+    assert found["right"] == near(1.33, 0, 0)
+    assert found["aperture"] == 0
+
+
+def test_include_in_include_and_clock(camera):
+    assert camera("included.pov")["location"] == near(2, 1, -5)
+    found = camera("included.pov", povray=["+K0.5"])
+    assert found["location"] == near(2.5, 1, -5)
+    assert found["gamma"] == 1.8
+
+
+@pytest.mark.parametrize(
+    "scene, words",
+    [
+        ("fisheye.pov", ["fisheye.pov:", "type fisheye", "use a perspective"]),
+        ("perturbed.pov", ["perturbed.pov:", "normal", "remove"]),
+        ("broken.pov", ["broken.pov:4: Parse Error", "Undeclared"]),
+    ],
+)
+def test_clear_errors(rackfocus, scene, words):
+    text = rackfocus("povray", scene, "-o", "out.exr", code=1).stderr
+    assert all(word in text for word in words), text
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        "advanced/chess2.pov",
+        "advanced/bwstripe.pov",
+        "advanced/diffract.pov",
+        "camera/focalblur.pov",
+        "camera/shear.pov",
+        "camera/orthographic.pov",
+        "gamma/gamma_showcase.pov",
+        "incdemo/math.pov",
+        "incdemo/screen.pov",
+        "incdemo/woods/wood_1.pov",
+        "objects/fractal3.pov",
+        "textures/pigments/skies/stars.pov",
+    ],
+)
+def test_shipped_scenes(camera, scene, tmp_path):
+    path = EXAMPLES / scene
+    assert camera(path.name, cwd=path.parent)["gamma"] >= 1

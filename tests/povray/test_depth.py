@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Depth from fog against the geometry of a plane and two spheres."""
+
+import numpy
+import pytest
+from conftest import SCENES, read_exr
+
+FOG = "fog { distance 9 color rgb <0.6, 0.7, 0.9> }"
+GROUND_FOG = "fog { distance 9 fog_type 2 fog_alt 0.5 turbulence 0.4 rgb 0.7 }"
+ROOM = "sphere { <0, 1, -4>, 100 pigment { rgb 1 } }"
+
+
+def sphere_distance(rays, start, centre, radius):
+    away = start - numpy.array(centre)
+    a = (rays * rays).sum(-1)
+    b = rays @ away
+    inside = b * b - a * (away @ away - radius**2)
+    return numpy.where(
+        inside > 0, (-b - numpy.sqrt(numpy.maximum(inside, 0))) / a, numpy.inf
+    )
+
+
+def expected_depth(width, height):
+    y, x = numpy.mgrid[:height, :width] + 0.5
+    focal = width / 2 / numpy.tan(numpy.radians(25))
+    rays = numpy.stack(
+        [(x - width / 2) / focal, (height / 2 - y) / focal, numpy.ones_like(x)], -1
+    )
+    start = numpy.array([0, 1, -4.0])
+    depth = numpy.full((height, width), 24.0)
+    for centre, radius in (((0, 1, 0), 1), ((0.9, 0.8, -2.5), 0.3)):
+        depth = numpy.minimum(depth, sphere_distance(rays, start, centre, radius))
+    return depth
+
+
+@pytest.mark.parametrize(
+    "gamma, extra",
+    [
+        ("1.0", ""),
+        ("2.2", ""),
+        ("srgb", ""),
+        ("3", ""),
+        ("1.0", FOG),
+        ("2.2", FOG),
+        ("1.0", GROUND_FOG),
+        ("1.0", "sky_sphere { pigment { rgb 3 } }"),
+        ("1.0", "media { scattering { 1, 0.02 } absorption 0.01 }"),
+        ("1.5", ROOM),
+    ],
+    ids=["1", "2.2", "srgb", "3", "fog", "fog 2.2", "ground fog", "sky", "media", "room"],
+)
+def test_depth_of_known_geometry(rackfocus, tmp_path, gamma, extra):
+    text = (SCENES / "depth.template").read_text()
+    text = text.replace("GAMMA", gamma).replace("EXTRA", extra)
+    (tmp_path / "depth.pov").write_text(text)
+    rackfocus("povray", "depth.pov", "-o", "out.exr", "--keep", "kept", "--", "+W320", "+H240",
+              cwd=tmp_path)  # fmt: skip
+    found = read_exr(tmp_path / "kept" / "passes.exr")["Z"]
+    expected = expected_depth(320, 240)
+    assert (expected < 2).sum() > 500
+    error = numpy.abs(found / expected - 1)
+    # A pixel on a rim may fall on either side.
+    assert numpy.quantile(error, 0.9995) < 1e-3
+    assert numpy.median(error) < 3e-4
+
+
+def test_infinity(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(
+        "#version 3.7; global_settings { assumed_gamma 1 } background { rgb 0.5 }\n"
+        "camera { location -5*z look_at 0 aperture 0.2 focal_point 0 }\n"
+        "sphere { 0, 1 pigment { rgb 1 } }"
+    )
+    rackfocus("povray", "s.pov", "-o", "out.exr", "--keep", "kept", "--", "+W64", "+H48",
+              cwd=tmp_path)  # fmt: skip
+    depth = read_exr(tmp_path / "kept" / "passes.exr")["Z"]
+    assert numpy.isinf(depth[0, 0]) and depth[24, 32] == pytest.approx(4, rel=3e-3)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole command: pictures, passes, names, frames, failures."""
+
+import os
+import re
+import signal
+import subprocess
+import time
+
+import numpy
+import pytest
+from conftest import EXAMPLES, SIZE, read_exr
+
+SCENE = """#version 3.7;
+global_settings { assumed_gamma 1.0 }
+camera { location <0, 1, -5 + clock> look_at <0, 1, 0> right x*image_width/image_height
+         aperture 0.6 focal_point <0, 1, 0> }
+sphere { <0, 1, 0>, 1 pigment { checker rgb 1 rgb 0.2 scale 0.2 } }
+plane { y, 0 pigment { checker rgb 0.9 rgb 0.3 } }
+light_source { <3, 9, -7> rgb 1 }
+"""
+
+
+def tpsnr(text):
+    return float(re.search(r"tPSNR ([0-9.]+) dB\s*$", text).group(1))
+
+
+def test_focalblur_beats_the_bar(rackfocus, tmp_path):
+    """Against POV-Ray's own focal blur; the stored reference has 600 samples."""
+    out = tmp_path / "out.exr"
+    rackfocus("povray", "focalblur.pov", "-o", out, "--keep", tmp_path / "kept", "--",
+              "+W320", "+H240", cwd=EXAMPLES / "camera")  # fmt: skip
+    found = rackfocus("povray", "focalblur.pov", "-o", out, "--reference", "120", "--",
+                      "+W320", "+H240", cwd=EXAMPLES / "camera").stdout  # fmt: skip
+    assert "120 samples" in found and "times faster" in found
+    assert tpsnr(found) > 36  # the reference itself is grainy at 120 samples
+
+
+def test_kept_passes_refocus(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(SCENE)
+    rackfocus("povray", "s.pov", "-o", "a.exr", "--keep", "kept", "--", *SIZE, cwd=tmp_path)
+    rackfocus("filter", "kept/passes.exr", "-o", "b.exr", cwd=tmp_path)
+    rackfocus("filter", "kept/passes.exr", "-o", "c.exr", "--focus-distance", "8",
+              cwd=tmp_path)  # fmt: skip
+    a, b, c = (read_exr(tmp_path / f"{name}.exr")["R"] for name in "abc")
+    assert numpy.array_equal(a, b)
+    assert numpy.abs(a - c).max() > 0.05
+    info = rackfocus("info", "kept/passes.exr", cwd=tmp_path).stdout
+    assert "rackfocus:lensRadius" in info and "0.15" in info
+
+
+def test_the_lens_can_be_chosen(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(SCENE)
+    for options in (["--focus-distance", "5"], ["--focal-point", "0,1,0"],
+                    ["--aperture", "0.6"], ["--lens-radius", "0.15"], []):  # fmt: skip
+        rackfocus("povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE, cwd=tmp_path)
+        picture = read_exr(tmp_path / "o.exr")["G"]
+        if options == ["--focus-distance", "5"]:
+            first = picture
+        assert numpy.abs(picture - first).max() < 1e-3, options
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--aperture", "2", "--", *SIZE, cwd=tmp_path)
+    assert numpy.abs(read_exr(tmp_path / "o.exr")["G"] - first).max() > 0.05
+
+
+def test_frames(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(SCENE)
+    rackfocus("povray", "s.pov", "-o", "o_##.png", "--frames", "9-10", "--", *SIZE,
+              cwd=tmp_path)  # fmt: skip
+    assert sorted(p.name for p in tmp_path.glob("*.png")) == ["o_09.png", "o_10.png"]
+    done = rackfocus("povray", "s.pov", "-o", "o.exr", "--frames", "1-2", "--", *SIZE,
+                     cwd=tmp_path)  # fmt: skip
+    names = sorted(p.name for p in tmp_path.glob("*.exr"))
+    assert names == ["o0001.exr", "o0002.exr"]
+    # The clock runs from 0 to 1 and moves the camera towards the focus.
+    assert "focus distance 5," in done.stdout and "focus distance 4," in done.stdout
+
+
+@pytest.mark.parametrize("name", ["-dash.pov", "two words.pov", "q'uo\"te.pov", "ünï.pov"])
+def test_names(rackfocus, tmp_path, name):
+    folder = tmp_path / "a folder"
+    folder.mkdir()
+    (folder / name).write_text(SCENE + '#include "part.inc"\n')
+    (folder / "part.inc").write_text("sphere { <1, 0.3, -2>, 0.3 pigment { rgb 1 } }")
+    # Its includes are found beside the scene, wherever one stands.
+    rackfocus("povray", f"a folder/{name}", "-o", "o.png", "--", *SIZE, cwd=tmp_path)
+    rackfocus("povray", "-o", "o.exr", "--camera", "./" + name, cwd=folder)
+
+
+def test_alpha(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(SCENE.replace("plane", "// "))
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, "+UA", cwd=tmp_path)
+    alpha = read_exr(tmp_path / "o.exr")["A"]
+    assert alpha.min() == 0 and alpha.max() == pytest.approx(1, abs=0.02)
+    assert ((alpha > 0.1) & (alpha < 0.9)).any()
+
+
+@pytest.mark.parametrize(
+    "arguments, code, words",
+    [
+        (["missing.pov", "-o", "o.exr"], 1, "missing.pov: No such file"),
+        (["no_camera.pov", "-o", "o.exr"], 1, "no aperture; give one with --aperture"),
+        (["macro.pov"], 2, "needs an output"),
+        (["macro.pov", "-o", "o.txt"], 2, "end the name in .exr or .png"),
+        (["macro.pov", "-o", "o.exr", "--focal-point", "1,2"], 2, "three numbers"),
+        (["macro.pov", "-o", "o.exr", "--frames", "5-1"], 2, "two frame numbers"),
+        (["macro.pov", "-o", "missing/o.exr"], 1, "missing/o.exr"),
+        (["macro.pov", "-o", "o.exr", "--", "+Wx"], 1, "POV-Ray says"),
+    ],
+)
+def test_bad_usage(rackfocus, arguments, code, words):
+    text = rackfocus("povray", *arguments, code=code).stderr
+    assert words in text, text
+
+
+def test_no_reference_for_orthographic(rackfocus):
+    text = rackfocus("povray", "orthographic.pov", "-o", "o.exr", "--reference", "10", "--",
+                     *SIZE, code=1).stderr  # fmt: skip
+    assert "no working focal blur for orthographic" in text
+
+
+def test_povray_missing(rackfocus):
+    text = rackfocus("povray", "macro.pov", "-o", "o.exr", code=1, PATH="/nowhere").stderr
+    assert "povray was not found; install" in text
+
+
+def test_interruption_leaves_nothing(binary, tmp_path):
+    scene = SCENE.replace("pigment { checker rgb 0.9 rgb 0.3 }",
+                          "pigment { rgb 1 } normal { bumps 1 } finish { reflection 0.9 }")
+    (tmp_path / "s.pov").write_text(scene)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        private = f"/tmp/rackfocus-signal-{os.getpid()}"
+        os.makedirs(private)
+        job = subprocess.Popen(
+            [binary, "povray", "s.pov", "-o", "o.exr", "--", "+W1600", "+H1200", "+A0.0", "+R9"],
+            cwd=tmp_path,
+            env={**os.environ, "TMPDIR": private},
+        )
+        time.sleep(1.5)
+        job.send_signal(number)
+        assert job.wait(20) in (130, 143)
+        assert os.listdir(private) == []
+        os.rmdir(private)
+        assert not (tmp_path / "o.exr").exists()
