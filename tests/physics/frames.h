@@ -6,6 +6,7 @@
 #ifndef RF_TEST_FRAMES_H
 #define RF_TEST_FRAMES_H
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
