@@ -3,7 +3,8 @@
 
 Cycles' conventions (measured): the radius of the aperture is the focal length in mm
 times 1e-3 / (2 f-stop) in scene units, whatever the unit scale; for orthographic cameras
-it is 1 / (2 f-stop). The scale of the camera object counts for nothing.
+it is 1 / (2 f-stop), and the lens stands in the near clipping plane, from which the focus
+distance counts. The scale of the camera object counts for nothing.
 """
 
 import math
@@ -56,9 +57,17 @@ def camera_parameters(camera, render):
             f"“{camera.name}” is of another type"
         )
     blades = dof.aperture_blades
+    distance = max(focus_distance(camera), 1e-9)
+    f_stop = max(dof.aperture_fstop, TINY_F_STOP)
+    radius = 0.0  # from focal length and f-stop
+    if data.type == "ORTHO":
+        # The same line r = R (z - clip - s) / s, with distances from the camera.
+        radius = (distance + data.clip_start) / distance / (2 * f_stop)
+        distance += data.clip_start
     return {
-        "focus_distance": max(focus_distance(camera), 1e-9),
-        "f_stop": max(dof.aperture_fstop, TINY_F_STOP),
+        "focus_distance": distance,
+        "f_stop": f_stop,
+        "lens_radius": radius,
         "focal_length": data.lens,
         "sensor_width": data.sensor_width,
         "sensor_height": data.sensor_height,
