@@ -6,7 +6,7 @@
  * surface (its far part where it is mixed) of radius r_q. The lens can reveal that
  * surface behind p only where
  *
- *   d < r_q - s - 1/2                                        (q is a candidate)
+ *   d < r_q - s                                              (q is a candidate)
  *
  * d measured in units of the aperture's extent; a receding plane of slope below 1 never
  * triggers itself. The candidates vote for the radius r_b of the surface behind (a
@@ -32,7 +32,6 @@ enum {
     N_BINS = 512,
 };
 
-static const float MARGIN_PX = 0.5f;
 static const float BIN_PX = 0.5f;
 static const float BRIGHTEST = 1.5f; /* over the geometric mean */
 
@@ -101,7 +100,7 @@ struct vote {
 
 static int vote_bin(float r, float s)
 {
-    int b = (int)((r - s - MARGIN_PX) / BIN_PX);
+    int b = (int)((r - s) / BIN_PX);
     return rf_min_int(b, N_BINS - 1) + 2;
 }
 
@@ -132,7 +131,7 @@ static bool count_votes(const struct vote *vote, float *r, int *d2)
     }
     if (best <= 0)
         return false;
-    *r = vote->s + MARGIN_PX + ((float)(winner - 2) + 0.5f) * BIN_PX;
+    *r = vote->s + ((float)(winner - 2) + 0.5f) * BIN_PX;
     *d2 = INT32_MAX;
     for (int b = winner - 2; b <= winner + 2; b++)
         if (b >= 2 && b <= vote->top)
@@ -160,8 +159,7 @@ static void visit_candidates(const struct search *search, const struct query *qu
     int by1 = rf_min_int(query->y + query->reach_y, s->height - 1) / BLOCK;
     for (int by = by0; by <= by1; by++)
         for (int bx = bx0; bx <= bx1; bx++) {
-            float limit =
-                search->blocks[by * search->n_x + bx].highest - query->s - MARGIN_PX;
+            float limit = search->blocks[by * search->n_x + bx].highest - query->s;
             int gx = block_gap(query->x, bx), gy = block_gap(query->y, by);
             float gap2 =
                 (float)(gx * gx) * query->inv_x2 + (float)(gy * gy) * query->inv_y2;
@@ -177,7 +175,7 @@ static void visit_candidates(const struct search *search, const struct query *qu
                     if (!q)
                         continue;
                     int dx = x - query->x, dy = y - query->y;
-                    float room = q->r - query->s - MARGIN_PX;
+                    float room = q->r - query->s;
                     float d2 = (float)(dx * dx) * query->inv_x2 +
                                (float)(dy * dy) * query->inv_y2;
                     if (room > 0 && d2 < room * room)
@@ -215,7 +213,7 @@ static int gather_window(const struct search *search, const struct query *query,
             const struct rf_surface *q =
                 back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
             int dx = x - query->x, dy = y - query->y, d2 = dx * dx + dy * dy;
-            if (!q || (float)d2 > reach * reach || q->r - query->s <= 0.5f * MARGIN_PX)
+            if (!q || (float)d2 > reach * reach || q->r <= query->s)
                 continue;
             float t = q->r - r;
             if (t * t > 9)
@@ -284,12 +282,12 @@ static bool estimate(const struct search *search, const struct query *query,
 static bool needs_search(const struct search *search, size_t i)
 {
     const struct rf_surfaces *s = search->s;
-    return s->share[i] > 0 && search->highest - s->near[i].r > MARGIN_PX;
+    return s->share[i] > 0 && search->highest - s->near[i].r > 0;
 }
 
 static struct query query_at(const struct search *search, int x, int y, float s)
 {
-    float room = search->highest - s - MARGIN_PX;
+    float room = search->highest - s;
     const double *e = search->extent;
     return (struct query){
         .x = x,
@@ -333,7 +331,7 @@ static void search_quad(const struct search *search, struct scratch *scratch, in
         weight[i] = found ? 1 : 0;
         if (k == 0) {
             is_found = found;
-            is_shared = true;
+            is_shared = found; /* one pixel further there may be something */
         }
     }
 }
