@@ -163,6 +163,39 @@ static void mirrored_input_gives_a_mirrored_picture(void)
     check_mirror(RF_METHOD_LAYERED, 4, 35);
 }
 
+/* A bar before the focus: its left and right rims are mirror images, bit by bit or so.
+ * Its place is tried at every phase, since blocks of pixels share some work.
+ */
+static void rims_are_alike_on_all_sides(void)
+{
+    for (int phase = 0; phase < 8; phase++)
+        for (int upright = 0; upright < 2; upright++) {
+            struct frame f = frame_make(96, 96, 3);
+            struct rf_params params;
+            scene_params(&params, RF_METHOD_LAYERED);
+            params.sub_apertures = 1;
+            int from = 25 + phase, to = 64 + 2 * phase;
+            for (int y = 0; y < 96; y++)
+                for (int x = 0; x < 96; x++) {
+                    int t = upright ? x : y;
+                    bool is_bar = t >= from && t < to;
+                    for (int c = 0; c < 3; c++)
+                        frame_at(&f, f.colour, x, y)[c] = is_bar ? 0.75f : 0.25f;
+                    f.depth[y * 96 + x] = plain_depth(is_bar ? -5 : 0);
+                }
+            REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+            for (int i = -8; i < 8; i++) {
+                int a = from + i, b = to - 1 - i;
+                float *left =
+                    upright ? frame_at(&f, f.out, a, 48) : frame_at(&f, f.out, 48, a);
+                float *right =
+                    upright ? frame_at(&f, f.out, b, 48) : frame_at(&f, f.out, 48, b);
+                CHECK_NEAR(*left, *right, 2e-4);
+            }
+            frame_free(&f);
+        }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -170,6 +203,7 @@ int main(int argc, char **argv)
     TEST(in_focus_is_bit_for_bit);
     TEST(a_pinhole_gives_the_input);
     TEST(constant_stays_constant_at_any_depth);
+    TEST(rims_are_alike_on_all_sides);
     TEST(mirrored_input_gives_a_mirrored_picture);
     return testing_end();
 }
