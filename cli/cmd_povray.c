@@ -505,8 +505,10 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
     job.settings = *settings;
     interrupt_catch();
     signal(SIGHUP, end_politely);
-    if (tool->is_camera_only)
+    if (tool->is_camera_only) {
+        job.options.wants_lens = false;
         return run_camera(&job);
+    }
     if (!prepare_output(tool, &frames))
         return EXIT_FAILED;
     return run_frames(&job, &frames);

@@ -44,7 +44,7 @@ struct replay {
     struct state *declared;
     int n_declared;
     struct state current, used;
-    bool is_used;
+    int guess;
 };
 
 static const double axis_x[3] = {1, 0, 0}, axis_y[3] = {0, 1, 0}, axis_z[3] = {0, 0, 1};
@@ -255,23 +255,35 @@ static void begin_camera(struct replay *replay, const struct record *record)
                  (int)(record->value + record->n - name - 1), name + 1);
 }
 
-static void copy_camera(struct replay *replay, const struct record *record)
+/* The declared camera that a record names, NULL where there is none. */
+static const struct state *find_declared(const struct replay *replay,
+                                         const struct record *record)
 {
-    struct state *current = &replay->current;
+    if (replay->guess > 0 && !replay->current.name[0])
+        return replay->guess <= replay->n_declared
+                   ? &replay->declared[replay->n_declared - replay->guess]
+                   : NULL;
     for (int i = replay->n_declared - 1; i >= 0; i--) {
         const char *name = replay->declared[i].name;
         if ((int)strlen(name) == record->n &&
-            !memcmp(name, record->value, strlen(name))) {
-            struct state copy = replay->declared[i];
-            memcpy(copy.name, current->name, MAX_NAME);
-            copy.version = current->version;
-            copy.is_copy = true;
-            copy.has_focal_point = false;
-            *current = copy;
-            return;
-        }
+            memcmp(name, record->value, strlen(name)) == 0)
+            return &replay->declared[i];
     }
-    snprintf(current->unsupported, MAX_NAME, "=%.*s", record->n, record->value);
+    return NULL;
+}
+
+static void copy_camera(struct replay *replay, const struct record *record)
+{
+    struct state *current = &replay->current;
+    const struct state *original = find_declared(replay, record);
+    struct state copy = original ? *original : *current;
+    if (!original)
+        snprintf(copy.unsupported, MAX_NAME, "=%.*s", record->n, record->value);
+    memcpy(copy.name, current->name, MAX_NAME);
+    copy.version = current->version;
+    copy.is_copy = true;
+    copy.has_focal_point = false;
+    *current = copy;
 }
 
 static void end_camera(struct replay *replay)
@@ -283,7 +295,6 @@ static void end_camera(struct replay *replay)
         replay->declared[replay->n_declared++] = replay->current;
     } else {
         replay->used = replay->current;
-        replay->is_used = true;
     }
     state_init(&replay->current);
 }
@@ -372,10 +383,10 @@ static bool refuse(const struct state *state, struct povray_error *error)
     return false;
 }
 
-bool camera_replay(struct povray_camera *camera, const char *records,
-                   struct povray_error *error)
+bool camera_replay(struct povray_camera *camera, const char *records, int guess,
+                   int *n_guesses, struct povray_error *error)
 {
-    struct replay replay = {0};
+    struct replay replay = {.guess = guess};
     struct record record;
     char *clean = without_blanks(records);
     const char *at = clean;
@@ -392,6 +403,7 @@ bool camera_replay(struct povray_camera *camera, const char *records,
             replay_item(&replay.current, &record);
     }
     *camera = replay.used.camera;
+    *n_guesses = replay.used.is_copy ? replay.n_declared : 0;
     free(replay.declared);
     free(clean);
     if (replay.used.unsupported[0])

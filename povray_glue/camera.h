@@ -14,9 +14,14 @@
 /*
  * Replays the records and gives the camera that POV-Ray would use: the last one. False
  * with a message that names the feature where it is no camera of ours.
+ *
+ * A camera may be a copy of a declared one under a name that only POV-Ray can resolve
+ * (a parameter of a macro, an element of an array). `guess` 0 takes the name as it
+ * stands, n > 0 the n-th of the declared cameras, counted from the last. *n_guesses is
+ * the number of those worth trying, 0 where the camera used is no copy.
  */
-bool camera_replay(struct povray_camera *camera, const char *records,
-                   struct povray_error *error);
+bool camera_replay(struct povray_camera *camera, const char *records, int guess,
+                   int *n_guesses, struct povray_error *error);
 
 /* A number written by `#debug "@rf~KEY~NUMBER;"`, the last one; false where absent. */
 bool records_find_number(const char *records, const char *key, double *number);

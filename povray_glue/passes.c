@@ -27,6 +27,8 @@
 /* Distances of the two fogs, in focus distances. */
 #define NEAR_FOG 0.7
 #define FAR_FOG 40.0
+/* Declared cameras that are tried where it is open which one is used. */
+#define MAX_GUESSES 24
 /* Pixels that the probe renders at most. */
 #define PROBE_PIXELS 1000000
 /* More than this share of pixels without fog is worth a second try and a warning. */
@@ -36,6 +38,8 @@ struct povray_scene {
     struct povray_options options;
     char *temp_folder;
     struct sources sources;
+    char *records; /* of the camera's items */
+    int guess, n_guesses;
     struct povray_camera camera;
     struct decode_space space;
     int32_t width, height;
@@ -73,6 +77,7 @@ void povray_close(struct povray_scene *scene)
         return;
     temp_folder_remove(scene->temp_folder);
     sources_free(&scene->sources);
+    free(scene->records);
     free(scene->temp_folder);
     free(scene);
 }
@@ -228,15 +233,19 @@ static bool find_items(struct povray_scene *scene, struct povray_error *error)
     records_find_number(records, "height", &height);
     scene->width = (int32_t)width;
     scene->height = (int32_t)height;
-    bool is_ours = camera_replay(&scene->camera, records, error);
-    free(records);
-    if (!is_ours) {
-        char *what = text_format("%s", error->message);
-        snprintf(error->message, sizeof error->message, "%s: %s", scene->options.scene,
-                 what);
-        free(what);
-    }
-    return is_ours;
+    free(scene->records);
+    scene->records = records;
+    return true;
+}
+
+/* Puts the scene's name before the message. */
+static bool fail_scene(const struct povray_scene *scene, struct povray_error *error)
+{
+    char *what = text_format("%s", error->message);
+    snprintf(error->message, sizeof error->message, "%s: %s", scene->options.scene,
+             what);
+    free(what);
+    return false;
 }
 
 static double along_axis(const struct povray_camera *camera, const double point[3])
@@ -247,11 +256,16 @@ static double along_axis(const struct povray_camera *camera, const double point[
     return sqrt(squared);
 }
 
-/* Replaces the scene's lens by the user's. */
-static bool choose_lens(struct povray_scene *scene, struct povray_error *error)
+/* The camera of the records, with the user's lens in place of the scene's. */
+static bool choose_camera(struct povray_scene *scene, struct povray_error *error)
 {
     const struct povray_options *options = &scene->options;
     struct povray_camera *camera = &scene->camera;
+    if (!camera_replay(camera, scene->records, scene->guess, &scene->n_guesses,
+                       error)) {
+        /* A name that could not be resolved: the probe will say so, then guess. */
+        return (scene->guess == 0 && scene->n_guesses > 0) || fail_scene(scene, error);
+    }
     if (options->has_focus_distance)
         camera->focus_distance = options->focus_distance;
     else if (options->has_focal_point)
@@ -285,6 +299,9 @@ static bool start_render(struct povray_scene *scene, struct run *run, const char
         is_started = run_start(run, scene->temp_folder, name, file, before, after,
                                &scene->options, error);
     free(file);
+    /* Two runs that write the same file would read each other's halves. */
+    if (is_started && scene->sources.writes_files)
+        is_started = run_wait(&run, 1, &scene->options, error);
     return is_started;
 }
 
@@ -324,22 +341,46 @@ static bool check_probe(struct povray_scene *scene, const struct run *run,
 {
     struct decode_picture picture = {0};
     bool is_good = read_run(scene, run, &picture, error);
-    if (is_good && !probe_check(&picture, probe_rows(scene), &scene->camera,
-                                &scene->space, error)) {
-        char *what = text_format("%s", error->message);
-        snprintf(error->message, sizeof error->message, "%s: %s", scene->options.scene,
-                 what);
-        free(what);
-        is_good = false;
-    }
+    if (is_good &&
+        !probe_check(&picture, probe_rows(scene), &scene->camera, &scene->space, error))
+        is_good = fail_scene(scene, error);
     free(picture.rgba);
     return is_good;
+}
+
+static bool run_probe(struct povray_scene *scene, struct povray_error *error)
+{
+    struct run probe = {0}, *list[] = {&probe};
+    bool is_good = start_probe(scene, &probe, error) &&
+                   run_wait(list, 1, &scene->options, error) &&
+                   check_probe(scene, &probe, error);
+    run_stop(&probe);
+    return is_good;
+}
+
+/* Tries the declared cameras that the scene's may be a copy of, after the first choice
+ * was wrong. */
+static bool try_guesses(struct povray_scene *scene, struct povray_error *error)
+{
+    int n = scene->n_guesses < MAX_GUESSES ? scene->n_guesses : MAX_GUESSES;
+    for (scene->guess = 1; scene->guess <= n && !error->is_interrupted;
+         scene->guess++) {
+        struct povray_error ignored = {.message = ""};
+        if (choose_camera(scene, &ignored) && run_probe(scene, &ignored))
+            return true;
+        error->is_interrupted = ignored.is_interrupted;
+    }
+    /* The feature that is not supported says more than the probe. */
+    if (n > 0 && !error->is_interrupted &&
+        !camera_replay(&scene->camera, scene->records, 0, &n, error))
+        fail_scene(scene, error);
+    return false;
 }
 
 /* The renders for the depth: bases[0] serves both fogs where the scene has none. */
 struct fog_runs {
     struct run bases[2], fogged[2];
-    double light;
+    double light, distances[2];
 };
 
 static bool start_fog(struct povray_scene *scene, struct run *run, const char *name,
@@ -366,18 +407,18 @@ static bool start_fogs(struct povray_scene *scene, struct fog_runs *fogs,
                        enum rewrite_mode mode, struct povray_error *error)
 {
     double focus = scene->camera.focus_distance;
-    const double distances[2] = {NEAR_FOG * focus, FAR_FOG * focus};
     bool is_dark = scene->sources.has_fog;
-    *fogs = (struct fog_runs){.light = FOG_LIGHT};
+    *fogs = (struct fog_runs){.light = FOG_LIGHT,
+                              .distances = {NEAR_FOG * focus, FAR_FOG * focus}};
     if (scene->space.gamma > MAX_FOG_GAMMA) /* known on a second try only */
         fogs->light = pow(60000, 1 / scene->space.gamma);
     for (int i = 0; i < 2; i++) {
         if ((i == 0 || is_dark) &&
             !start_fog(scene, &fogs->bases[i], i ? "base1" : "base0", mode,
-                       is_dark ? distances[i] : 0, 0, error))
+                       is_dark ? fogs->distances[i] : 0, 0, error))
             return false;
-        if (!start_fog(scene, &fogs->fogged[i], i ? "fog1" : "fog0", mode, distances[i],
-                       fogs->light, error))
+        if (!start_fog(scene, &fogs->fogged[i], i ? "fog1" : "fog0", mode,
+                       fogs->distances[i], fogs->light, error))
             return false;
     }
     return true;
@@ -523,13 +564,13 @@ static bool run_job(struct povray_scene *scene, struct job *job,
     struct run *list[6] = {&job->colour, &job->probe};
     if (!start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "", "",
                       COLOUR_OPTIONS, "", error) ||
-        !find_items(scene, error) || !choose_lens(scene, error) ||
+        !find_items(scene, error) || !choose_camera(scene, error) ||
         !start_probe(scene, &job->probe, error) ||
         !start_fogs(scene, &job->fogs, REWRITE_PINHOLE, error))
         return false;
     /* A camera that is not ours is known long before the colour is ready. */
     if (!run_wait(list + 1, 1, &scene->options, error) ||
-        !check_probe(scene, &job->probe, error))
+        (!check_probe(scene, &job->probe, error) && !try_guesses(scene, error)))
         return false;
     if (!run_wait(list, list_fogs(&job->fogs, list, 2), &scene->options, error) ||
         !read_colour(scene, &job->colour, passes, error))
@@ -563,12 +604,9 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
 bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera,
                         double *gamma, struct povray_error *error)
 {
-    struct run probe = {0}, *list[] = {&probe};
     *error = (struct povray_error){.message = ""};
-    bool is_found = find_items(scene, error) && start_probe(scene, &probe, error) &&
-                    run_wait(list, 1, &scene->options, error) &&
-                    check_probe(scene, &probe, error);
-    run_stop(&probe);
+    bool is_found = find_items(scene, error) && choose_camera(scene, error) &&
+                    (run_probe(scene, error) || try_guesses(scene, error));
     *camera = scene->camera;
     *gamma = scene->space.gamma;
     return is_found;

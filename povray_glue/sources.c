@@ -98,12 +98,20 @@ static char *find_include(const struct sources *sources, const char *name)
 
 static int load_file(struct sources *sources, const char *path);
 
+/* POV-Ray's own includes hold macros for everything, called or not. */
+static bool is_library(const char *path)
+{
+    return strncmp(path, "/usr/share/povray", 17) == 0 ||
+           strncmp(path, "/usr/local/share/povray", 23) == 0;
+}
+
 static void note_words(struct sources *sources, const struct tokens *tokens)
 {
     for (int i = 0; i < tokens->n; i++) {
         sources->has_fog |= token_is_word(tokens, i, "fog");
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
-        sources->has_photons |= token_is_word(tokens, i, "photons");
+        sources->writes_files |= token_is_directive(tokens, i, "fopen") ||
+                                 token_is_word(tokens, i, "Parse_String");
     }
 }
 
@@ -143,7 +151,8 @@ static int load_file(struct sources *sources, const char *path)
     struct tokens *tokens = &sources->items[k].tokens;
     tokens_scan(tokens, content.data, content.n);
     sources->items[k].needs_copy = k == 0 || rewrite_has_camera(tokens);
-    note_words(sources, tokens);
+    if (!is_library(path))
+        note_words(sources, tokens);
     load_includes(sources, k);
     return k;
 }

@@ -77,6 +77,16 @@ def test_include_in_include_and_clock(camera):
     assert found["gamma"] == 1.8
 
 
+def test_copies_that_only_povray_can_resolve(camera):
+    found = camera("guesses.pov")
+    assert found["location"] == near(4, 1.5, -5)
+    assert found["aperture"] == 0.2
+
+
+def test_guessed_cameras_render(rackfocus):
+    rackfocus("povray", "guesses.pov", "-o", "out.png", "--", "+W64", "+H48")
+
+
 @pytest.mark.parametrize(
     "scene, words",
     [
