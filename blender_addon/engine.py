@@ -20,6 +20,7 @@ NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
 FAR = np.float32(1e8)
 BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
 
+alone = set()  # names of scenes whose filter scene renders by itself: a node's button
 last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
 
 
@@ -164,23 +165,26 @@ class RackFocusEngine(bpy.types.RenderEngine):
             found = rendered.layer(frame.layer, frame.suffix, frame.view)
             found = cut_out(found, source.render)
             try:
-                self._render_frame(frame, found, depsgraph.scene.render, seconds)
+                self._render_frame(frame, found, depsgraph.scene, seconds)
             except Exception as error:
                 problem = problem or error
         if problem:
             raise problem
         seconds["total"] = time.perf_counter() - started
 
-    def _render_frame(self, frame, found, render, seconds):
+    def _render_frame(self, frame, found, scene, seconds):
         """Fills the passes of one frame; after a problem with the unfiltered picture."""
         height, width = found.depth.shape
+        render, source_name = scene.render, scene.rack_focus.source.name
         # Blender's rows run upwards, those of the file and of the filter downwards.
         picture = np.empty((height, width, 4), np.float32)
         coc = np.zeros((height, width, 1), np.float32)
         limit_px = None
         try:
             settings = frame.camera.data.rack_focus
-            if settings.enabled:
+            # After the node's button a refocus follows, which filters.
+            is_final = bpy.app.background or source_name not in alone
+            if settings.enabled and is_final:
                 limit_px = self._filter(
                     frame, found, settings, render, (picture, coc), seconds
                 )

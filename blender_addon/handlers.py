@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens when renders start and end, files open, and scenes change."""
 
+import functools
+
 import bpy
 from bpy.app.handlers import persistent
 
-from . import passes, setup
+from . import engine, operators, passes, setup
 
 
 @persistent
@@ -13,6 +15,7 @@ def on_render_start(scene, *_):
     source = scene.rack_focus.source
     if source is not None:
         setup.sync(source)
+        engine.alone.add(source.name)
     elif setup.filter_scene_of(scene) is not None:
         if not scene.rack_focus.muted:  # a render, not a refocus
             passes.forget(scene)
@@ -23,8 +26,15 @@ def on_render_start(scene, *_):
 @persistent
 def on_render_end(scene, *_):
     """The camera gets its depth of field back, after a cancelled render too."""
-    setup.show_dof(scene)
-    setup.unmute_sources(scene)
+    source = scene.rack_focus.source
+    if source is None:
+        setup.show_dof(scene)
+        setup.unmute_sources(scene)
+    elif source.name in engine.alone:
+        engine.alone.discard(source.name)
+        if not bpy.app.background:
+            task = functools.partial(operators.refocus_later, source.name)
+            bpy.app.timers.register(task, first_interval=0.05)
 
 
 @persistent

@@ -11,6 +11,37 @@ def scene_of(context):
     return context.scene.rack_focus.source or context.scene
 
 
+def refocus(scene, call):
+    """Composites a scene again with the kept passes; call: EXEC_ or INVOKE_DEFAULT.
+
+    Where the nodes use the scene's own render as well, it is rendered again.
+    """
+    if not setup.can_mute_sources(scene):
+        return bpy.ops.render.render(call, scene=scene.name)
+    passes.keep(scene)
+    setup.mute_sources(scene)
+    is_job = False
+    try:
+        done = bpy.ops.render.render(call, scene=scene.name)
+        is_job = "RUNNING_MODAL" in done
+        return done
+    finally:
+        if not is_job:  # else the end of the job does it
+            setup.unmute_sources(scene)
+
+
+def refocus_later(scene_name):
+    """After the node's own button, which filters without compositing; for timers."""
+    if bpy.app.is_job_running("RENDER"):
+        return 0.05
+    scene = bpy.data.scenes.get(scene_name)
+    windows = bpy.context.window_manager.windows
+    if scene is not None and len(windows):
+        with bpy.context.temp_override(window=windows[0]):
+            refocus(scene, "INVOKE_DEFAULT")
+    return None
+
+
 class RACK_FOCUS_OT_refocus(bpy.types.Operator):
     """Filter the last render again with the camera's present focus, f-stop and blades"""
 
@@ -34,17 +65,11 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
         scene = scene_of(context)
         if not setup.can_mute_sources(scene):
             self.report({"INFO"}, "The nodes use other passes too: rendering again")
-            return bpy.ops.render.render(call, scene=scene.name)
         try:
-            passes.keep(scene)
-            setup.mute_sources(scene)
-            return bpy.ops.render.render(call, scene=scene.name)
+            return refocus(scene, call)
         except (RuntimeError, passes.PassesError) as error:
             self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
             return {"CANCELLED"}
-        finally:
-            if call == "EXEC_DEFAULT":
-                setup.unmute_sources(scene)
 
 
 class RACK_FOCUS_OT_add_node(bpy.types.Operator):

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A session with a window: enable, render, refocus, pick, cancel, with screenshots.
+
+    blender -P gui.py -- DIST OUT
+
+Runs as steps of a timer, since renders are jobs beside the window's own loop. Writes
+OUT/gui.json: {what: value}, OUT/*.png.
+"""
+
+import json
+import sys
+import time
+import traceback
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import common  # noqa: E402
+from common import addon, rgba  # noqa: E402
+
+DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
+FOUND = {"version": bpy.app.version_string}
+ENDS = []  # times at which renders ended
+
+
+def on_end(*_):
+    """A render ended."""
+    ENDS.append(time.monotonic())
+
+
+def window():
+    """The main window."""
+    return bpy.context.window_manager.windows[0]
+
+
+def area_of(kind):
+    """The first area of a kind in the window's screen."""
+    return next(a for a in window().screen.areas if a.type == kind)
+
+
+def override(area):
+    """A context for operators: that area."""
+    region = next(r for r in area.regions if r.type == "WINDOW")
+    return bpy.context.temp_override(window=window(), area=area, region=region)
+
+
+def screenshot(name):
+    """The window as a file."""
+    with override(window().screen.areas[0]):
+        bpy.ops.screen.screenshot(filepath=str(OUT / f"{name}.png"))
+
+
+def result(name):
+    """The picture as it stands, (height, width, 4)."""
+    scene = bpy.context.scene
+    kept = scene.render.filepath
+    common.set_output(scene, OUT / f"{name}.exr")
+    bpy.data.images["Render Result"].save_render(
+        str(OUT / f"{name}.exr"), scene=scene
+    )
+    scene.render.filepath = kept
+    return rgba(common.read(OUT / f"{name}.exr"))
+
+
+def wait_for_job():
+    """Until the render and what follows it is over."""
+    while not ENDS or bpy.app.is_job_running("RENDER"):
+        yield 0.05
+    yield 0.4
+    ENDS.clear()
+
+
+def show_camera():
+    """The Properties editor on the camera's own tab, tall."""
+    scene = bpy.context.scene
+    with override(area_of("VIEW_3D")):
+        bpy.context.view_layer.objects.active = scene.camera
+        scene.camera.select_set(True)
+    yield 0.5
+    area_of("PROPERTIES").spaces.active.context = "DATA"
+
+
+def steps():
+    """The session; yields the seconds to wait."""
+    bpy.context.preferences.view.render_display_type = "AREA"
+    bpy.context.preferences.view.ui_scale = 0.9
+    common.install(DIST)
+    common.make_base(OUT / "base.blend")
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 480, 320
+    scene.cycles.samples = 16
+    data = scene.camera.data
+    yield 0.5
+    yield from show_camera()
+    yield 0.5
+    data.dof.use_dof = True
+    data.rack_focus.enabled = True
+    bpy.ops.ed.undo_push(message="Rack Focus")
+    FOUND["scenes"] = len(bpy.data.scenes)
+    yield 0.7
+    screenshot("layout")
+    large = area_of("VIEW_3D")
+    large.type = "PROPERTIES"
+    yield 0.5
+    large.spaces.active.context = "DATA"
+    yield 0.7
+    screenshot("panel")
+    large.type = "VIEW_3D"
+    yield 0.5
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield from wait_for_job()
+    first = result("first")
+    screenshot("render")
+    FOUND["dof_is_back"] = data.dof.use_dof
+    data.dof.focus_distance = 1.5
+    started = time.monotonic()
+    bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+    yield from wait_for_job()
+    FOUND["refocus_s"] = time.monotonic() - started
+    second = result("second")
+    screenshot("refocus")
+    FOUND["refocus_changes"] = float(np.abs(first - second).max())
+    FOUND["muted_left"] = any(n.mute for n in common.tree_of(scene).nodes)
+    yield from pick()
+    yield from compositor()
+    yield from cancel()
+
+
+def pick():
+    """A click in the Image Editor, by the operator's own coordinates."""
+    scene = bpy.context.scene
+    area = area_of("IMAGE_EDITOR")
+    area.spaces.active.show_region_ui = True
+    depth = addon("passes").rendered(scene).layer("ViewLayer").depth
+    height, width = depth.shape
+    hits = np.argwhere((depth > 5) & (depth < 1e9))
+    row, column = hits[len(hits) // 2]
+    with override(area):
+        bpy.ops.rack_focus.pick_focus(
+            x=(column + 0.5) / width, y=1 - (row + 0.5) / height
+        )
+    yield from wait_for_job()
+    FOUND["picked"] = scene.camera.data.dof.focus_distance
+    FOUND["picked_depth"] = float(depth[row, column])
+    yield 0.4
+    screenshot("pick")
+
+
+def compositor():
+    """The node in its editor; the node's own render button."""
+    scene = bpy.context.scene
+    window().workspace = bpy.data.workspaces["Compositing"]
+    yield 0.8
+    area = area_of("NODE_EDITOR")
+    with override(area):
+        area.spaces.active.show_backdrop = True
+        bpy.ops.node.view_all()
+    yield 0.8
+    screenshot("compositor")
+    ours = scene.rack_focus.filter_scene
+    bpy.context.preferences.view.render_display_type = "NONE"  # keeps the editor
+    scene.camera.data.dof.focus_distance = 2
+    bpy.ops.render.render(
+        "INVOKE_DEFAULT", layer=ours.view_layers[0].name, scene=ours.name
+    )
+    yield from wait_for_job()
+    found = addon("passes").rendered(scene).layer("ViewLayer")
+    expected = common.filtered(scene, found.colour, found.depth)
+    for _ in range(50):  # the editor composites when it finds the time
+        FOUND["button_difference"] = float(np.abs(result("button") - expected).max())
+        if FOUND["button_difference"] < 0.01:
+            break
+        yield 0.2
+    screenshot("button")
+
+
+def cancel():
+    """Esc while the filter runs: how long until it ends, and what is shown."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1280
+    scene.cycles.samples = 1
+    scene.camera.data.dof.aperture_fstop = 0.06
+    engine = addon("engine").RackFocusEngine
+    begun = []
+    kept = engine._report
+
+    def report(self, fraction):
+        if fraction > 0.02:
+            begun.append(time.monotonic())
+        return kept(self, fraction)
+
+    engine._report = report
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    while not begun and not ENDS:
+        yield 0.02
+    (OUT / "press_escape").touch()  # the test presses the key
+    while (OUT / "press_escape").exists():
+        yield 0.005
+    pressed = time.monotonic()
+    yield from wait_for_cancel(pressed)
+    engine._report = kept
+    FOUND["is_dof_hidden"] = scene.camera.data.rack_focus.is_dof_hidden
+    FOUND["message"] = addon("engine").last_run[scene.name]["message"]
+
+
+def wait_for_cancel(pressed):
+    """Notes the seconds from the key to the end of the job."""
+    while not ENDS or bpy.app.is_job_running("RENDER"):
+        yield 0.02
+    FOUND["cancel_s"] = ENDS[-1] - pressed
+    yield 0.5
+    screenshot("cancel")
+
+
+_session = steps()
+
+
+def advance():
+    """One step; at the end or after a failure Blender closes."""
+    try:
+        return next(_session)
+    except StopIteration:
+        FOUND["done"] = True
+    except Exception:
+        FOUND["failure"] = traceback.format_exc()
+    (OUT / "gui.json").write_text(json.dumps(FOUND, indent=1))
+    common.leave()
+
+
+bpy.context.preferences.view.show_splash = False
+for _list in ("render_complete", "render_cancel"):
+    getattr(bpy.app.handlers, _list).append(on_end)
+bpy.app.timers.register(advance, first_interval=1.5, persistent=True)
