@@ -8,7 +8,7 @@
  *   w = min(coverage of the bin, T),  out += colour w / coverage,  T -= w
  *
  * a saturating sum: a continuous surface that a bin border cuts adds up to exactly 1
- * (the kernel rounds a coverage of 90 % of T or more up to T).
+ * (the kernel rounds a coverage of 95 % of T or more up to T).
  *
  * Levels. |r| < 8 px (less for shapes wider than high) is spread at full resolution.
  * Level l = 1, 2, ... takes 8 2^(l-1)

@@ -79,18 +79,23 @@ static void load_pixels(struct layered *l)
         }
 }
 
-static float pixel_luminance(const struct layered *l, int x, int y)
-{
-    const struct rf_surface *s = &l->pixels[(size_t)y * (size_t)l->width + (size_t)x];
-    return rf_luminance(s->c[0], s->c[1], s->c[2]);
-}
-
+/*
+ * Least luminance of 5 x 5 pixels, premultiplication undone; what is transparent has no
+ * colour that others could stand out from.
+ */
 static float darkest_around(const struct layered *l, int x, int y)
 {
     float least = INFINITY;
     for (int j = rf_max_int(y - 2, 0); j <= rf_min_int(y + 2, l->height - 1); j++)
-        for (int i = rf_max_int(x - 2, 0); i <= rf_min_int(x + 2, l->width - 1); i++)
-            least = fminf(least, pixel_luminance(l, i, j));
+        for (int i = rf_max_int(x - 2, 0); i <= rf_min_int(x + 2, l->width - 1); i++) {
+            const struct rf_surface *s =
+                &l->pixels[(size_t)j * (size_t)l->width + (size_t)i];
+            float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
+            if (s->c[3] == 1)
+                least = lum < least ? lum : least;
+            else if (s->c[3] > 0)
+                least = lum < least * s->c[3] ? lum / s->c[3] : least;
+        }
     return least;
 }
 
@@ -274,7 +279,8 @@ static void collect(void *user, struct rf_surface *s, int x, int y, float w)
     struct collector *c = user;
     struct rf_sample p = make_sample(s, x, y, w);
     float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
-    float limit = BRIGHT * c->l->darkest[(size_t)y * (size_t)c->l->width + (size_t)x];
+    float limit =
+        BRIGHT * p.c[3] * c->l->darkest[(size_t)y * (size_t)c->l->width + (size_t)x];
     if (lum > limit) {
         struct rf_sample light = p;
         light.kind = RF_POSITIVE;
