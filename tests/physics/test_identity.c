@@ -181,7 +181,7 @@ static void rims_are_alike_on_all_sides(void)
                     bool is_bar = t >= from && t < to;
                     for (int c = 0; c < 3; c++)
                         frame_at(&f, f.colour, x, y)[c] = is_bar ? 0.75f : 0.25f;
-                    f.depth[y * 96 + x] = plain_depth(is_bar ? -5 : 0);
+                    f.depth[y * 96 + x] = plain_depth(is_bar ? -3 : 0);
                 }
             REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
             for (int i = -8; i < 8; i++) {
