@@ -433,7 +433,8 @@ static void write_vector(struct text *out, const char *key, const double v[3])
 
 void camera_write(struct text *out, const struct povray_camera *camera, int n_samples)
 {
-    text_addf(out, "#declare RF_=version; #version 3.7; camera{%s",
+    /* A #version where the scene has none would change its gamma. */
+    text_addf(out, "#declare RF_=version; #if(RF_<3.5) #version 3.5; #end camera{%s",
               camera->is_orthographic ? "orthographic" : "perspective");
     write_vector(out, "location", camera->location);
     write_vector(out, "direction", camera->direction);
@@ -449,7 +450,7 @@ void camera_write(struct text *out, const struct povray_camera *camera, int n_sa
                   " aperture %.17g blur_samples %d,%d variance 0 confidence 0.99999",
                   camera->aperture, n_samples, n_samples);
     }
-    text_addf(out, "} #version RF_;\n");
+    text_addf(out, "} #if(RF_<3.5) #version RF_; #end\n");
 }
 
 void camera_ray(const struct povray_camera *camera, double x, double y, int32_t width,

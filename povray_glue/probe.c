@@ -109,7 +109,7 @@ void probe_write(struct text *out, const struct povray_camera *camera, int32_t w
 {
     const struct geometry geometry = geometry_of(camera, width, height);
     const double *c = camera->location;
-    text_addf(out, "\n#declare RF_=version; #version 3.7;\n"
+    text_addf(out, "\n"
                    "global_settings{ambient_light 1}\n");
     write_coordinates(out, geometry.centre, geometry.radius);
     if (camera->is_orthographic)
@@ -126,7 +126,6 @@ void probe_write(struct text *out, const struct povray_camera *camera, int32_t w
         card_colour[0], card_colour[1], card_colour[2]);
     write_disc(out, camera, CARD * width, CARD * height, width, height,
                0.5 * geometry.reach, 0.5 * CARD * geometry.radius);
-    text_addf(out, "#version RF_;\n");
 }
 
 /* What the rays of one part of the picture missed by, on average. */

@@ -62,6 +62,13 @@ def test_old_style(camera):
     assert found["gamma"] == 2.2  # the curve of sRGB
 
 
+def test_no_version(camera):
+    found = camera("no_version.pov")
+    assert found["direction"] == near(0, 0, 2)
+    assert found["focus_distance"] == approx(5)
+    assert found["gamma"] == 2.2  # such scenes are older than assumed_gamma
+
+
 def test_no_camera(camera):
     found = camera("no_camera.pov")
     assert found["location"] == near(0, 0, 0)
