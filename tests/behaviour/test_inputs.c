@@ -290,6 +290,9 @@ static void nan_and_infinity_name_the_pixel(void)
             CHECK(frame_filter(&f, &params, 7, &error) == RF_ERROR_PIXEL);
             CHECK_CONTAINS(error.message, "(19, 2)");
             CHECK_CONTAINS(error.message, "3 colour values are");
+            frame_at(&f, f.colour, 3, 2)[2] = bad[k]; /* further left, later channel */
+            CHECK(frame_filter(&f, &params, 2, &error) == RF_ERROR_PIXEL);
+            CHECK_CONTAINS(error.message, "(3, 2)");
             frame_free(&f);
         }
 }

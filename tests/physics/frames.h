@@ -59,6 +59,12 @@ static inline double random_unit(uint32_t *state)
     return (*state >> 8) / 16777216.0;
 }
 
+/*
+ * The methods that promise physics: energy, shape, occlusion. Others are previews of
+ * the literature and have their own tests.
+ */
+enum { N_PHYSICAL = RF_METHOD_SCATTER + 1 };
+
 enum { PLAIN_FOCUS = 100 };
 
 /*
@@ -80,6 +86,16 @@ static inline void scene_params(struct rf_params *params, int method)
 {
     plain_params(params, method);
     params->max_radius = 30;
+}
+
+/*
+ * How many methods, from the first, spread light as a lens does. Those after them are
+ * the previews: they gather, and neither keep the light of a lone lamp nor draw the
+ * aperture; tests/methods holds them to their own formulas.
+ */
+static inline size_t n_physical_methods(void)
+{
+    return RF_METHOD_SCATTER + 1;
 }
 
 /* The planar depth that the plain lens blurs by r px, r below 400. */

@@ -3,7 +3,7 @@
 #include "frames.h"
 #include "testing.h"
 
-static size_t n_methods;
+static const size_t n_methods = N_PHYSICAL;
 
 /*
  * The sum of a lone emitter of the given light in a black frame, all of it at radius
@@ -171,7 +171,7 @@ static void a_field_of_lamps(void)
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
-    rf_method_list(&n_methods);
+    n_methods = n_physical_methods();
     TEST(small_radii_in_fine_steps);
     TEST(every_radius_up_to_200);
     TEST(every_polygon_and_ratio);

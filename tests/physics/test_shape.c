@@ -7,7 +7,7 @@
 #include "frames.h"
 #include "testing.h"
 
-static size_t n_methods;
+static const size_t n_methods = N_PHYSICAL;
 
 /*
  * A light that counts as a highlight; the layered method draws those at full
@@ -241,7 +241,7 @@ static void pixel_aspect_stretches_rows(void)
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
-    rf_method_list(&n_methods);
+    n_methods = n_physical_methods();
     TEST(a_disc_has_the_radius_of_the_thin_lens);
     TEST(a_disc_is_uniform_with_a_sharp_rim);
     TEST(polygons_on_both_sides_of_the_focus);
