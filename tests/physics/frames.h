@@ -59,12 +59,6 @@ static inline double random_unit(uint32_t *state)
     return (*state >> 8) / 16777216.0;
 }
 
-/*
- * The methods that promise physics: energy, shape, occlusion. Others are previews of
- * the literature and have their own tests.
- */
-enum { N_PHYSICAL = RF_METHOD_SCATTER + 1 };
-
 enum { PLAIN_FOCUS = 100 };
 
 /*

@@ -149,7 +149,7 @@ static void opaque_stays_opaque(void)
 static void grey_is_one_channel_of_rgb(void)
 {
     struct frame grey = frame_make(80, 60, 1), rgb = frame_make(80, 60, 3);
-    for (size_t m = 0; m < N_PHYSICAL; m++) {
+    for (size_t m = 0; m < n_physical_methods(); m++) {
         struct rf_params params;
         scene_params(&params, (int)m);
         frame_fill_scene(&grey, 8);

@@ -3,7 +3,7 @@
 #include "frames.h"
 #include "testing.h"
 
-static const size_t n_methods = N_PHYSICAL;
+static size_t n_methods;
 
 /*
  * The sum of a lone emitter of the given light in a black frame, all of it at radius

@@ -7,7 +7,7 @@
 #include "frames.h"
 #include "testing.h"
 
-static const size_t n_methods = N_PHYSICAL;
+static size_t n_methods;
 
 /*
  * A light that counts as a highlight; the layered method draws those at full
