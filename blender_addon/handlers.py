@@ -7,11 +7,16 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import engine, operators, passes, setup
+from .writing import write
 
 
 @persistent
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
+    write(_start, scene)
+
+
+def _start(scene):
     source = scene.rack_focus.source
     if source is not None:
         setup.sync(source)
@@ -26,6 +31,10 @@ def on_render_start(scene, *_):
 @persistent
 def on_render_end(scene, *_):
     """The camera gets its depth of field back, after a cancelled render too."""
+    write(_end, scene)
+
+
+def _end(scene):
     source = scene.rack_focus.source
     if source is None:
         setup.show_dof(scene)

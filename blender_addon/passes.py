@@ -19,6 +19,7 @@ import numpy as np
 
 from .compat import MultilayerExr
 from .lens import picture_size
+from .writing import write
 
 MAGIC = 20000630
 MULTIPART_FLAG = 0x1000
@@ -209,6 +210,12 @@ class RenderedPasses:
         result = next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
         if result is None:
             raise PassesError("there is no render to filter yet: press F12 first")
+        write(self._write_file, scene, result, path)
+        for file in path.parent.glob("*.exr"):
+            self.files[file.stem[len(path.stem) :]] = read_exr(file)
+
+    @staticmethod
+    def _write_file(scene, result, path):
         with MultilayerExr(scene, scene.render.use_multiview):
             try:
                 result.save_render(str(path), scene=scene)
@@ -218,8 +225,6 @@ class RenderedPasses:
                     raise PassesError(
                         f"there is no render to filter yet: press F12 first ({error})"
                     ) from error
-        for file in path.parent.glob("*.exr"):
-            self.files[file.stem[len(path.stem) :]] = read_exr(file)
 
     def layer(self, name, suffix="", view=""):
         """The Layer of a view layer; suffix, view: of a view in stereo, else ""."""

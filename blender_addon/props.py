@@ -11,7 +11,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import setup
+from . import setup, writing
 from .library import rackfocus
 
 QUALITIES = {
@@ -99,6 +99,7 @@ for _parameter in method_table():
 class SceneState(bpy.types.PropertyGroup):
     """scene.rack_focus: how a scene and the one that filters it find each other."""
 
+    gate: writing.gate()
     filter_scene: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
     source: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
     record: StringProperty(

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A session with a window under Xvfb: see inside/gui.py for its steps."""
+
+import json
+import shlex
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from conftest import INSIDE, call, get_blender
+
+# The session asks for the key and for screenshots with files: both come from outside.
+SERVED = """
+(while sleep 0.02; do
+    [ -e {out}/press_escape ] &&
+        xdotool mousemove 600 400 key Escape && rm {out}/press_escape
+    for shot in {out}/*.shot; do
+        [ -e $shot ] && import -window root ${{shot%.shot}}.png && rm $shot
+    done
+done) &
+served=$!
+trap 'kill $served' EXIT
+{blender}
+"""
+
+
+@pytest.fixture(scope="module", params=("3.4", "newest"))
+def session(request, dist):
+    """(what the session found, its folder) for one Blender."""
+    blender = get_blender(request.param)
+    arguments = ("-P", INSIDE / "gui.py", "--", dist, blender.out)
+    command = blender.command("--factory-startup", *map(str, arguments))
+    script = SERVED.format(out=blender.out, blender=shlex.join(command))
+    screen = "-screen 0 1280x900x24"
+    about = {**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"}
+    call("xvfb-run", "-a", "-s", screen, "sh", "-c", script, env=about, timeout=240)
+    found = json.loads((blender.out / "gui.json").read_text())
+    assert found.get("done"), found
+    return found, blender.out
+
+
+def test_enabling_makes_one_scene(session):
+    """The scene and its filter scene."""
+    assert session[0]["scenes"] == 2
+
+
+def test_refocus_changes_the_picture_and_leaves_the_nodes(session):
+    """Another focus, and no node is left muted."""
+    found, _ = session
+    assert found["refocus_changes"] > 0.1
+    assert not found["muted_left"]
+
+
+def test_the_picker_sets_the_depth(session):
+    """The distance is that of the pixel."""
+    found, _ = session
+    assert found["picked"] == pytest.approx(found["picked_depth"], rel=1e-6)
+
+
+def test_the_nodes_own_button(session):
+    """It ends with the filtered picture, composited."""
+    assert session[0]["button_difference"] < 0.01
+
+
+def test_escape_ends_the_filter_soon(session):
+    """Half a second on an idle machine; the limit leaves room for a busy one."""
+    found, _ = session
+    assert found["cancel_s"] < 2
+    assert "not filtered" in found["message"]
+
+
+def test_the_cameras_own_dof_is_back(session):
+    """After the render and after Esc."""
+    found, _ = session
+    assert found["dof_is_back"] and not found["is_dof_hidden"]
+
+
+@pytest.mark.parametrize("name", ["panel", "render", "refocus", "compositor"])
+def test_screenshots_show_something(session, name):
+    """Neither black nor of one colour."""
+    pixels = oiio.ImageBuf(str(session[1] / f"{name}.png")).get_pixels(oiio.FLOAT)
+    assert pixels.shape[:2] == (900, 1280)
+    assert np.std(pixels[..., :3]) > 0.05
