@@ -158,6 +158,14 @@ static bool spawn(struct run *run, char **arguments)
     return run->pid > 0;
 }
 
+static void remove_picture(const struct run *run)
+{
+    char *path = run_picture(run);
+    if (path)
+        unlink(path);
+    free(path);
+}
+
 bool run_start(struct run *run, const char *temp_folder, const char *name,
                const char *scene, const char *before, const char *after,
                const struct povray_options *options, struct povray_error *error)
@@ -168,6 +176,7 @@ bool run_start(struct run *run, const char *temp_folder, const char *name,
     bool is_started = false;
     errno = 0;
     if (mkdir(run->folder, 0700) == 0 || errno == EEXIST) {
+        remove_picture(run); /* of an earlier run of this name */
         make_arguments(&list, run, scene_path, before, after, options);
         is_started = spawn(run, list.items);
     }
@@ -185,24 +194,62 @@ bool run_start(struct run *run, const char *temp_folder, const char *name,
     return is_started;
 }
 
+/* Does the process hold the file open? True where that cannot be told. */
+static bool is_open_in(pid_t pid, const char *path)
+{
+    char *folder_path = text_format("/proc/%d/fd", (int)pid), target[4096];
+    DIR *folder = opendir(folder_path);
+    free(folder_path);
+    bool is_open = !folder;
+    for (struct dirent *entry; !is_open && (entry = readdir(folder));) {
+        ssize_t n = readlinkat(dirfd(folder), entry->d_name, target, sizeof target - 1);
+        is_open =
+            n > 0 && (size_t)n == strlen(path) && !memcmp(target, path, (size_t)n);
+    }
+    if (folder)
+        closedir(folder);
+    return is_open;
+}
+
+/* POV-Ray takes a third of a second to end after its picture is written. */
+static bool is_picture_complete(const struct run *run)
+{
+    struct stat info;
+    char *path = run_picture(run);
+    bool is_complete = path && stat(path, &info) == 0 && info.st_size > 0 &&
+                       !is_open_in(run->pid, path);
+    free(path);
+    return is_complete;
+}
+
+static void kill_run(struct run *run)
+{
+    kill(-run->pid, SIGKILL);
+    kill(run->pid, SIGKILL);
+    waitpid(run->pid, &run->status, 0);
+    run->pid = 0;
+}
+
 bool run_has_ended(struct run *run)
 {
     if (run->pid == 0)
         return true;
-    if (waitpid(run->pid, &run->status, WNOHANG) == 0)
+    if (waitpid(run->pid, &run->status, WNOHANG) != 0) {
+        run->pid = 0;
+    } else if (is_picture_complete(run)) {
+        run->has_picture = true;
+        kill_run(run);
+    } else {
         return false;
-    run->pid = 0;
+    }
     run->ended_s = seconds_now();
     return true;
 }
 
 void run_stop(struct run *run)
 {
-    if (run->pid > 0) {
-        kill(-run->pid, SIGKILL);
-        kill(run->pid, SIGKILL);
-        waitpid(run->pid, &run->status, 0);
-    }
+    if (run->pid > 0)
+        kill_run(run);
     free(run->folder);
     *run = (struct run){0};
 }
@@ -229,7 +276,8 @@ bool run_wait(struct run *const *runs, int n, const struct povray_options *optio
 
 bool run_is_good(const struct run *run)
 {
-    return run->pid == 0 && WIFEXITED(run->status) && WEXITSTATUS(run->status) == 0;
+    return run->has_picture ||
+           (run->pid == 0 && WIFEXITED(run->status) && WEXITSTATUS(run->status) == 0);
 }
 
 static char *read_named(const struct run *run, const char *name)

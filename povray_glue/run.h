@@ -12,8 +12,8 @@ struct run {
     pid_t pid;    /* 0: not running */
     char *folder; /* private, with its slash */
     double started_s, ended_s;
-    int status;      /* as from waitpid, once ended */
-    int start_errno; /* why the program could not be started, or 0 */
+    int status;       /* as from waitpid, once ended */
+    bool has_picture; /* the picture was complete before the process ended */
 };
 
 /* Makes the folder NAME in temp_folder and starts POV-Ray there with `scene` of the
@@ -22,7 +22,7 @@ bool run_start(struct run *run, const char *temp_folder, const char *name,
                const char *scene, const char *before, const char *after,
                const struct povray_options *options, struct povray_error *error);
 
-/* Has it ended? Does not wait. */
+/* Has it ended, or is its picture complete? Does not wait. */
 bool run_has_ended(struct run *run);
 
 /* Waits for all of them; false (and all are stopped) where the user cancelled. */
