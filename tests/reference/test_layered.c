@@ -8,7 +8,7 @@
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
  *   6  bins floor(r / 2 px), near to far: w = T f(W / T), out += colour w / W, T -= w,
- *      f(x) = min(x, 1) with a ramp from 0.8 at 0.8 to 1 at 0.9; at the end out /
+ *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
  *      covered
  *
  * Splitting, hidden samples and highlights (steps 1, 2, 5) are off: they decide by
@@ -98,7 +98,7 @@ static void footprint(const struct model *m, double r, double *weights, double *
 
 static double saturate(double x)
 {
-    return x < 0.8 ? x : x < 0.9 ? 0.8 + 2 * (x - 0.8) : 1;
+    return x < 0.9 ? x : x < 0.95 ? 0.9 + 2 * (x - 0.9) : 1;
 }
 
 struct sums {
