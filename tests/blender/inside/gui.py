@@ -179,6 +179,10 @@ def compositor():
 def cancel():
     """Esc while the filter runs: how long until it ends, and what is shown."""
     scene = bpy.context.scene
+    yield 1.0
+    while bpy.app.is_job_running("RENDER"):
+        yield 0.05
+    ENDS.clear()
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1280
     scene.cycles.samples = 1
     scene.camera.data.dof.aperture_fstop = 0.06
