@@ -3,12 +3,21 @@
 #include <omp.h>
 
 #include "internal.h"
+#include "methods/preview.h"
 
 /* One line per method, in the order of RF_LIST_METHOD. */
 static const struct rf_method_entry entries[] = {
     [RF_METHOD_LAYERED] = {.run = rf_layered_run},
     [RF_METHOD_SCATTER] = {.run = rf_scatter_run},
+    [RF_METHOD_BOX] = {.run = rf_box_run},
+    [RF_METHOD_LOWRES] = {.run = rf_lowres_run},
+    [RF_METHOD_MIPMAP] = {.run = rf_mipmap_run},
+    [RF_METHOD_OFFSET] = {.run = rf_offset_run},
+    [RF_METHOD_MIPMAP_OFFSET] = {.run = rf_mipmap_offset_run},
+    [RF_METHOD_RECURSIVE_OFFSET] = {.run = rf_recursive_offset_run},
 };
+
+#define THESIS "thesis on depth of field in a surgical simulator: "
 
 static const struct rf_method_info infos[] = {
     [RF_METHOD_LAYERED] = {"layered",
@@ -16,8 +25,23 @@ static const struct rf_method_info infos[] = {
                            "grows with the mean area of the blur",
                            "Rack Focus; after Kosloff 2009, Lee et al. 2009"},
     [RF_METHOD_SCATTER] = {"scatter", "each pixel spread over its circle of confusion",
-                           "grows with the mean radius of the blur",
-                           "Yu 2004, uniform distribution"},
+                           "grows with the mean radius of the blur", "Yu 2004"},
+    [RF_METHOD_BOX] = {"box", "preview: running sums along rows and columns",
+                       "the same for every radius", THESIS "convolution"},
+    [RF_METHOD_LOWRES] = {"lowres", "preview: a small picture, magnified",
+                          "the same for every radius; the cheapest",
+                          THESIS "low resolution"},
+    [RF_METHOD_MIPMAP] = {"mipmap", "preview: coarser levels of detail, magnified",
+                          "the same for every radius", THESIS "mipmap"},
+    [RF_METHOD_OFFSET] = {"offset", "preview: shifted copies, averaged",
+                          "grows with the number of copies", THESIS "offset"},
+    [RF_METHOD_MIPMAP_OFFSET] = {"mipmap-offset",
+                                 "preview: four shifts of a coarser level of detail",
+                                 "the same for every radius",
+                                 THESIS "offset on mipmaps"},
+    [RF_METHOD_RECURSIVE_OFFSET] =
+        {"recursive-offset", "preview: four shifts in x, four in +, again and again",
+         "grows with the number of recursions", THESIS "recursive offset"},
 };
 
 const struct rf_method_info *rf_method_list(size_t *n)

@@ -44,11 +44,29 @@
 
 #define RF_LIST_METHOD(X)                                                              \
     X(RF_METHOD_LAYERED, "layered", "occlusion-aware layers, one view; the default")   \
-    X(RF_METHOD_SCATTER, "scatter", "each pixel spread over its circle of confusion")
+    X(RF_METHOD_SCATTER, "scatter", "each pixel spread over its circle of confusion")  \
+    X(RF_METHOD_BOX, "box", "preview: running sums along rows and columns")            \
+    X(RF_METHOD_LOWRES, "lowres", "preview: a small picture, magnified")               \
+    X(RF_METHOD_MIPMAP, "mipmap", "preview: coarser levels of detail, magnified")      \
+    X(RF_METHOD_OFFSET, "offset", "preview: shifted copies, averaged")                 \
+    X(RF_METHOD_MIPMAP_OFFSET, "mipmap-offset",                                        \
+      "preview: four shifts of a coarser level of detail")                             \
+    X(RF_METHOD_RECURSIVE_OFFSET, "recursive-offset",                                  \
+      "preview: four shifts in x, four in +, again and again")
 
 #define RF_LIST_DISTRIBUTION(X)                                                        \
     X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")     \
     X(RF_DISTRIBUTION_GAUSSIAN, "gaussian", "soft: sigma half the radius")             \
     X(RF_DISTRIBUTION_RING, "ring", "bright rim, four times the centre")
+
+#define RF_LIST_BLEND(X)                                                               \
+    X(RF_BLEND_COC, "coc", "each pixel blurred by its own circle of confusion")        \
+    X(RF_BLEND_REGION, "region", "sharp around the focus, a linear ramp outside")      \
+    X(RF_BLEND_SLICES, "slices", "planes on both sides of the focus, back to front")
+
+#define RF_LIST_LEAK(X)                                                                \
+    X(RF_LEAK_NONE, "none", "colours leak")                                            \
+    X(RF_LEAK_PRODUCT, "product", "mean and product of four blurred alphas")           \
+    X(RF_LEAK_HINT, "hint", "the blurred alpha")
 
 #endif

@@ -93,6 +93,8 @@ enum rf_orientation { RF_LIST_ORIENTATION(RF_X_ENUM) };
 enum rf_depth { RF_LIST_DEPTH(RF_X_ENUM) };
 enum rf_method { RF_LIST_METHOD(RF_X_ENUM) };
 enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
+enum rf_blend { RF_LIST_BLEND(RF_X_ENUM) };
+enum rf_leak { RF_LIST_LEAK(RF_X_ENUM) };
 #undef RF_X_ENUM
 
 /**
