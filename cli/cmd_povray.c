@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -118,6 +119,14 @@ static bool parse_point(const char *text, double point[3])
     return true;
 }
 
+/* Does an option ask POV-Ray for an animation? */
+static bool is_final_frame(const char *argument)
+{
+    return strncasecmp(argument, "+KFF", 4) == 0 ||
+           strncasecmp(argument, "-KFF", 4) == 0 ||
+           strncasecmp(argument, "Final_Frame", 11) == 0;
+}
+
 static bool check_usage(const struct povray_tool *tool, const struct operands *operands)
 {
     if (operands->n == 0)
@@ -126,6 +135,9 @@ static bool check_usage(const struct povray_tool *tool, const struct operands *o
         return fail_usage("povray takes one scene; options for POV-Ray follow --");
     if (tool->is_camera_only)
         return true;
+    for (int i = 0; i < operands->n_rest && !tool->frames; i++)
+        if (is_final_frame(operands->rest[i]))
+            return fail_usage("animations need --frames A-B, the frames to make");
     if (!tool->output)
         return fail_usage("povray needs an output, -o FILE.exr or -o FILE.png");
     if (picture_kind(tool->output) == PICTURE_UNKNOWN) {

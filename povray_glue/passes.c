@@ -284,6 +284,15 @@ static bool choose_camera(struct povray_scene *scene, struct povray_error *error
     return !what;
 }
 
+/* Waits without moving the progress bar, which is the colour's. */
+static bool wait_quietly(const struct povray_scene *scene, struct run *const *runs,
+                         int n, struct povray_error *error)
+{
+    struct povray_options options = scene->options;
+    options.progress = NULL;
+    return run_wait(runs, n, &options, error);
+}
+
 /* ---- renders ------------------------------------------------------------------- */
 
 static bool start_render(struct povray_scene *scene, struct run *run, const char *name,
@@ -301,7 +310,7 @@ static bool start_render(struct povray_scene *scene, struct run *run, const char
     free(file);
     /* Two runs that write the same file would read each other's halves. */
     if (is_started && scene->sources.writes_files)
-        is_started = run_wait(&run, 1, &scene->options, error);
+        is_started = wait_quietly(scene, &run, 1, error);
     return is_started;
 }
 
@@ -352,7 +361,7 @@ static bool run_probe(struct povray_scene *scene, struct povray_error *error)
 {
     struct run probe = {0}, *list[] = {&probe};
     bool is_good = start_probe(scene, &probe, error) &&
-                   run_wait(list, 1, &scene->options, error) &&
+                   wait_quietly(scene, list, 1, error) &&
                    check_probe(scene, &probe, error);
     run_stop(&probe);
     return is_good;
@@ -496,7 +505,7 @@ static bool repeat_fogs(struct povray_scene *scene, enum rewrite_mode mode,
     struct fog_runs fogs = {0};
     struct run *list[4];
     bool is_good = start_fogs(scene, &fogs, mode, error) &&
-                   run_wait(list, list_fogs(&fogs, list, 0), &scene->options, error) &&
+                   wait_quietly(scene, list, list_fogs(&fogs, list, 0), error) &&
                    read_fogs(scene, &fogs, passes, error);
     stop_fogs(&fogs);
     return is_good;
@@ -569,7 +578,7 @@ static bool run_job(struct povray_scene *scene, struct job *job,
         !start_fogs(scene, &job->fogs, REWRITE_PINHOLE, error))
         return false;
     /* A camera that is not ours is known long before the colour is ready. */
-    if (!run_wait(list + 1, 1, &scene->options, error) ||
+    if (!wait_quietly(scene, list + 1, 1, error) ||
         (!check_probe(scene, &job->probe, error) && !try_guesses(scene, error)))
         return false;
     if (!run_wait(list, list_fogs(&job->fogs, list, 2), &scene->options, error) ||

@@ -90,7 +90,7 @@ def test_alpha(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(SCENE.replace("plane", "// "))
     rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, "+UA", cwd=tmp_path)
     alpha = read_exr(tmp_path / "o.exr")["A"]
-    assert alpha.min() == 0 and alpha.max() == pytest.approx(1, abs=0.02)
+    assert alpha.min() == 0 and alpha.max() == pytest.approx(1, abs=0.05)
     assert ((alpha > 0.1) & (alpha < 0.9)).any()
 
 
@@ -103,6 +103,7 @@ def test_alpha(rackfocus, tmp_path):
         (["macro.pov", "-o", "o.txt"], 2, "end the name in .exr or .png"),
         (["macro.pov", "-o", "o.exr", "--focal-point", "1,2"], 2, "three numbers"),
         (["macro.pov", "-o", "o.exr", "--frames", "5-1"], 2, "two frame numbers"),
+        (["macro.pov", "-o", "o.exr", "--", "+KFF3"], 2, "need --frames"),
         (["macro.pov", "-o", "missing/o.exr"], 1, "missing/o.exr"),
         (["macro.pov", "-o", "o.exr", "--", "+Wx"], 1, "POV-Ray says"),
     ],
