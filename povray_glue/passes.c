@@ -398,10 +398,12 @@ static bool start_fog(struct povray_scene *scene, struct run *run, const char *n
 {
     struct text tail = {0};
     text_addf(&tail, "\nglobal_settings{max_trace_level 1");
-    /* Indirect light would cost time and say nothing. */
+    /* Indirect light would cost time and say nothing; the last setting wins. */
     if (scene->sources.has_radiosity)
         text_addf(&tail, " radiosity{pretrace_start 1 pretrace_end 1 count 1 "
                          "nearest_count 1 recursion_limit 1}");
+    if (scene->sources.has_photons)
+        text_addf(&tail, " photons{count 1}");
     text_addf(&tail, "}\n");
     if (distance > 0)
         text_addf(&tail, "fog{fog_type 1 distance %.17g color rgb %.17g}\n", distance,

@@ -110,6 +110,7 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
     for (int i = 0; i < tokens->n; i++) {
         sources->has_fog |= token_is_word(tokens, i, "fog");
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
+        sources->has_photons |= token_is_word(tokens, i, "photons");
         sources->writes_files |= token_is_directive(tokens, i, "fopen") ||
                                  token_is_word(tokens, i, "Parse_String");
     }

@@ -24,7 +24,7 @@ struct sources {
     const char *temp_folder; /* with its slash */
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
-    bool has_fog, has_radiosity;
+    bool has_fog, has_radiosity, has_photons;
     bool writes_files; /* runs of it must not overlap */
 };
 
