@@ -7,7 +7,7 @@ bl_info = {
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
     "location": "Camera properties > Depth of Field; Compositor > Add > Filter",
-    "description": "The camera's depth of field after the render: no grain, refocusable",
+    "description": "The camera's depth of field after the render, refocusable",
     "category": "Render",
 }
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""rack_focus.compare: our picture beside the one with the camera's own depth of field."""
+"""rack_focus.compare: our picture beside that of the camera's own lens."""
 
 import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from . import engine, lens, passes, setup
+from . import engine, lens, passes
 from .library import rackfocus
 from .operators import scene_of
 
@@ -53,7 +53,7 @@ def show(name, picture):
 
 
 class Renderer:
-    """Renders a copy of a scene, small, with a camera of its own; ends without a trace."""
+    """Renders a small copy of a scene with a camera of its own; leaves no trace."""
 
     def __init__(self, scene, percentage, samples):
         self.scene = scene.copy()
@@ -122,7 +122,7 @@ class RACK_FOCUS_OT_compare(bpy.types.Operator):
             self.report({"ERROR"}, f"Rack Focus: {error}")
             return {"CANCELLED"}
         pictures = (ours, physical, heat_map(ours, physical))
-        images = [show(name, p) for name, p in zip(NAMES, pictures)]
+        images = [show(name, p) for name, p in zip(NAMES, pictures, strict=True)]
         self._show_in_editor(context, images[-1])
         self.tpsnr = tpsnr_db(ours, physical)
         message = (

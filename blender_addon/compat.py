@@ -5,6 +5,7 @@ import bpy
 
 HAS_NODE_GROUPS = bpy.app.version >= (5, 0, 0)  # the compositor is a node group
 HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
+ORTHO_LENS_IS_AT_CLIP = bpy.app.version < (4, 2, 0)  # Cycles; measured on 3.4 and 4.2
 HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)
 
 FILTER_MENUS = (
@@ -58,7 +59,7 @@ def start_compositor(scene):
 
 
 def stop_compositor(scene, is_made):
-    """Takes the compositor out of use; `is_made`: we made the tree and may delete it."""
+    """Takes the compositor out of use; is_made: the tree is ours to delete."""
     if not HAS_NODE_GROUPS:
         scene.use_nodes = False
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render engine of the filter scene: Blender runs it between render and compositing."""
+"""The filter scene's engine: Blender runs it between render and compositing."""
 
 import time
 from typing import NamedTuple
@@ -173,7 +173,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         seconds["total"] = time.perf_counter() - started
 
     def _render_frame(self, frame, found, scene, seconds):
-        """Fills the passes of one frame; after a problem with the unfiltered picture."""
+        """Fills the passes of one frame, after a problem with what was rendered."""
         height, width = found.depth.shape
         render, source_name = scene.render, scene.rack_focus.source.name
         # Blender's rows run upwards, those of the file and of the filter downwards.
@@ -207,7 +207,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             seconds["write"] = time.perf_counter() - started
 
     def _filter(self, frame, found, settings, render, targets, seconds):
-        """Runs the filter into (picture, coc), rows upwards; returns the limit in px."""
+        """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""
         picture, coc = targets
         height, width = found.depth.shape
         params = lens.frame_parameters(frame.camera, settings, render, (width, height))

@@ -2,13 +2,14 @@
 """From Blender's camera to the parameters of the filter.
 
 Cycles' conventions (measured): the radius of the aperture is the focal length in mm
-times 1e-3 / (2 f-stop) in scene units, whatever the unit scale; for orthographic cameras
-it is 1 / (2 f-stop), and the lens stands in the near clipping plane, from which the focus
-distance counts. The scale of the camera object counts for nothing.
+times 1e-3 / (2 f-stop) in scene units, whatever the unit scale; for orthographic
+cameras it is 1 / (2 f-stop), and before 4.2 the lens stands in the near clipping plane,
+from which the focus distance counts. The scale of the camera object counts for nothing.
 """
 
 import math
 
+from .compat import ORTHO_LENS_IS_AT_CLIP
 from .library import rackfocus
 
 TINY_F_STOP = 1e-3
@@ -60,7 +61,7 @@ def camera_parameters(camera, render):
     distance = max(focus_distance(camera), 1e-9)
     f_stop = max(dof.aperture_fstop, TINY_F_STOP)
     radius = 0.0  # from focal length and f-stop
-    if data.type == "ORTHO":
+    if data.type == "ORTHO" and ORTHO_LENS_IS_AT_CLIP:
         # The same line r = R (z - clip - s) / s, with distances from the camera.
         radius = (distance + data.clip_start) / distance / (2 * f_stop)
         distance += data.clip_start
@@ -84,7 +85,7 @@ def camera_parameters(camera, render):
 
 
 def crop_parameters(params, whole_size, size):
-    """The same lens for a part of the frame: what depends on the frame is made explicit.
+    """The same lens for a part of the frame; what depends on the frame is spelt out.
 
     params: of camera_parameters() and the method; whole_size, size: (width, height) px.
     """

@@ -43,7 +43,7 @@ def refocus_later(scene_name):
 
 
 class RACK_FOCUS_OT_refocus(bpy.types.Operator):
-    """Filter the last render again with the camera's present focus, f-stop and blades"""
+    """Filter the last render again with the present focus, f-stop and blades"""
 
     bl_idname = "rack_focus.refocus"
     bl_label = "Refocus"

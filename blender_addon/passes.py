@@ -115,8 +115,8 @@ def _view_part(data, part, offsets, n_head_bytes):
 def read_exr(path):
     """{full channel name: (height, width) array} of an uncompressed scan-line EXR.
 
-    Rows from the top. The arrays are views of the mapped file. In files of several parts
-    the part's name stands before channel names that lack it.
+    Rows from the top. The arrays are views of the mapped file. In files of several
+    parts the part's name stands before channel names that lack it.
     """
     with open(path, "rb") as file:
         mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -145,10 +145,10 @@ def read_exr(path):
 
 
 def side_by_side(planes):
-    """(height, width, n) view of n planes if they lie at equal distances, else a copy."""
+    """(height, width, n) view of n planes at equal distances in memory, else a copy."""
     first = planes[0]
     at = [plane.__array_interface__["data"][0] for plane in planes]
-    steps = {b - a for a, b in zip(at, at[1:])}
+    steps = {b - a for a, b in zip(at[:-1], at[1:], strict=True)}
     is_alike = len({(plane.strides, plane.dtype) for plane in planes}) == 1
     if len(steps) != 1 or not is_alike or first.dtype != np.float32:
         return np.stack(planes, -1).astype(np.float32)

@@ -4,8 +4,10 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import engine, passes, setup
+from . import passes, setup
 from .operators import scene_of
+
+EEVEE_NOTHING_HIT = 65504.0  # of EEVEE up to 4.1; all others write 1e10
 
 
 def depth_at(scene, x, y):
@@ -22,7 +24,7 @@ def depth_at(scene, x, y):
             rows, columns = depth.shape
             row = min(int((1 - y) * rows), rows - 1)
             found.append(float(depth[row, min(int(x * columns), columns - 1)]))
-    hits = [z for z in found if 0 < z < engine.NOTHING_HIT]
+    hits = [z for z in found if 0 < z < EEVEE_NOTHING_HIT]
     return min(hits) if hits else None
 
 
@@ -37,7 +39,11 @@ class RACK_FOCUS_OT_pick_focus(bpy.types.Operator):
         name="X", description="From the left, of the picture", min=0, max=1, default=0.5
     )
     y: FloatProperty(
-        name="Y", description="From the bottom, of the picture", min=0, max=1, default=0.5
+        name="Y",
+        description="From the bottom, of the picture",
+        min=0,
+        max=1,
+        default=0.5,
     )
     object: StringProperty(
         name="Object", description="Focus on this object instead of a point"

@@ -338,7 +338,7 @@ def _sync_layers(scene, ours):
         ours.view_layers.new("layer")
     while len(ours.view_layers) > len(scene.view_layers):
         ours.view_layers.remove(ours.view_layers[-1])
-    for source, target in zip(scene.view_layers, ours.view_layers):
+    for source, target in zip(scene.view_layers, ours.view_layers, strict=True):
         _set_if_other(target, "name", source.name)
         _set_if_other(target, "use", source.use)
         _set_if_other(target, "use_pass_z", False)

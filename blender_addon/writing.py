@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writing to Blender's data from render threads.
 
-Blender has one switch for the whole process that forbids Python to write to data while a
-panel is drawn. A render thread that gets its turn in the middle of a draw finds it set,
-and handlers may. The callbacks of properties are exempt, so the writing is done in the
-getter of a property, without giving other threads a turn.
+Blender has one switch for the whole process that forbids Python to write to data while
+a panel is drawn. A render thread that gets its turn in the middle of a draw finds it
+set, and handlers may. The callbacks of properties are exempt, so the writing is done in
+the getter of a property, without giving other threads a turn.
 """
 
 import sys

@@ -90,7 +90,9 @@ def sid_command(folder, command, paths):
         f"mkdir -p {folder}{path}; mount --bind {path} {folder}{path}; "
         for path in ("/proc", "/dev", *paths)
     )
-    script = f'{mounts} mount -t tmpfs tmpfs {folder}/dev/shm; exec chroot {folder} "$@"'
+    script = (
+        f'{mounts} mount -t tmpfs tmpfs {folder}/dev/shm; exec chroot {folder} "$@"'
+    )
     return ["unshare", "-m", "sh", "-c", script, "sh", *command]
 
 

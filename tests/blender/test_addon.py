@@ -66,7 +66,7 @@ def test_the_node_costs_little(blender, dist):
     results_of(blender, dist)
     seconds = json.loads((blender.out / "overhead.json").read_text())
     print(blender.version, seconds)
-    assert seconds["overhead"] < 0.6, seconds
+    assert max(s["overhead"] for s in seconds.values()) < 0.6, seconds
 
 
 def test_the_extension_is_valid(dist):

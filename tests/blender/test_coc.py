@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The radius of the blur equals Cycles' own: see inside/coc.py for how it is measured."""
+"""The radius of the blur equals Cycles' own; inside/coc.py measures it."""
 
 import json
 import re
@@ -40,5 +40,5 @@ def test_radius(blender, dist, case):
     line = table_of(blender, dist)[case]
     limits = {"predicted": LIMIT, "filtered": FILTER_LIMITS.get(case, LIMIT)}
     for key, limit in limits.items():
-        for ours, physical in zip(line[key], line["cycles"]):
+        for ours, physical in zip(line[key], line["cycles"], strict=True):
             assert ours == pytest.approx(physical, rel=limit), line

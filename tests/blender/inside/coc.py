@@ -146,7 +146,9 @@ def quad(name, size, strength):
     """A square in the x-y plane that glows with a strength."""
     mesh = bpy.data.meshes.new(name)
     h = size / 2
-    mesh.from_pydata([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)])
+    mesh.from_pydata(
+        [(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)]
+    )
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     nodes = material.node_tree.nodes

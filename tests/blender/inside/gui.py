@@ -58,9 +58,7 @@ def result(name):
     """The picture as it stands, (height, width, 4)."""
     scene = bpy.context.scene
     addon("writing").write(common.set_output, scene, OUT / f"{name}.exr")
-    bpy.data.images["Render Result"].save_render(
-        str(OUT / f"{name}.exr"), scene=scene
-    )
+    bpy.data.images["Render Result"].save_render(str(OUT / f"{name}.exr"), scene=scene)
     return rgba(common.read(OUT / f"{name}.exr"))
 
 
@@ -89,7 +87,7 @@ def steps():
     common.install(DIST)
     common.make_base(OUT / "base.blend")
     scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 480, 320
+    scene.render.resolution_x, scene.render.resolution_y = 720, 480
     scene.cycles.samples = 16
     data = scene.camera.data
     yield 0.5
