@@ -144,8 +144,6 @@ class RACK_FOCUS_OT_compare(bpy.types.Operator):
             params = lens.frame_parameters(
                 renderer.camera, settings, renderer.scene.render, (width, height)
             )
-            if settings.fill_edges and scene.render.film_transparent:
-                depth = engine.fill_edges(colour, depth)
             ours = rackfocus.apply(colour, depth, threads=engine.threads(), **params)
             physical, _ = renderer.picture(True)
         finally:

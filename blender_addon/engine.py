@@ -43,29 +43,6 @@ def threads():
     return addon.preferences.threads if addon and addon.preferences else 0
 
 
-def fill_edges(colour, depth):
-    """Depth of half-covered pixels whose depth was taken beside the surface.
-
-    Where alpha lies between 0 and 1 but nothing was hit, the nearest depth among the
-    eight neighbours. colour: (height, width, 4); depth: (height, width); returns depth,
-    a new array if anything changed.
-    """
-    is_open = (colour[..., 3] > 0) & (depth >= NOTHING_HIT)
-    rows, columns = np.nonzero(is_open)
-    if not len(rows):
-        return depth
-    height, width = depth.shape
-    nearest = np.full(len(rows), np.inf, np.float32)
-    for dy in (-1, 0, 1):
-        for dx in (-1, 0, 1):
-            y = np.clip(rows + dy, 0, height - 1)
-            x = np.clip(columns + dx, 0, width - 1)
-            nearest = np.minimum(nearest, depth[y, x])
-    filled = np.array(depth, np.float32)
-    filled[rows, columns] = nearest
-    return filled
-
-
 def overlay(picture, coc, limit_px):
     """The picture with the band in focus in false colour; same shapes."""
     shown = picture.copy()
@@ -194,15 +171,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 picture[::-1] = found.colour
             planar = np.empty_like(coc)
             planar[::-1, :, 0] = found.depth
-            shown = picture
-            if limit_px is not None and "Focus" in self.linked:
-                shown = overlay(picture, coc, limit_px)
-            by_name = {
-                "Combined": picture,
-                "Depth": planar,
-                "CoC": coc,
-                "Focus": shown,
-            }
+            by_name = {"Combined": picture, "Depth": planar, "CoC": coc}
+            if "Focus" in self.linked:  # costs as much as all the rest
+                is_filtered = limit_px is not None
+                shown = overlay(picture, coc, limit_px) if is_filtered else picture
+                by_name["Focus"] = shown
             self._write(frame, by_name)
             seconds["write"] = time.perf_counter() - started
 
@@ -212,8 +185,6 @@ class RackFocusEngine(bpy.types.RenderEngine):
         height, width = found.depth.shape
         params = lens.frame_parameters(frame.camera, settings, render, (width, height))
         depth = found.depth
-        if settings.fill_edges and render.film_transparent:
-            depth = fill_edges(found.colour, depth)
         if depth.min() >= NOTHING_HIT:  # a layer that is empty in this frame: all far
             depth = np.minimum(depth, FAR)
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")

@@ -71,12 +71,6 @@ class CameraSettings(bpy.types.PropertyGroup):
         ],
         default="standard",
     )
-    fill_edges: BoolProperty(
-        name="Fill Edge Depth",
-        description="Transparent film: pixels that a surface covers in part, but whose "
-        "depth was taken beside it, get the depth of that surface",
-        default=True,
-    )
     is_dof_hidden: BoolProperty(
         description="The camera's own depth of field is off while a render runs",
         options={"HIDDEN"},

@@ -44,8 +44,6 @@ class CameraPanel:
         column.prop(settings, "method")
         column.prop(settings, "quality")
         column.prop(settings, "max_radius")
-        if scene.render.film_transparent:
-            column.prop(settings, "fill_edges")
         if settings.quality == "custom":
             for p in method_table():
                 if not _is_main(p) and belongs_to(p) in ("", settings.method):

@@ -216,7 +216,7 @@ def transparent_film_and_two_layers():
         child.exclude = child.name == "front"
     second.layer_collection.children["front"].holdout = False
     before = snapshot(scene)
-    _, data = start(fill_edges=False)
+    _, data = start()
     nodes = addon("setup").layer_nodes(
         common.tree_of(scene), scene.rack_focus.filter_scene
     )
@@ -234,19 +234,6 @@ def transparent_film_and_two_layers():
     data.rack_focus.enabled = False
     after = snapshot(scene)
     assert after[0] == before[0] and after[3:] == before[3:]
-
-
-@check
-def half_covered_edges_get_their_surface():
-    """Pixels with alpha and no depth are filled from their neighbours."""
-    engine = addon("engine")
-    colour = np.ones((3, 4, 4), np.float32)
-    colour[0] = 0
-    depth = np.full((3, 4), 2, np.float32)
-    depth[:2] = 1e10
-    filled = engine.fill_edges(colour, depth)
-    assert np.all(filled[1] == 2) and np.all(filled[0] == 1e10)
-    assert depth[1, 1] == np.float32(1e10)
 
 
 @check
