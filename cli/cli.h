@@ -43,6 +43,8 @@ struct command {
     X(filter)                                                                          \
     X(info)                                                                            \
     X(compare)                                                                         \
+    X(compare_methods)                                                                 \
+    X(accumulate)                                                                      \
     X(methods)                                                                         \
     X(povray)
 

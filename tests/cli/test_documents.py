@@ -9,7 +9,15 @@ import subprocess
 import pytest
 
 TABLE = pathlib.Path(__file__).parents[2] / "core/include/rackfocus/params.def"
-COMMANDS = ["filter", "info", "compare", "methods", "povray"]
+COMMANDS = [
+    "filter",
+    "info",
+    "compare",
+    "compare-methods",
+    "accumulate",
+    "methods",
+    "povray",
+]
 
 
 @pytest.fixture(scope="session")
@@ -125,7 +133,7 @@ def test_completion_of_options(complete, keys):
 
 
 def test_completion_of_choices(complete):
-    assert complete("rackfocus", "filter", "--method", "l") == ["layered"]
+    assert complete("rackfocus", "filter", "--method", "la") == ["layered"]
     assert complete("rackfocus", "filter", "--depth", "=", "pl") == ["planar"]
     assert "inverse" in complete("rackfocus", "filter", "--depth", "=")
     assert complete("rackfocus", "filter", "--type", "") == ["half", "float"]

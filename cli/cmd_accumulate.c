@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus accumulate: the mean of several views, one in memory at a time. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "picture.h"
+#include "progress.h"
+#include "rackfocus/rackfocus.h"
+#include "source.h"
+
+struct accumulate_options {
+    const char *output, *layer;
+    int32_t n_threads;
+    bool is_quiet;
+};
+
+#define AT(member) offsetof(struct accumulate_options, member)
+
+static const struct option options[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = OPTION_FILE,
+     .offset = AT(output),
+     .value = "FILE",
+     .help =
+         "The picture to write: .exr, float, with the attributes of the first view, "
+         "or .png, sRGB."},
+    {.name = "layer",
+     .kind = OPTION_TEXT,
+     .offset = AT(layer),
+     .value = "NAME",
+     .help = "Layer to average where a file has several."},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+struct sum {
+    const struct accumulate_options *tool;
+    int n_threads;
+    struct source first; /* stays open: its attributes go into the output */
+    double *values;
+    size_t n;
+};
+
+static bool open_view(const struct accumulate_options *tool, char *const *path,
+                      struct source *view, struct exr_error *error)
+{
+    const struct source_request request = {
+        .paths = path, .n_paths = 1, .layer = tool->layer};
+    if (!source_open(view, &request, error))
+        return false;
+    if (view->layer.r >= 0)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: there is no colour; views are pictures, name their layer with "
+             "--layer",
+             *path);
+    source_close(view);
+    return false;
+}
+
+static bool check_view(const struct sum *sum, const struct source *view,
+                       struct exr_error *error)
+{
+    const struct source *first = &sum->first;
+    if (memcmp(&view->info.data_window, &first->info.data_window,
+               sizeof(view->info.data_window)) == 0 &&
+        view->n_channels == first->n_channels && view->is_grey == first->is_grey)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: is %d x %d with %d channels, but %s is %d x %d with %d; views of one "
+             "window and kind can be averaged",
+             exr_path(view->colour), view->width, view->height, view->n_channels,
+             exr_path(first->colour), first->width, first->height, first->n_channels);
+    return false;
+}
+
+static bool add_samples(struct sum *sum, const struct source *view,
+                        struct exr_error *error)
+{
+    float *samples = source_read_colour(view, sum->n_threads, error);
+    if (!samples)
+        return false;
+    for (size_t i = 0; i < sum->n; i++)
+        sum->values[i] += samples[i];
+    free(samples);
+    return true;
+}
+
+static bool add_view(struct sum *sum, char *const *path, struct exr_error *error)
+{
+    struct source view;
+    if (!open_view(sum->tool, path, &view, error))
+        return false;
+    const bool is_added =
+        check_view(sum, &view, error) && add_samples(sum, &view, error);
+    source_close(&view);
+    return is_added;
+}
+
+/* Grey with alpha was read as four channels; back to two, in place. */
+static int pack_grey_alpha(float *samples, size_t n_pixels)
+{
+    for (size_t i = 0; i < n_pixels; i++) {
+        samples[2 * i] = samples[4 * i];
+        samples[2 * i + 1] = samples[4 * i + 3];
+    }
+    return 2;
+}
+
+static bool write_exr(const struct sum *sum, float *samples, int n_views,
+                      struct exr_error *error)
+{
+    const struct source *first = &sum->first;
+    const int rgba[4] = {first->layer.r, first->layer.g, first->layer.b,
+                         first->layer.a};
+    const int grey_alpha[2] = {first->layer.r, first->layer.a};
+    const bool is_grey_alpha = first->is_grey && first->n_channels == 4;
+    int n, n_channels = first->n_channels;
+    const struct exr_channel_info *channels = exr_channels(first->colour, &n);
+    if (is_grey_alpha)
+        n_channels = pack_grey_alpha(samples, sum->n / 4);
+    const char *names[4];
+    enum exr_sample_type types[4];
+    for (int i = 0; i < n_channels; i++) {
+        names[i] = channels[is_grey_alpha ? grey_alpha[i] : rgba[i]].name;
+        types[i] = EXR_SAMPLE_FLOAT;
+    }
+    char text[96];
+    snprintf(text, sizeof(text), "rackfocus %s accumulate, %d views", rf_version(),
+             n_views);
+    const struct exr_attribute made = {
+        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
+    const struct exr_output output = {
+        .width = first->width,
+        .height = first->height,
+        .data_window = first->info.data_window,
+        .display_window = first->info.display_window,
+        .pixel_aspect = first->info.pixel_aspect,
+        .n_channels = n_channels,
+        .channel_names = names,
+        .types = types,
+        .samples = samples,
+        .compression = first->info.compression,
+        .attributes = &made,
+        .n_attributes = 1,
+        .like = first->colour,
+        .like_part = first->part,
+    };
+    return exr_write(sum->tool->output, &output, sum->n_threads, error);
+}
+
+static bool write_mean(const struct sum *sum, int n_views, struct exr_error *error)
+{
+    const struct source *first = &sum->first;
+    float *samples = need_memory(sum->n, sizeof(*samples));
+    for (size_t i = 0; i < sum->n; i++)
+        samples[i] = (float)(sum->values[i] / n_views);
+    const bool is_written =
+        picture_kind(sum->tool->output) == PICTURE_EXR
+            ? write_exr(sum, samples, n_views, error)
+            : png_write(sum->tool->output, samples, first->width, first->height,
+                        first->n_channels, 8, false, error);
+    free(samples);
+    return is_written;
+}
+
+static int add_all(struct sum *sum, const struct operands *views)
+{
+    struct exr_error error;
+    struct progress bar;
+    bool is_good = true;
+    sum->n = (size_t)sum->first.width * (size_t)sum->first.height *
+             (size_t)sum->first.n_channels;
+    sum->values = need_memory(sum->n, sizeof(*sum->values));
+    progress_start(&bar, "averaging", sum->tool->is_quiet);
+    for (int i = 0; i < views->n && is_good && !is_interrupted(); i++) {
+        is_good = add_view(sum, &views->items[i], &error);
+        progress_report(&bar, (double)(i + 1) / views->n);
+    }
+    progress_end(&bar);
+    if (is_good && is_interrupted())
+        return interrupt_exit_code();
+    if (is_good && write_mean(sum, views->n, &error))
+        return EXIT_DONE;
+    message("%s", error.message);
+    return EXIT_FAILED;
+}
+
+static int accumulate(const struct accumulate_options *tool,
+                      const struct operands *views)
+{
+    struct exr_error error;
+    struct sum sum = {.tool = tool, .n_threads = thread_count(tool->n_threads)};
+    interrupt_catch();
+    if (!picture_check_writable(tool->output, &error) ||
+        !open_view(tool, &views->items[0], &sum.first, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    const int code = add_all(&sum, views);
+    free(sum.values);
+    source_close(&sum.first);
+    return code;
+}
+
+static int cmd_accumulate(int argc, char **argv)
+{
+    struct accumulate_options tool = {0};
+    struct operands operands;
+    int code = options_parse(&command_accumulate, argc, argv, &tool, NULL, &operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    code = EXIT_USAGE;
+    if (operands.n == 0)
+        message("accumulate needs views, EXR files; see rackfocus accumulate --help");
+    else if (!tool.output)
+        message("accumulate needs an output, -o FILE.exr or -o FILE.png; see rackfocus "
+                "accumulate --help");
+    else if (picture_kind(tool.output) == PICTURE_UNKNOWN)
+        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
+                tool.output);
+    else
+        code = accumulate(&tool, &operands);
+    operands_free(&operands);
+    return code;
+}
+
+const struct command command_accumulate = {
+    .name = "accumulate",
+    .summary = "average views from points of the lens",
+    .usage = "VIEW.exr ... -o OUT [options]",
+    .description =
+        "Writes the mean of any number of pictures of one size: renders from points of "
+        "the lens, each with the frustum sheared so that the plane in focus stays, "
+        "give the lens's picture. Needs no depth. One view is in memory at a time; "
+        "sums are in double precision.",
+    .examples = "rackfocus accumulate view_*.exr -o out.exr",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .run = cmd_accumulate,
+};

@@ -1,0 +1,487 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus compare-methods: every method on one scene, against a reference. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "json.h"
+#include "measure.h"
+#include "picture.h"
+#include "progress.h"
+#include "settings.h"
+#include "sheet.h"
+#include "source.h"
+
+enum { MAX_ENTRIES = 128 };
+
+struct compare_methods_options {
+    const char *reference, *sheet, *depth_file, *depth_channel, *layer;
+    int32_t n_repeats, n_threads;
+    bool is_json, is_quiet;
+};
+
+#define AT(member) offsetof(struct compare_methods_options, member)
+
+static const struct option options[] = {
+    {.name = "reference",
+     .kind = OPTION_FILE,
+     .offset = AT(reference),
+     .value = "FILE",
+     .help = "The picture that all are compared with, EXR or PNG: the host's own depth "
+             "of field."},
+    {.name = "sheet",
+     .kind = OPTION_FILE,
+     .offset = AT(sheet),
+     .value = "FILE.png",
+     .help = "Write a contact sheet: every result, labelled, beside the picture of its "
+             "error."},
+    {.name = "depth-file",
+     .kind = OPTION_FILE,
+     .offset = AT(depth_file),
+     .value = "FILE.exr",
+     .help = "File that has the depth."},
+    {.name = "depth-channel",
+     .kind = OPTION_TEXT,
+     .offset = AT(depth_channel),
+     .value = "NAME",
+     .help = "Channel that has the depth, by its full name."},
+    {.name = "layer",
+     .kind = OPTION_TEXT,
+     .offset = AT(layer),
+     .value = "NAME",
+     .help = "Layer to filter where a file has several."},
+    {.name = "repeats",
+     .kind = OPTION_INT,
+     .offset = AT(n_repeats),
+     .value = "COUNT",
+     .min = 1,
+     .max = 1000,
+     .help = "Runs of each method; the fastest is shown. [default 3]"},
+    {.name = "json",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_json),
+     .help = "Print the table as JSON."},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+/* One line of the table. */
+struct entry {
+    char name[64];
+    int method; /* -1: the input as it is */
+    int blend;
+    double time_s;
+    struct measures measures;
+    double leak_percent; /* NAN where nothing can leak */
+};
+
+struct comparison {
+    const struct compare_methods_options *tool;
+    struct settings settings;
+    struct rf_params params;
+    struct source source;
+    struct picture reference;
+    float *colour, *depth, *out; /* out: as colour, and radii before */
+    float *rgb;                  /* the result without alpha */
+    unsigned char *is_exposed;   /* pixels that sharp things can leak into */
+    struct rf_context *context;
+    struct entry entries[MAX_ENTRIES];
+    int n_entries;
+    struct sheet sheet;
+    float *heat;
+};
+
+/* ---- the list ------------------------------------------------------------------- */
+
+static bool is_typed(const struct comparison *c, const char *key)
+{
+    return settings_origin(&c->settings, key) == ORIGIN_COMMAND_LINE;
+}
+
+static void add_entry(struct comparison *c, int method, int blend, const char *name,
+                      const char *blend_name)
+{
+    if (c->n_entries == MAX_ENTRIES)
+        return;
+    struct entry *e = &c->entries[c->n_entries++];
+    *e = (struct entry){.method = method, .blend = blend, .time_s = INFINITY};
+    snprintf(e->name, sizeof(e->name), "%s%s%s", name, *blend_name ? " " : "",
+             blend_name);
+}
+
+/* The input, then every method, the previews with every blend. --method and --blend
+ * leave one. */
+static void list_entries(struct comparison *c)
+{
+    size_t n;
+    const struct rf_method_info *methods = rf_method_list(&n);
+    const struct rf_param_info *blends = rf_param_find("blend");
+    add_entry(c, -1, 0, "pinhole", "");
+    for (int m = 0; m < (int)n; m++) {
+        const bool has_blend = m >= RF_METHOD_BOX && m <= RF_METHOD_RECURSIVE_OFFSET;
+        if (is_typed(c, "method") && m != c->params.method)
+            continue;
+        if (!has_blend)
+            add_entry(c, m, c->params.blend, methods[m].name, "");
+        for (int b = 0; has_blend && b < blends->n_choices; b++)
+            if (!is_typed(c, "blend") || b == c->params.blend)
+                add_entry(c, m, b, methods[m].name, blends->choices[b].name);
+    }
+}
+
+/* ---- measuring ------------------------------------------------------------------ */
+
+static int fail_core(const struct comparison *c, const struct rf_error *error)
+{
+    if (error->code == RF_ERROR_CANCELLED)
+        return interrupt_exit_code();
+    const struct rf_param_info *info = rf_param_find(error->field);
+    if (error->code == RF_ERROR_PARAMETER && info && is_typed(c, info->key)) {
+        message("--%s: %s", info->key, error->message);
+        return EXIT_USAGE;
+    }
+    message("%s: %s", exr_path(c->source.colour), error->message);
+    return EXIT_FAILED;
+}
+
+static size_t count_pixels(const struct comparison *c)
+{
+    return (size_t)c->source.width * (size_t)c->source.height;
+}
+
+/* Is anything in focus within the radius of pixel (x, y)? Every second pixel is asked,
+ * within 32 px. */
+static bool is_beside_focus(const struct comparison *c, const float *radius, int32_t x,
+                            int32_t y)
+{
+    const int32_t width = c->source.width, height = c->source.height;
+    const double r = fmin(fabsf(radius[(size_t)y * (size_t)width + (size_t)x]), 32);
+    const int32_t reach = (int32_t)r;
+    for (int32_t j = y - reach; j <= y + reach; j += 2)
+        for (int32_t i = x - reach; i <= x + reach; i += 2)
+            if (i >= 0 && j >= 0 && i < width && j < height &&
+                (i - x) * (i - x) + (j - y) * (j - y) < r * r &&
+                fabsf(radius[(size_t)j * (size_t)width + (size_t)i]) <=
+                    c->params.coc_limit)
+                return true;
+    return false;
+}
+
+/* Blurred by 2 px or more, and within that radius of something in focus. */
+static int find_exposed(struct comparison *c)
+{
+    struct rf_filter *filter;
+    struct rf_error error;
+    const int32_t width = c->source.width, height = c->source.height;
+    float *radius = c->out;
+    const struct rf_image depth = rf_image_packed(c->depth, width, height, 1);
+    const struct rf_image to = rf_image_packed(radius, width, height, 1);
+    if (rf_filter_create(&filter, c->context, &c->params, width, height, &error) !=
+        RF_OK)
+        return fail_core(c, &error);
+    const rf_result result = rf_filter_coc(filter, &depth, &to, &error);
+    rf_filter_destroy(filter);
+    if (result != RF_OK)
+        return fail_core(c, &error);
+    c->is_exposed = need_memory(count_pixels(c), 1);
+#pragma omp parallel for schedule(dynamic, 8)
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            const size_t i = (size_t)y * (size_t)width + (size_t)x;
+            c->is_exposed[i] =
+                fabsf(radius[i]) >= 2 && is_beside_focus(c, radius, x, y);
+        }
+    return EXIT_DONE;
+}
+
+/* Mean tone mapped error of the exposed pixels. */
+static double measure_leak(const struct comparison *c)
+{
+    double sum = 0, n = 0;
+    for (size_t i = 0; i < 3 * count_pixels(c); i++)
+        if (c->is_exposed[i / 3]) {
+            sum +=
+                fabs(measure_tone(c->rgb[i]) - measure_tone(c->reference.samples[i]));
+            n++;
+        }
+    return n > 0 ? 100 * sum / n : NAN;
+}
+
+/* Colour without alpha, as pictures are compared; grey three times. */
+static void take_rgb(struct comparison *c, const float *from)
+{
+    const int n = c->source.n_channels;
+    for (size_t i = 0; i < count_pixels(c); i++)
+        for (size_t k = 0; k < 3; k++)
+            c->rgb[3 * i + k] = from[(size_t)n * i + (n == 1 ? 0 : k)];
+}
+
+static rf_result run_method(struct comparison *c, struct entry *e,
+                            struct rf_error *error)
+{
+    const struct source *s = &c->source;
+    struct rf_params params = c->params;
+    struct rf_filter *filter;
+    params.method = e->method;
+    params.blend = e->blend;
+    rf_result result =
+        rf_filter_create(&filter, c->context, &params, s->width, s->height, error);
+    if (result != RF_OK)
+        return result;
+    const struct rf_view view = {
+        .colour = rf_image_packed(c->colour, s->width, s->height, s->n_channels),
+        .depth = rf_image_packed(c->depth, s->width, s->height, 1)};
+    const struct rf_image out =
+        rf_image_packed(c->out, s->width, s->height, s->n_channels);
+    for (int i = 0; i < c->tool->n_repeats && result == RF_OK && !is_interrupted();
+         i++) {
+        const double start = clock_seconds();
+        result = rf_filter_process(filter, &view, 1, &out, NULL, error);
+        e->time_s = fmin(e->time_s, clock_seconds() - start);
+    }
+    rf_filter_destroy(filter);
+    return result;
+}
+
+static int run_entry(struct comparison *c, int index)
+{
+    struct entry *e = &c->entries[index];
+    struct rf_error error;
+    if (e->method >= 0 && run_method(c, e, &error) != RF_OK)
+        return fail_core(c, &error);
+    take_rgb(c, e->method >= 0 ? c->out : c->colour);
+    measure_pictures(c->rgb, c->reference.samples, c->source.width, c->source.height,
+                     &e->measures);
+    e->leak_percent = measure_leak(c);
+    if (c->tool->sheet) {
+        char label[96];
+        measure_heatmap(c->rgb, c->reference.samples, c->source.width, c->source.height,
+                        c->heat);
+        snprintf(label, sizeof(label), "%s %.1f dB", e->name, e->measures.tpsnr_db);
+        sheet_put(&c->sheet, index + 1, c->rgb, c->heat, label);
+    }
+    return EXIT_DONE;
+}
+
+static int run_entries(struct comparison *c)
+{
+    struct progress bar;
+    int code = EXIT_DONE;
+    progress_start(&bar, "comparing", c->tool->is_quiet);
+    for (int i = 0; i < c->n_entries && code == EXIT_DONE; i++) {
+        code = is_interrupted() ? interrupt_exit_code() : run_entry(c, i);
+        progress_report(&bar, (double)(i + 1) / c->n_entries);
+    }
+    progress_end(&bar);
+    return code;
+}
+
+/* ---- output --------------------------------------------------------------------- */
+
+static void print_text(const struct comparison *c)
+{
+    printf("%-24s %10s %9s %8s %8s %7s\n", "method", "time ms", "tPSNR dB", "SSIM",
+           "energy %", "leak %");
+    for (int i = 0; i < c->n_entries; i++) {
+        const struct entry *e = &c->entries[i];
+        char time[32] = "-", leak[32] = "-";
+        if (e->method >= 0)
+            snprintf(time, sizeof(time), "%.1f", e->time_s * 1e3);
+        if (isfinite(e->leak_percent))
+            snprintf(leak, sizeof(leak), "%.2f", e->leak_percent);
+        printf("%-24s %10s %9.2f %8.4f %+8.2f %7s\n", e->name, time,
+               e->measures.tpsnr_db, e->measures.ssim,
+               100 * (e->measures.energy_ratio - 1), leak);
+    }
+}
+
+static void print_json(const struct comparison *c)
+{
+    size_t n;
+    const struct rf_method_info *methods = rf_method_list(&n);
+    const struct rf_param_info *blends = rf_param_find("blend");
+    struct json json = {0};
+    json_open(&json, NULL, '[');
+    for (int i = 0; i < c->n_entries; i++) {
+        const struct entry *e = &c->entries[i];
+        json_open(&json, NULL, '{');
+        json_text(&json, "name", e->name);
+        if (e->method >= 0) {
+            json_text(&json, "method", methods[e->method].name);
+            json_text(&json, "blend", blends->choices[e->blend].name);
+            json_number(&json, "time_s", e->time_s);
+        }
+        json_number(&json, "tpsnr", e->measures.tpsnr_db);
+        json_number(&json, "ssim", e->measures.ssim);
+        json_number(&json, "energy_ratio", e->measures.energy_ratio);
+        json_number(&json, "leak_percent", e->leak_percent);
+        json_close(&json, '}');
+    }
+    json_close(&json, ']');
+}
+
+static int finish(struct comparison *c)
+{
+    struct exr_error error;
+    if (c->tool->sheet && !sheet_write(&c->sheet, c->tool->sheet, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    if (c->tool->is_json)
+        print_json(c);
+    else
+        print_text(c);
+    return EXIT_DONE;
+}
+
+/* ---- the run -------------------------------------------------------------------- */
+
+static bool read_facts(struct comparison *c, struct exr_error *text, int *code)
+{
+    struct rf_error error;
+    const int32_t n_threads = c->tool->n_threads;
+    const struct rf_context_params run = {.size = sizeof(run), .n_threads = n_threads};
+    *code = EXIT_FAILED;
+    if (!source_check(&c->source, text) ||
+        !source_read_facts(&c->source, &c->settings, text->message,
+                           sizeof(text->message)))
+        return false;
+    text->message[0] = '\0'; /* from here on messages are printed at once */
+    if (settings_fit_window(&c->settings, &c->source.info, &c->params, &error) !=
+            RF_OK ||
+        rf_context_create(&c->context, &run, &error) != RF_OK) {
+        *code = fail_core(c, &error);
+        return false;
+    }
+    return true;
+}
+
+static bool read_pixels(struct comparison *c, struct exr_error *error)
+{
+    const struct source *s = &c->source;
+    const int n_threads = thread_count(c->tool->n_threads);
+    c->colour = source_read_colour(s, n_threads, error);
+    c->depth = c->colour ? source_read_depth(s, n_threads, error) : NULL;
+    if (!c->depth ||
+        !picture_read(c->tool->reference, NULL, n_threads, &c->reference, error))
+        return false;
+    if (c->reference.width != s->width || c->reference.height != s->height) {
+        snprintf(error->message, sizeof(error->message),
+                 "%s: is %d x %d, but %s is %d x %d; the reference must show the same",
+                 c->tool->reference, c->reference.width, c->reference.height,
+                 exr_path(s->colour), s->width, s->height);
+        return false;
+    }
+    c->out = need_memory(count_pixels(c) * (size_t)s->n_channels, sizeof(float));
+    c->rgb = need_memory(count_pixels(c) * 3, sizeof(float));
+    return true;
+}
+
+static int run_steps(struct comparison *c)
+{
+    struct exr_error error = {""};
+    int code = EXIT_FAILED;
+    if ((c->tool->sheet && !picture_check_writable(c->tool->sheet, &error)) ||
+        !read_facts(c, &error, &code) || !read_pixels(c, &error)) {
+        if (*error.message)
+            message("%s", error.message);
+        return code;
+    }
+    code = find_exposed(c);
+    if (code != EXIT_DONE)
+        return code;
+    list_entries(c);
+    if (c->tool->sheet) {
+        sheet_make(&c->sheet, c->n_entries + 1, c->source.width, c->source.height);
+        c->heat = need_memory(3 * count_pixels(c), sizeof(float));
+        sheet_put(&c->sheet, 0, c->reference.samples, NULL, "reference");
+    }
+    code = run_entries(c);
+    return code == EXIT_DONE ? finish(c) : code;
+}
+
+static int compare_methods(struct comparison *c, const struct operands *operands)
+{
+    const struct compare_methods_options *tool = c->tool;
+    const struct source_request request = {.paths = operands->items,
+                                           .n_paths = operands->n,
+                                           .layer = tool->layer,
+                                           .depth_file = tool->depth_file,
+                                           .depth_channel = tool->depth_channel};
+    struct exr_error error;
+    interrupt_catch();
+    if (!source_open(&c->source, &request, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    const int code = run_steps(c);
+    rf_context_destroy(c->context);
+    picture_free(&c->reference);
+    sheet_free(&c->sheet);
+    free(c->heat);
+    free(c->is_exposed);
+    free(c->rgb);
+    free(c->out);
+    free(c->depth);
+    free(c->colour);
+    source_close(&c->source);
+    return code;
+}
+
+static bool check_usage(const struct compare_methods_options *tool,
+                        const struct operands *operands)
+{
+    if (operands->n < 1 || operands->n > 2 || (operands->n == 2 && tool->depth_file))
+        message("compare-methods takes one file of colour and one of depth; see "
+                "rackfocus compare-methods --help");
+    else if (!tool->reference)
+        message("compare-methods needs --reference FILE, the picture to come near to; "
+                "see rackfocus compare-methods --help");
+    else if (tool->sheet && picture_kind(tool->sheet) != PICTURE_PNG)
+        message("--sheet: '%s' does not end in .png; it is written as PNG",
+                tool->sheet);
+    else
+        return true;
+    return false;
+}
+
+static int cmd_compare_methods(int argc, char **argv)
+{
+    struct compare_methods_options tool = {.n_repeats = 3};
+    struct operands operands;
+    struct comparison *c = need_memory(1, sizeof(*c));
+    int code = options_parse(&command_compare_methods, argc, argv, &tool, &c->settings,
+                             &operands);
+    if (code == OPTIONS_GO_ON) {
+        c->tool = &tool;
+        code =
+            check_usage(&tool, &operands) ? compare_methods(c, &operands) : EXIT_USAGE;
+        operands_free(&operands);
+    }
+    free(c);
+    return code;
+}
+
+const struct command command_compare_methods = {
+    .name = "compare-methods",
+    .summary = "run every method and compare the results",
+    .usage = "IN.exr [DEPTH.exr] --reference FILE [options]",
+    .description =
+        "Filters IN.exr with every method, the previews with every blend, and compares "
+        "each result with the reference: time of the filter alone, tPSNR and SSIM as "
+        "in rackfocus compare, energy (sum of the result over that of the reference, "
+        "less 1) and leak. The first line is the pinhole itself. --method and --blend "
+        "leave one.\n\n"
+        "Leak is the mean tone mapped error, in parts of 100, of the pixels that are "
+        "blurred by 2 px or more and have something in focus within that radius (32 px "
+        "at most): where the colours of sharp things run out, and theirs run in.",
+    .examples = "rackfocus compare-methods pinhole.exr --reference lens.exr --sheet "
+                "sheet.png",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .takes_params = true,
+    .run = cmd_compare_methods,
+};

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""compare-methods and accumulate, from files to files."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "cli"))
+import plainexr  # noqa: E402
+
+REFERENCES = pathlib.Path(__file__).parents[1] / "quality/references"
+POSTS = REFERENCES / "posts_pinhole.exr"
+TRUTH = REFERENCES / "posts_reference.exr"
+
+
+@pytest.fixture
+def rackfocus():
+    binary = os.environ["RACKFOCUS"]
+
+    def run(*arguments, code=0):
+        command = [binary, *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == code, f"{command}\n{done.stdout}\n{done.stderr}"
+        return done
+
+    return run
+
+
+def views(tmp_path, count=5, size=(24, 17)):
+    random = numpy.random.default_rng(1)
+    pictures, paths = [], []
+    tmp_path.mkdir(exist_ok=True)
+    for i in range(count):
+        picture = random.random((size[1], size[0], 3)).astype(numpy.float32)
+        picture[3, 4] = 10.0**i
+        channels = {c: picture[..., k] for k, c in enumerate("RGB")}
+        paths.append(plainexr.write(tmp_path / f"v{i}.exr", channels))
+        pictures.append(picture.astype(float))
+    return pictures, paths
+
+
+def test_accumulate_is_the_mean(rackfocus, tmp_path):
+    pictures, paths = views(tmp_path)
+    rackfocus("accumulate", *paths, "-o", tmp_path / "mean.exr", "-q")
+    # Another order gives the same within the rounding to float.
+    rackfocus("accumulate", *paths[::-1], "-o", tmp_path / "again.exr", "-q")
+    rackfocus("accumulate", paths[0], "-o", tmp_path / "one.exr", "-q")
+    want = sum(pictures) / len(pictures)
+    for name, expected in (("mean", want), ("again", want), ("one", pictures[0])):
+        text = rackfocus(
+            "compare", tmp_path / f"{name}.exr", write(tmp_path, expected), "--json"
+        ).stdout
+        assert json.loads(text)["max_error"] <= 1e-7 * expected.max()
+
+
+def write(tmp_path, picture):
+    channels = {c: picture[..., k].astype(numpy.float32) for k, c in enumerate("RGB")}
+    return plainexr.write(tmp_path / "want.exr", channels)
+
+
+def test_accumulate_of_a_bright_view_keeps_the_others(rackfocus, tmp_path):
+    """1e8 in one view: a sum in half or in 8 bit would lose the rest."""
+    black = numpy.full((4, 4, 3), 0.25, numpy.float32)
+    lamp = black.copy()
+    lamp[1, 1] = 1e8
+    paths = []
+    for i, picture in enumerate([lamp, black, black, black]):
+        channels = {c: picture[..., k] for k, c in enumerate("RGB")}
+        paths.append(plainexr.write(tmp_path / f"p{i}.exr", channels))
+    rackfocus("accumulate", *paths, "-o", tmp_path / "mean.exr", "-q")
+    want = black.copy()
+    want[1, 1] = (1e8 + 0.75) / 4
+    text = rackfocus("compare", tmp_path / "mean.exr", write(tmp_path, want), "--json")
+    assert json.loads(text.stdout)["max_error"] <= 2
+
+
+def test_accumulate_says_what_is_wrong(rackfocus, tmp_path):
+    _, paths = views(tmp_path, 2)
+    _, other = views(tmp_path / "other", 1, size=(8, 8))
+    out = tmp_path / "out.exr"
+    assert "needs views" in rackfocus("accumulate", "-o", out, code=2).stderr
+    assert "needs an output" in rackfocus("accumulate", paths[0], code=2).stderr
+    done = rackfocus("accumulate", *paths, *other, "-o", out, code=1)
+    assert "8 x 8" in done.stderr and "24 x 17" in done.stderr
+    assert not out.exists()
+    done = rackfocus("accumulate", "none.exr", "-o", out, code=1)
+    assert "none.exr" in done.stderr
+
+
+def test_compare_methods_lists_all_of_them(rackfocus, tmp_path):
+    sheet = tmp_path / "sheet.png"
+    done = rackfocus(
+        "compare-methods", POSTS, "--reference", TRUTH, "--json", "--sheet", sheet,
+        "--repeats", 1, "-q",
+    )  # fmt: skip
+    rows = json.loads(done.stdout)
+    methods = json.loads(rackfocus("methods", "--json").stdout)
+    names = {row.get("method") for row in rows}
+    assert names == {None} | {method["name"] for method in methods}
+    by_name = {row["name"]: row for row in rows}
+    assert len(by_name) == len(rows) >= 1 + 2 + 6 * 3
+    assert by_name["layered"]["tpsnr"] == max(row["tpsnr"] for row in rows)
+    for row in rows[1:]:
+        assert row["tpsnr"] > by_name["pinhole"]["tpsnr"]
+        assert row["time_s"] > 0
+    assert sheet.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_compare_methods_agrees_with_filter_and_compare(rackfocus, tmp_path):
+    out = tmp_path / "out.exr"
+    how = ["--method", "box", "--blend", "region", "--blur-radius", "7"]
+    rackfocus("filter", POSTS, "-o", out, "--type", "float", "-q", *how)
+    single = json.loads(rackfocus("compare", out, TRUTH, "--json").stdout)
+    done = rackfocus("compare-methods", POSTS, "--reference", TRUTH, "--json", *how)
+    row = json.loads(done.stdout)[1]
+    assert row["name"] == "box region"
+    assert len(json.loads(done.stdout)) == 2
+    for key in ("tpsnr", "ssim", "energy_ratio"):
+        assert row[key] == pytest.approx(single[key], abs=1e-9)
+
+
+def test_compare_methods_says_what_is_wrong(rackfocus, tmp_path):
+    _, paths = views(tmp_path, 1)
+    assert "--reference" in rackfocus("compare-methods", POSTS, code=2).stderr
+    done = rackfocus("compare-methods", POSTS, "--reference", paths[0], code=1)
+    assert "24 x 17" in done.stderr and "480 x 270" in done.stderr
+    done = rackfocus("compare-methods", paths[0], "--reference", paths[0], code=1)
+    assert "there is no depth" in done.stderr
+    done = rackfocus(
+        "compare-methods", POSTS, "--reference", TRUTH, "--sheet", "a.exr", code=2
+    )
+    assert "does not end in .png" in done.stderr
