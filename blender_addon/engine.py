@@ -2,6 +2,7 @@
 """The filter scene's engine: Blender runs it between render and compositing."""
 
 import time
+import traceback
 from typing import NamedTuple
 
 import bpy
@@ -28,6 +29,15 @@ class Problem(Exception):
     """The picture stays as it is; the message is for the user."""
 
 
+EXPECTED = (
+    Problem,
+    passes.PassesError,
+    lens.CameraError,
+    rackfocus.Error,
+    MemoryError,
+)
+
+
 class Frame(NamedTuple):
     """One view of one view layer."""
 
@@ -51,15 +61,21 @@ def overlay(picture, coc, limit_px):
     return shown
 
 
+def no_depth(layer_name):
+    """The message for a view layer without a depth pass."""
+    return f"view layer “{layer_name}” has no depth: switch on Passes > Data > Z"
+
+
 def cut_out(found, render):
     """The rendered part of passes.Layer where a border is rendered in a whole frame."""
     if not render.use_border or render.use_crop_to_border:
         return found
-    height, width = found.depth.shape
+    height, width = found.colour.shape[:2]
     left, right = int(render.border_min_x * width), int(render.border_max_x * width)
     low, high = int(render.border_min_y * height), int(render.border_max_y * height)
     part = np.s_[height - high : height - low, left:right]
-    return passes.Layer(found.colour[part], found.depth[part])
+    has_depth = found.depth is not None
+    return passes.Layer(found.colour[part], found.depth[part] if has_depth else None)
 
 
 class RackFocusEngine(bpy.types.RenderEngine):
@@ -91,13 +107,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         run = last_run[source.name] = {"seconds": {}, "message": ""}
         try:
             self._render_views(depsgraph, source, run["seconds"])
-        except (
-            Problem,
-            passes.PassesError,
-            lens.CameraError,
-            rackfocus.Error,
-            MemoryError,
-        ) as error:
+        except Exception as error:
             run["message"] = self._explain(error)
             self.report({"ERROR"}, f"Rack Focus: {run['message']}")
 
@@ -106,7 +116,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The message of an error in the artist's words."""
         if isinstance(error, rackfocus.CancelledError):
             return "stopped; the picture is not filtered"
-        text = getattr(error, "message", "") or str(error) or "out of memory"
+        if isinstance(error, EXPECTED):
+            text = getattr(error, "message", "") or str(error) or "out of memory"
+        else:
+            traceback.print_exception(error)
+            text = f"a fault of Rack Focus ({type(error).__name__}: {error})"
         return f"{text}. The picture is not filtered"
 
     # ---- frames -------------------------------------------------------------------
@@ -151,7 +165,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
     def _render_frame(self, frame, found, scene, seconds):
         """Fills the passes of one frame, after a problem with what was rendered."""
-        height, width = found.depth.shape
+        height, width = found.colour.shape[:2]
         render, source_name = scene.render, scene.rack_focus.source.name
         # Blender's rows run upwards, those of the file and of the filter downwards.
         picture = np.empty((height, width, 4), np.float32)
@@ -169,8 +183,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
             started = time.perf_counter()
             if limit_px is None:
                 picture[::-1] = found.colour
-            planar = np.empty_like(coc)
-            planar[::-1, :, 0] = found.depth
+            planar = np.zeros_like(coc)
+            if found.depth is not None:
+                planar[::-1, :, 0] = found.depth
             by_name = {"Combined": picture, "Depth": planar, "CoC": coc}
             if "Focus" in self.linked:  # costs as much as all the rest
                 is_filtered = limit_px is not None
@@ -182,6 +197,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _filter(self, frame, found, settings, render, targets, seconds):
         """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""
         picture, coc = targets
+        if found.depth is None:
+            raise Problem(no_depth(frame.layer))
         height, width = found.depth.shape
         params = lens.frame_parameters(frame.camera, settings, render, (width, height))
         depth = found.depth

@@ -162,7 +162,7 @@ class Layer(NamedTuple):
     """What the filter needs of one view layer."""
 
     colour: np.ndarray  # (height, width, 4), scene-linear, premultiplied
-    depth: np.ndarray  # (height, width), planar, scene units
+    depth: np.ndarray  # (height, width), planar, scene units; None where there is none
 
 
 def find_layer(channels, layer, view=""):
@@ -173,10 +173,6 @@ def find_layer(channels, layer, view=""):
     depth = next((channels[name] for name in depths if name in channels), None)
     if any(name not in channels for name in names):
         raise PassesError(f"view layer “{layer}” was not rendered")
-    if depth is None:
-        raise PassesError(
-            f"view layer “{layer}” has no depth: switch on Passes > Data > Z"
-        )
     return Layer(side_by_side([channels[name] for name in names]), depth)
 
 

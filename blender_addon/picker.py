@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import passes, setup
+from . import engine, passes, setup
 from .operators import scene_of
 
 EEVEE_NOTHING_HIT = 65504.0  # of EEVEE up to 4.1; all others write 1e10
@@ -21,6 +21,8 @@ def depth_at(scene, x, y):
     for layer in scene.view_layers:
         if layer.use:
             depth = rendered.layer(layer.name).depth
+            if depth is None:
+                raise passes.PassesError(engine.no_depth(layer.name))
             rows, columns = depth.shape
             row = min(int((1 - y) * rows), rows - 1)
             found.append(float(depth[row, min(int(x * columns), columns - 1)]))

@@ -26,8 +26,9 @@ def filter_scene_of(scene):
 
 
 def user_scenes():
-    """All scenes but the filter scenes."""
-    return [s for s in bpy.data.scenes if s.render.engine != ENGINE]
+    """All scenes of the file itself but the filter scenes."""
+    scenes = [s for s in bpy.data.scenes if s.render.engine != ENGINE]
+    return [s for s in scenes if s.library is None]
 
 
 def view_cameras(scene, camera):
@@ -333,6 +334,18 @@ def _sync_views(source, target):
             _set_if_other(target.views[index], name, getattr(view, name))
 
 
+def _need_depth(scene):
+    """Switches the Z pass on where it is off, and notes it."""
+    record = json.loads(scene.rack_focus.record or "{}")
+    missing = [layer for layer in scene.view_layers if not layer.use_pass_z]
+    if not record or not missing:
+        return
+    for layer in missing:
+        layer.use_pass_z = True
+        record["z"] = [*record["z"], layer.name]
+    scene.rack_focus.record = json.dumps(record)
+
+
 def _sync_layers(scene, ours):
     while len(ours.view_layers) < len(scene.view_layers):
         ours.view_layers.new("layer")
@@ -354,6 +367,7 @@ def sync(scene):
     _sync_views(scene.render, ours.render)
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
+    _need_depth(scene)
     _set_if_other(ours.render, "use_compositing", False)
     _set_if_other(ours.render, "use_sequencer", False)
 

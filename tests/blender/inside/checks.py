@@ -261,6 +261,39 @@ def stereo():
 
 
 @check
+def views_with_cameras_of_their_own():
+    """Multi-view: each view is filtered with the lens of its camera."""
+    scene, data = start()
+    first = scene.camera
+    second = first.copy()
+    second.data = data.copy()
+    second.data.dof.focus_distance = 6
+    second.location.x = 0.2
+    scene.collection.objects.link(second)
+    first.name, second.name = "cam_a", "cam_b"
+    scene.render.use_multiview = True
+    scene.render.views_format = "MULTIVIEW"
+    for name, suffix in (("left", "_a"), ("right", "_b")):
+        scene.render.views[name].camera_suffix = suffix
+        scene.render.views[name].file_suffix = suffix
+    scene.render.image_settings.views_format = "INDIVIDUAL"
+    common.set_output(scene, OUT / "mv.exr")
+    bpy.ops.render.render(write_still=True)
+    assert not last_message(scene), last_message(scene)
+    scene.render.use_multiview = False
+    for camera in (first, second):
+        made = rgba(common.read(OUT / f"mv{camera.name[-2:]}.exr"))
+        scene.camera = camera
+        sharp = pinhole(scene, OUT / "mv0.exr")
+        colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+        right = np.abs(made - filtered(scene, colour, depth)).mean()
+        camera.data.dof.focus_distance = 9 - camera.data.dof.focus_distance
+        wrong = np.abs(made - filtered(scene, colour, depth)).mean()
+        # The second view has noise of its own.
+        assert right < 0.005 and right < wrong / 3, (camera.name, right, wrong)
+
+
+@check
 def cameras_bound_to_markers():
     """The camera of the frame counts, and one that is not enabled is left alone."""
     scene, data = start()
@@ -377,6 +410,48 @@ def failure_leaves_the_picture():
     assert "not filtered" in last_message(scene)
     bpy.data.images["Render Result"].save_render(str(OUT / "f1.exr"), scene=scene)
     same(rgba(common.read(OUT / "f1.exr")), expected)
+
+
+@check
+def faults_and_missing_depth_leave_the_picture():
+    """A fault in our own code, and a render whose passes lack the depth."""
+    scene, data = start()
+    expected = rgba(pinhole(scene, OUT / "n0.exr"), "ViewLayer")
+    engine, setup = addon("engine"), addon("setup")
+
+    def fail(*_):
+        raise KeyError("a test")
+
+    kept = {"frame_parameters": addon("lens").frame_parameters}
+    kept["_need_depth"] = setup._need_depth
+    for module, name, text in (
+        (addon("lens"), "frame_parameters", "a fault of Rack Focus"),
+        (setup, "_need_depth", "has no depth"),
+    ):
+        setattr(module, name, fail if module is not setup else lambda _: None)
+        scene.view_layers[0].use_pass_z = module is not setup
+        common.set_output(scene, OUT / "n1.exr")
+        try:
+            bpy.ops.render.render(write_still=True)
+        except RuntimeError as error:
+            assert text in str(error), error
+        setattr(module, name, kept[name])
+        assert text in engine.last_run[scene.name]["message"]
+        bpy.data.images["Render Result"].save_render(str(OUT / "n1.exr"), scene=scene)
+        same(rgba(common.read(OUT / "n1.exr")), expected)
+
+
+@check
+def new_view_layers_get_their_depth():
+    """A layer made after enabling is filtered too, and disabling takes its Z back."""
+    scene, data = start()
+    layer = scene.view_layers.new("Second")
+    layer.use_pass_z = False
+    render(scene, OUT / "nl.exr")
+    ours = scene.rack_focus.filter_scene
+    assert layer.use_pass_z and ours.view_layers[1].name == "Second"
+    data.rack_focus.enabled = False
+    assert not layer.use_pass_z
 
 
 # ---- refocus, picker, comparison --------------------------------------------------
