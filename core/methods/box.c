@@ -25,6 +25,12 @@
  */
 #include "preview.h"
 
+/* Four sums, as two registers that every processor has. */
+typedef double d2 __attribute__((vector_size(16)));
+struct sums {
+    d2 low, high;
+};
+
 enum { STRIP = 8 }; /* columns that go down together: whole cache lines */
 
 struct box {
@@ -32,10 +38,10 @@ struct box {
     const struct rf_grid *from;
     struct rf_grid *to; /* NULL: to blur->put */
     int n_repeats;
-    float over_n;   /* 1 / n_repeats */
-    rf_d4 *sums;    /* per thread */
-    size_t n_sums;  /* of one thread */
-    float width_px; /* where there is no map */
+    float over_n;      /* 1 / n_repeats */
+    struct sums *sums; /* per thread */
+    size_t n_sums;     /* of one thread */
+    float width_px;    /* where there is no map */
 };
 
 static inline float box_width(float r, float over_n)
@@ -58,21 +64,33 @@ static void widths_at(const struct box *b, int x, int y, int n, float *width)
         width[i] = r ? box_width(r[i], b->over_n) : b->width_px;
 }
 
+static inline void add_pixel(struct sums *s, rf_f4 v)
+{
+    s->low += (d2){(double)v[0], (double)v[1]};
+    s->high += (d2){(double)v[2], (double)v[3]};
+}
+
+static inline rf_f4 difference(const struct sums *a, const struct sums *b)
+{
+    d2 low = a->low - b->low, high = a->high - b->high;
+    return (rf_f4){(float)low[0], (float)low[1], (float)high[0], (float)high[1]};
+}
+
 /* The ends of n boxes, cut to [0, length]; whole part and rest, 1 / (b - a). */
 struct ends {
+    float width[RF_PIECE];
     int a[RF_PIECE], b[RF_PIECE];
     float rest_a[RF_PIECE], rest_b[RF_PIECE], weight[RF_PIECE];
 };
 
 /* Boxes centred in pixels first, first + step, ... */
-static inline void find_ends(struct ends *e, int first, int step, int n, int length,
-                             const float *width)
+static inline void find_ends(struct ends *e, int first, int step, int n, int length)
 {
     float last = (float)(length - 1);
     for (int i = 0; i < n; i++) {
         float centre = (float)(first + i * step) + 0.5f;
-        float a = rf_maxf(centre - 0.5f * width[i], 0);
-        float b = rf_minf(centre + 0.5f * width[i], (float)length);
+        float a = rf_maxf(centre - 0.5f * e->width[i], 0);
+        float b = rf_minf(centre + 0.5f * e->width[i], (float)length);
         e->a[i] = (int)a;
         e->b[i] = (int)rf_minf(b, last);
         e->rest_a[i] = a - (float)e->a[i];
@@ -82,11 +100,11 @@ static inline void find_ends(struct ends *e, int first, int step, int n, int len
 }
 
 /* (S(b) - S(a)) / (b - a); sums and pixels lie `step` apart. */
-static inline rf_f4 box_mean(const rf_d4 *sums, const rf_f4 *pixels, size_t step,
+static inline rf_f4 box_mean(const struct sums *sums, const rf_f4 *pixels, size_t step,
                              const struct ends *e, int i)
 {
     size_t a = (size_t)e->a[i], b = (size_t)e->b[i];
-    rf_f4 whole = __builtin_convertvector(sums[b * step] - sums[a * step], rf_f4);
+    rf_f4 whole = difference(&sums[b * step], &sums[a * step]);
     rf_f4 rest = rf_f4_of(e->rest_b[i]) * pixels[b * step] -
                  rf_f4_of(e->rest_a[i]) * pixels[a * step];
     return (whole + rest) * rf_f4_of(e->weight[i]);
@@ -104,42 +122,40 @@ static void rows_band(void *user, int from, int to, int thread)
 {
     const struct box *b = user;
     int width = b->from->width;
-    rf_d4 *sums = b->sums + b->n_sums * (size_t)thread;
+    struct sums *sums = b->sums + b->n_sums * (size_t)thread;
     for (int y = from; y < to; y++) {
         const rf_f4 *row = b->from->at + (size_t)y * (size_t)width;
-        rf_d4 sum = {0};
+        struct sums sum = {{0}, {0}};
         for (int x = 0; x < width; x++) {
             sums[x] = sum;
-            sum += __builtin_convertvector(row[x], rf_d4);
+            add_pixel(&sum, row[x]);
         }
         for (int x = 0; x < width; x += RF_PIECE) {
             struct ends ends;
-            float widths[RF_PIECE];
             int n = rf_min_int(RF_PIECE, width - x);
-            widths_at(b, x, y, n, widths);
-            find_ends(&ends, x, 1, n, width, widths);
+            widths_at(b, x, y, n, ends.width);
+            find_ends(&ends, x, 1, n, width);
             for (int i = 0; i < n; i++)
                 *strip_pixel(b->to, x + i, y) = box_mean(sums, row, 1, &ends, i);
         }
     }
 }
 
-static void strip_down(const struct box *b, int x0, int n, rf_d4 *sums)
+static void strip_down(const struct box *b, int x0, int n, struct sums *sums)
 {
     int height = b->from->height;
     const rf_f4 *strip = strip_pixel(b->from, x0, 0);
-    rf_d4 sum[STRIP] = {{0}};
+    struct sums sum[STRIP] = {{{0}, {0}}};
     for (int y = 0; y < height; y++)
         for (int i = 0; i < n; i++) {
             sums[y * STRIP + i] = sum[i];
-            sum[i] += __builtin_convertvector(strip[y * STRIP + i], rf_d4);
+            add_pixel(&sum[i], strip[y * STRIP + i]);
         }
     for (int y = 0; y < height; y++) {
         rf_f4 out[STRIP];
         struct ends ends;
-        float widths[STRIP];
-        widths_at(b, x0, y, n, widths);
-        find_ends(&ends, y, 0, n, height, widths);
+        widths_at(b, x0, y, n, ends.width);
+        find_ends(&ends, y, 0, n, height);
         for (int i = 0; i < n; i++)
             out[i] = box_mean(sums + i, strip + i, STRIP, &ends, i);
         if (b->to)

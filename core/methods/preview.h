@@ -15,7 +15,6 @@
 #include "../internal.h"
 
 typedef float rf_f4 __attribute__((vector_size(16)));
-typedef double rf_d4 __attribute__((vector_size(32)));
 
 enum {
     RF_PIECE = 256,   /* rows are handed on in pieces of at most so many pixels */
