@@ -199,13 +199,6 @@ static int bin_of(const struct group *g, float r)
     return rf_min_int(rf_max_int(b, 0), g->n_bins - 1);
 }
 
-static int phase_of(const struct composer *c, float x, float y)
-{
-    int n = c->footprints.n_phases;
-    int px = (int)((x - floorf(x)) * (float)n), py = (int)((y - floorf(y)) * (float)n);
-    return rf_min_int(py, n - 1) * n + rf_min_int(px, n - 1);
-}
-
 static int32_t splat_slot(const struct composer *c, float r, int level, int phase,
                           enum rf_footprint_kind kind)
 {
@@ -218,7 +211,8 @@ static struct rf_splat full_splat(const struct composer *c, const struct rf_samp
     struct rf_splat s = {
         .x = (int32_t)floorf(p->x),
         .y = (int32_t)floorf(p->y),
-        .slot = splat_slot(c, p->r, 0, phase_of(c, p->x, p->y), p->kind),
+        .slot =
+            splat_slot(c, p->r, 0, rf_phase_of(&c->footprints, p->x, p->y), p->kind),
         .cover = p->kind == RF_SHARP ? p->w : 0,
     };
     for (int n = 0; n < 4; n++)
@@ -745,8 +739,8 @@ static rf_result allocate(struct composer *c, struct rf_error *error)
     return RF_OK;
 }
 
-rf_result rf_composite(struct rf_scene *scene, float *const planes[4],
-                       struct rf_error *error)
+static rf_result composite(struct rf_scene *scene, float *const planes[4],
+                           struct rf_error *error)
 {
     const struct rf_filter *filter = scene->filter;
     struct composer c = {.scene = scene,
@@ -759,8 +753,9 @@ rf_result rf_composite(struct rf_scene *scene, float *const planes[4],
     /* An ellipse that is wider than its radius must not outgrow the tile's halo. */
     rf_shape_extent(&filter->shape, extent);
     c.split = (float)(REACH_PX / fmax(fmax(extent[0], extent[1]), 1));
-    rf_result result = rf_footprints_init(&c.footprints, c.context, &filter->shape,
-                                          c.canvas.n_cells, c.split + 1, 1, error);
+    rf_result result =
+        rf_footprints_init(&c.footprints, c.context, &filter->shape, c.canvas.n_cells,
+                           c.split + 1, scene->n_phases, error);
     if (result == RF_OK)
         result = allocate(&c, error);
     if (result == RF_OK)
@@ -778,5 +773,29 @@ rf_result rf_composite(struct rf_scene *scene, float *const planes[4],
     rf_free(c.context, c.canvas.sum);
     rf_free(c.context, c.canvas.t);
     rf_footprints_free(&c.footprints);
+    return result;
+}
+
+rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
+                            struct rf_error *error)
+{
+    const struct rf_context *context = work->filter->context;
+    size_t n = (size_t)scene->width * (size_t)scene->height;
+    size_t width = (size_t)work->filter->width;
+    scene->n_colours = work->n_planes == 4 ? 4 : 3;
+    float *memory = rf_alloc(context, n * (size_t)scene->n_colours, sizeof *memory);
+    if (!memory)
+        return rf_fail_memory(error, n * (size_t)scene->n_colours, sizeof *memory);
+    float *planes[4];
+    for (int p = 0; p < scene->n_colours; p++)
+        planes[p] = memory + n * (size_t)p;
+    rf_result result = composite(scene, planes, error);
+    for (int y = 0; y < work->filter->height && result == RF_OK; y++) {
+        size_t at = (size_t)(y + scene->border) * (size_t)scene->width;
+        for (int p = 0; p < work->n_planes; p++)
+            memcpy(work->colour[p] + (size_t)y * width,
+                   planes[p] + at + (size_t)scene->border, width * sizeof(float));
+    }
+    rf_free(context, memory);
     return result;
 }

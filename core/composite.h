@@ -24,24 +24,33 @@ struct rf_samples {
     size_t n;
 };
 
+/* The surfaces of one view, as what may stand before a highlight. */
+struct rf_occluders {
+    const struct rf_surfaces *surfaces;
+    float lens[2], shift_scale, shift_bias; /* as in struct rf_work_view */
+};
+
 struct rf_scene {
     const struct rf_filter *filter;
-    int width, height;
-    int n_colours;                       /* 3 or 4 */
-    struct rf_samples visible;           /* spread near to far */
-    struct rf_samples hidden;            /* after all visible ones, fill what is left */
-    struct rf_samples highlights;        /* first, with exact visibility */
-    const struct rf_surfaces *occluders; /* what may stand before a highlight */
+    int width, height; /* with the border */
+    int border;
+    int n_colours; /* 3 or 4 */
+    int n_phases;  /* sub-pixel positions per axis; 1: samples lie on pixel centres */
+    struct rf_samples visible;    /* spread near to far */
+    struct rf_samples hidden;     /* after all visible ones, fill what is left */
+    struct rf_samples highlights; /* light to add, with exact visibility */
+    const struct rf_occluders *occluders;
+    int n_views; /* of occluders */
     struct rf_task *task;
     double progress_to; /* fraction that this part ends at */
 };
 
 /*
- * Composites the scene into n_colours planes of width x height. The samples are
- * reordered. Where nothing reached a pixel it is 0.
+ * Composites the scene, crops the border and writes the colours of `work`. Where
+ * nothing reached a pixel it is 0.
  */
-rf_result rf_composite(struct rf_scene *scene, float *const planes[4],
-                       struct rf_error *error);
+rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
+                            struct rf_error *error);
 
 /* Adds the light of the highlights to the finished planes (highlight.c). */
 rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],

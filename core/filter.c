@@ -15,6 +15,7 @@ static const struct rf_method_entry entries[] = {
     [RF_METHOD_OFFSET] = {.run = rf_offset_run},
     [RF_METHOD_MIPMAP_OFFSET] = {.run = rf_mipmap_offset_run},
     [RF_METHOD_RECURSIVE_OFFSET] = {.run = rf_recursive_offset_run},
+    [RF_METHOD_VIEWS] = {.run = rf_views_run, .max_views = RF_MAX_VIEWS},
 };
 
 #define THESIS "thesis on depth of field in a surgical simulator: "
@@ -42,6 +43,8 @@ static const struct rf_method_info infos[] = {
     [RF_METHOD_RECURSIVE_OFFSET] =
         {"recursive-offset", "preview: four shifts in x, four in +, again and again",
          "grows with the number of recursions", THESIS "recursive offset"},
+    [RF_METHOD_VIEWS] = {"views", "several views from points of the lens, merged",
+                         "the sum of the views' layered passes", "Rack Focus"},
 };
 
 const struct rf_method_info *rf_method_list(size_t *n)
@@ -140,36 +143,94 @@ const struct rf_lens *rf_filter_lens(const struct rf_filter *filter)
     return &filter->lens;
 }
 
-static bool is_all_zero(const float *radius, size_t n)
+/*
+ * How views shift: rf_work_view.shift_*. A view moved by R u sees a point at distance z
+ * moved by u R f_px (1/D - 1/z), D the plane that its shear keeps fixed (1/D = 0 for
+ * parallel cameras); with the lens' r = bias + scale / z that is linear in r.
+ * Orthographic: u R p (z / D - 1), r = bias + scale z.
+ */
+static void set_shift(struct rf_work_view *w, const struct rf_view *view,
+                      const struct rf_lens *lens)
 {
-    for (size_t i = 0; i < n; i++)
-        if (radius[i] != 0)
-            return false;
-    return true;
+    double d = view->shear_distance, radius = lens->lens_radius;
+    w->lens[0] = (float)(view->lens_offset[0] / radius);
+    w->lens[1] = (float)(view->lens_offset[1] / radius);
+    double slope, base;
+    if (lens->projection == RF_PROJECTION_PERSPECTIVE) {
+        slope = -radius * lens->focal_length_px;
+        base = d > 0 ? -slope / d : 0;
+    } else {
+        slope = d > 0 ? radius * lens->px_per_unit / d : 0;
+        base = -radius * lens->px_per_unit;
+    }
+    w->shift_scale = (float)(slope / lens->scale);
+    w->shift_bias = (float)(base - slope * lens->bias_px / lens->scale);
 }
 
-/* Colour and radius in `work` are allocated; fills them and runs the method. */
-static rf_result run(struct rf_work *work, const struct rf_view *view, float *radius,
+static rf_result load_view(struct rf_work *work, int j, const struct rf_view *view,
+                           float *memory, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    struct rf_work_view *w = &work->views[j];
+    size_t n = (size_t)f->width * (size_t)f->height;
+    for (int c = 0; c < work->n_planes; c++)
+        w->colour[c] = memory + n * (size_t)(c + 1);
+    rf_result result = rf_depth_to_radius(f->context, &f->params, &f->lens,
+                                          &view->depth, memory, NULL, error);
+    if (result == RF_OK)
+        result = rf_frame_load(f->context, &f->params, &view->colour, w->colour, error);
+    if (result != RF_OK)
+        return result;
+    w->radius = memory;
+    set_shift(w, view, &f->lens);
+    for (size_t i = 0; i < n; i++) {
+        float r = fabsf(memory[i]);
+        work->largest_radius = r > work->largest_radius ? r : work->largest_radius;
+    }
+    return RF_OK;
+}
+
+/* `memory` holds radius and colour of every view; fills them and runs the method. */
+static rf_result run(struct rf_work *work, const struct rf_view *views, float *memory,
                      const struct rf_image *out, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
-    const struct rf_context *context = f->context;
-    rf_result result = rf_depth_to_radius(context, &f->params, &f->lens, &view->depth,
-                                          radius, NULL, error);
-    if (result == RF_OK)
-        result = rf_frame_load(context, &f->params, &view->colour, work->colour, error);
-    if (result != RF_OK)
-        return result;
-    work->radius = radius;
-    if (is_all_zero(radius, (size_t)f->width * (size_t)f->height)) {
-        rf_image_copy(&view->colour, out);
+    size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
+    for (int j = 0; j < work->n_views; j++) {
+        rf_result result = load_view(work, j, &views[j], memory + n * (size_t)j, error);
+        if (result != RF_OK)
+            return result;
+    }
+    memcpy(work->colour, work->views[0].colour, sizeof work->colour);
+    work->radius = work->views[0].radius;
+    if (work->largest_radius == 0 && work->n_views == 1) {
+        rf_image_copy(&views->colour, out);
         return RF_OK;
     }
-    result = entries[f->params.method].run(work, error);
+    rf_result result = entries[f->params.method].run(work, error);
     if (result == RF_OK && rf_task_is_cancelled(work->task))
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     if (result == RF_OK)
-        rf_frame_store(context, &f->params, work->colour, out);
+        rf_frame_store(f->context, &f->params, work->colour, out);
+    return result;
+}
+
+static rf_result check_view(const struct rf_filter *f, const struct rf_view *view,
+                            const struct rf_image *out, struct rf_error *error)
+{
+    rf_result result =
+        rf_image_check(&view->colour, "colour", f->width, f->height, error);
+    if (result == RF_OK)
+        result = rf_image_check(&view->depth, "depth", f->width, f->height, error);
+    if (result == RF_OK && out->channels != view->colour.channels)
+        result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
+                         "out has %d channels and colour %d: give both the same",
+                         out->channels, view->colour.channels);
+    for (int k = 0; k < 2 && result == RF_OK; k++)
+        if (!isfinite(view->lens_offset[k]) || !(view->shear_distance >= 0))
+            result = rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
+                             "a view's place on the lens must be finite and its shear "
+                             "distance 0 or more");
     return result;
 }
 
@@ -183,20 +244,14 @@ static rf_result check_views(const struct rf_filter *f, const struct rf_view *vi
                        : !views ? "views"
                                 : "out",
                        "a pointer is NULL");
-    if (n_views != 1)
+    int most = entries[f->params.method].max_views;
+    if (n_views < 1 || n_views > (most ? most : 1))
         return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
-                       "%d views were given; the method %s takes one", n_views,
-                       infos[f->params.method].name);
-    rf_result result =
-        rf_image_check(&views->colour, "colour", f->width, f->height, error);
-    if (result == RF_OK)
-        result = rf_image_check(&views->depth, "depth", f->width, f->height, error);
-    if (result == RF_OK)
-        result = rf_image_check(out, "out", f->width, f->height, error);
-    if (result == RF_OK && out->channels != views->colour.channels)
-        result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
-                         "out has %d channels and colour %d: give both the same",
-                         out->channels, views->colour.channels);
+                       "%d views were given; the method %s takes 1 to %d", n_views,
+                       infos[f->params.method].name, most ? most : 1);
+    rf_result result = rf_image_check(out, "out", f->width, f->height, error);
+    for (int j = 0; j < n_views && result == RF_OK; j++)
+        result = check_view(f, &views[j], out, error);
     return result;
 }
 
@@ -212,14 +267,18 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
     if (rf_task_is_cancelled(&task))
         return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     const struct rf_context *context = filter->context;
-    size_t n = (size_t)filter->width * (size_t)filter->height;
     int n_planes = views->colour.channels;
-    float *memory = rf_alloc(context, n * (size_t)(n_planes + 1), sizeof(float));
+    size_t n = (size_t)filter->width * (size_t)filter->height;
+    n *= (size_t)(n_planes + 1) * (size_t)n_views;
+    float *memory = rf_alloc(context, n, sizeof(float));
     if (!memory)
-        return rf_fail_memory(error, n * (size_t)(n_planes + 1), sizeof(float));
-    struct rf_work work = {.filter = filter, .n_planes = n_planes, .task = &task};
-    for (int c = 0; c < n_planes; c++)
-        work.colour[c] = memory + n * (size_t)(c + 1);
+        return rf_fail_memory(error, n, sizeof(float));
+    struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
+    struct rf_work work = {.filter = filter,
+                           .n_planes = n_planes,
+                           .n_views = n_views,
+                           .views = work_views,
+                           .task = &task};
     result = run(&work, views, memory, out, error);
     rf_free(context, memory);
     if (result == RF_OK)

@@ -12,8 +12,7 @@
  * A line v = const cuts the convex aperture, and every Voronoi cell of it, in one
  * interval, whose integral over u is a difference of the kernel's antiderivative: exact
  * in x. In y the lines are 1/16 px apart or closer. Each cell is scaled to its share of
- * the lens, so that light is neither made nor lost, also where negative weights were
- * clipped.
+ * the lens, so that light is neither made nor lost.
  */
 #include "footprint.h"
 
@@ -41,6 +40,25 @@ static double cubic_integral(double t)
         v = (((-0.125 * s + 2.5 / 3) * s - 2) * s + 2) * s - 1.0 / 6;
     return t < 0 ? 0.5 - v : 0.5 + v;
 }
+
+static double box(double t)
+{
+    return t > -0.5 && t <= 0.5;
+}
+
+static double box_integral(double t)
+{
+    return t < -0.5 ? 0 : t > 0.5 ? 1 : t + 0.5;
+}
+
+/* k and its antiderivative, per enum rf_footprint_kind. */
+static const struct kernel {
+    double (*value)(double t);
+    double (*integral)(double t);
+} kernels[RF_N_KINDS] = {
+    [RF_SHARP] = {cubic, cubic_integral},
+    [RF_POSITIVE] = {box, box_integral},
+};
 
 /* ---- the lens ------------------------------------------------------------------ */
 
@@ -138,6 +156,7 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
 
 /* A dense grid of weights, one layer per cell, around the sample's pixel. */
 struct grid {
+    const struct kernel *kernel;
     int reach_x, reach_y, width, height;
     double *weight; /* [cell][y][x] */
     double *line;   /* width + 1 entries: differences of one line */
@@ -160,12 +179,13 @@ static void add_line(struct grid *g, int cell, double from, double to, double y)
     for (int x = first; x <= last; x++) {
         bool is_rim = x < from + 2.5 || x > to - 3.5;
         double center = x + 0.5;
-        g->line[x + g->reach_x] =
-            is_rim ? cubic_integral(to - center) - cubic_integral(from - center) : 1;
+        g->line[x + g->reach_x] = is_rim ? g->kernel->integral(to - center) -
+                                               g->kernel->integral(from - center)
+                                         : 1;
     }
     int row = (int)floor(y - 0.5) - KERNEL_REACH + 1;
     for (int i = 0; i < 2 * KERNEL_REACH; i++, row++) {
-        double k = cubic(row + 0.5 - y);
+        double k = g->kernel->value(row + 0.5 - y);
         if (row < -g->reach_y || row > g->reach_y || k == 0)
             continue;
         double *out = grid_row(g, cell, row + g->reach_y) + g->reach_x;
@@ -204,12 +224,12 @@ static void fill_point(struct grid *g, const struct rf_footprints *f, double pha
         for (int y = -g->reach_y; y <= g->reach_y; y++)
             for (int x = -g->reach_x; x <= g->reach_x; x++)
                 grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
-                    cubic(x + 0.5 - phase_x) * cubic(y + 0.5 - phase_y);
+                    g->kernel->value(x + 0.5 - phase_x) *
+                    g->kernel->value(y + 0.5 - phase_y);
 }
 
-/* Drops the dust, or all that is not positive, and scales every cell to its share. */
-static void normalise(struct grid *g, const struct rf_lens_cells *cells,
-                      enum rf_footprint_kind kind)
+/* Drops the dust and scales every cell to its share. */
+static void normalise(struct grid *g, const struct rf_lens_cells *cells)
 {
     size_t n = (size_t)g->width * (size_t)g->height;
     for (int c = 0; c < cells->n; c++) {
@@ -217,7 +237,7 @@ static void normalise(struct grid *g, const struct rf_lens_cells *cells,
         for (size_t i = 0; i < n; i++)
             peak = fmax(peak, w[i]);
         for (size_t i = 0; i < n; i++) {
-            if ((kind == RF_POSITIVE ? w[i] : fabs(w[i])) < 1e-6 * peak)
+            if (fabs(w[i]) < 1e-6 * peak)
                 w[i] = 0;
             sum += w[i];
         }
@@ -299,7 +319,8 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     int index = (int)(slot / RF_N_KINDS) / n_phases - f->max_index;
     double r = rf_radius_of_index(index);
     double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
-    struct grid g = {.reach_x = (int)ceil(fabs(r) * width) + 3,
+    struct grid g = {.kernel = &kernels[kind],
+                     .reach_x = (int)ceil(fabs(r) * width) + 3,
                      .reach_y = (int)ceil(fabs(r) * height) + 3};
     g.width = 2 * g.reach_x + 1;
     g.height = 2 * g.reach_y + 1;
@@ -314,7 +335,7 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
         fill_point(&g, f, phase_x, phase_y);
     else
         fill_grid(&g, f, r, phase_x, phase_y);
-    normalise(&g, &f->cells, kind);
+    normalise(&g, &f->cells);
     f->table[slot] = pack(&g, f);
     rf_free(f->context, g.weight);
     return f->table[slot] != NULL;

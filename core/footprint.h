@@ -86,6 +86,14 @@ static inline double rf_radius_of_index(int index)
     return index < 0 ? -r : r;
 }
 
+/* Phase of a sample's place in its pixel. */
+static inline int rf_phase_of(const struct rf_footprints *f, float x, float y)
+{
+    int n = f->n_phases;
+    int px = (int)((x - floorf(x)) * (float)n), py = (int)((y - floorf(y)) * (float)n);
+    return rf_min_int(py, n - 1) * n + rf_min_int(px, n - 1);
+}
+
 static inline size_t rf_footprint_count(const struct rf_footprints *f)
 {
     return (size_t)(2 * f->max_index + 1) * (size_t)(f->n_phases * f->n_phases) *

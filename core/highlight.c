@@ -15,34 +15,48 @@
  * luminance of the place in the ordinary samples and gives only what is above it, so no
  * coverage has to be kept and the light's energy is exact.
  *
+ * With several views each footprint pixel asks the view whose place on the lens is
+ * nearest to u. In view j, at u_j, everything of radius q is moved by u_j s(q), s(q) =
+ * a q + b (a = 1 for the lens it was rendered for), so o becomes o - u_j s(q) above;
+ * seen from the highlight's own place in that view, the cone of rays is only as wide as
+ * u - a u_j is.
+ *
  * The largest gain with several views (+3.0, +1.3 dB). Cost per highlight: the
  * occluders in its cone plus the area of its disc; blocks of pixels that know their
  * nearest radius skip the empty cones.
  */
 #include "composite.h"
 
-enum { BLOCK = 16, BAND_ROWS = 32 };
+enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = 64 };
 
 static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
 static const float LEAST_SHARE = 0.02f; /* of a pixel, for a surface to count */
 static const size_t BATCH_BYTES = 64u << 20;
+
+/* A view, and what helps to find its occluders. */
+struct blockers {
+    const struct rf_occluders *occluders;
+    float *nearest;   /* per block of 16 x 16: least radius of an occluder */
+    double extent[2]; /* of u - a u_j over the part of the lens that asks this view */
+};
 
 struct highlights {
     const struct rf_scene *scene;
     float *const *planes;
     struct rf_footprints footprints;
     const struct rf_samples *samples;
-    float **mask;   /* per highlight of the batch: visibility over its box, or NULL */
-    float *nearest; /* per block of 16 x 16: least radius of an occluder */
-    int n_x, n_y;
-    double extent[2];
+    float **mask; /* per highlight of the batch: visibility over its box, or NULL */
+    struct blockers *views;
+    int n_x, n_y;                                /* blocks */
+    unsigned char view_at[LENS_GRID][LENS_GRID]; /* the view to ask, over [-e, e]^2 */
+    double lens_extent[2];
     int n_failed;
 };
 
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 {
-    return rf_footprint_slot(&h->footprints, rf_radius_index(&h->footprints, s->r), 0,
-                             RF_POSITIVE);
+    return rf_footprint_slot(&h->footprints, rf_radius_index(&h->footprints, s->r),
+                             rf_phase_of(&h->footprints, s->x, s->y), RF_POSITIVE);
 }
 
 static const struct rf_footprint *footprint_of(const struct highlights *h,
@@ -58,22 +72,54 @@ static bool is_occluder(const struct rf_surfaces *s, size_t i)
     return s->share[i] > LEAST_SHARE;
 }
 
-static void build_blocks(struct highlights *h)
+static void build_blocks(struct highlights *h, struct blockers *view)
 {
-    const struct rf_surfaces *s = h->scene->occluders;
+    const struct rf_surfaces *s = view->occluders->surfaces;
     for (int i = 0; i < h->n_x * h->n_y; i++)
-        h->nearest[i] = INFINITY;
+        view->nearest[i] = INFINITY;
     for (int y = 0; y < s->height; y++)
         for (int x = 0; x < s->width; x++) {
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            float *b = &h->nearest[y / BLOCK * h->n_x + x / BLOCK];
+            float *b = &view->nearest[y / BLOCK * h->n_x + x / BLOCK];
             if (is_occluder(s, i))
                 *b = fminf(*b, s->near[i].r);
         }
 }
 
+/* Which view answers for which part of the lens, and how wide its cones are. */
+static void assign_lens(struct highlights *h)
+{
+    const double *e = h->lens_extent;
+    for (int row = 0; row < LENS_GRID; row++)
+        for (int column = 0; column < LENS_GRID; column++) {
+            double u = ((column + 0.5) / LENS_GRID * 2 - 1) * e[0];
+            double v = ((row + 0.5) / LENS_GRID * 2 - 1) * e[1]; /* down */
+            int best = 0;
+            double least = INFINITY;
+            for (int j = 0; j < h->scene->n_views; j++) {
+                const float *lens = h->scene->occluders[j].lens;
+                double d = hypot(u - lens[0], v + lens[1]);
+                if (d < least) {
+                    least = d;
+                    best = j;
+                }
+            }
+            h->view_at[row][column] = (unsigned char)best;
+            struct blockers *view = &h->views[best];
+            const struct rf_occluders *o = view->occluders;
+            view->extent[0] =
+                fmax(view->extent[0], fabs(u - o->shift_scale * o->lens[0]));
+            view->extent[1] =
+                fmax(view->extent[1], fabs(v + o->shift_scale * o->lens[1]));
+        }
+    for (int j = 0; j < h->scene->n_views; j++)
+        for (int k = 0; k < 2; k++)
+            h->views[j].extent[k] += 2 * e[k] / LENS_GRID;
+}
+
 /* A mask being drawn: blocked[] over the footprint's box, 1 px margins clipped away. */
 struct mask {
+    const struct highlights *h;
     const struct rf_sample *light;
     int x0, y0, width, height; /* box in picture px */
     float *blocked;
@@ -87,12 +133,22 @@ static float overlap(float a, float b, int x)
     return high > low ? high - low : 0;
 }
 
-static void block_square(struct mask *m, int ox, int oy, float q, float share)
+/* Cell of the lens grid that a footprint pixel's centre looks through. */
+static int lens_cell(float offset, float r, double extent)
+{
+    int i = (int)((offset / r / (float)extent + 1) * (LENS_GRID / 2.0f));
+    return rf_min_int(rf_max_int(i, 0), LENS_GRID - 1);
+}
+
+/* Blocks the square that pixel (ox, oy), centre view, of radius q casts in view j. */
+static void block_square(struct mask *m, int j, float ox, float oy, float q,
+                         float share)
 {
     const struct rf_sample *l = m->light;
+    const struct highlights *h = m->h;
     float scale = l->r / (l->r - q);
-    float ax = ((float)ox - l->x) * scale + l->x, bx = ax + scale;
-    float ay = ((float)oy - l->y) * scale + l->y, by = ay + scale;
+    float ax = (ox - l->x) * scale + l->x, bx = ax + scale;
+    float ay = (oy - l->y) * scale + l->y, by = ay + scale;
     float x0 = fminf(ax, bx), x1 = fmaxf(ax, bx), y0 = fminf(ay, by),
           y1 = fmaxf(ay, by);
     int px0 = rf_max_int((int)floorf(x0), m->x0);
@@ -102,8 +158,12 @@ static void block_square(struct mask *m, int ox, int oy, float q, float share)
     for (int y = py0; y <= py1; y++) {
         float k = share * overlap(y0, y1, y);
         float *row = m->blocked + (size_t)(y - m->y0) * (size_t)m->width - m->x0;
+        const unsigned char *views =
+            h->view_at[lens_cell((float)y + 0.5f - l->y, l->r, h->lens_extent[1])];
         for (int x = px0; x <= px1; x++)
-            row[x] += k * overlap(x0, x1, x);
+            if (h->scene->n_views == 1 ||
+                views[lens_cell((float)x + 0.5f - l->x, l->r, h->lens_extent[0])] == j)
+                row[x] += k * overlap(x0, x1, x);
     }
 }
 
@@ -114,42 +174,57 @@ static float block_gap(float v, int b)
     return v < low ? low - v : v > high ? v - high : 0;
 }
 
-/* Is the pixel's surface inside the cone of light from l to the lens? */
-static bool is_in_cone(const struct highlights *h, const struct rf_sample *l, float dx,
+/* Is the pixel's surface inside the cone of light from l to the view's part of the
+ * lens? */
+static bool is_in_cone(const struct blockers *view, const struct rf_sample *l, float dx,
                        float dy, float q)
 {
     float room = l->r - q;
-    return room >= NEARER_PX && fabsf(dx) <= room * (float)h->extent[0] + 1 &&
-           fabsf(dy) <= room * (float)h->extent[1] + 1;
+    return room >= NEARER_PX && fabsf(dx) <= room * (float)view->extent[0] + 1 &&
+           fabsf(dy) <= room * (float)view->extent[1] + 1;
 }
 
-/* Calls for every occluder of the light; with m NULL only asks whether there is one. */
-static bool draw_occluders(const struct highlights *h, const struct rf_sample *l,
+/* Draws the occluders of view j; with m NULL only asks whether there is one. */
+static bool draw_occluders(const struct highlights *h, const struct rf_sample *l, int j,
                            struct mask *m)
 {
-    const struct rf_surfaces *s = h->scene->occluders;
+    const struct blockers *view = &h->views[j];
+    const struct rf_occluders *o = view->occluders;
+    const struct rf_surfaces *s = o->surfaces;
+    float shift = o->shift_scale * l->r + o->shift_bias;
+    float lx = l->x + o->lens[0] * shift, ly = l->y - o->lens[1] * shift;
     bool is_found = false;
     for (int by = 0; by < h->n_y; by++)
         for (int bx = 0; bx < h->n_x; bx++) {
-            float q = h->nearest[by * h->n_x + bx];
-            if (!is_in_cone(h, l, block_gap(l->x, bx), block_gap(l->y, by), q))
+            float q = view->nearest[by * h->n_x + bx];
+            if (!is_in_cone(view, l, block_gap(lx, bx), block_gap(ly, by), q))
                 continue;
             int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
             int y1 = rf_min_int((by + 1) * BLOCK, s->height);
             for (int y = by * BLOCK; y < y1; y++)
                 for (int x = bx * BLOCK; x < x1; x++) {
                     size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-                    if (!is_occluder(s, i) ||
-                        !is_in_cone(h, l, (float)x + 0.5f - l->x,
-                                    (float)y + 0.5f - l->y, s->near[i].r))
+                    q = s->near[i].r;
+                    if (!is_occluder(s, i) || !is_in_cone(view, l, (float)x + 0.5f - lx,
+                                                          (float)y + 0.5f - ly, q))
                         continue;
                     if (!m)
                         return true;
-                    block_square(m, x, y, s->near[i].r, s->share[i]);
+                    shift = o->shift_scale * q + o->shift_bias;
+                    block_square(m, j, (float)x - o->lens[0] * shift,
+                                 (float)y + o->lens[1] * shift, q, s->share[i]);
                     is_found = true;
                 }
         }
     return is_found;
+}
+
+static bool is_free(const struct highlights *h, const struct rf_sample *l)
+{
+    for (int j = 0; j < h->scene->n_views; j++)
+        if (draw_occluders(h, l, j, NULL))
+            return false;
+    return true;
 }
 
 static void build_mask(struct highlights *h, size_t index, float **mask)
@@ -157,9 +232,10 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
     const struct rf_sample *l = &h->samples->at[index];
     const struct rf_footprint *f = footprint_of(h, l);
     *mask = NULL;
-    if (!draw_occluders(h, l, NULL))
+    if (is_free(h, l))
         return;
-    struct mask m = {.light = l,
+    struct mask m = {.h = h,
+                     .light = l,
                      .x0 = (int)floorf(l->x) + f->min_dx,
                      .y0 = (int)floorf(l->y) + f->min_dy,
                      .width = f->max_dx - f->min_dx + 1,
@@ -171,7 +247,8 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
         h->n_failed++;
         return;
     }
-    draw_occluders(h, l, &m);
+    for (int j = 0; j < h->scene->n_views; j++)
+        draw_occluders(h, l, j, &m);
     for (size_t i = 0; i < n; i++)
         m.blocked[i] = m.blocked[i] < 1 ? 1 - m.blocked[i] : 0;
     *mask = m.blocked;
@@ -264,6 +341,44 @@ static rf_result build_footprints(struct highlights *h, struct rf_error *error)
     return result;
 }
 
+static rf_result build_views(struct highlights *h, struct rf_error *error)
+{
+    const struct rf_scene *scene = h->scene;
+    const struct rf_context *context = scene->filter->context;
+    size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y, n_views = (size_t)scene->n_views;
+    h->views = rf_calloc(context, n_views, sizeof *h->views);
+    float *nearest = rf_alloc(context, n_blocks * n_views, sizeof *nearest);
+    if (!h->views || !nearest) {
+        rf_free(context, nearest);
+        rf_free(context, h->views);
+        h->views = NULL;
+        return rf_fail_memory(error, n_blocks * n_views, sizeof *nearest);
+    }
+    for (size_t j = 0; j < n_views; j++) {
+        h->views[j].occluders = &scene->occluders[j];
+        h->views[j].nearest = nearest + n_blocks * j;
+    }
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
+    for (int j = 0; j < scene->n_views; j++)
+        build_blocks(h, &h->views[j]);
+    assign_lens(h);
+    return RF_OK;
+}
+
+static rf_result run(struct highlights *h, struct rf_error *error)
+{
+    rf_result result = build_views(h, error);
+    if (result == RF_OK)
+        result = build_footprints(h, error);
+    for (size_t from = 0, to; from < h->samples->n && result == RF_OK; from = to) {
+        to = batch_end(h, from);
+        run_batch(h, from, to);
+        if (h->n_failed)
+            result = rf_fail_memory(error, 1, BATCH_BYTES);
+    }
+    return result;
+}
+
 rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],
                             struct rf_error *error)
 {
@@ -277,30 +392,21 @@ rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4]
                            .samples = samples,
                            .n_x = (scene->width + BLOCK - 1) / BLOCK,
                            .n_y = (scene->height + BLOCK - 1) / BLOCK};
-    rf_shape_extent(shape, h.extent);
+    rf_shape_extent(shape, h.lens_extent);
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
         most = fmaxf(most, fabsf(samples->at[i].r));
-    rf_result result =
-        rf_footprints_init(&h.footprints, context, shape, 1, most, 1, error);
-    size_t n_blocks = (size_t)h.n_x * (size_t)h.n_y;
-    h.nearest = rf_alloc(context, n_blocks, sizeof *h.nearest);
+    rf_result result = rf_footprints_init(&h.footprints, context, shape, 1, most,
+                                          scene->n_phases, error);
     h.mask = rf_alloc(context, samples->n, sizeof *h.mask);
-    if (result == RF_OK && (!h.nearest || !h.mask))
+    if (result == RF_OK && !h.mask)
         result = rf_fail_memory(error, samples->n, sizeof *h.mask);
     if (result == RF_OK)
-        result = build_footprints(&h, error);
-    if (result == RF_OK) {
-        build_blocks(&h);
-        for (size_t from = 0, to; from < samples->n; from = to) {
-            to = batch_end(&h, from);
-            run_batch(&h, from, to);
-        }
-        if (h.n_failed)
-            result = rf_fail_memory(error, 1, BATCH_BYTES);
-    }
+        result = run(&h, error);
+    if (h.views)
+        rf_free(context, h.views[0].nearest);
+    rf_free(context, h.views);
     rf_free(context, h.mask);
-    rf_free(context, h.nearest);
     rf_footprints_free(&h.footprints);
     return result;
 }

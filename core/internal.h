@@ -125,15 +125,31 @@ struct rf_filter {
     int width, height;
 };
 
+/* One view, in the blend space. */
+struct rf_work_view {
+    float *colour[4];
+    const float *radius;
+    float lens[2]; /* where on the unit lens it was taken, u right and v up */
+    /*
+     * A point of radius r lies at (x, y) + (u, -v) (shift_scale r + shift_bias) in the
+     * view, with (x, y) its place in the view of the lens' centre.
+     */
+    float shift_scale, shift_bias;
+};
+
 /*
  * What a method gets: planes of colour (in the blend space) and the signed radius of
  * every pixel, width x height each, packed; it overwrites the colour with the result.
+ * The methods of one view need only colour and radius, which are those of views[0].
  */
 struct rf_work {
     const struct rf_filter *filter;
     int n_planes; /* 1, 3 or 4; the fourth is alpha */
     float *colour[4];
     const float *radius;
+    int n_views;
+    struct rf_work_view *views;
+    float largest_radius; /* of all views, without sign */
     struct rf_task *task;
 };
 
@@ -141,10 +157,12 @@ struct rf_work {
 struct rf_method_entry {
     struct rf_method_info info;
     rf_result (*run)(struct rf_work *work, struct rf_error *error);
+    int max_views;
 };
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error);
 rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error);
+rf_result rf_views_run(struct rf_work *work, struct rf_error *error);
 
 /* Index of the calling thread in its parallel region. */
 int rf_thread_num(void);

@@ -52,7 +52,8 @@
     X(RF_METHOD_MIPMAP_OFFSET, "mipmap-offset",                                        \
       "preview: four shifts of a coarser level of detail")                             \
     X(RF_METHOD_RECURSIVE_OFFSET, "recursive-offset",                                  \
-      "preview: four shifts in x, four in +, again and again")
+      "preview: four shifts in x, four in +, again and again")                         \
+    X(RF_METHOD_VIEWS, "views", "several views from points of the lens, merged")
 
 #define RF_LIST_DISTRIBUTION(X)                                                        \
     X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")     \

@@ -309,6 +309,9 @@ struct rf_progress {
     void *user;
 };
 
+/** Most views that the method `views` takes. */
+#define RF_MAX_VIEWS 64
+
 /** One pinhole view of the scene. */
 struct rf_view {
     struct rf_image

@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A view becomes surfaces: the picture is continued by its edge pixels, bright ones
+ * dimmed to white (recipe step 0); mixed pixels are split (split.c); the light of
+ * highlights is taken out, to be spread with exact visibility (highlight.c).
+ */
+#include "picture.h"
+
+static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
+static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
+static const float HIGHLIGHT_RADIUS_PX = 1;
+static const float BORDER_LUMINANCE = 1;
+static const float BRIGHT = 4; /* times the darkest pixel of 5 x 5 */
+
+enum {
+    MAX_BORDER = 256,
+    AREA = 32,              /* px: blocks whose luminance tells what is usual */
+    HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
+};
+
+static size_t padded_size(const struct rf_picture *l)
+{
+    return (size_t)l->width * (size_t)l->height;
+}
+
+/* ---- border -------------------------------------------------------------------- */
+
+static struct rf_surface load_pixel(const struct rf_work_view *view, int n_planes,
+                                    size_t i)
+{
+    struct rf_surface s = {.r = view->radius[i]};
+    for (int n = 0; n < 3; n++)
+        s.c[n] = view->colour[n_planes == 1 ? 0 : n][i];
+    s.c[3] = n_planes == 4 ? view->colour[3][i] : 1;
+    return s;
+}
+
+static void load_pixels(struct rf_picture *l, const struct rf_work_view *view,
+                        int n_planes)
+{
+    const struct rf_filter *f = l->filter;
+#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)
+    for (int y = 0; y < l->height; y++)
+        for (int x = 0; x < l->width; x++) {
+            int sx = x - l->border, sy = y - l->border;
+            int cx = rf_min_int(rf_max_int(sx, 0), f->width - 1);
+            int cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
+            struct rf_surface s =
+                load_pixel(view, n_planes, (size_t)cy * (size_t)f->width + (size_t)cx);
+            float lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
+            if ((cx != sx || cy != sy) && lum > BORDER_LUMINANCE)
+                for (int n = 0; n < 3; n++)
+                    s.c[n] *= BORDER_LUMINANCE / lum;
+            l->pixels[(size_t)y * (size_t)l->width + (size_t)x] = s;
+        }
+}
+
+/*
+ * Least luminance of 5 x 5 pixels, premultiplication undone; what is transparent has no
+ * colour that others could stand out from.
+ */
+static float darkest_around(const struct rf_picture *l, int x, int y)
+{
+    float least = INFINITY;
+    for (int j = rf_max_int(y - 2, 0); j <= rf_min_int(y + 2, l->height - 1); j++)
+        for (int i = rf_max_int(x - 2, 0); i <= rf_min_int(x + 2, l->width - 1); i++) {
+            const struct rf_surface *s =
+                &l->pixels[(size_t)j * (size_t)l->width + (size_t)i];
+            float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
+            if (s->c[3] == 1)
+                least = lum < least ? lum : least;
+            else if (s->c[3] > 0)
+                least = lum < least * s->c[3] ? lum / s->c[3] : least;
+        }
+    return least;
+}
+
+static void find_darkest(struct rf_picture *l)
+{
+#pragma omp parallel for num_threads(l->filter->context->n_threads) schedule(static)
+    for (int y = 0; y < l->height; y++)
+        for (int x = 0; x < l->width; x++)
+            l->darkest[(size_t)y * (size_t)l->width + (size_t)x] =
+                darkest_around(l, x, y);
+}
+
+/* ---- highlights ---------------------------------------------------------------- */
+
+static void measure_areas(struct rf_picture *l)
+{
+    for (int i = 0; i < l->n_area_x * l->n_area_y; i++) {
+        int x0 = i % l->n_area_x * AREA, y0 = i / l->n_area_x * AREA, n = 0;
+        int x1 = rf_min_int(x0 + AREA, l->width), y1 = rf_min_int(y0 + AREA, l->height);
+        float sum = 0;
+        for (int y = y0; y < y1; y += 2)
+            for (int x = x0; x < x1; x += 2, n++) {
+                const struct rf_surface *s =
+                    &l->pixels[(size_t)y * (size_t)l->width + (size_t)x];
+                sum +=
+                    rf_logf(fmaxf(rf_luminance(s->c[0], s->c[1], s->c[2]), 0) + 1e-3f);
+            }
+        l->area[i] = rf_expf(sum / (float)n);
+    }
+}
+
+/* Lower middle of the areas around a pixel: a lamp that fills its own does not count.
+ */
+static float usual_luminance(const struct rf_picture *l, int x, int y)
+{
+    float sorted[9];
+    int n = 0, ax = x / AREA, ay = y / AREA;
+    for (int j = rf_max_int(ay - 1, 0); j <= rf_min_int(ay + 1, l->n_area_y - 1); j++)
+        for (int i = rf_max_int(ax - 1, 0); i <= rf_min_int(ax + 1, l->n_area_x - 1);
+             i++) {
+            int k = n++;
+            for (; k > 0 && sorted[k - 1] > l->area[j * l->n_area_x + i]; k--)
+                sorted[k] = sorted[k - 1];
+            sorted[k] = l->area[j * l->n_area_x + i];
+        }
+    return sorted[(n - 1) / 2];
+}
+
+static bool is_highlight(const struct rf_picture *l, const struct rf_surface *s, int x,
+                         int y, float factor)
+{
+    float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
+    return lum > HIGHLIGHT_LUMINANCE * factor && fabsf(s->r) > HIGHLIGHT_RADIUS_PX &&
+           lum > HIGHLIGHT_OVER_AREA * factor * usual_luminance(l, x, y);
+}
+
+struct rf_sample rf_sample_make(const struct rf_surface *s, int x, int y, float w)
+{
+    struct rf_sample p = {
+        .x = (float)x + 0.5f, .y = (float)y + 0.5f, .r = s->r, .w = w};
+    memcpy(p.c, s->c, sizeof p.c);
+    return p;
+}
+
+/*
+ * Moves all but the fraction `keep` of a colour into `light`. Coverage stays with the
+ * surface.
+ */
+static void take_light(float surface[4], float light[4], float keep)
+{
+    light[3] = 0;
+    for (int n = 0; n < 3; n++) {
+        light[n] = surface[n] * (1 - keep);
+        surface[n] -= light[n];
+    }
+}
+
+void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *user)
+{
+    struct rf_surfaces *s = &l->surfaces;
+    for (int x = 0; x < l->width; x++) {
+        size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+        if (s->share[i] > 0)
+            visit(user, &s->near[i], x, y, s->share[i]);
+        if (s->share[i] < 1)
+            visit(user, &s->far[i], x, y, 1 - s->share[i]);
+    }
+}
+
+void rf_picture_visit(struct rf_picture *l, rf_visit_fn visit, void *user)
+{
+    for (int y = 0; y < l->height; y++)
+        rf_picture_visit_row(l, y, visit, user);
+}
+
+enum { N_FACTORS = 24 };
+
+struct budget {
+    struct rf_picture *l;
+    double area[N_FACTORS]; /* of the discs that stay with the threshold times 2^i */
+};
+
+static void count_area(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct budget *b = user;
+    float factor = 1;
+    for (int i = 0; i < N_FACTORS && is_highlight(b->l, s, x, y, factor); i++) {
+        b->area[i] += RF_PI * (double)s->r * s->r;
+        factor *= 2;
+    }
+}
+
+/* The least factor on the thresholds at which the discs fit into the budget. */
+static float highlight_factor(struct rf_picture *l)
+{
+    struct budget b = {.l = l};
+    rf_picture_visit(l, count_area, &b);
+    double limit = (double)HIGHLIGHT_BUDGET * (double)padded_size(l);
+    float factor = 1;
+    for (int i = 0; i < N_FACTORS - 1 && b.area[i] > limit; i++)
+        factor *= 2;
+    return factor;
+}
+
+struct lights {
+    struct rf_picture *l;
+    float factor;
+    struct rf_samples *out; /* NULL: only count */
+    size_t n;
+};
+
+static void collect_light(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct lights *lights = user;
+    if (!is_highlight(lights->l, s, x, y, lights->factor))
+        return;
+    lights->n++;
+    if (!lights->out)
+        return;
+    struct rf_sample *light = &lights->out->at[lights->out->n++];
+    *light = rf_sample_make(s, x, y, w);
+    take_light(s->c, light->c,
+               usual_luminance(lights->l, x, y) /
+                   rf_luminance(s->c[0], s->c[1], s->c[2]));
+}
+
+rf_result rf_picture_take_highlights(struct rf_picture *l, struct rf_error *error)
+{
+    struct lights lights = {.l = l, .factor = highlight_factor(l)};
+    rf_picture_visit(l, collect_light, &lights);
+    l->highlights.at = rf_alloc(l->filter->context, lights.n, sizeof *l->highlights.at);
+    if (!l->highlights.at)
+        return rf_fail_memory(error, lights.n, sizeof *l->highlights.at);
+    lights.out = &l->highlights;
+    rf_picture_visit(l, collect_light, &lights);
+    return RF_OK;
+}
+
+/* ---- samples ------------------------------------------------------------------- */
+
+static void put_sample(struct rf_samples *out, const struct rf_sample *s)
+{
+    if (out->at)
+        out->at[out->n] = *s;
+    out->n++;
+}
+
+void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int y,
+                     struct rf_samples *out)
+{
+    float lum = rf_luminance(p.c[0], p.c[1], p.c[2]);
+    float limit =
+        BRIGHT * p.c[3] * l->darkest[(size_t)y * (size_t)l->width + (size_t)x];
+    if (lum > limit) {
+        struct rf_sample light = p;
+        light.kind = RF_POSITIVE;
+        take_light(p.c, light.c, limit / lum);
+        put_sample(out, &light);
+    }
+    put_sample(out, &p);
+}
+
+/* ---- all ----------------------------------------------------------------------- */
+
+static rf_result allocate(struct rf_picture *l, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    size_t n = padded_size(l);
+    l->n_area_x = (l->width + AREA - 1) / AREA;
+    l->n_area_y = (l->height + AREA - 1) / AREA;
+    l->area =
+        rf_alloc(context, (size_t)l->n_area_x * (size_t)l->n_area_y, sizeof(float));
+    l->pixels = rf_alloc(context, n, sizeof *l->pixels);
+    l->darkest = rf_alloc(context, n, sizeof *l->darkest);
+    l->surfaces = (struct rf_surfaces){
+        .width = l->width,
+        .height = l->height,
+        .near = rf_alloc(context, n, sizeof *l->surfaces.near),
+        .far = rf_alloc(context, n, sizeof *l->surfaces.far),
+        .share = rf_alloc(context, n, sizeof *l->surfaces.share),
+    };
+    bool is_complete = l->area && l->pixels && l->darkest && l->surfaces.near &&
+                       l->surfaces.far && l->surfaces.share;
+    return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels);
+}
+
+int rf_picture_border(float largest_radius)
+{
+    return rf_min_int((int)ceilf(largest_radius), MAX_BORDER);
+}
+
+rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
+                          const struct rf_work_view *view, int n_planes, int border,
+                          struct rf_task *task, struct rf_error *error)
+{
+    *l = (struct rf_picture){.filter = filter,
+                             .border = border,
+                             .width = filter->width + 2 * border,
+                             .height = filter->height + 2 * border};
+    rf_result result = allocate(l, error);
+    if (result != RF_OK)
+        return result;
+    struct rf_pixels pixels = {l->width, l->height, l->pixels};
+    load_pixels(l, view, n_planes);
+    measure_areas(l);
+    find_darkest(l);
+    if (filter->params.split_edges)
+        rf_split_edges(filter, &pixels, &l->surfaces, task);
+    else
+        rf_split_nothing(filter, &pixels, &l->surfaces);
+    return RF_OK;
+}
+
+void rf_picture_free(struct rf_picture *l)
+{
+    if (!l->filter)
+        return;
+    const struct rf_context *context = l->filter->context;
+    rf_free(context, l->highlights.at);
+    rf_free(context, l->surfaces.share);
+    rf_free(context, l->surfaces.far);
+    rf_free(context, l->surfaces.near);
+    rf_free(context, l->darkest);
+    rf_free(context, l->pixels);
+    rf_free(context, l->area);
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One view on its way to samples: border, surfaces, highlights. */
+#ifndef RF_PICTURE_H
+#define RF_PICTURE_H
+
+#include "composite.h"
+
+/* A view, continued beyond its border; width and height with it. */
+struct rf_picture {
+    const struct rf_filter *filter;
+    int border, width, height;
+    struct rf_surface *pixels;
+    struct rf_surfaces surfaces;
+    float *darkest; /* per pixel: least luminance of 5 x 5 */
+    float *area;    /* per block of 32 x 32: geometric mean luminance */
+    int n_area_x, n_area_y;
+    struct rf_samples highlights;
+};
+
+/*
+ * Loads a view and splits its edges (if the parameters say so); steps `task` once per
+ * row of the padded picture. `border` is what rf_picture_border() says for the largest
+ * radius in use.
+ */
+rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,
+                          const struct rf_work_view *view, int n_planes, int border,
+                          struct rf_task *task, struct rf_error *error);
+void rf_picture_free(struct rf_picture *picture);
+
+int rf_picture_border(float largest_radius);
+
+/*
+ * Takes the light of the highlights out of their surfaces, which keep the usual
+ * luminance of the place: what is left can be blended, normalised and continued behind
+ * things like any other surface, without doubling a lamp.
+ */
+rf_result rf_picture_take_highlights(struct rf_picture *picture,
+                                     struct rf_error *error);
+
+/* Calls `visit` for every visible piece of surface, rows from the top. */
+typedef void (*rf_visit_fn)(void *user, struct rf_surface *surface, int x, int y,
+                            float w);
+void rf_picture_visit(struct rf_picture *picture, rf_visit_fn visit, void *user);
+void rf_picture_visit_row(struct rf_picture *picture, int y, rf_visit_fn visit,
+                          void *user);
+
+/* A surface as a sample on its pixel's centre. */
+struct rf_sample rf_sample_make(const struct rf_surface *surface, int x, int y,
+                                float w);
+
+/*
+ * Puts the sample of pixel (x, y) into `out` as it is, or as two where it is bright:
+ * see enum rf_footprint_kind. With out->at NULL only counts.
+ */
+void rf_picture_emit(const struct rf_picture *picture, struct rf_sample sample, int x,
+                     int y, struct rf_samples *out);
+
+#endif
