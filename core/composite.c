@@ -493,13 +493,15 @@ static void merge_row(const struct composer *c, const struct group *g,
         for (int x = 0; x < width; x++) {
             struct between at_x = between_at(x, g->level, g->width);
             float covered = at_column(row_w, at_x), before = at_column(row_t, at_x);
-            if (!(covered > 1e-12f) || !(t[x] > 0))
+            if (!(t[x] > 0))
                 continue;
             float m = covered < before ? t[x] * (covered / before) : t[x];
-            float q = m / covered;
-            for (int p = 0; p < n_planes; p++)
+            /* Light may reach a little farther than the coverage of its surface. */
+            float q = covered > 1e-12f ? m / covered : t[x] / fmaxf(before, 1e-12f);
+            for (int p = 0; p < n_planes - 1; p++)
                 out[n * (size_t)p + (size_t)x] +=
                     q * at_column(rows + w * (size_t)p, at_x);
+            out[n * (size_t)(n_planes - 1) + (size_t)x] += m;
             t[x] -= m;
         }
     }
@@ -701,7 +703,8 @@ static void finish(const struct composer *c, float *const planes[4])
             for (int x = 0; x < scene->width; x++) {
                 float w = coverage[at + (size_t)x];
                 float v = w > 1e-6f ? sum[x] / w : 0;
-                planes[p][at + (size_t)x] = v > 0 ? v : 0;
+                v = v > 0 ? v : 0;
+                planes[p][at + (size_t)x] = p == 3 && v > 1 ? 1 : v; /* alpha */
             }
         }
 }

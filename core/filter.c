@@ -108,9 +108,6 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
                        : !context ? "context"
                                   : "params",
                        "a pointer is NULL");
-    if (params->size != sizeof *params)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "params",
-                       "start with rf_params_init()");
     if (width < 1 || height < 1 || width > UINT16_MAX || height > UINT16_MAX)
         return rf_fail(error, RF_ERROR_ARGUMENT,
                        width < 1 || width > UINT16_MAX ? "width" : "height",
@@ -122,12 +119,10 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
     struct rf_filter *f = rf_alloc(context, 1, sizeof *f);
     if (!f)
         return rf_fail_memory(error, 1, sizeof *f);
-    *f = (struct rf_filter){.context = context,
-                            .params = *params,
-                            .lens = lens,
-                            .width = width,
-                            .height = height};
-    rf_shape_init(&f->shape, params);
+    *f = (struct rf_filter){
+        .context = context, .lens = lens, .width = width, .height = height};
+    rf_params_complete(&f->params, params);
+    rf_shape_init(&f->shape, &f->params);
     *filter = f;
     return RF_OK;
 }

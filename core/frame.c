@@ -40,7 +40,8 @@ struct rf_image rf_image_packed(float *data, int32_t width, int32_t height,
 
 void rf_image_copy(const struct rf_image *from, const struct rf_image *to)
 {
-    if (from->data == to->data)
+    if (from->data == to->data && from->channel_bytes == to->channel_bytes &&
+        from->pixel_bytes == to->pixel_bytes && from->row_bytes == to->row_bytes)
         return;
     for (int y = 0; y < to->height; y++)
         for (int x = 0; x < to->width; x++)

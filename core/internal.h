@@ -17,6 +17,14 @@
 rf_result rf_fail(struct rf_error *error, rf_result code, const char *field,
                   const char *format, ...) __attribute__((format(printf, 4, 5)));
 
+/* ---- params.c ------------------------------------------------------------------ */
+
+/*
+ * Parameters of a caller that was built with an older header, and knows fewer of them,
+ * with the defaults for the rest.
+ */
+void rf_params_complete(struct rf_params *full, const struct rf_params *params);
+
 /* ---- context.c ----------------------------------------------------------------- */
 
 struct rf_context {

@@ -134,12 +134,15 @@ static rf_result check_planes(const struct rf_params *p, struct rf_error *error)
 rf_result rf_lens_init(struct rf_lens *lens, const struct rf_params *params,
                        int32_t width, int32_t height, struct rf_error *error)
 {
-    const struct rf_params *p = params;
     if (!lens)
         return rf_fail(error, RF_ERROR_ARGUMENT, "lens", "lens is NULL");
-    rf_result result = rf_params_check(p, error);
-    if (result == RF_OK)
-        result = check_planes(p, error);
+    rf_result result = rf_params_check(params, error);
+    if (result != RF_OK)
+        return result;
+    struct rf_params full;
+    const struct rf_params *p = &full;
+    rf_params_complete(&full, params);
+    result = check_planes(p, error);
     if (result != RF_OK)
         return result;
     double sensor_mm, side_px = fitted_side_px(p, width, height, &sensor_mm);

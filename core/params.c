@@ -243,11 +243,21 @@ rf_result rf_params_get(const struct rf_params *params, const char *name, char *
     return RF_OK;
 }
 
+void rf_params_complete(struct rf_params *full, const struct rf_params *params)
+{
+    rf_params_init(full);
+    memcpy(full, params, params->size < sizeof *full ? params->size : sizeof *full);
+    full->size = sizeof *full;
+}
+
 rf_result rf_params_check(const struct rf_params *params, struct rf_error *error)
 {
     if (!params || params->size == 0)
         return rf_fail(error, RF_ERROR_ARGUMENT, "params",
                        "start with rf_params_init()");
+    struct rf_params full;
+    rf_params_complete(&full, params);
+    params = &full;
     for (size_t i = 0; i < N_PARAMS; i++) {
         rf_result result = check_range(&table[i], get_number(params, &table[i]), error);
         if (result != RF_OK)

@@ -20,11 +20,11 @@
  */
 #include "surfaces.h"
 
-static const float EDGE_GAP_PX = 0.1f;      /* smallest jump of the radius at an edge */
+static const float EDGE_GAP_PX = 0.1f;     /* smallest jump of the radius at an edge */
 static const float PLANE_TOLERANCE = 0.3f; /* of the range of radii */
-static const float ALIKE = 0.02f;           /* colours closer than this stay whole */
-static const float HIGHLIGHT_RATIO = 8;     /* highlight over its surroundings */
-static const float FRINGE_RATIO = 2;        /* fringe over the surroundings */
+static const float ALIKE = 0.02f;          /* colours closer than this stay whole */
+static const float HIGHLIGHT_RATIO = 8;    /* highlight over its surroundings */
+static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
 static const float HIGHLIGHT_OVER_FRINGE = 1.3f;
 static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
 

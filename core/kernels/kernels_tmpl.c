@@ -100,7 +100,10 @@ static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, in
         spread_all(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
 }
 
-/* Coverage below this is left by clipped weights, and must not be divided by. */
+/*
+ * Coverage below this must not be divided by. Light is there all the same at the rim of
+ * a footprint, where the cubic's weights are negative and those of light are not.
+ */
 static const float DUST = 1e-12f;
 
 /* f(x) of the head of this file; x >= 0 where it counts. */
@@ -119,12 +122,15 @@ static inline __attribute__((always_inline)) void flush_row(float *acc, float *t
         vf w = LOAD(a + (n_planes - 1) * RF_ACC_STRIDE);
         vf left = vmax(LOAD(t + x), SPLAT(0));
         vf m = left * saturate(w / vmax(left, SPLAT(DUST)));
-        vf q = choose(w > SPLAT(DUST), m / vmax(w, SPLAT(DUST)), SPLAT(0));
-        m = q * w;
-        for (int p = 0; p < n_planes; p++) {
+        vf q = choose(w > SPLAT(DUST), m / vmax(w, SPLAT(DUST)),
+                      choose(left > SPLAT(0), SPLAT(1), SPLAT(0)));
+        m = q * vmax(w, SPLAT(0));
+        for (int p = 0; p < n_planes - 1; p++) {
             float *s = sum + plane * (size_t)p + x;
             STORE(s, LOAD(s) + q * LOAD(a + p * RF_ACC_STRIDE));
         }
+        float *covered = sum + plane * (size_t)(n_planes - 1) + x;
+        STORE(covered, LOAD(covered) + m);
         STORE(t + x, left - m);
     }
     memset(acc, 0, (size_t)n_planes * RF_ACC_STRIDE * sizeof *acc);
