@@ -122,12 +122,14 @@ static inline __attribute__((always_inline)) void flush_row(float *acc, float *t
         vf w = LOAD(a + (n_planes - 1) * RF_ACC_STRIDE);
         vf left = vmax(LOAD(t + x), SPLAT(0));
         vf m = left * saturate(w / vmax(left, SPLAT(DUST)));
-        vf q = choose(w > SPLAT(DUST), m / vmax(w, SPLAT(DUST)),
+        vi has_surface = w > SPLAT(DUST);
+        vf q = choose(has_surface, m / vmax(w, SPLAT(DUST)),
                       choose(left > SPLAT(0), SPLAT(1), SPLAT(0)));
-        m = q * vmax(w, SPLAT(0));
+        m = choose(has_surface, m, SPLAT(0));
         for (int p = 0; p < n_planes - 1; p++) {
             float *s = sum + plane * (size_t)p + x;
-            STORE(s, LOAD(s) + q * LOAD(a + p * RF_ACC_STRIDE));
+            vf c = LOAD(a + p * RF_ACC_STRIDE);
+            STORE(s, LOAD(s) + q * choose(has_surface, c, vmax(c, SPLAT(0))));
         }
         float *covered = sum + plane * (size_t)(n_planes - 1) + x;
         STORE(covered, LOAD(covered) + m);
