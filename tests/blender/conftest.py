@@ -59,10 +59,12 @@ def install_bpy(version):
 def install_sid():
     """Folder with Debian sid and its Blender; skips where it cannot be had."""
     folder = Path(os.environ.get("RACKFOCUS_SID", WORK / "sid"))
+    if os.getuid() != 0 or subprocess.run(["unshare", "-m", "true"]).returncode:
+        pytest.skip("a folder with Debian sid needs root and mounts of its own")
     if (folder / "usr/bin/blender").exists():
         return folder
-    if os.getuid() != 0 or not shutil.which("debootstrap"):
-        pytest.skip("a folder with Debian sid needs root and debootstrap")
+    if not shutil.which("debootstrap"):
+        pytest.skip("a folder with Debian sid needs debootstrap")
     script = f"""
         set -e
         debootstrap --variant=minbase sid {folder} {MIRROR}

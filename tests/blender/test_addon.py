@@ -38,10 +38,11 @@ def test_check(blender, dist, name):
 
 
 def read_rgba(path):
-    """(height, width, 4) of a plain EXR."""
+    """(height, width, 4) of the picture in an EXR."""
     image = oiio.ImageBuf(str(path))
     pixels = image.get_pixels(oiio.FLOAT)
-    order = [image.spec().channelnames.index(c) for c in "RGBA"]
+    names = [name.split(".")[-1] for name in image.spec().channelnames]
+    order = [names.index(c) for c in "RGBA"]
     return pixels[..., order]
 
 
