@@ -12,7 +12,7 @@ enum {
     LABEL = 20,      /* height of a label's line */
     GLYPH_STEP = 12, /* letters of 5 x 7, doubled */
     LETTER_SCALE = 2,
-    MAX_PICTURE = 320, /* width of a picture in its cell */
+    MAX_PICTURE = 320, /* longest side of a picture in its cell */
     MAX_WIDTH = 2000,  /* of the sheet */
 };
 
@@ -69,9 +69,10 @@ static float encode(double v)
 
 void sheet_make(struct sheet *sheet, int n, int32_t width, int32_t height)
 {
+    const int32_t longest = width > height ? width : height;
     *sheet = (struct sheet){.source_width = width,
                             .source_height = height,
-                            .shrink = (width + MAX_PICTURE - 1) / MAX_PICTURE};
+                            .shrink = (longest + MAX_PICTURE - 1) / MAX_PICTURE};
     sheet->picture_width = (width + sheet->shrink - 1) / sheet->shrink;
     sheet->picture_height = (height + sheet->shrink - 1) / sheet->shrink;
     sheet->cell_width = 2 * sheet->picture_width + 3 * MARGIN;
