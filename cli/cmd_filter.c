@@ -86,8 +86,10 @@ static bool check_usage(const struct filter_options *tool,
 {
     if (operands->n == 0)
         return fail_usage("filter needs an input, an EXR file with colour and depth");
-    if (operands->n > 2 || (operands->n == 2 && tool->depth_file))
+    if (operands->n == 2 && tool->depth_file)
         return fail_usage("filter takes one file of colour and one of depth");
+    if (operands->n > RF_MAX_VIEWS)
+        return fail_usage("filter takes 64 views at most");
     if (!tool->output)
         return fail_usage("filter needs an output, -o FILE.exr or -o FILE.png");
     if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
@@ -123,16 +125,21 @@ static int cmd_filter(int argc, char **argv)
 const struct command command_filter = {
     .name = "filter",
     .summary = "give a rendered picture its lens",
-    .usage = "IN.exr [DEPTH.exr] -o OUT [options]",
+    .usage = "IN.exr [DEPTH.exr] -o OUT [options]\n"
+             "       rackfocus filter VIEW.exr VIEW.exr ... -o OUT [options]",
     .description =
         "Blurs a pinhole render by its depth, as the lens would have. IN.exr holds the "
         "colour and, unless a second file is given, the depth. What the camera was is "
         "read from the header where it says so; options win over the header.\n\n"
+        "Several inputs that each hold colour and depth and say in the header where on "
+        "the lens they were taken (rackfocus:lensOffset) are merged by the method "
+        "views; the camera is that of the first.\n\n"
         "The output is written beside its place and renamed, so it may be the input "
         "itself, and an old file survives any failure.",
     .examples =
         "rackfocus filter passes.exr -o out.exr --focus-distance 8 --f-stop 1.4\n"
         "rackfocus filter colour.exr --depth-file z.exr -o out.png --blades 6\n"
+        "rackfocus filter passes_v*.exr -o out.exr --focus-distance 8\n"
         "rackfocus filter ortho.exr -o out.exr --projection orthographic "
         "--ortho-scale 4",
     .options = options,

@@ -12,6 +12,7 @@
 #include "progress.h"
 #include "settings.h"
 #include "source.h"
+#include "views.h"
 
 #define HALF_MAX 65504.0f
 
@@ -20,8 +21,11 @@ struct run {
     const struct filter_options *tool;
     struct settings *settings;
     struct rf_params params; /* for the data window */
-    struct source source;
-    float *colour, *depth; /* colour becomes the result */
+    struct source_request request;
+    struct source source; /* of the first view where there are several */
+    bool has_views;
+    struct views views;
+    float *colour, *depth; /* of the first view; colour becomes the result */
     struct rf_context *context;
     struct rf_filter *filter;
     int n_threads;
@@ -67,14 +71,33 @@ static int fail_parameter(const struct run *run, const struct rf_error *error)
     return is_group_typed(run->settings, info->group) ? EXIT_USAGE : EXIT_FAILED;
 }
 
+/* The view whose pixels the core refuses, else the first one. */
+static const struct source *faulty_source(const struct run *run)
+{
+    for (int i = 0; i < run->views.n; i++) {
+        const struct rf_view *view = &run->views.views[i];
+        const float *colour = view->colour.data;
+        const size_t n = (size_t)view->colour.width * (size_t)view->colour.height *
+                         (size_t)view->colour.channels;
+        for (size_t k = 0; k < n; k++)
+            if (!isfinite(colour[k]))
+                return &run->views.sources[i];
+        if (rf_filter_planar_depth(run->filter, &view->depth, &view->depth, NULL) !=
+            RF_OK)
+            return &run->views.sources[i];
+    }
+    return &run->source;
+}
+
 static int fail_core(const struct run *run, const struct rf_error *error)
 {
     if (error->code == RF_ERROR_PARAMETER)
         return fail_parameter(run, error);
     if (error->code == RF_ERROR_CANCELLED)
         return interrupt_exit_code();
+    const struct source *source = faulty_source(run);
     const struct exr_input *input =
-        error->code == RF_ERROR_DEPTH ? run->source.depth : run->source.colour;
+        error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
     message("%s: %s", exr_path(input), error->message);
     return EXIT_FAILED;
 }
@@ -84,6 +107,47 @@ static void log_remark(void *user, enum rf_log_level level, const char *text)
     const struct run *run = user;
     if (level == RF_LOG_WARNING)
         warning(run->tool->is_quiet, "%s: %s", exr_path(run->source.colour), text);
+}
+
+/* ---- one view or several -------------------------------------------------------- */
+
+static int fail_method(const struct run *run)
+{
+    char name[32];
+    rf_params_get(&run->settings->params, "method", name, sizeof(name));
+    message("--method: %s takes one view, and here are %d; leave it out, or say views",
+            name, run->request.n_paths);
+    return EXIT_USAGE;
+}
+
+/* Are the inputs views, or a picture and perhaps its depth? */
+static int find_views(struct run *run)
+{
+    struct exr_error error;
+    const char *other = NULL;
+    const int n_paths = run->request.n_paths;
+    if (n_paths < 2)
+        return EXIT_DONE;
+    const int n = views_count(run->request.paths, n_paths, &other, &error);
+    if (n < 0)
+        return fail_exr(&error);
+    run->has_views = n == n_paths;
+    if (!run->has_views && n_paths > 2) {
+        message(
+            "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
+            "; filter takes one file of colour and one of depth, or only views",
+            other);
+        return n > 0 ? EXIT_FAILED : EXIT_USAGE;
+    }
+    if (run->has_views && run->request.depth_file) {
+        message("--depth-file: every view needs depth of its own, in its file");
+        return EXIT_USAGE;
+    }
+    if (run->has_views &&
+        settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
+        run->settings->params.method != RF_METHOD_VIEWS)
+        return fail_method(run);
+    return EXIT_DONE;
 }
 
 /* ---- steps ---------------------------------------------------------------------- */
@@ -97,6 +161,9 @@ static int read_facts(struct run *run)
         message("%s", text);
         return EXIT_FAILED;
     }
+    if (run->has_views)
+        settings_set_header(run->settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET,
+                            NULL);
     if (exr_attribute_string(source->colour, "rackfocus:filtered", &by))
         warning(run->tool->is_quiet,
                 "%s: was filtered before (%s); filter the pinhole render instead",
@@ -126,6 +193,14 @@ static int make_filter(struct run *run)
 static int read_pixels(struct run *run)
 {
     struct exr_error error;
+    if (run->has_views) {
+        if (!views_read(&run->views, &run->source, &run->request, run->n_threads,
+                        &error))
+            return fail_exr(&error);
+        run->colour = run->views.views[0].colour.data;
+        run->depth = run->views.views[0].depth.data;
+        return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
+    }
     run->colour = source_read_colour(&run->source, run->n_threads, &error);
     if (!run->colour)
         return fail_exr(&error);
@@ -138,7 +213,7 @@ static int read_pixels(struct run *run)
 static int process(struct run *run)
 {
     const struct source *source = &run->source;
-    struct rf_view view = {
+    const struct rf_view view = {
         .colour = rf_image_packed(run->colour, source->width, source->height,
                                   source->n_channels),
         .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
@@ -148,7 +223,8 @@ static int process(struct run *run)
     progress_start(&bar, "filtering", run->tool->is_quiet);
     const struct rf_progress progress = {progress_report, &bar};
     const rf_result result =
-        rf_filter_process(run->filter, &view, 1, &out, &progress, &error);
+        rf_filter_process(run->filter, run->has_views ? run->views.views : &view,
+                          run->has_views ? run->views.n : 1, &out, &progress, &error);
     progress_end(&bar);
     if (result != RF_OK)
         return fail_core(run, &error);
@@ -207,10 +283,29 @@ static void clip_to_half(const struct run *run, int n_channels)
                 run->tool->output, n_clipped);
 }
 
+/* What the filter did, and for views, since the lens's picture is none: text in place
+ * of the numbers that would make it one. At most 3. */
+static int list_attributes(const struct run *run, const struct exr_attribute *filtered,
+                           struct exr_attribute *list)
+{
+    double place[2], shear;
+    int n = 0;
+    list[n++] = *filtered;
+    if (!views_find_place(run->source.colour, place, &shear))
+        return n;
+    list[n++] = (struct exr_attribute){
+        .name = VIEWS_OFFSET, .type = EXR_ATTRIBUTE_STRING, .text = "merged"};
+    list[n++] = (struct exr_attribute){
+        .name = VIEWS_SHEAR, .type = EXR_ATTRIBUTE_STRING, .text = "merged"};
+    return n;
+}
+
 static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
                       struct exr_error *error)
 {
     const struct source *source = &run->source;
+    struct exr_attribute attributes[3];
+    const int n_attributes = list_attributes(run, filtered, attributes);
     int n;
     const struct exr_channel_info *channels = exr_channels(source->colour, &n);
     const struct exr_layer *layer = &source->layer;
@@ -240,8 +335,8 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
         .types = types,
         .samples = run->colour,
         .compression = compression_of(run),
-        .attributes = filtered,
-        .n_attributes = 1,
+        .attributes = attributes,
+        .n_attributes = n_attributes,
         .like = source->colour,
         .like_part = source->part,
         .pass_through = run->tool->pass_through,
@@ -334,25 +429,41 @@ static int run_steps(struct run *run)
     return code;
 }
 
+static void free_run(struct run *run)
+{
+    rf_filter_destroy(run->filter);
+    rf_context_destroy(run->context);
+    if (!run->has_views) {
+        free(run->colour);
+        free(run->depth);
+    }
+    views_free(&run->views);
+    source_close(&run->source);
+}
+
 int filter_run(const struct filter_options *tool, struct settings *settings,
                char *const *paths, int n_paths)
 {
     struct run run = {
-        .tool = tool, .settings = settings, .n_threads = thread_count(tool->n_threads)};
-    const struct source_request request = {.paths = paths,
-                                           .n_paths = n_paths,
-                                           .layer = tool->layer,
-                                           .depth_file = tool->depth_file,
-                                           .depth_channel = tool->depth_channel};
+        .tool = tool,
+        .settings = settings,
+        .request = {.paths = paths,
+                    .n_paths = n_paths,
+                    .layer = tool->layer,
+                    .depth_file = tool->depth_file,
+                    .depth_channel = tool->depth_channel},
+        .n_threads = thread_count(tool->n_threads),
+    };
     struct exr_error error;
     interrupt_catch();
-    if (!source_open(&run.source, &request, &error))
+    int code = find_views(&run);
+    if (code != EXIT_DONE)
+        return code;
+    struct source_request first = run.request;
+    first.n_paths = run.has_views ? 1 : n_paths;
+    if (!source_open(&run.source, &first, &error))
         return fail_exr(&error);
-    const int code = run_steps(&run);
-    rf_filter_destroy(run.filter);
-    rf_context_destroy(run.context);
-    free(run.colour);
-    free(run.depth);
-    source_close(&run.source);
+    code = run_steps(&run);
+    free_run(&run);
     return code;
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "json.h"
+#include "views.h"
 
 void info_count_radii(struct info *info, const float *radii)
 {
@@ -66,6 +67,23 @@ static void print_file(const struct exr_input *input)
     }
 }
 
+/* Where on the lens a view was taken. */
+static void print_place(const struct info *info)
+{
+    double at[2], shear;
+    if (!views_find_place(info->source.colour, at, &shear))
+        return;
+    printf("  %-16s (%g, %g) on the lens, scene units right and up", "view from", at[0],
+           at[1]);
+    if (info->has_lens && info->lens.lens_radius > 0)
+        printf(", at %.0f %% of its radius",
+               100 * hypot(at[0], at[1]) / info->lens.lens_radius);
+    if (shear > 0)
+        printf("; sheared at distance %g\n", shear);
+    else
+        printf("; parallel to the axis\n");
+}
+
 static void print_choice_of_channels(const struct info *info)
 {
     int n;
@@ -89,6 +107,7 @@ static void print_choice_of_channels(const struct info *info)
     const char *text;
     if (filtered_by(info, &text))
         printf("  %-16s by %s\n", "already filtered", text);
+    print_place(info);
 }
 
 /* The parameter that takes the effect of `key` away, or NULL. */
@@ -302,6 +321,20 @@ static void json_lens(struct json *json, const struct info *info)
     json_close(json, '}');
 }
 
+static void json_place(struct json *json, const struct info *info)
+{
+    double at[2], shear;
+    if (!views_find_place(info->source.colour, at, &shear))
+        return;
+    json_open(json, "view", '{');
+    json_open(json, "lens_offset", '[');
+    json_number(json, NULL, at[0]);
+    json_number(json, NULL, at[1]);
+    json_close(json, ']');
+    json_number(json, "shear_distance", shear);
+    json_close(json, '}');
+}
+
 void info_print_json(const struct info *info)
 {
     int n;
@@ -323,6 +356,7 @@ void info_print_json(const struct info *info)
         json_text(&json, "depth_channel",
                   exr_channels(source->depth, &n)[source->z].name);
     json_bool(&json, "filtered", filtered_by(info, &text));
+    json_place(&json, info);
     json_params(&json, &info->settings);
     if (info->has_stats)
         json_depth(&json, info);

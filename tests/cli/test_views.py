@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several views of one scene: which inputs are views, and what becomes of them."""
+
+import json
+
+import numpy
+import plainexr
+import pytest
+
+LENS = {
+    "rackfocus:lensRadius": 0.2,
+    "rackfocus:focalLengthPx": 50.0,
+    "rackfocus:focusDistance": 6.0,
+}
+PLACES = [(0.05, 0.0), (-0.06, 0.09), (0.0, -0.16)]
+
+
+@pytest.fixture
+def views(scene):
+    """Three views; their pixels are those of one, which is good enough here."""
+
+    def make(**options):
+        return [
+            scene(
+                f"v{i:02}.exr",
+                attributes=LENS
+                | {"rackfocus:lensOffset": place, "rackfocus:shearDistance": 6.0},
+                **options,
+            )
+            for i, place in enumerate(PLACES)
+        ]
+
+    return make
+
+
+def facts(rackfocus, path):
+    return json.loads(rackfocus("info", path, "--json").stdout)
+
+
+def test_views_are_recognised(rackfocus, views, tmp_path):
+    paths = views()
+    chosen, named = tmp_path / "chosen.exr", tmp_path / "named.exr"
+    rackfocus("filter", *paths, "-o", chosen)
+    rackfocus("filter", *paths, "-o", named, "--method", "views")
+    assert chosen.read_bytes() == named.read_bytes()
+    assert b"--method views" in chosen.read_bytes()
+
+
+def test_one_view_is_layered(rackfocus, views, tmp_path):
+    first = views()[0]
+    for method in ("views", "layered"):
+        rackfocus(
+            "filter", first, "-o", tmp_path / f"{method}.exr", "--method", method
+        )
+    a, b = (
+        plainexr.read(tmp_path / f"{method}.exr")[0] for method in ("views", "layered")
+    )
+    assert all(numpy.array_equal(a[name], b[name]) for name in "RGB")
+
+
+def test_another_focus_gives_another_picture(rackfocus, views, tmp_path):
+    paths = views()
+    pictures = []
+    for focus in (3, 12):
+        out = tmp_path / f"{focus}.exr"
+        rackfocus("filter", *paths, "-o", out, "--focus-distance", focus)
+        pictures.append(plainexr.read(out)[0]["G"].astype(float))
+    assert numpy.abs(pictures[0] - pictures[1]).max() > 0.1
+
+
+def test_threads_do_not_change_a_bit(rackfocus, views, tmp_path):
+    paths = views()
+    for n in (1, 2):
+        rackfocus("filter", *paths, "-o", tmp_path / f"{n}.exr", "-j", n)
+    assert (tmp_path / "1.exr").read_bytes() == (tmp_path / "2.exr").read_bytes()
+
+
+def test_info_shows_the_place(rackfocus, views):
+    path = views()[1]
+    view = facts(rackfocus, path)["view"]
+    assert view["lens_offset"] == pytest.approx([-0.06, 0.09])
+    assert view["shear_distance"] == 6
+    assert "(-0.06, 0.09) on the lens" in rackfocus("info", path).stdout
+
+
+def test_the_result_is_no_view(rackfocus, views, tmp_path):
+    out = tmp_path / "out.exr"
+    rackfocus("filter", *views(), "-o", out)
+    found = facts(rackfocus, out)
+    assert found["filtered"]
+    assert "view" not in found
+
+
+def test_the_camera_is_that_of_the_first(rackfocus, views, scene, tmp_path):
+    paths = views()
+    other = scene(
+        "other.exr",
+        attributes=LENS
+        | {"rackfocus:lensOffset": PLACES[1], "rackfocus:focusDistance": 3.0},
+    )
+    rackfocus("filter", paths[0], other, "-o", tmp_path / "out.exr")
+    assert facts(rackfocus, tmp_path / "out.exr")["parameters"]["focus-distance"][
+        "value"
+    ] == pytest.approx(6)
+
+
+def test_a_method_of_one_view_is_refused(rackfocus, views, tmp_path):
+    done = rackfocus(
+        "filter", *views(), "-o", tmp_path / "o.exr", "--method", "layered", code=2
+    )
+    assert "--method: layered takes one view, and here are 3" in done.stderr
+
+
+def test_a_file_that_is_no_view_is_named(rackfocus, views, scene, tmp_path):
+    plain = scene("plain.exr")
+    done = rackfocus("filter", *views(), plain, "-o", tmp_path / "o.exr", code=1)
+    assert "plain.exr: is no view" in done.stderr
+
+
+def test_no_views_at_all(rackfocus, scene, tmp_path):
+    plain = scene("plain.exr")
+    done = rackfocus("filter", plain, plain, plain, "-o", tmp_path / "o.exr", code=2)
+    assert "rackfocus:lensOffset" in done.stderr
+
+
+def test_depth_of_their_own(rackfocus, views, tmp_path):
+    paths = views()
+    rackfocus(
+        "filter", *paths, "--depth-file", paths[0], "-o", tmp_path / "o.exr", code=2
+    )
+
+
+def test_sizes_must_agree(rackfocus, views, scene, tmp_path):
+    small = scene(
+        "small.exr", size=(40, 32), attributes={"rackfocus:lensOffset": (0.1, 0.0)}
+    )
+    done = rackfocus("filter", *views(), small, "-o", tmp_path / "o.exr", code=1)
+    assert "small.exr: is 40 x 32" in done.stderr
+
+
+def test_too_many(rackfocus, views, tmp_path):
+    done = rackfocus("filter", *views() * 22, "-o", tmp_path / "o.exr", code=2)
+    assert "64 views at most" in done.stderr
+
+
+def test_the_bad_view_is_named(rackfocus, views, scene, tmp_path):
+    def spoil(channels):
+        channels["Z"][5, 7] = numpy.nan
+
+    bad = scene(
+        "bad.exr", attributes={"rackfocus:lensOffset": (0.1, 0.0)}, change=spoil
+    )
+    done = rackfocus("filter", *views(), bad, "-o", tmp_path / "o.exr", code=1)
+    assert "bad.exr" in done.stderr
+    assert "(7, 5)" in done.stderr
