@@ -225,7 +225,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """Hands passes, {name: (height, width, channels), rows upwards}, to Blender."""
         height, width = by_name["Combined"].shape[:2]
         for about in EXTRA_PASSES:
-            self.add_pass(*about[:3], layer=frame.layer)
+            if about[0] in by_name:
+                self.add_pass(*about[:3], layer=frame.layer)
         result = self.begin_result(
             0, 0, width, height, layer=frame.layer, view=frame.view
         )
