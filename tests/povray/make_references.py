@@ -32,13 +32,13 @@ SCENES = {
             ("variance 1/255 ", "variance 0 "),
         ],
     ),
-    "pawns": (
-        "advanced/pawns.pov",
-        (480, 360),
+    "shadows": (
+        "lights/shadows.pov",
+        (400, 300),
         [
             (
-                "look_at   <-2.0, 0.0, -4.0>",
-                "look_at   <-2.0, 0.0, -4.0> aperture 0.8 focal_point <-2,0,-4> "
+                "look_at <0, 0, 0>",
+                "look_at <0, 0, 0> aperture 16 focal_point <0, 3, -5> "
                 "blur_samples 300, 300 variance 0 confidence 0.9999",
             )
         ],

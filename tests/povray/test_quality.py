@@ -7,14 +7,14 @@ import pytest
 from conftest import EXAMPLES, HERE
 
 REFERENCES = HERE.parent / "quality" / "references" / "povray"
-PAWNS = ["--aperture", "0.8", "--focal-point=-2,0,-4"]
+SHADOWS = ["--aperture", "16", "--focal-point=0,3,-5"]
 
 
 @pytest.mark.parametrize(
     "scene, options, size, bar_db, gain_db",
     [
         ("camera/focalblur", [], (640, 480), 41, 9),
-        ("advanced/pawns", PAWNS, (480, 360), 0, 9),
+        ("lights/shadows", SHADOWS, (400, 300), 0, 9),
         ("advanced/chess2", [], (480, 360), 0, 9),
     ],
 )
