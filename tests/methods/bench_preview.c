@@ -102,16 +102,15 @@ static int list_lines(struct line *lines, const char *only)
 {
     static const char *const blends[] = {"coc", "region"};
     static const double radii[] = {4, 64};
-    size_t n_methods;
-    const struct rf_method_info *methods = rf_method_list(&n_methods);
+    const struct rf_method_info *methods = rf_method_list(NULL);
     int n = 0;
     lines[n++] = (struct line){"in focus", RF_METHOD_BOX, 0, 0, 1e9, 1e9};
-    for (size_t m = RF_METHOD_BOX; m < n_methods; m++)
+    for (int m = RF_METHOD_BOX; m <= RF_METHOD_RECURSIVE_OFFSET; m++)
         for (int b = 0; b < 2; b++)
             for (int k = 0; k < 2 && n < MAX_LINES; k++) {
                 if (only && strcmp(only, methods[m].name))
                     continue;
-                lines[n] = (struct line){"", (int)m, b, radii[k], 1e9, 1e9};
+                lines[n] = (struct line){"", m, b, radii[k], 1e9, 1e9};
                 snprintf(lines[n].name, sizeof lines[n].name, "%s %s %g px",
                          methods[m].name, blends[b], radii[k]);
                 n++;

@@ -50,14 +50,13 @@ static double leak_of(int method, int blend, int control, bool is_left_out)
 
 static void colour_leaks_and_leak_control_helps(void)
 {
-    size_t n_methods;
-    const struct rf_method_info *methods = rf_method_list(&n_methods);
-    for (size_t m = RF_METHOD_BOX; m < n_methods; m++)
+    const struct rf_method_info *methods = rf_method_list(NULL);
+    for (int m = RF_METHOD_BOX; m <= RF_METHOD_RECURSIVE_OFFSET; m++)
         for (int blend = 0; blend <= RF_BLEND_SLICES; blend++) {
-            double none = leak_of((int)m, blend, RF_LEAK_NONE, false);
-            double hint = leak_of((int)m, blend, RF_LEAK_HINT, false);
-            double product = leak_of((int)m, blend, RF_LEAK_PRODUCT, false);
-            double left_out = leak_of((int)m, blend, RF_LEAK_NONE, true);
+            double none = leak_of(m, blend, RF_LEAK_NONE, false);
+            double hint = leak_of(m, blend, RF_LEAK_HINT, false);
+            double product = leak_of(m, blend, RF_LEAK_PRODUCT, false);
+            double left_out = leak_of(m, blend, RF_LEAK_NONE, true);
             printf("# %s, blend %d: leak %.3f, hint %.3f, product %.3f, left out "
                    "%.3f\n",
                    methods[m].name, blend, none, hint, product, left_out);
@@ -71,18 +70,16 @@ static void colour_leaks_and_leak_control_helps(void)
 /* Gathering: a blurred foreground ends at its outline, where scattering softens it. */
 static void a_blurred_foreground_keeps_its_outline(void)
 {
-    size_t n_methods;
-    rf_method_list(&n_methods);
-    for (size_t m = RF_METHOD_SCATTER; m < n_methods; m++) {
+    for (int m = RF_METHOD_SCATTER; m <= RF_METHOD_RECURSIVE_OFFSET; m++) {
         struct rf_params p;
         struct frame f = sharp_square(12);
-        plain_params(&p, (int)m);
+        plain_params(&p, m);
         for (int i = 0; i < SIZE * SIZE; i++)
             f.depth[i] = f.depth[i] == PLAIN_FOCUS ? plain_depth(-12) : PLAIN_FOCUS;
         CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
         double outside = *frame_at(&f, f.out, SIZE / 2 + 12, SIZE / 2);
         double inside = *frame_at(&f, f.out, SIZE / 2 + 11, SIZE / 2);
-        printf("# method %zu: %.3f inside, %.3f outside\n", m, inside, outside);
+        printf("# method %d: %.3f inside, %.3f outside\n", m, inside, outside);
         if (m == RF_METHOD_SCATTER)
             CHECK(outside > 0.3);
         else
