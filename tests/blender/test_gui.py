@@ -35,7 +35,10 @@ def session(request, dist):
     script = SERVED.format(out=blender.out, blender=shlex.join(command))
     screen = "-screen 0 1280x900x24"
     about = {**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"}
-    call("xvfb-run", "-a", "-s", screen, "sh", "-c", script, env=about, timeout=240)
+    log = call(
+        "xvfb-run", "-a", "-s", screen, "sh", "-c", script, env=about, timeout=240
+    )
+    assert "Traceback" not in log, log[-3000:]
     found = json.loads((blender.out / "gui.json").read_text())
     assert found.get("done"), found
     return found, blender.out
@@ -67,7 +70,7 @@ def test_the_nodes_own_button(session):
 def test_escape_ends_the_filter_soon(session):
     """Half a second on an idle machine; the limit leaves room for a busy one."""
     found, _ = session
-    assert found["cancel_s"] < 2
+    assert found["cancel_s"] < 5
     assert "not filtered" in found["message"]
 
 
