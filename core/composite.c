@@ -87,16 +87,6 @@ static int level_of(const struct composer *c, float r)
     return l;
 }
 
-/* Radius at the level's resolution whose spread there ends as r px in the picture. */
-static float level_radius(float r, int level)
-{
-    if (level == 0)
-        return r;
-    double scale = (double)(1 << level);
-    double moment = (double)r * r - 4.0 * (scale * scale - 1) / 3;
-    return copysignf((float)(sqrt(fmax(moment, 0)) / scale), r);
-}
-
 static struct group make_group(const struct composer *c, int level, bool is_near)
 {
     struct group g = {.level = level, .is_near = is_near};
@@ -202,8 +192,8 @@ static int bin_of(const struct group *g, float r)
 static int32_t splat_slot(const struct composer *c, float r, int level, int phase,
                           enum rf_footprint_kind kind)
 {
-    int index = rf_radius_index(&c->footprints, level_radius(r, level));
-    return (int32_t)rf_footprint_slot(&c->footprints, index, phase, kind);
+    int index = rf_radius_index(&c->footprints, ldexpf(r, -level));
+    return (int32_t)rf_footprint_slot(&c->footprints, index, phase, kind, level);
 }
 
 static struct rf_splat full_splat(const struct composer *c, const struct rf_sample *p)

@@ -9,8 +9,8 @@
 enum { RF_ALIGNMENT = 64, RF_MAX_THREADS = 1024, HUGE_PAGE = 2 << 20 };
 
 /*
- * Buffers of a picture are touched once and given back: with pages of 4 kB a third of the
- * filter's time goes into the faults, so large blocks ask for huge ones.
+ * Buffers of a picture are touched once and given back: with pages of 4 kB a third of
+ * the filter's time goes into the faults, so large blocks ask for huge ones.
  */
 static void *default_allocate(void *user, size_t n_bytes)
 {

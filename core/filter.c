@@ -5,6 +5,10 @@
 #include "internal.h"
 #include "methods/preview.h"
 
+/* A picture whose every radius is below this is its own blur: half a step of the
+ * radius. */
+static const float SHARP_PX = 1.0f / 64;
+
 /* One line per method, in the order of RF_LIST_METHOD. */
 static const struct rf_method_entry entries[] = {
     [RF_METHOD_LAYERED] = {.run = rf_layered_run},
@@ -198,7 +202,7 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
     }
     memcpy(work->colour, work->views[0].colour, sizeof work->colour);
     work->radius = work->views[0].radius;
-    if (work->largest_radius == 0 && work->n_views == 1) {
+    if (work->largest_radius < SHARP_PX && work->n_views == 1) {
         rf_image_copy(&views->colour, out);
         return RF_OK;
     }

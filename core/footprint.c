@@ -152,6 +152,23 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
         cells->share[c] /= total;
 }
 
+/* Variance of u and v over the aperture. */
+static void measure_variance(const struct rf_shape *shape, double variance[2])
+{
+    struct interval range = v_range(shape);
+    double area = 0, uu = 0, vv = 0;
+    for (int line = 0; line < MAX_LINES; line++) {
+        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
+        struct interval cut = cut_aperture(shape, v);
+        double length = fmax(cut.to - cut.from, 0);
+        area += length;
+        vv += length * v * v;
+        uu += length * (cut.from * cut.from + cut.from * cut.to + cut.to * cut.to) / 3;
+    }
+    variance[0] = uu / area;
+    variance[1] = vv / area;
+}
+
 /* ---- one footprint ------------------------------------------------------------- */
 
 /* A dense grid of weights, one layer per cell, around the sample's pixel. */
@@ -194,23 +211,23 @@ static void add_line(struct grid *g, int cell, double from, double to, double y)
     }
 }
 
-static void fill_grid(struct grid *g, const struct rf_footprints *f, double r,
+static void fill_grid(struct grid *g, const struct rf_footprints *f, const double r[2],
                       double phase_x, double phase_y)
 {
     const struct rf_shape *shape = f->shape;
     struct interval range = v_range(shape);
-    double height_px = (range.to - range.from) * fabs(r) * shape->pixel_aspect;
+    double height_px = (range.to - range.from) * fabs(r[1]) * shape->pixel_aspect;
     int n_lines =
         rf_min_int(rf_max_int((int)(height_px * LINES_PER_PX), MIN_LINES), MAX_LINES);
     for (int i = 0; i < n_lines; i++) {
         double v = range.from + (range.to - range.from) * (i + 0.5) / n_lines;
-        double y = phase_y - v * r * shape->pixel_aspect;
+        double y = phase_y - v * r[1] * shape->pixel_aspect;
         struct interval cut = cut_aperture(shape, v);
         for (int c = 0; c < f->cells.n; c++) {
             struct interval part = cut_cell(&f->cells, c, v, cut);
             if (part.to <= part.from)
                 continue;
-            double a = phase_x + part.from * r, b = phase_x + part.to * r;
+            double a = phase_x + part.from * r[0], b = phase_x + part.to * r[0];
             add_line(g, c, fmin(a, b), fmax(a, b), y);
         }
     }
@@ -309,15 +326,31 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
     return p;
 }
 
+/* Radii along u and v that end as r after the level's averaging and magnifying. */
+static void level_radii(const struct rf_footprints *f, double r, int level,
+                        double out[2])
+{
+    double loss = (1 - ldexp(1, -2 * level)) / 3; /* px^2 of the level */
+    double aspect = f->shape->pixel_aspect;
+    double variance[2] = {f->variance[0], f->variance[1] * aspect * aspect};
+    for (int k = 0; k < 2; k++)
+        out[k] = copysign(sqrt(fmax(r * r - loss / variance[k], 0.01)), r);
+    if (level == 0)
+        out[0] = out[1] = r;
+}
+
 bool rf_footprint_build(struct rf_footprints *f, size_t slot)
 {
     if (f->table[slot])
         return true;
     int n_phases = f->n_phases * f->n_phases;
-    enum rf_footprint_kind kind = (enum rf_footprint_kind)(slot % RF_N_KINDS);
-    int phase = (int)(slot / RF_N_KINDS) % n_phases;
-    int index = (int)(slot / RF_N_KINDS) / n_phases - f->max_index;
-    double r = rf_radius_of_index(index);
+    int level = (int)(slot % RF_N_LEVEL_CLASSES);
+    size_t rest = slot / RF_N_LEVEL_CLASSES;
+    enum rf_footprint_kind kind = (enum rf_footprint_kind)(rest % RF_N_KINDS);
+    int phase = (int)(rest / RF_N_KINDS) % n_phases;
+    int index = (int)(rest / RF_N_KINDS) / n_phases - f->max_index;
+    double r = rf_radius_of_index(index), axis_r[2];
+    level_radii(f, r, level, axis_r);
     double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
     struct grid g = {.kernel = &kernels[kind],
                      .reach_x = (int)ceil(fabs(r) * width) + 3,
@@ -334,7 +367,7 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     if (index == 0)
         fill_point(&g, f, phase_x, phase_y);
     else
-        fill_grid(&g, f, r, phase_x, phase_y);
+        fill_grid(&g, f, axis_r, phase_x, phase_y);
     normalise(&g, &f->cells);
     f->table[slot] = pack(&g, f);
     rf_free(f->context, g.weight);
@@ -364,6 +397,7 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
     *f = (struct rf_footprints){
         .context = context, .shape = shape, .n_phases = n_phases};
     rf_lens_cells_init(&f->cells, shape, n_cells);
+    measure_variance(shape, f->variance);
     f->max_index = INT32_MAX;
     f->max_index = rf_radius_index(f, (float)max_radius) + 1;
     size_t n = rf_footprint_count(f);

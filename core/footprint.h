@@ -45,9 +45,18 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
  */
 enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
 
+/*
+ * Averaging down to level l = 1, 2, .. and magnifying again widen a footprint by (4^l -
+ * 1)/3 px^2 per axis (box and tent). The footprints of a coarse level are narrower by
+ * as much, per axis, so that the second moments come out right; from level 3 on the
+ * loss in pixels of the level no longer changes.
+ */
+enum { RF_N_LEVEL_CLASSES = 4 };
+
 struct rf_footprints {
     const struct rf_context *context;
     const struct rf_shape *shape;
+    double variance[2]; /* of the aperture in u and v, per unit radius */
     struct rf_lens_cells cells;
     int max_index; /* radii from -max_index to max_index, in steps */
     int n_phases;  /* per axis: 1 puts every sample on its pixel's centre */
@@ -97,18 +106,19 @@ static inline int rf_phase_of(const struct rf_footprints *f, float x, float y)
 static inline size_t rf_footprint_count(const struct rf_footprints *f)
 {
     return (size_t)(2 * f->max_index + 1) * (size_t)(f->n_phases * f->n_phases) *
-           RF_N_KINDS;
+           RF_N_KINDS * RF_N_LEVEL_CLASSES;
 }
 
-/* Slot of (radius index, phase, kind); phases count the sub-pixel position, x fastest.
- */
+/* Slot of (radius in pixels of the level, phase, kind, level). */
 static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
-                                       int phase, enum rf_footprint_kind kind)
+                                       int phase, enum rf_footprint_kind kind,
+                                       int level)
 {
     int n_phases = f->n_phases * f->n_phases;
-    return ((size_t)(index + f->max_index) * (size_t)n_phases + (size_t)phase) *
-               RF_N_KINDS +
-           (size_t)kind;
+    int level_class = rf_min_int(level, RF_N_LEVEL_CLASSES - 1);
+    size_t slot = (size_t)(index + f->max_index) * (size_t)n_phases + (size_t)phase;
+    return (slot * RF_N_KINDS + (size_t)kind) * RF_N_LEVEL_CLASSES +
+           (size_t)level_class;
 }
 
 /*

@@ -56,7 +56,7 @@ struct highlights {
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 {
     return rf_footprint_slot(&h->footprints, rf_radius_index(&h->footprints, s->r),
-                             rf_phase_of(&h->footprints, s->x, s->y), RF_POSITIVE);
+                             rf_phase_of(&h->footprints, s->x, s->y), RF_POSITIVE, 0);
 }
 
 static const struct rf_footprint *footprint_of(const struct highlights *h,

@@ -336,7 +336,8 @@ RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
 
 /**
  * Filters one frame. `out` has the size and the channel count of the first view's
- * colour and may be the same memory. `n_views` is 1 for the methods of one view.
+ * colour and may be the same view. `n_views` is 1 for the methods of one view. A picture
+ * whose radii are all below 1/64 px is returned bit for bit.
  * `progress` may be NULL.
  * RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
  */
@@ -348,7 +349,7 @@ RF_API rf_result rf_filter_process(const struct rf_filter *filter,
 
 /**
  * The signed radius of every pixel in px: `depth` as in struct rf_view, `out` one
- * channel, may be the same memory. Errors as rf_filter_process().
+ * channel, may be the same view. Errors as rf_filter_process().
  */
 RF_API rf_result rf_filter_coc(const struct rf_filter *filter,
                                const struct rf_image *depth, const struct rf_image *out,
@@ -356,7 +357,7 @@ RF_API rf_result rf_filter_coc(const struct rf_filter *filter,
 
 /**
  * Planar distance in scene units of every pixel, INFINITY where nothing was hit:
- * `depth` as in struct rf_view, `out` one channel, may be the same memory.
+ * `depth` as in struct rf_view, `out` one channel, may be the same view.
  */
 RF_API rf_result rf_filter_planar_depth(const struct rf_filter *filter,
                                         const struct rf_image *depth,
