@@ -19,11 +19,12 @@
 #include "povray.h"
 #include "progress.h"
 #include "settings.h"
+#include "views.h"
 
 struct povray_tool {
     const char *output, *keep, *focal_point, *frames;
     double aperture;
-    int32_t n_reference, n_threads;
+    int32_t n_views, n_reference, n_threads;
     bool is_linear, is_camera_only, is_quiet;
 };
 
@@ -51,12 +52,20 @@ static const struct option options[] = {
      .offset = AT(focal_point),
      .value = "X,Y,Z",
      .help = "Point in focus, in place of the scene's."},
+    {.name = "views",
+     .kind = OPTION_INT,
+     .offset = AT(n_views),
+     .value = "COUNT",
+     .min = 1,
+     .max = RF_MAX_VIEWS,
+     .help = "Render so many views from points of the lens and merge them: real "
+             "background behind near things. [default 1]"},
     {.name = "keep",
      .kind = OPTION_FILE,
      .offset = AT(keep),
      .value = "DIR",
-     .help = "Keep the passes as DIR/passes.exr, which rackfocus filter refocuses "
-             "without rendering."},
+     .help = "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so on, "
+             "which rackfocus filter refocuses without rendering."},
     {.name = "reference",
      .kind = OPTION_INT,
      .offset = AT(n_reference),
@@ -153,6 +162,19 @@ static bool is_typed(const struct settings *settings, const char *name)
     return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
 }
 
+/* Several views are merged by one method, and are taken over a lens that is known. */
+static bool check_views(const struct povray_tool *tool, const struct settings *settings)
+{
+    if (tool->n_views == 1)
+        return true;
+    if (is_typed(settings, "f-stop"))
+        return fail_usage("--views needs the lens as --aperture or --lens-radius, not "
+                          "as --f-stop");
+    if (is_typed(settings, "method") && settings->params.method != RF_METHOD_VIEWS)
+        return fail_usage("--method: several views are merged by the method views");
+    return true;
+}
+
 static bool is_cancelled(void *user)
 {
     (void)user;
@@ -212,8 +234,9 @@ static struct exr_attribute text_attribute(const char *key, const char *text)
                                   .text = text};
 }
 
-/* The facts of the camera for the header; returns their number, at most 8. */
-static int list_facts(const struct povray_passes *passes, struct exr_attribute *list)
+/* The facts of the camera for the header; returns their number, at most 10. */
+static int list_facts(const struct povray_passes *passes, bool is_view,
+                      struct exr_attribute *list)
 {
     const struct povray_camera *camera = &passes->camera;
     int n = 0;
@@ -231,18 +254,27 @@ static int list_facts(const struct povray_passes *passes, struct exr_attribute *
                                                             length(camera->direction) /
                                                             length(camera->right));
     }
+    if (is_view) {
+        list[n++] = (struct exr_attribute){
+            .name = VIEWS_OFFSET,
+            .type = EXR_ATTRIBUTE_V2F,
+            .number = {passes->lens_offset[0], passes->lens_offset[1]}};
+        list[n++] = (struct exr_attribute){.name = VIEWS_SHEAR,
+                                           .type = EXR_ATTRIBUTE_FLOAT,
+                                           .number = {camera->focus_distance, 0}};
+    }
     return n;
 }
 
 /* Colour as half, which is what POV-Ray gave, and depth as float. */
 static bool write_passes(const char *path, const struct povray_passes *passes,
-                         int n_threads, struct exr_error *error)
+                         bool is_view, int n_threads, struct exr_error *error)
 {
     static const char *const names[] = {"R", "G", "B", "Z", "A"};
     static const enum exr_sample_type types[] = {EXR_SAMPLE_HALF, EXR_SAMPLE_HALF,
                                                  EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT,
                                                  EXR_SAMPLE_HALF};
-    struct exr_attribute facts[8];
+    struct exr_attribute facts[10];
     const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
     const size_t n = passes->has_alpha ? 5 : 4;
     float *samples = need_memory(n_pixels * n, sizeof(float));
@@ -255,18 +287,18 @@ static bool write_passes(const char *path, const struct povray_passes *passes,
     const struct exr_box window = {0, 0, passes->width - 1, passes->height - 1};
     const double pixel_width = length(passes->camera.right) / passes->width;
     const double pixel_height = length(passes->camera.up) / passes->height;
-    const struct exr_output output = {.width = passes->width,
-                                      .height = passes->height,
-                                      .data_window = window,
-                                      .display_window = window,
-                                      .pixel_aspect =
-                                          (float)(pixel_width / pixel_height),
-                                      .n_channels = (int)n,
-                                      .channel_names = names,
-                                      .types = types,
-                                      .samples = samples,
-                                      .attributes = facts,
-                                      .n_attributes = list_facts(passes, facts)};
+    const struct exr_output output = {
+        .width = passes->width,
+        .height = passes->height,
+        .data_window = window,
+        .display_window = window,
+        .pixel_aspect = (float)(pixel_width / pixel_height),
+        .n_channels = (int)n,
+        .channel_names = names,
+        .types = types,
+        .samples = samples,
+        .attributes = facts,
+        .n_attributes = list_facts(passes, is_view, facts)};
     const bool is_written = exr_write(path, &output, n_threads, error);
     free(samples);
     return is_written;
@@ -314,6 +346,7 @@ struct job {
     struct povray_options options;
     struct povray_scene *scene;
     struct povray_passes passes;
+    char *paths[RF_MAX_VIEWS]; /* of the passes, one per view */
     double started_s;
 };
 
@@ -349,6 +382,65 @@ static int print_camera(struct job *job)
     return EXIT_DONE;
 }
 
+static void warn_passes(const struct job *job, const struct povray_passes *passes)
+{
+    if (passes->warning[0])
+        warning(job->tool->is_quiet, "%s: %s", job->options.scene, passes->warning);
+}
+
+/* Writes a view as soon as it is rendered; keeps what the end needs to know. */
+static bool receive_view(void *user, int view, const struct povray_passes *passes,
+                         struct povray_error *error)
+{
+    struct job *job = user;
+    struct exr_error exr_error;
+    if (view == 0)
+        warn_passes(job, passes);
+    job->passes = *passes;
+    job->passes.colour = job->passes.depth = NULL;
+    if (write_passes(job->paths[view], passes, true, job->options.n_threads,
+                     &exr_error))
+        return true;
+    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    return false;
+}
+
+static bool render_one(struct job *job, struct povray_error *error)
+{
+    struct exr_error exr_error;
+    if (!povray_render(job->scene, &job->passes, error))
+        return false;
+    warn_passes(job, &job->passes);
+    if (write_passes(job->paths[0], &job->passes, false, job->options.n_threads,
+                     &exr_error))
+        return true;
+    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    return false;
+}
+
+static bool render_views(struct job *job, struct povray_error *error)
+{
+    double total_s;
+    const bool is_good = povray_render_views(job->scene, job->tool->n_views,
+                                             receive_view, job, &total_s, error);
+    job->passes.total_s = total_s;
+    return is_good;
+}
+
+static char *pass_path(const struct job *job, int view)
+{
+    char *number =
+        job->tool->n_views > 1 ? format_text("_v%02d", view) : format_text("%s", "");
+    char *passes = frame_name("passes.exr", job->options.frame);
+    char *path = format_text(
+        "%s%s%.*s%s.exr", job->tool->keep ? job->tool->keep : povray_folder(job->scene),
+        job->tool->keep ? "/" : "", (int)strlen(passes) - 4, passes, number);
+    free(passes);
+    free(number);
+    return path;
+}
+
+/* Renders the passes of one picture into files. */
 static int render_passes(struct job *job)
 {
     struct povray_error error;
@@ -356,29 +448,23 @@ static int render_passes(struct job *job)
     progress_start(&bar, "rendering", job->tool->is_quiet);
     job->options.progress = show_progress;
     job->options.user = &bar;
-    const bool is_opened = povray_open(&job->scene, &job->options, &error);
-    const bool is_rendered =
-        is_opened && povray_render(job->scene, &job->passes, &error);
+    bool is_good = povray_open(&job->scene, &job->options, &error);
+    for (int i = 0; i < job->tool->n_views && is_good; i++)
+        job->paths[i] = pass_path(job, i);
+    if (is_good)
+        is_good = job->tool->n_views > 1 ? render_views(job, &error)
+                                         : render_one(job, &error);
     progress_end(&bar);
-    if (!is_rendered)
-        return fail_povray(&error);
-    if (job->passes.warning[0])
-        warning(job->tool->is_quiet, "%s: %s", job->options.scene, job->passes.warning);
-    return EXIT_DONE;
+    return is_good ? EXIT_DONE : fail_povray(&error);
 }
 
-static int filter_passes(struct job *job, const char *passes_path, const char *output)
+static int filter_passes(struct job *job, const char *output)
 {
-    struct exr_error error;
-    if (!write_passes(passes_path, &job->passes, job->options.n_threads, &error)) {
-        message("%s", error.message);
-        return EXIT_FAILED;
-    }
     const struct filter_options filter = {.output = output,
                                           .n_threads = job->tool->n_threads,
                                           .is_quiet = job->tool->is_quiet};
     struct settings settings = job->settings;
-    return filter_run(&filter, &settings, (char *const[]){(char *)passes_path}, 1);
+    return filter_run(&filter, &settings, job->paths, job->tool->n_views);
 }
 
 static void print_lens(const struct job *job)
@@ -427,17 +513,12 @@ static int compare_reference(struct job *job, const char *output, double own_s)
 
 static int make_picture(struct job *job)
 {
-    const int32_t frame = job->options.frame;
     job->started_s = clock_seconds();
     int code = render_passes(job);
     if (code != EXIT_DONE)
         return code;
-    char *output = frame_name(job->tool->output, frame);
-    char *passes_name = frame_name("passes.exr", frame);
-    char *passes_path =
-        job->tool->keep ? format_text("%s/%s", job->tool->keep, passes_name)
-                        : format_text("%s%s", povray_folder(job->scene), passes_name);
-    code = filter_passes(job, passes_path, output);
+    char *output = frame_name(job->tool->output, job->options.frame);
+    code = filter_passes(job, output);
     const double own_s = clock_seconds() - job->started_s;
     if (code == EXIT_DONE && !job->tool->is_quiet) {
         print_lens(job);
@@ -446,8 +527,6 @@ static int make_picture(struct job *job)
     }
     if (code == EXIT_DONE && job->tool->n_reference > 0)
         code = compare_reference(job, output, own_s);
-    free(passes_path);
-    free(passes_name);
     free(output);
     return code;
 }
@@ -480,6 +559,10 @@ static int run_frames(struct job *job, const struct frames *frames)
             job->options.last_frame = frames->last;
         }
         code = make_picture(job);
+        for (int i = 0; i < job->tool->n_views; i++) {
+            free(job->paths[i]);
+            job->paths[i] = NULL;
+        }
         povray_passes_free(&job->passes);
         povray_close(job->scene);
         job->scene = NULL;
@@ -509,7 +592,8 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
 {
     struct job job = {.tool = tool};
     struct frames frames = {0};
-    if (!check_usage(tool, operands) || !parse_frames(tool->frames, &frames) ||
+    if (!check_usage(tool, operands) || !check_views(tool, settings) ||
+        !parse_frames(tool->frames, &frames) ||
         !make_options(tool, settings, operands, &job.options))
         return EXIT_USAGE;
     if (tool->is_linear)
@@ -528,7 +612,7 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
 
 static int cmd_povray(int argc, char **argv)
 {
-    struct povray_tool tool = {.aperture = NAN};
+    struct povray_tool tool = {.aperture = NAN, .n_views = 1};
     struct settings settings;
     struct operands operands;
     int code = options_parse(&command_povray, argc, argv, &tool, &settings, &operands);

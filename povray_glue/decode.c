@@ -133,10 +133,9 @@ static double distance_through(const struct decode_fog fogs[2],
 }
 
 int64_t decode_depth(const struct decode_fog fogs[2], const struct decode_space *space,
-                     const struct povray_camera *camera, int32_t width, int32_t height,
-                     float *depth)
+                     const struct povray_camera *camera, double axis_length,
+                     int32_t width, int32_t height, float *depth)
 {
-    double axis_length = vector_length(camera->direction);
     int64_t n_inside = 0;
 #pragma omp parallel for reduction(+ : n_inside) schedule(static)
     for (int32_t y = 0; y < height; y++) {

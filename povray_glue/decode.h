@@ -44,9 +44,10 @@ struct decode_fog {
 };
 
 /* Depth of a picture from two fogs, the nearer first. Planar distance, INFINITY where
- * nothing was hit; returns the number of pixels in which no fog was seen. */
+ * nothing was hit; returns the number of pixels in which no fog was seen. The camera's
+ * direction, which may be sheared, reaches `axis_length` along the axis. */
 int64_t decode_depth(const struct decode_fog fogs[2], const struct decode_space *space,
-                     const struct povray_camera *camera, int32_t width, int32_t height,
-                     float *depth);
+                     const struct povray_camera *camera, double axis_length,
+                     int32_t width, int32_t height, float *depth);
 
 #endif

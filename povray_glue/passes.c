@@ -24,6 +24,10 @@
 /* Below 65504^(1 / gamma) for a gamma up to 2.4, as half floats need. */
 #define FOG_LIGHT 100.0
 #define MAX_FOG_GAMMA 2.4
+/* A view is one of many: docs/views.md has times and scores. */
+#define VIEW_OPTIONS "+A0.1 +AM1 +R2"
+/* Views that render side by side. */
+#define VIEWS_AT_ONCE 2
 /* Distances of the two fogs, in focus distances. */
 #define NEAR_FOG 0.7
 #define FAR_FOG 40.0
@@ -392,12 +396,32 @@ struct fog_runs {
     double light, distances[2];
 };
 
-static bool start_fog(struct povray_scene *scene, struct run *run, const char *name,
-                      enum rewrite_mode mode, double distance, double light,
-                      struct povray_error *error)
+/* Whose passes are rendered: those of the scene's own camera, or of a view. */
+struct shot {
+    const struct povray_camera *camera;
+    int view; /* -1: the scene's own camera, which needs no words */
+};
+
+static char *shot_name(const struct shot *shot, const char *name)
+{
+    return shot->view < 0 ? text_format("%s", name)
+                          : text_format("v%02d_%s", shot->view, name);
+}
+
+static void add_camera(struct text *tail, const struct shot *shot)
+{
+    text_addf(tail, "\n");
+    if (shot->view >= 0)
+        camera_write(tail, shot->camera, 0);
+}
+
+static bool start_fog(struct povray_scene *scene, const struct shot *shot,
+                      struct run *run, const char *name, enum rewrite_mode mode,
+                      double distance, double light, struct povray_error *error)
 {
     struct text tail = {0};
-    text_addf(&tail, "\nglobal_settings{max_trace_level 1");
+    add_camera(&tail, shot);
+    text_addf(&tail, "global_settings{max_trace_level 1");
     /* Indirect light would cost time and say nothing; the last setting wins. */
     if (scene->sources.has_radiosity)
         text_addf(&tail, " radiosity{pretrace_start 1 pretrace_end 1 count 1 "
@@ -408,14 +432,17 @@ static bool start_fog(struct povray_scene *scene, struct run *run, const char *n
     if (distance > 0)
         text_addf(&tail, "fog{fog_type 1 distance %.17g color rgb %.17g}\n", distance,
                   light);
-    bool is_started =
-        start_render(scene, run, name, mode, "", tail.data, "", "-A -UA +Q9", error);
+    char *full_name = shot_name(shot, name);
+    bool is_started = start_render(scene, run, full_name, mode, "", tail.data, "",
+                                   "-A -UA +Q9", error);
+    free(full_name);
     text_free(&tail);
     return is_started;
 }
 
-static bool start_fogs(struct povray_scene *scene, struct fog_runs *fogs,
-                       enum rewrite_mode mode, struct povray_error *error)
+static bool start_fogs(struct povray_scene *scene, const struct shot *shot,
+                       struct fog_runs *fogs, enum rewrite_mode mode,
+                       struct povray_error *error)
 {
     double focus = scene->camera.focus_distance;
     bool is_dark = scene->sources.has_fog;
@@ -425,10 +452,10 @@ static bool start_fogs(struct povray_scene *scene, struct fog_runs *fogs,
         fogs->light = pow(60000, 1 / scene->space.gamma);
     for (int i = 0; i < 2; i++) {
         if ((i == 0 || is_dark) &&
-            !start_fog(scene, &fogs->bases[i], i ? "base1" : "base0", mode,
+            !start_fog(scene, shot, &fogs->bases[i], i ? "base1" : "base0", mode,
                        is_dark ? fogs->distances[i] : 0, 0, error))
             return false;
-        if (!start_fog(scene, &fogs->fogged[i], i ? "fog1" : "fog0", mode,
+        if (!start_fog(scene, shot, &fogs->fogged[i], i ? "fog1" : "fog0", mode,
                        fogs->distances[i], fogs->light, error))
             return false;
     }
@@ -455,8 +482,9 @@ static bool same_size(struct povray_scene *scene, const struct decode_picture *a
     return false;
 }
 
-static bool read_fogs(struct povray_scene *scene, struct fog_runs *runs,
-                      struct povray_passes *passes, struct povray_error *error)
+static bool read_fogs(struct povray_scene *scene, const struct shot *shot,
+                      struct fog_runs *runs, struct povray_passes *passes,
+                      struct povray_error *error)
 {
     bool is_dark = scene->sources.has_fog, is_good = true;
     const struct decode_picture size = {.width = passes->width,
@@ -481,7 +509,8 @@ static bool read_fogs(struct povray_scene *scene, struct fog_runs *runs,
         if (!passes->depth)
             passes->depth = glue_alloc(n_pixels, sizeof(float));
         passes->n_inside =
-            (double)decode_depth(fogs, &scene->space, &scene->camera, passes->width,
+            (double)decode_depth(fogs, &scene->space, shot->camera,
+                                 vector_length(scene->camera.direction), passes->width,
                                  passes->height, passes->depth) /
             (double)n_pixels;
     }
@@ -501,29 +530,30 @@ static int list_fogs(struct fog_runs *fogs, struct run **list, int n)
 }
 
 /* Another round of fogs, where the first one was too bright or did not reach. */
-static bool repeat_fogs(struct povray_scene *scene, enum rewrite_mode mode,
-                        struct povray_passes *passes, struct povray_error *error)
+static bool repeat_fogs(struct povray_scene *scene, const struct shot *shot,
+                        enum rewrite_mode mode, struct povray_passes *passes,
+                        struct povray_error *error)
 {
     struct fog_runs fogs = {0};
     struct run *list[4];
-    bool is_good = start_fogs(scene, &fogs, mode, error) &&
+    bool is_good = start_fogs(scene, shot, &fogs, mode, error) &&
                    wait_quietly(scene, list, list_fogs(&fogs, list, 0), error) &&
-                   read_fogs(scene, &fogs, passes, error);
+                   read_fogs(scene, shot, &fogs, passes, error);
     stop_fogs(&fogs);
     return is_good;
 }
 
 /* POV-Ray computes no fog inside solid things; where the camera is in one that is not
  * hollow, a copy of the scene in which all things are hollow may tell. */
-static bool look_inside(struct povray_scene *scene, struct povray_passes *passes,
-                        struct povray_error *error)
+static bool look_inside(struct povray_scene *scene, const struct shot *shot,
+                        struct povray_passes *passes, struct povray_error *error)
 {
     if (passes->n_inside <= INSIDE_LIMIT)
         return true;
     struct povray_error ignored = {.message = ""};
     struct povray_passes second = *passes;
     second.depth = NULL;
-    if (repeat_fogs(scene, REWRITE_HOLLOW, &second, &ignored) &&
+    if (repeat_fogs(scene, shot, REWRITE_HOLLOW, &second, &ignored) &&
         second.n_inside < passes->n_inside) {
         free(passes->depth);
         passes->depth = second.depth;
@@ -573,11 +603,12 @@ static bool run_job(struct povray_scene *scene, struct job *job,
                     struct povray_passes *passes, struct povray_error *error)
 {
     struct run *list[6] = {&job->colour, &job->probe};
+    const struct shot shot = {&scene->camera, -1};
     if (!start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "", "",
                       COLOUR_OPTIONS, "", error) ||
         !find_items(scene, error) || !choose_camera(scene, error) ||
         !start_probe(scene, &job->probe, error) ||
-        !start_fogs(scene, &job->fogs, REWRITE_PINHOLE, error))
+        !start_fogs(scene, &shot, &job->fogs, REWRITE_PINHOLE, error))
         return false;
     /* A camera that is not ours is known long before the colour is ready. */
     if (!wait_quietly(scene, list + 1, 1, error) ||
@@ -587,9 +618,9 @@ static bool run_job(struct povray_scene *scene, struct job *job,
         !read_colour(scene, &job->colour, passes, error))
         return false;
     bool is_good = scene->space.gamma > MAX_FOG_GAMMA
-                       ? repeat_fogs(scene, REWRITE_PINHOLE, passes, error)
-                       : read_fogs(scene, &job->fogs, passes, error);
-    return is_good && look_inside(scene, passes, error);
+                       ? repeat_fogs(scene, &shot, REWRITE_PINHOLE, passes, error)
+                       : read_fogs(scene, &shot, &job->fogs, passes, error);
+    return is_good && look_inside(scene, &shot, passes, error);
 }
 
 bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
@@ -609,6 +640,115 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
     passes->total_s = seconds_now() - started_s;
     if (!is_good)
         povray_passes_free(passes);
+    return is_good;
+}
+
+/* ---- views --------------------------------------------------------------------- */
+
+/* A view on its way. */
+struct view_job {
+    struct shot shot;
+    struct povray_camera camera;
+    double offset[2];
+    struct run colour;
+    struct fog_runs fogs;
+};
+
+/* Points that cover a disc evenly (Vogel's spiral), in lens radii. */
+static void place_on_disc(int i, int n, double place[2])
+{
+    const double golden_angle = 2.39996322972865332;
+    double radius = sqrt((i + 0.5) / n);
+    place[0] = radius * cos(golden_angle * i);
+    place[1] = radius * sin(golden_angle * i);
+}
+
+/* Moves the camera over its lens and shears it back to the plane in focus. */
+static void move_camera(struct povray_camera *camera, const double offset[2])
+{
+    double right = offset[0] / vector_length(camera->right);
+    double up = offset[1] / vector_length(camera->up);
+    double shear = vector_length(camera->direction) / camera->focus_distance;
+    for (int i = 0; i < 3; i++) {
+        double moved = right * camera->right[i] + up * camera->up[i];
+        camera->location[i] += moved;
+        camera->direction[i] -= shear * moved;
+    }
+}
+
+static bool start_view(struct povray_scene *scene, struct view_job *job, int view,
+                       int n_views, struct povray_error *error)
+{
+    *job = (struct view_job){.shot = {&job->camera, view}, .camera = scene->camera};
+    place_on_disc(view, n_views, job->offset);
+    job->offset[0] *= scene->camera.aperture / 4;
+    job->offset[1] *= scene->camera.aperture / 4;
+    move_camera(&job->camera, job->offset);
+    struct text tail = {0};
+    add_camera(&tail, &job->shot);
+    char *name = shot_name(&job->shot, "colour");
+    bool is_started = start_render(scene, &job->colour, name, REWRITE_PINHOLE, "",
+                                   tail.data, VIEW_OPTIONS, "", error) &&
+                      start_fogs(scene, &job->shot, &job->fogs, REWRITE_PINHOLE, error);
+    free(name);
+    text_free(&tail);
+    return is_started;
+}
+
+static bool finish_view(struct povray_scene *scene, struct view_job *job,
+                        struct povray_passes *passes, struct povray_error *error)
+{
+    struct run *list[5] = {&job->colour};
+    *passes = (struct povray_passes){.camera = scene->camera,
+                                     .gamma = scene->space.gamma,
+                                     .is_srgb = scene->space.is_srgb,
+                                     .lens_offset = {job->offset[0], job->offset[1]}};
+    return wait_quietly(scene, list, list_fogs(&job->fogs, list, 1), error) &&
+           read_colour(scene, &job->colour, passes, error) &&
+           read_fogs(scene, &job->shot, &job->fogs, passes, error) &&
+           look_inside(scene, &job->shot, passes, error);
+}
+
+static void stop_view(struct view_job *job)
+{
+    run_stop(&job->colour);
+    stop_fogs(&job->fogs);
+}
+
+static bool run_views(struct povray_scene *scene, int n_views, povray_view_fn receive,
+                      void *user, struct povray_error *error)
+{
+    struct view_job jobs[VIEWS_AT_ONCE] = {0};
+    bool is_good = true;
+    for (int i = 0; i < n_views + VIEWS_AT_ONCE - 1 && is_good; i++) {
+        int done = i - (VIEWS_AT_ONCE - 1);
+        if (i < n_views)
+            is_good = start_view(scene, &jobs[i % VIEWS_AT_ONCE], i, n_views, error);
+        if (done < 0 || !is_good)
+            continue;
+        struct view_job *job = &jobs[done % VIEWS_AT_ONCE];
+        struct povray_passes passes;
+        is_good = finish_view(scene, job, &passes, error) &&
+                  receive(user, done, &passes, error);
+        povray_passes_free(&passes);
+        stop_view(job);
+        if (scene->options.progress)
+            scene->options.progress(scene->options.user, (done + 1.0) / n_views);
+    }
+    for (int i = 0; i < VIEWS_AT_ONCE; i++)
+        stop_view(&jobs[i]);
+    return is_good;
+}
+
+bool povray_render_views(struct povray_scene *scene, int n_views,
+                         povray_view_fn receive, void *user, double *total_s,
+                         struct povray_error *error)
+{
+    struct povray_camera camera;
+    double started_s = seconds_now(), gamma;
+    bool is_good = povray_find_camera(scene, &camera, &gamma, error) &&
+                   run_views(scene, n_views, receive, user, error);
+    *total_s = seconds_now() - started_s;
     return is_good;
 }
 

@@ -42,8 +42,9 @@ struct povray_options {
 struct povray_passes {
     int32_t width, height;
     bool has_alpha;
-    float *colour; /* RGBA, scene-linear, premultiplied */
-    float *depth;  /* planar, scene units, INFINITY where nothing was hit */
+    float *colour;         /* RGBA, scene-linear, premultiplied */
+    float *depth;          /* planar, scene units, INFINITY where nothing was hit */
+    double lens_offset[2]; /* of a view, scene units right and up */
     struct povray_camera camera;
     double gamma;    /* of the space POV-Ray computes in: pixel = value^gamma */
     bool is_srgb;    /* that space is sRGB's curve; gamma is 2.2 then */
@@ -66,6 +67,20 @@ const char *povray_folder(const struct povray_scene *scene);
 bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
                    struct povray_error *error);
 void povray_passes_free(struct povray_passes *passes);
+
+/* What povray_render_views hands each view to; false with a message ends the work. */
+typedef bool (*povray_view_fn)(void *user, int view, const struct povray_passes *passes,
+                               struct povray_error *error);
+
+/*
+ * Renders n_views views from points of the lens, spread over its disc, each sheared so
+ * that the plane in focus stays; passes->camera is the one in the middle. `receive`
+ * gets them in order, one at a time, and owns nothing of them. *total_s is the time of
+ * all.
+ */
+bool povray_render_views(struct povray_scene *scene, int n_views,
+                         povray_view_fn receive, void *user, double *total_s,
+                         struct povray_error *error);
 
 /* Recovers and verifies the camera, renders no pass. */
 bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera,

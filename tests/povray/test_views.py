@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rackfocus povray --views N`: views from points of the lens, merged."""
+
+import re
+import sys
+
+import numpy
+import pytest
+from conftest import EXAMPLES, HERE
+
+sys.path.insert(0, str(HERE.parent / "cli"))
+import plainexr  # noqa: E402
+
+REFERENCES = HERE.parent / "quality" / "references" / "povray"
+SIZE = ["--", "+W160", "+H120"]
+FOCUS, FAR, RADIUS = 10, 30, 0.25
+#: A plane in focus with smooth colours, a small bright sphere far behind it in a gap.
+SCENE = """
+#version 3.7;
+global_settings {{ assumed_gamma 1 }}
+camera {{ {camera} location <1,2,-3> direction z*1.5
+          aperture 1 focal_point <1,2,7> blur_samples 20 }}
+box {{ <-20,-20,7>,<-0.5,20,7.001> texture {{ pigment {{ gradient x scale 4
+    color_map {{ [0 rgb 0.1][0.5 rgb 0.9][1 rgb 0.1] }} }} finish {{ ambient 1 diffuse 0 }} }} }}
+sphere {{ <4,3,27>,0.6 pigment {{ rgb 1 }} finish {{ ambient 1 diffuse 0 }} }}
+"""
+
+
+#: Camera, on which side of the picture the sphere is, and how far it moves in px per
+#: scene unit on the lens.
+CAMERAS = {
+    "perspective": ("right x*4/3 up y", 1, 180 * (1 / FOCUS - 1 / FAR)),
+    "left-handed": ("right -x*4/3 up y", -1, 180 * (1 / FOCUS - 1 / FAR)),
+    "orthographic": ("orthographic right x*16 up y*12", 1, 10 * (FAR / FOCUS - 1)),
+}
+
+
+@pytest.fixture(params=["perspective"])
+def scene(request, tmp_path):
+    camera, side, shift = CAMERAS[request.param]
+    (tmp_path / "plane.pov").write_text(SCENE.format(camera=camera))
+    return "plane.pov", side, shift
+
+
+def views_of(rackfocus, tmp_path, name, n, *povray):
+    rackfocus(
+        "povray", name, "--views", n, "-o", "out.exr", "--keep", "kept", *SIZE,
+        *povray, cwd=tmp_path,
+    )  # fmt: skip
+    paths = sorted((tmp_path / "kept").iterdir())
+    assert [path.name for path in paths] == [f"passes_v{i:02}.exr" for i in range(n)]
+    return [plainexr.read(path) for path in paths]
+
+
+def centre(picture, side):
+    """Where the far sphere is, px."""
+    bright = picture["G"].astype(float).copy()
+    half = bright.shape[1] // 2
+    bright[:, slice(0, half) if side > 0 else slice(half, None)] = 0
+    y, x = numpy.mgrid[0 : bright.shape[0], 0 : bright.shape[1]] + 0.5
+    return (bright * x).sum() / bright.sum(), (bright * y).sum() / bright.sum()
+
+
+@pytest.mark.parametrize("scene", CAMERAS, indirect=True)
+def test_only_the_plane_in_focus_stays(rackfocus, scene, tmp_path):
+    name, side, shift = scene
+    views = views_of(rackfocus, tmp_path, name, 3, "+A0.0", "+AM1", "+R6", "-J")
+    first = views[0][0]
+    plane = slice(5, 50) if side > 0 else slice(110, 155)
+    places = []
+    for channels, facts in views:
+        assert facts["rackfocus:shearDistance"] == pytest.approx(FOCUS)
+        difference = channels["G"][:, plane].astype(float) - first["G"][:, plane]
+        assert numpy.abs(difference).max() < 2e-3
+        assert channels["Z"][:, plane] == pytest.approx(FOCUS, rel=2e-3)
+        u, v = facts["rackfocus:lensOffset"]
+        x, y = centre(channels, side)
+        places.append((x - u * shift, y + v * shift))
+    spread = numpy.ptp(numpy.array(places), axis=0)
+    assert spread.max() < 0.05, places
+
+
+def test_points_lie_on_the_lens(rackfocus, scene, tmp_path):
+    views = views_of(rackfocus, tmp_path, scene[0], 8)
+    offsets = numpy.array([facts["rackfocus:lensOffset"] for _, facts in views])
+    radii = numpy.hypot(*offsets.T)
+    assert radii == pytest.approx(RADIUS * numpy.sqrt((numpy.arange(8) + 0.5) / 8))
+    assert numpy.abs(offsets.mean(axis=0)).max() < 0.1 * RADIUS
+
+
+def test_kept_views_refocus(rackfocus, scene, tmp_path):
+    views_of(rackfocus, tmp_path, scene[0], 4)
+    kept = sorted((tmp_path / "kept").iterdir())
+    rackfocus("filter", *kept, "-o", "same.exr", cwd=tmp_path)
+    rackfocus("filter", *kept, "-o", "far.exr", "--focus-distance", FAR, cwd=tmp_path)
+    whole, same, far = (
+        plainexr.read(tmp_path / f"{n}.exr")[0]["G"].astype(float)
+        for n in ("out", "same", "far")
+    )
+    assert numpy.array_equal(whole, same)
+    sphere = slice(70, 130)
+    lit = [(picture[:, sphere] > 0.05).sum() for picture in (same, far)]
+    assert lit[1] < 0.7 * lit[0], lit
+
+
+def test_frames_are_those_of_single_runs(rackfocus, scene, tmp_path):
+    name = scene[0]
+    rackfocus("povray", name, "--views", 2, "-o", "a.exr", "--frames", "1-2", *SIZE,
+              "+KFI1", "+KFF3", cwd=tmp_path)  # fmt: skip
+    rackfocus("povray", name, "--views", 2, "-o", "b.exr", "--frames", "2-2", *SIZE,
+              "+KFI1", "+KFF3", cwd=tmp_path)  # fmt: skip
+    pair = [(tmp_path / f"{n}0002.exr").read_bytes() for n in "ab"]
+    assert pair[0] == pair[1]
+
+
+@pytest.mark.parametrize(
+    "options, text",
+    [
+        (["--method", "layered"], "merged by the method views"),
+        (["--f-stop", "2"], "--aperture"),
+    ],
+)
+def test_wrong_usage(rackfocus, scene, tmp_path, options, text):
+    done = rackfocus("povray", scene[0], "--views", 4, "-o", "o.exr", *options,
+                     cwd=tmp_path, code=2)  # fmt: skip
+    assert text in done.stderr
+
+
+def test_beats_one_view(rackfocus, tmp_path):
+    path = EXAMPLES / "camera" / "focalblur.pov"
+    scores = []
+    for n in (1, 8):
+        out = tmp_path / f"{n}.exr"
+        done = rackfocus("povray", path.name, "--views", n, "-o", out, "--", "+W640",
+                         "+H480", cwd=path.parent)  # fmt: skip
+        text = rackfocus("compare", out, REFERENCES / "focalblur.exr").stdout
+        scores.append(float(re.search(r"tPSNR ([0-9.]+) dB", text).group(1)))
+        print(f"{n} views: {scores[-1]:.2f} dB;", done.stdout.splitlines()[-1])
+    assert scores[1] >= scores[0] + 1
