@@ -10,7 +10,7 @@
  *
  * d measured in units of the aperture's extent; a receding plane of slope below 1 never
  * triggers itself. The candidates vote for the radius r_b of the surface behind (a
- * histogram of 1/2 px bins, weight 1/(d^2 + 1/2), smoothed); with d_1 the distance of
+ * histogram of 1/2 px bins, weight (d^2 + 1/2)^-3, smoothed); with d_1 the distance of
  * the nearest candidate near r_b, the colour is the mean over the window 2.5 d_1 + 3
  * with the weight exp(-(r_q - r_b)^2 / 2) (d^2 + 1/2)^-1.5. Colours are limited to 1.5
  * times the weighted geometric mean of the luminance: without it lamps at the edge are
@@ -96,6 +96,7 @@ struct vote {
     float histogram[N_BINS + 4];
     int nearest2[N_BINS + 4]; /* squared distance of the nearest candidate of a bin */
     int top;                  /* highest bin in use */
+    int nearest;              /* squared distance of the nearest candidate so far */
 };
 
 static int vote_bin(float r, float s)
@@ -112,7 +113,9 @@ static void cast_vote(struct vote *vote, int dx, int dy, const struct rf_surface
         vote->histogram[vote->top + 1] = 0;
         vote->nearest2[vote->top + 1] = INT32_MAX;
     }
-    vote->histogram[b] += weight / ((float)d2 + 0.5f);
+    float k = 1 / ((float)d2 + 0.5f);
+    vote->histogram[b] += weight * k * k * k;
+    vote->nearest = rf_min_int(vote->nearest, d2);
     vote->nearest2[b] = rf_min_int(vote->nearest2[b], d2);
 }
 
@@ -148,40 +151,57 @@ struct query {
     float inv_x2, inv_y2; /* 1 / extent^2 */
 };
 
-/* Lets the candidates of a query vote. */
+/* Lets the candidates of one block vote. */
+static void visit_block(const struct search *search, const struct query *query, int bx,
+                        int by, struct vote *vote)
+{
+    const struct rf_surfaces *s = search->s;
+    float limit = search->blocks[by * search->n_x + bx].highest - query->s;
+    int gx = block_gap(query->x, bx), gy = block_gap(query->y, by);
+    float gap2 = (float)(gx * gx) * query->inv_x2 + (float)(gy * gy) * query->inv_y2;
+    if (limit <= 0 || gap2 >= limit * limit)
+        return;
+    int stride = block_stride(gx, gy);
+    int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
+    int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+    for (int y = by * BLOCK; y < y1; y += stride)
+        for (int x = bx * BLOCK; x < x1; x += stride) {
+            const struct rf_surface *q =
+                back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
+            if (!q)
+                continue;
+            int dx = x - query->x, dy = y - query->y;
+            float room = q->r - query->s;
+            float d2 =
+                (float)(dx * dx) * query->inv_x2 + (float)(dy * dy) * query->inv_y2;
+            if (room > 0 && d2 < room * room)
+                cast_vote(vote, dx, dy, q, (float)(stride * stride));
+        }
+}
+
+/*
+ * Lets the candidates of a query vote, in rings of blocks from the inside: beyond twice
+ * the distance of the nearest candidate a vote is not worth 2 % of its.
+ */
 static void visit_candidates(const struct search *search, const struct query *query,
                              struct vote *vote)
 {
-    const struct rf_surfaces *s = search->s;
-    int bx0 = rf_max_int(query->x - query->reach_x, 0) / BLOCK;
-    int bx1 = rf_min_int(query->x + query->reach_x, s->width - 1) / BLOCK;
-    int by0 = rf_max_int(query->y - query->reach_y, 0) / BLOCK;
-    int by1 = rf_min_int(query->y + query->reach_y, s->height - 1) / BLOCK;
-    for (int by = by0; by <= by1; by++)
-        for (int bx = bx0; bx <= bx1; bx++) {
-            float limit = search->blocks[by * search->n_x + bx].highest - query->s;
-            int gx = block_gap(query->x, bx), gy = block_gap(query->y, by);
-            float gap2 =
-                (float)(gx * gx) * query->inv_x2 + (float)(gy * gy) * query->inv_y2;
-            if (limit <= 0 || gap2 >= limit * limit)
-                continue;
-            int stride = block_stride(gx, gy);
-            int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
-            int y1 = rf_min_int((by + 1) * BLOCK, s->height);
-            for (int y = by * BLOCK; y < y1; y += stride)
-                for (int x = bx * BLOCK; x < x1; x += stride) {
-                    const struct rf_surface *q =
-                        back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
-                    if (!q)
-                        continue;
-                    int dx = x - query->x, dy = y - query->y;
-                    float room = q->r - query->s;
-                    float d2 = (float)(dx * dx) * query->inv_x2 +
-                               (float)(dy * dy) * query->inv_y2;
-                    if (room > 0 && d2 < room * room)
-                        cast_vote(vote, dx, dy, q, (float)(stride * stride));
-                }
+    int cx = query->x / BLOCK, cy = query->y / BLOCK;
+    int reach = rf_max_int(query->reach_x, query->reach_y) / BLOCK + 1;
+    for (int ring = 0; ring <= reach; ring++) {
+        int gap = (ring - 1) * BLOCK + 1;
+        if (ring > 1 && vote->nearest < INT32_MAX && gap * gap > 4 * vote->nearest)
+            return;
+        int y0 = rf_max_int(cy - ring, 0), y1 = rf_min_int(cy + ring, search->n_y - 1);
+        int x0 = rf_max_int(cx - ring, 0), x1 = rf_min_int(cx + ring, search->n_x - 1);
+        for (int by = y0; by <= y1; by++) {
+            bool is_side = by == cy - ring || by == cy + ring;
+            int step = is_side || ring == 0 ? 1 : 2 * ring;
+            for (int bx = is_side ? x0 : cx - ring; bx <= x1; bx += step)
+                if (bx >= 0)
+                    visit_block(search, query, bx, by, vote);
         }
+    }
 }
 
 /* ---- the colour ---------------------------------------------------------------- */
@@ -263,6 +283,7 @@ static bool estimate(const struct search *search, const struct query *query,
     struct vote *vote = &scratch->vote;
     vote->s = query->s;
     vote->top = 1;
+    vote->nearest = INT32_MAX;
     for (int b = 0; b < 2; b++) {
         vote->histogram[b] = 0;
         vote->nearest2[b] = INT32_MAX;
