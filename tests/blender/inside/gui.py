@@ -174,7 +174,11 @@ def compositor():
         yield 0.1
         if bpy.app.is_job_running("RENDER"):
             continue
-        FOUND["button_difference"] = float(np.abs(result("button") - expected).max())
+        try:
+            picture = result("button")
+        except RuntimeError:  # a job began meanwhile and holds the Render Result
+            continue
+        FOUND["button_difference"] = float(np.abs(picture - expected).max())
         if FOUND["button_difference"] < 0.01:
             break
     yield from screenshot("button")
