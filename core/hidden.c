@@ -18,10 +18,11 @@
  *
  * Worth 3.7 to 5.3 dB with one view.
  *
- * What is ours for speed: 8 x 8 blocks know their range of radii, and a block that
- * cannot hold a candidate is not looked at; far blocks are read at every 2nd or 4th
- * pixel; where the nearest candidate is far away, 2 x 2 pixels of one surface share one
- * answer.
+ * What is ours for speed: 8 x 8 blocks know their highest radius, and a block that
+ * cannot hold a candidate is not looked at; blocks are visited in rings from the
+ * inside, which end at twice the nearest candidate; far blocks are read at every 2nd or
+ * 4th pixel; 2 x 2 pixels of one surface share one answer. None of it costs more than
+ * 0.02 dB.
  */
 #include "surfaces.h"
 
@@ -36,7 +37,7 @@ static const float BIN_PX = 0.5f;
 static const float BRIGHTEST = 1.5f; /* over the geometric mean */
 
 struct block {
-    float lowest, highest; /* radii of the usable surfaces; empty: lowest > highest */
+    float highest; /* radius of the usable surfaces; -INFINITY where there is none */
 };
 
 struct search {
@@ -60,17 +61,15 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
 static void build_block(struct search *search, int bx, int by)
 {
     const struct rf_surfaces *s = search->s;
-    struct block b = {INFINITY, -INFINITY};
+    struct block b = {-INFINITY};
     int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
     int y1 = rf_min_int((by + 1) * BLOCK, s->height);
     for (int y = by * BLOCK; y < y1; y++)
         for (int x = bx * BLOCK; x < x1; x++) {
             const struct rf_surface *q =
                 back_surface(s, (size_t)y * (size_t)s->width + (size_t)x);
-            if (q) {
-                b.lowest = fminf(b.lowest, q->r);
+            if (q)
                 b.highest = fmaxf(b.highest, q->r);
-            }
         }
     search->blocks[by * search->n_x + bx] = b;
 }
@@ -333,7 +332,7 @@ static void search_quad(const struct search *search, struct scratch *scratch, in
 {
     const struct rf_surfaces *s = search->s;
     size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
-    bool is_found = false, is_shared = false;
+    bool is_shared = false;
     for (int k = 0; k < 4; k++) {
         int x = x0 + (k & 1), y = y0 + (k >> 1);
         if (x >= s->width || y >= s->height)
@@ -341,7 +340,7 @@ static void search_quad(const struct search *search, struct scratch *scratch, in
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
         weight[i] = 0;
         if (k > 0 && is_shared && is_same_surface(s, first, i)) {
-            weight[i] = is_found ? 1 : 0;
+            weight[i] = 1;
             hidden[i] = hidden[first];
             continue;
         }
@@ -350,10 +349,8 @@ static void search_quad(const struct search *search, struct scratch *scratch, in
         struct query query = query_at(search, x, y, s->near[i].r);
         bool found = estimate(search, &query, scratch, &hidden[i]);
         weight[i] = found ? 1 : 0;
-        if (k == 0) {
-            is_found = found;
-            is_shared = found; /* one pixel further there may be something */
-        }
+        if (k == 0)
+            is_shared = found; /* nothing is not shared: a pixel on there may be */
     }
 }
 
