@@ -14,16 +14,25 @@ NAMES = ("Rack Focus", "Rack Focus physical", "Rack Focus difference")
 HEAT = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0], [1, 1, 0], [1, 1, 1]], np.float32)
 FULL_HEAT = 0.25  # difference of display values shown as white
 
+last_scores = {}  # of the last comparison, as from rackfocus.compare()
+
 
 def to_display(picture):
     """Clipped to [0, 1] and to the power of 1/2.2: what tPSNR compares."""
     return np.clip(picture[..., :3], 0, 1) ** (1 / 2.2)
 
 
-def tpsnr_db(a, b):
-    """tPSNR of two linear pictures (height, width, 3 or 4), in dB."""
-    error = np.mean((to_display(a).astype(np.float64) - to_display(b)) ** 2)
-    return float(-10 * np.log10(max(error, 1e-12)))
+def describe(scores):
+    """The figures of rackfocus.compare() in words, those of the command."""
+    ratio, place = scores["energy_ratio"], scores["max_error_pixel"]
+    return [
+        f"tPSNR {scores['tpsnr']:.2f} dB",
+        f"PSNR {scores['psnr']:.2f} dB",
+        f"SSIM {scores['ssim']:.6f}",
+        f"RMSE {scores['rmse']:.6g}",
+        "energy ratio " + ("none" if ratio is None else f"{ratio:.6f}"),
+        f"maximum error {scores['max_error']:.6g} at pixel {place}",
+    ]
 
 
 def heat_map(a, b):
@@ -118,20 +127,24 @@ class RACK_FOCUS_OT_compare(bpy.types.Operator):
         scene = scene_of(context)
         try:
             pinhole, ours, physical = self._make(scene)
+            scores = rackfocus.compare(ours, physical)
+            without = rackfocus.compare(pinhole, physical)
         except (passes.PassesError, lens.CameraError, rackfocus.Error) as error:
             self.report({"ERROR"}, f"Rack Focus: {error}")
             return {"CANCELLED"}
         pictures = (ours, physical, heat_map(ours, physical))
         images = [show(name, p) for name, p in zip(NAMES, pictures, strict=True)]
         self._show_in_editor(context, images[-1])
-        self.tpsnr = tpsnr_db(ours, physical)
-        message = (
-            f"tPSNR against the camera's own depth of field: Rack Focus "
-            f"{self.tpsnr:.2f} dB, no depth of field {tpsnr_db(pinhole, physical):.2f} "
-            f"dB ({self.samples} samples)"
-        )
-        print(message)
-        self.report({"INFO"}, message)
+        self.tpsnr = scores["tpsnr"]
+        last_scores.update(scores)
+        for name, found in (("Rack Focus", scores), ("No depth of field", without)):
+            message = (
+                f"{name} against the camera's own depth of field, {self.samples} "
+                f"samples: {', '.join(describe(found))}"
+            )
+            print(message)
+            if found is scores:
+                self.report({"INFO"}, message)
         return {"FINISHED"}
 
     def _make(self, scene):

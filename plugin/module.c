@@ -29,6 +29,22 @@ static PyMethodDef functions[] = {
      "cpu_level()\n--\n\nInstruction set that the filter uses."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
+    {"compare", (PyCFunction)(void (*)(void))plugin_compare,
+     METH_VARARGS | METH_KEYWORDS,
+     "compare(a, b)\n--\n\n"
+     "How far picture a is from the reference b; the figures of the command's compare."
+     "\n\n"
+     "a, b: (height, width, 1, 3 or 4) or (height, width) float32 of one size, "
+     "scene-linear; grey stands for three channels alike, alpha is not compared.\n\n"
+     "Returns a dict of\n"
+     "psnr: dB, on linear values clipped to [0, 1]; inf where alike\n"
+     "tpsnr: dB, on values clipped and raised to 1/2.2; inf where alike\n"
+     "ssim: on the same values as tpsnr, 1 where alike\n"
+     "rmse: of the linear values, not clipped\n"
+     "energy_ratio: sum of a / sum of b; None where b is black\n"
+     "max_error: largest difference of two linear values\n"
+     "max_error_pixel: its (x, y) in px from the first row and column\n"
+     "identical: whether all values are equal"},
     {0},
 };
 

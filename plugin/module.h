@@ -52,6 +52,10 @@ int plugin_open_image(struct plugin_image *image, PyObject *object, const char *
                       bool is_writable);
 void plugin_close_image(struct plugin_image *image);
 
+/* ---- compare.c ----------------------------------------------------------------- */
+
+PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
+
 /* ---- lens.c, filter.c ---------------------------------------------------------- */
 
 extern PyType_Spec plugin_lens_spec, plugin_filter_spec;

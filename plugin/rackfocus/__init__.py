@@ -25,6 +25,7 @@ from ._core import (
     Lens,
     ParameterError,
     PixelError,
+    compare,
     cpu_level,
     version,
 )
@@ -40,6 +41,7 @@ __all__ = [
     "ParameterError",
     "PixelError",
     "apply",
+    "compare",
     "cpu_level",
     "methods",
     "parameters",

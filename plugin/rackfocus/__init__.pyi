@@ -10,6 +10,7 @@ from ._core import Lens as Lens
 from ._core import ParameterError as ParameterError
 from ._core import PixelError as PixelError
 from ._core import Pixels
+from ._core import compare as compare
 from ._core import cpu_level as cpu_level
 from ._core import version as version
 

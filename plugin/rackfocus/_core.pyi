@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict
 
 # Any object with the buffer protocol that holds 32 bit floats.
 Pixels: TypeAlias = Any
@@ -13,6 +13,16 @@ class ParameterError(Error, ValueError): ...
 class DepthError(Error, ValueError): ...
 class PixelError(Error, ValueError): ...
 class CancelledError(Error, RuntimeError): ...
+
+class Scores(TypedDict):
+    psnr: float
+    ssim: float
+    rmse: float
+    energy_ratio: float | None
+    max_error: float
+    max_error_pixel: tuple[int, int]
+    identical: bool
+    tpsnr: float
 
 class Lens:
     focus_distance: float
@@ -57,5 +67,6 @@ class Filter:
 
 def version() -> str: ...
 def cpu_level() -> str: ...
+def compare(a: Pixels, b: Pixels) -> Scores: ...
 def parameters() -> tuple[tuple[Any, ...], ...]: ...
 def methods() -> tuple[tuple[str, str, str, str], ...]: ...

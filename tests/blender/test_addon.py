@@ -62,6 +62,26 @@ def test_f12_is_the_command_on_the_same_passes(blender, dist, command):
     assert np.array_equal(a, b), np.abs(a - b).max()
 
 
+def test_the_comparison_prints_the_scores(blender, dist):
+    """All six figures, for the filter and for the picture as rendered."""
+    _, log = results_of(blender, dist)
+    lines = [x for x in log.splitlines() if "against the camera's own depth" in x]
+    ours = next(line for line in lines if line.startswith("Rack Focus against"))
+    without = next(line for line in lines if line.startswith("No depth of field"))
+    scores = json.loads((blender.out / "scores.json").read_text())
+    x, y = scores["max_error_pixel"]
+    for text in (
+        f"tPSNR {scores['tpsnr']:.2f} dB",
+        f"PSNR {scores['psnr']:.2f} dB",
+        f"SSIM {scores['ssim']:.6f}",
+        f"RMSE {scores['rmse']:.6g}",
+        f"energy ratio {scores['energy_ratio']:.6f}",
+        f"maximum error {scores['max_error']:.6g} at pixel ({x}, {y})",
+    ):
+        assert text in ours, lines
+    assert float(without.split("tPSNR ")[1].split()[0]) < scores["tpsnr"]
+
+
 def test_the_node_costs_little(blender, dist):
     """Beside the filter's own time; the limit leaves room for a busy machine."""
     results_of(blender, dist)

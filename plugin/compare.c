@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus.compare(): the figures of the command's `compare`, from the same source. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "measure.h"
+#include "module.h"
+
+/*
+ * What measure.c calls. compare() has made sure of the memory before, so that this can
+ * fail only where another thread has taken it meanwhile.
+ */
+void *need_memory(size_t n_items, size_t item_bytes)
+{
+    void *memory = calloc(n_items ? n_items : 1, item_bytes);
+    if (!memory) {
+        fputs("rackfocus.compare: out of memory\n", stderr);
+        abort();
+    }
+    return memory;
+}
+
+/* Red, green and blue of any image, packed; grey gives three alike. */
+static void pack(const struct rf_image *image, float *samples)
+{
+    const int n_colours = image->channels < 3 ? 1 : 3;
+    for (int32_t y = 0; y < image->height; y++)
+        for (int32_t x = 0; x < image->width; x++) {
+            const char *at = (const char *)image->data + y * image->row_bytes +
+                             x * image->pixel_bytes;
+            for (int c = 0; c < 3; c++)
+                memcpy(samples++, at + c % n_colours * image->channel_bytes,
+                       sizeof(float));
+        }
+}
+
+static rf_result fail(struct rf_error *error, rf_result code, const char *field)
+{
+    *error = (struct rf_error){.code = code};
+    snprintf(error->field, sizeof error->field, "%s", field);
+    return code;
+}
+
+static rf_result check_shapes(const struct rf_image *images, const char *const *names,
+                              struct rf_error *error)
+{
+    for (int i = 0; i < 2; i++) {
+        const int32_t n = images[i].channels;
+        if (n == 1 || n == 3 || n == 4)
+            continue;
+        fail(error, RF_ERROR_PARAMETER, names[i]);
+        snprintf(error->message, sizeof error->message,
+                 "has %d channels; pictures of 1, 3 or 4 can be compared", n);
+        return error->code;
+    }
+    if (images[0].width == images[1].width && images[0].height == images[1].height)
+        return RF_OK;
+    fail(error, RF_ERROR_PARAMETER, names[1]);
+    snprintf(error->message, sizeof error->message,
+             "is %d x %d, but %s is %d x %d; pictures of one size can be compared",
+             images[1].width, images[1].height, names[0], images[0].width,
+             images[0].height);
+    return error->code;
+}
+
+static rf_result check_finite(const float *samples, int32_t width, size_t n,
+                              const char *name, struct rf_error *error)
+{
+    size_t n_bad = 0, first = 0;
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(samples[i]) && n_bad++ == 0)
+            first = i / 3;
+    if (n_bad == 0)
+        return RF_OK;
+    fail(error, RF_ERROR_PIXEL, name);
+    snprintf(error->message, sizeof error->message,
+             "%zu values are NaN or infinite, the first at pixel (%zu, %zu)", n_bad,
+             first % (size_t)width, first / (size_t)width);
+    return error->code;
+}
+
+/* Bytes that measure_pictures() takes at most, beside the two packed pictures. */
+static size_t memory_of_measuring(int32_t width, size_t n)
+{
+    enum { ROWS_AT_MOST = 3 * (11 + 1 + 1) * 5 }; /* channels, rows of SSIM, moments */
+    return 2 * n * sizeof(float) + ROWS_AT_MOST * ((size_t)width + 10) * sizeof(double);
+}
+
+static rf_result measure(const struct rf_image *images, const char *const *names,
+                         struct measures *measures, struct rf_error *error)
+{
+    rf_result result = check_shapes(images, names, error);
+    if (result != RF_OK)
+        return result;
+    const int32_t width = images[0].width, height = images[0].height;
+    const size_t n = 3 * (size_t)width * (size_t)height;
+    float *samples[2] = {malloc(n * sizeof(float)), malloc(n * sizeof(float))};
+    void *reserve = malloc(memory_of_measuring(width, n));
+    const bool is_enough = samples[0] && samples[1] && reserve;
+    free(reserve);
+    if (!is_enough) {
+        result = fail(error, RF_ERROR_MEMORY, "");
+        snprintf(error->message, sizeof error->message,
+                 "out of memory: the comparison of %d x %d px", width, height);
+    }
+    for (int i = 0; i < 2 && result == RF_OK; i++) {
+        pack(&images[i], samples[i]);
+        result = check_finite(samples[i], width, n, names[i], error);
+    }
+    if (result == RF_OK)
+        measure_pictures(samples[0], samples[1], width, height, measures);
+    free(samples[0]);
+    free(samples[1]);
+    return result;
+}
+
+/* The names of the command's JSON; a ratio to a black picture is None. */
+static PyObject *describe(const struct measures *m)
+{
+    PyObject *ratio = isnan(m->energy_ratio) ? Py_NewRef(Py_None)
+                                             : PyFloat_FromDouble(m->energy_ratio);
+    return Py_BuildValue("{s:d,s:d,s:d,s:N,s:d,s:(ii),s:N,s:d}", "psnr", m->psnr_db,
+                         "ssim", m->ssim, "rmse", m->rmse, "energy_ratio", ratio,
+                         "max_error", m->max_error, "max_error_pixel", m->max_x,
+                         m->max_y, "identical", PyBool_FromLong(m->max_error == 0),
+                         "tpsnr", m->tpsnr_db);
+}
+
+PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords)
+{
+    static char *names[] = {"a", "b", NULL};
+    PyObject *objects[2];
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO:compare", names, &objects[0],
+                                     &objects[1]))
+        return NULL;
+    struct plugin_image opened[2];
+    if (plugin_open_image(&opened[0], objects[0], names[0], false) < 0)
+        return NULL;
+    if (plugin_open_image(&opened[1], objects[1], names[1], false) < 0) {
+        plugin_close_image(&opened[0]);
+        return NULL;
+    }
+    const struct rf_image images[2] = {opened[0].image, opened[1].image};
+    struct measures measures;
+    struct rf_error error;
+    rf_result result;
+    Py_BEGIN_ALLOW_THREADS;
+    result = measure(images, (const char *const *)names, &measures, &error);
+    Py_END_ALLOW_THREADS;
+    plugin_close_image(&opened[0]);
+    plugin_close_image(&opened[1]);
+    if (result != RF_OK)
+        return plugin_raise(PyModule_GetState(module), &error);
+    return describe(&measures);
+}
