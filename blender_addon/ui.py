@@ -137,7 +137,8 @@ class Preferences(bpy.types.AddonPreferences):
         """Threads, version, instruction set."""
         column = self.layout.column()
         column.prop(self, "threads")
-        column.label(text=f"Version {rackfocus.version()}, {rackfocus.cpu_level()}")
+        column.label(text=f"Version {rackfocus.version()}")
+        column.label(text=f"CPU level in use: {rackfocus.cpu_level()}")
 
 
 def _make_panels():

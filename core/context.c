@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 
 #include "internal.h"
+#include "kernels/kernels.h"
 
 enum { RF_ALIGNMENT = 64, RF_MAX_THREADS = 1024, HUGE_PAGE = 2 << 20 };
 
@@ -74,6 +75,11 @@ void rf_context_destroy(struct rf_context *context)
 int32_t rf_context_threads(const struct rf_context *context)
 {
     return context->n_threads;
+}
+
+const char *rf_context_cpu(const struct rf_context *context)
+{
+    return rf_kernels_best()->name;
 }
 
 int rf_thread_num(void)

@@ -9,24 +9,22 @@ static PyObject *version(PyObject *module, PyObject *unused)
 
 static PyObject *cpu_level(PyObject *module, PyObject *unused)
 {
-#if defined(__AVX2__)
-    return PyUnicode_FromString("x86-64, AVX2");
-#elif defined(__SSE4_1__)
-    return PyUnicode_FromString("x86-64, SSE4.1");
-#elif defined(__x86_64__)
-    return PyUnicode_FromString("x86-64, SSE2");
-#elif defined(__aarch64__)
-    return PyUnicode_FromString("aarch64, NEON");
-#else
-    return PyUnicode_FromString("generic");
-#endif
+    struct rf_context *context;
+    struct rf_error error;
+    if (rf_context_create(&context, NULL, &error) != RF_OK)
+        return plugin_raise(PyModule_GetState(module), &error);
+    PyObject *name = PyUnicode_FromString(rf_context_cpu(context));
+    rf_context_destroy(context);
+    return name;
 }
 
 static PyMethodDef functions[] = {
     {"version", version, METH_NOARGS,
      "version()\n--\n\nVersion of the library, '0.1.0'."},
     {"cpu_level", cpu_level, METH_NOARGS,
-     "cpu_level()\n--\n\nInstruction set that the filter uses."},
+     "cpu_level()\n--\n\nInstruction set that the inner loops of the filter use on "
+     "this "
+     "machine: 'avx2' or 'generic'."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
     {"compare", (PyCFunction)(void (*)(void))plugin_compare,

@@ -59,6 +59,13 @@ def test_methods_are_the_choices_of_the_parameter():
     assert all(method.source and method.cost for method in rackfocus.methods())
 
 
+def test_cpu_level_is_that_of_the_machine():
+    """AVX2 where the processor has it."""
+    with open("/proc/cpuinfo") as file:
+        flags = set(file.read().split())
+    assert rackfocus.cpu_level() == ("avx2" if "avx2" in flags else "generic")
+
+
 @pytest.mark.parametrize("p", rackfocus.parameters(), ids=lambda p: p.key)
 def test_every_parameter_is_taken(p):
     """Its default is accepted by field and by key; a wrong value names it."""

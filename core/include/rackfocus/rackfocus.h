@@ -295,6 +295,12 @@ RF_API rf_result rf_context_create(struct rf_context **context,
 RF_API void rf_context_destroy(struct rf_context *context);
 RF_API int32_t rf_context_threads(const struct rf_context *context);
 
+/**
+ * Name of the instruction set that the inner loops use: "avx2", or "generic" where the
+ * machine has no better one. Static, never freed. Since 0.1.
+ */
+RF_API const char *rf_context_cpu(const struct rf_context *context);
+
 /* ---- filter -------------------------------------------------------------------- */
 
 struct rf_filter;

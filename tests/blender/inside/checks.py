@@ -623,6 +623,36 @@ def properties_come_from_the_table():
 
 
 @check
+def preferences_show_version_and_cpu_level():
+    """What the panel of the preferences draws."""
+    drawn = []
+
+    class Column:
+        """Takes down what is drawn."""
+
+        def prop(self, _, name):
+            drawn.append(name)
+
+        def label(self, text):
+            drawn.append(text)
+
+    class Shown:
+        """Stands for the preferences; Blender lets none be made."""
+
+        class layout:
+            column = Column
+
+    addon("ui").Preferences.draw(Shown, bpy.context)
+    library = addon("library").rackfocus
+    assert library.cpu_level() in ("avx2", "generic")
+    assert drawn == [
+        "threads",
+        f"Version {library.version()}",
+        f"CPU level in use: {library.cpu_level()}",
+    ], drawn
+
+
+@check
 def add_node():
     """Once sets up, twice adds another node."""
     scene = bpy.context.scene
