@@ -633,11 +633,13 @@ const struct command command_povray = {
         "and in a fraction of its time.\n\n"
         "The aperture and the focal point are the scene's unless options give others. "
         "What follows -- goes to POV-Ray: +W640 +H480 +Lpath +A0.1. The colour is "
-        "rendered with +A0.05 +AM2 +R3 unless another anti-aliasing is given there.",
+        "rendered with +A0.05 +AM2 +R3, views with +A0.1 +AM1 +R2 -J, unless another "
+        "anti-aliasing is given there.",
     .examples = "rackfocus povray scene.pov -o out.exr -- +W640 +H480\n"
                 "rackfocus povray scene.pov -o out.png --aperture 0.4 "
                 "--focal-point 0,1,0 --keep passes\n"
-                "rackfocus filter passes/passes.exr -o nearer.exr --focus-distance 4",
+                "rackfocus filter passes/passes.exr -o nearer.exr --focus-distance 4\n"
+                "rackfocus povray scene.pov --views 8 -o out.exr",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),
     .takes_params = true,

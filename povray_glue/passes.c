@@ -25,7 +25,7 @@
 #define FOG_LIGHT 100.0
 #define MAX_FOG_GAMMA 2.4
 /* A view is one of many: docs/views.md has times and scores. */
-#define VIEW_OPTIONS "+A0.1 +AM1 +R2"
+#define VIEW_OPTIONS "+A0.1 +AM1 +R2 -J"
 /* Views that render side by side. */
 #define VIEWS_AT_ONCE 2
 /* Distances of the two fogs, in focus distances. */
