@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two scenes of tests/quality rendered through F12 with the node.
+
+    cycles.py DIST OUT    (after -- where Blender is a program)
+
+Per scene: OUT/SCENE_passes.exr as the filter saw them, OUT/SCENE_node.exr, and in
+OUT/cycles.json the lens as the add-on reads it and the seconds.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[2] / "quality" / "scenes"))
+import common  # noqa: E402
+import cycles_scenes  # noqa: E402
+from common import addon  # noqa: E402
+
+DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
+SAMPLES, SEED = 64, 1  # as the committed passes
+
+
+def render_scene(name):
+    """Builds and renders one scene; returns what is to know of it."""
+    cycles_scenes.build(name)  # begins with the factory settings: no add-ons
+    bpy.ops.preferences.addon_enable(module=common.MODULE)
+    scene = bpy.context.scene
+    scene.cycles.samples, scene.cycles.seed = SAMPLES, SEED
+    data = scene.camera.data
+    common.pinhole(scene, OUT / f"{name}_passes.exr")
+    started = time.perf_counter()
+    data.dof.use_dof = True  # Rack Focus switches it off while the scene renders
+    data.rack_focus.enabled = True
+    common.render(scene, OUT / f"{name}_node.exr")
+    message = addon("engine").last_run[scene.name]["message"]
+    assert not message, message
+    return {
+        "lens": addon("lens").camera_parameters(scene.camera, scene.render),
+        "seconds": time.perf_counter() - started,
+    }
+
+
+common.install(DIST)
+found = {name: render_scene(name) for name in ("posts", "portrait")}
+(OUT / "cycles.json").write_text(json.dumps(found))
+common.leave()

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scenes of tests/quality through F12 with the node score what the command scores.
+
+Debian's 3.4 only: it has rendered the committed passes and references.
+"""
+
+import json
+
+import pytest
+from conftest import ROOT, call, get_blender
+
+REFERENCES = ROOT / "tests/quality/references"
+LIMIT_DB = 0.05
+
+
+@pytest.fixture(scope="module")
+def rendered(dist):
+    """(what inside/cycles.py found, its folder)."""
+    blender = get_blender("3.4")
+    blender.run("cycles.py", dist, blender.out)
+    return json.loads((blender.out / "cycles.json").read_text()), blender.out
+
+
+def tpsnr(command, picture, scene):
+    """tPSNR in dB against the scene's many-sample reference."""
+    reference = REFERENCES / f"{scene}_reference.exr"
+    return json.loads(call(command, "compare", "--json", picture, reference))["tpsnr"]
+
+
+@pytest.mark.parametrize("scene", ["posts", "portrait"])
+def test_the_node_scores_what_the_command_scores(rendered, command, scene):
+    """On the very passes, and on the committed ones of the same scene."""
+    found, folder = rendered
+    lens = []
+    for field, value in found[scene]["lens"].items():
+        lens += [f"--{field.replace('_', '-')}", value]
+    made = {name: folder / f"{scene}_{name}.exr" for name in ("same", "committed")}
+    to_float = ("--type", "float", "--quiet")
+    passes = folder / f"{scene}_passes.exr"
+    call(command, "filter", passes, "-o", made["same"], *to_float, *lens)
+    passes = REFERENCES / f"{scene}_pinhole.exr"
+    call(command, "filter", passes, "-o", made["committed"], *to_float)
+    node = tpsnr(command, folder / f"{scene}_node.exr", scene)
+    scores = {name: tpsnr(command, path, scene) for name, path in made.items()}
+    pinhole = tpsnr(command, passes, scene)
+    print(f"{scene}: tPSNR of the node {node:.3f}, {scores}, pinhole {pinhole:.3f}")
+    assert node > pinhole + 6
+    for score in scores.values():
+        assert node == pytest.approx(score, abs=LIMIT_DB)
