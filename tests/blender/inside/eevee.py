@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""EEVEE as the main engine: the node's picture is the filter on EEVEE's passes.
+
+    eevee.py DIST OUT    (after --; needs a display)
+
+OUT/eevee.json: largest differences of the node to the filter and to the pinhole, and the
+smallest depth.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import common  # noqa: E402
+from common import filtered, pinhole, render, rgba  # noqa: E402
+
+DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
+
+common.install(DIST)
+common.make_base(OUT / "eevee.blend")
+scene = bpy.context.scene
+engines = bpy.types.RenderSettings.bl_rna.properties["engine"].enum_items.keys()
+scene.render.engine = next(e for e in engines if e.startswith("BLENDER_EEVEE"))
+scene.eevee.taa_render_samples = 4
+sharp = pinhole(scene, OUT / "eevee_passes.exr")
+scene.camera.data.rack_focus.enabled = True
+made = rgba(render(scene, OUT / "eevee_node.exr"))
+colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+found = {
+    "engine": scene.render.engine,
+    "message": common.addon("engine").last_run[scene.name]["message"],
+    "to_filter": float(np.abs(made - filtered(scene, colour, depth)).max()),
+    "to_pinhole": float(np.abs(made - colour).max()),
+    "nearest": float(depth.min()),
+}
+print(found)
+(OUT / "eevee.json").write_text(json.dumps(found))
+common.leave()
