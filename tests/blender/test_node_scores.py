@@ -15,10 +15,10 @@ LIMIT_DB = 0.05
 
 @pytest.fixture(scope="module")
 def rendered(dist):
-    """(what inside/cycles.py found, its folder)."""
+    """(what inside/node_scores.py found, its folder)."""
     blender = get_blender("3.4")
-    blender.run("cycles.py", dist, blender.out)
-    return json.loads((blender.out / "cycles.json").read_text()), blender.out
+    blender.run("node_scores.py", dist, blender.out)
+    return json.loads((blender.out / "node_scores.json").read_text()), blender.out
 
 
 def tpsnr(command, picture, scene):

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two scenes of tests/quality rendered through F12 with the node.
 
-    cycles.py DIST OUT    (after -- where Blender is a program)
+    node_scores.py DIST OUT    (after -- where Blender is a program)
 
 Per scene: OUT/SCENE_passes.exr as the filter saw them, OUT/SCENE_node.exr, and in
-OUT/cycles.json the lens as the add-on reads it and the seconds.
+OUT/node_scores.json the lens as the add-on reads it and the seconds.
 """
 
 import json
@@ -46,5 +46,5 @@ def render_scene(name):
 
 common.install(DIST)
 found = {name: render_scene(name) for name in ("posts", "portrait")}
-(OUT / "cycles.json").write_text(json.dumps(found))
+(OUT / "node_scores.json").write_text(json.dumps(found))
 common.leave()
