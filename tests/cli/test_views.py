@@ -49,9 +49,7 @@ def test_views_are_recognised(rackfocus, views, tmp_path):
 def test_one_view_is_layered(rackfocus, views, tmp_path):
     first = views()[0]
     for method in ("views", "layered"):
-        rackfocus(
-            "filter", first, "-o", tmp_path / f"{method}.exr", "--method", method
-        )
+        rackfocus("filter", first, "-o", tmp_path / f"{method}.exr", "--method", method)
     a, b = (
         plainexr.read(tmp_path / f"{method}.exr")[0] for method in ("views", "layered")
     )

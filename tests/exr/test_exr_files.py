@@ -78,7 +78,7 @@ def write(path, spec, pixels):
 def write_parts(path, specs, pixels):
     output = oiio.ImageOutput.create(str(path))
     assert output.open(str(path), tuple(specs)), output.geterror()
-    for i, (spec, plane) in enumerate(zip(specs, pixels)):
+    for i, (spec, plane) in enumerate(zip(specs, pixels, strict=True)):
         if i:
             assert output.open(str(path), spec, "AppendSubimage"), output.geterror()
         assert output.write_image(plane), output.geterror()
@@ -338,7 +338,7 @@ def hand_made(channels, planes, extra=b"", compression=0):
     chunks = []
     for y in range(height):
         data = b""
-        for (_, _, step), plane in zip(channels, planes):
+        for (_, _, step), plane in zip(channels, planes, strict=True):
             data += plane[y // step].tobytes() if y % step == 0 else b""
         chunks.append(struct.pack("<ii", y, len(data)) + data)
     offset = len(header) + 8 * height

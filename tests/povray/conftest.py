@@ -24,8 +24,10 @@ def binary():
 
 @pytest.fixture
 def rackfocus(binary, tmp_path):
-    """Runs the command in a folder (default: a copy of scenes/); checks the exit code and
-    that no private folder is left behind."""
+    """Runs the command in a folder (default: a copy of scenes/).
+
+    Checks the exit code and that no private folder is left behind.
+    """
     private = pathlib.Path("/tmp") / f"rackfocus-test-{os.getpid()}"
     private.mkdir(exist_ok=True)
 
@@ -55,7 +57,9 @@ def camera(rackfocus):
     """The recovered camera as a dictionary of numbers and lists."""
 
     def run(scene, *options, povray=(), **more):
-        done = rackfocus("povray", scene, "--camera", *options, "--", *SIZE, *povray, **more)
+        done = rackfocus(
+            "povray", scene, "--camera", *options, "--", *SIZE, *povray, **more
+        )
         facts = {}
         for line in done.stdout.splitlines():
             name, *values = line.split()

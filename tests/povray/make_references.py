@@ -7,6 +7,7 @@
 `blur_samples n, n` with variance 0 keeps POV-Ray from stopping early, which would drop
 small highlights. The pictures are half floats, as POV-Ray writes them.
 """
+
 import pathlib
 import subprocess
 import sys

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recovers and checks the camera of every scene of POV-Ray's examples.
 
-A scene counts if POV-Ray itself renders it at 160x120 within 60 s. The bar: the camera is
-recovered and verified in at least 95 % of those with a perspective or orthographic
+A scene counts if POV-Ray itself renders it at 160x120 within 60 s. The bar: the camera
+is recovered and verified in at least 95 % of those with a perspective or orthographic
 camera; the others must end with a clear error.
 
     tests/povray/scan_examples.py [--program build/cli/rackfocus] [--jobs 2] [FOLDER]
 """
+
 import argparse
 import concurrent.futures
 import pathlib
@@ -87,7 +88,9 @@ def main():
         for job in jobs:
             scene, state, text = job.result()
             counts[state] = counts.get(state, 0) + 1
-            print(f"{state:13} {scene.relative_to(arguments.folder)}: {text}", flush=True)
+            print(
+                f"{state:13} {scene.relative_to(arguments.folder)}: {text}", flush=True
+            )
     good, bad = counts.get("recovered", 0), counts.get("FAILED", 0)
     share = good / max(1, good + bad)
     print(f"{counts}\nrecovered and verified: {good} of {good + bad}, {share:.1%}")

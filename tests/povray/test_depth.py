@@ -47,14 +47,35 @@ def expected_depth(width, height):
         ("1.0", "media { scattering { 1, 0.02 } absorption 0.01 }"),
         ("1.5", ROOM),
     ],
-    ids=["1", "2.2", "srgb", "3", "fog", "fog 2.2", "ground fog", "sky", "media", "room"],
+    ids=[
+        "1",
+        "2.2",
+        "srgb",
+        "3",
+        "fog",
+        "fog 2.2",
+        "ground fog",
+        "sky",
+        "media",
+        "room",
+    ],
 )
 def test_depth_of_known_geometry(rackfocus, tmp_path, gamma, extra):
     text = (SCENES / "depth.template").read_text()
     text = text.replace("GAMMA", gamma).replace("EXTRA", extra)
     (tmp_path / "depth.pov").write_text(text)
-    rackfocus("povray", "depth.pov", "-o", "out.exr", "--keep", "kept", "--", "+W320", "+H240",
-              cwd=tmp_path)  # fmt: skip
+    rackfocus(
+        "povray",
+        "depth.pov",
+        "-o",
+        "out.exr",
+        "--keep",
+        "kept",
+        "--",
+        "+W320",
+        "+H240",
+        cwd=tmp_path,
+    )
     found = read_exr(tmp_path / "kept" / "passes.exr")["Z"]
     expected = expected_depth(320, 240)
     assert (expected < 2).sum() > 500
@@ -70,7 +91,17 @@ def test_infinity(rackfocus, tmp_path):
         "camera { location -5*z look_at 0 aperture 0.2 focal_point 0 }\n"
         "sphere { 0, 1 pigment { rgb 1 } }"
     )
-    rackfocus("povray", "s.pov", "-o", "out.exr", "--keep", "kept", "--", "+W64", "+H48",
-              cwd=tmp_path)  # fmt: skip
+    rackfocus(
+        "povray",
+        "s.pov",
+        "-o",
+        "out.exr",
+        "--keep",
+        "kept",
+        "--",
+        "+W64",
+        "+H48",
+        cwd=tmp_path,
+    )
     depth = read_exr(tmp_path / "kept" / "passes.exr")["Z"]
     assert numpy.isinf(depth[0, 0]) and depth[24, 32] == pytest.approx(4, rel=3e-3)

@@ -38,7 +38,9 @@ def test_focalblur_beats_the_bar(rackfocus, tmp_path):
 
 def test_kept_passes_refocus(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(SCENE)
-    rackfocus("povray", "s.pov", "-o", "a.exr", "--keep", "kept", "--", *SIZE, cwd=tmp_path)
+    rackfocus(
+        "povray", "s.pov", "-o", "a.exr", "--keep", "kept", "--", *SIZE, cwd=tmp_path
+    )
     rackfocus("filter", "kept/passes.exr", "-o", "b.exr", cwd=tmp_path)
     rackfocus("filter", "kept/passes.exr", "-o", "c.exr", "--focus-distance", "8",
               cwd=tmp_path)  # fmt: skip
@@ -58,7 +60,9 @@ def test_the_lens_can_be_chosen(rackfocus, tmp_path):
         if options == ["--focus-distance", "5"]:
             first = picture
         assert numpy.abs(picture - first).max() < 1e-3, options
-    rackfocus("povray", "s.pov", "-o", "o.exr", "--aperture", "2", "--", *SIZE, cwd=tmp_path)
+    rackfocus(
+        "povray", "s.pov", "-o", "o.exr", "--aperture", "2", "--", *SIZE, cwd=tmp_path
+    )
     assert numpy.abs(read_exr(tmp_path / "o.exr")["G"] - first).max() > 0.05
 
 
@@ -75,7 +79,9 @@ def test_frames(rackfocus, tmp_path):
     assert "focus distance 5," in done.stdout and "focus distance 4," in done.stdout
 
 
-@pytest.mark.parametrize("name", ["-dash.pov", "two words.pov", "q'uo\"te.pov", "ünï.pov"])
+@pytest.mark.parametrize(
+    "name", ["-dash.pov", "two words.pov", "q'uo\"te.pov", "ünï.pov"]
+)
 def test_names(rackfocus, tmp_path, name):
     folder = tmp_path / "a folder"
     folder.mkdir()
@@ -114,25 +120,49 @@ def test_bad_usage(rackfocus, arguments, code, words):
 
 
 def test_no_reference_for_orthographic(rackfocus):
-    text = rackfocus("povray", "orthographic.pov", "-o", "o.exr", "--reference", "10", "--",
-                     *SIZE, code=1).stderr  # fmt: skip
+    text = rackfocus(
+        "povray",
+        "orthographic.pov",
+        "-o",
+        "o.exr",
+        "--reference",
+        "10",
+        "--",
+        *SIZE,
+        code=1,
+    ).stderr
     assert "no working focal blur for orthographic" in text
 
 
 def test_povray_missing(rackfocus):
-    text = rackfocus("povray", "macro.pov", "-o", "o.exr", code=1, PATH="/nowhere").stderr
+    text = rackfocus(
+        "povray", "macro.pov", "-o", "o.exr", code=1, PATH="/nowhere"
+    ).stderr
     assert "povray was not found; install" in text
 
 
 def test_interruption_leaves_nothing(binary, tmp_path):
-    scene = SCENE.replace("pigment { checker rgb 0.9 rgb 0.3 }",
-                          "pigment { rgb 1 } normal { bumps 1 } finish { reflection 0.9 }")
+    scene = SCENE.replace(
+        "pigment { checker rgb 0.9 rgb 0.3 }",
+        "pigment { rgb 1 } normal { bumps 1 } finish { reflection 0.9 }",
+    )
     (tmp_path / "s.pov").write_text(scene)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         private = f"/tmp/rackfocus-signal-{os.getpid()}"
         os.makedirs(private)
         job = subprocess.Popen(
-            [binary, "povray", "s.pov", "-o", "o.exr", "--", "+W1600", "+H1200", "+A0.0", "+R9"],
+            [
+                binary,
+                "povray",
+                "s.pov",
+                "-o",
+                "o.exr",
+                "--",
+                "+W1600",
+                "+H1200",
+                "+A0.0",
+                "+R9",
+            ],
             cwd=tmp_path,
             env={**os.environ, "TMPDIR": private},
         )

@@ -21,7 +21,8 @@ global_settings {{ assumed_gamma 1 }}
 camera {{ {camera} location <1,2,-3> direction z*1.5
           aperture 1 focal_point <1,2,7> blur_samples 20 }}
 box {{ <-20,-20,7>,<-0.5,20,7.001> texture {{ pigment {{ gradient x scale 4
-    color_map {{ [0 rgb 0.1][0.5 rgb 0.9][1 rgb 0.1] }} }} finish {{ ambient 1 diffuse 0 }} }} }}
+    color_map {{ [0 rgb 0.1][0.5 rgb 0.9][1 rgb 0.1] }} }}
+    finish {{ ambient 1 diffuse 0 }} }} }}
 sphere {{ <4,3,27>,0.6 pigment {{ rgb 1 }} finish {{ ambient 1 diffuse 0 }} }}
 """
 

@@ -59,7 +59,5 @@ def test_refocuses(tmp_path):
     focus = MANIFEST["posts"]["camera"]["focus"]
     same, near = tmp_path / "same.exr", tmp_path / "near.exr"
     run("filter", *view_files("posts"), "-o", same)
-    run(
-        "filter", *view_files("posts"), "-o", near, "--focus-distance", focus * 0.7
-    )
+    run("filter", *view_files("posts"), "-o", near, "--focus-distance", focus * 0.7)
     assert tpsnr(near, "posts") < tpsnr(same, "posts") - 6

@@ -342,10 +342,9 @@ RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
 
 /**
  * Filters one frame. `out` has the size and the channel count of the first view's
- * colour and may be the same view. `n_views` is 1 for the methods of one view. A picture
- * whose radii are all below 1/64 px is returned bit for bit.
- * `progress` may be NULL.
- * RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
+ * colour and may be the same view. `n_views` is 1 for the methods of one view. A
+ * picture whose radii are all below 1/64 px is returned bit for bit. `progress` may be
+ * NULL. RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
  */
 RF_API rf_result rf_filter_process(const struct rf_filter *filter,
                                    const struct rf_view *views, int32_t n_views,

@@ -3,8 +3,8 @@
 
     eevee.py DIST OUT    (after --; needs a display)
 
-OUT/eevee.json: largest differences of the node to the filter and to the pinhole, and the
-smallest depth.
+OUT/eevee.json: largest differences of the node to the filter and to the pinhole, and
+the smallest depth.
 """
 
 import json
