@@ -17,7 +17,8 @@ SERVED = """
     [ -e {out}/press_escape ] &&
         xdotool mousemove 600 400 key Escape && rm {out}/press_escape
     for shot in {out}/*.shot; do
-        [ -e $shot ] && import -window root ${{shot%.shot}}.png && rm $shot
+        [ -e $shot ] && import -window root png:{out}/part &&
+            mv {out}/part ${{shot%.shot}}.png && rm $shot # else again
     done
 done) &
 served=$!
