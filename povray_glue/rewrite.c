@@ -84,6 +84,14 @@ static void copy_to(struct writer *w, size_t at)
     w->copied = at;
 }
 
+/* Leaves out what comes before `at`, but for its line breaks. */
+static void skip_to(struct writer *w, size_t at)
+{
+    for (; w->copied < at; w->copied++)
+        if (w->tokens->text[w->copied] == '\n')
+            text_add(w->out, "\n", 1);
+}
+
 static size_t begin_of(const struct writer *w, int i)
 {
     return w->tokens->items[i].begin;
@@ -196,7 +204,7 @@ static int write_transform_item(struct writer *w, int i)
     copy_to(w, begin_of(w, i));
     text_addf(w->out, " #declare RT_=transform{");
     if (is_block) /* the word itself is not wanted twice */
-        w->copied = begin_of(w, i + 1);
+        skip_to(w, begin_of(w, i + 1));
     copy_to(w, end_before(w, end));
     text_addf(w->out, "} ");
     write_transform(w);
@@ -303,7 +311,7 @@ static int write_include(struct writer *w, int i)
     if (path) {
         copy_to(w, begin_of(w, i + 1));
         text_addf(w->out, "\"%s\"", path);
-        w->copied = w->tokens->items[i + 1].end;
+        skip_to(w, w->tokens->items[i + 1].end);
     }
     free(name);
     return name ? i + 2 : i + 1;
