@@ -49,9 +49,9 @@ static void pick_params(struct bytes *b, struct rf_params *params)
 /* Numbers that renderers write, among them the worst. */
 static float pick_number(struct bytes *b, bool is_depth)
 {
-    static const float odd[] = {0,        1,    1e-30f, 1e9f,      1e10f, 0.5f,
-                                INFINITY, NAN,  -1,     65504,     1e6f,  -0.0f,
-                                2,        1e-6f, 10,    0.999999f, 3,     1e-45f};
+    static const float odd[] = {0,        1,     1e-30f, 1e9f,      1e10f, 0.5f,
+                                INFINITY, NAN,   -1,     65504,     1e6f,  -0.0f,
+                                2,        1e-6f, 10,     0.999999f, 3,     1e-45f};
     int v = bytes_take(b);
     if (v < 18)
         return odd[v];
