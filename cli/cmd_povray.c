@@ -63,9 +63,10 @@ static const struct option options[] = {
     {.name = "keep",
      .kind = OPTION_FILE,
      .offset = AT(keep),
-     .value = "DIR",
-     .help = "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so on, "
-             "which rackfocus filter refocuses without rendering."},
+     .value = "DIR|FILE.exr",
+     .help = "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so on, or "
+             "in one FILE.exr with all views, which rackfocus filter refocuses without "
+             "rendering."},
     {.name = "reference",
      .kind = OPTION_INT,
      .offset = AT(n_reference),
@@ -427,17 +428,61 @@ static bool render_views(struct job *job, struct povray_error *error)
     return is_good;
 }
 
+/* Is --keep one file for all views, not a folder? */
+static bool keeps_one_file(const struct povray_tool *tool)
+{
+    return tool->keep && picture_kind(tool->keep) == PICTURE_EXR;
+}
+
 static char *pass_path(const struct job *job, int view)
 {
+    const bool is_kept = job->tool->keep && !keeps_one_file(job->tool);
     char *number =
         job->tool->n_views > 1 ? format_text("_v%02d", view) : format_text("%s", "");
     char *passes = frame_name("passes.exr", job->options.frame);
     char *path = format_text(
-        "%s%s%.*s%s.exr", job->tool->keep ? job->tool->keep : povray_folder(job->scene),
-        job->tool->keep ? "/" : "", (int)strlen(passes) - 4, passes, number);
+        "%s%s%.*s%s.exr", is_kept ? job->tool->keep : povray_folder(job->scene),
+        is_kept ? "/" : "", (int)strlen(passes) - 4, passes, number);
     free(passes);
     free(number);
     return path;
+}
+
+/* Joins the files of all views to one, as compressed. */
+static bool join_views(const struct job *job, const char *path, struct exr_error *error)
+{
+    struct exr_input *inputs[RF_MAX_VIEWS] = {NULL};
+    char names[RF_MAX_VIEWS][16];
+    const char *views[RF_MAX_VIEWS];
+    bool is_good = true;
+    int n = 0;
+    for (; n < job->tool->n_views && is_good; n++) {
+        is_good = exr_open(&inputs[n], job->paths[n], error);
+        snprintf(names[n], sizeof(names[n]), "v%02d", n);
+        views[n] = names[n];
+    }
+    is_good = is_good && exr_join_views(path, inputs, views, n, error);
+    for (int i = 0; i < n; i++)
+        if (inputs[i])
+            exr_close(inputs[i]);
+    return is_good;
+}
+
+static int keep_passes(struct job *job)
+{
+    struct exr_error error;
+    if (!keeps_one_file(job->tool))
+        return EXIT_DONE;
+    char *path = frame_name(job->tool->keep, job->options.frame);
+    const bool is_good =
+        job->tool->n_views > 1
+            ? join_views(job, path, &error)
+            : write_passes(path, &job->passes, false, job->options.n_threads, &error);
+    free(path);
+    if (is_good)
+        return EXIT_DONE;
+    message("%s", error.message);
+    return EXIT_FAILED;
 }
 
 /* Renders the passes of one picture into files. */
@@ -515,6 +560,8 @@ static int make_picture(struct job *job)
 {
     job->started_s = clock_seconds();
     int code = render_passes(job);
+    if (code == EXIT_DONE)
+        code = keep_passes(job);
     if (code != EXIT_DONE)
         return code;
     char *output = frame_name(job->tool->output, job->options.frame);
@@ -540,6 +587,14 @@ static bool prepare_output(const struct povray_tool *tool, const struct frames *
     if (!is_writable) {
         message("%s", error.message);
         return false;
+    }
+    if (keeps_one_file(tool)) {
+        char *keep = frame_name(tool->keep, frames->is_animation ? frames->first : -1);
+        const bool is_kept = picture_check_writable(keep, &error);
+        free(keep);
+        if (!is_kept)
+            message("%s", error.message);
+        return is_kept;
     }
     if (tool->keep && mkdir(tool->keep, 0777) != 0 && errno != EEXIST) {
         message("%s: cannot make the folder: %s", tool->keep, strerror(errno));
@@ -639,7 +694,7 @@ const struct command command_povray = {
                 "rackfocus povray scene.pov -o out.png --aperture 0.4 "
                 "--focal-point 0,1,0 --keep passes\n"
                 "rackfocus filter passes/passes.exr -o nearer.exr --focus-distance 4\n"
-                "rackfocus povray scene.pov --views 8 -o out.exr",
+                "rackfocus povray scene.pov --views 8 -o out.exr --keep views.exr",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),
     .takes_params = true,

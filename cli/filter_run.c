@@ -24,6 +24,7 @@ struct run {
     struct source_request request;
     struct source source; /* of the first view where there are several */
     bool has_views;
+    struct view_list list;
     struct views views;
     float *colour, *depth; /* of the first view; colour becomes the result */
     struct rf_context *context;
@@ -116,38 +117,52 @@ static int fail_method(const struct run *run)
     char name[32];
     rf_params_get(&run->settings->params, "method", name, sizeof(name));
     message("--method: %s takes one view, and here are %d; leave it out, or say views",
-            name, run->request.n_paths);
+            name, run->list.n);
     return EXIT_USAGE;
 }
 
-/* Are the inputs views, or a picture and perhaps its depth? */
+static int check_views(const struct run *run)
+{
+    if (run->list.n > RF_MAX_VIEWS) {
+        message("%s: %d views are too many; %d are the most",
+                run->list.items[run->list.n - 1].path, run->list.n, RF_MAX_VIEWS);
+        return EXIT_FAILED;
+    }
+    if (run->request.depth_file) {
+        message("--depth-file: every view needs depth of its own, in its file");
+        return EXIT_USAGE;
+    }
+    if (run->tool->pass_through && run->list.items[0].name) {
+        message("--pass-through: of several views in one file one picture is made; "
+                "leave it out");
+        return EXIT_USAGE;
+    }
+    if (settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
+        run->settings->params.method != RF_METHOD_VIEWS)
+        return fail_method(run);
+    return EXIT_DONE;
+}
+
+/* Are the inputs views, or a picture and perhaps its depth? One view is a picture, and
+ * --layer names one. */
 static int find_views(struct run *run)
 {
     struct exr_error error;
     const char *other = NULL;
     const int n_paths = run->request.n_paths;
-    if (n_paths < 2)
+    if (n_paths == 1 && run->request.layer)
         return EXIT_DONE;
-    const int n = views_count(run->request.paths, n_paths, &other, &error);
-    if (n < 0)
+    if (!views_list(run->request.paths, n_paths, &run->list, &other, &error))
         return fail_exr(&error);
-    run->has_views = n == n_paths;
-    if (!run->has_views && n_paths > 2) {
+    run->has_views = !other && run->list.n > 1;
+    if (other && n_paths > 2) {
         message(
             "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
             "; filter takes one file of colour and one of depth, or only views",
             other);
-        return n > 0 ? EXIT_FAILED : EXIT_USAGE;
+        return run->list.n > 0 ? EXIT_FAILED : EXIT_USAGE;
     }
-    if (run->has_views && run->request.depth_file) {
-        message("--depth-file: every view needs depth of its own, in its file");
-        return EXIT_USAGE;
-    }
-    if (run->has_views &&
-        settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
-        run->settings->params.method != RF_METHOD_VIEWS)
-        return fail_method(run);
-    return EXIT_DONE;
+    return run->has_views ? check_views(run) : EXIT_DONE;
 }
 
 /* ---- steps ---------------------------------------------------------------------- */
@@ -194,8 +209,8 @@ static int read_pixels(struct run *run)
 {
     struct exr_error error;
     if (run->has_views) {
-        if (!views_read(&run->views, &run->source, &run->request, run->n_threads,
-                        &error))
+        if (!views_read(&run->views, &run->source, &run->list, &run->request,
+                        run->n_threads, &error))
             return fail_exr(&error);
         run->colour = run->views.views[0].colour.data;
         run->depth = run->views.views[0].depth.data;
@@ -283,29 +298,31 @@ static void clip_to_half(const struct run *run, int n_channels)
                 run->tool->output, n_clipped);
 }
 
-/* What the filter did, and for views, since the lens's picture is none: text in place
- * of the numbers that would make it one. At most 3. */
-static int list_attributes(const struct run *run, const struct exr_attribute *filtered,
-                           struct exr_attribute *list)
+/* Attributes that the lens's picture does not have: it is no view, and one merged from
+ * a multi-view file is alone in its file. */
+static const char *const of_views[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
+static const char *const of_multi_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view",
+                                            "multiView",      "name",          NULL};
+
+/* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
+static void drop_view(const char *name, const char *view, char *out, size_t n_bytes)
 {
-    double place[2], shear;
-    int n = 0;
-    list[n++] = *filtered;
-    if (!views_find_place(run->source.colour, place, &shear))
-        return n;
-    list[n++] = (struct exr_attribute){
-        .name = VIEWS_OFFSET, .type = EXR_ATTRIBUTE_STRING, .text = "merged"};
-    list[n++] = (struct exr_attribute){
-        .name = VIEWS_SHEAR, .type = EXR_ATTRIBUTE_STRING, .text = "merged"};
-    return n;
+    const size_t n = strlen(view);
+    const char *at = name;
+    while (at && !(strncmp(at, view, n) == 0 && at[n] == '.')) {
+        at = strchr(at, '.');
+        at = at ? at + 1 : NULL;
+    }
+    if (at)
+        snprintf(out, n_bytes, "%.*s%s", (int)(at - name), name, at + n + 1);
+    else
+        snprintf(out, n_bytes, "%s", name);
 }
 
 static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
                       struct exr_error *error)
 {
     const struct source *source = &run->source;
-    struct exr_attribute attributes[3];
-    const int n_attributes = list_attributes(run, filtered, attributes);
     int n;
     const struct exr_channel_info *channels = exr_channels(source->colour, &n);
     const struct exr_layer *layer = &source->layer;
@@ -319,9 +336,15 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     if (is_half)
         clip_to_half(run, n_channels);
     const char *names[4];
+    char own_names[4][256];
     enum exr_sample_type types[4];
+    const char *view = run->has_views ? run->list.items[0].name : NULL;
     for (int i = 0; i < n_channels; i++) {
         names[i] = channels[indices[i]].name;
+        if (view) {
+            drop_view(names[i], view, own_names[i], sizeof(own_names[i]));
+            names[i] = own_names[i];
+        }
         types[i] = is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT;
     }
     const struct exr_output output = {
@@ -335,8 +358,9 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
         .types = types,
         .samples = run->colour,
         .compression = compression_of(run),
-        .attributes = attributes,
-        .n_attributes = n_attributes,
+        .attributes = filtered,
+        .n_attributes = 1,
+        .dropped = view ? of_multi_view : of_views,
         .like = source->colour,
         .like_part = source->part,
         .pass_through = run->tool->pass_through,
@@ -438,6 +462,7 @@ static void free_run(struct run *run)
         free(run->depth);
     }
     views_free(&run->views);
+    views_list_free(&run->list);
     source_close(&run->source);
 }
 
@@ -457,12 +482,15 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
     struct exr_error error;
     interrupt_catch();
     int code = find_views(&run);
-    if (code != EXIT_DONE)
-        return code;
     struct source_request first = run.request;
     first.n_paths = run.has_views ? 1 : n_paths;
-    if (!source_open(&run.source, &first, &error))
-        return fail_exr(&error);
+    first.view = run.has_views ? run.list.items[0].name : NULL;
+    if (code == EXIT_DONE && !source_open(&run.source, &first, &error))
+        code = fail_exr(&error);
+    if (code != EXIT_DONE) {
+        views_list_free(&run.list);
+        return code;
+    }
     code = run_steps(&run);
     free_run(&run);
     return code;

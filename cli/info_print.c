@@ -67,13 +67,10 @@ static void print_file(const struct exr_input *input)
     }
 }
 
-/* Where on the lens a view was taken. */
-static void print_place(const struct info *info)
+static void print_point(const struct info *info, const char *name, const double at[2],
+                        double shear)
 {
-    double at[2], shear;
-    if (!views_find_place(info->source.colour, at, &shear))
-        return;
-    printf("  %-16s (%g, %g) on the lens, scene units right and up", "view from", at[0],
+    printf("  %-16s (%g, %g) on the lens, scene units right and up", name, at[0],
            at[1]);
     if (info->has_lens && info->lens.lens_radius > 0)
         printf(", at %.0f %% of its radius",
@@ -82,6 +79,25 @@ static void print_place(const struct info *info)
         printf("; sheared at distance %g\n", shear);
     else
         printf("; parallel to the axis\n");
+}
+
+/* Where on the lens the view, or each view of a multi-view file, was taken. */
+static void print_place(const struct info *info)
+{
+    char label[80];
+    double at[2], shear;
+    const struct exr_input *input = info->source.colour;
+    const int n_views = exr_view_count(input);
+    for (int i = 0; i < n_views && n_views > 1; i++) {
+        const char *name = exr_view_name(input, i);
+        snprintf(label, sizeof(label), "view %.60s", name);
+        if (views_find_place(input, name, at, &shear))
+            print_point(info, label, at, shear);
+        else
+            printf("  %-16s the header has no place on the lens\n", label);
+    }
+    if (n_views < 2 && views_find_place(input, NULL, at, &shear))
+        print_point(info, "view from", at, shear);
 }
 
 static void print_choice_of_channels(const struct info *info)
@@ -321,17 +337,36 @@ static void json_lens(struct json *json, const struct info *info)
     json_close(json, '}');
 }
 
-static void json_place(struct json *json, const struct info *info)
+static void json_point(struct json *json, const double at[2], double shear)
 {
-    double at[2], shear;
-    if (!views_find_place(info->source.colour, at, &shear))
-        return;
-    json_open(json, "view", '{');
     json_open(json, "lens_offset", '[');
     json_number(json, NULL, at[0]);
     json_number(json, NULL, at[1]);
     json_close(json, ']');
     json_number(json, "shear_distance", shear);
+}
+
+/* The views of a multi-view file, and where on the lens the picture was taken. */
+static void json_place(struct json *json, const struct info *info)
+{
+    double at[2], shear;
+    const struct exr_input *input = info->source.colour;
+    const int n_views = exr_view_count(input);
+    if (n_views > 0) {
+        json_open(json, "views", '[');
+        for (int i = 0; i < n_views; i++) {
+            json_open(json, NULL, '{');
+            json_text(json, "name", exr_view_name(input, i));
+            if (views_find_place(input, exr_view_name(input, i), at, &shear))
+                json_point(json, at, shear);
+            json_close(json, '}');
+        }
+        json_close(json, ']');
+    }
+    if (n_views > 1 || !views_find_place(input, NULL, at, &shear))
+        return;
+    json_open(json, "view", '{');
+    json_point(json, at, shear);
     json_close(json, '}');
 }
 

@@ -96,16 +96,16 @@ static bool find_depth(struct source *source, const struct source_request *reque
 }
 
 /* Colour and depth of the first file; files of mere depth have r = -1. */
-static bool find_colour(struct source *source, const char *layer,
+static bool find_colour(struct source *source, const struct source_request *request,
                         const char *depth_channel, struct exr_error *error)
 {
-    if (exr_find_layer(source->colour, layer, depth_channel, false, &source->layer,
-                       error))
+    if (exr_find_view_layer(source->colour, request->view, request->layer,
+                            depth_channel, false, &source->layer, error))
         return true;
-    if (layer)
+    if (request->layer)
         return false;
-    if (!exr_find_layer(source->colour, NULL, depth_channel, true, &source->layer,
-                        error)) {
+    if (!exr_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
+                             &source->layer, error)) {
         source->layer = (struct exr_layer){-1, -1, -1, -1, -1, ""};
         return depth_channel == NULL;
     }
@@ -138,7 +138,7 @@ bool source_open(struct source *source, const struct source_request *request,
     *source = (struct source){.z = -1};
     if (!exr_open(&source->colour, request->paths[0], error))
         return false;
-    if (!find_colour(source, request->layer, own_channel, error) ||
+    if (!find_colour(source, request, own_channel, error) ||
         !find_depth(source, request, error)) {
         source_close(source);
         return false;

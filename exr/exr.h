@@ -56,6 +56,24 @@ bool exr_attribute_string(const struct exr_input *input, const char *name,
                           const char **text);
 bool exr_attribute_v2f(const struct exr_input *input, const char *name, double v[2]);
 
+/*
+ * The views of a file after OpenEXR's multi-view convention, the first being the one to
+ * show: the strings of `multiView`, whose channels are named LAYER.VIEW.BASE (those of
+ * the first view also LAYER.BASE), or else the attribute `view` of the parts. NULL from
+ * i = exr_view_count() on; a file without views has 0.
+ */
+const char *exr_view_name(const struct exr_input *input, int i);
+int exr_view_count(const struct exr_input *input);
+
+/*
+ * An attribute of one view: `name` in the header of a part of that view, else
+ * "NAME.VIEW" in any part (files whose views share a part). As exr_attribute_number.
+ */
+bool exr_view_number(const struct exr_input *input, const char *view, const char *name,
+                     double *v);
+bool exr_view_v2f(const struct exr_input *input, const char *view, const char *name,
+                  double v[2]);
+
 /* What a picture is made of; -1 where the file has none. Indices into exr_channels. */
 struct exr_layer {
     int r, g, b, a; /* grey pictures: r = g = b = the Y channel */
@@ -75,6 +93,11 @@ struct exr_layer {
 bool exr_find_layer(const struct exr_input *input, const char *layer,
                     const char *depth_channel, bool depth_only, struct exr_layer *found,
                     struct exr_error *error);
+
+/* The same within one view (a name of exr_view_name); NULL as above. */
+bool exr_find_view_layer(const struct exr_input *input, const char *view,
+                         const char *layer, const char *depth_channel, bool depth_only,
+                         struct exr_layer *found, struct exr_error *error);
 
 /*
  * Reads channels (indices into exr_channels, all of one data window) into `samples`,
@@ -108,6 +131,9 @@ struct exr_output {
     const char *compression;                /* NULL: "zip" */
     const struct exr_attribute *attributes; /* win over those taken from `like` */
     int n_attributes;
+    /* Attributes of like_part not to take ("name": its name), ended by NULL; "X*" drops
+     * all that begin with X. NULL: none. */
+    const char *const *dropped;
     /* Windows, aspect, compression and all custom and standard attributes are copied
      * from part `like_part` of this input where not NULL. */
     struct exr_input *like;
@@ -121,6 +147,14 @@ struct exr_output {
 /* Writes beside `path` and renames, so that an old file is kept on any failure. */
 bool exr_write(const char *path, const struct exr_output *output, int n_threads,
                struct exr_error *error);
+
+/*
+ * Joins n files of one flat part each to a multi-view file: part i is that of
+ * inputs[i], as compressed, with all its attributes; its name and its view are
+ * views[i], which are all different. Beside `path` and renamed.
+ */
+bool exr_join_views(const char *path, struct exr_input *const *inputs,
+                    const char *const *views, int n, struct exr_error *error);
 
 /*
  * Writes a PNG beside `path` and renames. Samples are interleaved, n_channels 1, 3 or

@@ -165,6 +165,17 @@ exr_result_t exr_set_attributes(exr_context_t to, int part,
     return result;
 }
 
+bool exr_is_dropped(const struct exr_output *output, const char *name)
+{
+    for (const char *const *at = output->dropped; at && *at; at++) {
+        size_t n = strlen(*at);
+        bool is_prefix = n > 0 && (*at)[n - 1] == '*';
+        if (is_prefix ? strncmp(name, *at, n - 1) == 0 : strcmp(name, *at) == 0)
+            return true;
+    }
+    return false;
+}
+
 exr_result_t exr_copy_attributes(exr_context_t to, int part,
                                  const struct exr_output *output, int like_part)
 {
@@ -175,7 +186,8 @@ exr_result_t exr_copy_attributes(exr_context_t to, int part,
         const exr_attribute_t *a;
         result = exr_get_attribute_by_index(from, like_part, EXR_ATTR_LIST_FILE_ORDER,
                                             i, &a);
-        if (result != EXR_ERR_SUCCESS || is_structural(a->name))
+        if (result != EXR_ERR_SUCCESS || is_structural(a->name) ||
+            (like_part == output->like_part && exr_is_dropped(output, a->name)))
             continue;
         const struct exr_attribute *new_value = find_new(output, a->name);
         if (!new_value)

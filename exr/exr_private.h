@@ -73,6 +73,9 @@ exr_result_t exr_set_attributes(exr_context_t to, int part,
 exr_result_t exr_copy_attributes(exr_context_t to, int part,
                                  const struct exr_output *output, int like_part);
 
+/* Is `name` in output->dropped? */
+bool exr_is_dropped(const struct exr_output *output, const char *name);
+
 /* Fills exactly n_out values; false for damaged data. */
 bool exr_undo_huffman(const uint8_t *in, size_t n_in, uint16_t *out, size_t n_out);
 

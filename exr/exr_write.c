@@ -34,7 +34,9 @@ struct out_channel {
 };
 
 struct out_part {
-    int like_part; /* -1: none */
+    const struct exr_output *output;
+    int like_part;    /* of output->like; -1: none */
+    const char *name; /* NULL: as there */
     bool is_copied;
     int compression;
     exr_attr_box2i_t data_window, display_window;
@@ -45,7 +47,7 @@ struct out_part {
 };
 
 struct writer {
-    const struct exr_output *output;
+    const struct exr_output *output; /* of all parts; of a joined file, of the first */
     const char *path;
     int n_threads;
     exr_context_t context;
@@ -258,6 +260,7 @@ static bool plan(struct writer *w)
         return exr_fail(w->error, w->path, "out of memory");
     for (int i = 0; i < w->n_parts; i++) {
         struct out_part *part = &w->parts[i];
+        part->output = output;
         part->like_part = is_whole ? i : output->like ? output->like_part : -1;
         bool is_target = part->like_part < 0 || part->like_part == output->like_part;
         plan_windows(output, part);
@@ -311,11 +314,11 @@ static bool check_output(const struct exr_output *output, const char *path,
 
 /* The header */
 
-static exr_storage_t storage_of(const struct writer *w, const struct out_part *part)
+static exr_storage_t storage_of(const struct out_part *part)
 {
     exr_storage_t storage = EXR_STORAGE_SCANLINE;
     if (part->is_copied)
-        exr_get_storage(w->output->like->context, part->like_part, &storage);
+        exr_get_storage(part->output->like->context, part->like_part, &storage);
     return storage;
 }
 
@@ -356,7 +359,7 @@ static size_t longest_name(const struct exr_output *output)
 static exr_result_t set_structure(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
-    const struct exr_input *like = w->output->like;
+    const struct exr_input *like = part->output->like;
     exr_attr_v2f_t center;
     float width = 1.0f;
     center.x = center.y = 0.0f;
@@ -370,12 +373,17 @@ static exr_result_t set_structure(struct writer *w, int index)
                                         (exr_compression_t)part->compression);
 }
 
+static bool is_deep(const struct out_part *part)
+{
+    return part->output->like->parts[part->like_part].is_deep;
+}
+
 /* The core asks every part of a file with deep parts for a version. */
 static exr_result_t set_version(struct writer *w, int index)
 {
     bool has_deep = false;
     for (int i = 0; w->n_parts > 1 && i < w->n_parts; i++)
-        has_deep |= w->output->like->parts[i].is_deep;
+        has_deep |= is_deep(&w->parts[i]);
     return has_deep ? exr_set_version(w->context, index, 1) : EXR_ERR_SUCCESS;
 }
 
@@ -385,10 +393,11 @@ static exr_result_t set_tiles(struct writer *w, int index)
     uint32_t width, height;
     exr_tile_level_mode_t levels;
     exr_tile_round_mode_t rounding;
-    if (!part->is_copied || !w->output->like->parts[part->like_part].is_tiled)
+    if (!part->is_copied || !part->output->like->parts[part->like_part].is_tiled)
         return EXR_ERR_SUCCESS;
-    exr_result_t result = exr_get_tile_descriptor(
-        w->output->like->context, part->like_part, &width, &height, &levels, &rounding);
+    exr_result_t result =
+        exr_get_tile_descriptor(part->output->like->context, part->like_part, &width,
+                                &height, &levels, &rounding);
     if (result == EXR_ERR_SUCCESS)
         result =
             exr_set_tile_descriptor(w->context, index, width, height, levels, rounding);
@@ -401,7 +410,7 @@ static exr_result_t set_channels(struct writer *w, int index)
     exr_result_t result = EXR_ERR_SUCCESS;
     if (part->is_copied) {
         const exr_attr_chlist_t *list;
-        result = exr_get_channels(w->output->like->context, part->like_part, &list);
+        result = exr_get_channels(part->output->like->context, part->like_part, &list);
         if (result == EXR_ERR_SUCCESS)
             result = exr_set_channels(w->context, index, list);
     }
@@ -418,11 +427,14 @@ static exr_result_t set_channels(struct writer *w, int index)
 static exr_result_t add_part(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
-    const struct exr_input *like = w->output->like;
-    const char *name = like ? like->parts[part->like_part].name : "";
+    const struct exr_input *like = part->output->like;
+    bool is_named = like && !exr_is_dropped(part->output, "name");
+    const char *name = part->name ? part->name
+                       : is_named ? like->parts[part->like_part].name
+                                  : "";
     int made;
     exr_result_t result =
-        exr_add_part(w->context, name[0] ? name : NULL, storage_of(w, part), &made);
+        exr_add_part(w->context, name[0] ? name : NULL, storage_of(part), &made);
     if (result == EXR_ERR_SUCCESS)
         result = set_structure(w, index);
     if (result == EXR_ERR_SUCCESS)
@@ -431,11 +443,11 @@ static exr_result_t add_part(struct writer *w, int index)
         result = set_tiles(w, index);
     if (result == EXR_ERR_SUCCESS)
         result = set_version(w, index);
-    bool is_target = part->like_part < 0 || part->like_part == w->output->like_part;
+    bool is_target = part->like_part < 0 || part->like_part == part->output->like_part;
     if (result == EXR_ERR_SUCCESS && is_target)
-        result = exr_set_attributes(w->context, index, w->output);
+        result = exr_set_attributes(w->context, index, part->output);
     if (result == EXR_ERR_SUCCESS && like)
-        result = exr_copy_attributes(w->context, index, w->output, part->like_part);
+        result = exr_copy_attributes(w->context, index, part->output, part->like_part);
     return result;
 }
 
@@ -452,7 +464,10 @@ static bool write_header(struct writer *w)
     exr_core_clear();
     exr_result_t result =
         exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &settings);
-    if (result == EXR_ERR_SUCCESS && longest_name(w->output) > 31)
+    bool has_long_name = false;
+    for (int i = 0; i < w->n_parts; i++)
+        has_long_name |= longest_name(w->parts[i].output) > 31;
+    if (result == EXR_ERR_SUCCESS && has_long_name)
         result = exr_set_longname_support(w->context, 1);
     for (int i = 0; i < w->n_parts && result == EXR_ERR_SUCCESS; i++)
         result = add_part(w, i);
@@ -466,17 +481,18 @@ static bool write_header(struct writer *w)
 static exr_result_t copy_chunk(struct writer *w, int part,
                                const exr_chunk_info_t *chunk, bool is_tiled)
 {
-    const struct exr_input *like = w->output->like;
+    const struct exr_input *like = w->parts[part].output->like;
+    int from = w->parts[part].like_part;
     uint8_t *data = malloc(chunk->packed_size + chunk->sample_count_table_size + 1);
     uint8_t *counts = data + chunk->packed_size;
-    bool is_deep = like->parts[part].is_deep;
+    bool is_deep = like->parts[from].is_deep;
     exr_result_t result;
     if (!data)
         return EXR_ERR_OUT_OF_MEMORY;
     if (is_deep)
-        result = exr_read_deep_chunk(like->context, part, chunk, data, counts);
+        result = exr_read_deep_chunk(like->context, from, chunk, data, counts);
     else
-        result = exr_read_chunk(like->context, part, chunk, data);
+        result = exr_read_chunk(like->context, from, chunk, data);
     if (result != EXR_ERR_SUCCESS)
         ;
     else if (is_deep && is_tiled)
@@ -501,14 +517,15 @@ static exr_result_t copy_chunk(struct writer *w, int part,
 
 static exr_result_t copy_lines(struct writer *w, int part)
 {
-    const struct exr_input *like = w->output->like;
-    const struct exr_box *box = &like->parts[part].data_window;
+    const struct exr_input *like = w->parts[part].output->like;
+    int from = w->parts[part].like_part;
+    const struct exr_box *box = &like->parts[from].data_window;
     int32_t step = 0;
-    exr_result_t result = exr_get_scanlines_per_chunk(like->context, part, &step);
+    exr_result_t result = exr_get_scanlines_per_chunk(like->context, from, &step);
     for (int64_t y = box->min_y; y <= box->max_y && result == EXR_ERR_SUCCESS;
          y += step) {
         exr_chunk_info_t chunk = {0};
-        result = exr_read_scanline_chunk_info(like->context, part, (int)y, &chunk);
+        result = exr_read_scanline_chunk_info(like->context, from, (int)y, &chunk);
         if (result == EXR_ERR_SUCCESS)
             result = copy_chunk(w, part, &chunk, false);
     }
@@ -517,19 +534,20 @@ static exr_result_t copy_lines(struct writer *w, int part)
 
 static exr_result_t copy_level(struct writer *w, int part, int level)
 {
-    exr_const_context_t like = w->output->like->context;
+    exr_const_context_t like = w->parts[part].output->like->context;
+    int from = w->parts[part].like_part;
     int32_t tile_width, tile_height, width, height;
     exr_result_t result =
-        exr_get_tile_sizes(like, part, level, level, &tile_width, &tile_height);
+        exr_get_tile_sizes(like, from, level, level, &tile_width, &tile_height);
     if (result == EXR_ERR_SUCCESS)
-        result = exr_get_level_sizes(like, part, level, level, &width, &height);
+        result = exr_get_level_sizes(like, from, level, level, &width, &height);
     if (result != EXR_ERR_SUCCESS)
         return result;
     int n_x = (width + tile_width - 1) / tile_width;
     int n_y = (height + tile_height - 1) / tile_height;
     for (int i = 0; i < n_x * n_y && result == EXR_ERR_SUCCESS; i++) {
         exr_chunk_info_t chunk = {0};
-        result = exr_read_tile_chunk_info(like, part, i % n_x, i / n_x, level, level,
+        result = exr_read_tile_chunk_info(like, from, i % n_x, i / n_x, level, level,
                                           &chunk);
         if (result == EXR_ERR_SUCCESS)
             result = copy_chunk(w, part, &chunk, true);
@@ -539,12 +557,13 @@ static exr_result_t copy_level(struct writer *w, int part, int level)
 
 static bool copy_part(struct writer *w, int part)
 {
-    const struct exr_input *like = w->output->like;
+    const struct exr_input *like = w->parts[part].output->like;
+    int from = w->parts[part].like_part;
     exr_result_t result;
     exr_core_clear();
-    if (like->parts[part].is_tiled) {
+    if (like->parts[from].is_tiled) {
         int32_t n_levels = 0;
-        result = exr_get_tile_levels(like->context, part, &n_levels, NULL);
+        result = exr_get_tile_levels(like->context, from, &n_levels, NULL);
         for (int level = 0; level < n_levels && result == EXR_ERR_SUCCESS; level++)
             result = copy_level(w, part, level);
     } else {
@@ -608,7 +627,7 @@ static bool load_kept_channels(struct writer *w, struct out_part *part)
         if (!channel->plane)
             return exr_fail(w->error, w->path, "out of memory");
     }
-    return !has_kept || exr_decode_part(w->output->like, part->like_part, keep_run,
+    return !has_kept || exr_decode_part(part->output->like, part->like_part, keep_run,
                                         part, w->n_threads, w->error);
 }
 
@@ -677,7 +696,7 @@ static size_t pack_lines(const struct writer *w, const struct out_part *part,
                 continue;
             size_t n = plane_width(part, channel) * sample_bytes(channel);
             if (out && channel->sample >= 0)
-                convert_line(w->output, channel, row, out + n_bytes);
+                convert_line(part->output, channel, row, out + n_bytes);
             else if (out)
                 memcpy(out + n_bytes,
                        channel->plane + row / (size_t)channel->y_sampling * n, n);
@@ -800,6 +819,25 @@ static void free_plan(struct writer *w)
     free(w->parts);
 }
 
+static bool write_planned(struct writer *w)
+{
+    bool is_good = write_header(w) && write_parts(w);
+    if (!w->context)
+        return is_good;
+    exr_core_clear();
+    exr_result_t result = exr_finish(&w->context);
+    return is_good && (result == EXR_ERR_SUCCESS || fail_core(w, result));
+}
+
+static bool end_file(struct writer *w, bool is_good)
+{
+    free_plan(w);
+    if (is_good)
+        return partial_commit(&w->file, w->error);
+    partial_abort(&w->file);
+    return false;
+}
+
 bool exr_write(const char *path, const struct exr_output *output, int n_threads,
                struct exr_error *error)
 {
@@ -811,16 +849,52 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
     };
     if (!check_output(output, path, error) || !partial_open(&w.file, path, error))
         return false;
-    bool is_good = plan(&w) && write_header(&w) && write_parts(&w);
-    if (w.context) {
-        exr_core_clear();
-        exr_result_t result = exr_finish(&w.context);
-        if (is_good && result != EXR_ERR_SUCCESS)
-            is_good = fail_core(&w, result);
+    return end_file(&w, plan(&w) && write_planned(&w));
+}
+
+/* Several files joined to one */
+
+/* Part i of the file is the first of input i. */
+static bool plan_joined(struct writer *w, struct exr_input *const *inputs,
+                        const char *const *views, struct exr_output *outputs,
+                        struct exr_attribute *attributes)
+{
+    for (int i = 0; i < w->n_parts; i++) {
+        if (inputs[i]->n_parts != 1 || inputs[i]->parts[0].is_deep)
+            return exr_fail(w->error, w->path,
+                            "%s has several parts or deep data; a view is one flat one",
+                            exr_path(inputs[i]));
+        attributes[i] = (struct exr_attribute){
+            .name = "view", .type = EXR_ATTRIBUTE_STRING, .text = views[i]};
+        outputs[i] = (struct exr_output){
+            .like = inputs[i], .attributes = &attributes[i], .n_attributes = 1};
+        struct out_part *part = &w->parts[i];
+        *part = (struct out_part){
+            .output = &outputs[i], .name = views[i], .is_copied = true};
+        plan_windows(&outputs[i], part);
+        part->compression = exr_compression_number(inputs[i]->parts[0].compression);
     }
-    free_plan(&w);
-    if (is_good)
-        return partial_commit(&w.file, error);
-    partial_abort(&w.file);
-    return false;
+    return true;
+}
+
+bool exr_join_views(const char *path, struct exr_input *const *inputs,
+                    const char *const *views, int n, struct exr_error *error)
+{
+    struct writer w = {.path = path, .n_threads = 1, .error = error, .n_parts = n};
+    struct exr_output *outputs = calloc((size_t)n, sizeof *outputs);
+    struct exr_attribute *attributes = calloc((size_t)n, sizeof *attributes);
+    w.parts = calloc((size_t)n, sizeof *w.parts);
+    bool is_good = outputs && attributes && w.parts;
+    if (!is_good)
+        exr_fail(error, path, "out of memory");
+    if (is_good && partial_open(&w.file, path, error))
+        is_good = end_file(&w, plan_joined(&w, inputs, views, outputs, attributes) &&
+                                   write_planned(&w));
+    else {
+        is_good = false;
+        free_plan(&w);
+    }
+    free(attributes);
+    free(outputs);
+    return is_good;
 }

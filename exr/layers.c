@@ -65,36 +65,68 @@ static int color_index(const char *base)
     return -1;
 }
 
+/* The strings of part p's `multiView`; NULL where it has none. */
+static const exr_attr_string_vector_t *multi_view(const struct exr_input *input, int p)
+{
+    const exr_attribute_t *a;
+    bool is_found = exr_get_attribute_by_name(input->context, p, "multiView", &a) ==
+                        EXR_ERR_SUCCESS &&
+                    a->type == EXR_ATTR_STRING_VECTOR;
+    return is_found ? a->stringvector : NULL;
+}
+
 /* Is `word` a view of the file: in `multiView`, or the view of its part? */
 static bool is_view(const struct exr_input *input, int part, const char *word)
 {
     if (strcmp(input->parts[part].view, word) == 0)
         return true;
     for (int p = 0; p < input->n_parts; p++) {
-        const exr_attribute_t *a;
-        if (exr_get_attribute_by_name(input->context, p, "multiView", &a) !=
-                EXR_ERR_SUCCESS ||
-            a->type != EXR_ATTR_STRING_VECTOR)
-            continue;
-        for (int i = 0; i < a->stringvector->n_strings; i++)
-            if (a->stringvector->strings[i].str &&
-                strcmp(a->stringvector->strings[i].str, word) == 0)
+        const exr_attr_string_vector_t *views = multi_view(input, p);
+        for (int i = 0; views && i < views->n_strings; i++)
+            if (views->strings[i].str && strcmp(views->strings[i].str, word) == 0)
                 return true;
     }
     return false;
 }
 
-/* Of several views the first in `multiView` is the one to show. */
-static bool is_first_view(const struct exr_input *input, const char *view)
+/* Does an earlier part have the same view? */
+static bool is_repeated_view(const struct exr_input *input, int part)
 {
-    const exr_attribute_t *a;
-    if (view[0] == '\0')
-        return true;
-    return exr_get_attribute_by_name(input->context, 0, "multiView", &a) ==
-               EXR_ERR_SUCCESS &&
-           a->type == EXR_ATTR_STRING_VECTOR && a->stringvector->n_strings > 0 &&
-           a->stringvector->strings[0].str &&
-           strcmp(a->stringvector->strings[0].str, view) == 0;
+    for (int p = 0; p < part; p++)
+        if (strcmp(input->parts[p].view, input->parts[part].view) == 0)
+            return true;
+    return false;
+}
+
+const char *exr_view_name(const struct exr_input *input, int i)
+{
+    const exr_attr_string_vector_t *views = multi_view(input, 0);
+    if (i < 0)
+        return NULL;
+    if (views)
+        return i < views->n_strings ? views->strings[i].str : NULL;
+    for (int p = 0; p < input->n_parts; p++)
+        if (input->parts[p].view[0] && !is_repeated_view(input, p) && i-- == 0)
+            return input->parts[p].view;
+    return NULL;
+}
+
+int exr_view_count(const struct exr_input *input)
+{
+    int n = 0;
+    while (exr_view_name(input, n))
+        n++;
+    return n;
+}
+
+/* What has no view belongs to the first, which is also the one to show. */
+static bool is_of_view(const struct exr_input *input, const char *view,
+                       const char *wanted)
+{
+    const char *first = exr_view_name(input, 0);
+    if (!wanted)
+        return view[0] == '\0' || (first && strcmp(first, view) == 0);
+    return strcmp(view[0] || !first ? view : first, wanted) == 0;
 }
 
 /* Stored name, with the part's name in front where it says more. */
@@ -260,8 +292,8 @@ static bool has_sibling(const struct exr_input *input, const struct name *of,
     return false;
 }
 
-static bool find_color(const struct exr_input *input, const char *wanted,
-                       struct exr_layer *found, bool *has_chroma)
+static bool find_color(const struct exr_input *input, const char *view,
+                       const char *wanted, struct exr_layer *found, bool *has_chroma)
 {
     int best = 1000;
     for (int c = 0; c < input->n_channels; c++) {
@@ -271,13 +303,14 @@ static bool find_color(const struct exr_input *input, const char *wanted,
         bool is_red = color_index(name.base) == 0;
         if (!is_red && (strcmp(name.base, "Y") != 0 || has_sibling(input, &name, "X")))
             continue;
-        if (wanted && !is_asked_for(&name, wanted))
+        if ((wanted && !is_asked_for(&name, wanted)) ||
+            (view && !is_of_view(input, name.view, view)))
             continue;
         /* "ZDepth.R" is depth in all of R G B. */
         if (name.n > 0 && is_depth_word(name.component[name.n - 1]))
             continue;
-        int rank =
-            2 * (rank_of(&name) + (is_red ? 0 : 10)) + !is_first_view(input, name.view);
+        int rank = 2 * (rank_of(&name) + (is_red ? 0 : 10)) +
+                   !is_of_view(input, name.view, NULL);
         if (rank >= best)
             continue;
         if (is_red ? !collect_color(input, &name, &layer)
@@ -326,21 +359,29 @@ static int depth_score(const struct exr_input *input, const struct name *depth,
     return 1;
 }
 
-static int find_depth(const struct exr_input *input, int color_channel)
+/* `view` may be NULL: any. Where colour and depth have one, depth without serves last.
+ */
+static int find_depth(const struct exr_input *input, const char *view,
+                      int color_channel)
 {
     struct name color, name;
-    int best = 0, found = -1;
+    int best = 0, best_rank = 0, found = -1;
     bool is_ambiguous = false;
 
     if (color_channel >= 0)
         parse_name(input, color_channel, &color);
     for (int c = 0; c < input->n_channels; c++) {
         parse_name(input, c, &name);
+        if (view && name.view[0] && !is_of_view(input, name.view, view))
+            continue;
         int score = depth_score(input, &name, color_channel >= 0 ? &color : NULL);
+        bool is_own = color_channel >= 0 && is_same_view(&name, &color);
+        int rank = score > 0 ? 2 * score + is_own : 0;
         /* Depth of another layer serves only when there is no choice. */
         is_ambiguous |= score == 1 && best == 1 && color_channel >= 0;
-        if (score > best) {
+        if (rank > best_rank) {
             best = score;
+            best_rank = rank;
             found = c;
         }
     }
@@ -391,9 +432,10 @@ static int channel_by_name(const struct exr_input *input, const char *wanted)
 }
 
 /* In a file that is nothing but depth, the first channel of the picture is it. */
-static int find_depth_only(const struct exr_input *input, const struct exr_layer *found)
+static int find_depth_only(const struct exr_input *input, const char *view,
+                           const struct exr_layer *found)
 {
-    int z = find_depth(input, -1);
+    int z = find_depth(input, view, -1);
     if (z >= 0)
         return z;
     if (found->r >= 0)
@@ -422,10 +464,18 @@ bool exr_find_layer(const struct exr_input *input, const char *layer,
                     const char *depth_channel, bool depth_only, struct exr_layer *found,
                     struct exr_error *error)
 {
+    return exr_find_view_layer(input, NULL, layer, depth_channel, depth_only, found,
+                               error);
+}
+
+bool exr_find_view_layer(const struct exr_input *input, const char *view,
+                         const char *layer, const char *depth_channel, bool depth_only,
+                         struct exr_layer *found, struct exr_error *error)
+{
     char list[600];
     bool has_chroma = false;
     *found = (struct exr_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
-    bool has_color = find_color(input, layer, found, &has_chroma);
+    bool has_color = find_color(input, view, layer, found, &has_chroma);
     if (!has_color && !depth_only)
         return fail_without_color(input, layer, has_chroma, error);
 
@@ -439,10 +489,10 @@ bool exr_find_layer(const struct exr_input *input, const char *layer,
                         list);
     }
     if (has_color)
-        found->z = find_depth(input, found->r);
+        found->z = find_depth(input, view, found->r);
     if (!depth_only || found->z >= 0)
         return true;
-    found->z = find_depth_only(input, found);
+    found->z = find_depth_only(input, view, found);
     if (found->z >= 0)
         return true;
     list_channels(input, list, sizeof list);

@@ -30,6 +30,10 @@ def _value(name, value):
         return _attribute(name, "int", struct.pack("<i", value))
     if isinstance(value, float):
         return _attribute(name, "float", struct.pack("<f", value))
+    if isinstance(value, list):
+        texts = [text.encode() for text in value]
+        packed = b"".join(struct.pack("<i", len(text)) + text for text in texts)
+        return _attribute(name, "stringvector", packed)
     return _attribute(name, "v2f", struct.pack("<2f", *value))
 
 

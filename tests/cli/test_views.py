@@ -151,3 +151,72 @@ def test_the_bad_view_is_named(rackfocus, views, scene, tmp_path):
     done = rackfocus("filter", *views(), bad, "-o", tmp_path / "o.exr", code=1)
     assert "bad.exr" in done.stderr
     assert "(7, 5)" in done.stderr
+
+
+NAMES = ["v00", "v01", "v02"]
+
+
+@pytest.fixture
+def shared(views, tmp_path):
+    """The views in one file of one part, after OpenEXR's multi-view convention."""
+
+    def make(without=None, is_first_bare=False):
+        channels = {}
+        attributes = LENS | {"multiView": NAMES}
+        for name, path, place in zip(NAMES, views(), PLACES, strict=True):
+            prefix = "" if is_first_bare and name == NAMES[0] else f"{name}."
+            for channel, plane in plainexr.read(path)[0].items():
+                channels[prefix + channel] = plane
+            if name != without:
+                attributes[f"rackfocus:lensOffset.{name}"] = place
+                attributes[f"rackfocus:shearDistance.{name}"] = 6.0
+        return plainexr.write(tmp_path / "shared.exr", channels, attributes)
+
+    return make
+
+
+@pytest.mark.parametrize("is_first_bare", [False, True])
+def test_one_file_is_the_same_as_three(
+    rackfocus, views, shared, tmp_path, is_first_bare
+):
+    path = shared(is_first_bare=is_first_bare)
+    one, three = tmp_path / "one.exr", tmp_path / "three.exr"
+    rackfocus("filter", path, "-o", one)
+    rackfocus("filter", *views(), "-o", three)
+    a, attributes = plainexr.read(one)
+    b, _ = plainexr.read(three)
+    assert sorted(a) == sorted(b)
+    assert all(numpy.array_equal(a[name], b[name]) for name in b)
+    assert not [name for name in attributes if "lensOffset" in name]
+    assert "multiView" not in attributes
+
+
+def test_info_lists_the_views(rackfocus, shared):
+    path = shared()
+    found = facts(rackfocus, path)["views"]
+    assert [view["name"] for view in found] == NAMES
+    offsets = numpy.array([view["lens_offset"] for view in found])
+    assert offsets == pytest.approx(numpy.array(PLACES))
+    assert "(-0.06, 0.09) on the lens" in rackfocus("info", path).stdout
+
+
+def test_layer_names_a_view(rackfocus, views, shared, tmp_path):
+    path = shared()
+    picked, alone = tmp_path / "picked.exr", tmp_path / "alone.exr"
+    rackfocus("filter", path, "--layer", "v01", "-o", picked)
+    rackfocus("filter", views()[1], "-o", alone)
+    a, b = plainexr.read(picked)[0], plainexr.read(alone)[0]
+    assert all(numpy.array_equal(a[f"v01.{name}"], b[name]) for name in "RGB")
+
+
+def test_a_view_without_its_place_is_named(rackfocus, shared, tmp_path):
+    path = shared(without="v01")
+    done = rackfocus("filter", path, "-o", tmp_path / "o.exr", code=1)
+    assert "no rackfocus:lensOffset for the view v01" in done.stderr
+
+
+def test_one_file_of_views_cannot_pass_through(rackfocus, shared, tmp_path):
+    done = rackfocus(
+        "filter", shared(), "--pass-through", "-o", tmp_path / "o.exr", code=2
+    )
+    assert "--pass-through" in done.stderr

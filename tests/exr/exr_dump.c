@@ -5,6 +5,10 @@
  *
  *     exr_dump info FILE
  *     exr_dump layer FILE [LAYER|-] [DEPTH_CHANNEL|-] [depth_only]
+ *     exr_dump view FILE VIEW
+ *     exr_dump views FILE                     their names
+ *     exr_dump number FILE VIEW NAME          an attribute of a view
+ *     exr_dump join OUT FILE ...              views named after the files
  *     exr_dump read FILE PART OUT [THREADS]   all full-size channels, interleaved
  *     exr_dump copy FILE OUT [pass] [half|float] [compression=X] [layer=X] [scale=F]
  *         [threads=N] [attribute]       the colours of a layer, times F, to a new file
@@ -58,6 +62,13 @@ static const char *channel_name(const struct exr_input *input, int index)
     return index < 0 ? "-" : exr_channels(input, NULL)[index].name;
 }
 
+static void print_layer(const struct exr_input *input, const struct exr_layer *found)
+{
+    printf("'%s' %s %s %s %s %s\n", found->name, channel_name(input, found->r),
+           channel_name(input, found->g), channel_name(input, found->b),
+           channel_name(input, found->a), channel_name(input, found->z));
+}
+
 static int layer(int n, char **arguments)
 {
     struct exr_input *input;
@@ -68,10 +79,76 @@ static int layer(int n, char **arguments)
         return fail();
     bool is_good = exr_find_layer(input, name, depth, n > 3, &found, &error);
     if (is_good)
-        printf("'%s' %s %s %s %s %s\n", found.name, channel_name(input, found.r),
-               channel_name(input, found.g), channel_name(input, found.b),
-               channel_name(input, found.a), channel_name(input, found.z));
+        print_layer(input, &found);
     exr_close(input);
+    return is_good ? 0 : fail();
+}
+
+static int view(const char *path, const char *name)
+{
+    struct exr_input *input;
+    struct exr_layer found;
+    if (!exr_open(&input, path, &error))
+        return fail();
+    bool is_good = exr_find_view_layer(input, name, NULL, NULL, false, &found, &error);
+    if (is_good)
+        print_layer(input, &found);
+    exr_close(input);
+    return is_good ? 0 : fail();
+}
+
+static int views(const char *path)
+{
+    struct exr_input *input;
+    if (!exr_open(&input, path, &error))
+        return fail();
+    for (int i = 0; i < exr_view_count(input); i++)
+        printf("%s\n", exr_view_name(input, i));
+    exr_close(input);
+    return 0;
+}
+
+static int number(const char *path, const char *name, const char *attribute)
+{
+    struct exr_input *input;
+    double v;
+    if (!exr_open(&input, path, &error))
+        return fail();
+    bool is_found = exr_view_number(input, name, attribute, &v);
+    if (is_found)
+        printf("%g\n", v);
+    exr_close(input);
+    return is_found ? 0 : 1;
+}
+
+/* "folder/v00.exr" becomes "v00". */
+static void base_name(const char *path, char name[64])
+{
+    const char *slash = strrchr(path, '/');
+    snprintf(name, 64, "%s", slash ? slash + 1 : path);
+    char *dot = strrchr(name, '.');
+    if (dot)
+        *dot = 0;
+}
+
+enum { MAX_JOINED = 8 };
+
+static int join(const char *out, int n, char **paths)
+{
+    struct exr_input *inputs[MAX_JOINED];
+    char names[MAX_JOINED][64];
+    const char *views[MAX_JOINED];
+    bool is_good = n <= MAX_JOINED;
+    int n_open = 0;
+    while (is_good && n_open < n) {
+        base_name(paths[n_open], names[n_open]);
+        views[n_open] = names[n_open];
+        is_good = exr_open(&inputs[n_open], paths[n_open], &error);
+        n_open += is_good;
+    }
+    is_good = is_good && exr_join_views(out, inputs, views, n, &error);
+    for (int i = 0; i < n_open; i++)
+        exr_close(inputs[i]);
     return is_good ? 0 : fail();
 }
 
@@ -201,10 +278,19 @@ int main(int argc, char **argv)
         return info(argv[2]);
     if (argc >= 3 && strcmp(argv[1], "layer") == 0)
         return layer(argc - 2, argv + 2);
+    if (argc == 4 && strcmp(argv[1], "view") == 0)
+        return view(argv[2], argv[3]);
+    if (argc == 3 && strcmp(argv[1], "views") == 0)
+        return views(argv[2]);
+    if (argc == 5 && strcmp(argv[1], "number") == 0)
+        return number(argv[2], argv[3], argv[4]);
+    if (argc >= 4 && strcmp(argv[1], "join") == 0)
+        return join(argv[2], argc - 3, argv + 3);
     if (argc >= 5 && strcmp(argv[1], "read") == 0)
         return read_part(argc - 2, argv + 2);
     if (argc >= 4 && strcmp(argv[1], "copy") == 0)
         return copy(argc - 2, argv + 2);
-    fprintf(stderr, "usage: exr_dump info|layer|read|copy ...\n");
+    fprintf(stderr,
+            "usage: exr_dump info|layer|view|views|number|join|read|copy ...\n");
     return 2;
 }

@@ -246,6 +246,48 @@ def test_views(tmp_path):
         )
 
 
+def test_views_keep_their_own_depth(tmp_path):
+    """In one part the first view has no prefix, so its Z is not of the second."""
+    path = tmp_path / "a.exr"
+    names = [*"RGBZ", *(f"right.{c}" for c in "RGBZ")]
+    spec = spec_of(names, "float")
+    spec.attribute("multiView", "string[2]", ("left", "right"))
+    write(path, spec, picture(n=8))
+    assert dump("view", path, "left") == "'' R G B - Z\n"
+    right = "right.R right.G right.B - right.Z"
+    assert dump("view", path, "right") == f"'right' {right}\n"
+    assert dump("layer", path, "right") == f"'right' {right}\n"
+    assert dump("views", path) == "left\nright\n"
+
+
+def test_joins_views(tmp_path):
+    """Read by OpenImageIO: one part per view, its pixels and attributes untouched."""
+    paths, out = [tmp_path / f"{name}.exr" for name in "abc"], tmp_path / "all.exr"
+    for i, path in enumerate(paths):
+        kind, compression = ("half", "zip") if i < 2 else ("mixed", "piz")
+        spec = spec_of("RGBZ", kind, compression)
+        spec.attribute("rackfocus:focusDistance", float(i))
+        spec.attribute("remark", f"the {i}th")
+        write(path, spec, picture(seed=i, n=4))
+    dump("join", out, *paths)
+    names = [path.name.removesuffix(".exr") for path in paths]
+    assert dump("views", out).split() == names
+    for i, path in enumerate(paths):
+        got, want = read_reference(out, i), read_reference(path)
+        assert sorted(got) == sorted(want)
+        assert all(np.array_equal(got[name], want[name]) for name in want)
+        made = spec_in(out, i)
+        assert made["view"] == made["name"] == names[i]
+        assert made["remark"] == f"the {i}th"
+        assert made["compression"] == ("zip" if i < 2 else "piz")
+        assert float(dump("number", out, names[i], "rackfocus:focusDistance")) == i
+    multi_part(tmp_path / "parts.exr")
+    failed = run("join", tmp_path / "no.exr", paths[0], tmp_path / "parts.exr")
+    assert failed.returncode == 1
+    assert "parts.exr has several parts" in failed.stderr
+    assert not (tmp_path / "no.exr").exists()
+
+
 @pytest.mark.parametrize("target", [c for c in COMPRESSIONS if "dwa" not in c])
 @pytest.mark.parametrize("kind", ["half", "float", "mixed"])
 def test_round_trip(tmp_path, target, kind):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rackfocus povray --views N`: views from points of the lens, merged."""
 
+import json
 import re
 import sys
 
@@ -112,6 +113,23 @@ def test_frames_are_those_of_single_runs(rackfocus, scene, tmp_path):
               "+KFI1", "+KFF3", cwd=tmp_path)  # fmt: skip
     pair = [(tmp_path / f"{n}0002.exr").read_bytes() for n in "ab"]
     assert pair[0] == pair[1]
+
+
+def test_one_file_keeps_all_views(rackfocus, scene, tmp_path):
+    rackfocus("povray", scene[0], "--views", 3, "-o", "out.exr", "--keep", "all.exr",
+              *SIZE, cwd=tmp_path)  # fmt: skip
+    views_of(rackfocus, tmp_path, scene[0], 3)
+    kept = sorted((tmp_path / "kept").iterdir())
+    found = json.loads(rackfocus("info", "all.exr", "--json", cwd=tmp_path).stdout)
+    assert [part["view"] for part in found["files"][0]["parts"]] == [
+        "v00", "v01", "v02",
+    ]  # fmt: skip
+    for path, view in zip(kept, found["views"], strict=True):
+        place = plainexr.read(path)[1]["rackfocus:lensOffset"]
+        assert view["lens_offset"] == pytest.approx(place)
+    rackfocus("filter", "all.exr", "-o", "again.exr", cwd=tmp_path)
+    a, b = (plainexr.read(tmp_path / name)[0] for name in ("out.exr", "again.exr"))
+    assert all(numpy.array_equal(a[name], b[name]) for name in "RGB")
 
 
 @pytest.mark.parametrize(

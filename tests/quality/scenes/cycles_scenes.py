@@ -23,7 +23,7 @@ import json
 import math
 import random
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -574,10 +574,12 @@ def set_up_render(facts):
     scene.view_layers[0].use_pass_z = True
 
 
-def build(name):
+def build(name, focus=None):
     """Makes the named scene from nothing; returns (camera facts, camera object)."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     facts, build_scene = SCENES[name]
+    if focus:
+        facts = replace(facts, focus=focus)
     set_up_render(facts)
     camera = add_camera(facts)
     build_scene(facts)
@@ -679,12 +681,13 @@ def parse_options():
     parser.add_argument("--samples", type=int, help="per pixel; default by pass")
     parser.add_argument("--seed", type=int, default=1, help="views: of the first view")
     parser.add_argument("--count", type=int, default=8, help="number of views")
+    parser.add_argument("--focus", type=float, help="focus distance, not the scene's")
     return parser.parse_args(argv)
 
 
 def render_pass(name, scene_name, options):
     """Builds the scene afresh and renders one pass of it."""
-    facts, camera = build(scene_name)
+    facts, camera = build(scene_name, options.focus)
     prefix = options.outdir / scene_name
     defaults = {"pinhole": 64, "dof": 64, "reference": 2048, "views": 8, "defocus": 1}
     options.samples = options.samples or defaults[name]
