@@ -122,7 +122,8 @@ static void list_entries(struct comparison *c)
     add_entry(c, -1, 0, "pinhole", "");
     for (int m = 0; m < (int)n; m++) {
         const bool has_blend = m >= RF_METHOD_BOX && m <= RF_METHOD_RECURSIVE_OFFSET;
-        if (is_typed(c, "method") && m != c->params.method)
+        const bool takes_views = m == RF_METHOD_VIEWS || m == RF_METHOD_ACCUMULATE;
+        if (is_typed(c, "method") ? m != c->params.method : takes_views)
             continue;
         if (!has_blend)
             add_entry(c, m, c->params.blend, methods[m].name, "");

@@ -138,7 +138,8 @@ static int check_views(const struct run *run)
         return EXIT_USAGE;
     }
     if (settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
-        run->settings->params.method != RF_METHOD_VIEWS)
+        run->settings->params.method != RF_METHOD_VIEWS &&
+        run->settings->params.method != RF_METHOD_ACCUMULATE)
         return fail_method(run);
     return EXIT_DONE;
 }

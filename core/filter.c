@@ -20,6 +20,7 @@ static const struct rf_method_entry entries[] = {
     [RF_METHOD_MIPMAP_OFFSET] = {.run = rf_mipmap_offset_run},
     [RF_METHOD_RECURSIVE_OFFSET] = {.run = rf_recursive_offset_run},
     [RF_METHOD_VIEWS] = {.run = rf_views_run, .max_views = RF_MAX_VIEWS},
+    [RF_METHOD_ACCUMULATE] = {.run = rf_accumulate_run, .max_views = RF_MAX_VIEWS},
 };
 
 #define THESIS "thesis on depth of field in a surgical simulator: "
@@ -49,6 +50,9 @@ static const struct rf_method_info infos[] = {
          "grows with the number of recursions", THESIS "recursive offset"},
     [RF_METHOD_VIEWS] = {"views", "several views from points of the lens, merged",
                          "the sum of the views' layered passes", "Rack Focus"},
+    [RF_METHOD_ACCUMULATE] = {"accumulate", "the mean of views; needs no depth",
+                              "the renders of the views",
+                              "OpenGL programming guide; OpenGL wikibook"},
 };
 
 const struct rf_method_info *rf_method_list(size_t *n)

@@ -10,8 +10,7 @@ struct filter_object {
 
 /* ---- making and ending --------------------------------------------------------- */
 
-/* Takes the keyword `threads` out of `keywords`; -1 with an exception set. */
-static int take_threads(PyObject *keywords, int *n_threads)
+int plugin_take_threads(PyObject *keywords, int *n_threads)
 {
     *n_threads = 0;
     PyObject *value = keywords ? PyDict_GetItemString(keywords, "threads") : NULL;
@@ -43,7 +42,7 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
     if (!state || !PyArg_ParseTuple(args, "ii:Filter", &size_px[0], &size_px[1]))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
-    bool is_read = rest && take_threads(rest, &n_threads) == 0 &&
+    bool is_read = rest && plugin_take_threads(rest, &n_threads) == 0 &&
                    plugin_read_params(state, rest, &params) == 0;
     Py_XDECREF(rest);
     if (!is_read)

@@ -27,6 +27,14 @@ static PyMethodDef functions[] = {
      "machine: 'avx2' or 'generic'."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
+    {"lens_points", (PyCFunction)(void (*)(void))plugin_lens_points,
+     METH_VARARGS | METH_KEYWORDS,
+     "lens_points(n, *, frame=0, **parameters)\n--\n\n"
+     "n points (2 to 1024) that share out the lens evenly, for views to accumulate or "
+     "merge, as a tuple of (u, v, time): lens radii right and up of the middle as the "
+     "camera sees it, and the moment within the shutter's time from 0 to 1. frame: its "
+     "number, which matters with lens_random only. Parameters: lens_pattern, "
+     "lens_random, lens_seed and those of the aperture."},
     {"compare", (PyCFunction)(void (*)(void))plugin_compare,
      METH_VARARGS | METH_KEYWORDS,
      "compare(a, b)\n--\n\n"
@@ -66,7 +74,9 @@ static int execute(PyObject *module)
         return -1;
     if (add_type(module, &plugin_lens_spec, &state->lens_type) < 0)
         return -1;
-    return add_type(module, &plugin_filter_spec, NULL);
+    if (add_type(module, &plugin_filter_spec, NULL) < 0)
+        return -1;
+    return add_type(module, &plugin_accumulator_spec, NULL);
 }
 
 static int traverse(PyObject *module, visitproc visit, void *arg)

@@ -56,9 +56,14 @@ void plugin_close_image(struct plugin_image *image);
 
 PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
 
-/* ---- lens.c, filter.c ---------------------------------------------------------- */
+/* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 
-extern PyType_Spec plugin_lens_spec, plugin_filter_spec;
+extern PyType_Spec plugin_lens_spec, plugin_filter_spec, plugin_accumulator_spec;
+
+/* Takes the keyword `threads` out of `keywords`; -1 with an exception set. */
+int plugin_take_threads(PyObject *keywords, int *n_threads);
+
+PyObject *plugin_lens_points(PyObject *module, PyObject *args, PyObject *keywords);
 
 /* A new Lens object that holds a copy of `lens`. */
 PyObject *plugin_lens_new(const struct module_state *state, const struct rf_lens *lens);

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from . import _core
 from ._core import (
+    Accumulator,
     CancelledError,
     DepthError,
     Error,
@@ -31,18 +32,22 @@ from ._core import (
 )
 
 __all__ = [
+    "Accumulator",
     "CancelledError",
     "DepthError",
     "Error",
     "Filter",
     "Lens",
+    "LensPoint",
     "Method",
     "Parameter",
     "ParameterError",
     "PixelError",
+    "accumulate",
     "apply",
     "compare",
     "cpu_level",
+    "lens_points",
     "methods",
     "parameters",
     "version",
@@ -83,6 +88,14 @@ class Method(NamedTuple):
     source: str
 
 
+class LensPoint(NamedTuple):
+    """A view to render: where on the lens, and when."""
+
+    u: float  # lens radii to the right of the middle, as the camera sees it
+    v: float  # lens radii up
+    time: float  # moment within the shutter's time, 0 (opens) to 1 (closes)
+
+
 def parameters():
     """All parameters, a tuple of Parameter in the order of the core's table."""
     found = []
@@ -116,3 +129,38 @@ def apply(colour, depth, out=None, *, progress=None, threads=0, **params):
         colour, depth, out, progress
     )
     return out
+
+
+def accumulate(pictures, out=None, *, threads=0, **params):
+    """The mean of pictures of one shape, one in memory at a time.
+
+    pictures: an iterable of (height, width, channels) or (height, width) float32.
+    out: writable, of their shape; None makes a NumPy array.
+    params: of parameters() only blend_gamma matters; 1 (default) sums linear light.
+    """
+    total = None
+    for picture in pictures:
+        if total is None:
+            shape = memoryview(picture).shape
+            height, width, channels = (*shape, 1)[:3]
+            total = Accumulator(width, height, channels, threads=threads, **params)
+        total.add(picture)
+    if total is None:
+        raise ValueError("pictures: there is none to take the mean of")
+    if out is None:
+        import numpy
+
+        out = numpy.empty(shape, numpy.float32)
+    total.mean(out)
+    return out
+
+
+def lens_points(n, *, frame=0, **params):
+    """n points that share out the lens evenly, a tuple of LensPoint.
+
+    n: 2 to 1024.
+    frame: number of the frame, which matters with lens_random only.
+    params: lens_pattern ("disc", "circle", "polygon", "grid"; "auto" is a polygon where
+    blades are given, else a disc), lens_random, lens_seed, and those of the aperture.
+    """
+    return tuple(LensPoint(*p) for p in _core.lens_points(n, frame=frame, **params))

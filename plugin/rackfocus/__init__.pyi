@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
+from ._core import Accumulator as Accumulator
 from ._core import CancelledError as CancelledError
 from ._core import DepthError as DepthError
 from ._core import Error as Error
@@ -39,6 +40,11 @@ class Method(NamedTuple):
     cost: str
     source: str
 
+class LensPoint(NamedTuple):
+    u: float
+    v: float
+    time: float
+
 def parameters() -> tuple[Parameter, ...]: ...
 def methods() -> tuple[Method, ...]: ...
 def apply(
@@ -50,3 +56,13 @@ def apply(
     threads: int = 0,
     **params: float | str | bool,
 ) -> Any: ...
+def accumulate(
+    pictures: Iterable[Pixels],
+    out: Pixels | None = None,
+    *,
+    threads: int = 0,
+    **params: float | str | bool,
+) -> Any: ...
+def lens_points(
+    n: int, *, frame: int = 0, **params: float | str | bool
+) -> tuple[LensPoint, ...]: ...

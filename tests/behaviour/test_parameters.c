@@ -10,7 +10,7 @@
 #include "testing.h"
 
 /* What a parameter acts on. */
-enum output { PICTURE, RADIUS, LIMITS };
+enum output { PICTURE, RADIUS, LIMITS, POINTS };
 
 struct param_case {
     const char *key;
@@ -97,6 +97,10 @@ static const struct param_case cases[] = {
      "leak-weight=0.5", "", 0},
     {"leave-focus-out", PICTURE, "method=box blend=region", "true",
      "leave-focus-out=false", "", 0},
+    {"lens-pattern", POINTS, "", "circle", "lens-pattern=auto", "lens-pattern=disc", 0},
+    {"lens-random", POINTS, "", "true", "lens-random=false", "", 0},
+    {"lens-seed", POINTS, "lens-pattern=grid", "7", "lens-seed=7 lens-pattern=disc",
+     "lens-pattern=disc", 0},
 };
 enum { N_CASES = sizeof cases / sizeof cases[0] };
 
@@ -167,6 +171,20 @@ static void normalise_depth(const struct rf_params *p, float *depth)
                        : scene.depth[i];
 }
 
+static rf_result list_points(const struct rf_params *p, float *out, int *n,
+                             struct rf_error *error)
+{
+    struct rf_lens_point points[20];
+    rf_result result = rf_lens_points(p, 20, 3, points, error);
+    for (int i = 0; i < 20 && result == RF_OK; i++) {
+        out[3 * i] = (float)points[i].u;
+        out[3 * i + 1] = (float)points[i].v;
+        out[3 * i + 2] = (float)points[i].time;
+    }
+    *n = 60;
+    return result;
+}
+
 /* The output as floats; n receives their number. */
 static bool output_of(enum output kind, const struct rf_params *p, float *out, int *n)
 {
@@ -179,6 +197,9 @@ static bool output_of(enum output kind, const struct rf_params *p, float *out, i
     if (kind == PICTURE) {
         *n = N * 3;
         if (frame_filter(&f, p, 2, &error) == RF_OK)
+            return true;
+    } else if (kind == POINTS) {
+        if (list_points(p, out, n, &error) == RF_OK)
             return true;
     } else {
         struct rf_context *context;

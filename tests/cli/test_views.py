@@ -46,6 +46,17 @@ def test_views_are_recognised(rackfocus, views, tmp_path):
     assert b"--method views" in chosen.read_bytes()
 
 
+def test_views_can_be_averaged(rackfocus, views, tmp_path):
+    """The mean that the method accumulate and the command of that name make is one."""
+    paths = views()
+    rackfocus("filter", *paths, "-o", tmp_path / "a.exr", "--method", "accumulate",
+              "--type", "float")  # fmt: skip
+    rackfocus("accumulate", *paths, "-o", tmp_path / "b.exr")
+    a, b = (plainexr.read(tmp_path / f"{name}.exr")[0] for name in "ab")
+    for name in "RGB":
+        assert a[name] == pytest.approx(b[name], rel=1e-6)
+
+
 def test_one_view_is_layered(rackfocus, views, tmp_path):
     first = views()[0]
     for method in ("views", "layered"):

@@ -380,3 +380,57 @@ def test_memory_does_not_grow():
         once()
     gc.collect()
     assert resident_bytes() - before < 4 << 20
+
+
+# ---- views from points of the lens ---------------------------------------------------
+
+
+def test_lens_points_follow_the_parameters():
+    """Tuples of (u, v, time); blades and rotation by keyword; errors name the field."""
+    points = np.array(rackfocus.lens_points(64))
+    assert points.shape == (64, 3)
+    assert np.hypot(*points.T[:2]) ** 2 == pytest.approx((np.arange(64) + 0.5) / 64)
+    circle = rackfocus.lens_points(6, lens_pattern="circle")
+    assert (circle[0].u, circle[0].v) == (1, 0)
+    assert rackfocus.lens_points(8, frame=1) == rackfocus.lens_points(8, frame=2)
+    frames = [rackfocus.lens_points(8, frame=i, lens_random=True) for i in (1, 2)]
+    assert frames[0] != frames[1]
+    square = np.array(rackfocus.lens_points(400, blades=4))
+    assert np.abs(square[:, :2]).max() < 0.5**0.5  # edges to the right and above
+    with pytest.raises(rackfocus.ParameterError) as caught:
+        rackfocus.lens_points(1)
+    assert caught.value.field == "n"
+    with pytest.raises(rackfocus.ParameterError) as caught:
+        rackfocus.lens_points(8, lens_pattern="polygon")
+    assert caught.value.field == "blades"
+
+
+@pytest.mark.parametrize("shape", [(9, 7), (9, 7, 3), (9, 7, 4)])
+def test_accumulate_is_the_mean(shape):
+    """One picture in memory at a time; the blend gamma leaves alpha alone."""
+    rng = np.random.default_rng(3)
+    pictures = [rng.random(shape, np.float32) for _ in range(20)]
+    mean = rackfocus.accumulate(iter(pictures))
+    assert mean == pytest.approx(np.mean(pictures, axis=0, dtype=float), rel=1e-6)
+    bent = rackfocus.accumulate(pictures, blend_gamma=2, threads=1)
+    want = np.mean(np.sqrt(pictures, dtype=float), axis=0) ** 2
+    if shape[-1] == 4:
+        want[..., 3] = mean[..., 3]
+    assert bent == pytest.approx(want, rel=1e-6)
+
+
+def test_accumulator_refuses_bad_pictures():
+    """NaN, another shape, nothing at all; what was added stays."""
+    total = rackfocus.Accumulator(4, 3, 1)
+    out = np.empty((3, 4), np.float32)
+    with pytest.raises(rackfocus.Error):
+        total.mean(out)
+    total.add(np.ones((3, 4), np.float32))
+    with pytest.raises(rackfocus.PixelError):
+        total.add(np.full((3, 4), np.nan, np.float32))
+    with pytest.raises(rackfocus.Error):
+        total.add(np.ones((4, 3), np.float32))
+    total.mean(out)
+    assert total.count == 1 and (out == 1).all()
+    with pytest.raises(ValueError):
+        rackfocus.accumulate([])

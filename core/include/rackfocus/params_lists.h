@@ -53,7 +53,8 @@
       "preview: four shifts of a coarser level of detail")                             \
     X(RF_METHOD_RECURSIVE_OFFSET, "recursive-offset",                                  \
       "preview: four shifts in x, four in +, again and again")                         \
-    X(RF_METHOD_VIEWS, "views", "several views from points of the lens, merged")
+    X(RF_METHOD_VIEWS, "views", "several views from points of the lens, merged")       \
+    X(RF_METHOD_ACCUMULATE, "accumulate", "the mean of views; needs no depth")
 
 #define RF_LIST_DISTRIBUTION(X)                                                        \
     X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")     \
@@ -69,5 +70,12 @@
     X(RF_LEAK_NONE, "none", "colours leak")                                            \
     X(RF_LEAK_PRODUCT, "product", "mean and product of four blurred alphas")           \
     X(RF_LEAK_HINT, "hint", "the blurred alpha")
+
+#define RF_LIST_LENS_PATTERN(X)                                                        \
+    X(RF_LENS_PATTERN_AUTO, "auto", "polygon where blades are given, else disc")       \
+    X(RF_LENS_PATTERN_DISC, "disc", "Vogel's spiral over the disc")                    \
+    X(RF_LENS_PATTERN_CIRCLE, "circle", "evenly along the rim")                        \
+    X(RF_LENS_PATTERN_POLYGON, "polygon", "Vogel's spiral over the polygon of blades") \
+    X(RF_LENS_PATTERN_GRID, "grid", "one point at a random place of each equal cell")
 
 #endif

@@ -95,6 +95,7 @@ enum rf_method { RF_LIST_METHOD(RF_X_ENUM) };
 enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
 enum rf_blend { RF_LIST_BLEND(RF_X_ENUM) };
 enum rf_leak { RF_LIST_LEAK(RF_X_ENUM) };
+enum rf_lens_pattern { RF_LIST_LENS_PATTERN(RF_X_ENUM) };
 #undef RF_X_ENUM
 
 /**
@@ -251,6 +252,44 @@ RF_API double rf_lens_hyperfocal(const struct rf_lens *lens);
  */
 RF_API double rf_screen_position(double focal_length, double focus_distance);
 
+/* ---- points of the lens -------------------------------------------------------- */
+
+/** Most points that rf_lens_points() gives. Since 0.1. */
+#define RF_MAX_LENS_POINTS 1024
+
+/** A view to render: where on the lens, and when. Since 0.1. */
+struct rf_lens_point {
+    /** Lens radii right and up of the middle, as the camera sees it; u at most 1 /
+     * aperture_ratio, v at most 1, without sign. The eye goes there. */
+    double u, v;
+    /** Moment within the shutter's time, 0 (opens) to 1 (closes). Every n-th part of
+     * it has one view, and moments do not follow the place on the lens. */
+    double time;
+};
+
+/**
+ * `n` points (2 to RF_MAX_LENS_POINTS) that share out the lens evenly, for views that
+ * are averaged or merged. Of `params` it takes lens_pattern, lens_random, lens_seed and
+ * the group aperture. The same arguments give the same points; `frame`, the number of
+ * the frame, matters only with lens_random.
+ *
+ * Formulas, with i from 0 to n - 1 and g = 2.39996 (the golden angle):
+ * - disc (Vogel 1979): radius sqrt((i + 1/2) / n), angle g i;
+ * - circle: radius 1, angle 2 pi i / n;
+ * - polygon: the disc's point, its radius and its place along the circle kept as those
+ *   of the corners' triangles, so that equal areas hold equally many;
+ * - grid: about sqrt(n) rows of cells of equal area, a random place in each, mapped to
+ *   the disc (Shirley and Chiu 1997), from there to the polygon where blades are given.
+ * lens_random turns the disc's and the circle's points by a random angle, puts a random
+ * number in place of the 1/2, and draws the grid's places and the moments anew.
+ *
+ * RF_ERROR_PARAMETER: n out of range (field "n"), or a bad parameter, such as a polygon
+ * without blades. Since 0.1.
+ */
+RF_API rf_result rf_lens_points(const struct rf_params *params, int32_t n,
+                                int32_t frame, struct rf_lens_point *points,
+                                struct rf_error *error);
+
 /* ---- images -------------------------------------------------------------------- */
 
 /**
@@ -368,6 +407,45 @@ RF_API rf_result rf_filter_planar_depth(const struct rf_filter *filter,
                                         const struct rf_image *depth,
                                         const struct rf_image *out,
                                         struct rf_error *error);
+
+/* ---- accumulation -------------------------------------------------------------- */
+
+struct rf_accumulator;
+
+/**
+ * The mean of any number of pictures, one in memory at a time: renders from points of
+ * the lens that hold the plane in focus fixed give the lens's picture, without depth.
+ * Sums are in double precision, in the space of params.blend_gamma (POV-Ray averages
+ * its lens samples so); nothing else of `params` matters. Pictures are width x height
+ * of 1, 3 or 4 `channels`. Not to be used by two threads at a time. Source: OpenGL
+ * programming guide, "depth of field". RF_ERROR_ARGUMENT: size or channels, field
+ * "width", "height" or "channels". Since 0.1.
+ */
+RF_API rf_result rf_accumulator_create(struct rf_accumulator **accumulator,
+                                       const struct rf_context *context,
+                                       const struct rf_params *params, int32_t width,
+                                       int32_t height, int32_t channels,
+                                       struct rf_error *error);
+RF_API void rf_accumulator_destroy(struct rf_accumulator *accumulator);
+
+/**
+ * Adds one picture, scene-linear, alpha premultiplied. RF_ERROR_PIXEL for NaN and
+ * infinity, and then nothing was added. Since 0.1.
+ */
+RF_API rf_result rf_accumulator_add(struct rf_accumulator *accumulator,
+                                    const struct rf_image *colour,
+                                    struct rf_error *error);
+
+/** How many pictures have been added. Since 0.1. */
+RF_API int64_t rf_accumulator_count(const struct rf_accumulator *accumulator);
+
+/**
+ * Writes the mean of what was added so far; more may be added afterwards.
+ * RF_ERROR_ARGUMENT where nothing was added. Since 0.1.
+ */
+RF_API rf_result rf_accumulator_mean(const struct rf_accumulator *accumulator,
+                                     const struct rf_image *out,
+                                     struct rf_error *error);
 
 /** Context, filter and one frame in one call, on all processors. */
 RF_API rf_result rf_apply(const struct rf_params *params, const struct rf_image *colour,
