@@ -91,16 +91,23 @@ static bool report(void *user, double fraction)
     return goes_on > 0;
 }
 
-static rf_result process(const struct filter_object *self, const struct rf_view *view,
-                         const struct rf_image *out, struct progress *progress,
-                         struct rf_error *error)
+/* Filters `n` views without the lock; None, or NULL with an exception set. */
+static PyObject *process(PyObject *object, const struct rf_view *views, int n,
+                         const struct rf_image *out, PyObject *function)
 {
-    struct rf_progress callback = {report, progress};
-    const struct rf_progress *given = progress->function ? &callback : NULL;
-    progress->thread = PyEval_SaveThread();
-    rf_result result = rf_filter_process(self->filter, view, 1, out, given, error);
-    PyEval_RestoreThread(progress->thread);
-    return result;
+    const struct filter_object *self = (struct filter_object *)object;
+    struct progress progress = {function == Py_None ? NULL : function, NULL, false};
+    struct rf_progress callback = {report, &progress};
+    const struct rf_progress *given = progress.function ? &callback : NULL;
+    struct rf_error error;
+    progress.thread = PyEval_SaveThread();
+    rf_result result = rf_filter_process(self->filter, views, n, out, given, &error);
+    PyEval_RestoreThread(progress.thread);
+    if (progress.has_raised)
+        return NULL;
+    if (result != RF_OK)
+        return plugin_raise(PyType_GetModuleState(Py_TYPE(object)), &error);
+    return Py_NewRef(Py_None);
 }
 
 static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keywords)
@@ -110,7 +117,6 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
     if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|O:process", names,
                                      &objects[0], &objects[1], &objects[2], &function))
         return NULL;
-    const struct module_state *state = PyType_GetModuleState(Py_TYPE(object));
     struct plugin_image images[3];
     int n_open = 0;
     while (n_open < 3 && plugin_open_image(&images[n_open], objects[n_open],
@@ -118,17 +124,93 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
         n_open++;
     if (n_open == 3) {
         struct rf_view view = {.colour = images[0].image, .depth = images[1].image};
-        struct progress progress = {function == Py_None ? NULL : function, NULL, false};
-        struct rf_error error;
-        rf_result result = process((struct filter_object *)object, &view,
-                                   &images[2].image, &progress, &error);
-        if (progress.has_raised)
-            answer = NULL;
-        else
-            answer = result == RF_OK ? Py_NewRef(Py_None) : plugin_raise(state, &error);
+        answer = process(object, &view, 1, &images[2].image, function);
     }
     while (n_open > 0)
         plugin_close_image(&images[--n_open]);
+    return answer;
+}
+
+/* ---- several views of one frame ------------------------------------------------- */
+
+struct open_views {
+    struct rf_view views[RF_MAX_VIEWS];
+    struct plugin_image images[2 * RF_MAX_VIEWS];
+    int n_images;
+};
+
+static void close_views(struct open_views *open)
+{
+    while (open->n_images > 0)
+        plugin_close_image(&open->images[--open->n_images]);
+    PyMem_Free(open);
+}
+
+/* Opens view `j` from its tuple (colour, depth, (u, v), shear distance). */
+static int open_view(struct open_views *open, int j, PyObject *about)
+{
+    static const char *const names[] = {"colour", "depth"};
+    struct rf_view *view = &open->views[j];
+    PyObject *objects[2];
+    if (!PyTuple_Check(about)) {
+        PyErr_Format(PyExc_TypeError,
+                     "views: view %d must be a tuple (colour, depth, (u, v), "
+                     "shear_distance)",
+                     j);
+        return -1;
+    }
+    if (!PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
+                          &view->lens_offset[0], &view->lens_offset[1],
+                          &view->shear_distance))
+        return -1;
+    for (int k = 0; k < 2; k++, open->n_images++)
+        if (plugin_open_image(&open->images[open->n_images], objects[k], names[k],
+                              false) < 0)
+            return -1;
+    view->colour = open->images[open->n_images - 2].image;
+    view->depth = open->images[open->n_images - 1].image;
+    return 0;
+}
+
+/* The views of a sequence; their number, or -1 with an exception set. */
+static int open_all(struct open_views *open, PyObject *sequence)
+{
+    Py_ssize_t n = PySequence_Size(sequence);
+    if (n < 0)
+        return -1;
+    if (n < 1 || n > RF_MAX_VIEWS) {
+        PyErr_Format(PyExc_ValueError, "views: %zd were given; 1 to %d can be merged",
+                     n, RF_MAX_VIEWS);
+        return -1;
+    }
+    for (int j = 0; j < (int)n; j++) {
+        PyObject *about = PySequence_GetItem(sequence, j);
+        int result = about ? open_view(open, j, about) : -1;
+        Py_XDECREF(about);
+        if (result < 0)
+            return -1;
+    }
+    return (int)n;
+}
+
+static PyObject *filter_process_views(PyObject *object, PyObject *args,
+                                      PyObject *keywords)
+{
+    static char *names[] = {"views", "out", "progress", NULL};
+    PyObject *sequence, *target, *function = Py_None, *answer = NULL;
+    struct plugin_image out;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|O:process_views", names,
+                                     &sequence, &target, &function))
+        return NULL;
+    struct open_views *open = PyMem_Calloc(1, sizeof *open);
+    if (!open)
+        return PyErr_NoMemory();
+    int n = open_all(open, sequence);
+    if (n > 0 && plugin_open_image(&out, target, "out", true) == 0) {
+        answer = process(object, open->views, n, &out.image, function);
+        plugin_close_image(&out);
+    }
+    close_views(open);
     return answer;
 }
 
@@ -203,6 +285,15 @@ static PyMethodDef filter_methods[] = {
      "depth: (height, width) float32 in the convention of the parameter depth.\n"
      "out: writable, same shape as colour; may be the same memory.\n"
      "progress: called with a fraction from 0 to 1; False cancels."},
+    {"process_views", KEYWORDS(filter_process_views), METH_VARARGS | METH_KEYWORDS,
+     "process_views(views, out, progress=None)\n--\n\n"
+     "Filters one frame from several pinhole views; for the methods that take them "
+     "(views, 1 to 64).\n\n"
+     "views: a sequence of tuples (colour, depth, (u, v), shear_distance); colour and "
+     "depth as in process(), u and v where on the lens the view was taken, scene units "
+     "right and up, shear_distance that of the plane that stays where it is in all "
+     "views, scene units, 0 for parallel cameras.\n"
+     "out, progress: as in process()."},
     {"coc", KEYWORDS(filter_coc), METH_VARARGS | METH_KEYWORDS,
      "coc(depth, out)\n--\n\nSigned radius of every pixel in px; both (height, width) "
      "float32, out may be the same memory."},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypedDict
 
 # Any object with the buffer protocol that holds 32 bit floats.
@@ -59,6 +59,12 @@ class Filter:
         self,
         colour: Pixels,
         depth: Pixels,
+        out: Pixels,
+        progress: Callable[[float], bool | None] | None = None,
+    ) -> None: ...
+    def process_views(
+        self,
+        views: Sequence[tuple[Pixels, Pixels, tuple[float, float], float]],
         out: Pixels,
         progress: Callable[[float], bool | None] | None = None,
     ) -> None: ...

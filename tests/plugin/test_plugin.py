@@ -190,6 +190,74 @@ def test_a_filter_is_shared_by_threads():
         assert np.array_equal(out, filtered(colour, depth))
 
 
+# ---- views ------------------------------------------------------------------------
+
+
+def posts_views(root, n=3):
+    """(paths, views for process_views(), parameters) of the scene posts."""
+    paths = [root / f"tests/quality/references/posts_view{i:02}.exr" for i in range(n)]
+    views = []
+    for path in paths:
+        image = oiio.ImageBuf(str(path))
+        pixels = image.get_pixels(oiio.FLOAT)
+        names = image.spec().channelnames
+        colour = pixels[..., [names.index(c) for c in "RGB"]]
+        shear = image.spec().getattribute("rackfocus:shearDistance")
+        offset = tuple(image.spec().getattribute("rackfocus:lensOffset"))
+        views.append((colour, pixels[..., names.index("Z")], offset, shear))
+    known = {p.attribute: p for p in rackfocus.parameters()}
+    params = {
+        known[a.name].field: a.value
+        for a in image.spec().extra_attribs
+        if a.name in known
+    }
+    return paths, views, params
+
+
+def test_views_give_what_the_command_gives(root, tmp_path):
+    """Bit for bit, from files and from memory."""
+    paths, views, params = posts_views(root)
+    out = np.empty_like(views[0][0])
+    height, width = out.shape[:2]
+    made = rackfocus.Filter(width, height, **{**params, "method": "views"})
+    made.process_views(views, out)
+    path = tmp_path / "out.exr"
+    build = os.environ.get("RACKFOCUS_BUILD", root / "build")
+    command = [f"{build}/cli/rackfocus", "filter", *paths, "-o", path, "--type"]
+    subprocess.run([*command, "float", "--quiet"], check=True)
+    assert np.array_equal(out, oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT))
+
+
+def test_one_view_is_a_frame():
+    """process_views() with one view is process()."""
+    colour, depth = make_frame()
+    made = rackfocus.Filter(60, 40, method="views", **LENS)
+    a, b = np.empty_like(colour), np.empty_like(colour)
+    made.process(colour, depth, a)
+    made.process_views([(colour, depth, (0.0, 0.0), 0.0)], b)
+    assert np.array_equal(a, b)
+
+
+def test_bad_views_are_named():
+    """None, too many, not tuples, wrong buffers, a method of one view."""
+    colour, depth = make_frame()
+    out = np.empty_like(colour)
+    one = (colour, depth, (0.0, 0.0), 2.0)
+    made = rackfocus.Filter(60, 40, method="views", **LENS)
+    for views, error, text in (
+        ([], ValueError, "1 to 64"),
+        ([one] * 65, ValueError, "1 to 64"),
+        ([one, 3], TypeError, "view 1"),
+        ([(colour.astype(float), depth, (0.0, 0.0), 2.0)], TypeError, "colour"),
+        ([one, (colour, depth[1:], (0.1, 0.0), 2.0)], rackfocus.Error, "depth"),
+        ([one, (colour, depth, (np.inf, 0.0), 2.0)], rackfocus.Error, "lens"),
+    ):
+        with pytest.raises(error, match=text):
+            made.process_views(views, out)
+    with pytest.raises(rackfocus.Error, match="scatter"):
+        rackfocus.Filter(60, 40, method="scatter", **LENS).process_views([one] * 2, out)
+
+
 # ---- comparison -------------------------------------------------------------------
 
 
