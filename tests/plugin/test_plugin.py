@@ -222,9 +222,8 @@ def test_views_give_what_the_command_gives(root, tmp_path):
     made = rackfocus.Filter(width, height, **{**params, "method": "views"})
     made.process_views(views, out)
     path = tmp_path / "out.exr"
-    build = os.environ.get("RACKFOCUS_BUILD", root / "build")
-    command = [f"{build}/cli/rackfocus", "filter", *paths, "-o", path, "--type"]
-    subprocess.run([*command, "float", "--quiet"], check=True)
+    command = [os.environ["RACKFOCUS"], "filter", *paths, "-o", path]
+    subprocess.run([*command, "--type", "float", "--quiet"], check=True)
     assert np.array_equal(out, oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT))
 
 
