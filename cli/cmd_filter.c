@@ -46,6 +46,17 @@ static const struct option options[] = {
      .value = "FILE.exr",
      .help = "Also write the signed radius of every pixel in px (channel Y, float; "
              "positive behind the focus)."},
+    {.name = "holdout",
+     .kind = OPTION_FILE,
+     .offset = AT(holdout),
+     .value = "FILE.exr",
+     .help = "Deep input: another deep file whose samples hide what is behind them and "
+             "are not shown."},
+    {.name = "flattened",
+     .kind = OPTION_FILE,
+     .offset = AT(flattened),
+     .value = "FILE.exr",
+     .help = "Deep input: also write it flat and without blur, with a depth."},
     {.name = "pass-through",
      .kind = OPTION_FLAG,
      .offset = AT(pass_through),
@@ -104,6 +115,12 @@ static bool check_usage(const struct filter_options *tool,
                 tool->output_coc);
         return false;
     }
+    if (tool->flattened && picture_kind(tool->flattened) != PICTURE_EXR) {
+        message("--flattened: '%s' does not end in .exr; the flat picture has a depth "
+                "and is written as EXR",
+                tool->flattened);
+        return false;
+    }
     return true;
 }
 
@@ -134,6 +151,8 @@ const struct command command_filter = {
         "Several inputs that each hold colour and depth and say in the header where on "
         "the lens they were taken (rackfocus:lensOffset) are merged by the method "
         "views; the camera is that of the first.\n\n"
+        "A deep file is filtered sample by sample: what is hidden, transparent or a "
+        "volume is seen as the lens sees it.\n\n"
         "The output is written beside its place and renamed, so it may be the input "
         "itself, and an old file survives any failure.",
     .examples =

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "deep.h"
 #include "info_print.h"
 #include "settings.h"
 #include "source.h"
@@ -64,18 +65,52 @@ static void measure_radii(struct info *info, const struct rf_params *params,
     rf_context_destroy(context);
 }
 
+/* The flat depth and colour of a deep file, and how many samples it has. */
+static bool read_deep(struct info *info, const struct rf_params *params, int n_threads,
+                      float **depth, float **colour, struct exr_error *error)
+{
+    const struct source *source = &info->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    struct deep_frame deep;
+    struct rf_context *context = NULL;
+    struct rf_filter *filter = NULL;
+    struct rf_error core_error;
+    if (!deep_read(&deep, source, NULL, n_threads, error))
+        return false;
+    *depth = need_memory(n, sizeof(float));
+    *colour = need_memory(n, (size_t)source->n_channels * sizeof(float));
+    const bool is_flat =
+        rf_context_create(&context, NULL, &core_error) == RF_OK &&
+        rf_filter_create(&filter, context, params, source->width, source->height,
+                         &core_error) == RF_OK &&
+        deep_flatten(&deep, filter, source, *colour, *depth, &core_error) == RF_OK;
+    if (!is_flat)
+        snprintf(error->message, sizeof(error->message), "%s: %s",
+                 exr_path(source->colour), core_error.message);
+    info_count_deep(info, &deep.frame);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    deep_free(&deep);
+    return is_flat;
+}
+
 static bool measure_depth(struct info *info, const struct rf_params *params,
                           int n_threads, struct exr_error *error)
 {
     const struct source *source = &info->source;
     const bool has_alpha = source->layer.r >= 0 && source->layer.a >= 0;
-    float *colour = NULL;
-    float *depth = source_read_depth(source, n_threads, error);
-    if (depth && has_alpha)
-        colour = source_read_colour(source, n_threads, error);
-    const bool is_read = depth && (!has_alpha || colour);
+    float *colour = NULL, *depth = NULL;
+    bool is_read;
+    if (source->info.is_deep && source->layer.r >= 0) {
+        is_read = read_deep(info, params, n_threads, &depth, &colour, error);
+    } else {
+        depth = source_read_depth(source, n_threads, error);
+        if (depth && has_alpha)
+            colour = source_read_colour(source, n_threads, error);
+        is_read = depth && (!has_alpha || colour);
+    }
     if (is_read) {
-        depth_stats_measure(depth, colour ? colour + 3 : NULL, 4, source->width,
+        depth_stats_measure(depth, has_alpha ? colour + 3 : NULL, 4, source->width,
                             source->height, params->depth_infinity, &info->stats);
         info->has_stats = true;
         if (info->has_lens)

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "deep.h"
 #include "picture.h"
 #include "progress.h"
 #include "settings.h"
@@ -26,6 +27,8 @@ struct run {
     bool has_views;
     struct view_list list;
     struct views views;
+    bool is_deep;
+    struct deep_frame deep;
     float *colour, *depth; /* of the first view; colour becomes the result */
     struct rf_context *context;
     struct rf_filter *filter;
@@ -166,6 +169,29 @@ static int find_views(struct run *run)
     return run->has_views ? check_views(run) : EXIT_DONE;
 }
 
+/* Is the input deep, and is what was asked for possible then? */
+static int check_deep(struct run *run)
+{
+    const char *path = exr_path(run->source.colour);
+    run->is_deep = run->source.info.is_deep;
+    if (!run->is_deep && (run->tool->holdout || run->tool->flattened)) {
+        message("--%s: %s holds no deep samples; leave it out",
+                run->tool->holdout ? "holdout" : "flattened", path);
+        return EXIT_USAGE;
+    }
+    if (run->is_deep && run->has_views) {
+        message("%s: holds deep samples; views are merged from flat files", path);
+        return EXIT_FAILED;
+    }
+    if (run->is_deep && run->tool->pass_through) {
+        message("--pass-through: the deep samples of %s cannot be kept beside the flat "
+                "picture made of them; leave it out",
+                path);
+        return EXIT_USAGE;
+    }
+    return EXIT_DONE;
+}
+
 /* ---- steps ---------------------------------------------------------------------- */
 
 static int read_facts(struct run *run)
@@ -206,9 +232,34 @@ static int make_filter(struct run *run)
     return EXIT_DONE;
 }
 
+static bool write_flattened(const struct run *run, struct exr_error *error);
+
+/* Samples, and the flat picture, whose colour makes room for the result. */
+static int read_deep(struct run *run)
+{
+    struct exr_error error;
+    struct rf_error core_error;
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    if (!deep_read(&run->deep, source, run->tool->holdout, run->n_threads, &error))
+        return fail_exr(&error);
+    run->colour = need_memory(n, (size_t)source->n_channels * sizeof(float));
+    run->depth = need_memory(n, sizeof(float));
+    if (deep_flatten(&run->deep, run->filter, source, run->colour, run->depth,
+                     &core_error) != RF_OK)
+        return fail_core(run, &core_error);
+    if (is_interrupted())
+        return interrupt_exit_code();
+    if (run->tool->flattened && !write_flattened(run, &error))
+        return fail_exr(&error);
+    return EXIT_DONE;
+}
+
 static int read_pixels(struct run *run)
 {
     struct exr_error error;
+    if (run->is_deep)
+        return read_deep(run);
     if (run->has_views) {
         if (!views_read(&run->views, &run->source, &run->list, &run->request,
                         run->n_threads, &error))
@@ -239,8 +290,12 @@ static int process(struct run *run)
     progress_start(&bar, "filtering", run->tool->is_quiet);
     const struct rf_progress progress = {progress_report, &bar};
     const rf_result result =
-        rf_filter_process(run->filter, run->has_views ? run->views.views : &view,
-                          run->has_views ? run->views.n : 1, &out, &progress, &error);
+        run->is_deep
+            ? rf_filter_process_deep(run->filter, &run->deep.frame, &out, &progress,
+                                     &error)
+            : rf_filter_process(run->filter, run->has_views ? run->views.views : &view,
+                                run->has_views ? run->views.n : 1, &out, &progress,
+                                &error);
     progress_end(&bar);
     if (result != RF_OK)
         return fail_core(run, &error);
@@ -369,6 +424,41 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     return exr_write(run->tool->output, &output, run->n_threads, error);
 }
 
+/* Colour and depth of a deep input, flat: float, as other filters would want them. */
+static bool write_flattened(const struct run *run, struct exr_error *error)
+{
+    static const char *const names[] = {"R", "G", "B", "A", "Z"};
+    static const char *const grey[] = {"Y", "Z"};
+    static const enum exr_sample_type types[5] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
+                                                  EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
+                                                  EXR_SAMPLE_FLOAT};
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const int n_colours = source->n_channels, n_channels = n_colours + 1;
+    float *samples = need_memory(n, (size_t)n_channels * sizeof(float));
+    for (size_t i = 0; i < n; i++) {
+        memcpy(samples + i * (size_t)n_channels, run->colour + i * (size_t)n_colours,
+               (size_t)n_colours * sizeof(float));
+        samples[i * (size_t)n_channels + (size_t)n_colours] = run->depth[i];
+    }
+    const char *channels[5];
+    for (int i = 0; i < n_channels; i++)
+        channels[i] = n_colours == 1 ? grey[i] : i == n_colours ? names[4] : names[i];
+    const struct exr_output output = {.width = source->width,
+                                      .height = source->height,
+                                      .n_channels = n_channels,
+                                      .channel_names = channels,
+                                      .types = types,
+                                      .samples = samples,
+                                      .compression = "zip",
+                                      .like = source->colour,
+                                      .like_part = source->part};
+    const bool is_written =
+        exr_write(run->tool->flattened, &output, run->n_threads, error);
+    free(samples);
+    return is_written;
+}
+
 static bool write_coc(const struct run *run, const struct exr_attribute *filtered,
                       struct exr_error *error)
 {
@@ -446,9 +536,10 @@ static int run_steps(struct run *run)
     if (!source_check(&run->source, &error) ||
         !picture_check_writable(run->tool->output, &error) ||
         (run->tool->output_coc &&
-         !picture_check_writable(run->tool->output_coc, &error)))
+         !picture_check_writable(run->tool->output_coc, &error)) ||
+        (run->tool->flattened && !picture_check_writable(run->tool->flattened, &error)))
         return fail_exr(&error);
-    int code = EXIT_DONE;
+    int code = check_deep(run);
     for (size_t i = 0; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
         code = steps[i](run);
     return code;
@@ -464,6 +555,7 @@ static void free_run(struct run *run)
     }
     views_free(&run->views);
     views_list_free(&run->list);
+    deep_free(&run->deep);
     source_close(&run->source);
 }
 

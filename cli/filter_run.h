@@ -16,6 +16,7 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
 
 struct filter_options {
     const char *output, *output_coc;
+    const char *flattened, *holdout; /* deep input only */
     const char *depth_file, *depth_channel, *layer;
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;

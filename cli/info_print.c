@@ -23,6 +23,35 @@ void info_count_radii(struct info *info, const float *radii)
     info->has_radii = true;
 }
 
+/* Samples of one pixel that an opaque one hides; depths must grow with distance. */
+static size_t count_hidden(const struct rf_deep_sample *samples, size_t n)
+{
+    float opaque = INFINITY;
+    size_t n_hidden = 0;
+    for (size_t i = 0; i < n; i++)
+        if (samples[i].opacity >= 0.999f)
+            opaque = fminf(opaque, samples[i].depth);
+    for (size_t i = 0; i < n; i++)
+        n_hidden += samples[i].depth > opaque;
+    return n_hidden;
+}
+
+void info_count_deep(struct info *info, const struct rf_deep *frame)
+{
+    const size_t n_pixels = (size_t)frame->width * (size_t)frame->height;
+    info->deep.n_samples = frame->first[n_pixels];
+    for (size_t i = 0; i < n_pixels; i++) {
+        const struct rf_deep_sample *samples = frame->samples + frame->first[i];
+        const size_t n = frame->first[i + 1] - frame->first[i];
+        info->deep.n_empty += n == 0;
+        if (n > info->deep.most_samples)
+            info->deep.most_samples = n;
+        info->deep.n_hidden += count_hidden(samples, n);
+        for (size_t k = 0; k < n; k++)
+            info->deep.n_volumes += samples[k].depth_back > samples[k].depth;
+    }
+}
+
 static const char *type_name(enum exr_sample_type type)
 {
     return ((const char *const[]){"half", "float", "uint"})[type];
@@ -46,6 +75,13 @@ static void print_box(const char *name, const struct exr_box *box)
            box->max_y - box->min_y + 1, box->min_x, box->min_y);
 }
 
+static const char *part_kind(const struct exr_part_info *part)
+{
+    if (part->is_deep)
+        return part->is_tiled ? "deep tiles" : "deep scan lines";
+    return part->is_tiled ? "tiles" : "scan lines";
+}
+
 static void print_file(const struct exr_input *input)
 {
     int n_parts, n_channels;
@@ -54,8 +90,8 @@ static void print_file(const struct exr_input *input)
     printf("%s\n", exr_path(input));
     for (int p = 0; p < n_parts; p++) {
         printf("  part %d%s%s: %s, %s%s%s\n", p, *parts[p].name ? " " : "",
-               parts[p].name, parts[p].is_tiled ? "tiles" : "scan lines",
-               parts[p].compression, *parts[p].view ? ", view " : "", parts[p].view);
+               parts[p].name, part_kind(&parts[p]), parts[p].compression,
+               *parts[p].view ? ", view " : "", parts[p].view);
         print_box("data window", &parts[p].data_window);
         print_box("display window", &parts[p].display_window);
         printf("  %-16s %g\n", "pixel aspect", parts[p].pixel_aspect);
@@ -167,6 +203,11 @@ static void print_depth(const struct info *info)
     const struct depth_stats *stats = &info->stats;
     const char *reason, *guess = depth_stats_guess(stats, &reason);
     printf("\nDepth channel\n");
+    if (info->source.info.is_deep)
+        printf("  %-20s %zu, at most %zu in a pixel, %zu volumes, %zu behind opaque "
+               "ones; %zu pixels are empty\n",
+               "deep samples", info->deep.n_samples, info->deep.most_samples,
+               info->deep.n_volumes, info->deep.n_hidden, info->deep.n_empty);
     if (stats->min <= stats->max)
         printf("  %-20s %g to %g, median %g\n", "range", stats->min, stats->max,
                stats->median);
@@ -249,6 +290,7 @@ static void json_file(struct json *json, const struct exr_input *input)
         json_text(json, "view", parts[p].view);
         json_text(json, "compression", parts[p].compression);
         json_bool(json, "tiled", parts[p].is_tiled);
+        json_bool(json, "deep", parts[p].is_deep);
         json_box(json, "data_window", &parts[p].data_window);
         json_box(json, "display_window", &parts[p].display_window);
         json_number(json, "pixel_aspect", parts[p].pixel_aspect);
@@ -315,6 +357,17 @@ static void json_depth(struct json *json, const struct info *info)
     json_text(json, "reason", reason);
     json_bool(json, "anti_aliased", depth_stats_is_mixed(stats));
     json_bool(json, "premultiplied", depth_stats_is_premultiplied(stats));
+    json_close(json, '}');
+}
+
+static void json_deep(struct json *json, const struct info *info)
+{
+    json_open(json, "deep", '{');
+    json_number(json, "n_samples", (double)info->deep.n_samples);
+    json_number(json, "most_samples", (double)info->deep.most_samples);
+    json_number(json, "n_volumes", (double)info->deep.n_volumes);
+    json_number(json, "n_hidden", (double)info->deep.n_hidden);
+    json_number(json, "n_empty", (double)info->deep.n_empty);
     json_close(json, '}');
 }
 
@@ -393,6 +446,8 @@ void info_print_json(const struct info *info)
     json_bool(&json, "filtered", filtered_by(info, &text));
     json_place(&json, info);
     json_params(&json, &info->settings);
+    if (info->source.info.is_deep && info->has_stats)
+        json_deep(&json, info);
     if (info->has_stats)
         json_depth(&json, info);
     if (info->has_lens)

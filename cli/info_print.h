@@ -18,12 +18,20 @@ struct info {
     char lens_problem[256]; /* why there is no lens */
     char radius_problem[256];
     struct depth_stats stats;
+    struct { /* of a deep file */
+        size_t n_samples, most_samples, n_volumes;
+        size_t n_empty;  /* pixels */
+        size_t n_hidden; /* samples behind an opaque one */
+    } deep;
     double min_radius_px, max_radius_px; /* signed */
     double sharp_share; /* of the pixels, within the limit of the depth of field */
 };
 
 /* Range and share from the radius of every pixel. */
 void info_count_radii(struct info *info, const float *radii);
+
+/* The counts of a deep file. */
+void info_count_deep(struct info *info, const struct rf_deep *frame);
 
 void info_print_text(const struct info *info);
 void info_print_json(const struct info *info);

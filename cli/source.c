@@ -207,6 +207,11 @@ bool source_check(const struct source *source, struct exr_error *error)
             "with --depth-channel, or give the file that has it with "
             "--depth-file",
             exr_path(source->colour), channels);
+    if (source->info.is_deep && source->depth != source->colour)
+        return fail(error,
+                    "%s: holds deep samples, which have depths of their own; leave "
+                    "the file of the depth out",
+                    exr_path(source->colour));
     return check_windows(source, error);
 }
 

@@ -76,6 +76,26 @@ static double planar_distance(const struct depth_map *map, double value, int x, 
     return z >= p->depth_infinity ? INFINITY : z;
 }
 
+/* Signed radius in px; z as planar_distance() gives it. */
+static double radius_of(const struct depth_map *map, double value, double z)
+{
+    const struct rf_lens *lens = map->lens;
+    if (map->params->optics != RF_OPTICS_BUFFER || !isfinite(z))
+        return rf_lens_radius_px(lens, z);
+    double v = value * map->params->depth_scale + map->params->depth_offset;
+    double r = lens->buffer_bias_px + lens->buffer_scale_px * v;
+    return fmin(fmax(r, -lens->max_radius_px), lens->max_radius_px);
+}
+
+double rf_depth_of_value(const struct rf_params *params, const struct rf_lens *lens,
+                         float value, int x, int y, float *radius)
+{
+    struct depth_map map = {params, lens};
+    double z = planar_distance(&map, value, x, y);
+    *radius = (float)radius_of(&map, value, isnan(z) ? INFINITY : z);
+    return z;
+}
+
 struct row_tally {
     int64_t n_bad, n_hit;
     int bad_x;
@@ -85,7 +105,6 @@ struct row_tally {
 static void convert_row(const struct depth_map *map, const struct rf_image *depth,
                         int y, float *radius, float *planar, struct row_tally *tally)
 {
-    const struct rf_lens *lens = map->lens;
     for (int x = 0; x < depth->width; x++) {
         float value = *rf_image_at(depth, x, y, 0);
         double z = planar_distance(map, value, x, y);
@@ -98,14 +117,8 @@ static void convert_row(const struct depth_map *map, const struct rf_image *dept
         } else if (isfinite(z)) {
             tally->n_hit++;
         }
-        double r = rf_lens_radius_px(lens, z);
-        if (map->params->optics == RF_OPTICS_BUFFER && isfinite(z)) {
-            double v = value * map->params->depth_scale + map->params->depth_offset;
-            r = lens->buffer_bias_px + lens->buffer_scale_px * v;
-            r = fmin(fmax(r, -lens->max_radius_px), lens->max_radius_px);
-        }
         if (radius)
-            radius[x] = (float)r;
+            radius[x] = (float)radius_of(map, value, z);
         if (planar)
             planar[x] = (float)z;
     }

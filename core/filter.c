@@ -80,6 +80,11 @@ void rf_task_begin(struct rf_task *task, const struct rf_progress *progress)
     report(task, 0);
 }
 
+void rf_task_end(struct rf_task *task)
+{
+    report(task, 1);
+}
+
 void rf_task_phase(struct rf_task *task, double to, int64_t n_steps)
 {
     task->from = task->to;
@@ -285,7 +290,7 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
     result = run(&work, views, memory, out, error);
     rf_free(context, memory);
     if (result == RF_OK)
-        report(&task, 1);
+        rf_task_end(&task);
     return result;
 }
 

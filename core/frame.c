@@ -56,6 +56,11 @@ static float signed_power(float v, double exponent)
     return copysignf((float)pow(fabs((double)v), exponent), v);
 }
 
+float rf_to_blend_space(const struct rf_params *params, float v)
+{
+    return params->blend_gamma == 1 ? v : signed_power(v, 1 / params->blend_gamma);
+}
+
 /* Alpha is coverage, not light: the blend gamma leaves it alone. */
 static bool has_gamma(const struct rf_params *params, int plane)
 {

@@ -73,6 +73,13 @@ rf_result rf_depth_to_radius(const struct rf_context *context,
                              const struct rf_image *depth, float *radius, float *planar,
                              struct rf_error *error);
 
+/*
+ * One value of a depth channel at pixel (x, y): its planar distance, INFINITY where
+ * nothing was hit, NAN where it cannot be a depth; *radius receives its signed radius.
+ */
+double rf_depth_of_value(const struct rf_params *params, const struct rf_lens *lens,
+                         float value, int x, int y, float *radius);
+
 /* ---- frame.c ------------------------------------------------------------------- */
 
 /* Checks one view; `name` is the field in errors. */
@@ -94,6 +101,9 @@ static inline const float *rf_image_at(const struct rf_image *image, int x, int 
 rf_result rf_frame_load(const struct rf_context *context,
                         const struct rf_params *params, const struct rf_image *colour,
                         float *planes[4], struct rf_error *error);
+
+/* One value of light in the space in which light is summed. */
+float rf_to_blend_space(const struct rf_params *params, float v);
 
 /* Writes planes back to an image, undoing the blend gamma. */
 void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
@@ -118,6 +128,8 @@ struct rf_task {
 };
 
 void rf_task_begin(struct rf_task *task, const struct rf_progress *progress);
+/* Reports 1. */
+void rf_task_end(struct rf_task *task);
 void rf_task_phase(struct rf_task *task, double to, int64_t n_steps);
 /* Counts one tile; true while work goes on. Any thread. */
 bool rf_task_step(struct rf_task *task);

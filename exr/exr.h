@@ -10,6 +10,7 @@
 #define RF_EXR_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 struct exr_error {
@@ -106,6 +107,25 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
  */
 bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
               int n_threads, struct exr_error *error);
+
+/* The samples of a deep part, in file order within each pixel. */
+struct exr_deep {
+    int32_t width, height; /* of the data window */
+    size_t *first;         /* width * height + 1: where each pixel's samples start */
+    float *samples;        /* n per sample, interleaved */
+};
+
+/*
+ * Reads channels (indices, all of one deep part, scan-line or tiled) of every sample.
+ * An index of -1 gives 0. Decodes on n_threads; release with exr_deep_free. A file that
+ * would hold more samples than its bytes can be is refused.
+ */
+bool exr_read_deep(struct exr_input *input, const int *channels, int n,
+                   struct exr_deep *deep, int n_threads, struct exr_error *error);
+void exr_deep_free(struct exr_deep *deep);
+
+/* The ZBack that belongs to depth channel z (same part and layer), -1: none. */
+int exr_find_z_back(const struct exr_input *input, int z);
 
 struct exr_attribute { /* a number, a string or a v2f to add to a header */
     const char *name;

@@ -20,6 +20,7 @@ static bool is_structural(const char *name)
                                         "type",
                                         "version",
                                         "chunkCount",
+                                        "maxSamplesPerPixel",
                                         "tiles"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         if (strcmp(name, names[i]) == 0)

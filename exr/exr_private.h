@@ -59,6 +59,24 @@ typedef void (*exr_run_fn)(void *user, int channel_in_part, int32_t x, int32_t y
 bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
                      int n_threads, struct exr_error *error);
 
+/* How a part is cut into chunks: those of the full level where it is tiled. */
+struct exr_chunks {
+    int n_chunks;
+    int lines_per_chunk;         /* scan lines */
+    int tile_width, tile_height; /* tiles */
+    int n_tiles_x;               /* 0: scan lines */
+};
+
+bool exr_plan_chunks(const struct exr_input *input, int part, struct exr_chunks *chunks,
+                     struct exr_error *error);
+/* Sets all fields; those that mean nothing for this kind of part to 0. */
+exr_result_t exr_find_chunk(const struct exr_input *input, int part,
+                            const struct exr_chunks *chunks, int index,
+                            exr_chunk_info_t *chunk);
+
+/* No chunk of this compression is smaller than its pixels by more than this. */
+uint32_t exr_max_ratio(int compression);
+
 /* Undoes DWAA and DWAB, which OpenEXRCore 3.1 does not; a decompress_fn. */
 exr_result_t exr_undo_dwa(exr_decode_pipeline_t *pipeline);
 
@@ -83,6 +101,10 @@ int exr_sample_bytes(enum exr_sample_type type);
 float exr_half_to_float(uint16_t half);
 /* To nearest even; finite values beyond the range become +-65504, not infinity. */
 uint16_t exr_float_to_half(float value);
+
+/* n stored samples to floats, `stride` floats apart. */
+void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
+                     const uint8_t *samples);
 
 /* A file written beside `path`, to be renamed over it. */
 struct partial_file {

@@ -128,6 +128,11 @@ bool exr_is_lossy(int compression)
     return compressions[compression].is_lossy;
 }
 
+uint32_t exr_max_ratio(int compression)
+{
+    return compressions[compression].max_ratio;
+}
+
 int exr_sample_bytes(enum exr_sample_type type)
 {
     return type == EXR_SAMPLE_HALF ? 2 : 4;
@@ -511,17 +516,15 @@ struct decoder {
     int part;
     exr_run_fn run;
     void *user;
-    int n_chunks;
-    int lines_per_chunk;                           /* scan lines */
-    int tile_width, tile_height;                   /* tiles */
-    int n_tiles_x;                                 /* 0: scan lines */
+    struct exr_chunks chunks;
     exr_result_t (*undo)(exr_decode_pipeline_t *); /* of the core, or ours */
 };
 
-static bool plan_chunks(struct decoder *d, struct exr_error *error)
+bool exr_plan_chunks(const struct exr_input *input, int part, struct exr_chunks *c,
+                     struct exr_error *error)
 {
-    const struct exr_part_info *info = &d->input->parts[d->part];
-    exr_const_context_t context = d->input->context;
+    const struct exr_part_info *info = &input->parts[part];
+    exr_const_context_t context = input->context;
     int32_t width = info->data_window.max_x - info->data_window.min_x + 1;
     int32_t height = info->data_window.max_y - info->data_window.min_y + 1;
     exr_result_t result;
@@ -529,37 +532,36 @@ static bool plan_chunks(struct decoder *d, struct exr_error *error)
     exr_core_clear();
     if (info->is_tiled) {
         result =
-            exr_get_tile_sizes(context, d->part, 0, 0, &d->tile_width, &d->tile_height);
-        if (result == EXR_ERR_SUCCESS && d->tile_width > 0 && d->tile_height > 0) {
-            d->n_tiles_x = (width + d->tile_width - 1) / d->tile_width;
-            d->n_chunks =
-                d->n_tiles_x * ((height + d->tile_height - 1) / d->tile_height);
+            exr_get_tile_sizes(context, part, 0, 0, &c->tile_width, &c->tile_height);
+        if (result == EXR_ERR_SUCCESS && c->tile_width > 0 && c->tile_height > 0) {
+            c->n_tiles_x = (width + c->tile_width - 1) / c->tile_width;
+            c->n_chunks =
+                c->n_tiles_x * ((height + c->tile_height - 1) / c->tile_height);
             return true;
         }
     } else {
-        result = exr_get_scanlines_per_chunk(context, d->part, &d->lines_per_chunk);
-        if (result == EXR_ERR_SUCCESS && d->lines_per_chunk > 0) {
-            d->n_chunks = (height + d->lines_per_chunk - 1) / d->lines_per_chunk;
+        result = exr_get_scanlines_per_chunk(context, part, &c->lines_per_chunk);
+        if (result == EXR_ERR_SUCCESS && c->lines_per_chunk > 0) {
+            c->n_chunks = (height + c->lines_per_chunk - 1) / c->lines_per_chunk;
             return true;
         }
     }
-    return exr_fail(error, d->input->path, "damaged header: %s",
-                    exr_core_message(result));
+    return exr_fail(error, input->path, "damaged header: %s", exr_core_message(result));
 }
 
-static exr_result_t find_chunk(const struct decoder *d, int index,
-                               exr_chunk_info_t *chunk)
+exr_result_t exr_find_chunk(const struct exr_input *input, int part,
+                            const struct exr_chunks *c, int index,
+                            exr_chunk_info_t *chunk)
 {
-    const struct exr_part_info *info = &d->input->parts[d->part];
+    const struct exr_part_info *info = &input->parts[part];
     /* The core leaves fields alone that mean nothing for this kind of part. */
     memset(chunk, 0, sizeof *chunk);
-    if (d->n_tiles_x > 0)
-        return exr_read_tile_chunk_info(d->input->context, d->part,
-                                        index % d->n_tiles_x, index / d->n_tiles_x, 0,
-                                        0, chunk);
+    if (c->n_tiles_x > 0)
+        return exr_read_tile_chunk_info(input->context, part, index % c->n_tiles_x,
+                                        index / c->n_tiles_x, 0, 0, chunk);
     return exr_read_scanline_chunk_info(
-        d->input->context, d->part,
-        info->data_window.min_y + index * d->lines_per_chunk, chunk);
+        input->context, part, info->data_window.min_y + index * c->lines_per_chunk,
+        chunk);
 }
 
 /* In place of the core's: chunks as large as their pixels are stored as they are. */
@@ -579,13 +581,13 @@ static exr_result_t unpack(exr_decode_pipeline_t *pipeline)
     const struct exr_box *box = &d->input->parts[d->part].data_window;
     const uint8_t *samples = pipeline->unpacked_buffer;
     const uint8_t *end = samples + chunk->unpacked_size;
-    bool is_tile = d->n_tiles_x > 0;
+    bool is_tile = d->chunks.n_tiles_x > 0;
     /* Without compression the core takes any size and would leave the rest unset. */
     if (!pipeline->decompress_fn && chunk->packed_size != chunk->unpacked_size)
         return EXR_ERR_CORRUPT_CHUNK;
-    int32_t x = is_tile ? chunk->start_x * d->tile_width : 0;
+    int32_t x = is_tile ? chunk->start_x * d->chunks.tile_width : 0;
     int32_t y0 =
-        is_tile ? chunk->start_y * d->tile_height : chunk->start_y - box->min_y;
+        is_tile ? chunk->start_y * d->chunks.tile_height : chunk->start_y - box->min_y;
 
     for (int32_t line = 0; line < chunk->height; line++) {
         for (int c = 0; c < pipeline->channel_count; c++) {
@@ -627,7 +629,7 @@ static bool choose_undo(struct decoder *d, struct exr_error *error)
     exr_const_context_t context = d->input->context;
 
     exr_core_clear();
-    exr_result_t result = find_chunk(d, 0, &chunk);
+    exr_result_t result = exr_find_chunk(d->input, d->part, &d->chunks, 0, &chunk);
     if (result == EXR_ERR_SUCCESS)
         result = exr_decoding_initialize(context, d->part, &chunk, &pipeline);
     if (result == EXR_ERR_SUCCESS)
@@ -645,7 +647,7 @@ static exr_result_t decode_chunk(struct decoder *d, int index,
                                  exr_decode_pipeline_t *pipeline, bool *is_started)
 {
     exr_chunk_info_t chunk;
-    exr_result_t result = find_chunk(d, index, &chunk);
+    exr_result_t result = exr_find_chunk(d->input, d->part, &d->chunks, index, &chunk);
     if (result != EXR_ERR_SUCCESS)
         return result;
     if (*is_started) {
@@ -664,11 +666,12 @@ bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *us
 {
     struct decoder d = {.input = input, .part = part, .run = run, .user = user};
     if (input->parts[part].is_deep)
-        return exr_fail(error, input->path,
-                        "part %d (\"%s\") is deep data, which is not supported; "
-                        "flatten it first",
-                        part, input->parts[part].name);
-    if (!plan_chunks(&d, error) || !choose_undo(&d, error))
+        return exr_fail(
+            error, input->path,
+            "part %d (\"%s\") holds deep samples, and here a flat picture is needed; "
+            "rackfocus filter --flattened makes one",
+            part, input->parts[part].name);
+    if (!exr_plan_chunks(input, part, &d.chunks, error) || !choose_undo(&d, error))
         return false;
 
     _Atomic bool is_failed = false;
@@ -680,7 +683,7 @@ bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *us
         exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
         bool is_started = false;
 #pragma omp for schedule(dynamic)
-        for (int i = 0; i < d.n_chunks; i++) {
+        for (int i = 0; i < d.chunks.n_chunks; i++) {
             if (is_failed)
                 continue;
             exr_core_clear();
@@ -710,8 +713,8 @@ struct interleaver {
     size_t width;
 };
 
-static void convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
-                        const uint8_t *samples)
+void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
+                     const uint8_t *samples)
 {
     for (int32_t i = 0; i < n; i++, out += stride) {
         uint16_t half;
@@ -740,8 +743,8 @@ static void interleave_run(void *user, int channel_in_part, int32_t x, int32_t y
     size_t pixel = (size_t)y * to->width + (size_t)x;
     for (int c = 0; c < to->n; c++)
         if (to->wanted[c] == channel)
-            convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
-                        to->input->channels[channel].type, n, samples);
+            exr_convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
+                            to->input->channels[channel].type, n, samples);
 }
 
 static bool check_wanted(const struct exr_input *input, const int *channels, int n,

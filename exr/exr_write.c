@@ -283,8 +283,11 @@ static bool check_output(const struct exr_output *output, const char *path,
             return exr_fail(error, path, "%s has no part %d", exr_path(output->like),
                             output->like_part);
         box = &output->like->parts[output->like_part].data_window;
-        if (output->like->parts[output->like_part].is_deep)
-            return exr_fail(error, path, "cannot replace channels of deep data");
+        if (output->pass_through && output->like->parts[output->like_part].is_deep)
+            return exr_fail(error, path,
+                            "the deep samples of %s cannot be kept beside the flat "
+                            "picture made of them",
+                            exr_path(output->like));
     }
     if (output->n_channels < 1 || !output->samples)
         return exr_fail(error, path, "no channel to write");

@@ -78,8 +78,11 @@ static bool is_any_word(const struct tokens *tokens, int i, const char *const *w
     return false;
 }
 
+/* An expression that is not closed may have reached beyond `at`. */
 static void copy_to(struct writer *w, size_t at)
 {
+    if (at <= w->copied)
+        return;
     text_add(w->out, w->tokens->text + w->copied, at - w->copied);
     w->copied = at;
 }

@@ -525,7 +525,7 @@ def test_deep_is_refused_and_passed_through(tmp_path):
     assert oiio.ImageInput.open(str(path)).read_native_deep_image(1, 0).samples(5) == 2
     result = run("read", path, 1, tmp_path / "raw")
     assert result.returncode == 1
-    assert "is deep data, which is not supported; flatten it first" in result.stderr
+    assert "holds deep samples, and here a flat picture is needed" in result.stderr
     assert_survives(result, path)
     got = read_ours(path, tmp_path, 0, 8, 6)
     assert np.array_equal(got["Y"], np.tile(np.arange(8, dtype="f4"), (6, 1)))

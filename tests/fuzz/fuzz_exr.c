@@ -70,6 +70,31 @@ static void write_again(struct exr_input *input, const struct exr_layer *layer,
         PROMISE(error.message[0]);
 }
 
+/* Samples of a deep part: offsets that rise, and as many samples as they say. */
+static bool read_deep(struct exr_input *input, const struct exr_layer *layer)
+{
+    int n;
+    struct exr_deep deep;
+    struct exr_error error = {""};
+    if (layer->z < 0 ||
+        !exr_parts(input, &n)[exr_channels(input, &n)[layer->z].part].is_deep)
+        return false;
+    const int wanted[] = {layer->r, layer->a, layer->z,
+                          exr_find_z_back(input, layer->z)};
+    if (!exr_read_deep(input, wanted, 4, &deep, 1, &error)) {
+        PROMISE(error.message[0]);
+        return true;
+    }
+    size_t n_pixels = (size_t)deep.width * (size_t)deep.height;
+    volatile float sum = 0;
+    for (size_t i = 0; i < n_pixels; i++)
+        PROMISE(deep.first[i] <= deep.first[i + 1]);
+    for (size_t i = 0; i < deep.first[n_pixels] * 4; i++)
+        sum = sum + deep.samples[i];
+    exr_deep_free(&deep);
+    return true;
+}
+
 static void visit(struct exr_input *input)
 {
     int n;
@@ -92,6 +117,8 @@ static void visit(struct exr_input *input)
     }
     if (!is_small(input, layer.r) || !is_small(input, layer.g) ||
         !is_small(input, layer.b))
+        return;
+    if (read_deep(input, &layer))
         return;
     float *samples = read_layer(input, &layer);
     char path[64];

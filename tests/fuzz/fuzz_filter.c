@@ -140,6 +140,41 @@ static void run(struct bytes *b, const struct rf_filter *filter, int width, int 
     }
 }
 
+static void run_deep(struct bytes *b, const struct rf_filter *filter, int width,
+                     int height)
+{
+    static const int channels[] = {1, 3, 4};
+    enum { MOST = 5 };
+    size_t n_pixels = (size_t)width * (size_t)height, n = 0;
+    size_t *first = calloc(n_pixels + 1, sizeof *first);
+    struct rf_deep_sample *samples = calloc(n_pixels * MOST, sizeof *samples);
+    for (size_t i = 0; i < n_pixels; i++) {
+        first[i] = n;
+        for (int k = bytes_pick(b, MOST); k > 0; k--, n++) {
+            samples[n].depth = pick_number(b, true);
+            samples[n].depth_back = pick_number(b, true);
+            samples[n].opacity = pick_number(b, false);
+            for (int c = 0; c < 4; c++)
+                samples[n].colour[c] = pick_number(b, false);
+        }
+    }
+    first[n_pixels] = n;
+    struct rf_deep deep = {width, height, first, samples};
+    struct picture out = make_picture(b, width, height, channels[bytes_pick(b, 3)]);
+    struct picture depth = make_picture(b, width, height, 1);
+    struct rf_error error = {RF_OK, "", ""};
+    rf_result result = rf_filter_process_deep(filter, &deep, &out.image, NULL, &error);
+    PROMISE(result == RF_OK || (error.code == result && error.message[0]));
+    PROMISE(result != RF_OK || is_finite(&out.image));
+    result = rf_deep_flatten(filter, &deep, &out.image, &depth.image, &error);
+    PROMISE(result == RF_OK || (error.code == result && error.message[0]));
+    PROMISE(result != RF_OK || is_finite(&out.image));
+    free(out.memory);
+    free(depth.memory);
+    free(first);
+    free(samples);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct bytes b = {data, size};
@@ -154,7 +189,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     rf_result result =
         rf_filter_create(&filter, context, &params, width, height, &error);
     if (result == RF_OK) {
-        run(&b, filter, width, height);
+        if (bytes_pick(&b, 4) == 0)
+            run_deep(&b, filter, width, height);
+        else
+            run(&b, filter, width, height);
         rf_filter_destroy(filter);
     } else {
         PROMISE(result == RF_ERROR_PARAMETER && error.message[0]);

@@ -391,6 +391,62 @@ RF_API rf_result rf_filter_process(const struct rf_filter *filter,
                                    const struct rf_progress *progress,
                                    struct rf_error *error);
 
+/* ---- deep frames --------------------------------------------------------------- */
+
+/** One sample of a deep pixel: a surface, or a volume from depth to depth_back. */
+struct rf_deep_sample {
+    float depth;      /**< in the convention params.depth names */
+    float depth_back; /**< the same; equal to depth or not farther: a surface */
+    float colour[4];  /**< scene-linear, premultiplied; grey pictures use the first */
+    /**
+     * Share of what lies behind that it hides, [0, 1]. Of an ordinary sample equal to
+     * its alpha; a holdout has it with colour and alpha 0. 0 with a colour only adds
+     * light.
+     */
+    float opacity;
+};
+
+/**
+ * A deep picture: the samples of pixel (x, y) are samples[first[i]] to before
+ * samples[first[i + 1]], i = y width + x, in any order. What lies behind opaque samples
+ * is used: it is what a lens sees around them.
+ */
+struct rf_deep {
+    int32_t width, height;                /**< px, those of the filter */
+    const size_t *first;                  /**< width * height + 1 offsets */
+    const struct rf_deep_sample *samples; /**< first[width * height] of them */
+};
+
+/**
+ * Filters one deep frame: every sample is spread on its own, near to far, and hides
+ * what is behind it by its opacity. `out` is width x height with 1, 3 or 4 channels.
+ * A volume is cut into slices of 1 px of radius, at most 16. The method must be
+ * `layered`, whose parameters apply, but for the splitting of edges and the exact
+ * highlights, which a deep frame does not need or have.
+ *
+ * A picture whose radii are all below 1/64 px gives rf_deep_flatten(). RF_ERROR_DEPTH
+ * and RF_ERROR_PIXEL name the first bad pixel and the count of bad samples;
+ * RF_ERROR_PARAMETER: another method. Since 0.1.
+ */
+RF_API rf_result rf_filter_process_deep(const struct rf_filter *filter,
+                                        const struct rf_deep *deep,
+                                        const struct rf_image *out,
+                                        const struct rf_progress *progress,
+                                        struct rf_error *error);
+
+/**
+ * The flat picture: samples composited near to far. `colour` has 1, 3 or 4 channels.
+ * `depth` (may be NULL) has one and gets the depth of the sample at which half of the
+ * pixel is covered, else of the farthest, INFINITY (0 for the kinds of depth in which
+ * that is infinitely far) where there is none. Errors as rf_filter_process_deep().
+ */
+RF_API rf_result rf_deep_flatten(const struct rf_filter *filter,
+                                 const struct rf_deep *deep,
+                                 const struct rf_image *colour,
+                                 const struct rf_image *depth, struct rf_error *error);
+
+/* ---- maps ---------------------------------------------------------------------- */
+
 /**
  * The signed radius of every pixel in px: `depth` as in struct rf_view, `out` one
  * channel, may be the same view. Errors as rf_filter_process().
