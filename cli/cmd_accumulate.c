@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus accumulate: the mean of several views, one in memory at a time. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 
 struct accumulate_options {
     const char *output, *layer;
+    double blend_gamma; /* NAN: from the header */
     int32_t n_threads;
     bool is_quiet;
 };
@@ -32,6 +34,14 @@ static const struct option options[] = {
      .offset = AT(layer),
      .value = "NAME",
      .help = "Layer to average where a file has several."},
+    {.name = "blend-gamma",
+     .kind = OPTION_NUMBER,
+     .offset = AT(blend_gamma),
+     .value = "GAMMA",
+     .min = 0.1,
+     .max = 10,
+     .help = "Gamma of the space in which light is summed: 1 is physically linear. "
+             "[default rackfocus:blendGamma of the first view, else 1]"},
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,
@@ -41,8 +51,8 @@ struct sum {
     const struct accumulate_options *tool;
     int n_threads;
     struct source first; /* stays open: its attributes go into the output */
-    double *values;
-    size_t n;
+    struct rf_context *context;
+    struct rf_accumulator *accumulator;
 };
 
 static bool open_view(const struct accumulate_options *tool, char *const *path,
@@ -78,16 +88,52 @@ static bool check_view(const struct sum *sum, const struct source *view,
     return false;
 }
 
+/* The mean so far has the samples of the first view's kind. */
+static struct rf_image image_of(const struct sum *sum, float *samples)
+{
+    const struct source *first = &sum->first;
+    return rf_image_packed(samples, first->width, first->height, first->n_channels);
+}
+
+static bool fail_core(const char *path, const struct rf_error *core_error,
+                      struct exr_error *error)
+{
+    snprintf(error->message, sizeof(error->message), "%s: %s", path,
+             core_error->message);
+    return false;
+}
+
+static bool start_sum(struct sum *sum, struct exr_error *error)
+{
+    const struct rf_context_params run = {.size = sizeof(run),
+                                          .n_threads = sum->n_threads};
+    const struct source *first = &sum->first;
+    struct rf_error core_error;
+    struct rf_params params;
+    rf_params_init(&params);
+    if (!isnan(sum->tool->blend_gamma))
+        params.blend_gamma = sum->tool->blend_gamma;
+    else
+        exr_attribute_number(first->colour, rf_param_find("blend-gamma")->attribute,
+                             &params.blend_gamma);
+    if (rf_context_create(&sum->context, &run, &core_error) == RF_OK &&
+        rf_accumulator_create(&sum->accumulator, sum->context, &params, first->width,
+                              first->height, first->n_channels, &core_error) == RF_OK)
+        return true;
+    return fail_core(exr_path(first->colour), &core_error, error);
+}
+
 static bool add_samples(struct sum *sum, const struct source *view,
                         struct exr_error *error)
 {
+    struct rf_error core_error;
     float *samples = source_read_colour(view, sum->n_threads, error);
     if (!samples)
         return false;
-    for (size_t i = 0; i < sum->n; i++)
-        sum->values[i] += samples[i];
+    const struct rf_image image = image_of(sum, samples);
+    const rf_result result = rf_accumulator_add(sum->accumulator, &image, &core_error);
     free(samples);
-    return true;
+    return result == RF_OK || fail_core(exr_path(view->colour), &core_error, error);
 }
 
 static bool add_view(struct sum *sum, char *const *path, struct exr_error *error)
@@ -122,7 +168,8 @@ static bool write_exr(const struct sum *sum, float *samples, int n_views,
     int n, n_channels = first->n_channels;
     const struct exr_channel_info *channels = exr_channels(first->colour, &n);
     if (is_grey_alpha)
-        n_channels = pack_grey_alpha(samples, sum->n / 4);
+        n_channels =
+            pack_grey_alpha(samples, (size_t)first->width * (size_t)first->height);
     const char *names[4];
     enum exr_sample_type types[4];
     for (int i = 0; i < n_channels; i++) {
@@ -156,14 +203,20 @@ static bool write_exr(const struct sum *sum, float *samples, int n_views,
 static bool write_mean(const struct sum *sum, int n_views, struct exr_error *error)
 {
     const struct source *first = &sum->first;
-    float *samples = need_memory(sum->n, sizeof(*samples));
-    for (size_t i = 0; i < sum->n; i++)
-        samples[i] = (float)(sum->values[i] / n_views);
-    const bool is_written =
-        picture_kind(sum->tool->output) == PICTURE_EXR
-            ? write_exr(sum, samples, n_views, error)
-            : png_write(sum->tool->output, samples, first->width, first->height,
-                        first->n_channels, 8, false, error);
+    struct rf_error core_error;
+    float *samples = need_memory((size_t)first->width * (size_t)first->height *
+                                     (size_t)first->n_channels,
+                                 sizeof(*samples));
+    const struct rf_image image = image_of(sum, samples);
+    bool is_written =
+        rf_accumulator_mean(sum->accumulator, &image, &core_error) == RF_OK;
+    if (!is_written)
+        fail_core(sum->tool->output, &core_error, error);
+    else
+        is_written = picture_kind(sum->tool->output) == PICTURE_EXR
+                         ? write_exr(sum, samples, n_views, error)
+                         : png_write(sum->tool->output, samples, first->width,
+                                     first->height, first->n_channels, 8, false, error);
     free(samples);
     return is_written;
 }
@@ -172,10 +225,7 @@ static int add_all(struct sum *sum, const struct operands *views)
 {
     struct exr_error error;
     struct progress bar;
-    bool is_good = true;
-    sum->n = (size_t)sum->first.width * (size_t)sum->first.height *
-             (size_t)sum->first.n_channels;
-    sum->values = need_memory(sum->n, sizeof(*sum->values));
+    bool is_good = start_sum(sum, &error);
     progress_start(&bar, "averaging", sum->tool->is_quiet);
     for (int i = 0; i < views->n && is_good && !is_interrupted(); i++) {
         is_good = add_view(sum, &views->items[i], &error);
@@ -202,14 +252,15 @@ static int accumulate(const struct accumulate_options *tool,
         return EXIT_FAILED;
     }
     const int code = add_all(&sum, views);
-    free(sum.values);
+    rf_accumulator_destroy(sum.accumulator);
+    rf_context_destroy(sum.context);
     source_close(&sum.first);
     return code;
 }
 
 static int cmd_accumulate(int argc, char **argv)
 {
-    struct accumulate_options tool = {0};
+    struct accumulate_options tool = {.blend_gamma = NAN};
     struct operands operands;
     int code = options_parse(&command_accumulate, argc, argv, &tool, NULL, &operands);
     if (code != OPTIONS_GO_ON)

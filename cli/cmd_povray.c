@@ -17,15 +17,18 @@
 #include "measure.h"
 #include "picture.h"
 #include "povray.h"
+#include "povray_average.h"
+#include "povray_files.h"
 #include "progress.h"
 #include "settings.h"
-#include "views.h"
 
 struct povray_tool {
     const char *output, *keep, *focal_point, *frames;
-    double aperture;
-    int32_t n_views, n_reference, n_threads;
-    bool is_linear, is_camera_only, is_quiet;
+    double aperture, shutter;
+    int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
+    int32_t move;                            /* enum povray_move */
+    bool is_linear, is_camera_only, is_quiet, has_subpixel;
+    bool is_average; /* the method is accumulate */
 };
 
 #define AT(member) offsetof(struct povray_tool, member)
@@ -57,16 +60,42 @@ static const struct option options[] = {
      .offset = AT(n_views),
      .value = "COUNT",
      .min = 1,
-     .max = RF_MAX_VIEWS,
-     .help = "Render so many views from points of the lens and merge them: real "
-             "background behind near things. [default 1]"},
+     .max = RF_MAX_LENS_POINTS,
+     .help = "Render so many views from points of the lens and merge them (64 at "
+             "most): real background behind near things. With --method accumulate 2 "
+             "to 1024 are averaged. [default 1; accumulate 32]"},
+    {.name = "camera-move",
+     .kind = OPTION_CHOICE,
+     .offset = AT(move),
+     .value = "MOVE",
+     .choices = "shift|look-at",
+     .help = "Method accumulate, how the camera goes to a point of the lens: shift "
+             "shears its frustum, so that the plane in focus stays; look-at turns it "
+             "to the middle of that plane, which blurs the plane's borders. [default "
+             "shift]"},
+    {.name = "shutter",
+     .kind = OPTION_NUMBER,
+     .offset = AT(shutter),
+     .value = "TIME",
+     .min = 0,
+     .max = 1e6,
+     .help = "Method accumulate: motion blur. The views are spread over so many frames "
+             "about the picture's own (a still: units of the clock). [default 0]"},
+    {.name = "subpixel",
+     .kind = OPTION_FLAG,
+     .offset = AT(has_subpixel),
+     .help = "Method accumulate: each view looks through another part of the pixels, "
+             "which smooths edges; views are then rendered with -A unless another "
+             "anti-aliasing is given."},
     {.name = "keep",
      .kind = OPTION_FILE,
      .offset = AT(keep),
      .value = "DIR|FILE.exr",
-     .help = "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so on, or "
-             "in one FILE.exr with all views, which rackfocus filter refocuses without "
-             "rendering."},
+     .help =
+         "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so on, or "
+         "in one FILE.exr with all views, which rackfocus filter refocuses without "
+         "rendering. With --method accumulate the views, DIR/view_0000.exr ..., for "
+         "rackfocus accumulate."},
     {.name = "reference",
      .kind = OPTION_INT,
      .offset = AT(n_reference),
@@ -163,16 +192,47 @@ static bool is_typed(const struct settings *settings, const char *name)
     return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
 }
 
-/* Several views are merged by one method, and are taken over a lens that is known. */
-static bool check_views(const struct povray_tool *tool, const struct settings *settings)
+static bool fail_number_of_views(int32_t n, const char *method, int least, int most)
 {
+    message("--views: %d; the method %s takes %d to %d; see rackfocus povray --help", n,
+            method, least, most);
+    return false;
+}
+
+/* Options that only the averaging of views has a use for. */
+static bool check_average_only(const struct povray_tool *tool)
+{
+    if (tool->move == POVRAY_MOVE_LOOK_AT || tool->shutter > 0 || tool->has_subpixel)
+        return fail_usage("--camera-move, --shutter and --subpixel are for --method "
+                          "accumulate");
+    return true;
+}
+
+/* Several views are merged by one method or averaged by another, and are taken over a
+ * lens that is known. Completes the number of views. */
+static bool check_views(struct povray_tool *tool, const struct settings *settings)
+{
+    enum { DEFAULT_AVERAGE = 32 };
+    const int method = settings->params.method;
+    tool->is_average = method == RF_METHOD_ACCUMULATE;
+    if (tool->n_views == 0)
+        tool->n_views = tool->is_average ? DEFAULT_AVERAGE : 1;
+    if (tool->is_average && tool->n_views < 2)
+        return fail_number_of_views(tool->n_views, "accumulate", 2, RF_MAX_LENS_POINTS);
+    if (!tool->is_average && tool->n_views > RF_MAX_VIEWS)
+        return fail_number_of_views(tool->n_views, "views", 1, RF_MAX_VIEWS);
+    if (!tool->is_average && !check_average_only(tool))
+        return false;
     if (tool->n_views == 1)
         return true;
     if (is_typed(settings, "f-stop"))
         return fail_usage("--views needs the lens as --aperture or --lens-radius, not "
                           "as --f-stop");
-    if (is_typed(settings, "method") && settings->params.method != RF_METHOD_VIEWS)
-        return fail_usage("--method: several views are merged by the method views");
+    if (tool->is_average && tool->keep && picture_kind(tool->keep) == PICTURE_EXR)
+        return fail_usage("--keep takes a folder with --method accumulate");
+    if (is_typed(settings, "method") && method != RF_METHOD_VIEWS && !tool->is_average)
+        return fail_usage("--method: several views are merged by the method views or "
+                          "averaged by accumulate");
     return true;
 }
 
@@ -212,97 +272,6 @@ static bool make_options(const struct povray_tool *tool,
     }
     made->has_focal_point = tool->focal_point != NULL;
     return !tool->focal_point || parse_point(tool->focal_point, made->focal_point);
-}
-
-/* ---- passes --------------------------------------------------------------------- */
-
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-static struct exr_attribute number_attribute(const char *key, double number)
-{
-    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
-                                  .type = EXR_ATTRIBUTE_FLOAT,
-                                  .number = {number, 0}};
-}
-
-static struct exr_attribute text_attribute(const char *key, const char *text)
-{
-    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
-                                  .type = EXR_ATTRIBUTE_STRING,
-                                  .text = text};
-}
-
-/* The facts of the camera for the header; returns their number, at most 10. */
-static int list_facts(const struct povray_passes *passes, bool is_view,
-                      struct exr_attribute *list)
-{
-    const struct povray_camera *camera = &passes->camera;
-    int n = 0;
-    list[n++] = number_attribute("focus-distance", camera->focus_distance);
-    list[n++] = number_attribute("lens-radius", camera->aperture / 4);
-    list[n++] = number_attribute("blend-gamma", passes->gamma);
-    list[n++] = text_attribute("depth", "planar");
-    list[n++] = text_attribute("projection", camera->is_orthographic ? "orthographic"
-                                                                     : "perspective");
-    if (camera->is_orthographic) {
-        list[n++] = text_attribute("sensor-fit", "horizontal");
-        list[n++] = number_attribute("ortho-scale", length(camera->right));
-    } else {
-        list[n++] = number_attribute("focal-length-px", passes->width *
-                                                            length(camera->direction) /
-                                                            length(camera->right));
-    }
-    if (is_view) {
-        list[n++] = (struct exr_attribute){
-            .name = VIEWS_OFFSET,
-            .type = EXR_ATTRIBUTE_V2F,
-            .number = {passes->lens_offset[0], passes->lens_offset[1]}};
-        list[n++] = (struct exr_attribute){.name = VIEWS_SHEAR,
-                                           .type = EXR_ATTRIBUTE_FLOAT,
-                                           .number = {camera->focus_distance, 0}};
-    }
-    return n;
-}
-
-/* Colour as half, which is what POV-Ray gave, and depth as float. */
-static bool write_passes(const char *path, const struct povray_passes *passes,
-                         bool is_view, int n_threads, struct exr_error *error)
-{
-    static const char *const names[] = {"R", "G", "B", "Z", "A"};
-    static const enum exr_sample_type types[] = {EXR_SAMPLE_HALF, EXR_SAMPLE_HALF,
-                                                 EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT,
-                                                 EXR_SAMPLE_HALF};
-    struct exr_attribute facts[10];
-    const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
-    const size_t n = passes->has_alpha ? 5 : 4;
-    float *samples = need_memory(n_pixels * n, sizeof(float));
-    for (size_t i = 0; i < n_pixels; i++) {
-        memcpy(samples + n * i, passes->colour + 4 * i, 3 * sizeof(float));
-        samples[n * i + 3] = passes->depth[i];
-        if (passes->has_alpha)
-            samples[n * i + 4] = passes->colour[4 * i + 3];
-    }
-    const struct exr_box window = {0, 0, passes->width - 1, passes->height - 1};
-    const double pixel_width = length(passes->camera.right) / passes->width;
-    const double pixel_height = length(passes->camera.up) / passes->height;
-    const struct exr_output output = {
-        .width = passes->width,
-        .height = passes->height,
-        .data_window = window,
-        .display_window = window,
-        .pixel_aspect = (float)(pixel_width / pixel_height),
-        .n_channels = (int)n,
-        .channel_names = names,
-        .types = types,
-        .samples = samples,
-        .attributes = facts,
-        .n_attributes = list_facts(passes, is_view, facts)};
-    const bool is_written = exr_write(path, &output, n_threads, error);
-    free(samples);
-    return is_written;
 }
 
 /* ---- names ---------------------------------------------------------------------- */
@@ -399,8 +368,8 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
         warn_passes(job, passes);
     job->passes = *passes;
     job->passes.colour = job->passes.depth = NULL;
-    if (write_passes(job->paths[view], passes, true, job->options.n_threads,
-                     &exr_error))
+    if (povray_file_write(job->paths[view], passes, POVRAY_FILE_VIEW, NULL,
+                          job->options.n_threads, &exr_error))
         return true;
     snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
     return false;
@@ -412,8 +381,8 @@ static bool render_one(struct job *job, struct povray_error *error)
     if (!povray_render(job->scene, &job->passes, error))
         return false;
     warn_passes(job, &job->passes);
-    if (write_passes(job->paths[0], &job->passes, false, job->options.n_threads,
-                     &exr_error))
+    if (povray_file_write(job->paths[0], &job->passes, POVRAY_FILE_PASSES, NULL,
+                          job->options.n_threads, &exr_error))
         return true;
     snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
     return false;
@@ -474,10 +443,10 @@ static int keep_passes(struct job *job)
     if (!keeps_one_file(job->tool))
         return EXIT_DONE;
     char *path = frame_name(job->tool->keep, job->options.frame);
-    const bool is_good =
-        job->tool->n_views > 1
-            ? join_views(job, path, &error)
-            : write_passes(path, &job->passes, false, job->options.n_threads, &error);
+    const bool is_good = job->tool->n_views > 1
+                             ? join_views(job, path, &error)
+                             : povray_file_write(path, &job->passes, POVRAY_FILE_PASSES,
+                                                 NULL, job->options.n_threads, &error);
     free(path);
     if (is_good)
         return EXIT_DONE;
@@ -485,8 +454,39 @@ static int keep_passes(struct job *job)
     return EXIT_FAILED;
 }
 
-/* Renders the passes of one picture into files. */
-static int render_passes(struct job *job)
+static bool render_passes(struct job *job, struct povray_error *error)
+{
+    for (int i = 0; i < job->tool->n_views; i++)
+        job->paths[i] = pass_path(job, i);
+    return job->tool->n_views > 1 ? render_views(job, error) : render_one(job, error);
+}
+
+/* Renders and averages views, and writes the result. */
+static bool render_average(struct job *job, const char *output,
+                           struct povray_error *error)
+{
+    const struct povray_tool *tool = job->tool;
+    const int32_t frame = job->options.frame;
+    char *number = frame < 0 ? format_text("%s", "") : format_text("%04d", frame);
+    char *keep = tool->keep ? format_text("%s/view%s", tool->keep, number) : NULL;
+    const struct povray_average how = {.scene = job->scene,
+                                       .settings = &job->settings,
+                                       .n_views = tool->n_views,
+                                       .move = (enum povray_move)tool->move,
+                                       .shutter = tool->shutter,
+                                       .has_subpixel = tool->has_subpixel,
+                                       .frame = frame < 0 ? 0 : frame,
+                                       .n_threads = job->options.n_threads,
+                                       .keep = keep,
+                                       .output = output};
+    const bool is_good = povray_average_render(&how, &job->passes, error);
+    free(keep);
+    free(number);
+    return is_good;
+}
+
+/* All that POV-Ray does for one picture: into files, or straight into the output. */
+static int render(struct job *job, const char *output)
 {
     struct povray_error error;
     struct progress bar;
@@ -494,11 +494,9 @@ static int render_passes(struct job *job)
     job->options.progress = show_progress;
     job->options.user = &bar;
     bool is_good = povray_open(&job->scene, &job->options, &error);
-    for (int i = 0; i < job->tool->n_views && is_good; i++)
-        job->paths[i] = pass_path(job, i);
     if (is_good)
-        is_good = job->tool->n_views > 1 ? render_views(job, &error)
-                                         : render_one(job, &error);
+        is_good = job->tool->is_average ? render_average(job, output, &error)
+                                        : render_passes(job, &error);
     progress_end(&bar);
     return is_good ? EXIT_DONE : fail_povray(&error);
 }
@@ -559,13 +557,12 @@ static int compare_reference(struct job *job, const char *output, double own_s)
 static int make_picture(struct job *job)
 {
     job->started_s = clock_seconds();
-    int code = render_passes(job);
-    if (code == EXIT_DONE)
-        code = keep_passes(job);
-    if (code != EXIT_DONE)
-        return code;
     char *output = frame_name(job->tool->output, job->options.frame);
-    code = filter_passes(job, output);
+    int code = render(job, output);
+    if (code == EXIT_DONE && !job->tool->is_average)
+        code = keep_passes(job);
+    if (code == EXIT_DONE && !job->tool->is_average)
+        code = filter_passes(job, output);
     const double own_s = clock_seconds() - job->started_s;
     if (code == EXIT_DONE && !job->tool->is_quiet) {
         print_lens(job);
@@ -614,7 +611,7 @@ static int run_frames(struct job *job, const struct frames *frames)
             job->options.last_frame = frames->last;
         }
         code = make_picture(job);
-        for (int i = 0; i < job->tool->n_views; i++) {
+        for (int i = 0; i < RF_MAX_VIEWS; i++) {
             free(job->paths[i]);
             job->paths[i] = NULL;
         }
@@ -667,7 +664,9 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
 
 static int cmd_povray(int argc, char **argv)
 {
-    struct povray_tool tool = {.aperture = NAN, .n_views = 1};
+    struct povray_tool tool = {
+        .aperture = NAN,
+    };
     struct settings settings;
     struct operands operands;
     int code = options_parse(&command_povray, argc, argv, &tool, &settings, &operands);
@@ -694,7 +693,8 @@ const struct command command_povray = {
                 "rackfocus povray scene.pov -o out.png --aperture 0.4 "
                 "--focal-point 0,1,0 --keep passes\n"
                 "rackfocus filter passes/passes.exr -o nearer.exr --focus-distance 4\n"
-                "rackfocus povray scene.pov --views 8 -o out.exr --keep views.exr",
+                "rackfocus povray scene.pov --views 8 -o out.exr --keep views.exr\n"
+                "rackfocus povray scene.pov --method accumulate --views 64 -o out.exr",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),
     .takes_params = true,

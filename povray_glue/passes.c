@@ -16,7 +16,7 @@
 #include "decode.h"
 #include "probe.h"
 #include "run.h"
-#include "sources.h"
+#include "scene.h"
 #include "text.h"
 
 /* Fine enough for thin edges that the lens will enlarge; docs/povray.md has times. */
@@ -24,10 +24,6 @@
 /* Below 65504^(1 / gamma) for a gamma up to 2.4, as half floats need. */
 #define FOG_LIGHT 100.0
 #define MAX_FOG_GAMMA 2.4
-/* A view is one of many: docs/views.md has times and scores. */
-#define VIEW_OPTIONS "+A0.1 +AM1 +R2 -J"
-/* Views that render side by side. */
-#define VIEWS_AT_ONCE 2
 /* Distances of the two fogs, in focus distances. */
 #define NEAR_FOG 0.7
 #define FAR_FOG 40.0
@@ -37,17 +33,6 @@
 #define PROBE_PIXELS 1000000
 /* More than this share of pixels without fog is worth a second try and a warning. */
 #define INSIDE_LIMIT 1e-3
-
-struct povray_scene {
-    struct povray_options options;
-    char *temp_folder;
-    struct sources sources;
-    char *records; /* of the camera's items */
-    int guess, n_guesses;
-    struct povray_camera camera;
-    struct decode_space space;
-    int32_t width, height;
-};
 
 static bool fail_file(struct povray_error *error, const char *path)
 {
@@ -183,12 +168,16 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
     double is_done = 0;
     const char *tail =
         "\n#debug concat(\"@rf~width~\",str(image_width,0,0),"
-        "\";\\n@rf~height~\",str(image_height,0,0),\";\\n@rf~done~1;\\n\")"
+        "\";\\n@rf~height~\",str(image_height,0,0),\";\\n\")\n"
+        "#debug concat(\"@rf~clock~\",str(clock,0,12),\";\\n\")\n"
+        "#debug concat(\"@rf~delta~\",str(clock_delta,0,12),\";\\n\")\n"
+        "#debug concat(\"@rf~first~\",str(initial_clock,0,12),\";\\n\")\n"
+        "#debug concat(\"@rf~last~\",str(final_clock,0,12),\";\\n@rf~done~1;\\n\")"
         "\n#error \"rackfocus has what it needs\"\n";
     if (!sources_write(&scene->sources, mode, file, "", tail)) {
         fail_file(error, scene->temp_folder);
-    } else if (run_start(&run, scene->temp_folder, name, file, "", "", &scene->options,
-                         error)) {
+    } else if (run_start(&run, scene->temp_folder, name, file, "", scene->clock_words,
+                         &scene->options, error)) {
         /* POV-Ray takes its time to end: stop it as soon as all is said. */
         for (bool has_ended = false; !has_ended && !is_done;) {
             has_ended = run_has_ended(&run);
@@ -213,7 +202,7 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
     return records;
 }
 
-static bool find_items(struct povray_scene *scene, struct povray_error *error)
+bool scene_find_items(struct povray_scene *scene, struct povray_error *error)
 {
     char *records = parse_scene(scene, REWRITE_RECORD, "record", error);
     if (!records) {
@@ -261,7 +250,7 @@ static double along_axis(const struct povray_camera *camera, const double point[
 }
 
 /* The camera of the records, with the user's lens in place of the scene's. */
-static bool choose_camera(struct povray_scene *scene, struct povray_error *error)
+bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
 {
     const struct povray_options *options = &scene->options;
     struct povray_camera *camera = &scene->camera;
@@ -288,9 +277,8 @@ static bool choose_camera(struct povray_scene *scene, struct povray_error *error
     return !what;
 }
 
-/* Waits without moving the progress bar, which is the colour's. */
-static bool wait_quietly(const struct povray_scene *scene, struct run *const *runs,
-                         int n, struct povray_error *error)
+bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n,
+                struct povray_error *error)
 {
     struct povray_options options = scene->options;
     options.progress = NULL;
@@ -299,27 +287,29 @@ static bool wait_quietly(const struct povray_scene *scene, struct run *const *ru
 
 /* ---- renders ------------------------------------------------------------------- */
 
-static bool start_render(struct povray_scene *scene, struct run *run, const char *name,
-                         enum rewrite_mode mode, const char *head, const char *tail,
-                         const char *before, const char *after,
-                         struct povray_error *error)
+bool scene_start_render(struct povray_scene *scene, struct run *run, const char *name,
+                        enum rewrite_mode mode, const char *head, const char *tail,
+                        const char *before, const char *after,
+                        struct povray_error *error)
 {
     char *file = text_format("%s.pov", name);
+    char *words = text_format("%s %s", after, scene->clock_words);
     bool is_started = sources_write(&scene->sources, mode, file, head, tail);
     if (!is_started)
         fail_file(error, scene->temp_folder);
     else
-        is_started = run_start(run, scene->temp_folder, name, file, before, after,
+        is_started = run_start(run, scene->temp_folder, name, file, before, words,
                                &scene->options, error);
     free(file);
+    free(words);
     /* Two runs that write the same file would read each other's halves. */
     if (is_started && scene->sources.writes_files)
-        is_started = wait_quietly(scene, &run, 1, error);
+        is_started = scene_wait(scene, &run, 1, error);
     return is_started;
 }
 
-static bool read_run(struct povray_scene *scene, const struct run *run,
-                     struct decode_picture *picture, struct povray_error *error)
+bool scene_read(struct povray_scene *scene, const struct run *run,
+                struct decode_picture *picture, struct povray_error *error)
 {
     char *path = run_is_good(run) ? run_picture(run) : NULL;
     bool is_read = path && decode_read(picture, path, scene->options.n_threads, error);
@@ -342,8 +332,8 @@ static bool start_probe(struct povray_scene *scene, struct run *run,
     struct text tail = {0};
     probe_write(&tail, &scene->camera, scene->width, scene->height);
     char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe_rows(scene));
-    bool is_started = start_render(scene, run, "probe", REWRITE_PINHOLE, probe_head,
-                                   tail.data, "", after, error);
+    bool is_started = scene_start_render(scene, run, "probe", REWRITE_PINHOLE,
+                                         probe_head, tail.data, "", after, error);
     free(after);
     text_free(&tail);
     return is_started;
@@ -353,7 +343,7 @@ static bool check_probe(struct povray_scene *scene, const struct run *run,
                         struct povray_error *error)
 {
     struct decode_picture picture = {0};
-    bool is_good = read_run(scene, run, &picture, error);
+    bool is_good = scene_read(scene, run, &picture, error);
     if (is_good &&
         !probe_check(&picture, probe_rows(scene), &scene->camera, &scene->space, error))
         is_good = fail_scene(scene, error);
@@ -365,7 +355,7 @@ static bool run_probe(struct povray_scene *scene, struct povray_error *error)
 {
     struct run probe = {0}, *list[] = {&probe};
     bool is_good = start_probe(scene, &probe, error) &&
-                   wait_quietly(scene, list, 1, error) &&
+                   scene_wait(scene, list, 1, error) &&
                    check_probe(scene, &probe, error);
     run_stop(&probe);
     return is_good;
@@ -379,7 +369,7 @@ static bool try_guesses(struct povray_scene *scene, struct povray_error *error)
     for (scene->guess = 1; scene->guess <= n && !error->is_interrupted;
          scene->guess++) {
         struct povray_error ignored = {.message = ""};
-        if (choose_camera(scene, &ignored) && run_probe(scene, &ignored))
+        if (scene_choose_camera(scene, &ignored) && run_probe(scene, &ignored))
             return true;
         error->is_interrupted = ignored.is_interrupted;
     }
@@ -433,8 +423,8 @@ static bool start_fog(struct povray_scene *scene, const struct shot *shot,
         text_addf(&tail, "fog{fog_type 1 distance %.17g color rgb %.17g}\n", distance,
                   light);
     char *full_name = shot_name(shot, name);
-    bool is_started = start_render(scene, run, full_name, mode, "", tail.data, "",
-                                   "-A -UA +Q9", error);
+    bool is_started = scene_start_render(scene, run, full_name, mode, "", tail.data, "",
+                                         "-A -UA +Q9", error);
     free(full_name);
     text_free(&tail);
     return is_started;
@@ -494,7 +484,7 @@ static bool read_fogs(struct povray_scene *scene, const struct shot *shot,
                             &runs->fogged[1]};
     for (int i = 0; i < 4 && is_good; i++)
         if (i != 2 || is_dark)
-            is_good = read_run(scene, order[i], &pictures[i], error) &&
+            is_good = scene_read(scene, order[i], &pictures[i], error) &&
                       same_size(scene, &size, &pictures[i], error);
     if (is_good) {
         struct decode_fog fogs[2];
@@ -537,7 +527,7 @@ static bool repeat_fogs(struct povray_scene *scene, const struct shot *shot,
     struct fog_runs fogs = {0};
     struct run *list[4];
     bool is_good = start_fogs(scene, shot, &fogs, mode, error) &&
-                   wait_quietly(scene, list, list_fogs(&fogs, list, 0), error) &&
+                   scene_wait(scene, list, list_fogs(&fogs, list, 0), error) &&
                    read_fogs(scene, shot, &fogs, passes, error);
     stop_fogs(&fogs);
     return is_good;
@@ -584,7 +574,7 @@ static bool read_colour(struct povray_scene *scene, struct run *run,
                         struct povray_passes *passes, struct povray_error *error)
 {
     struct decode_picture picture = {0};
-    if (!read_run(scene, run, &picture, error))
+    if (!scene_read(scene, run, &picture, error))
         return false;
     passes->width = picture.width;
     passes->height = picture.height;
@@ -604,14 +594,14 @@ static bool run_job(struct povray_scene *scene, struct job *job,
 {
     struct run *list[6] = {&job->colour, &job->probe};
     const struct shot shot = {&scene->camera, -1};
-    if (!start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "", "",
-                      COLOUR_OPTIONS, "", error) ||
-        !find_items(scene, error) || !choose_camera(scene, error) ||
+    if (!scene_start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "", "",
+                            COLOUR_OPTIONS, "", error) ||
+        !scene_find_items(scene, error) || !scene_choose_camera(scene, error) ||
         !start_probe(scene, &job->probe, error) ||
         !start_fogs(scene, &shot, &job->fogs, REWRITE_PINHOLE, error))
         return false;
     /* A camera that is not ours is known long before the colour is ready. */
-    if (!wait_quietly(scene, list + 1, 1, error) ||
+    if (!scene_wait(scene, list + 1, 1, error) ||
         (!check_probe(scene, &job->probe, error) && !try_guesses(scene, error)))
         return false;
     if (!run_wait(list, list_fogs(&job->fogs, list, 2), &scene->options, error) ||
@@ -687,8 +677,8 @@ static bool start_view(struct povray_scene *scene, struct view_job *job, int vie
     struct text tail = {0};
     add_camera(&tail, &job->shot);
     char *name = shot_name(&job->shot, "colour");
-    bool is_started = start_render(scene, &job->colour, name, REWRITE_PINHOLE, "",
-                                   tail.data, VIEW_OPTIONS, "", error) &&
+    bool is_started = scene_start_render(scene, &job->colour, name, REWRITE_PINHOLE, "",
+                                         tail.data, VIEW_OPTIONS, "", error) &&
                       start_fogs(scene, &job->shot, &job->fogs, REWRITE_PINHOLE, error);
     free(name);
     text_free(&tail);
@@ -703,7 +693,7 @@ static bool finish_view(struct povray_scene *scene, struct view_job *job,
                                      .gamma = scene->space.gamma,
                                      .is_srgb = scene->space.is_srgb,
                                      .lens_offset = {job->offset[0], job->offset[1]}};
-    return wait_quietly(scene, list, list_fogs(&job->fogs, list, 1), error) &&
+    return scene_wait(scene, list, list_fogs(&job->fogs, list, 1), error) &&
            read_colour(scene, &job->colour, passes, error) &&
            read_fogs(scene, &job->shot, &job->fogs, passes, error) &&
            look_inside(scene, &job->shot, passes, error);
@@ -756,7 +746,8 @@ bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera
                         double *gamma, struct povray_error *error)
 {
     *error = (struct povray_error){.message = ""};
-    bool is_found = find_items(scene, error) && choose_camera(scene, error) &&
+    bool is_found = scene_find_items(scene, error) &&
+                    scene_choose_camera(scene, error) &&
                     (run_probe(scene, error) || try_guesses(scene, error));
     *camera = scene->camera;
     *gamma = scene->space.gamma;
@@ -781,10 +772,10 @@ bool povray_render_reference(struct povray_scene *scene,
     }
     text_addf(&tail, "\n");
     camera_write(&tail, &passes->camera, n_samples);
-    bool is_good = start_render(scene, &run, "reference", REWRITE_PINHOLE, "",
-                                tail.data, "", "", error) &&
+    bool is_good = scene_start_render(scene, &run, "reference", REWRITE_PINHOLE, "",
+                                      tail.data, "", "", error) &&
                    run_wait(list, 1, &scene->options, error) &&
-                   read_run(scene, &run, &picture, error) &&
+                   scene_read(scene, &run, &picture, error) &&
                    same_size(scene, &size, &picture, error);
     *seconds = run.ended_s - run.started_s;
     run_stop(&run);

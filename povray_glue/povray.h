@@ -82,6 +82,45 @@ bool povray_render_views(struct povray_scene *scene, int n_views,
                          povray_view_fn receive, void *user, double *total_s,
                          struct povray_error *error);
 
+/* A view to render: lens radii right and up of the middle, a part of a pixel right and
+ * up, and the moment within the shutter's time, 0 to 1. */
+struct povray_view {
+    double u, v;
+    double x_px, y_px;
+    double time;
+};
+
+/* How the camera goes to a point of the lens. */
+enum povray_move {
+    /* Moved, its frustum sheared: the plane in focus stays (OpenGL programming guide:
+     * the edges of the frustum move by -x n / F). */
+    POVRAY_MOVE_SHIFT,
+    /* Moved, then turned to the point in the middle of the plane in focus, as gluLookAt
+     * does with the camera's up (OpenGL wikibook): that point stays, its plane not. */
+    POVRAY_MOVE_LOOK_AT,
+};
+
+struct povray_lens {
+    const struct povray_view *views;
+    int n_views;
+    enum povray_move move;
+    /* Time that the shutter is open about the clock of the picture: in frames of an
+     * animation, in units of the clock for a still. 0: no motion. */
+    double shutter;
+    const char
+        *before; /* options for POV-Ray that the user's win over; NULL: as views */
+};
+
+/*
+ * Renders the colour of many views, of which few are in memory and on the disk at any
+ * time. passes->depth is NULL, passes->camera the scene's at the middle of the shutter,
+ * passes->lens_offset in scene units. With a shutter the scene is parsed for the
+ * camera of each moment. Else as povray_render_views.
+ */
+bool povray_render_lens(struct povray_scene *scene, const struct povray_lens *lens,
+                        povray_view_fn receive, void *user, double *total_s,
+                        struct povray_error *error);
+
 /* Recovers and verifies the camera, renders no pass. */
 bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera,
                         double *gamma, struct povray_error *error);

@@ -158,14 +158,6 @@ static bool spawn(struct run *run, char **arguments)
     return run->pid > 0;
 }
 
-static void remove_picture(const struct run *run)
-{
-    char *path = run_picture(run);
-    if (path)
-        unlink(path);
-    free(path);
-}
-
 bool run_start(struct run *run, const char *temp_folder, const char *name,
                const char *scene, const char *before, const char *after,
                const struct povray_options *options, struct povray_error *error)
@@ -174,9 +166,9 @@ bool run_start(struct run *run, const char *temp_folder, const char *name,
     char *scene_path = text_format("%s%s", temp_folder, scene);
     struct argument_list list = {0};
     bool is_started = false;
+    temp_folder_remove(run->folder); /* of an earlier run of this name */
     errno = 0;
-    if (mkdir(run->folder, 0700) == 0 || errno == EEXIST) {
-        remove_picture(run); /* of an earlier run of this name */
+    if (mkdir(run->folder, 0700) == 0) {
         make_arguments(&list, run, scene_path, before, after, options);
         is_started = spawn(run, list.items);
     }

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What POV-Ray rendered, as EXR files with the camera's facts in the header. */
+#ifndef CLI_POVRAY_FILES_H
+#define CLI_POVRAY_FILES_H
+
+#include "exr.h"
+#include "povray.h"
+
+/* What a file holds beside the camera's facts. */
+enum povray_file {
+    POVRAY_FILE_PASSES, /* colour as half and depth as float */
+    POVRAY_FILE_VIEW,   /* the same from a point of the lens, and where that is */
+    POVRAY_FILE_COLOUR, /* colour alone, from a point of the lens */
+    POVRAY_FILE_RESULT, /* colour alone as float; `made` says how it was made */
+};
+
+/* Writes the passes, R G B (A) (Z). `made` may be NULL. */
+bool povray_file_write(const char *path, const struct povray_passes *passes,
+                       enum povray_file kind, const char *made, int n_threads,
+                       struct exr_error *error);
+
+#endif

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An opened scene and its renders, for the parts of the glue that make pictures. */
+#ifndef POVRAY_SCENE_H
+#define POVRAY_SCENE_H
+
+#include "decode.h"
+#include "povray.h"
+#include "run.h"
+#include "sources.h"
+
+/* A view is one of many: docs/views.md has times and scores. */
+#define VIEW_OPTIONS "+A0.1 +AM1 +R2 -J"
+/* Views that render side by side. */
+#define VIEWS_AT_ONCE 2
+
+struct povray_scene {
+    struct povray_options options;
+    char *temp_folder;
+    struct sources sources;
+    char *records; /* of the camera's items */
+    int guess, n_guesses;
+    struct povray_camera camera;
+    struct decode_space space;
+    int32_t width, height;
+    char clock_words[96]; /* options that shift the clock, "" or with blanks between */
+};
+
+/* Parses the scene, at the clock that clock_words say, for the items of its cameras. */
+bool scene_find_items(struct povray_scene *scene, struct povray_error *error);
+
+/* The camera of the items, with the user's lens in place of the scene's. */
+bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error);
+
+/* Starts a render of a copy of the scene with `head` and `tail` around it, in the
+ * folder `name` of the scene's own; POV-Ray's options before and after the user's. */
+bool scene_start_render(struct povray_scene *scene, struct run *run, const char *name,
+                        enum rewrite_mode mode, const char *head, const char *tail,
+                        const char *before, const char *after,
+                        struct povray_error *error);
+
+/* Waits without moving the progress bar, which is the colour's. */
+bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n,
+                struct povray_error *error);
+
+/* Reads the picture of a run that has ended; explains why where there is none. */
+bool scene_read(struct povray_scene *scene, const struct run *run,
+                struct decode_picture *picture, struct povray_error *error);
+
+#endif
