@@ -20,8 +20,8 @@
  *
  * The order is: near levels, coarse to fine; level 0; far levels, fine to coarse; first
  * for the visible samples and then for the hidden ones, which so fill only what is
- * left. Averaging down and magnifying widen a footprint by (4^l - 1)/3 px^2 per axis
- * (box and tent), so its radius is shortened to keep the second moment r^2/4.
+ * left. Averaging down and magnifying widen a footprint by 4^l / 4 px^2 per axis (box
+ * and tent), so its radius is shortened to keep the second moment r^2/4.
  *
  * Work is cut into tiles of 64 x 32 px of the level; a tile is one thread's from its
  * first bin to its last, and the order of sums in it is fixed.

@@ -16,10 +16,19 @@
  */
 #include "footprint.h"
 
-enum { MIN_LINES = 64, LINES_PER_PX = 16, MAX_LINES = 4096, KERNEL_REACH = 2 };
+enum {
+    MIN_LINES = 64,
+    LINES_PER_PX = 16,
+    MAX_LINES = 4096,
+    KERNEL_REACH = 2,
+    N_TRIALS = 3 /* until the variance of a footprint is right within 1 % */
+};
 
-static double cubic(double t)
+static const double MIN_SQUARE = 1e-4; /* px^2, of a footprint's radius */
+
+static double cubic(double t, double height)
 {
+    (void)height;
     t = fabs(t);
     if (t < 1)
         return (1.5 * t - 2.5) * t * t + 1;
@@ -41,19 +50,23 @@ static double cubic_integral(double t)
     return t < 0 ? 0.5 - v : 0.5 + v;
 }
 
-static double box(double t)
-{
-    return t > -0.5 && t <= 0.5;
-}
-
 static double box_integral(double t)
 {
     return t < -0.5 ? 0 : t > 0.5 ? 1 : t + 0.5;
 }
 
-/* k and its antiderivative, per enum rf_footprint_kind. */
+static double box(double t, double height)
+{
+    double half = 0.5 * fmax(height, 1e-6);
+    return (box_integral(t + half) - box_integral(t - half)) / (2 * half);
+}
+
+/*
+ * k, meant over a line's height where it is not smooth, and its antiderivative; per
+ * enum rf_footprint_kind.
+ */
 static const struct kernel {
-    double (*value)(double t);
+    double (*value)(double t, double height);
     double (*integral)(double t);
 } kernels[RF_N_KINDS] = {
     [RF_SHARP] = {cubic, cubic_integral},
@@ -189,7 +202,8 @@ static double *grid_row(const struct grid *g, int cell, int y)
  * Adds one line of the aperture: pixels x of the interval [from, to] (px, relative to
  * the sample's pixel corner) get the kernel's integral, spread over four rows around y.
  */
-static void add_line(struct grid *g, int cell, double from, double to, double y)
+static void add_line(struct grid *g, int cell, double from, double to, double y,
+                     double height)
 {
     int first = rf_max_int((int)floor(from - 0.5) - KERNEL_REACH + 1, -g->reach_x);
     int last = rf_min_int((int)floor(to - 0.5) + KERNEL_REACH, g->reach_x);
@@ -202,7 +216,7 @@ static void add_line(struct grid *g, int cell, double from, double to, double y)
     }
     int row = (int)floor(y - 0.5) - KERNEL_REACH + 1;
     for (int i = 0; i < 2 * KERNEL_REACH; i++, row++) {
-        double k = g->kernel->value(row + 0.5 - y);
+        double k = g->kernel->value(row + 0.5 - y, height);
         if (row < -g->reach_y || row > g->reach_y || k == 0)
             continue;
         double *out = grid_row(g, cell, row + g->reach_y) + g->reach_x;
@@ -228,7 +242,7 @@ static void fill_grid(struct grid *g, const struct rf_footprints *f, const doubl
             if (part.to <= part.from)
                 continue;
             double a = phase_x + part.from * r[0], b = phase_x + part.to * r[0];
-            add_line(g, c, fmin(a, b), fmax(a, b), y);
+            add_line(g, c, fmin(a, b), fmax(a, b), y, height_px / n_lines);
         }
     }
 }
@@ -241,8 +255,8 @@ static void fill_point(struct grid *g, const struct rf_footprints *f, double pha
         for (int y = -g->reach_y; y <= g->reach_y; y++)
             for (int x = -g->reach_x; x <= g->reach_x; x++)
                 grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
-                    g->kernel->value(x + 0.5 - phase_x) *
-                    g->kernel->value(y + 0.5 - phase_y);
+                    g->kernel->value(x + 0.5 - phase_x, 0) *
+                    g->kernel->value(y + 0.5 - phase_y, 0);
 }
 
 /* Drops the dust and scales every cell to its share. */
@@ -326,17 +340,63 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
     return p;
 }
 
-/* Radii along u and v that end as r after the level's averaging and magnifying. */
-static void level_radii(const struct rf_footprints *f, double r, int level,
-                        double out[2])
+/* Variances of a grid's weights along x and y, px^2. */
+static void grid_variance(const struct grid *g, int n_cells, double variance[2])
 {
-    double loss = (1 - ldexp(1, -2 * level)) / 3; /* px^2 of the level */
-    double aspect = f->shape->pixel_aspect;
-    double variance[2] = {f->variance[0], f->variance[1] * aspect * aspect};
+    double sum[3] = {0}, square[2] = {0};
+    for (int i = 0; i < n_cells * g->height; i++)
+        for (int x = 0; x < g->width; x++) {
+            double y = i % g->height, w = g->weight[(size_t)i * (size_t)g->width + x];
+            sum[0] += w * x;
+            sum[1] += w * y;
+            sum[2] += w;
+            square[0] += w * x * x;
+            square[1] += w * y * y;
+        }
     for (int k = 0; k < 2; k++)
-        out[k] = copysign(sqrt(fmax(r * r - loss / variance[k], 0.01)), r);
-    if (level == 0)
-        out[0] = out[1] = r;
+        variance[k] = sum[2] > 0 ? (square[k] - sum[k] * sum[k] / sum[2]) / sum[2] : 0;
+}
+
+/*
+ * Fills the grid so that the variance of what is seen of it at full resolution is that
+ * of the aperture at radius r. The level's averaging and magnifying add to it; so does
+ * the box of RF_POSITIVE, by 1/12 px^2 where the footprint is wide and by less where it
+ * is narrow, which the secant method finds.
+ */
+static void fill_level(struct grid *g, const struct rf_footprints *f, double r,
+                       bool is_coarse, enum rf_footprint_kind kind,
+                       const double phase[2])
+{
+    double aspect = f->shape->pixel_aspect;
+    double unit[2] = {f->variance[0], f->variance[1] * aspect * aspect};
+    double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
+    double radii[2], variance[2], before[2] = {0}, step[2] = {0};
+    size_t n = (size_t)g->width * (size_t)g->height * (size_t)f->cells.n;
+    int n_trials = kind == RF_POSITIVE ? N_TRIALS : 0;
+    for (int k = 0; k < 2; k++) {
+        target[k] = r * r * unit[k] - loss;
+        slope[k] = unit[k];
+        square[k] = fmax(target[k] / unit[k], MIN_SQUARE);
+    }
+    for (int trial = 0; trial <= n_trials; trial++) {
+        for (int k = 0; k < 2; k++)
+            radii[k] = copysign(sqrt(square[k]), r);
+        memset(g->weight, 0, n * sizeof *g->weight);
+        fill_grid(g, f, radii, phase[0], phase[1]);
+        if (trial == n_trials)
+            break;
+        grid_variance(g, f->cells.n, variance);
+        for (int k = 0; k < 2; k++) {
+            double found = step[k] != 0 ? (variance[k] - before[k]) / step[k] : 0;
+            if (found > 0.25 * unit[k] && found < 16 * unit[k])
+                slope[k] = found;
+            double next = square[k] + (target[k] - variance[k]) / slope[k];
+            next = fmin(fmax(next, MIN_SQUARE), r * r);
+            step[k] = next - square[k];
+            before[k] = variance[k];
+            square[k] = next;
+        }
+    }
 }
 
 bool rf_footprint_build(struct rf_footprints *f, size_t slot)
@@ -344,13 +404,12 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     if (f->table[slot])
         return true;
     int n_phases = f->n_phases * f->n_phases;
-    int level = (int)(slot % RF_N_LEVEL_CLASSES);
+    bool is_coarse = slot % RF_N_LEVEL_CLASSES > 0;
     size_t rest = slot / RF_N_LEVEL_CLASSES;
     enum rf_footprint_kind kind = (enum rf_footprint_kind)(rest % RF_N_KINDS);
     int phase = (int)(rest / RF_N_KINDS) % n_phases;
     int index = (int)(rest / RF_N_KINDS) / n_phases - f->max_index;
-    double r = rf_radius_of_index(index), axis_r[2];
-    level_radii(f, r, level, axis_r);
+    double r = rf_radius_of_index(index);
     double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
     struct grid g = {.kernel = &kernels[kind],
                      .reach_x = (int)ceil(fabs(r) * width) + 3,
@@ -362,12 +421,12 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     if (!g.weight)
         return false;
     g.line = g.weight + n;
-    double phase_x = (phase % f->n_phases + 0.5) / f->n_phases;
-    double phase_y = (phase / f->n_phases + 0.5) / f->n_phases;
+    double at[2] = {(phase % f->n_phases + 0.5) / f->n_phases,
+                    (phase / f->n_phases + 0.5) / f->n_phases};
     if (index == 0)
-        fill_point(&g, f, phase_x, phase_y);
+        fill_point(&g, f, at[0], at[1]);
     else
-        fill_grid(&g, f, axis_r, phase_x, phase_y);
+        fill_level(&g, f, r, is_coarse, kind, at);
     normalise(&g, &f->cells);
     f->table[slot] = pack(&g, f);
     rf_free(f->context, g.weight);

@@ -46,12 +46,12 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
 enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
 
 /*
- * Averaging down to level l = 1, 2, .. and magnifying again widen a footprint by (4^l -
- * 1)/3 px^2 per axis (box and tent). The footprints of a coarse level are narrower by
- * as much, per axis, so that the second moments come out right; from level 3 on the
- * loss in pixels of the level no longer changes.
+ * Averaging down to level l = 1, 2, .. and magnifying again widen a footprint by 4^l /
+ * 4 px^2 per axis: the place in the block adds (4^l - 1)/12, the tent (2 4^l + 1)/12.
+ * The footprints of a coarse level are narrower by as much, 1/4 in pixels of the level,
+ * so that the second moments come out right.
  */
-enum { RF_N_LEVEL_CLASSES = 4 };
+enum { RF_N_LEVEL_CLASSES = 2 }; /* full resolution, and all others */
 
 struct rf_footprints {
     const struct rf_context *context;

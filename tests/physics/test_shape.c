@@ -221,6 +221,55 @@ static void a_highlight_keeps_its_shape_at_any_brightness(void)
             }
 }
 
+/*
+ * Mean squares along x and y, px^2, that the blur adds to a panel of 8 x 8 px, about
+ * the panel's middle; over all places of the panel in the blocks of a reduced
+ * resolution.
+ */
+static void panel_growth(const struct rf_params *params, double r, double growth[2])
+{
+    enum { SIDE = 8, N_PLACES = 8 };
+    double sum = 0, xx = 0, yy = 0;
+    double wide = fabs(r) * fmax(1, 1 / params->aperture_ratio);
+    int size = 2 * (int)ceil(wide) + 2 * SIDE + 16;
+    for (int place = 0; place < N_PLACES; place++) {
+        struct frame f = frame_make(size, size, 1);
+        int x0 = size / 2 + place, y0 = size / 2 + place;
+        for (size_t i = 0; i < frame_pixels(&f); i++)
+            f.depth[i] = plain_depth(r);
+        for (int i = 0; i < SIDE * SIDE; i++)
+            *frame_at(&f, f.colour, x0 + i % SIDE - SIDE / 2,
+                      y0 + i / SIDE - SIDE / 2) = 1;
+        CHECK(frame_filter(&f, params, 2, NULL) == RF_OK);
+        for (int i = 0; i < size * size; i++) {
+            double dx = i % size + 0.5 - x0, dy = i / size + 0.5 - y0;
+            sum += f.out[i];
+            xx += f.out[i] * dx * dx;
+            yy += f.out[i] * dy * dy;
+        }
+        frame_free(&f);
+    }
+    growth[0] = xx / sum - (SIDE * SIDE - 1) / 12.0;
+    growth[1] = yy / sum - (SIDE * SIDE - 1) / 12.0;
+}
+
+/* The half-axes of anamorphic blur, of what is no highlight, within 1 %. */
+static void a_panel_blurs_by_the_radius_along_both_axes(void)
+{
+    static const double radii[] = {5, -10, 24};
+    static const double ratios[] = {0.5, 1, 2};
+    for (int k = 0; k < 9; k++) {
+        struct rf_params params;
+        double r = radii[k / 3], ratio = ratios[k % 3], growth[2];
+        plain_params(&params, RF_METHOD_LAYERED);
+        params.aperture_ratio = ratio;
+        params.sub_apertures = 1;
+        panel_growth(&params, r, growth);
+        CHECK_NEAR(2 * sqrt(growth[0]) / (fabs(r) / ratio), 1, 0.01);
+        CHECK_NEAR(2 * sqrt(growth[1]) / fabs(r), 1, 0.01);
+    }
+}
+
 /* The core's aperture in pixels that are not square: a circle of the scene. */
 static void pixel_aspect_stretches_rows(void)
 {
@@ -247,6 +296,7 @@ int main(int argc, char **argv)
     TEST(polygons_on_both_sides_of_the_focus);
     TEST(polygons_flip_over_in_front_of_the_focus);
     TEST(a_highlight_keeps_its_shape_at_any_brightness);
+    TEST(a_panel_blurs_by_the_radius_along_both_axes);
     TEST(pixel_aspect_stretches_rows);
     return testing_end();
 }
