@@ -361,7 +361,8 @@ static void grid_variance(const struct grid *g, int n_cells, double variance[2])
  * Fills the grid so that the variance of what is seen of it at full resolution is that
  * of the aperture at radius r. The level's averaging and magnifying add to it; so does
  * the box of RF_POSITIVE, by 1/12 px^2 where the footprint is wide and by less where it
- * is narrow, which the secant method finds.
+ * is narrow, which the secant method finds. Up to 1 px at full resolution the box is
+ * left alone: it is the pixel.
  */
 static void fill_level(struct grid *g, const struct rf_footprints *f, double r,
                        bool is_coarse, enum rf_footprint_kind kind,
@@ -372,18 +373,20 @@ static void fill_level(struct grid *g, const struct rf_footprints *f, double r,
     double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
     double radii[2], variance[2], before[2] = {0}, step[2] = {0};
     size_t n = (size_t)g->width * (size_t)g->height * (size_t)f->cells.n;
-    int n_trials = kind == RF_POSITIVE ? N_TRIALS : 0;
+    bool is_tried = kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
+    if (is_tried && !is_coarse)
+        loss -= fmax(2 - fabs(r), 0) / 12;
     for (int k = 0; k < 2; k++) {
         target[k] = r * r * unit[k] - loss;
         slope[k] = unit[k];
-        square[k] = fmax(target[k] / unit[k], MIN_SQUARE);
+        square[k] = fmin(fmax(target[k] / unit[k], MIN_SQUARE), r * r);
     }
-    for (int trial = 0; trial <= n_trials; trial++) {
+    for (int trial = 0; trial <= (is_tried ? N_TRIALS : 0); trial++) {
         for (int k = 0; k < 2; k++)
             radii[k] = copysign(sqrt(square[k]), r);
         memset(g->weight, 0, n * sizeof *g->weight);
         fill_grid(g, f, radii, phase[0], phase[1]);
-        if (trial == n_trials)
+        if (!is_tried || trial == N_TRIALS)
             break;
         grid_variance(g, f->cells.n, variance);
         for (int k = 0; k < 2; k++) {

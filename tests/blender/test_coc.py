@@ -9,8 +9,6 @@ from conftest import INSIDE
 
 CASES = re.findall(r"^@case\ndef (\w+)", (INSIDE / "coc.py").read_text(), re.M)
 LIMIT = 0.02
-# At reduced resolution the layered method softens the rim of narrow ellipses.
-FILTER_LIMITS = {"ratio_half": 0.03, "ratio_two": 0.04}
 _tables = {}
 
 
@@ -38,7 +36,6 @@ def print_table(version, lines):
 def test_radius(blender, dist, case):
     """Predicted and filtered within 2 % of Cycles, in both directions."""
     line = table_of(blender, dist)[case]
-    limits = {"predicted": LIMIT, "filtered": FILTER_LIMITS.get(case, LIMIT)}
-    for key, limit in limits.items():
+    for key in ("predicted", "filtered"):
         for ours, physical in zip(line[key], line["cycles"], strict=True):
-            assert ours == pytest.approx(physical, rel=limit), line
+            assert ours == pytest.approx(physical, rel=LIMIT), line
