@@ -69,6 +69,25 @@ def stop_compositor(scene, is_made):
         bpy.data.node_groups.remove(tree)
 
 
+def drop_compositor(scene):
+    """Takes a scene that is a copy, and has a copy of the nodes, out of compositing."""
+    if HAS_NODE_GROUPS:
+        scene.compositing_node_group = None
+        return
+    scene.use_nodes = False
+    if scene.node_tree is not None:
+        scene.node_tree.nodes.clear()
+
+
+def shutter_start(scene):
+    """When the shutter opens, in frames from the frame's own time."""
+    owner = scene.render if hasattr(scene.render, "motion_blur_position") else None
+    owner = owner or getattr(scene, "cycles", None)
+    position = getattr(owner, "motion_blur_position", "CENTER")
+    part = {"START": 0, "CENTER": -0.5, "END": -1}[position]
+    return part * scene.render.motion_blur_shutter
+
+
 def own_tree(scene):
     """The scene's compositor tree, copied if other scenes use it too; None without."""
     tree = compositor_tree(scene)

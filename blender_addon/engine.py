@@ -8,7 +8,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import compat, lens, passes, setup
+from . import compat, keep, lens, passes, setup, views
 from .library import rackfocus
 
 EXTRA_PASSES = (
@@ -17,7 +17,6 @@ EXTRA_PASSES = (
     ("CoC", 1, "X", "VALUE"),
     ("Focus", 4, "RGBA", "COLOR"),
 )
-NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
 FAR = np.float32(1e8)
 BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
 
@@ -33,6 +32,7 @@ EXPECTED = (
     Problem,
     passes.PassesError,
     lens.CameraError,
+    views.ViewsError,
     rackfocus.Error,
     MemoryError,
 )
@@ -66,6 +66,13 @@ def no_depth(layer_name):
     return f"view layer “{layer_name}” has no depth: switch on Passes > Data > Z"
 
 
+def with_some_depth(layer):
+    """A layer that is empty in this frame lies far away; infinity is an error."""
+    if layer.depth.min() < passes.NOTHING_HIT:
+        return layer
+    return passes.Layer(layer.colour, np.minimum(layer.depth, FAR))
+
+
 def cut_out(found, render):
     """The rendered part of passes.Layer where a border is rendered in a whole frame."""
     if not render.use_border or render.use_crop_to_border:
@@ -76,6 +83,12 @@ def cut_out(found, render):
     part = np.s_[height - high : height - low, left:right]
     has_depth = found.depth is not None
     return passes.Layer(found.colour[part], found.depth[part] if has_depth else None)
+
+
+def tell(scene, error):
+    """Notes a failure before the filter begins, for the panel and the console."""
+    last_run[scene.name] = {"seconds": {}, "message": str(error)}
+    print(f"Rack Focus: {error}")
 
 
 class RackFocusEngine(bpy.types.RenderEngine):
@@ -116,6 +129,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The message of an error in the artist's words."""
         if isinstance(error, rackfocus.CancelledError):
             return "stopped; the picture is not filtered"
+        if isinstance(error, keep.KeepError):
+            return str(error)
         if isinstance(error, EXPECTED):
             text = getattr(error, "message", "") or str(error) or "out of memory"
         else:
@@ -149,14 +164,20 @@ class RackFocusEngine(bpy.types.RenderEngine):
         started = time.perf_counter()
         frames = self._frames(depsgraph)
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
+        views.collect(source)
         rendered = passes.rendered(source)
         seconds["passes"] = time.perf_counter() - started
         problem = None
         for frame in frames:
-            found = rendered.layer(frame.layer, frame.suffix, frame.view)
-            found = cut_out(found, source.render)
+            found = [
+                (cut_out(layer, source.render), place)
+                for layer, place in rendered.views(
+                    frame.layer, frame.suffix, frame.view
+                )
+            ]
             try:
                 self._render_frame(frame, found, depsgraph.scene, seconds)
+                self._keep(frame, found, depsgraph.scene, source)
             except Exception as error:
                 problem = problem or error
         if problem:
@@ -164,8 +185,12 @@ class RackFocusEngine(bpy.types.RenderEngine):
         seconds["total"] = time.perf_counter() - started
 
     def _render_frame(self, frame, found, scene, seconds):
-        """Fills the passes of one frame, after a problem with what was rendered."""
-        height, width = found.colour.shape[:2]
+        """Fills the passes of one frame, after a problem with what was rendered.
+
+        found: [(passes.Layer, passes.Place)] of its views.
+        """
+        first = found[0][0]
+        height, width = first.colour.shape[:2]
         render, source_name = scene.render, scene.rack_focus.source.name
         # Blender's rows run upwards, those of the file and of the filter downwards.
         picture = np.empty((height, width, 4), np.float32)
@@ -182,10 +207,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
         finally:
             started = time.perf_counter()
             if limit_px is None:
-                picture[::-1] = found.colour
+                picture[::-1] = first.colour
             planar = np.zeros_like(coc)
-            if found.depth is not None:
-                planar[::-1, :, 0] = found.depth
+            if first.depth is not None:
+                planar[::-1, :, 0] = first.depth
             by_name = {"Combined": picture, "Depth": planar, "CoC": coc}
             if "Focus" in self.linked:  # costs as much as all the rest
                 is_filtered = limit_px is not None
@@ -194,20 +219,35 @@ class RackFocusEngine(bpy.types.RenderEngine):
             self._write(frame, by_name)
             seconds["write"] = time.perf_counter() - started
 
+    @staticmethod
+    def _keep(frame, found, scene, source):
+        """Writes what was rendered to the folder that the camera names."""
+        folder = keep.folder_of(frame.camera.data)
+        is_render = not source.rack_focus.muted and source.name not in alone
+        if folder is None or not is_render:
+            return
+        stem = keep.stem_of(source, scene.frame_current, frame.layer, frame.suffix)
+        height, width = found[0][0].depth.shape
+        settings = frame.camera.data.rack_focus
+        params = lens.frame_parameters(
+            frame.camera, settings, scene.render, (width, height)
+        )
+        keep.write(folder, stem, found, params)
+
     def _filter(self, frame, found, settings, render, targets, seconds):
         """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""
         picture, coc = targets
-        if found.depth is None:
+        if any(layer.depth is None for layer, _ in found):
             raise Problem(no_depth(frame.layer))
-        height, width = found.depth.shape
+        found = [(with_some_depth(layer), place) for layer, place in found]
+        depth = found[0][0].depth
+        height, width = depth.shape
         params = lens.frame_parameters(frame.camera, settings, render, (width, height))
-        depth = found.depth
-        if depth.min() >= NOTHING_HIT:  # a layer that is empty in this frame: all far
-            depth = np.minimum(depth, FAR)
+        params["method"] = views.method_for(params["method"], found)
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")
         started = time.perf_counter()
         made = rackfocus.Filter(width, height, threads=threads(), **params)
-        made.process(found.colour, depth, picture[::-1], self._report)
+        views.process(made, params, found, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()
         made.coc(depth, coc[::-1, :, 0])

@@ -6,7 +6,7 @@ import functools
 import bpy
 from bpy.app.handlers import persistent
 
-from . import engine, operators, passes, setup
+from . import engine, main_thread, operators, passes, setup, views
 from .writing import write
 
 
@@ -14,6 +14,11 @@ from .writing import write
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     write(_start, scene)
+    if setup.filter_scene_of(scene) is not None and not scene.rack_focus.muted:
+        try:
+            main_thread.run(functools.partial(views.begin, scene), BEGIN_S)
+        except Exception as error:
+            engine.tell(scene, error)
 
 
 def _start(scene):
@@ -32,6 +37,34 @@ def _start(scene):
 def on_render_end(scene, *_):
     """The camera gets its depth of field back, after a cancelled render too."""
     write(_end, scene)
+    if not views.is_active(scene):
+        return
+    task = functools.partial(views.end, scene)
+    try:
+        main_thread.run(task, END_S)
+    except main_thread.BusyError:
+        bpy.app.timers.register(task, first_interval=0.05)
+
+
+@persistent
+def on_frame(scene, *_):
+    """A frame of a render begins."""
+    if views.is_active(scene):
+        write(views.prepare_frame, scene)
+
+
+@persistent
+def on_frame_change_pre(scene, *_):
+    """A copy that renders views is about to be evaluated."""
+    if views.is_copy(scene):
+        write(views.shift_time, scene)
+
+
+@persistent
+def on_frame_change_post(scene, depsgraph=None):
+    """It has been evaluated: its cameras can follow."""
+    if depsgraph is not None and views.is_copy(scene):
+        write(views.follow, scene, depsgraph)
 
 
 def _end(scene):
@@ -50,6 +83,7 @@ def _end(scene):
 def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
     passes.forget()
+    views.clean_up()
     setup.show_dof()
     for scene in setup.user_scenes():
         setup.unmute_sources(scene)
@@ -67,6 +101,7 @@ def on_change(*_):
         return
     _is_busy = True
     try:
+        views.clean_up()
         for scene in setup.user_scenes():
             setup.refresh(scene)
             setup.sync(scene)
@@ -74,8 +109,14 @@ def on_change(*_):
         _is_busy = False
 
 
+# Seconds that the main thread may take until it comes to a task.
+BEGIN_S, END_S = 20, 3
+
 HANDLERS = (
     ("render_init", on_render_start),
+    ("render_pre", on_frame),
+    ("frame_change_pre", on_frame_change_pre),
+    ("frame_change_post", on_frame_change_post),
     ("render_complete", on_render_end),
     ("render_cancel", on_render_end),
     ("load_post", on_load),

@@ -45,6 +45,15 @@ def picture_size(render):
     return max(width, 1), max(int(render.resolution_y * factor), 1)
 
 
+def aperture_parameters(dof):
+    """Parameters of the aperture's shape."""
+    return {
+        "blades": dof.aperture_blades if dof.aperture_blades >= 3 else 0,
+        "blade_rotation": math.degrees(dof.aperture_rotation),
+        "aperture_ratio": dof.aperture_ratio,
+    }
+
+
 def camera_parameters(camera, render):
     """Parameters of the lens for the whole frame, as keywords of rackfocus.Lens.
 
@@ -57,7 +66,6 @@ def camera_parameters(camera, render):
             "Rack Focus needs a perspective or orthographic camera; "
             f"“{camera.name}” is of another type"
         )
-    blades = dof.aperture_blades
     distance = max(focus_distance(camera), 1e-9)
     f_stop = max(dof.aperture_fstop, TINY_F_STOP)
     radius = 0.0  # from focal length and f-stop
@@ -78,9 +86,7 @@ def camera_parameters(camera, render):
         "shift_x": data.shift_x,
         "shift_y": data.shift_y,
         "pixel_aspect": render.pixel_aspect_x / render.pixel_aspect_y,
-        "blades": blades if blades >= 3 else 0,
-        "blade_rotation": math.degrees(dof.aperture_rotation),
-        "aperture_ratio": dof.aperture_ratio,
+        **aperture_parameters(dof),
     }
 
 

@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import compat, engine, passes, setup
+from . import compat, engine, keep, passes, setup
 
 
 def scene_of(context):
@@ -18,7 +18,7 @@ def refocus(scene, call):
     """
     if not setup.can_mute_sources(scene):
         return bpy.ops.render.render(call, scene=scene.name)
-    passes.keep(scene)
+    keep_passes(scene)
     setup.mute_sources(scene)
     is_job = False
     try:
@@ -28,6 +28,17 @@ def refocus(scene, call):
     finally:
         if not is_job:  # else the end of the job does it
             setup.unmute_sources(scene)
+
+
+def keep_passes(scene):
+    """Keeps the passes of the last render, else those of the camera's folder."""
+    try:
+        passes.keep(scene)
+    except passes.PassesError:
+        folder = keep.folder_of(scene.camera.data) if scene.camera else None
+        if folder is None:
+            raise
+        passes.put(scene, keep.KeptFiles(scene, folder, scene.frame_current))
 
 
 def refocus_later(scene_name):

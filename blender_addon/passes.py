@@ -25,6 +25,19 @@ MAGIC = 20000630
 MULTIPART_FLAG = 0x1000
 SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
 SHARED_MEMORY = "/dev/shm"
+NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
+
+
+class Place(NamedTuple):
+    """Where and how a view was taken."""
+
+    offset: tuple  # (u, v) on the lens, scene units right and up
+    shear_distance: float  # scene units; 0: the camera was turned, not sheared
+    depth_factor: float  # of its depth, to make it planar distance
+    time: float  # within the shutter's time, 0 to 1
+
+
+MIDDLE = Place((0.0, 0.0), 0.0, 1.0, 0.5)
 
 
 class PassesError(Exception):
@@ -38,6 +51,7 @@ class Part(NamedTuple):
     channels: list  # of (name, dtype), in the order of the file
     width: int
     height: int
+    attributes: dict  # name: bytes
 
 
 # ---- reading ----------------------------------------------------------------------
@@ -91,7 +105,7 @@ def _read_header(cursor):
     x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
     name = attributes.get("name", b"").decode().rstrip("\0")
     channels = _read_channels(attributes["channels"])
-    return Part(name, channels, x1 - x0 + 1, y1 - y0 + 1)
+    return Part(name, channels, x1 - x0 + 1, y1 - y0 + 1, attributes)
 
 
 def _view_part(data, part, offsets, n_head_bytes):
@@ -113,8 +127,14 @@ def _view_part(data, part, offsets, n_head_bytes):
 
 
 def read_exr(path):
-    """{full channel name: (height, width) array} of an uncompressed scan-line EXR.
+    """The channels of read_file()."""
+    return read_file(path)[0]
 
+
+def read_file(path):
+    """({full channel name: (height, width) array}, {attribute: bytes}) of an EXR.
+
+    It must be uncompressed and of scan lines. The attributes are those of its first part.
     Rows from the top. The arrays are views of the mapped file. In files of several
     parts the part's name stands before channel names that lack it.
     """
@@ -138,7 +158,7 @@ def read_exr(path):
         for name, view in views.items():
             has_layer = name.count(".") >= 2 or not part.name
             found[name if has_layer else f"{part.name}.{name}"] = view
-    return found
+    return found, parts[0].attributes
 
 
 # ---- passes of a layer ------------------------------------------------------------
@@ -188,14 +208,13 @@ def memory_folder(n_bytes):
 
 
 class RenderedPasses:
-    """The passes of a scene's render, until close()."""
+    """The passes of a scene's render."""
 
-    def __init__(self, scene):
+    def __init__(self, scene, n_views=1):
         self.files = {}  # suffix of the view's file, "" without views: channels
         width, height = picture_size(scene.render)
-        folder = tempfile.mkdtemp(
-            prefix="rack_focus_", dir=memory_folder(width * height * 4 * 32)
-        )
+        n_bytes = width * height * 4 * 32 * n_views
+        folder = tempfile.mkdtemp(prefix="rack_focus_", dir=memory_folder(n_bytes))
         # A mapped file stays readable without its name: nothing is left after a crash.
         try:
             self._save(scene, Path(folder, "passes.exr"))
@@ -232,8 +251,12 @@ class RenderedPasses:
         except PassesError:
             return find_layer(channels, name, view)
 
+    def views(self, name, suffix="", view=""):
+        """[(Layer, Place)] as of one view from the middle of the lens."""
+        return [(self.layer(name, suffix, view), MIDDLE)]
 
-_kept = {}  # scene name: RenderedPasses
+
+_kept = {}  # scene name: RenderedPasses, or views.ViewPasses
 
 
 def rendered(scene):
@@ -244,6 +267,11 @@ def rendered(scene):
 def keep(scene):
     """Keeps the passes of a scene's render for more than one use."""
     _kept[scene.name] = rendered(scene)
+
+
+def put(scene, found):
+    """Keeps passes that stand for a scene's render."""
+    _kept[scene.name] = found
 
 
 def forget(scene=None):

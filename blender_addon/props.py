@@ -14,6 +14,7 @@ from bpy.props import (
 from . import setup, writing
 from .library import rackfocus
 
+LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
 QUALITIES = {
     "draft": {"sub_apertures": 1, "exact_highlights": False},
     "standard": {},
@@ -71,10 +72,44 @@ class CameraSettings(bpy.types.PropertyGroup):
         ],
         default="standard",
     )
+    views: IntProperty(
+        name="Views",
+        description="Renders from so many points of the lens, the samples shared out "
+        "among them; 1 is one pinhole render. Layered and Views merge 64 at most, "
+        "Accumulate takes the mean of any number",
+        min=1,
+        max=1024,
+        soft_max=64,
+        default=1,
+    )
+    camera_move: EnumProperty(
+        name="Camera Move",
+        description="How the camera of a view keeps the focus where it is",
+        items=[
+            ("shift", "Shift", "Sheared: the whole plane in focus stays where it is"),
+            ("look_at", "Look At", "Turned: only the middle of the plane is sharp"),
+        ],
+        default="shift",
+    )
+    shutter_spread: BoolProperty(
+        name="Spread over Shutter",
+        description="Each view has its own moment of the shutter's time, which gives "
+        "motion blur. The views are then rendered one after another",
+    )
+    passes_folder: StringProperty(
+        name="Keep Passes",
+        description="Folder for the passes of every frame and view as EXR files, for "
+        "the command, and for Refocus after the file was closed; empty: none",
+        subtype="DIR_PATH",
+    )
     is_dof_hidden: BoolProperty(
         description="The camera's own depth of field is off while a render runs",
         options={"HIDDEN"},
     )
+
+    def lens_parameters(self):
+        """Where on the lens the views are taken, as keywords of rackfocus."""
+        return {name: getattr(self, name) for name in LENS_POINTS}
 
     def method_parameters(self):
         """The fields as keywords of rackfocus.Filter."""
@@ -82,7 +117,7 @@ class CameraSettings(bpy.types.PropertyGroup):
         preset = QUALITIES[self.quality]
         if preset is None:
             return values
-        kept = ("method", "max_radius", "coc_limit")
+        kept = ("method", "max_radius", "coc_limit", *LENS_POINTS)
         return {**{key: values[key] for key in kept}, **preset}
 
 
@@ -96,6 +131,11 @@ class SceneState(bpy.types.PropertyGroup):
     gate: writing.gate()
     filter_scene: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
     source: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
+    viewed: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
+    is_views_copy: BoolProperty(
+        description="A copy of the scene viewed, which renders its views",
+        options={"HIDDEN"},
+    )
     record: StringProperty(
         description="What the set-up changed, as JSON", options={"HIDDEN"}
     )

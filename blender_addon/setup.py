@@ -26,8 +26,9 @@ def filter_scene_of(scene):
 
 
 def user_scenes():
-    """All scenes of the file itself but the filter scenes."""
+    """All scenes of the file itself but those that Rack Focus made."""
     scenes = [s for s in bpy.data.scenes if s.render.engine != ENGINE]
+    scenes = [s for s in scenes if not s.rack_focus.is_views_copy]
     return [s for s in scenes if s.library is None]
 
 

@@ -4,16 +4,16 @@
 import bpy
 from bpy.props import IntProperty
 
-from . import lens, setup
+from . import lens, setup, views
 from .library import rackfocus
 from .operators import last_message, scene_of
-from .props import belongs_to, method_table
+from .props import LENS_POINTS, belongs_to, method_table
 
 PARENTS = ("DATA_PT_camera_dof", "CYCLES_CAMERA_PT_dof")
 
 
 def _is_main(p):
-    return p.field in ("method", "max_radius")
+    return p.field in ("method", "max_radius", *LENS_POINTS)
 
 
 class CameraPanel:
@@ -48,8 +48,29 @@ class CameraPanel:
             for p in method_table():
                 if not _is_main(p) and belongs_to(p) in ("", settings.method):
                     column.prop(settings, p.field)
+        if settings.method in views.METHODS:
+            self._draw_views(column, settings, scene)
+        column.prop(settings, "passes_folder")
         if settings.enabled:
             self._draw_state(context, layout, scene)
+
+    @staticmethod
+    def _draw_views(column, settings, scene):
+        """Number of views, where on the lens, and what they will cost."""
+        column.prop(settings, "views")
+        n = views.view_count(settings)
+        if settings.views < 2:
+            return
+        column.prop(settings, "lens_pattern")
+        column.prop(settings, "lens_random")
+        if settings.lens_random or settings.lens_pattern == "grid":
+            column.prop(settings, "lens_seed")
+        if settings.method == "accumulate":
+            column.prop(settings, "camera_move")
+            column.prop(settings, "shutter_spread")
+        if settings.enabled:
+            for text in views.describe(settings, scene, n):
+                column.label(text=text, icon="INFO")
 
     def _draw_state(self, context, layout, scene):
         """What is in focus, what is wrong, and the buttons."""

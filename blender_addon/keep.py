@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The passes of a render as files that the command and this add-on read.
+
+passesFFFF.exr, with several view layers passesFFFF_LAYER.exr, with several views
+passesFFFF_v00.exr and so on (FFFF: number of the frame): R G B A Z of 32-bit floats,
+uncompressed. The header says what the camera was and where on the lens a view was taken
+(rackfocus:lensOffset, rackfocus:shearDistance).
+"""
+
+import os
+import re
+import struct
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from . import passes
+from .library import rackfocus
+
+MAGIC, VERSION = 20000630, 2
+LONG_NAMES_FLAG = 0x400
+FLOAT = 2
+OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
+TIME = "rackfocus:shutterTime"
+
+
+class KeepError(Exception):
+    """The passes were not kept; the message is for the user."""
+
+
+# ---- names ------------------------------------------------------------------------
+
+
+def folder_of(camera_data):
+    """The folder that a camera's settings name, or None."""
+    path = camera_data.rack_focus.passes_folder
+    return Path(bpy.path.abspath(path)) if path else None
+
+
+def stem_of(scene, frame, layer, suffix=""):
+    """Start of the name of a frame's files; suffix: of the view in stereo."""
+    used = [one.name for one in scene.view_layers if one.use]
+    part = "_" + re.sub(r"[^\w.-]", "_", layer) if len(used) > 1 else ""
+    return f"passes{frame:04d}{part}{suffix}"
+
+
+# ---- writing ----------------------------------------------------------------------
+
+
+def _attribute(name, kind, data):
+    head = f"{name}\0{kind}\0".encode()
+    return head + struct.pack("<i", len(data)) + data
+
+
+def _text(name, text):
+    return _attribute(name, "string", text.encode())
+
+
+def lens_attributes(params):
+    """Header attributes, as bytes, of the parameters of lens and aperture."""
+    found = b""
+    for p in rackfocus.parameters():
+        if p.group not in ("lens", "aperture") or p.field not in params:
+            continue
+        value = params[p.field]
+        if p.field == "lens_radius" and not value:
+            continue  # it follows from f-stop and focal length
+        if p.type == "enum":
+            found += _text(p.attribute, value)
+        elif p.type == "float":
+            found += _attribute(p.attribute, "double", struct.pack("<d", value))
+        else:
+            found += _attribute(p.attribute, "int", struct.pack("<i", value))
+    return found + _text("rackfocus:depth", "planar")
+
+
+def place_attributes(place):
+    """Header attributes, as bytes, of a passes.Place."""
+    offset = struct.pack("<2f", *place.offset)
+    return (
+        _attribute(OFFSET, "v2f", offset)
+        + _attribute(SHEAR, "double", struct.pack("<d", place.shear_distance))
+        + _attribute(TIME, "double", struct.pack("<d", place.time))
+    )
+
+
+def write_exr(path, channels, attributes=b""):
+    """Writes {name: (height, width) float32} beside `path` and renames."""
+    names = sorted(channels)
+    height, width = channels[names[0]].shape
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    about = b"".join(
+        name.encode() + b"\0" + struct.pack("<iB3x2i", FLOAT, 0, 1, 1) for name in names
+    )
+    header = struct.pack("<2i", MAGIC, VERSION | LONG_NAMES_FLAG)
+    header += _attribute("channels", "chlist", about + b"\0")
+    header += _attribute("compression", "compression", b"\0")
+    header += _attribute("dataWindow", "box2i", window)
+    header += _attribute("displayWindow", "box2i", window)
+    header += _attribute("lineOrder", "lineOrder", b"\0")
+    header += _attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    header += _attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+    header += _attribute("screenWindowWidth", "float", struct.pack("<f", 1))
+    header += attributes + b"\0"
+    lines = np.empty((height, 2 + len(names) * width), "<f4")
+    lines[:, 0] = np.arange(height, dtype="<i4").view("<f4")
+    lines[:, 1] = np.array([4 * width * len(names)], "<i4").view("<f4")
+    for index, name in enumerate(names):
+        lines[:, 2 + index * width : 2 + (index + 1) * width] = channels[name]
+    start = len(header) + 8 * height
+    offsets = start + lines.strides[0] * np.arange(height, dtype="<u8")
+    beside = f"{path}.part"
+    try:
+        with open(beside, "wb") as file:
+            file.write(header)
+            file.write(offsets.tobytes())
+            file.write(lines.data)
+        os.replace(beside, path)
+    finally:
+        Path(beside).unlink(missing_ok=True)
+
+
+def write(folder, stem, found, params):
+    """Writes the views of a view layer, [(passes.Layer, passes.Place)].
+
+    folder: Path, made where it is missing; stem: from stem_of(); params: of the lens.
+    KeepError where the folder cannot be written.
+    """
+    lens = lens_attributes(params)
+    for index, (one, place) in enumerate(found):
+        is_view = len(found) > 1
+        name = stem + (f"_v{index:02d}" if is_view else "")
+        channels = {c: one.colour[..., i] for i, c in enumerate("RGBA")}
+        channels["Z"] = one.depth
+        attributes = lens + (place_attributes(place) if is_view else b"")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_exr(folder / f"{name}.exr", channels, attributes)
+        except OSError as error:
+            raise KeepError(
+                f"Keep Passes: “{folder}” cannot be written ({error.strerror}); choose "
+                "another folder"
+            ) from error
+
+
+# ---- reading ----------------------------------------------------------------------
+
+
+class KeptFiles:
+    """The files of a frame in the place of its render."""
+
+    def __init__(self, scene, folder, frame):
+        self.scene, self.folder, self.frame = scene, folder, frame
+        used = [one.name for one in scene.view_layers if one.use]
+        if not any(self._paths(layer) for layer in used):
+            raise passes.PassesError(
+                f"there is no render to filter yet, nor passes of frame {frame} in "
+                f"“{folder}”: press F12 first"
+            )
+
+    def _paths(self, layer, suffix=""):
+        stem = stem_of(self.scene, self.frame, layer, suffix)
+        views = sorted(self.folder.glob(f"{stem}_v[0-9]*.exr"))
+        views.sort(key=lambda path: int(path.stem.rsplit("_v", 1)[1]))
+        single = self.folder / f"{stem}.exr"
+        return views or ([single] if single.exists() else [])
+
+    def views(self, name, suffix="", _view=""):
+        """[(passes.Layer, passes.Place)] of a view layer."""
+        paths = self._paths(name, suffix)
+        if not paths:
+            raise passes.PassesError(
+                f"view layer “{name}” has no passes of frame {self.frame} in "
+                f"“{self.folder}”"
+            )
+        return [_read(path) for path in paths]
+
+    def layer(self, name, suffix="", _view=""):
+        """The passes.Layer of the first view."""
+        return self.views(name, suffix)[0][0]
+
+
+def _read(path):
+    try:
+        channels, attributes = passes.read_file(path)
+    except (KeyError, ValueError, struct.error) as error:
+        raise passes.PassesError(f"“{path}” is damaged ({error})") from error
+    planes = {name.lstrip("."): plane for name, plane in channels.items()}
+    missing = [c for c in "RGBAZ" if c not in planes]
+    if missing:
+        raise passes.PassesError(f"“{path}” lacks the channel {missing[0]}")
+    layer = passes.Layer(passes.side_by_side([planes[c] for c in "RGBA"]), planes["Z"])
+    if OFFSET not in attributes:
+        return layer, passes.MIDDLE
+    shear = struct.unpack("<d", attributes[SHEAR])[0]
+    time = struct.unpack("<d", attributes[TIME])[0]
+    return layer, passes.Place(
+        struct.unpack("<2f", attributes[OFFSET]), shear, 1.0, time
+    )

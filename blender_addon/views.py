@@ -1,0 +1,574 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several views in one render.
+
+While a render runs, the Render Layers nodes of the user's scene look at a throw-away
+copy of it, which Blender therefore renders in its place: N views by native multi-view,
+through cameras that are children of the user's camera. Then Blender runs the filter
+scene, which merges the views, and composites one picture. The user's scene, its
+camera and its render settings are not touched; what is changed in its nodes is written into
+the nodes themselves, so that a file saved in the middle of a render is put right when
+it opens.
+
+Where the views differ in time (shutter spread), or where native multi-view does not
+work, each view has a copy of its own, and Blender renders them one after another.
+"""
+
+import math
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from . import compat, lens, passes, setup
+from .library import rackfocus
+
+METHODS = ("layered", "views", "accumulate")  # those that take several views
+MOST_MERGED = 64
+LOUD_COUNT = 16  # more views are a matter of memory
+BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
+MARK = "rack_focus_view"  # custom property of our cameras
+HOST = "rack_focus_host"  # of nodes that look at a copy: what they looked at before
+LAYER = "rack_focus_layer"  # of the same nodes: their view layer
+TAIL = "rack_focus_tail"  # of nodes of ours: the node whose links they have
+PASSES = ("use_pass_combined", "use_pass_z")
+
+
+class ViewsError(Exception):
+    """The views cannot be used; the message is for the user."""
+
+
+multiview_works = True  # until a render shows that it does not
+
+
+class Session:
+    """A render of a scene in several views, from its start to its end."""
+
+    def __init__(self, scene, copies):
+        self.scene_name = scene.name
+        self.copy_names = [copy.name for copy in copies]
+        self.is_sequence = len(copies) > 1
+        self.camera_names = []
+        self.samples = samples_of(scene)
+        self.camera = None  # of the frame
+        self.places = []  # of the frame's views
+        self.is_collected = False
+
+    def copies(self):
+        """The scenes that render."""
+        return [bpy.data.scenes[name] for name in self.copy_names]
+
+
+_sessions = {}  # name of the user's scene: Session
+
+
+# ---- what is asked for ------------------------------------------------------------
+
+
+def view_count(settings):
+    """How many views a camera's settings ask for."""
+    if not settings.enabled or settings.method not in METHODS:
+        return 1
+    if settings.method == "accumulate":
+        return settings.views
+    return min(settings.views, MOST_MERGED)
+
+
+def is_one_by_one(settings):
+    """Are the views rendered one after another?"""
+    return not multiview_works or is_spread(settings)
+
+
+def is_spread(settings):
+    """Do the views differ in time?"""
+    return settings.method == "accumulate" and settings.shutter_spread
+
+
+def describe(settings, scene, n):
+    """Lines for the panel on a render in n views."""
+    if scene.render.use_multiview:
+        return ["With stereo, one view is rendered"]
+    width, height = lens.picture_size(scene.render)
+    lines = []
+    samples = samples_of(scene)
+    if samples:
+        lines.append(f"{n} views of {max(samples // n, 1)} samples")
+        if samples < 2 * n:
+            lines.append("One sample does not smooth edges")
+    if settings.views > n:
+        lines.append(f"{MOST_MERGED} views at most can be merged")
+    if is_one_by_one(settings):
+        lines.append("The views are rendered one after another")
+    if n > LOUD_COUNT:
+        n_bytes = n * width * height * BYTES_PER_PIXEL
+        lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
+    return lines
+
+
+def samples_of(scene):
+    """Samples per pixel of the scene's engine, or 0 where it has none."""
+    owner, name = _samples_at(scene)
+    return getattr(owner, name) if owner is not None else 0
+
+
+def _samples_at(scene):
+    engines = {"CYCLES": ("cycles", "samples")}
+    owner, name = engines.get(scene.render.engine, ("eevee", "taa_render_samples"))
+    owner = getattr(scene, owner, None)
+    return (owner, name) if hasattr(owner, name) else (None, "")
+
+
+def is_copy(scene):
+    """Is it one of the throw-away copies?"""
+    return scene.rack_focus.is_views_copy
+
+
+def camera_at(scene, frame):
+    """The camera of a frame; those bound to markers count."""
+    bound = [m for m in scene.timeline_markers if m.camera and m.frame <= frame]
+    if bound:
+        return max(bound, key=lambda marker: marker.frame).camera
+    first = [m for m in scene.timeline_markers if m.camera]
+    return min(first, key=lambda m: m.frame).camera if first else scene.camera
+
+
+# ---- start and end ----------------------------------------------------------------
+
+
+def begin(scene):
+    """Makes the copies and hands the nodes over; for the main thread.
+
+    Does nothing where one view is asked for.
+    """
+    clean_up()
+    cameras = [c for c in setup.cameras_of(scene) if c.data.rack_focus.enabled]
+    most = max((view_count(c.data.rack_focus) for c in cameras), default=1)
+    if most < 2 or scene.render.use_multiview:
+        return
+    is_sequence = any(is_one_by_one(c.data.rack_focus) for c in cameras)
+    copies = [_make_copy(scene) for _ in range(most if is_sequence else 1)]
+    session = Session(scene, copies)
+    try:
+        for index, copy in enumerate(copies):
+            indices = [index] if is_sequence else range(most)
+            session.camera_names += _add_cameras(scene, copy, indices)
+        _hand_over(scene, copies)
+    except Exception:
+        clean_up()
+        raise
+    _sessions[scene.name] = session
+    # 5.2 crashes when the render begins with relations that are out of date; an empty
+    # scene's update is enough.
+    setup.filter_scene_of(scene).view_layers[0].update()
+
+
+def end(scene):
+    """Puts everything back; for the main thread."""
+    _sessions.pop(scene.name, None)
+    clean_up()
+
+
+def is_active(scene):
+    """Is the scene being rendered in views?"""
+    return scene.name in _sessions
+
+
+def clean_up():
+    """Removes what any render that is over left behind."""
+    copies = [s for s in bpy.data.scenes if is_copy(s)]
+    if not copies:
+        return
+    used = {name for session in _sessions.values() for name in session.copy_names}
+    copies = [copy for copy in copies if copy.name not in used]
+    for scene in {copy.rack_focus.viewed for copy in copies} - {None}:
+        for tree in setup.trees_of(scene):
+            _take_back(tree, scene)
+    for copy in copies:
+        _remove_copy(copy)
+
+
+# ---- copies -----------------------------------------------------------------------
+
+
+def _make_copy(scene):
+    copy = scene.copy()
+    copy.name = f"{scene.name} Rack Focus Views"
+    state = copy.rack_focus
+    state.filter_scene = None
+    state.record = state.muted = ""
+    state.viewed = scene
+    state.is_views_copy = True
+    render = copy.render
+    render.use_compositing = render.use_sequencer = False
+    render.use_persistent_data = False
+    render.views_format = "MULTIVIEW"
+    copy.timeline_markers.clear()
+    compat.drop_compositor(copy)
+    if copy.sequence_editor is not None:
+        copy.sequence_editor_clear()
+    uses_passes = not setup.can_mute_sources(scene)
+    for layer in copy.view_layers:
+        for name in layer.bl_rna.properties.keys():
+            if name.startswith("use_pass_") and name not in PASSES and not uses_passes:
+                setattr(layer, name, False)
+        layer.use_pass_combined = layer.use_pass_z = True
+    return copy
+
+
+def _remove_copy(copy):
+    for item in [o for o in copy.collection.objects if MARK in o]:
+        data = item.data
+        bpy.data.objects.remove(item)
+        bpy.data.cameras.remove(data)
+    copy.user_clear()  # 3.4 counts nodes that looked at it for good
+    bpy.data.scenes.remove(copy)
+
+
+def _suffix(index):
+    return f"_v{index:02d}"
+
+
+def _add_cameras(scene, copy, indices):
+    """One camera per view; returns their names, which multi-view finds them by."""
+    base = "Rack Focus"
+    while any(o.name.startswith(f"{base}_v") for o in copy.collection.objects):
+        base += "+"
+    names = []
+    for index in indices:
+        data = scene.camera.data.copy()
+        data.animation_data_clear()
+        data.dof.use_dof = False
+        camera = bpy.data.objects.new(base + _suffix(index), data)
+        camera[MARK] = index
+        copy.collection.objects.link(camera)
+        names.append(camera.name)
+    views = copy.render.views
+    while len(views) < len(indices):
+        views.new("view")
+    for view, index in zip(views, indices, strict=False):
+        view.name = f"v{index:02d}"
+        view.camera_suffix = view.file_suffix = _suffix(index)
+    return names
+
+
+# ---- nodes ------------------------------------------------------------------------
+
+
+def _look_at(node, scene):
+    """Lets a Render Layers node look at the same view layer of another scene."""
+    layer = node.layer
+    node.scene = scene
+    if layer in scene.view_layers:
+        node.layer = layer
+
+
+def _hand_over(scene, copies):
+    """Lets nodes look at the copies, those of the filter scene after all of them.
+
+    Blender renders the scenes of the nodes in the order of the tree's list, to which
+    nodes can only be appended.
+    """
+    tree, ours = compat.compositor_tree(scene), setup.filter_scene_of(scene)
+    order = list(tree.nodes)
+    filters = setup.layer_nodes(tree, ours)
+    sources = [n for n in setup.layer_nodes(tree, scene) if not n.mute]
+    first = min(order.index(node) for node in filters) if filters else len(order)
+    is_in_order = any(order.index(node) < first for node in sources)
+    if len(copies) > 1 or not is_in_order:
+        for copy in copies[1:]:
+            node = tree.nodes.new("CompositorNodeRLayers")
+            node[HOST] = ""
+            node.scene = copy
+        for node in filters:
+            tail = setup.add_node(tree, scene, node.layer)
+            tail.location = node.location
+            tail[TAIL] = node.name
+            setup.move_links(tree, node, tail)
+            _host(node, "filter", copies[0])
+    for node in sources:
+        _host(node, "source", copies[0])
+
+
+def _host(node, was, copy):
+    node[HOST], node[LAYER] = was, node.layer
+    _look_at(node, copy)
+
+
+def _take_back(tree, scene):
+    """Undoes _hand_over() from what the nodes say."""
+    ours = setup.filter_scene_of(scene)
+    for node in [n for n in tree.nodes if HOST in n]:
+        was, layer = node[HOST], node.get(LAYER, "")
+        if not was:
+            tree.nodes.remove(node)
+            continue
+        node.scene = ours if was == "filter" else scene
+        if layer in scene.view_layers:
+            node.layer = layer
+        del node[HOST], node[LAYER]
+    for tail in [n for n in tree.nodes if TAIL in n]:
+        node = tree.nodes.get(tail[TAIL])
+        if node is not None:
+            setup.move_links(tree, tail, node)
+        tree.nodes.remove(tail)
+
+
+# ---- frames -----------------------------------------------------------------------
+
+
+def prepare_frame(scene):
+    """Sets the copies up for the camera of a frame, before it is rendered."""
+    session = _sessions.get(scene.name)
+    if session is None:
+        return
+    passes.forget(scene)
+    session.is_collected = False
+    session.camera = camera_at(scene, scene.frame_current)
+    settings = session.camera.data.rack_focus
+    n = view_count(settings)
+    session.places = []
+    for index, copy in enumerate(session.copies()):
+        _prepare_copy(session, copy, index, n)
+
+
+def _prepare_copy(session, copy, index, n):
+    """One copy for n views; `index` is its place among the copies."""
+    is_used = index < n or index == 0
+    for layer, own in zip(
+        copy.view_layers, copy.rack_focus.viewed.view_layers, strict=True
+    ):
+        layer.use = own.use and is_used
+    _split_samples(copy.rack_focus.viewed, copy, n, index)
+    copy.render.use_multiview = n > 1 and not session.is_sequence
+    if session.is_sequence and is_spread(session.camera.data.rack_focus):
+        copy.render.use_motion_blur = False
+    for number, view in enumerate(copy.render.views):
+        view.use = number < n or number < 2  # Blender wants two
+    if n < 2:
+        copy.camera = session.camera
+        return
+    names = session.camera_names
+    for name in [names[index]] if session.is_sequence else names:
+        camera = bpy.data.objects[name]
+        if camera.parent != session.camera:
+            camera.parent = session.camera
+    copy.camera = bpy.data.objects[names[index]]
+
+
+def _split_samples(scene, copy, n, index):
+    """An n-th of the samples, of the time limit, n times the variance."""
+    owner, name = _samples_at(copy)
+    if owner is not None:
+        whole = getattr(_samples_at(scene)[0], name)
+        setattr(owner, name, max(whole // n, 1))
+    for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
+        layer.samples = max(own.samples // n, min(own.samples, 1))
+    if scene.render.engine != "CYCLES":
+        return
+    own, ours = scene.cycles, copy.cycles
+    ours.time_limit = own.time_limit / n
+    ours.adaptive_threshold = min(own.adaptive_threshold * math.sqrt(n), 1)
+    ours.adaptive_min_samples = own.adaptive_min_samples // n
+    if len(_sessions[scene.name].copy_names) > 1:  # multi-view does this by itself
+        ours.seed = (own.seed + 1664525 * index) % 2**31
+
+
+def shift_time(scene):
+    """Moves a copy to its view's moment, before it is evaluated for a frame."""
+    source = scene.rack_focus.viewed
+    session = _sessions.get(source.name) if source is not None else None
+    if session is None or not session.is_sequence or session.camera is None:
+        return
+    settings = session.camera.data.rack_focus
+    n = view_count(settings)
+    if n < 2 or not is_spread(settings):
+        return
+    index = session.copy_names.index(scene.name)
+    start = compat.shutter_start(source)
+    time = _points(session.camera, source, n)[min(index, n - 1)][2]
+    at = source.frame_current + start + source.render.motion_blur_shutter * time
+    scene.frame_float = at
+
+
+def follow(scene, depsgraph):
+    """Puts the cameras of a copy in their places, once it is evaluated for a frame."""
+    source = scene.rack_focus.viewed
+    session = _sessions.get(source.name) if source is not None else None
+    if session is None or session.camera is None:
+        return
+    settings = session.camera.data.rack_focus
+    n = view_count(settings)
+    if n < 2:
+        return
+    index = session.copy_names.index(scene.name)
+    if session.is_sequence and index >= n:
+        return
+    seen = session.camera.evaluated_get(depsgraph)
+    points = _points(seen, source, n)
+    params = lens.camera_parameters(seen, source.render)
+    made = rackfocus.Lens(*lens.picture_size(source.render), **params)
+    if not session.is_sequence:
+        session.places = []
+    for number in [index] if session.is_sequence else range(n):
+        camera = bpy.data.objects[session.camera_names[number]]
+        place = _put(camera, seen, settings, made, points[number])
+        session.places.append(place)
+
+
+def _points(camera, scene, n):
+    """Points of the lens: (u, v, time) each, in lens radii right and up."""
+    settings = camera.data.rack_focus
+    params = lens.aperture_parameters(camera.data.dof)
+    params.update(settings.lens_parameters())
+    return rackfocus.lens_points(n, frame=scene.frame_current, **params)
+
+
+def _put(camera, seen, settings, made, point):
+    """Places one camera for a view; returns its passes.Place.
+
+    seen: the user's camera, evaluated; made: its rackfocus.Lens.
+    """
+    radius, distance = made.lens_radius, made.focus_distance
+    u, v = (float(np.float32(radius * part)) for part in point[:2])
+    data, own = camera.data, seen.data
+    for name in ("type", "lens", "ortho_scale", "sensor_width", "sensor_height"):
+        _set(data, name, getattr(own, name))
+    for name in ("sensor_fit", "clip_start", "clip_end"):
+        _set(data, name, getattr(own, name))
+    shift, factor = Vector((own.shift_x, own.shift_y)), 1.0
+    move = Matrix.Translation((u, v, 0))
+    is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
+    if is_look_at:
+        turn = Vector((-u, -v, -distance)).to_track_quat("-Z", "Y")
+        move = move @ turn.to_matrix().to_4x4()
+    elif own.type == "ORTHO":
+        move[0][2], move[1][2] = u / distance, v / distance
+        factor = 1 / math.sqrt(1 + (u * u + v * v) / distance**2)
+    else:
+        side = own.sensor_height if own.sensor_fit == "VERTICAL" else own.sensor_width
+        shift -= Vector((u, v)) * (own.lens / (distance * side))
+    _set(data, "shift_x", shift.x)
+    _set(data, "shift_y", shift.y)
+    # The scale of the user's camera counts for nothing.
+    lengths = [column.length for column in seen.matrix_world.to_3x3().col]
+    camera.matrix_parent_inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
+    return passes.Place((u, v), 0.0 if is_look_at else distance, factor, point[2])
+
+
+def _set(target, name, value):
+    if getattr(target, name) != value:
+        setattr(target, name, value)
+
+
+# ---- after the views are rendered --------------------------------------------------
+
+
+class ViewPasses:
+    """The kept passes of all views of a frame; view 0 stands for the frame."""
+
+    def __init__(self, files, places, is_look_at):
+        self.files = files  # per view: (passes.RenderedPasses, suffix, view)
+        self.places = places
+        self.is_look_at = is_look_at
+
+    def _layer(self, name, index):
+        rendered, suffix, view = self.files[index]
+        found, place = rendered.layer(name, suffix, view), self.places[index]
+        if found.depth is not None and place.depth_factor != 1:
+            is_hit = found.depth < passes.NOTHING_HIT
+            depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
+            found = passes.Layer(found.colour, depth.astype(np.float32))
+        return found
+
+    def layer(self, name, *_):
+        """The passes.Layer of the first view, which is nearest to the middle."""
+        return self._layer(name, 0)
+
+    def views(self, name, *_):
+        """[(passes.Layer, passes.Place)] of a view layer."""
+        return [(self._layer(name, i), place) for i, place in enumerate(self.places)]
+
+
+def collect(scene):
+    """Takes the passes of a frame's views over, once they are rendered."""
+    global multiview_works
+    session = _sessions.get(scene.name)
+    if session is None or session.is_collected:
+        return
+    session.is_collected = True
+    copies = session.copies()
+    n = len(session.places)
+    if n < 2:
+        passes.put(scene, passes.RenderedPasses(copies[0]))
+        return
+    if session.is_sequence:
+        files = [(passes.RenderedPasses(copy), "", "") for copy in copies[:n]]
+    else:
+        rendered = passes.RenderedPasses(copies[0], n)
+        missing = [i for i in range(n) if _suffix(i) not in rendered.files]
+        if missing:
+            multiview_works = False
+            rendered.files[""] = next(iter(rendered.files.values()))
+            passes.put(scene, rendered)
+            raise ViewsError(
+                f"this Blender rendered only {n - len(missing)} of {n} views together; "
+                "render again: they are rendered one after another from now on"
+            )
+        files = [(rendered, _suffix(i), f"v{i:02d}") for i in range(n)]
+    settings = session.camera.data.rack_focus
+    is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
+    found = ViewPasses(files, session.places, is_look_at)
+    passes.put(scene, found)
+
+
+# ---- merging ----------------------------------------------------------------------
+
+
+def method_for(method, found):
+    """The method for the views that were rendered, [(passes.Layer, passes.Place)].
+
+    ViewsError where it cannot be had from them.
+    """
+    if len(found) < 2 or method not in METHODS or method == "accumulate":
+        return method
+    if any(place.shear_distance == 0 for _, place in found):
+        raise ViewsError(
+            "the last render turned the camera towards the focus (Look At): its views "
+            "can be accumulated, not merged; render again"
+        )
+    if len(found) > MOST_MERGED:
+        raise ViewsError(
+            f"the last render has {len(found)} views, of which {MOST_MERGED} can be "
+            "merged; render again"
+        )
+    return "views"
+
+
+def process(made, params, found, out, report):
+    """Filters a frame from its views.
+
+    made: the rackfocus.Filter of params; found: [(passes.Layer, passes.Place)], whose
+    first one is for methods that take one view; report: as of Filter.process().
+    """
+    first = found[0][0]
+    if len(found) > 1 and params["method"] == "accumulate":
+        _accumulate(found, params, out, report)
+    elif len(found) > 1 and params["method"] == "views":
+        views = [
+            (layer.colour, layer.depth, place.offset, place.shear_distance)
+            for layer, place in found
+        ]
+        made.process_views(views, out, report)
+    else:
+        made.process(first.colour, first.depth, out, report)
+
+
+def _accumulate(found, params, out, report):
+    height, width, channels = found[0][0].colour.shape
+    gamma = params.get("blend_gamma", 1)
+    total = rackfocus.Accumulator(width, height, channels, blend_gamma=gamma)
+    for index, (layer, _) in enumerate(found):
+        if not report(index / len(found)):
+            raise rackfocus.CancelledError("cancelled")
+        total.add(layer.colour)
+    total.mean(out)
+    report(1.0)
