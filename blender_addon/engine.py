@@ -21,6 +21,7 @@ FAR = np.float32(1e8)
 BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
 
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
+told = {}  # scene name: what went wrong before the filter began
 last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
 
 
@@ -87,7 +88,7 @@ def cut_out(found, render):
 
 def tell(scene, error):
     """Notes a failure before the filter begins, for the panel and the console."""
-    last_run[scene.name] = {"seconds": {}, "message": str(error)}
+    told[scene.name] = str(error)
     print(f"Rack Focus: {error}")
 
 
@@ -118,6 +119,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             return
         source = source.original
         run = last_run[source.name] = {"seconds": {}, "message": ""}
+        run["message"] = told.get(source.name, "")
         try:
             self._render_views(depsgraph, source, run["seconds"])
         except Exception as error:
@@ -164,10 +166,14 @@ class RackFocusEngine(bpy.types.RenderEngine):
         started = time.perf_counter()
         frames = self._frames(depsgraph)
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
-        views.collect(source)
+        problem = None
+        try:
+            views.collect(source)
+        except Exception as error:
+            problem = error
+        self.is_broken = problem is not None
         rendered = passes.rendered(source)
         seconds["passes"] = time.perf_counter() - started
-        problem = None
         for frame in frames:
             found = [
                 (cut_out(layer, source.render), place)
@@ -200,7 +206,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             settings = frame.camera.data.rack_focus
             # After the node's button a refocus follows, which filters.
             is_final = bpy.app.background or source_name not in alone
-            if settings.enabled and is_final:
+            if settings.enabled and is_final and not self.is_broken:
                 limit_px = self._filter(
                     frame, found, settings, render, (picture, coc), seconds
                 )

@@ -14,6 +14,7 @@ from .writing import write
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     write(_start, scene)
+    engine.told.pop(scene.name, None)
     if setup.filter_scene_of(scene) is not None and not scene.rack_focus.muted:
         try:
             main_thread.run(functools.partial(views.begin, scene), BEGIN_S)

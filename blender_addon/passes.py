@@ -134,7 +134,7 @@ def read_exr(path):
 def read_file(path):
     """({full channel name: (height, width) array}, {attribute: bytes}) of an EXR.
 
-    It must be uncompressed and of scan lines. The attributes are those of its first part.
+    It must be uncompressed and of scan lines. The attributes are of its first part.
     Rows from the top. The arrays are views of the mapped file. In files of several
     parts the part's name stands before channel names that lack it.
     """

@@ -4,10 +4,9 @@
 While a render runs, the Render Layers nodes of the user's scene look at a throw-away
 copy of it, which Blender therefore renders in its place: N views by native multi-view,
 through cameras that are children of the user's camera. Then Blender runs the filter
-scene, which merges the views, and composites one picture. The user's scene, its
-camera and its render settings are not touched; what is changed in its nodes is written into
-the nodes themselves, so that a file saved in the middle of a render is put right when
-it opens.
+scene, which merges the views, and composites one picture. The user's scene, its camera
+and its render settings are not touched. What is changed in its nodes is written into
+the nodes themselves: a file saved in the middle of a render is put right when it opens.
 
 Where the views differ in time (shutter spread), or where native multi-view does not
 work, each view has a copy of its own, and Blender renders them one after another.
@@ -219,7 +218,8 @@ def _remove_copy(copy):
         data = item.data
         bpy.data.objects.remove(item)
         bpy.data.cameras.remove(data)
-    copy.user_clear()  # 3.4 counts nodes that looked at it for good
+    if not bpy.data.user_map(subset={copy})[copy]:
+        copy.user_clear()  # 3.4 goes on counting the nodes that looked at it
     bpy.data.scenes.remove(copy)
 
 
@@ -438,8 +438,7 @@ def _put(camera, seen, settings, made, point):
     move = Matrix.Translation((u, v, 0))
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
     if is_look_at:
-        turn = Vector((-u, -v, -distance)).to_track_quat("-Z", "Y")
-        move = move @ turn.to_matrix().to_4x4()
+        move = move @ _turn_towards(Vector((u, v, distance)))
     elif own.type == "ORTHO":
         move[0][2], move[1][2] = u / distance, v / distance
         factor = 1 / math.sqrt(1 + (u * u + v * v) / distance**2)
@@ -452,6 +451,13 @@ def _put(camera, seen, settings, made, point):
     lengths = [column.length for column in seen.matrix_world.to_3x3().col]
     camera.matrix_parent_inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
     return passes.Place((u, v), 0.0 if is_look_at else distance, factor, point[2])
+
+
+def _turn_towards(back):
+    """Rotation of a camera whose axis runs back along a vector, its top upwards."""
+    z = back.normalized()
+    x = Vector((0, 1, 0)).cross(z).normalized()
+    return Matrix((x, z.cross(x), z)).transposed().to_4x4()
 
 
 def _set(target, name, value):
@@ -489,17 +495,31 @@ class ViewPasses:
 
 
 def collect(scene):
-    """Takes the passes of a frame's views over, once they are rendered."""
-    global multiview_works
+    """Takes the passes of a frame's views over, once they are rendered.
+
+    Where that fails, what there is of the first view stands for the frame.
+    """
     session = _sessions.get(scene.name)
     if session is None or session.is_collected:
         return
     session.is_collected = True
+    try:
+        passes.put(scene, _take(session))
+    except Exception:
+        found = passes.RenderedPasses(session.copies()[0])
+        found.files.setdefault("", next(iter(found.files.values())))
+        passes.put(scene, found)
+        raise
+
+
+def _take(session):
+    global multiview_works
     copies = session.copies()
-    n = len(session.places)
+    n = view_count(session.camera.data.rack_focus)
     if n < 2:
-        passes.put(scene, passes.RenderedPasses(copies[0]))
-        return
+        return passes.RenderedPasses(copies[0])
+    if len(session.places) != n:
+        raise ViewsError("the views' cameras were not placed; the console says why")
     if session.is_sequence:
         files = [(passes.RenderedPasses(copy), "", "") for copy in copies[:n]]
     else:
@@ -507,8 +527,6 @@ def collect(scene):
         missing = [i for i in range(n) if _suffix(i) not in rendered.files]
         if missing:
             multiview_works = False
-            rendered.files[""] = next(iter(rendered.files.values()))
-            passes.put(scene, rendered)
             raise ViewsError(
                 f"this Blender rendered only {n - len(missing)} of {n} views together; "
                 "render again: they are rendered one after another from now on"
@@ -516,8 +534,7 @@ def collect(scene):
         files = [(rendered, _suffix(i), f"v{i:02d}") for i in range(n)]
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
-    found = ViewPasses(files, session.places, is_look_at)
-    passes.put(scene, found)
+    return ViewPasses(files, session.places, is_look_at)
 
 
 # ---- merging ----------------------------------------------------------------------

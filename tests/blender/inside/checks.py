@@ -17,7 +17,18 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 import common  # noqa: E402
-from common import V, addon, filtered, pinhole, render, rgba, snapshot  # noqa: E402
+from common import (  # noqa: E402
+    V,
+    addon,
+    filtered,
+    last_message,
+    pinhole,
+    render,
+    rgba,
+    same,
+    snapshot,
+    start,
+)
 
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
 BASE = OUT / "base.blend"
@@ -33,28 +44,6 @@ def check(function):
 
     CHECKS[function.__name__] = run
     return function
-
-
-def start(**settings):
-    """Enables the camera with settings; returns (scene, camera data)."""
-    scene = bpy.context.scene
-    data = scene.camera.data
-    for name, value in settings.items():
-        setattr(data.rack_focus, name, value)
-    data.rack_focus.enabled = True
-    return scene, data
-
-
-def same(a, b):
-    """Same shape and bits."""
-    assert a.shape == b.shape, (a.shape, b.shape)
-    if not np.array_equal(a, b):
-        raise AssertionError(f"differ by up to {np.abs(a - b).max()}")
-
-
-def last_message(scene):
-    """What the last run of the engine had to say."""
-    return addon("engine").last_run[scene.name]["message"]
 
 
 # ---- the picture ------------------------------------------------------------------
@@ -82,7 +71,10 @@ def every_method_of_the_list():
     scene, data = start()
     sharp = pinhole(scene, OUT / "m.exr")
     colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
-    for method in addon("library").rackfocus.methods():
+    methods = addon("library").rackfocus.methods()
+    menu = data.rack_focus.bl_rna.properties["method"].enum_items
+    assert [item.identifier for item in menu] == [method.name for method in methods]
+    for method in methods:
         data.rack_focus.method = method.name
         made = rgba(render(scene, OUT / "m.exr"))
         same(made, filtered(scene, colour, depth))
@@ -666,11 +658,6 @@ def add_node():
 # ---- cost -------------------------------------------------------------------------
 
 
-def resident_bytes():
-    """Memory of this process that is in use."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
-
-
 @check
 def a_hundred_renders():
     """Memory does not grow; nothing stays in the memory folder."""
@@ -680,8 +667,8 @@ def a_hundred_renders():
     for count in range(130):
         bpy.ops.render.render()
         if count == 30:
-            before = resident_bytes()
-    grown = (resident_bytes() - before) / 2**20
+            before = common.resident_bytes()
+    grown = (common.resident_bytes() - before) / 2**20
     assert grown < 12, f"{grown:.1f} MiB in 100 renders"
     assert not list(folder.glob("rack_focus_*"))
 

@@ -222,6 +222,41 @@ def filtered(scene, colour, depth, size=None):
     return library.apply(np.ascontiguousarray(colour), depth, **params)
 
 
+def start(**settings):
+    """Enables the camera with settings; returns (scene, camera data)."""
+    scene = bpy.context.scene
+    data = scene.camera.data
+    for name, value in settings.items():
+        setattr(data.rack_focus, name, value)
+    data.rack_focus.enabled = True
+    return scene, data
+
+
+def same(a, b):
+    """Same shape and bits."""
+    assert a.shape == b.shape, (a.shape, b.shape)
+    if not np.array_equal(a, b):
+        raise AssertionError(f"differ by up to {np.abs(a - b).max()}")
+
+
+def last_message(scene):
+    """What the last run of the engine had to say."""
+    return addon("engine").last_run[scene.name]["message"]
+
+
+def resident_bytes():
+    """Memory of this process that is in use."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+def curves_of(item):
+    """The F-curves of an object's action."""
+    action = item.animation_data.action
+    if hasattr(action, "fcurves"):
+        return action.fcurves
+    return action.layers[0].strips[0].channelbags[0].fcurves  # 5.x
+
+
 # ---- running checks ---------------------------------------------------------------
 
 
