@@ -161,19 +161,18 @@ static bool write_exr(const struct sum *sum, float *samples, int n_views,
                       struct exr_error *error)
 {
     const struct source *first = &sum->first;
-    const int rgba[4] = {first->layer.r, first->layer.g, first->layer.b,
-                         first->layer.a};
-    const int grey_alpha[2] = {first->layer.r, first->layer.a};
     const bool is_grey_alpha = first->is_grey && first->n_channels == 4;
-    int n, n_channels = first->n_channels;
-    const struct exr_channel_info *channels = exr_channels(first->colour, &n);
+    int n_channels = first->n_channels;
     if (is_grey_alpha)
         n_channels =
             pack_grey_alpha(samples, (size_t)first->width * (size_t)first->height);
+    char own_names[4][256];
     const char *names[4];
     enum exr_sample_type types[4];
     for (int i = 0; i < n_channels; i++) {
-        names[i] = channels[is_grey_alpha ? grey_alpha[i] : rgba[i]].name;
+        source_channel_name(first, is_grey_alpha ? 3 * i : i, own_names[i],
+                            sizeof(own_names[i]));
+        names[i] = own_names[i];
         types[i] = EXR_SAMPLE_FLOAT;
     }
     char text[96];

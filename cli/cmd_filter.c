@@ -46,6 +46,12 @@ static const struct option options[] = {
      .value = "FILE.exr",
      .help = "Also write the signed radius of every pixel in px (channel Y, float; "
              "positive behind the focus)."},
+    {.name = "filter-layers",
+     .kind = OPTION_TEXT,
+     .offset = AT(filter_layers),
+     .value = "NAMES",
+     .help = "Also write these layers (light groups, normals; separated by commas) as "
+             "the lens blurs them."},
     {.name = "holdout",
      .kind = OPTION_FILE,
      .offset = AT(holdout),
@@ -110,6 +116,8 @@ static bool check_usage(const struct filter_options *tool,
     }
     if (picture_kind(tool->output) == PICTURE_PNG && tool->pass_through)
         return fail_usage("--pass-through needs an output that ends in .exr");
+    if (picture_kind(tool->output) == PICTURE_PNG && tool->filter_layers)
+        return fail_usage("--filter-layers needs an output that ends in .exr");
     if (tool->output_coc && picture_kind(tool->output_coc) != PICTURE_EXR) {
         message("--output-coc: '%s' does not end in .exr; radii are written as EXR",
                 tool->output_coc);

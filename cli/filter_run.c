@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "aov.h"
 #include "cli.h"
 #include "deep.h"
 #include "picture.h"
@@ -27,6 +28,7 @@ struct run {
     bool has_views;
     struct view_list list;
     struct views views;
+    struct aovs aovs;
     bool is_deep;
     struct deep_frame deep;
     float *colour, *depth; /* of the first view; colour becomes the result */
@@ -167,6 +169,32 @@ static int find_views(struct run *run)
         return run->list.n > 0 ? EXIT_FAILED : EXIT_USAGE;
     }
     return run->has_views ? check_views(run) : EXIT_DONE;
+}
+
+/* Other layers that are to be filtered. */
+static int find_layers(struct run *run)
+{
+    struct exr_error error;
+    if (!run->tool->filter_layers)
+        return EXIT_DONE;
+    if (run->is_deep || run->has_views) {
+        message("--filter-layers: takes one flat picture, and %s %s",
+                exr_path(run->source.colour),
+                run->is_deep ? "is deep" : "is one of several views");
+        return EXIT_USAGE;
+    }
+    return aovs_find(&run->aovs, &run->source, run->tool->filter_layers, &error)
+               ? EXIT_DONE
+               : fail_exr(&error);
+}
+
+static int filter_layers(struct run *run)
+{
+    struct exr_error error;
+    return aovs_filter(&run->aovs, &run->source, run->context, &run->params, run->depth,
+                       run->n_threads, &error)
+               ? EXIT_DONE
+               : fail_exr(&error);
 }
 
 /* Is the input deep, and is what was asked for possible then? */
@@ -336,15 +364,15 @@ static int pack_grey_alpha(const struct run *run)
 }
 
 /* Half floats end at 65504; beyond they would turn into infinity. */
-static void clip_to_half(const struct run *run, int n_channels)
+static void clip_to_half(const struct run *run, float *samples, int n_channels)
 {
     const size_t n =
         (size_t)run->source.width * (size_t)run->source.height * (size_t)n_channels;
     size_t n_clipped = 0;
     for (size_t i = 0; i < n; i++) {
-        if (fabsf(run->colour[i]) <= HALF_MAX)
+        if (fabsf(samples[i]) <= HALF_MAX)
             continue;
-        run->colour[i] = copysignf(HALF_MAX, run->colour[i]);
+        samples[i] = copysignf(HALF_MAX, samples[i]);
         n_clipped++;
     }
     if (n_clipped)
@@ -375,6 +403,24 @@ static void drop_view(const char *name, const char *view, char *out, size_t n_by
         snprintf(out, n_bytes, "%s", name);
 }
 
+/* The colour with the filtered layers beside it; the colour itself where there are
+ * none. */
+static float *add_aovs(const struct run *run, int n_channels)
+{
+    const struct aovs *aovs = &run->aovs;
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    const size_t n_colour = (size_t)n_channels, n_aovs = (size_t)aovs->n;
+    if (n_aovs == 0)
+        return run->colour;
+    float *samples = need_memory(n, (n_colour + n_aovs) * sizeof(float));
+    for (size_t i = 0; i < n; i++) {
+        float *to = samples + i * (n_colour + n_aovs);
+        memcpy(to, run->colour + i * n_colour, n_colour * sizeof(float));
+        memcpy(to + n_colour, aovs->samples + i * n_aovs, n_aovs * sizeof(float));
+    }
+    return samples;
+}
+
 static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
                       struct exr_error *error)
 {
@@ -389,15 +435,22 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     int n_channels = source->n_channels;
     if (source->is_grey && n_channels == 4)
         n_channels = pack_grey_alpha(run);
+    const int n_all = n_channels + run->aovs.n;
+    const char **names = need_memory((size_t)n_all, sizeof(*names));
+    enum exr_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
+    float *samples = add_aovs(run, n_channels);
     if (is_half)
-        clip_to_half(run, n_channels);
-    const char *names[4];
+        clip_to_half(run, samples, n_all);
     char own_names[4][256];
-    enum exr_sample_type types[4];
     const char *view = run->has_views ? run->list.items[0].name : NULL;
-    for (int i = 0; i < n_channels; i++) {
-        names[i] = channels[indices[i]].name;
-        if (view) {
+    for (int i = 0; i < n_all; i++) {
+        const bool is_aov = i >= n_channels;
+        names[i] =
+            channels[is_aov ? run->aovs.channels[i - n_channels] : indices[i]].name;
+        if (layer->is_chroma && i < 3) {
+            source_channel_name(source, i, own_names[i], sizeof(own_names[i]));
+            names[i] = own_names[i];
+        } else if (view && !is_aov) {
             drop_view(names[i], view, own_names[i], sizeof(own_names[i]));
             names[i] = own_names[i];
         }
@@ -409,10 +462,10 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
         .data_window = source->info.data_window,
         .display_window = source->info.display_window,
         .pixel_aspect = source->info.pixel_aspect,
-        .n_channels = n_channels,
+        .n_channels = n_all,
         .channel_names = names,
         .types = types,
-        .samples = run->colour,
+        .samples = samples,
         .compression = compression_of(run),
         .attributes = filtered,
         .n_attributes = 1,
@@ -421,7 +474,13 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
         .like_part = source->part,
         .pass_through = run->tool->pass_through,
     };
-    return exr_write(run->tool->output, &output, run->n_threads, error);
+    const bool is_written =
+        exr_write(run->tool->output, &output, run->n_threads, error);
+    if (samples != run->colour)
+        free(samples);
+    free(names);
+    free(types);
+    return is_written;
 }
 
 /* Colour and depth of a deep input, flat: float, as other filters would want them. */
@@ -530,8 +589,9 @@ static int write_output(struct run *run)
 
 static int run_steps(struct run *run)
 {
-    static int (*const steps[])(struct run *) = {read_facts, make_filter, read_pixels,
-                                                 process, write_output};
+    static int (*const steps[])(struct run *) = {find_layers, read_facts, make_filter,
+                                                 read_pixels, process,    filter_layers,
+                                                 write_output};
     struct exr_error error;
     if (!source_check(&run->source, &error) ||
         !picture_check_writable(run->tool->output, &error) ||
@@ -556,6 +616,7 @@ static void free_run(struct run *run)
     views_free(&run->views);
     views_list_free(&run->list);
     deep_free(&run->deep);
+    aovs_free(&run->aovs);
     source_close(&run->source);
 }
 

@@ -18,6 +18,7 @@ struct filter_options {
     const char *output, *output_coc;
     const char *flattened, *holdout; /* deep input only */
     const char *depth_file, *depth_channel, *layer;
+    const char *filter_layers;           /* separated by commas */
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
     bool pass_through, is_quiet;

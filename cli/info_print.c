@@ -144,9 +144,10 @@ static void print_choice_of_channels(const struct info *info)
     printf("\nUsed\n");
     if (layer->r >= 0)
         printf("  %-16s %s%s%s\n", "colour",
-               *layer->name      ? layer->name
-               : source->is_grey ? "Y"
-                                 : "R G B",
+               *layer->name       ? layer->name
+               : source->is_grey  ? "Y"
+               : layer->is_chroma ? "Y RY BY"
+                                  : "R G B",
                layer->a >= 0 ? ", with alpha" : "", source->is_grey ? ", grey" : "");
     else
         printf("  %-16s none\n", "colour");

@@ -53,8 +53,7 @@ static bool read_open_exr(struct exr_input *input, const char *layer, int n_thre
     picture->height = box.max_y - box.min_y + 1;
     const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;
     picture->samples = need_memory(3 * n_pixels, sizeof(float));
-    const int channels[3] = {found.r, found.g, found.b};
-    return exr_read(input, channels, 3, picture->samples, n_threads, error);
+    return exr_read_layer(input, &found, 3, picture->samples, n_threads, error);
 }
 
 static bool check_finite(const char *path, const struct picture *picture,

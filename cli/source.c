@@ -21,6 +21,20 @@ static bool fail(struct exr_error *error, const char *format, ...)
     return false;
 }
 
+void source_channel_name(const struct source *source, int i, char *text, size_t n_bytes)
+{
+    int n;
+    const struct exr_layer *layer = &source->layer;
+    const int indices[4] = {layer->r, layer->g, layer->b, layer->a};
+    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
+    const char *name = channels[indices[i]].name;
+    if (layer->is_chroma && i < 3)
+        snprintf(text, n_bytes, "%.*s%c", (int)strlen(channels[layer->r].name) - 1,
+                 channels[layer->r].name, "RGB"[i]);
+    else
+        snprintf(text, n_bytes, "%s", name);
+}
+
 void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes)
 {
     int n;
@@ -106,7 +120,7 @@ static bool find_colour(struct source *source, const struct source_request *requ
         return false;
     if (!exr_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
                              &source->layer, error)) {
-        source->layer = (struct exr_layer){-1, -1, -1, -1, -1, ""};
+        source->layer = (struct exr_layer){-1, -1, -1, -1, -1, "", false};
         return depth_channel == NULL;
     }
     return true;
@@ -168,12 +182,21 @@ bool source_read_facts(const struct source *source, struct settings *settings,
     return settings_read_header(settings, source->depth, part, text, n_bytes);
 }
 
-static bool check_windows(const struct source *source, struct exr_error *error)
+static const struct exr_box *depth_window(const struct source *source)
 {
     int n;
     const int part = exr_channels(source->depth, &n)[source->z].part;
-    const struct exr_box *depth = &exr_parts(source->depth, &n)[part].data_window;
+    return &exr_parts(source->depth, &n)[part].data_window;
+}
+
+/* The depth must cover the colour; an overscan of it is of no use and no harm. */
+static bool check_windows(const struct source *source, struct exr_error *error)
+{
+    const struct exr_box *depth = depth_window(source);
     const struct exr_box *colour = &source->info.data_window;
+    if (depth->min_x <= colour->min_x && depth->min_y <= colour->min_y &&
+        depth->max_x >= colour->max_x && depth->max_y >= colour->max_y)
+        return true;
     const int32_t width = depth->max_x - depth->min_x + 1;
     const int32_t height = depth->max_y - depth->min_y + 1;
     if (width != source->width || height != source->height)
@@ -182,13 +205,11 @@ static bool check_windows(const struct source *source, struct exr_error *error)
                     "both in one size",
                     exr_path(source->depth), width, height, exr_path(source->colour),
                     source->width, source->height);
-    if (memcmp(depth, colour, sizeof(*depth)) != 0)
-        return fail(error,
-                    "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
-                    "(%d, %d); write both with one data window",
-                    exr_path(source->depth), depth->min_x, depth->min_y,
-                    exr_path(source->colour), colour->min_x, colour->min_y);
-    return true;
+    return fail(error,
+                "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
+                "(%d, %d); write both with one data window",
+                exr_path(source->depth), depth->min_x, depth->min_y,
+                exr_path(source->colour), colour->min_x, colour->min_y);
 }
 
 bool source_check(const struct source *source, struct exr_error *error)
@@ -218,24 +239,40 @@ bool source_check(const struct source *source, struct exr_error *error)
 float *source_read_colour(const struct source *source, int n_threads,
                           struct exr_error *error)
 {
-    const struct exr_layer *layer = &source->layer;
-    const int channels[4] = {layer->r, layer->g, layer->b, layer->a};
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
     float *samples = need_memory(n_pixels, (size_t)source->n_channels * sizeof(float));
-    if (exr_read(source->colour, channels, source->n_channels, samples, n_threads,
-                 error))
+    if (exr_read_layer(source->colour, &source->layer, source->n_channels, samples,
+                       n_threads, error))
         return samples;
     free(samples);
     return NULL;
 }
 
+/* Moves the colour's part of a larger depth to its beginning. */
+static void crop_depth(const struct source *source, float *samples)
+{
+    const struct exr_box *depth = depth_window(source);
+    const struct exr_box *colour = &source->info.data_window;
+    const size_t stride = (size_t)(depth->max_x - depth->min_x + 1);
+    const float *from = samples + (size_t)(colour->min_y - depth->min_y) * stride +
+                        (size_t)(colour->min_x - depth->min_x);
+    for (int32_t y = 0; y < source->height; y++)
+        memmove(samples + (size_t)y * (size_t)source->width, from + (size_t)y * stride,
+                (size_t)source->width * sizeof(float));
+}
+
 float *source_read_depth(const struct source *source, int n_threads,
                          struct exr_error *error)
 {
-    const size_t n_pixels = (size_t)source->width * (size_t)source->height;
+    const struct exr_box *box = depth_window(source);
+    const size_t n_pixels =
+        (size_t)(box->max_x - box->min_x + 1) * (size_t)(box->max_y - box->min_y + 1);
     float *samples = need_memory(n_pixels, sizeof(float));
-    if (exr_read(source->depth, &source->z, 1, samples, n_threads, error))
+    if (exr_read(source->depth, &source->z, 1, samples, n_threads, error)) {
+        if (source->layer.r >= 0)
+            crop_depth(source, samples);
         return samples;
+    }
     free(samples);
     return NULL;
 }

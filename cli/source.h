@@ -56,6 +56,11 @@ float *source_read_colour(const struct source *source, int n_threads,
 float *source_read_depth(const struct source *source, int n_threads,
                          struct exr_error *error);
 
+/* Name for channel i of the colour (0 to 3, A last; grey: 0 and 3) in a file like the
+ * source: as it is there, R G B in place of luminance and chroma. */
+void source_channel_name(const struct source *source, int i, char *text,
+                         size_t n_bytes);
+
 /* "R, G, B, A" for messages; ends in ", ..." where there are many. */
 void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes);
 

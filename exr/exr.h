@@ -80,6 +80,8 @@ struct exr_layer {
     int r, g, b, a; /* grey pictures: r = g = b = the Y channel */
     int z;
     char name[256]; /* layer as found, "" for the plain R G B A */
+    bool
+        is_chroma; /* r, g and b are Y, RY and BY: exr_read_layer makes R G B of them */
 };
 
 /*
@@ -103,10 +105,18 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
 /*
  * Reads channels (indices into exr_channels, all of one data window) into `samples`,
  * interleaved: sample c of pixel (x, y) is samples[(y * width + x) * n + c]. An index
- * of -1 gives 1.0. Decodes on n_threads.
+ * of -1 gives 1.0. A sub-sampled channel fills the block of pixels that each of its
+ * samples stands for. Decodes on n_threads.
  */
 bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
               int n_threads, struct exr_error *error);
+
+/*
+ * The first n of R G B A of a layer, as exr_read gives them; from luminance and chroma
+ * where the layer has those. n is 1 (grey), 3 or 4.
+ */
+bool exr_read_layer(struct exr_input *input, const struct exr_layer *layer, int n,
+                    float *samples, int n_threads, struct exr_error *error);
 
 /* The samples of a deep part, in file order within each pixel. */
 struct exr_deep {

@@ -735,16 +735,44 @@ void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32
     }
 }
 
+/* Samples of a sub-sampled channel fill the pixels that they stand for. */
+static void spread_run(const struct interleaver *to, int channel, int c, int32_t x,
+                       int32_t y, int32_t n, const uint8_t *samples)
+{
+    const struct exr_channel_info *info = &to->input->channels[channel];
+    const struct exr_box *box = &to->input->parts[to->part].data_window;
+    int32_t width = (int32_t)to->width, height = box->max_y - box->min_y + 1;
+    int32_t step_x = info->x_sampling, step_y = info->y_sampling;
+    int32_t y0 = y * step_y, y1 = height - y0 < step_y ? height : y0 + step_y;
+    /* Without the samples of its rest the last block of a cut window has none. */
+    for (int32_t i = 0; i < n; i++) {
+        float v;
+        exr_convert_run(&v, 1, info->type, 1,
+                        samples + (size_t)i * (size_t)exr_sample_bytes(info->type));
+        int32_t x0 = (x + i) * step_x, x1 = i + 1 < n ? x0 + step_x : width;
+        for (int32_t py = y0; py < y1; py++)
+            for (int32_t px = x0; px < x1 && px < width; px++)
+                to->samples[((size_t)py * to->width + (size_t)px) * (size_t)to->n +
+                            (size_t)c] = v;
+    }
+}
+
 static void interleave_run(void *user, int channel_in_part, int32_t x, int32_t y,
                            int32_t n, const uint8_t *samples)
 {
     const struct interleaver *to = user;
     int channel = to->input->first_channel[to->part] + channel_in_part;
+    const struct exr_channel_info *info = &to->input->channels[channel];
     size_t pixel = (size_t)y * to->width + (size_t)x;
-    for (int c = 0; c < to->n; c++)
-        if (to->wanted[c] == channel)
+    for (int c = 0; c < to->n; c++) {
+        if (to->wanted[c] != channel)
+            continue;
+        if (info->x_sampling != 1 || info->y_sampling != 1)
+            spread_run(to, channel, c, x, y, n, samples);
+        else
             exr_convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
-                            to->input->channels[channel].type, n, samples);
+                            info->type, n, samples);
+    }
 }
 
 static bool check_wanted(const struct exr_input *input, const int *channels, int n,
@@ -758,11 +786,6 @@ static bool check_wanted(const struct exr_input *input, const int *channels, int
             return exr_fail(error, input->path, "there is no channel number %d",
                             channels[c]);
         const struct exr_channel_info *info = &input->channels[channels[c]];
-        if (info->x_sampling != 1 || info->y_sampling != 1)
-            return exr_fail(error, input->path,
-                            "channel %s is sub-sampled (%d x %d), which is not "
-                            "supported; convert the file to full-size channels",
-                            info->name, (int)info->x_sampling, (int)info->y_sampling);
         const struct exr_box *other = &input->parts[info->part].data_window;
         if (box && memcmp(box, other, sizeof *box) != 0)
             return exr_fail(error, input->path,

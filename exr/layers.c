@@ -254,12 +254,13 @@ static bool collect_color(const struct exr_input *input, const struct name *firs
     return found[0] >= 0 && found[1] >= 0 && found[2] >= 0;
 }
 
-/* Grey: a Y of full size. Y with RY and BY is a colour picture in other terms. */
+/* Grey: a Y alone. Y with RY and BY is a colour picture in other terms. */
 static bool collect_grey(const struct exr_input *input, const struct name *first,
-                         int channel, struct exr_layer *layer, bool *has_chroma)
+                         int channel, struct exr_layer *layer)
 {
     if (strcmp(first->base, "Y") != 0)
         return false;
+    int ry = -1, by = -1;
     layer->r = layer->g = layer->b = channel;
     layer->a = -1;
     for (int c = input->first_channel[first->part];
@@ -269,12 +270,19 @@ static bool collect_grey(const struct exr_input *input, const struct name *first
         if (!is_same_view(&name, first) ||
             !is_same_layer(&name, name.n, first, first->n))
             continue;
-        if (strcmp(name.base, "RY") == 0 || strcmp(name.base, "BY") == 0)
-            *has_chroma = true;
+        if (strcmp(name.base, "RY") == 0)
+            ry = c;
+        if (strcmp(name.base, "BY") == 0)
+            by = c;
         if (strcmp(name.base, "A") == 0)
             layer->a = c;
     }
-    return !*has_chroma;
+    layer->is_chroma = ry >= 0 && by >= 0;
+    if (layer->is_chroma) {
+        layer->g = ry;
+        layer->b = by;
+    }
+    return true;
 }
 
 /* Layers of vectors (normals, positions) end in X Y Z: their Y is no luminance. */
@@ -293,7 +301,7 @@ static bool has_sibling(const struct exr_input *input, const struct name *of,
 }
 
 static bool find_color(const struct exr_input *input, const char *view,
-                       const char *wanted, struct exr_layer *found, bool *has_chroma)
+                       const char *wanted, struct exr_layer *found)
 {
     int best = 1000;
     for (int c = 0; c < input->n_channels; c++) {
@@ -314,7 +322,7 @@ static bool find_color(const struct exr_input *input, const char *view,
         if (rank >= best)
             continue;
         if (is_red ? !collect_color(input, &name, &layer)
-                   : !collect_grey(input, &name, c, &layer, has_chroma))
+                   : !collect_grey(input, &name, c, &layer))
             continue;
         format_layer(&name, layer.name, sizeof layer.name);
         *found = layer;
@@ -444,13 +452,9 @@ static int find_depth_only(const struct exr_input *input, const char *view,
 }
 
 static bool fail_without_color(const struct exr_input *input, const char *layer,
-                               bool has_chroma, struct exr_error *error)
+                               struct exr_error *error)
 {
     char list[600];
-    if (has_chroma && !layer)
-        return exr_fail(error, input->path,
-                        "luminance and chroma (Y RY BY) are not supported; convert the "
-                        "file to R G B");
     list_layers(input, list, sizeof list);
     if (layer)
         return exr_fail(error, input->path,
@@ -473,11 +477,10 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
                          struct exr_layer *found, struct exr_error *error)
 {
     char list[600];
-    bool has_chroma = false;
     *found = (struct exr_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
-    bool has_color = find_color(input, view, layer, found, &has_chroma);
+    bool has_color = find_color(input, view, layer, found);
     if (!has_color && !depth_only)
-        return fail_without_color(input, layer, has_chroma, error);
+        return fail_without_color(input, layer, error);
 
     if (depth_channel) {
         found->z = channel_by_name(input, depth_channel);

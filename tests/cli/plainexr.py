@@ -37,10 +37,16 @@ def _value(name, value):
     return _attribute(name, "v2f", struct.pack("<2f", *value))
 
 
-def write(path, channels, attributes=None, data=None, display=None, aspect=1.0):
-    """Writes a dict of 2-D arrays; float16 arrays become half, others float."""
+def write(
+    path, channels, attributes=None, data=None, display=None, aspect=1.0, steps=None
+):
+    """Writes a dict of 2-D arrays; float16 arrays become half, others float. `steps`
+    has the sampling of channels that are stored at every n-th pixel and row only.
+    """
     names = sorted(channels)
-    height, width = channels[names[0]].shape
+    steps = {name: (steps or {}).get(name, 1) for name in names}
+    full = [name for name in names if steps[name] == 1]
+    height, width = channels[full[0]].shape
     data = data or (0, 0, width - 1, height - 1)
     display = display or data
     arrays = [
@@ -50,7 +56,11 @@ def write(path, channels, attributes=None, data=None, display=None, aspect=1.0):
     chlist = b""
     for name, array in zip(names, arrays, strict=True):
         kind = HALF if array.dtype == numpy.float16 else FLOAT
-        chlist += name.encode() + b"\0" + struct.pack("<iIii", kind, 0, 1, 1)
+        chlist += (
+            name.encode()
+            + b"\0"
+            + struct.pack("<iIii", kind, 0, steps[name], steps[name])
+        )
     header = struct.pack(
         "<II", 20000630, 2 | (0x400 if _is_long(names, attributes) else 0)
     )
@@ -67,7 +77,11 @@ def write(path, channels, attributes=None, data=None, display=None, aspect=1.0):
     header += b"\0"
     rows = []
     for y in range(height):
-        pixels = b"".join(a[y].tobytes() for a in arrays)
+        pixels = b"".join(
+            a[y // steps[n]].tobytes()
+            for n, a in zip(names, arrays, strict=True)
+            if y % steps[n] == 0
+        )
         rows.append(struct.pack("<ii", data[1] + y, len(pixels)) + pixels)
     offset = len(header) + 8 * height
     table = b""

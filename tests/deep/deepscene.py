@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scene of textured planes whose picture through a lens can be worked out exactly, its
-deep render with everything that is hidden, and deep EXR files.
+"""A scene of textured planes whose picture through a lens can be worked out exactly,
+its deep render with everything that is hidden, and deep EXR files.
 
 Each layer is a plane z = const with a colour and an opacity as functions of (X, Y). The
 camera looks along +z from the origin, focal length F px; the lens is a disc of radius R
@@ -34,9 +34,7 @@ class Camera:
 def grid(camera, n):
     """Sub-pixel places, n x n in each pixel: arrays of (height, width, n * n)."""
     at = (np.arange(n) + 0.5) / n
-    y, x = np.meshgrid(
-        np.arange(camera.height), np.arange(camera.width), indexing="ij"
-    )
+    y, x = np.meshgrid(np.arange(camera.height), np.arange(camera.width), indexing="ij")
     sy, sx = np.meshgrid(at, at, indexing="ij")
     px = x[..., None] + sx.ravel()
     py = y[..., None] + sy.ravel()
@@ -78,8 +76,8 @@ def reference(camera, layers, n_lens=256, n_pixel=2):
 
 def deep_samples(camera, layers, n_pixel=4, keep_hidden=True):
     """Per layer: coverage, premultiplied colour and depth of every pixel, through the
-    middle of the lens. Without `keep_hidden` as a renderer that stops at the first opaque
-    surface writes it.
+    middle of the lens. Without `keep_hidden` as a renderer writes it that stops at the
+    first opaque surface.
     """
     px, py = grid(camera, n_pixel)
     fx = (px - camera.width / 2) / camera.focal_px

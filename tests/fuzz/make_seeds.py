@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the seed corpus of the fuzz targets: small files, one per feature.
 
-    python3 tests/fuzz/make_seeds.py tests/fuzz/corpus
+python3 tests/fuzz/make_seeds.py tests/fuzz/corpus
 """
 
 import random
@@ -89,7 +89,9 @@ def make_camera(folder, scenes):
 
 def make_params(folder):
     (folder / "lens").write_text("focus-distance=8\nf_stop=1.4\nblades=6\nlens-radius=")
-    (folder / "kinds").write_text("depth=radial\nmethod=views\nsplit-edges=off\nx=1e999")
+    (folder / "kinds").write_text(
+        "depth=radial\nmethod=views\nsplit-edges=off\nx=1e999"
+    )
     (folder / "odd").write_text("focus-distance=nan\nf-stop=-0\nblades=3.5\n=\nblur=1")
     (folder / "ends").write_text("depth-infinity=1e300\nmax-radius=16384\nf-stop=0.001")
 

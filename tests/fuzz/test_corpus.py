@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The corpus of the fuzz targets, with the sanitizers: no finding. New findings are made
-with tests/fuzz/fuzz run SECONDS.
+"""The corpus of the fuzz targets, with the sanitizers: no finding. New ones are looked
+for with tests/fuzz/fuzz run SECONDS.
 """
 
 import re
