@@ -27,9 +27,20 @@ void rf_params_complete(struct rf_params *full, const struct rf_params *params);
 
 /* ---- context.c ----------------------------------------------------------------- */
 
+enum { RF_POOL_BLOCKS = 64 };
+
+/* Memory that the context's pictures share, one after the other. */
+struct rf_pool {
+    bool lock;
+    int n_kept;
+    void *kept[RF_POOL_BLOCKS];
+    size_t kept_bytes, used_bytes, peak_bytes; /* of blocks that may be kept */
+};
+
 struct rf_context {
     struct rf_context_params params;
     int n_threads;
+    struct rf_pool *pool;
 };
 
 /* 64-byte aligned memory, not cleared; NULL where there is none. Size 0 gives memory.
