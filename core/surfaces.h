@@ -44,4 +44,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
                          const struct rf_surfaces *surfaces, struct rf_surface *hidden,
                          float *weight, struct rf_task *task, struct rf_error *error);
 
+/* How often rf_find_hidden() steps its task for a picture of that height. */
+int rf_hidden_steps(int height);
+
 #endif

@@ -8,6 +8,7 @@
 #define RF_KERNELS_H
 
 #include "../footprint.h"
+#include "hidden_kernels.h"
 
 enum {
     RF_TILE_W = 64,
@@ -57,6 +58,18 @@ struct rf_kernels {
      * the accumulator.
      */
     void (*flush)(struct rf_accumulator *acc, const struct rf_tile_state *state);
+
+    /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
+    void (*log_row)(float *v, int n);
+    /* Lets the candidates of n blocks vote, which are sorted by ring. */
+    void (*vote_blocks)(const struct rf_backs *backs,
+                        const struct rf_hidden_query *query,
+                        const struct rf_hidden_block *blocks, int n,
+                        struct rf_hidden_vote *vote);
+    /* The pixels around a query that show the surface of radius about r. */
+    void (*gather_window)(const struct rf_backs *backs,
+                          const struct rf_hidden_query *query, float r, float reach,
+                          struct rf_hidden_window *out);
 };
 
 /* The best level of this machine. */

@@ -13,36 +13,16 @@
  * Preconditions: segments are padded with zero weights to eight lanes; a footprint
  * reaches at most RF_TILE_HALO px beyond its pixel.
  */
+#include "hidden_tmpl.h"
 #include "kernels.h"
-
-typedef float vf __attribute__((vector_size(32)));
-typedef float vf_loose __attribute__((vector_size(32), aligned(4)));
-typedef int32_t vi __attribute__((vector_size(32)));
-
-#define LANES RF_FOOTPRINT_LANES
-#define LOAD(p) (*(const vf_loose *)(p))
-#define STORE(p, v) (*(vf_loose *)(p) = (v))
-#define SPLAT(x) ((vf){0} + (float)(x))
+#include "vector.h"
 
 #define RF_CONCAT2(a, b) a##b
 #define RF_CONCAT(a, b) RF_CONCAT2(a, b)
 #define RF_TEXT2(a) #a
 #define RF_TEXT(a) RF_TEXT2(a)
 
-static inline vf choose(vi mask, vf a, vf b)
-{
-    return (vf)(((vi)a & mask) | ((vi)b & ~mask));
-}
-
-static inline vf vmin(vf a, vf b)
-{
-    return choose(a < b, a, b);
-}
-
-static inline vf vmax(vf a, vf b)
-{
-    return choose(a > b, a, b);
-}
+_Static_assert(LANES == RF_FOOTPRINT_LANES, "segments are padded to whole vectors");
 
 static inline __attribute__((always_inline)) void
 spread_one(float *row, const float *weight, int n, const float value[RF_MAX_PLANES],
@@ -161,4 +141,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .name = RF_TEXT(RF_LEVEL),
     .spread = spread,
     .flush = flush,
+    .log_row = log_row,
+    .vote_blocks = vote_blocks,
+    .gather_window = gather_window,
 };

@@ -194,7 +194,7 @@ static rf_result collect_hidden(struct views *v, struct rf_error *error)
     rf_result result = hidden && weight && v->hidden.at
                            ? RF_OK
                            : rf_fail_memory(error, n, sizeof *v->hidden.at);
-    rf_task_phase(v->work->task, 0.6, (picture->height + 1) / 2);
+    rf_task_phase(v->work->task, 0.6, rf_hidden_steps(picture->height));
     if (result == RF_OK)
         result =
             rf_find_hidden(f, &picture->surfaces, hidden, weight, v->work->task, error);

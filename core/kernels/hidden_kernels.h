@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the search for hidden background (hidden.c) and its inner loops share. */
+#ifndef RF_HIDDEN_KERNELS_H
+#define RF_HIDDEN_KERNELS_H
+
+#include "../surfaces.h"
+
+enum {
+    RF_HIDDEN_BLOCK = 8,
+    RF_HIDDEN_BINS = 512,
+    RF_HIDDEN_STEPS = 10, /* of the window, to each side */
+    RF_HIDDEN_NEIGHBOURS = 4 * (RF_HIDDEN_STEPS + 1) * (RF_HIDDEN_STEPS + 1),
+};
+
+/*
+ * The surfaces that pixels show behind others, as planes of whole blocks: rows of
+ * `stride` floats, -INFINITY where there is no pixel or its surface is unreliable.
+ */
+struct rf_backs {
+    int width, height, stride;
+    float *r;
+    float *log_luminance;
+};
+
+struct rf_hidden_query {
+    int x, y;
+    float s;              /* radius of the near surface */
+    float inv_x2, inv_y2; /* 1 / extent of the aperture, squared */
+};
+
+/* A block that may hold candidates. */
+struct rf_hidden_block {
+    int16_t x, y;
+    int ring;      /* distance in blocks from the queries' block */
+    float highest; /* radius in it */
+};
+
+/* Histogram over r - s, in bins of half a pixel, two spare ones at each end. */
+struct rf_hidden_vote {
+    float histogram[RF_HIDDEN_BINS + 4];
+    int nearest2[RF_HIDDEN_BINS + 4]; /* squared distance of the nearest candidate */
+    int top;                          /* highest bin in use */
+    int nearest;                      /* squared distance of the nearest of all */
+};
+
+/* Pixels of a window with their weights. */
+struct rf_hidden_window {
+    int n;
+    float log_sum, weight_sum;
+    int32_t index[RF_HIDDEN_NEIGHBOURS]; /* of the pixel, width x height */
+    float weight[RF_HIDDEN_NEIGHBOURS];
+};
+
+#endif

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Vectors of eight floats for the inner loops: the compiler's vector extension, so that
+ * one source serves every instruction set. Comparisons give all bits or none.
+ */
+#ifndef RF_VECTOR_H
+#define RF_VECTOR_H
+
+#include <stdint.h>
+#include <string.h>
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+typedef float vf __attribute__((vector_size(32)));
+typedef float vf_loose __attribute__((vector_size(32), aligned(4)));
+typedef int32_t vi __attribute__((vector_size(32)));
+
+#define LANES 8
+#define LOAD(p) (*(const vf_loose *)(p))
+#define STORE(p, v) (*(vf_loose *)(p) = (v))
+#define SPLAT(x) ((vf){0} + (float)(x))
+
+static inline vf choose(vi mask, vf a, vf b)
+{
+    return (vf)(((vi)a & mask) | ((vi)b & ~mask));
+}
+
+static inline vf vmin(vf a, vf b)
+{
+    return choose(a < b, a, b);
+}
+
+static inline vf vmax(vf a, vf b)
+{
+    return choose(a > b, a, b);
+}
+
+/* One bit per lane of a mask. */
+static inline unsigned lane_bits(vi mask)
+{
+#ifdef __AVX__
+    return (unsigned)_mm256_movemask_ps((__m256)mask);
+#else
+    unsigned bits = 0;
+    for (int l = 0; l < LANES; l++)
+        bits |= (unsigned)(mask[l] & 1) << l;
+    return bits;
+#endif
+}
+
+/* 0, 1, .. 7 */
+static inline vi lane_numbers(void)
+{
+    return (vi){0, 1, 2, 3, 4, 5, 6, 7};
+}
+
+static inline vf to_float(vi v)
+{
+    return __builtin_convertvector(v, vf);
+}
+
+static inline vi to_int(vf v)
+{
+    return __builtin_convertvector(v, vi);
+}
+
+static inline vf vsqrt(vf v)
+{
+#ifdef __AVX__
+    return (vf)_mm256_sqrt_ps((__m256)v);
+#else
+    for (int l = 0; l < LANES; l++)
+        v[l] = __builtin_sqrtf(v[l]);
+    return v;
+#endif
+}
+
+/* Sum of the lanes in a fixed order. */
+static inline float lane_sum(vf v)
+{
+    return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+}
+
+/* rf_expf() for v <= 0: relative error 4e-7 down to -80. */
+static inline vf vexp(vf v)
+{
+    v = vmax(v, SPLAT(-80));
+    vi n = to_int(v * SPLAT(1.44269504f) - SPLAT(0.5f)); /* rounds towards zero */
+    vf k = to_float(n);
+    vf f = v - k * SPLAT(0.693145752f);
+    f -= k * SPLAT(1.42860677e-6f);
+    vf p = SPLAT(1.0f / 5040);
+    p = p * f + SPLAT(1.0f / 720);
+    p = p * f + SPLAT(1.0f / 120);
+    p = p * f + SPLAT(1.0f / 24);
+    p = p * f + SPLAT(1.0f / 6);
+    p = p * f + SPLAT(0.5f);
+    p = p * f + SPLAT(1);
+    p = p * f + SPLAT(1);
+    return p * (vf)((n + 127) << 23);
+}
+
+/* rf_logf() for normal v > 0. */
+static inline vf vlog(vf v)
+{
+    vi bits = (vi)v;
+    vi e = (bits >> 23) - 127;
+    vf m = (vf)((bits & 0x7fffff) | 0x3f800000);
+    vi is_high = m > SPLAT(1.41421356f);
+    m = choose(is_high, m * SPLAT(0.5f), m);
+    e -= is_high; /* all bits are -1 */
+    vf t = (m - SPLAT(1)) / (m + SPLAT(1)), t2 = t * t;
+    vf p = SPLAT(1.0f / 9);
+    p = p * t2 + SPLAT(1.0f / 7);
+    p = p * t2 + SPLAT(0.2f);
+    p = p * t2 + SPLAT(1.0f / 3);
+    p = p * t2 + SPLAT(1);
+    return SPLAT(2) * t * p + to_float(e) * SPLAT(0.69314718f);
+}
+
+#endif
