@@ -487,7 +487,7 @@ static void merge_row(const struct composer *c, const struct group *g,
                 continue;
             float m = covered < before ? t[x] * (covered / before) : t[x];
             /* Light may reach a little farther than the coverage of its surface. */
-            float q = covered > 1e-12f ? m / covered : t[x] / fmaxf(before, 1e-12f);
+            float q = covered > 1e-12f ? m / covered : t[x] / rf_max_float(before, 1e-12f);
             for (int p = 0; p < n_planes - 1; p++)
                 out[n * (size_t)p + (size_t)x] +=
                     q * at_column(rows + w * (size_t)p, at_x);
@@ -631,7 +631,7 @@ static int max_level(const struct composer *c, const struct rf_samples *samples)
 {
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
-        most = fmaxf(most, fabsf(samples->at[i].r));
+        most = rf_max_float(most, fabsf(samples->at[i].r));
     return level_of(c, most);
 }
 

@@ -110,7 +110,7 @@ static void build_rows(struct search *search)
             build_block(search, bx, by);
     }
     for (int i = 0; i < search->n_x * search->n_y; i++)
-        search->highest = fmaxf(search->highest, search->blocks[i].highest);
+        search->highest = rf_max_float(search->highest, search->blocks[i].highest);
 }
 
 /* ---- where candidates may be --------------------------------------------------- */
@@ -225,7 +225,7 @@ static bool estimate(const struct search *search, const struct rf_hidden_query *
                                  scratch->n_blocks, &scratch->vote);
     if (!count_votes(&scratch->vote, query->s, &r, d2))
         return false;
-    float reach = fminf(sqrtf((float)*d2) * 2.5f + 3, MAX_WINDOW);
+    float reach = rf_min_float(sqrtf((float)*d2) * 2.5f + 3, MAX_WINDOW);
     search->kernels->gather_window(&search->backs, query, r, reach, &scratch->window);
     return average(search, &scratch->window, hidden);
 }

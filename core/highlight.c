@@ -82,7 +82,7 @@ static void build_blocks(struct highlights *h, struct blockers *view)
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
             float *b = &view->nearest[y / BLOCK * h->n_x + x / BLOCK];
             if (is_occluder(s, i))
-                *b = fminf(*b, s->near[i].r);
+                *b = rf_min_float(*b, s->near[i].r);
         }
 }
 
@@ -149,8 +149,8 @@ static void block_square(struct mask *m, int j, float ox, float oy, float q,
     float scale = l->r / (l->r - q);
     float ax = (ox - l->x) * scale + l->x, bx = ax + scale;
     float ay = (oy - l->y) * scale + l->y, by = ay + scale;
-    float x0 = fminf(ax, bx), x1 = fmaxf(ax, bx), y0 = fminf(ay, by),
-          y1 = fmaxf(ay, by);
+    float x0 = rf_min_float(ax, bx), x1 = rf_max_float(ax, bx), y0 = rf_min_float(ay, by),
+          y1 = rf_max_float(ay, by);
     int px0 = rf_max_int((int)floorf(x0), m->x0);
     int px1 = rf_min_int((int)floorf(x1), m->x0 + m->width - 1);
     int py0 = rf_max_int((int)floorf(y0), m->y0);
@@ -395,7 +395,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4]
     rf_shape_extent(shape, h.lens_extent);
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
-        most = fmaxf(most, fabsf(samples->at[i].r));
+        most = rf_max_float(most, fabsf(samples->at[i].r));
     rf_result result = rf_footprints_init(&h.footprints, context, shape, 1, most,
                                           scene->n_phases, error);
     h.mask = rf_alloc(context, samples->n, sizeof *h.mask);

@@ -209,6 +209,17 @@ static inline int rf_max_int(int a, int b)
     return a > b ? a : b;
 }
 
+/* fminf() and fmaxf() for numbers: without a call, b where a is NaN. */
+static inline float rf_min_float(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float rf_max_float(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 /*
  * exp and log of the core: the C library's differ in the last bit between processors
  * and versions, and results must not. Relative error 4e-7 for exp on [-80, 80];

@@ -4,6 +4,7 @@
  * dimmed to white (recipe step 0); mixed pixels are split (split.c); the light of
  * highlights is taken out, to be spread with exact visibility (highlight.c).
  */
+#include "kernels/kernels.h"
 #include "picture.h"
 
 static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
@@ -35,53 +36,103 @@ static struct rf_surface load_pixel(const struct rf_work_view *view, int n_plane
     return s;
 }
 
+/* Repeats the ends of a plane's row in its margins. */
+static void fill_margins(const struct rf_pixels *p, float *row)
+{
+    for (int x = -RF_ROW_MARGIN; x < 0; x++)
+        row[x] = row[0];
+    for (size_t x = (size_t)p->width; x < p->stride - RF_ROW_MARGIN; x++)
+        row[x] = row[p->width - 1];
+}
+
+static bool load_row(const struct rf_picture *l, const struct rf_work_view *view,
+                     int n_planes, int y)
+{
+    const struct rf_filter *f = l->filter;
+    const struct rf_pixels *p = &l->pixels;
+    int sy = y - l->border, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
+    struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
+    float *luminance = rf_plane_row(p, p->luminance, y);
+    float *radius = rf_plane_row(p, p->radius, y);
+    bool has_alpha = false;
+    for (int x = 0; x < l->width; x++) {
+        int sx = x - l->border, cx = rf_min_int(rf_max_int(sx, 0), f->width - 1);
+        struct rf_surface s =
+            load_pixel(view, n_planes, (size_t)cy * (size_t)f->width + (size_t)cx);
+        float lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
+        if ((cx != sx || cy != sy) && lum > BORDER_LUMINANCE) {
+            for (int n = 0; n < 3; n++)
+                s.c[n] *= BORDER_LUMINANCE / lum;
+            lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
+        }
+        has_alpha |= s.c[3] != 1;
+        at[x] = s;
+        luminance[x] = lum;
+        radius[x] = s.r;
+    }
+    fill_margins(p, luminance);
+    fill_margins(p, radius);
+    return has_alpha;
+}
+
 static void load_pixels(struct rf_picture *l, const struct rf_work_view *view,
                         int n_planes)
 {
-    const struct rf_filter *f = l->filter;
-#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)
+    bool has_alpha = false;
+#pragma omp parallel for num_threads(l->filter->context->n_threads) schedule(static) \
+    reduction(|| : has_alpha)
     for (int y = 0; y < l->height; y++)
-        for (int x = 0; x < l->width; x++) {
-            int sx = x - l->border, sy = y - l->border;
-            int cx = rf_min_int(rf_max_int(sx, 0), f->width - 1);
-            int cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
-            struct rf_surface s =
-                load_pixel(view, n_planes, (size_t)cy * (size_t)f->width + (size_t)cx);
-            float lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
-            if ((cx != sx || cy != sy) && lum > BORDER_LUMINANCE)
-                for (int n = 0; n < 3; n++)
-                    s.c[n] *= BORDER_LUMINANCE / lum;
-            l->pixels[(size_t)y * (size_t)l->width + (size_t)x] = s;
-        }
+        has_alpha = load_row(l, view, n_planes, y) || has_alpha;
+    l->has_alpha = has_alpha;
 }
 
 /*
- * Least luminance of 5 x 5 pixels, premultiplication undone; what is transparent has no
- * colour that others could stand out from.
+ * Luminance with the premultiplication undone; what is transparent has no colour that
+ * others could stand out from.
  */
-static float darkest_around(const struct rf_picture *l, int x, int y)
+static void undo_alpha_row(const struct rf_picture *l, int y, float *out)
 {
-    float least = INFINITY;
-    for (int j = rf_max_int(y - 2, 0); j <= rf_min_int(y + 2, l->height - 1); j++)
-        for (int i = rf_max_int(x - 2, 0); i <= rf_min_int(x + 2, l->width - 1); i++) {
-            const struct rf_surface *s =
-                &l->pixels[(size_t)j * (size_t)l->width + (size_t)i];
-            float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
-            if (s->c[3] == 1)
-                least = lum < least ? lum : least;
-            else if (s->c[3] > 0)
-                least = lum < least * s->c[3] ? lum / s->c[3] : least;
-        }
-    return least;
+    const struct rf_surface *s = l->pixels.at + (size_t)y * (size_t)l->width;
+    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
+    for (int x = 0; x < l->width; x++)
+        out[x] = s[x].c[3] == 1  ? luminance[x]
+                 : s[x].c[3] > 0 ? luminance[x] / s[x].c[3]
+                                 : INFINITY;
+    fill_margins(&l->pixels, out);
 }
 
-static void find_darkest(struct rf_picture *l)
+static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
 {
-#pragma omp parallel for num_threads(l->filter->context->n_threads) schedule(static)
-    for (int y = 0; y < l->height; y++)
-        for (int x = 0; x < l->width; x++)
-            l->darkest[(size_t)y * (size_t)l->width + (size_t)x] =
-                darkest_around(l, x, y);
+    const struct rf_context *context = l->filter->context;
+    const struct rf_pixels *p = &l->pixels;
+    size_t n = p->stride * (size_t)l->height;
+    size_t n_scratch = p->stride * (size_t)context->n_threads;
+    float *shade = l->has_alpha ? rf_alloc(context, n, sizeof *shade) : p->luminance;
+    float *scratch = rf_alloc(context, n_scratch, sizeof *scratch);
+    rf_result result =
+        shade && scratch ? RF_OK : rf_fail_memory(error, n + n_scratch, sizeof *shade);
+    if (result == RF_OK) {
+#pragma omp parallel num_threads(context->n_threads)
+        {
+            if (l->has_alpha) {
+#pragma omp for schedule(static)
+                for (int y = 0; y < l->height; y++)
+                    undo_alpha_row(l, y, rf_plane_row(p, shade, y));
+            }
+#pragma omp for schedule(static)
+            for (int y = 0; y < l->height; y++) {
+                const float *rows[5];
+                rf_plane_rows(p, shade, y, 2, rows);
+                rf_kernels_best()->extremes(
+                    rows, 5, 2, l->width, scratch + p->stride * (size_t)rf_thread_num(),
+                    rf_plane_row(p, l->darkest, y), NULL);
+            }
+        }
+    }
+    rf_free(context, scratch);
+    if (l->has_alpha)
+        rf_free(context, shade);
+    return result;
 }
 
 /* ---- highlights ---------------------------------------------------------------- */
@@ -94,10 +145,8 @@ static void measure_areas(struct rf_picture *l)
         float sum = 0;
         for (int y = y0; y < y1; y += 2)
             for (int x = x0; x < x1; x += 2, n++) {
-                const struct rf_surface *s =
-                    &l->pixels[(size_t)y * (size_t)l->width + (size_t)x];
-                sum +=
-                    rf_logf(fmaxf(rf_luminance(s->c[0], s->c[1], s->c[2]), 0) + 1e-3f);
+                float lum = rf_plane_row(&l->pixels, l->pixels.luminance, y)[x];
+                sum += rf_logf((lum > 0 ? lum : 0) + 1e-3f);
             }
         l->area[i] = rf_expf(sum / (float)n);
     }
@@ -244,7 +293,7 @@ void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int 
 {
     float lum = rf_luminance(p.c[0], p.c[1], p.c[2]);
     float limit =
-        BRIGHT * p.c[3] * l->darkest[(size_t)y * (size_t)l->width + (size_t)x];
+        BRIGHT * p.c[3] * rf_plane_row(&l->pixels, l->darkest, y)[x];
     if (lum > limit) {
         struct rf_sample light = p;
         light.kind = RF_POSITIVE;
@@ -264,8 +313,18 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
     l->n_area_y = (l->height + AREA - 1) / AREA;
     l->area =
         rf_alloc(context, (size_t)l->n_area_x * (size_t)l->n_area_y, sizeof(float));
-    l->pixels = rf_alloc(context, n, sizeof *l->pixels);
-    l->darkest = rf_alloc(context, n, sizeof *l->darkest);
+    size_t stride = ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN *
+                        RF_ROW_MARGIN + 2 * RF_ROW_MARGIN;
+    size_t n_plane = stride * (size_t)l->height;
+    l->pixels = (struct rf_pixels){
+        .width = l->width,
+        .height = l->height,
+        .at = rf_alloc(context, n, sizeof *l->pixels.at),
+        .stride = stride,
+        .luminance = rf_alloc(context, n_plane, sizeof(float)),
+        .radius = rf_alloc(context, n_plane, sizeof(float)),
+    };
+    l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
         .height = l->height,
@@ -273,9 +332,10 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
         .far = rf_alloc(context, n, sizeof *l->surfaces.far),
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
     };
-    bool is_complete = l->area && l->pixels && l->darkest && l->surfaces.near &&
+    bool is_complete = l->area && l->pixels.at && l->pixels.luminance &&
+                       l->pixels.radius && l->darkest && l->surfaces.near &&
                        l->surfaces.far && l->surfaces.share;
-    return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels);
+    return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
 
 int rf_picture_border(float largest_radius)
@@ -294,15 +354,14 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     rf_result result = allocate(l, error);
     if (result != RF_OK)
         return result;
-    struct rf_pixels pixels = {l->width, l->height, l->pixels};
     load_pixels(l, view, n_planes);
     measure_areas(l);
-    find_darkest(l);
-    if (filter->params.split_edges)
-        rf_split_edges(filter, &pixels, &l->surfaces, task);
-    else
-        rf_split_nothing(filter, &pixels, &l->surfaces);
-    return RF_OK;
+    result = find_darkest(l, error);
+    if (result == RF_OK && filter->params.split_edges)
+        result = rf_split_edges(filter, &l->pixels, &l->surfaces, task, error);
+    else if (result == RF_OK)
+        rf_split_nothing(filter, &l->pixels, &l->surfaces);
+    return result;
 }
 
 void rf_picture_free(struct rf_picture *l)
@@ -315,6 +374,8 @@ void rf_picture_free(struct rf_picture *l)
     rf_free(context, l->surfaces.far);
     rf_free(context, l->surfaces.near);
     rf_free(context, l->darkest);
-    rf_free(context, l->pixels);
+    rf_free(context, l->pixels.radius);
+    rf_free(context, l->pixels.luminance);
+    rf_free(context, l->pixels.at);
     rf_free(context, l->area);
 }

@@ -9,9 +9,10 @@
 struct rf_picture {
     const struct rf_filter *filter;
     int border, width, height;
-    struct rf_surface *pixels;
+    struct rf_pixels pixels;
     struct rf_surfaces surfaces;
-    float *darkest; /* per pixel: least luminance of 5 x 5 */
+    float *darkest; /* plane: least luminance of 5 x 5, premultiplication undone */
+    bool has_alpha; /* some pixel is not opaque */
     float *area;    /* per block of 32 x 32: geometric mean luminance */
     int n_area_x, n_area_y;
     struct rf_samples highlights;

@@ -18,6 +18,7 @@
  * Worth 0.9 to 1.3 dB with one view. Cost: a few comparisons per pixel, 5 x 5 pixels
  * where there is an edge.
  */
+#include "kernels/kernels.h"
 #include "surfaces.h"
 
 static const float EDGE_GAP_PX = 0.1f;     /* smallest jump of the radius at an edge */
@@ -86,7 +87,7 @@ static bool find_highlight(const struct rf_pixels *p, int x, int y, struct highl
     for (int j = w.y0; j <= w.y1; j++)
         for (int i = w.x0; i <= w.x1; i++) {
             float l = luminance(pixel(p, i, j));
-            lowest = fminf(lowest, l);
+            lowest = rf_min_float(lowest, l);
             if (l > h->peak) {
                 h->peak = l;
                 h->brightest = *pixel(p, i, j);
@@ -147,7 +148,7 @@ static bool split_fringe(const struct rf_pixels *p, int x, int y,
     float a = clamp01((luminance(c) - base_l) / (h.peak - base_l));
     for (int n = 0; n < 4; n++) {
         light.c[n] = a > 0 ? (c->c[n] - (1 - a) * base.c[n]) / a : h.brightest.c[n];
-        light.c[n] = fmaxf(light.c[n], 0);
+        light.c[n] = rf_max_float(light.c[n], 0);
     }
     bool is_light_near = h.r < c->r;
     *near = is_light_near ? light : base;
@@ -197,8 +198,8 @@ static bool find_edge(const struct rf_pixels *p, int x, int y, struct edge *e)
     for (int j = w.y0; j <= w.y1; j++)
         for (int i = w.x0; i <= w.x1; i++) {
             float r = pixel(p, i, j)->r;
-            lowest = fminf(lowest, r);
-            highest = fmaxf(highest, r);
+            lowest = rf_min_float(lowest, r);
+            highest = rf_max_float(highest, r);
         }
     if (highest - lowest < EDGE_GAP_PX || is_planar(p, x, y, highest - lowest))
         return false;
@@ -342,28 +343,58 @@ static bool split_edge(const struct rf_pixels *p, int x, int y, struct rf_surfac
     return true;
 }
 
-static void split_row(const struct rf_pixels *pixels, int y, struct rf_surfaces *out)
+/* Rows of one thread: extremes of the luminance (5 x 5) and the radius (3 x 3). */
+struct scratch {
+    float *columns, *darkest, *brightest, *nearest, *farthest;
+};
+
+static void find_extremes(const struct rf_pixels *p, int y, const struct scratch *s)
 {
+    const float *rows[2 * WINDOW + 1];
+    rf_plane_rows(p, p->luminance, y, WINDOW, rows);
+    rf_kernels_best()->extremes(rows, 2 * WINDOW + 1, WINDOW, p->width, s->columns,
+                                s->darkest, s->brightest);
+    rf_plane_rows(p, p->radius, y, 1, rows);
+    rf_kernels_best()->extremes(rows, 3, 1, p->width, s->columns, s->nearest,
+                                s->farthest);
+}
+
+static void split_row(const struct rf_pixels *pixels, int y, const struct scratch *s,
+                      struct rf_surfaces *out)
+{
+    find_extremes(pixels, y, s);
     for (int x = 0; x < pixels->width; x++) {
         size_t i = (size_t)y * (size_t)pixels->width + (size_t)x;
         struct rf_surface *near = &out->near[i], *far = &out->far[i];
         *near = *far = pixels->at[i];
         out->share[i] = 1;
-        if (!split_fringe(pixels, x, y, near, far, &out->share[i]))
+        bool is_fringe = s->brightest[x] > HIGHLIGHT_RATIO * (s->darkest[x] + 1e-4f) &&
+                         split_fringe(pixels, x, y, near, far, &out->share[i]);
+        if (!is_fringe && s->farthest[x] - s->nearest[x] >= EDGE_GAP_PX)
             split_edge(pixels, x, y, near, far, &out->share[i]);
     }
 }
 
-void rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                    struct rf_surfaces *out, struct rf_task *task)
+rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
+                         struct rf_surfaces *out, struct rf_task *task,
+                         struct rf_error *error)
 {
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(dynamic, 8)
+    const struct rf_context *context = filter->context;
+    size_t row = pixels->stride, n = row * 5 * (size_t)context->n_threads;
+    float *memory = rf_alloc(context, n, sizeof *memory);
+    if (!memory)
+        return rf_fail_memory(error, n, sizeof *memory);
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
     for (int y = 0; y < pixels->height; y++) {
         if (rf_task_is_cancelled(task))
             continue;
-        split_row(pixels, y, out);
+        float *at = memory + row * 5 * (size_t)rf_thread_num();
+        struct scratch s = {at, at + row, at + 2 * row, at + 3 * row, at + 4 * row};
+        split_row(pixels, y, &s, out);
         rf_task_step(task);
     }
+    rf_free(context, memory);
+    return RF_OK;
 }
 
 void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pixels,

@@ -5,6 +5,8 @@
 
 #include "internal.h"
 
+enum { RF_ROW_MARGIN = 8 };
+
 /* A piece of surface in one pixel. */
 struct rf_surface {
     float c[4]; /* colour, premultiplied; c[3] is alpha, 1 where the picture has none */
@@ -19,18 +21,41 @@ struct rf_surfaces {
     float *share;            /* of the near part, 0 to 1; 1 marks a pure pixel */
 };
 
-/* What the edges of the picture are split from: pixels as they came. */
+/*
+ * What the edges of the picture are split from: pixels as they came. The planes repeat
+ * the edge of the picture for RF_ROW_MARGIN floats before each row of `stride`, and at
+ * least as many after it.
+ */
 struct rf_pixels {
     int width, height;
-    const struct rf_surface *at;
+    struct rf_surface *at; /* packed */
+    size_t stride;
+    float *luminance;
+    float *radius;
 };
+
+/* First pixel of a row of a plane. */
+static inline float *rf_plane_row(const struct rf_pixels *p, float *plane, int y)
+{
+    return plane + p->stride * (size_t)y + RF_ROW_MARGIN;
+}
+
+/* The rows y - reach to y + reach of a plane, those outside repeating its edge. */
+static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
+                                 int reach, const float *rows[])
+{
+    for (int k = -reach; k <= reach; k++)
+        rows[k + reach] =
+            rf_plane_row(p, plane, rf_min_int(rf_max_int(y + k, 0), p->height - 1));
+}
 
 /*
  * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
  * stepped once per row.
  */
-void rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                    struct rf_surfaces *out, struct rf_task *task);
+rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
+                         struct rf_surfaces *out, struct rf_task *task,
+                         struct rf_error *error);
 
 /* Pure pixels only: near = far = the pixel. */
 void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pixels,

@@ -59,6 +59,13 @@ struct rf_kernels {
      */
     void (*flush)(struct rf_accumulator *acc, const struct rf_tile_state *state);
 
+    /*
+     * Least and greatest value of (2 reach + 1) columns of n_rows rows around each of n
+     * pixels. Rows may be read RF_ROW_MARGIN floats before and, n rounded up to eight,
+     * after; so may `scratch`, two rows of it. Either result may be NULL.
+     */
+    void (*extremes)(const float *const *rows, int n_rows, int reach, int n,
+                     float *scratch, float *lowest, float *highest);
     /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
     void (*log_row)(float *v, int n);
     /* Lets the candidates of n blocks vote, which are sorted by ring. */

@@ -137,10 +137,41 @@ static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
     acc->last_row = -1;
 }
 
+static inline __attribute__((always_inline)) void
+extremes_of(const float *const *rows, int n_rows, int reach, int n, float *scratch,
+            float *out, bool is_highest)
+{
+    scratch += RF_ROW_MARGIN;
+    for (int x = -RF_ROW_MARGIN; x < n + RF_ROW_MARGIN; x += LANES) {
+        vf v = LOAD(rows[0] + x);
+        for (int k = 1; k < n_rows; k++)
+            v = is_highest ? vmax(LOAD(rows[k] + x), v) : vmin(LOAD(rows[k] + x), v);
+        STORE(scratch + x, v);
+    }
+    for (int x = 0; x < n; x += LANES) {
+        vf v = LOAD(scratch + x);
+        for (int k = 1; k <= reach; k++) {
+            vf a = LOAD(scratch + x - k), b = LOAD(scratch + x + k);
+            v = is_highest ? vmax(vmax(a, b), v) : vmin(vmin(a, b), v);
+        }
+        STORE(out + x, v);
+    }
+}
+
+static void extremes(const float *const *rows, int n_rows, int reach, int n,
+                     float *scratch, float *lowest, float *highest)
+{
+    if (lowest)
+        extremes_of(rows, n_rows, reach, n, scratch, lowest, false);
+    if (highest)
+        extremes_of(rows, n_rows, reach, n, scratch, highest, true);
+}
+
 const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .name = RF_TEXT(RF_LEVEL),
     .spread = spread,
     .flush = flush,
+    .extremes = extremes,
     .log_row = log_row,
     .vote_blocks = vote_blocks,
     .gather_window = gather_window,

@@ -83,7 +83,7 @@ static float weight_of(const struct views *v, int j, const struct rf_sample *p)
     for (int k = 0; k < v->work->n_views; k++)
         if (k != j)
             n += seen_by(v, k, p->x, p->y, p->r);
-    return p->w / fmaxf(n, LEAST_COUNT);
+    return p->w / rf_max_float(n, LEAST_COUNT);
 }
 
 /* ---- visible samples ----------------------------------------------------------- */
