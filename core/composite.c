@@ -50,14 +50,16 @@ struct group {
     int level;
     bool is_near;
     int width, height, n_x, n_y; /* of the level: pixels, tiles */
+    size_t stride, plane;        /* of its planes, which are whole tiles; floats */
     int n_bins, first_bin;
     size_t first_key; /* of its tiles in the sort */
     struct tile_list *tiles;
 };
 
-/* Full-resolution state of the compositing. */
+/* Full-resolution state of the compositing, in whole tiles. */
 struct canvas {
     int n_cells, n_planes;
+    size_t stride, plane; /* floats */
     float *t;   /* [cell][y][x], what is still uncovered; starts at the cell's share */
     float *sum; /* [plane][y][x], colours and coverage */
 };
@@ -95,6 +97,8 @@ static struct group make_group(const struct composer *c, int level, bool is_near
     g.height = (c->scene->height + round_up) >> level;
     g.n_x = (g.width + RF_TILE_W - 1) / RF_TILE_W;
     g.n_y = (g.height + RF_TILE_H - 1) / RF_TILE_H;
+    g.stride = (size_t)g.n_x * RF_TILE_W;
+    g.plane = g.stride * (size_t)g.n_y * RF_TILE_H;
     double outer_px = ldexp(c->split, level), inner_px = level ? outer_px / 2 : 0;
     int outer = (int)ceil(outer_px / BIN_PX), inner = (int)floor(inner_px / BIN_PX);
     g.first_bin = level == 0 || is_near ? -outer : inner;
@@ -331,35 +335,17 @@ static void composite_tile(const struct composer *c, const struct group *g, int 
     }
 }
 
-/* Copies a tile between a plane of the picture and a packed tile, either way. */
-static void tile_copy(float *plane, int width, int height, int tx, int ty, float *tile,
-                      bool is_load)
+/* Copies a tile of n planes between the picture and packed tiles, either way. */
+static void move_planes(float *planes, int n, const struct group *g, int tx, int ty,
+                        float *tiles, bool is_load)
 {
-    int x0 = tx * RF_TILE_W, y0 = ty * RF_TILE_H;
-    size_t n = (size_t)rf_min_int(RF_TILE_W, width - x0) * sizeof *tile;
-    for (int y = 0; y < RF_TILE_H; y++) {
-        float *row = tile + (size_t)y * RF_TILE_W;
-        if (y0 + y >= height) {
-            if (is_load)
-                memset(row, 0, RF_TILE_W * sizeof *row);
-            continue;
-        }
-        float *at = plane + (size_t)(y0 + y) * (size_t)width + (size_t)x0;
-        if (is_load) {
-            memset(row, 0, RF_TILE_W * sizeof *row);
-            memcpy(row, at, n);
-        } else {
-            memcpy(at, row, n);
-        }
+    for (int p = 0; p < n; p++) {
+        float *at = planes + g->plane * (size_t)p +
+                    g->stride * (size_t)(ty * RF_TILE_H) + (size_t)(tx * RF_TILE_W);
+        float *tile = tiles + (size_t)p * RF_TILE_H * RF_TILE_W;
+        for (int y = 0; y < RF_TILE_H; y++, at += g->stride, tile += RF_TILE_W)
+            memcpy(is_load ? tile : at, is_load ? at : tile, RF_TILE_W * sizeof *tile);
     }
-}
-
-static void move_planes(float *planes, size_t stride, int n, const struct group *g,
-                        int tx, int ty, float *tiles, bool is_load)
-{
-    for (int p = 0; p < n; p++)
-        tile_copy(planes + stride * (size_t)p, g->width, g->height, tx, ty,
-                  tiles + (size_t)p * RF_TILE_H * RF_TILE_W, is_load);
 }
 
 static float *thread_tile(const struct composer *c)
@@ -373,18 +359,17 @@ static void run_full_tile(const struct composer *c, const struct group *g, int t
     int tx = tile % g->n_x, ty = tile / g->n_x;
     if (!has_neighbours(g, tx, ty))
         return;
-    size_t n = (size_t)g->width * (size_t)g->height;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
     size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
     float *t = thread_tile(c), *sum = t + n_t;
-    move_planes(c->canvas.t, n, n_cells, g, tx, ty, t, true);
+    move_planes(c->canvas.t, n_cells, g, tx, ty, t, true);
     if (is_used_up(t, n_t))
         return;
-    move_planes(c->canvas.sum, n, n_planes, g, tx, ty, sum, true);
+    move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, true);
     struct rf_tile_state state = {t, sum, 0};
     composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
-    move_planes(c->canvas.t, n, n_cells, g, tx, ty, t, false);
-    move_planes(c->canvas.sum, n, n_planes, g, tx, ty, sum, false);
+    move_planes(c->canvas.t, n_cells, g, tx, ty, t, false);
+    move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, false);
 }
 
 /* ---- coarse levels ------------------------------------------------------------- */
@@ -395,22 +380,47 @@ struct level {
     float *sum; /* [cell][plane][y][x] */
 };
 
-/* T of the canvas averaged over the blocks of one row of the level. */
-static void average_row(const struct composer *c, const struct group *g, int cell,
-                        int y, float *out)
+/* Tile columns of one row of tiles, or of two, that hold or are reached by samples. */
+struct span {
+    int first, end;
+};
+
+static struct span active_tiles(const struct group *g, int ty0, int ty1)
 {
-    int width = c->scene->width, height = c->scene->height, size = 1 << g->level;
-    const float *t = c->canvas.t + (size_t)cell * (size_t)width * (size_t)height;
-    int y0 = y * size, y1 = rf_min_int(y0 + size, height);
-    memset(out, 0, (size_t)g->width * sizeof *out);
-    for (int j = y0; j < y1; j++) {
-        const float *row = t + (size_t)j * (size_t)width;
-        for (int x = 0; x < width; x++)
-            out[x >> g->level] += row[x] > 0 ? row[x] : 0;
-    }
-    for (int x = 0; x < g->width; x++) {
-        int n = rf_min_int(size, width - x * size) * (y1 - y0);
-        out[x] /= (float)n;
+    struct span s = {g->n_x, 0};
+    for (int ty = ty0; ty <= ty1; ty++)
+        for (int tx = 0; tx < g->n_x; tx++)
+            if (has_neighbours(g, tx, ty)) {
+                s.first = rf_min_int(s.first, tx);
+                s.end = rf_max_int(s.end, tx + 1);
+            }
+    return s;
+}
+
+/* T of the canvas averaged over the blocks of one row of the level, in its active
+ * tiles. The last block of a row or column may lie partly outside the picture. */
+static void average_row(const struct composer *c, const struct group *g, int cell,
+                        int y, float *row, float *plane)
+{
+    struct span tiles = active_tiles(g, y / RF_TILE_H, y / RF_TILE_H);
+    if (tiles.first >= tiles.end)
+        return;
+    int y0 = y << g->level, n_rows = 1 << g->level;
+    n_rows = rf_min_int(n_rows, c->scene->height - y0);
+    int x0 = tiles.first * RF_TILE_W, x1 = rf_min_int(tiles.end * RF_TILE_W, g->width);
+    const float *t = c->canvas.t + c->canvas.plane * (size_t)cell +
+                     c->canvas.stride * (size_t)y0 + ((size_t)x0 << g->level);
+    float *out = plane + g->plane * (size_t)cell + g->stride * (size_t)y + x0;
+    int last = rf_min_int(x1, c->scene->width >> g->level); /* whole blocks */
+    c->kernels->average(t, c->canvas.stride, n_rows, g->level, last - x0, row, out);
+    if (x1 > last) {
+        int n = c->scene->width - (last << g->level);
+        float sum = 0;
+        t += (size_t)(last - x0) << g->level;
+        for (int j = 0; j < n_rows; j++)
+            for (int i = 0; i < n; i++)
+                sum += rf_max_float(t[c->canvas.stride * (size_t)j + (size_t)i], 0);
+        out[last - x0] = sum / (float)(n * n_rows);
     }
 }
 
@@ -420,17 +430,16 @@ static void run_level_tile(const struct composer *c, const struct group *g,
     int tx = tile % g->n_x, ty = tile / g->n_x;
     if (!has_neighbours(g, tx, ty))
         return;
-    size_t n = (size_t)g->width * (size_t)g->height;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
     size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
     float *t = thread_tile(c), *sum = t + n_t;
-    move_planes(level->t, n, n_cells, g, tx, ty, t, true);
+    move_planes(level->t, n_cells, g, tx, ty, t, true);
     if (is_used_up(t, n_t))
         return;
     memset(sum, 0, n_t * (size_t)n_planes * sizeof *sum);
     struct rf_tile_state state = {t, sum, (size_t)n_planes * RF_TILE_H * RF_TILE_W};
     composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
-    move_planes(level->sum, n, n_cells * n_planes, g, tx, ty, sum, false);
+    move_planes(level->sum, n_cells * n_planes, g, tx, ty, sum, false);
 }
 
 /* A place between two pixels of the level. */
@@ -447,95 +456,73 @@ static struct between between_at(int x, int level, int n)
                             at - (float)low};
 }
 
-/* One row of a level's plane at the height of picture row y. */
-static void blend_rows(const float *plane, int width, struct between y, float *out)
-{
-    const float *a = plane + (size_t)y.low * (size_t)width;
-    const float *b = plane + (size_t)y.high * (size_t)width;
-    for (int x = 0; x < width; x++)
-        out[x] = a[x] + y.k * (b[x] - a[x]);
-}
-
-static inline float at_column(const float *row, struct between x)
-{
-    return row[x.low] + x.k * (row[x.high] - row[x.low]);
-}
+/* Rows that a thread works with: planes of a level, T, and one of the level's width. */
+enum { N_ROWS = RF_MAX_PLANES + 2 };
 
 /* Adds the sums of a level to one row of the canvas. */
 static void merge_row(const struct composer *c, const struct group *g,
                       const struct level *level, int y, float *rows)
 {
-    int width = c->scene->width, n_planes = c->canvas.n_planes;
-    size_t n = (size_t)width * (size_t)c->scene->height;
-    size_t n_level = (size_t)g->width * (size_t)g->height, w = (size_t)g->width;
+    int n_planes = c->canvas.n_planes;
+    size_t row = c->canvas.stride, size = (size_t)1 << g->level;
     struct between at_y = between_at(y, g->level, g->height);
+    struct span tiles =
+        active_tiles(g, at_y.low / RF_TILE_H, at_y.high / RF_TILE_H);
+    if (tiles.first >= tiles.end)
+        return;
+    size_t first = (size_t)tiles.first * RF_TILE_W; /* column of the level */
+    int n_level = rf_min_int(tiles.end * RF_TILE_W, g->width) - (int)first;
+    int n = rf_min_int(n_level * (int)size, (int)(row - first * size));
+    n = (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
+    size_t at = row * (size_t)y + first * size; /* in the canvas */
+    float *sum[RF_MAX_PLANES];
+    const float *magnified[RF_MAX_PLANES + 1];
+    for (int p = 0; p < n_planes; p++)
+        sum[p] = c->canvas.sum + c->canvas.plane * (size_t)p + at;
     for (int cell = 0; cell < c->canvas.n_cells; cell++) {
-        const float *sums = level->sum + n_level * (size_t)(cell * n_planes);
-        for (int p = 0; p < n_planes; p++)
-            blend_rows(sums + n_level * (size_t)p, g->width, at_y,
-                       rows + w * (size_t)p);
-        blend_rows(level->t + n_level * (size_t)cell, g->width, at_y,
-                   rows + w * (size_t)n_planes);
-        const float *row_w = rows + w * (size_t)(n_planes - 1);
-        const float *row_t = rows + w * (size_t)n_planes;
-        float *t = c->canvas.t + n * (size_t)cell + (size_t)y * (size_t)width;
-        float *out = c->canvas.sum + (size_t)y * (size_t)width;
-        for (int x = 0; x < width; x++) {
-            struct between at_x = between_at(x, g->level, g->width);
-            float covered = at_column(row_w, at_x), before = at_column(row_t, at_x);
-            if (!(t[x] > 0))
-                continue;
-            float m = covered < before ? t[x] * (covered / before) : t[x];
-            /* Light may reach a little farther than the coverage of its surface. */
-            float q = covered > 1e-12f ? m / covered : t[x] / rf_max_float(before, 1e-12f);
-            for (int p = 0; p < n_planes - 1; p++)
-                out[n * (size_t)p + (size_t)x] +=
-                    q * at_column(rows + w * (size_t)p, at_x);
-            out[n * (size_t)(n_planes - 1) + (size_t)x] += m;
-            t[x] -= m;
+        for (int p = 0; p <= n_planes; p++) {
+            const float *plane =
+                p < n_planes ? level->sum + g->plane * (size_t)(cell * n_planes + p)
+                             : level->t + g->plane * (size_t)cell;
+            float *out = rows + row * (size_t)(p + 1);
+            c->kernels->magnify(plane + g->stride * (size_t)at_y.low + first,
+                                plane + g->stride * (size_t)at_y.high + first, at_y.k,
+                                n_level, g->level, rows, out, n);
+            magnified[p] = out;
         }
+        c->kernels->merge(c->canvas.t + c->canvas.plane * (size_t)cell + at, sum,
+                          magnified, magnified[n_planes - 1], magnified[n_planes],
+                          n_planes, n);
     }
-}
-
-/* Does any tile of the level that row y is blended from hold samples around it? */
-static bool row_has_samples(const struct group *g, int y)
-{
-    struct between at = between_at(y, g->level, g->height);
-    for (int ty = at.low / RF_TILE_H; ty <= at.high / RF_TILE_H; ty++)
-        for (int tx = 0; tx < g->n_x; tx++)
-            if (has_neighbours(g, tx, ty))
-                return true;
-    return false;
 }
 
 static rf_result run_level(const struct composer *c, const struct group *g,
                            struct rf_error *error)
 {
-    size_t n = (size_t)g->width * (size_t)g->height;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
-    size_t n_sum = n * (size_t)n_cells * (size_t)n_planes;
-    size_t n_rows = (size_t)g->width * (size_t)(n_planes + 1) * (size_t)c->n_threads;
-    struct level level = {.t = rf_alloc(c->context, n * (size_t)n_cells, sizeof(float)),
-                          .sum = rf_calloc(c->context, n_sum, sizeof(float))};
-    float *rows = rf_alloc(c->context, n_rows, sizeof *rows);
+    size_t n_sum = g->plane * (size_t)n_cells * (size_t)n_planes;
+    size_t n_rows = c->canvas.stride * N_ROWS;
+    struct level level = {
+        .t = rf_alloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
+        .sum = rf_calloc(c->context, n_sum, sizeof(float))};
+    float *rows = rf_alloc(c->context, n_rows * (size_t)c->n_threads, sizeof *rows);
     rf_result result = level.t && level.sum && rows
                            ? RF_OK
                            : rf_fail_memory(error, n_sum, sizeof(float));
     if (result == RF_OK) {
 #pragma omp parallel num_threads(c->n_threads)
         {
-            float *row = rows + n_rows / (size_t)c->n_threads * (size_t)rf_thread_num();
+            float *row = rows + n_rows * (size_t)rf_thread_num();
 #pragma omp for schedule(static)
             for (int i = 0; i < n_cells * g->height; i++)
-                average_row(c, g, i / g->height, i % g->height,
-                            level.t + (size_t)i * (size_t)g->width);
+                average_row(c, g, i / g->height, i % g->height, row, level.t);
 #pragma omp for schedule(dynamic, 1)
             for (int i = 0; i < g->n_x * g->n_y; i++)
                 if (!rf_task_is_cancelled(c->scene->task))
                     run_level_tile(c, g, &level, i);
 #pragma omp for schedule(dynamic, 8)
             for (int y = 0; y < c->scene->height; y++)
-                if (!rf_task_is_cancelled(c->scene->task) && row_has_samples(g, y))
+                if (!rf_task_is_cancelled(c->scene->task))
                     merge_row(c, g, &level, y, row);
         }
     }
@@ -683,27 +670,29 @@ static rf_result run_samples(struct composer *c, const struct rf_samples *sample
 static void finish(const struct composer *c, float *const planes[4])
 {
     const struct rf_scene *scene = c->scene;
-    size_t n = (size_t)scene->width * (size_t)scene->height;
-    const float *coverage = c->canvas.sum + n * (size_t)scene->n_colours;
+    const float *coverage = c->canvas.sum + c->canvas.plane * (size_t)scene->n_colours;
 #pragma omp parallel for num_threads(c->n_threads) schedule(static)
     for (int y = 0; y < scene->height; y++)
         for (int p = 0; p < scene->n_colours; p++) {
-            size_t at = (size_t)y * (size_t)scene->width;
-            const float *sum = c->canvas.sum + n * (size_t)p + at;
+            size_t at = c->canvas.stride * (size_t)y;
+            const float *sum = c->canvas.sum + c->canvas.plane * (size_t)p + at;
+            float *out = planes[p] + (size_t)y * (size_t)scene->width;
             for (int x = 0; x < scene->width; x++) {
                 float w = coverage[at + (size_t)x];
                 float v = w > 1e-6f ? sum[x] / w : 0;
                 v = v > 0 ? v : 0;
-                planes[p][at + (size_t)x] = p == 3 && v > 1 ? 1 : v; /* alpha */
+                out[x] = p == 3 && v > 1 ? 1 : v; /* alpha */
             }
         }
 }
 
 static rf_result allocate(struct composer *c, struct rf_error *error)
 {
-    const struct rf_scene *scene = c->scene;
     struct canvas *canvas = &c->canvas;
-    size_t n = (size_t)scene->width * (size_t)scene->height;
+    struct group full = make_group(c, 0, false);
+    size_t n = full.plane;
+    canvas->stride = full.stride;
+    canvas->plane = full.plane;
     size_t n_t = (size_t)canvas->n_cells * RF_TILE_H * RF_TILE_W;
     size_t n_acc = n_t / RF_TILE_W * RF_ACC_STRIDE * (size_t)canvas->n_planes;
     c->tile_floats = n_t * (size_t)(canvas->n_planes + 1);

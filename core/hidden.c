@@ -22,7 +22,7 @@
  * once which others can hold a candidate for its pixels, in rings from the inside; the
  * rings end at twice the nearest candidate; far blocks and wide windows are read at
  * every 2nd, 4th, .. pixel; 2 x 2 pixels of one surface share one answer, and 4 x 4 where
- * the rim of the hole is 8 px away. None of it costs more than 0.02 dB.
+ * the rim of the hole is 5 px away. None of it costs more than 0.02 dB.
  */
 #include <stdlib.h>
 
@@ -34,7 +34,7 @@ enum {
     MAX_REACH = 60,
     MAX_WINDOW = 120,
     GROUP = 4,         /* px a side: pixels that may share one answer */
-    FAR_HOLE2 = 8 * 8, /* px^2: if the rim of the hole is as far as this */
+    FAR_HOLE2 = 5 * 5, /* px^2: if the rim of the hole is as far as this */
     SPARE = 8 * (MAX_WINDOW / RF_HIDDEN_STEPS + 1), /* floats a vector may read on */
 };
 

@@ -4,7 +4,7 @@
 #include "vector.h"
 
 /* Distances from which a block is read at every 2nd and every 4th pixel. */
-enum { STRIDE_2_PX = 8, STRIDE_4_PX = 20 };
+enum { STRIDE_2_PX = 4, STRIDE_4_PX = 12 };
 
 static void log_row(float *v, int n)
 {
@@ -77,7 +77,7 @@ static void vote_blocks(const struct rf_backs *backs, const struct rf_hidden_que
     for (int i = 0; i < n; i++) {
         int gap = (blocks[i].ring - 1) * RF_HIDDEN_BLOCK + 1;
         if (blocks[i].ring > 1 && vote->nearest < INT32_MAX &&
-            gap * gap > 4 * vote->nearest)
+            4 * gap * gap > 9 * vote->nearest)
             return;
         vote_block(backs, q, &blocks[i], vote);
     }

@@ -60,6 +60,27 @@ struct rf_kernels {
     void (*flush)(struct rf_accumulator *acc, const struct rf_tile_state *state);
 
     /*
+     * One row of a coarse level from n_rows rows of transmittance, each `stride` after
+     * the last: means of 2^level columns, what is below 0 counting as 0, for n_level
+     * pixels. `row` holds 2^level n_level floats, rounded up to eight.
+     */
+    void (*average)(const float *t, size_t stride, int n_rows, int level, int n_level,
+                    float *row, float *out);
+    /*
+     * One row of a coarse level, magnified: vertically between rows a and b (the share
+     * k of b), horizontally by 2^level with the edges repeated. `rows` holds n_level
+     * floats; n floats are written, rounded up to eight.
+     */
+    void (*magnify)(const float *a, const float *b, float k, int n_level, int level,
+                    float *row, float *out, int n);
+    /*
+     * Adds a level to n pixels, n rounded up to eight: with T = t, W the level's
+     * coverage and T_l its transmittance before, w = T min(1, W / T_l), sum_p += c_p w
+     * / W, sum_last += w, T -= w. colour[] has n_planes - 1 rows.
+     */
+    void (*merge)(float *t, float *const *sum, const float *const *colour,
+                  const float *covered, const float *before, int n_planes, int n);
+    /*
      * Least and greatest value of (2 reach + 1) columns of n_rows rows around each of n
      * pixels. Rows may be read RF_ROW_MARGIN floats before and, n rounded up to eight,
      * after; so may `scratch`, two rows of it. Either result may be NULL.

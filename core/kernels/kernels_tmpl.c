@@ -137,6 +137,104 @@ static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
     acc->last_row = -1;
 }
 
+static void average(const float *t, size_t stride, int n_rows, int level, int n_level,
+                    float *row, float *out)
+{
+    int size = 1 << level, n = n_level << level;
+    for (int x = 0; x < n; x += LANES) {
+        vf sum = vmax(LOAD(t + x), SPLAT(0));
+        for (int y = 1; y < n_rows; y++)
+            sum += vmax(LOAD(t + (size_t)y * stride + x), SPLAT(0));
+        STORE(row + x, sum);
+    }
+    float scale = 1.0f / (float)(size * n_rows);
+    for (int x = 0; x < n_level; x++) {
+        float sum = 0;
+        for (int i = 0; i < size; i++)
+            sum += row[(x << level) + i];
+        out[x] = sum * scale;
+    }
+}
+
+/* row[X] and row[X + 1] at the fractions (i + 1/2) / 2^level between them. */
+static void magnify_row(const float *row, int n_level, int level, float *out, int n)
+{
+    const int size = 1 << level, half = size / 2;
+    const vf step = SPLAT(1.0f / (float)size);
+    for (int x = 0; x < half && x < n; x++)
+        out[x] = row[0];
+    int i = 0;
+    if (level == 1)
+        for (; i + LANES < n_level && half + 2 * (i + LANES) <= n; i += LANES) {
+            vf a = LOAD(row + i), d = LOAD(row + i + 1) - a;
+            vf low = a + SPLAT(0.25f) * d, high = a + SPLAT(0.75f) * d;
+            STORE(out + half + 2 * i, INTERLEAVE(low, high, 0));
+            STORE(out + half + 2 * i + LANES, INTERLEAVE(low, high, 4));
+        }
+    for (; i + 1 < n_level && half + size * i < n; i++) {
+        float a = row[i], d = row[i + 1] - a;
+        float *to = out + half + size * i;
+        int m = n - (half + size * i) < size ? n - (half + size * i) : size;
+        if (m >= LANES && size >= LANES) {
+            vf k = (to_float(lane_numbers()) + SPLAT(0.5f)) * step;
+            for (int x = 0; x + LANES <= m; x += LANES, k += SPLAT(LANES) * step)
+                STORE(to + x, SPLAT(a) + k * SPLAT(d));
+            m = m / LANES * LANES == m ? 0 : m;
+        }
+        for (int x = 0; x < m; x++)
+            to[x] = a + ((float)x + 0.5f) * step[0] * d;
+    }
+    for (int x = half + size * (n_level - 1); x < n; x++)
+        out[x] = row[n_level - 1];
+}
+
+static void magnify(const float *a, const float *b, float k, int n_level, int level,
+                    float *row, float *out, int n)
+{
+    int x = 0;
+    for (; x + LANES <= n_level; x += LANES) {
+        vf low = LOAD(a + x);
+        STORE(row + x, low + SPLAT(k) * (LOAD(b + x) - low));
+    }
+    for (; x < n_level; x++)
+        row[x] = a[x] + k * (b[x] - a[x]);
+    magnify_row(row, n_level, level, out, n);
+}
+
+static inline __attribute__((always_inline)) void
+merge_all(float *t, float *const *sum, const float *const *colour, const float *covered,
+          const float *before, int n_planes, int n)
+{
+    for (int x = 0; x < n; x += LANES) {
+        vf left = LOAD(t + x);
+        vi is_open = left > SPLAT(0);
+        if (!lane_bits(is_open))
+            continue;
+        vf w = LOAD(covered + x), b = LOAD(before + x);
+        vf dust = SPLAT(1e-12f);
+        vf m = choose(w < b, left * (w / vmax(b, dust)), left);
+        /* Light may reach a little farther than the coverage of its surface. */
+        vf q = choose(w > dust, m / vmax(w, dust), left / vmax(b, dust));
+        q = choose(is_open, q, SPLAT(0));
+        m = choose(is_open, m, SPLAT(0));
+        for (int p = 0; p < n_planes - 1; p++) {
+            float *s = sum[p] + x;
+            STORE(s, LOAD(s) + q * LOAD(colour[p] + x));
+        }
+        STORE(sum[n_planes - 1] + x, LOAD(sum[n_planes - 1] + x) + m);
+        STORE(t + x, left - m);
+    }
+}
+
+static void merge(float *t, float *const *sum, const float *const *colour,
+                  const float *covered, const float *before, int n_planes, int n)
+{
+    if (n_planes == 4)
+        merge_all(t, sum, colour, covered, before, 4, n);
+    else
+        merge_all(t, sum, colour, covered, before, RF_MAX_PLANES, n);
+}
+
 static inline __attribute__((always_inline)) void
 extremes_of(const float *const *rows, int n_rows, int reach, int n, float *scratch,
             float *out, bool is_highest)
@@ -171,6 +269,9 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .name = RF_TEXT(RF_LEVEL),
     .spread = spread,
     .flush = flush,
+    .average = average,
+    .magnify = magnify,
+    .merge = merge,
     .extremes = extremes,
     .log_row = log_row,
     .vote_blocks = vote_blocks,
