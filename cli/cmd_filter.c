@@ -40,6 +40,7 @@ static const struct option options[] = {
      .offset = AT(layer),
      .value = "NAME",
      .help = "Layer to filter where a file has several."},
+    OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
     {.name = "output-coc",
      .kind = OPTION_FILE,
      .offset = AT(output_coc),

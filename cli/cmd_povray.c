@@ -23,7 +23,7 @@
 #include "settings.h"
 
 struct povray_tool {
-    const char *output, *keep, *focal_point, *frames;
+    const char *output, *keep, *focal_point, *frames, *distribution_image;
     double aperture, shutter;
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
     int32_t move;                            /* enum povray_move */
@@ -108,6 +108,7 @@ static const struct option options[] = {
      .offset = AT(frames),
      .value = "A-B",
      .help = "Frames of an animation: POV-Ray's +KFIA +KFFB, one picture each."},
+    OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
     {.name = "linear-light",
      .kind = OPTION_FLAG,
      .offset = AT(is_linear),
@@ -504,6 +505,8 @@ static int render(struct job *job, const char *output)
 static int filter_passes(struct job *job, const char *output)
 {
     const struct filter_options filter = {.output = output,
+                                          .distribution_image =
+                                              job->tool->distribution_image,
                                           .n_threads = job->tool->n_threads,
                                           .is_quiet = job->tool->is_quiet};
     struct settings settings = job->settings;

@@ -222,6 +222,55 @@ static int check_deep(struct run *run)
 
 /* ---- steps ---------------------------------------------------------------------- */
 
+/* The picture that the method scatter spreads light by. */
+static int set_distribution(struct run *run)
+{
+    const char *path = run->tool->distribution_image;
+    struct exr_error error;
+    struct rf_error core_error;
+    struct picture picture;
+    if (!path)
+        return EXIT_DONE;
+    if (!picture_read(path, NULL, run->n_threads, &picture, &error))
+        return fail_exr(&error);
+    const struct rf_image image =
+        rf_image_packed(picture.samples, picture.width, picture.height, 3);
+    const rf_result result =
+        rf_filter_set_distribution(run->filter, &image, &core_error);
+    picture_free(&picture);
+    if (result == RF_OK)
+        return EXIT_DONE;
+    message("%s: %s", path, core_error.message);
+    return EXIT_FAILED;
+}
+
+/* --distribution-image says which distribution, and is of use to one method only. */
+static int check_distribution(struct run *run)
+{
+    const bool has_image = run->tool->distribution_image != NULL;
+    const struct rf_params *params = &run->settings->params;
+    const bool is_typed =
+        settings_origin(run->settings, "distribution") == ORIGIN_COMMAND_LINE;
+    if (has_image && params->method != RF_METHOD_SCATTER) {
+        message(
+            "--distribution-image: is for the method scatter; add --method scatter");
+        return EXIT_USAGE;
+    }
+    if (has_image && is_typed && params->distribution != RF_DISTRIBUTION_IMAGE) {
+        message("--distribution-image: goes with --distribution image, which can be "
+                "left out");
+        return EXIT_USAGE;
+    }
+    if (has_image)
+        settings_set(run->settings, "distribution", "image", NULL);
+    else if (params->distribution == RF_DISTRIBUTION_IMAGE &&
+             params->method == RF_METHOD_SCATTER) {
+        message("--distribution image: needs its picture, --distribution-image FILE");
+        return EXIT_USAGE;
+    }
+    return EXIT_DONE;
+}
+
 static int read_facts(struct run *run)
 {
     char text[1024];
@@ -238,6 +287,9 @@ static int read_facts(struct run *run)
         warning(run->tool->is_quiet,
                 "%s: was filtered before (%s); filter the pinhole render instead",
                 exr_path(source->colour), by);
+    const int code = check_distribution(run);
+    if (code != EXIT_DONE)
+        return code;
     struct rf_error error;
     if (settings_fit_window(run->settings, &source->info, &run->params, &error) !=
         RF_OK)
@@ -257,7 +309,7 @@ static int make_filter(struct run *run)
     if (rf_filter_create(&run->filter, run->context, &run->params, run->source.width,
                          run->source.height, &error) != RF_OK)
         return fail_core(run, &error);
-    return EXIT_DONE;
+    return set_distribution(run);
 }
 
 static bool write_flattened(const struct run *run, struct exr_error *error);

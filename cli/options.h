@@ -77,6 +77,13 @@ const char *nearest_name(const char *name, const char *const *candidates, size_t
         .name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .offset = (at),           \
         .help = "No progress bar and no warnings."                                     \
     }
+#define OPTION_DISTRIBUTION_ROW(at)                                                    \
+    {                                                                                  \
+        .name = "distribution-image", .kind = OPTION_FILE, .offset = (at),             \
+        .value = "FILE",                                                               \
+        .help = "Method scatter: picture of the aperture, EXR or PNG of any size, as " \
+                "the camera sees it; implies --distribution image."                    \
+    }
 #define OPTION_THREADS_ROW(at)                                                         \
     {                                                                                  \
         .name = "threads", .letter = 'j', .kind = OPTION_INT, .offset = (at),          \

@@ -2,6 +2,7 @@
 /* The filter object: checks, the list of methods, and the way from views to pixels. */
 #include <omp.h>
 
+#include "distribution.h"
 #include "internal.h"
 #include "methods/preview.h"
 
@@ -142,8 +143,10 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
 
 void rf_filter_destroy(struct rf_filter *filter)
 {
-    if (filter)
-        rf_free(filter->context, filter);
+    if (!filter)
+        return;
+    rf_bokeh_free(filter);
+    rf_free(filter->context, filter);
 }
 
 const struct rf_lens *rf_filter_lens(const struct rf_filter *filter)

@@ -154,6 +154,7 @@ struct rf_filter {
     struct rf_lens lens;
     struct rf_shape shape;
     int width, height;
+    struct rf_bokeh *bokeh; /* NULL until one is set */
 };
 
 /* One view, in the blend space. */

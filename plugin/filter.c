@@ -34,19 +34,53 @@ static rf_result build(struct filter_object *self, const struct rf_params *param
                             size_px[1], error);
 }
 
+/* Takes the keyword `distribution_image` out of `keywords`; *picture is a new reference
+ * or NULL. -1 with an exception set. */
+static int take_picture(PyObject *keywords, PyObject **picture)
+{
+    *picture = PyDict_GetItemString(keywords, "distribution_image");
+    if (!*picture)
+        return 0;
+    Py_INCREF(*picture);
+    if (PyDict_DelItemString(keywords, "distribution_image") == 0)
+        return 0;
+    Py_CLEAR(*picture);
+    return -1;
+}
+
+static int set_picture(const struct module_state *state, struct filter_object *self,
+                       PyObject *picture)
+{
+    struct plugin_image image;
+    struct rf_error error;
+    if (plugin_open_image(&image, picture, "distribution_image", false) < 0)
+        return -1;
+    rf_result result = rf_filter_set_distribution(self->filter, &image.image, &error);
+    plugin_close_image(&image);
+    if (result != RF_OK)
+        plugin_raise(state, &error);
+    return result == RF_OK ? 0 : -1;
+}
+
 static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *keywords)
 {
     const struct module_state *state = PyType_GetModuleState(type);
     int size_px[2], n_threads;
     struct rf_params params;
+    PyObject *picture = NULL;
     if (!state || !PyArg_ParseTuple(args, "ii:Filter", &size_px[0], &size_px[1]))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
     bool is_read = rest && plugin_take_threads(rest, &n_threads) == 0 &&
+                   take_picture(rest, &picture) == 0 &&
                    plugin_read_params(state, rest, &params) == 0;
     Py_XDECREF(rest);
-    if (!is_read)
+    if (!is_read) {
+        Py_XDECREF(picture);
         return NULL;
+    }
+    if (picture)
+        params.distribution = RF_DISTRIBUTION_IMAGE;
     allocfunc allocate = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
     struct filter_object *self = (struct filter_object *)allocate(type, 0);
     struct rf_error error;
@@ -54,6 +88,9 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
         plugin_raise(state, &error);
         Py_CLEAR(self);
     }
+    if (self && picture && set_picture(state, self, picture) < 0)
+        Py_CLEAR(self);
+    Py_XDECREF(picture);
     return (PyObject *)self;
 }
 
@@ -305,10 +342,13 @@ static PyMethodDef filter_methods[] = {
 
 static PyType_Slot filter_slots[] = {
     {Py_tp_doc,
-     "Filter(width, height, *, threads=0, **parameters)\n--\n\nA filter for pictures "
+     "Filter(width, height, *, threads=0, distribution_image=None, "
+     "**parameters)\n--\n\nA filter for pictures "
      "of "
      "width x height px. threads: 0 takes all processors. Parameters as in "
-     "parameters(), by field name; enumerated ones by name. Immutable; may be shared "
+     "parameters(), by field name; enumerated ones by name. distribution_image: "
+     "picture of the aperture, (height, width) or (height, width, 1, 3 or 4) float32, "
+     "for the method scatter; its light is normalised to 1. Immutable; may be shared "
      "by threads, and process() releases the lock of the interpreter."},
     {Py_tp_new, filter_create},
     {Py_tp_dealloc, filter_dealloc},

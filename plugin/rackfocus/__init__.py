@@ -118,7 +118,8 @@ def apply(colour, depth, out=None, *, progress=None, threads=0, **params):
     out: writable, of colour's shape, may be colour itself; None makes a NumPy array.
     progress: function of a fraction from 0 to 1; returning False cancels.
     threads: 0 takes all processors.
-    params: any of parameters() by field name, such as focus_distance=8, blades=6.
+    params: any of parameters() by field name, such as focus_distance=8, blades=6; and
+    distribution_image, a picture of the aperture for method="scatter".
     """
     if out is None:
         import numpy

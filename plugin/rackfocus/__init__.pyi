@@ -54,6 +54,7 @@ def apply(
     *,
     progress: Callable[[float], bool | None] | None = None,
     threads: int = 0,
+    distribution_image: Pixels = ...,
     **params: float | str | bool,
 ) -> Any: ...
 def accumulate(

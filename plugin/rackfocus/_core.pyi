@@ -53,6 +53,7 @@ class Filter:
         /,
         *,
         threads: int = 0,
+        distribution_image: Pixels = ...,
         **params: float | str | bool,
     ) -> Filter: ...
     def process(

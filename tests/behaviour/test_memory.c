@@ -36,6 +36,19 @@ static void release(void *user, void *memory)
     free(memory);
 }
 
+/* The distribution of scatter, where the parameters ask for a picture. */
+static rf_result set_picture(struct rf_filter *filter, const struct rf_params *params,
+                             struct rf_error *error)
+{
+    float picture[4 * 5 * 3];
+    for (int i = 0; i < 4 * 5 * 3; i++)
+        picture[i] = (float)(i % 7);
+    const struct rf_image image = rf_image_packed(picture, 4, 5, 3);
+    return params->distribution == RF_DISTRIBUTION_IMAGE
+               ? rf_filter_set_distribution(filter, &image, error)
+               : RF_OK;
+}
+
 static rf_result run(struct frame *f, const struct rf_params *params,
                      struct memory *memory, struct rf_error *error)
 {
@@ -56,7 +69,9 @@ static rf_result run(struct frame *f, const struct rf_params *params,
             .depth = rf_image_packed(f->depth, f->width, f->height, 1)};
         struct rf_image out = rf_image_packed(f->out, f->width, f->height, f->channels);
         struct rf_image coc = rf_image_packed(f->out, f->width, f->height, 1);
-        result = rf_filter_coc(filter, &view.depth, &coc, error);
+        result = set_picture(filter, params, error);
+        if (result == RF_OK)
+            result = rf_filter_coc(filter, &view.depth, &coc, error);
         if (result == RF_OK)
             result = rf_filter_process(filter, &view, 1, &out, NULL, error);
         rf_filter_destroy(filter);
@@ -103,8 +118,55 @@ static void every_allocation_may_fail(void)
         params.blades = 6;
         params.sub_apertures = 1;
         params.split_edges = params.fill_hidden = params.exact_highlights = 0;
+        params.distribution = RF_DISTRIBUTION_IMAGE;
         check_every_k(&params);
     }
+}
+
+static rf_result add_up(struct frame *f, struct memory *memory, struct rf_error *error)
+{
+    struct rf_context_params how = {
+        .size = sizeof how, .allocate = allocate, .release = release, .user = memory};
+    struct rf_context *context;
+    struct rf_accumulator *accumulator;
+    struct rf_params params;
+    rf_params_init(&params);
+    rf_result result = rf_context_create(&context, &how, error);
+    if (result != RF_OK)
+        return result;
+    result = rf_accumulator_create(&accumulator, context, &params, f->width, f->height,
+                                   f->channels, error);
+    if (result == RF_OK) {
+        const struct rf_image image =
+            rf_image_packed(f->colour, f->width, f->height, f->channels);
+        const struct rf_image out =
+            rf_image_packed(f->out, f->width, f->height, f->channels);
+        result = rf_accumulator_add(accumulator, &image, error);
+        if (result == RF_OK)
+            result = rf_accumulator_mean(accumulator, &out, error);
+        rf_accumulator_destroy(accumulator);
+    }
+    rf_context_destroy(context);
+    return result;
+}
+
+static void sums_may_fail(void)
+{
+    struct frame f = frame_make(26, 18, 4);
+    struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
+    frame_fill_scene(&f, 3);
+    REQUIRE(add_up(&f, &memory, NULL) == RF_OK);
+    CHECK(memory.n_live == 0);
+    CHECK(!memcmp(f.out, f.colour, frame_bytes(&f)));
+    int n = memory.n_requests;
+    for (int k = 1; k <= n; k++) {
+        struct rf_error error = {0};
+        memory.n_requests = 0;
+        memory.fail_at = k;
+        CHECK(add_up(&f, &memory, &error) == RF_ERROR_MEMORY);
+        CHECK(error.code == RF_ERROR_MEMORY && memory.n_live == 0);
+    }
+    frame_free(&f);
 }
 
 /* Memory full of rubbish or of zeros: the same picture. */
@@ -129,6 +191,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     rf_method_list(&n_methods);
     TEST(every_allocation_may_fail);
+    TEST(sums_may_fail);
     TEST(nothing_is_read_before_it_is_written);
     return testing_end();
 }

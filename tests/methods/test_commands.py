@@ -136,3 +136,70 @@ def test_compare_methods_says_what_is_wrong(rackfocus, tmp_path):
         "compare-methods", POSTS, "--reference", TRUTH, "--sheet", "a.exr", code=2
     )
     assert "does not end in .png" in done.stderr
+
+
+# ---- a picture as the distribution ---------------------------------------------------
+
+
+def lamp(tmp_path, z, size=41):
+    """One bright pixel at distance z; the radius is 16 px at 20, -16 px at 4."""
+    light = numpy.zeros((size, size), numpy.float32)
+    light[size // 2, size // 2] = 1000
+    depth = numpy.full((size, size), 1e10, numpy.float32)
+    depth[size // 2, size // 2] = z
+    facts = {"rackfocus:lensRadius": 1.0, "rackfocus:focusDistance": 20 / 3}
+    facts["rackfocus:focalLengthPx"] = 160.0
+    channels = dict.fromkeys("RGB", light) | {"Z": depth}
+    return plainexr.write(tmp_path / "lamp.exr", channels, facts)
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_a_file_gives_the_bokeh(rackfocus, tmp_path, suffix):
+    """An L of light: its picture behind the focus, turned by 180 degrees before it."""
+    picture = numpy.zeros((32, 32), numpy.float32)
+    picture[4:28, 6:12] = picture[22:28, 6:26] = 1
+    exr = plainexr.write(tmp_path / "l.exr", dict.fromkeys("RGB", picture * 7))
+    image = exr
+    if suffix == "png":
+        # The smallest blur there is makes a PNG of the picture.
+        passes = plainexr.write(
+            tmp_path / "flat.exr",
+            dict.fromkeys("RGB", picture) | {"Z": picture + 1},
+        )
+        image = tmp_path / "l.png"
+        rackfocus("filter", passes, "-o", image, "--lens-radius", 1e-9)
+    for z, turn in ((20, 1), (4, -1)):
+        out = tmp_path / "out.exr"
+        rackfocus("filter", lamp(tmp_path, z), "-o", out, "--type", "float",
+                  "--method", "scatter", "--distribution-image", image)  # fmt: skip
+        got = plainexr.read(out)[0]["G"].astype(float)
+        assert got.sum() == pytest.approx(1000, rel=1e-5)
+        # 32 squares over 32 px; the lamp is a pixel's centre, so half a pixel off.
+        want = numpy.zeros((41, 41))
+        inside = picture[::turn, ::turn]
+        for dy in (0, 1):
+            for dx in (0, 1):
+                want[4 + dy : 36 + dy, 4 + dx : 36 + dx] += inside / 4
+        assert got / 1000 == pytest.approx(want / want.sum(), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    "options, text, code",
+    [
+        (["--distribution-image", "l.exr"], "--method scatter", 2),
+        (["--method", "scatter", "--distribution", "image"], "--distribution-image", 2),
+        (["--method", "scatter", "--distribution", "ring", "--distribution-image",
+          "l.exr"], "--distribution image", 2),
+        (["--method", "scatter", "--distribution-image", "none.exr"], "none.exr", 1),
+        (["--method", "scatter", "--distribution-image", "black.exr"], "black.exr", 1),
+    ],
+)  # fmt: skip
+def test_a_wrong_file_for_the_bokeh(rackfocus, tmp_path, options, text, code):
+    for name, value in (("l", 1), ("black", 0)):
+        plain = numpy.full((4, 4), value, numpy.float32)
+        plainexr.write(tmp_path / f"{name}.exr", dict.fromkeys("RGB", plain))
+    options = [tmp_path / o if o.endswith("exr") else o for o in options]
+    out = tmp_path / "out.exr"
+    done = rackfocus("filter", lamp(tmp_path, 20), "-o", out, *options, code=code)
+    assert text in done.stderr
+    assert not out.exists()

@@ -90,11 +90,180 @@ static void the_shapes_differ(void)
     frame_free(&ring);
 }
 
+/* ---- a picture as the distribution --------------------------------------------- */
+
+/* Light of a picture of w x h squares within [x0, x1] x [y0, y1], by clipping each. */
+static double light_within(const float *picture, int w, int h, int step, double x0,
+                           double x1, double y0, double y1)
+{
+    double sum = 0;
+    for (int j = 0; j < h; j++)
+        for (int i = 0; i < w; i++)
+            sum += picture[(j * w + i) * step] *
+                   fmax(0, fmin(x1, i + 1) - fmax(x0, i)) *
+                   fmax(0, fmin(y1, j + 1) - fmax(y0, j));
+    return sum;
+}
+
+/* What the pixel (dx, dy) from a lamp of radius r should get of its light. */
+static double share(const float *picture, int w, int h, int step, double r, int dx,
+                    int dy)
+{
+    double scale = fmax(w, h) / (2 * fmax(fabs(r), 0.5)); /* squares per px */
+    if (r < 0) {                                          /* before the focus */
+        dx = -dx;
+        dy = -dy;
+    }
+    return light_within(picture, w, h, step, w / 2.0 + (dx - 0.5) * scale,
+                        w / 2.0 + (dx + 0.5) * scale, h / 2.0 + (dy - 0.5) * scale,
+                        h / 2.0 + (dy + 0.5) * scale) /
+           light_within(picture, w, h, step, 0, w, 0, h);
+}
+
+/* A frame of `channels` whose middle is a lamp of signed radius r, blurred by picture.
+ */
+static struct frame stamped(double r, int channels, const float *picture, int w, int h,
+                            int picture_channels)
+{
+    int size = 2 * (int)ceil(fabs(r)) + 5;
+    struct frame f = frame_make(size, size, channels);
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    plain_params(&params, RF_METHOD_SCATTER);
+    params.distribution = RF_DISTRIBUTION_IMAGE;
+    size_t middle = frame_pixels(&f) / 2;
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        f.depth[i] = PLAIN_FOCUS;
+    f.depth[middle] = plain_depth(r);
+    for (int c = 0; c < channels; c++)
+        f.colour[middle * (size_t)channels + (size_t)c] = 10;
+    struct rf_image image = rf_image_packed((float *)picture, w, h, picture_channels);
+    struct rf_view view = {.colour = rf_image_packed(f.colour, size, size, channels),
+                           .depth = rf_image_packed(f.depth, size, size, 1)};
+    struct rf_image out = rf_image_packed(f.out, size, size, channels);
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &params, size, size, NULL) == RF_OK);
+    CHECK(rf_filter_set_distribution(filter, &image, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_OK);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return f;
+}
+
+/* An arrow-like picture without any symmetry. */
+static void draw_picture(float *picture, int w, int h, int channels)
+{
+    for (int j = 0; j < h; j++)
+        for (int i = 0; i < w; i++)
+            for (int c = 0; c < channels; c++)
+                picture[(j * w + i) * channels + c] =
+                    (float)((i * 5 + j * 3 + i * j + 7 * c) % 11) * (i < 2 * j + 3);
+}
+
+static void picture_is_integrated_over_each_pixel(void)
+{
+    static const int sizes[][2] = {{1, 1}, {7, 5}, {24, 40}};
+    static const double radii[] = {0.2, 0.9, -3.3, 8.6, -21.25};
+    for (int s = 0; s < 3; s++)
+        for (int k = 0; k < 5; k++) {
+            float picture[40 * 24];
+            int w = sizes[s][0], h = sizes[s][1];
+            double worst = 0, sum = 0;
+            draw_picture(picture, w, h, 1);
+            picture[0] = 3;
+            struct frame f = stamped(radii[k], 1, picture, w, h, 1);
+            int c = f.width / 2;
+            /* plain_depth() is rounded to float: about 1e-6 of the radius. */
+            for (int y = 0; y < f.height; y++)
+                for (int x = 0; x < f.width; x++) {
+                    double got = *frame_at(&f, f.out, x, y) / 10;
+                    sum += got;
+                    worst = fmax(worst, fabs(got - share(picture, w, h, 1, radii[k],
+                                                         x - c, y - c)));
+                }
+            CHECK_NEAR(worst, 0, 2e-5);
+            CHECK_NEAR(sum, 1, 1e-6);
+            frame_free(&f);
+        }
+}
+
+/* Each channel of a coloured picture has unit energy of its own; alpha gets the mean
+ * of their shapes, and a fourth channel is not looked at. */
+static void coloured_pictures(void)
+{
+    float rgba[9 * 9 * 4];
+    draw_picture(rgba, 9, 9, 4);
+    struct frame f = stamped(12.3, 4, rgba, 9, 9, 4);
+    int middle = f.width / 2;
+    double sum[4] = {0}, worst = 0, mean_worst = 0;
+    float mean[81];
+    for (int i = 0; i < 81; i++)
+        mean[i] = (rgba[4 * i] + rgba[4 * i + 1] + rgba[4 * i + 2]) / 3;
+    for (int y = 0; y < f.height; y++)
+        for (int x = 0; x < f.width; x++)
+            for (int c = 0; c < 4; c++) {
+                const float *from = c < 3 ? rgba + c : mean;
+                double want =
+                    share(from, 9, 9, c < 3 ? 4 : 1, 12.3, x - middle, y - middle);
+                double got = frame_at(&f, f.out, x, y)[c] / 10;
+                sum[c] += got;
+                worst = fmax(worst, c < 3 ? fabs(got - want) : 0);
+                mean_worst = fmax(mean_worst, c == 3 ? fabs(got - want) : 0);
+            }
+    CHECK_NEAR(worst, 0, 2e-5);
+    CHECK_NEAR(mean_worst, 0, 2e-5);
+    for (int c = 0; c < 4; c++)
+        CHECK_NEAR(sum[c], 1, 1e-6);
+    frame_free(&f);
+}
+
+static void bad_pictures_are_named(void)
+{
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_params params;
+    struct rf_error error;
+    float picture[12] = {0}, out[4];
+    plain_params(&params, RF_METHOD_SCATTER);
+    params.distribution = RF_DISTRIBUTION_IMAGE;
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &params, 2, 2, NULL) == RF_OK);
+    struct rf_image image = rf_image_packed(picture, 4, 3, 1);
+    float colour[4] = {1, 1, 1, 1}, depth[4] = {1, 1, 1, 1};
+    struct rf_view view = {.colour = rf_image_packed(colour, 2, 2, 1),
+                           .depth = rf_image_packed(depth, 2, 2, 1)};
+    struct rf_image to = rf_image_packed(out, 2, 2, 1);
+    CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_ERROR_PARAMETER);
+    CHECK_STR(error.field, "distribution");
+    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_PIXEL);
+    CHECK_CONTAINS(error.message, "black");
+    picture[5] = -1;
+    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_PIXEL);
+    CHECK_CONTAINS(error.message, "(1, 1)");
+    picture[5] = NAN;
+    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_PIXEL);
+    CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_ERROR_PARAMETER);
+    picture[5] = 1;
+    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_OK);
+    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_OK); /* replaces */
+    CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_OK);
+    image = rf_image_packed(picture, 6, 2, 1);
+    image.channels = 2;
+    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_filter_set_distribution(filter, NULL, &error) == RF_ERROR_ARGUMENT);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(unit_energy_at_any_radius);
     TEST(every_weight_is_the_formula);
     TEST(the_shapes_differ);
+    TEST(picture_is_integrated_over_each_pixel);
+    TEST(coloured_pictures);
+    TEST(bad_pictures_are_named);
     return testing_end();
 }

@@ -501,3 +501,24 @@ def test_accumulator_refuses_bad_pictures():
     assert total.count == 1 and (out == 1).all()
     with pytest.raises(ValueError):
         rackfocus.accumulate([])
+
+
+def test_a_picture_as_the_distribution():
+    """Its light is normalised; other types and black are refused by name."""
+    colour, depth = make_frame(channels=3)
+    ramp = np.outer(np.arange(1, 9), np.arange(1, 6)).astype(np.float32)
+    image = rackfocus.apply(
+        colour, depth, method="scatter", distribution_image=ramp, **LENS
+    )
+    brighter = rackfocus.apply(
+        colour, depth, method="scatter", distribution_image=9 * ramp, **LENS
+    )
+    assert image == pytest.approx(brighter, rel=1e-5)
+    assert np.abs(image - filtered(colour, depth)).max() > 0.01
+    with pytest.raises(rackfocus.PixelError):
+        rackfocus.Filter(9, 9, distribution_image=0 * ramp)
+    with pytest.raises(TypeError, match="distribution_image"):
+        rackfocus.Filter(9, 9, distribution_image="ring.png")
+    with pytest.raises(rackfocus.ParameterError) as caught:
+        filtered(colour, depth, distribution="image")
+    assert caught.value.field == "distribution"

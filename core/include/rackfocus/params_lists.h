@@ -59,7 +59,8 @@
 #define RF_LIST_DISTRIBUTION(X)                                                        \
     X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")     \
     X(RF_DISTRIBUTION_GAUSSIAN, "gaussian", "soft: sigma half the radius")             \
-    X(RF_DISTRIBUTION_RING, "ring", "bright rim, four times the centre")
+    X(RF_DISTRIBUTION_RING, "ring", "bright rim, four times the centre")               \
+    X(RF_DISTRIBUTION_IMAGE, "image", "a picture of the aperture, given beside it")
 
 #define RF_LIST_BLEND(X)                                                               \
     X(RF_BLEND_COC, "coc", "each pixel blurred by its own circle of confusion")        \

@@ -376,6 +376,21 @@ RF_API rf_result rf_filter_create(struct rf_filter **filter,
                                   int32_t height, struct rf_error *error);
 RF_API void rf_filter_destroy(struct rf_filter *filter);
 
+/**
+ * The picture that `distribution` = image of the method scatter spreads light by, of any
+ * size: the aperture as the camera sees it, or the bokeh of a bright point behind the
+ * focus; before the focus it stands on its head. Its longer side is the diameter of the
+ * circle of confusion, its middle the middle. One channel, or three (each normalised, so
+ * that only the bokeh is coloured), or four, of which the last is not looked at;
+ * scene-linear, not negative. The light of each channel adds up to 1 whatever the
+ * numbers are. The picture is copied. To be called before the filter is shared;
+ * replaces an earlier one. RF_ERROR_PIXEL: NaN, infinity, negative, or all black;
+ * RF_ERROR_ARGUMENT: a malformed view. Since 0.1.
+ */
+RF_API rf_result rf_filter_set_distribution(struct rf_filter *filter,
+                                            const struct rf_image *image,
+                                            struct rf_error *error);
+
 /** The lens that the filter uses. Valid as long as the filter. */
 RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
 
