@@ -2,22 +2,44 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <omp.h>
 
 #include "cli.h"
 
+static _Thread_local struct {
+    char *text;
+    size_t n_bytes;
+} capture;
+
+void message_capture(char *text, size_t n_bytes)
+{
+    capture.text = text;
+    capture.n_bytes = n_bytes;
+}
+
 static void print(const char *kind, const char *format, va_list arguments)
 {
     fflush(stdout);
+    flockfile(stderr);
     fprintf(stderr, "rackfocus: %s", kind);
     vfprintf(stderr, format, arguments);
     fputc('\n', stderr);
+    funlockfile(stderr);
 }
 
 void message(const char *format, ...)
 {
     va_list arguments;
+    if (capture.text) {
+        char *text = need_memory(capture.n_bytes, 1);
+        va_start(arguments, format);
+        vsnprintf(text, capture.n_bytes, format, arguments);
+        va_end(arguments);
+        memcpy(capture.text, text, capture.n_bytes); /* may be among the arguments */
+        free(text);
+    }
     va_start(arguments, format);
     print("", format, arguments);
     va_end(arguments);

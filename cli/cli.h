@@ -61,6 +61,9 @@ const struct command *command_find(const char *name);
 /* "rackfocus: " and the text on stderr. The text reads "FILE: what; way out". */
 void message(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* Until it is called with NULL, messages of this thread are also kept in `text`. */
+void message_capture(char *text, size_t n_bytes);
+
 /* The same as a warning; nothing where `is_quiet`. */
 void warning(bool is_quiet, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

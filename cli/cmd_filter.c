@@ -12,10 +12,17 @@
 #include "filter_run.h"
 #include "picture.h"
 #include "progress.h"
+#include "sequence.h"
 #include "settings.h"
 #include "source.h"
 
-#define AT(member) offsetof(struct filter_options, member)
+struct options {
+    struct filter_options filter;
+    struct sequence_options sequence;
+};
+
+#define AT(member) offsetof(struct options, filter.member)
+#define AT_SEQUENCE(member) offsetof(struct options, sequence.member)
 
 static const struct option options[] = {
     {.name = "output",
@@ -88,6 +95,30 @@ static const struct option options[] = {
      .value = "BITS",
      .choices = "8|16",
      .help = "Bits per sample of the PNG file: 8 or 16. [default 8]"},
+    {.name = "frames",
+     .kind = OPTION_TEXT,
+     .offset = AT_SEQUENCE(frames),
+     .value = "LIST",
+     .help = "Sequence (names with ####): these frames, such as 1-240x2,300. [default "
+             "those that there are]"},
+    {.name = "frame-parameters",
+     .kind = OPTION_FILE,
+     .offset = AT_SEQUENCE(parameters),
+     .value = "FILE.csv",
+     .help = "Sequence: parameters per frame; the first line names the columns, as in "
+             "frame,focus-distance."},
+    {.name = "anew",
+     .kind = OPTION_FLAG,
+     .offset = AT_SEQUENCE(is_anew),
+     .help = "Sequence: also make the frames that are finished."},
+    {.name = "jobs",
+     .kind = OPTION_INT,
+     .offset = AT_SEQUENCE(n_jobs),
+     .value = "N",
+     .min = 1,
+     .max = 16,
+     .help = "Sequence: frames at a time, so that files are read and written while "
+             "others are filtered. [default 2]"},
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,
@@ -133,17 +164,40 @@ static bool check_usage(const struct filter_options *tool,
     return true;
 }
 
+/* What only a sequence has means nothing elsewhere. */
+static bool check_sequence(const struct options *all, const struct operands *operands)
+{
+    const struct sequence_options *sequence = &all->sequence;
+    if (sequence_is_pattern(operands->items[0]))
+        return true;
+    const char *given = sequence->frames       ? "frames"
+                        : sequence->parameters ? "frame-parameters"
+                        : sequence->is_anew    ? "anew"
+                        : sequence->n_jobs     ? "jobs"
+                                               : NULL;
+    if (given)
+        message(
+            "--%s: is for sequences; name them with # for the digits of the number, "
+            "as in 'shot.####.exr'",
+            given);
+    return given == NULL;
+}
+
 static int cmd_filter(int argc, char **argv)
 {
-    struct filter_options tool = {0};
+    struct options all = {0};
+    const struct filter_options *tool = &all.filter;
     struct settings settings;
     struct operands operands;
-    int code = options_parse(&command_filter, argc, argv, &tool, &settings, &operands);
+    int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
     code = EXIT_USAGE;
-    if (check_usage(&tool, &operands))
-        code = filter_run(&tool, &settings, operands.items, operands.n);
+    if (check_usage(tool, &operands) && check_sequence(&all, &operands))
+        code = sequence_is_pattern(operands.items[0])
+                   ? sequence_run(&all.sequence, tool, &settings, operands.items,
+                                  operands.n)
+                   : filter_run(tool, &settings, operands.items, operands.n);
     operands_free(&operands);
     return code;
 }
@@ -152,7 +206,8 @@ const struct command command_filter = {
     .name = "filter",
     .summary = "give a rendered picture its lens",
     .usage = "IN.exr [DEPTH.exr] -o OUT [options]\n"
-             "       rackfocus filter VIEW.exr VIEW.exr ... -o OUT [options]",
+             "       rackfocus filter VIEW.exr VIEW.exr ... -o OUT [options]\n"
+             "       rackfocus filter IN.####.exr -o OUT.####.exr [options]",
     .description =
         "Blurs a pinhole render by its depth, as the lens would have. IN.exr holds the "
         "colour and, unless a second file is given, the depth. What the camera was is "
@@ -162,12 +217,16 @@ const struct command command_filter = {
         "views; the camera is that of the first.\n\n"
         "A deep file is filtered sample by sample: what is hidden, transparent or a "
         "volume is seen as the lens sees it.\n\n"
+        "A name with #### is a sequence, #### the number of the frame. Frames that are "
+        "finished and would be made in the same way are skipped, those that fail are "
+        "listed at the end.\n\n"
         "The output is written beside its place and renamed, so it may be the input "
         "itself, and an old file survives any failure.",
     .examples =
         "rackfocus filter passes.exr -o out.exr --focus-distance 8 --f-stop 1.4\n"
         "rackfocus filter colour.exr --depth-file z.exr -o out.png --blades 6\n"
         "rackfocus filter passes_v*.exr -o out.exr --focus-distance 8\n"
+        "rackfocus filter 'shot.####.exr' -o 'out.####.exr' --frames 1-240x2\n"
         "rackfocus filter ortho.exr -o out.exr --projection orthographic "
         "--ortho-scale 4",
     .options = options,

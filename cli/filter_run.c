@@ -367,7 +367,7 @@ static int process(struct run *run)
     const struct rf_image out = view.colour;
     struct progress bar;
     struct rf_error error;
-    progress_start(&bar, "filtering", run->tool->is_quiet);
+    progress_start(&bar, "filtering", run->tool->is_quiet || run->tool->is_in_sequence);
     const struct rf_progress progress = {progress_report, &bar};
     const rf_result result =
         run->is_deep

@@ -23,6 +23,7 @@ struct filter_options {
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
     bool pass_through, is_quiet;
+    bool is_in_sequence; /* other frames are made meanwhile: no bar */
 };
 
 /* `settings` holds the command line and receives the header's facts. Messages have been

@@ -269,6 +269,8 @@ static char *declared_name(const struct tokens *tokens, int i)
     int k = i - 2;
     while (k > 0 && tokens->items[k].kind != TOKEN_DIRECTIVE)
         k--;
+    if (tokens->items[k + 1].kind != TOKEN_WORD)
+        return text_format("%s", "");
     return token_text(tokens, k + 1);
 }
 

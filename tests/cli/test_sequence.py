@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sequences: which frames are made, skipped and reported."""
+
+import os
+import pathlib
+
+import plainexr
+import pytest
+
+LENS = ["--lens-radius", "0.1", "--focal-length-px", "100"]
+
+
+@pytest.fixture
+def shot(scene, tmp_path):
+    """Frames 1 to n; returns the pattern."""
+
+    def make(n=4, **options):
+        for i in range(1, n + 1):
+            attributes = {"rackfocus:focusDistance": float(2 + i)}
+            scene(f"shot.{i:04d}.exr", attributes=attributes, **options)
+        return tmp_path / "shot.####.exr"
+
+    return make
+
+
+@pytest.fixture
+def run(rackfocus, tmp_path):
+    def filter_shot(pattern, *arguments, code=0, name="out.####.exr"):
+        return rackfocus(
+            "filter", pattern, "-o", tmp_path / name, *LENS, *arguments, code=code
+        )
+
+    return filter_shot
+
+
+def made(tmp_path, name="out"):
+    return sorted(int(p.name.split(".")[1]) for p in tmp_path.glob(f"{name}.[0-9]*.*"))
+
+
+def summary(done):
+    return done.stdout.splitlines()[-1].rsplit(";", 1)[0]
+
+
+def test_all_frames_with_their_own_focus(run, shot, rackfocus, tmp_path):
+    done = run(shot())
+    assert made(tmp_path) == [1, 2, 3, 4]
+    assert summary(done) == "4 frames: 4 filtered, 0 skipped, 0 failed, 0 left"
+    for i in (1, 4):
+        one = tmp_path / "one.exr"
+        rackfocus("filter", tmp_path / f"shot.000{i}.exr", "-o", one, *LENS)
+        assert one.read_bytes() == (tmp_path / f"out.000{i}.exr").read_bytes()
+    assert (tmp_path / "out.0001.exr").read_bytes() != one.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "frames, want",
+    [("2-4", [2, 3, 4]), ("1-4x2", [1, 3]), ("4,1,4", [1, 4]), ("1-2,4", [1, 2, 4])],
+)
+def test_frames(run, shot, tmp_path, frames, want):
+    run(shot(), "--frames", frames)
+    assert made(tmp_path) == want
+
+
+def test_finished_frames_are_skipped(run, shot, tmp_path):
+    pattern = shot()
+    run(pattern, "--frames", "1-2")
+    before = {i: (tmp_path / f"out.000{i}.exr").stat().st_mtime_ns for i in (1, 2)}
+    assert "2 filtered, 2 skipped" in summary(run(pattern))
+    for i, time in before.items():
+        assert (tmp_path / f"out.000{i}.exr").stat().st_mtime_ns == time
+    assert "4 skipped" in summary(run(pattern))
+    assert "4 filtered, 0 skipped" in summary(run(pattern, "--anew"))
+
+
+def test_what_makes_a_frame_unfinished(run, shot, scene, tmp_path):
+    """Missing, cut off, other settings, another input: made again, and only that."""
+    pattern = shot()
+    run(pattern)
+    (tmp_path / "out.0001.exr").unlink()
+    data = (tmp_path / "out.0002.exr").read_bytes()
+    (tmp_path / "out.0002.exr").write_bytes(data[:-9])
+    scene("shot.0003.exr", change=lambda c: c["R"].fill(0.25))
+    done = run(pattern)
+    assert "3 filtered, 1 skipped" in summary(done)
+    assert (tmp_path / "out.0002.exr").read_bytes() == data
+    assert "4 filtered" in summary(run(pattern, "--type", "float"))
+    assert "4 filtered" in summary(run(pattern, "--type", "float", "--blades", "5"))
+    assert "4 skipped" in summary(run(pattern, "--type", "float", "--blades", "5"))
+    assert "4 filtered" in summary(
+        run(pattern, "--output-coc", tmp_path / "c.####.exr")
+    )
+    (tmp_path / "c.0002.exr").unlink()
+    done = run(pattern, "--output-coc", tmp_path / "c.####.exr")
+    assert "1 filtered, 3 skipped" in summary(done)
+
+
+def test_failed_frames_do_not_stop_the_rest(run, shot, tmp_path):
+    pattern = shot(5)
+    (tmp_path / "shot.0002.exr").unlink()
+    data = (tmp_path / "shot.0004.exr").read_bytes()
+    (tmp_path / "shot.0004.exr").write_bytes(data[: len(data) // 2])
+    done = run(pattern, "--frames", "1-5", code=1)
+    assert made(tmp_path) == [1, 3, 5]
+    assert summary(done) == "5 frames: 3 filtered, 0 skipped, 2 failed, 0 left"
+    failed = [line for line in done.stderr.splitlines() if "failed: frame" in line]
+    assert [line.split()[3] for line in failed] == ["2:", "4:"]
+    assert "No such file" in failed[0] and "shot.0004.exr" in failed[1]
+
+
+def test_parameters_per_frame(run, shot, rackfocus, tmp_path):
+    pattern, table = shot(), tmp_path / "focus.csv"
+    table.write_text(
+        "# a pull\nframe, focus-distance, f-stop\n1,3,2\n2, 5,4\n\n4,9,8\n"
+    )
+    done = run(pattern, "--frame-parameters", table, "--lens-radius", "0", code=1)
+    assert "failed: frame 3:" in done.stderr and "has no row for it" in done.stderr
+    assert made(tmp_path) == [1, 2, 4]
+    text = plainexr.read_header((tmp_path / "out.0002.exr").read_bytes())[0]
+    assert "--focus-distance 5" in text["rackfocus:filtered"]
+    assert "--f-stop 4" in text["rackfocus:filtered"]
+    table.write_text(table.read_text().replace("2, 5,4", "2,6,4") + "3,7,4\n")
+    done = run(pattern, "--frame-parameters", table, "--lens-radius", "0")
+    assert "2 filtered, 2 skipped" in summary(done)
+
+
+@pytest.mark.parametrize(
+    "text, reason",
+    [
+        ("focus-distance\n3\n", "the first line names the columns"),
+        ("frame,focus\n1,3\n", "there is no parameter 'focus'"),
+        ("frame,f-stop\n1\n", "csv:2: a row is a frame and 1 value"),
+        ("frame,f-stop\n1,2,3\n", "csv:2: a row is"),
+        ("frame,f-stop\none,2\n", "csv:2: a row is"),
+        ("frame,f-stop\n", "has no rows"),
+    ],
+)
+def test_bad_tables(run, shot, tmp_path, text, reason):
+    table = tmp_path / "focus.csv"
+    table.write_text(text)
+    done = run(shot(1), "--frame-parameters", table, code=1)
+    assert reason in done.stderr
+    assert made(tmp_path) == []
+
+
+def test_a_bad_value_in_a_table_names_the_frame(run, shot, tmp_path):
+    table = tmp_path / "focus.csv"
+    table.write_text("frame,f-stop\n1,2\n2,-3\n")
+    done = run(shot(2), "--frame-parameters", table, code=1)
+    assert "failed: frame 2:" in done.stderr and "range" in done.stderr
+    assert made(tmp_path) == [1]
+
+
+@pytest.mark.parametrize(
+    "frames", ["", "x", "5-1", "1-", "1-3x0", "1,,2", "1 2", "1-9e9"]
+)
+def test_bad_lists(run, shot, tmp_path, frames):
+    done = run(shot(1), "--frames", frames, code=2)
+    assert "--frames" in done.stderr
+    assert made(tmp_path) == []
+
+
+def test_wrong_usage(run, shot, rackfocus, tmp_path):
+    pattern = shot(3)
+    assert "has no #" in run(pattern, name="out.exr", code=2).stderr
+    assert "no such frames" in run(tmp_path / "other.##.exr", code=2).stderr
+    one = tmp_path / "shot.0001.exr"
+    done = rackfocus("filter", one, "-o", "x.exr", "--frames", "1", code=2)
+    assert "is for sequences" in done.stderr
+    # The command line is wrong for every frame: said once, not 3 times.
+    done = run(pattern, "--blades", "2", "--jobs", "1", code=2)
+    assert "0 filtered, 0 skipped, 1 failed, 2 left" in summary(done)
+
+
+def test_other_names(run, shot, rackfocus, tmp_path):
+    """Other paddings, PNG, depth in its own sequence, quiet."""
+    pattern = shot(2)
+    done = run(pattern, name="p_##.png")
+    assert summary(done).startswith("2 frames: 2 filtered")
+    assert (tmp_path / "p_01.png").exists()
+    assert "2 skipped" in summary(run(pattern, name="p_##.png"))
+    for i in (1, 2):
+        channels, _ = plainexr.read(tmp_path / f"shot.000{i}.exr")
+        plainexr.write(tmp_path / f"z{i}.exr", {"Z": channels.pop("Z")})
+        plainexr.write(tmp_path / f"c{i}.exr", channels)
+    depth = ["--depth-file", tmp_path / "z#.exr", "--focus-distance", "4"]
+    done = run(tmp_path / "c#.exr", *depth, "-q", name="d.####.exr")
+    assert done.stdout == "" and made(tmp_path, "d") == [1, 2]
+    # A file that has this very name is no sequence.
+    odd = tmp_path / "take#1.exr"
+    os.rename(tmp_path / "shot.0001.exr", odd)
+    rackfocus("filter", odd, "-o", tmp_path / "odd.exr", *LENS)
+
+
+def test_any_number_at_a_time(run, shot, tmp_path):
+    pattern = shot(5)
+    pictures = []
+    for jobs in (1, 3, 16):
+        run(pattern, "--anew", "--jobs", jobs, "-j2")
+        files = sorted(pathlib.Path(tmp_path).glob("out.[0-9]*.exr"))
+        pictures.append([path.read_bytes() for path in files])
+    assert pictures[0] == pictures[1] == pictures[2]
