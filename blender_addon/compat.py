@@ -79,6 +79,17 @@ def drop_compositor(scene):
         scene.node_tree.nodes.clear()
 
 
+def remove_scene(scene):
+    """Deletes a scene that no window shows, also where there is no window.
+
+    scenes.remove() reads the window of the context, and 3.4 crashes without one.
+    """
+    if bpy.context.window is not None:
+        bpy.data.scenes.remove(scene)
+    else:
+        bpy.data.batch_remove([scene])
+
+
 def shutter_start(scene):
     """When the shutter opens, in frames from the frame's own time."""
     owner = scene.render if hasattr(scene.render, "motion_blur_position") else None

@@ -276,7 +276,7 @@ def remove_orphans():
     """Removes filter scenes whose own scene is gone."""
     for scene in list(bpy.data.scenes):
         if scene.render.engine == ENGINE and scene.rack_focus.source is None:
-            bpy.data.scenes.remove(scene)
+            compat.remove_scene(scene)
 
 
 def disable_everywhere():

@@ -218,9 +218,7 @@ def _remove_copy(copy):
         data = item.data
         bpy.data.objects.remove(item)
         bpy.data.cameras.remove(data)
-    if not bpy.data.user_map(subset={copy})[copy]:
-        copy.user_clear()  # 3.4 goes on counting the nodes that looked at it
-    bpy.data.scenes.remove(copy)
+    compat.remove_scene(copy)
 
 
 def _suffix(index):
