@@ -106,6 +106,7 @@ static bool fail_core(const char *path, const struct rf_error *core_error,
 static bool start_sum(struct sum *sum, struct exr_error *error)
 {
     const struct rf_context_params run = {.size = sizeof(run),
+                                          .cpu = getenv("RACKFOCUS_CPU"),
                                           .n_threads = sum->n_threads};
     const struct source *first = &sum->first;
     struct rf_error core_error;

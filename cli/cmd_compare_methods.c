@@ -344,7 +344,8 @@ static bool read_facts(struct comparison *c, struct exr_error *text, int *code)
 {
     struct rf_error error;
     const int32_t n_threads = c->tool->n_threads;
-    const struct rf_context_params run = {.size = sizeof(run), .n_threads = n_threads};
+    const struct rf_context_params run = {
+        .size = sizeof(run), .cpu = getenv("RACKFOCUS_CPU"), .n_threads = n_threads};
     *code = EXIT_FAILED;
     if (!source_check(&c->source, text) ||
         !source_read_facts(&c->source, &c->settings, text->message,

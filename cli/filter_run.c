@@ -301,6 +301,7 @@ static int make_filter(struct run *run)
 {
     struct rf_error error;
     const struct rf_context_params context = {.size = sizeof(context),
+                                              .cpu = getenv("RACKFOCUS_CPU"),
                                               .n_threads = run->tool->n_threads,
                                               .log = log_remark,
                                               .user = run};

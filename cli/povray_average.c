@@ -67,6 +67,7 @@ static rf_result start_sum(struct work *work, const struct povray_passes *passes
                            struct rf_error *error)
 {
     const struct rf_context_params run = {.size = sizeof(run),
+                                          .cpu = getenv("RACKFOCUS_CPU"),
                                           .n_threads = work->how->n_threads};
     struct rf_params params = work->how->settings->params;
     if (settings_origin(work->how->settings, "blend-gamma") != ORIGIN_COMMAND_LINE)

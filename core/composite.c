@@ -466,8 +466,7 @@ static void merge_row(const struct composer *c, const struct group *g,
     int n_planes = c->canvas.n_planes;
     size_t row = c->canvas.stride, size = (size_t)1 << g->level;
     struct between at_y = between_at(y, g->level, g->height);
-    struct span tiles =
-        active_tiles(g, at_y.low / RF_TILE_H, at_y.high / RF_TILE_H);
+    struct span tiles = active_tiles(g, at_y.low / RF_TILE_H, at_y.high / RF_TILE_H);
     if (tiles.first >= tiles.end)
         return;
     size_t first = (size_t)tiles.first * RF_TILE_W; /* column of the level */
@@ -727,7 +726,7 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
     const struct rf_filter *filter = scene->filter;
     struct composer c = {.scene = scene,
                          .context = filter->context,
-                         .kernels = rf_kernels_best(),
+                         .kernels = filter->context->kernels,
                          .n_threads = filter->context->n_threads,
                          .canvas = {.n_cells = filter->params.sub_apertures,
                                     .n_planes = scene->n_colours + 1}};

@@ -138,6 +138,18 @@ static void pool_release(const struct rf_context *context, struct head *block)
 
 /* ---- contexts ------------------------------------------------------------------ */
 
+static rf_result fail_cpu(struct rf_error *error, const char *cpu)
+{
+    char names[64] = "";
+    const struct rf_kernels *level;
+    for (int i = 0; (level = rf_kernels_at(i)); i++)
+        snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s",
+                 i ? ", " : "", level->name);
+    return rf_fail(error, RF_ERROR_PARAMETER, "cpu",
+                   "no instruction set \"%.32s\" on this machine, which has %s", cpu,
+                   names);
+}
+
 rf_result rf_context_create(struct rf_context **context,
                             const struct rf_context_params *params,
                             struct rf_error *error)
@@ -155,6 +167,10 @@ rf_result rf_context_create(struct rf_context **context,
         return rf_fail(error, RF_ERROR_PARAMETER, "n_threads",
                        "%d threads: the range is 0 (all processors) to %d", p.n_threads,
                        RF_MAX_THREADS);
+    const char *cpu = p.cpu && *p.cpu ? p.cpu : NULL;
+    const struct rf_kernels *kernels = rf_kernels_find(cpu);
+    if (!kernels)
+        return fail_cpu(error, cpu);
     if (!p.allocate != !p.release)
         return rf_fail(error, RF_ERROR_ARGUMENT, "allocate",
                        "set both allocate and release, or neither");
@@ -173,6 +189,7 @@ rf_result rf_context_create(struct rf_context **context,
     both->pool = (struct rf_pool){.n_kept = 0};
     c->pool = &both->pool;
     c->params = p;
+    c->kernels = kernels;
     c->n_threads = p.n_threads ? p.n_threads : omp_get_num_procs();
     *context = c;
     return RF_OK;
@@ -193,7 +210,7 @@ int32_t rf_context_threads(const struct rf_context *context)
 
 const char *rf_context_cpu(const struct rf_context *context)
 {
-    return rf_kernels_best()->name;
+    return context->kernels->name;
 }
 
 int rf_thread_num(void)

@@ -21,8 +21,8 @@
  * What is ours for speed: 8 x 8 blocks know their highest radius, and each block lists
  * once which others can hold a candidate for its pixels, in rings from the inside; the
  * rings end at twice the nearest candidate; far blocks and wide windows are read at
- * every 2nd, 4th, .. pixel; 2 x 2 pixels of one surface share one answer, and 4 x 4 where
- * the rim of the hole is 5 px away. None of it costs more than 0.02 dB.
+ * every 2nd, 4th, .. pixel; 2 x 2 pixels of one surface share one answer, and 4 x 4
+ * where the rim of the hole is 5 px away. None of it costs more than 0.02 dB.
  */
 #include <stdlib.h>
 
@@ -120,8 +120,8 @@ struct scratch {
     struct rf_hidden_vote vote;
     struct rf_hidden_window window;
     int n_blocks;
-    struct rf_hidden_block blocks[(2 * (MAX_REACH / BLOCK + 1) + 1) *
-                                  (2 * (MAX_REACH / BLOCK + 1) + 1)];
+    struct rf_hidden_block
+        blocks[(2 * (MAX_REACH / BLOCK + 1) + 1) * (2 * (MAX_REACH / BLOCK + 1) + 1)];
 };
 
 /* Squared least distance of two blocks that are d blocks apart, in units of the lens.
@@ -139,8 +139,8 @@ static void add_block(const struct search *search, struct scratch *scratch, int 
         return;
     float highest = search->blocks[(by + dy) * search->n_x + bx + dx].highest;
     float room = highest - lowest;
-    if (room > 0 && gap2_of(dx, search->extent[0]) + gap2_of(dy, search->extent[1]) <
-                        room * room)
+    if (room > 0 &&
+        gap2_of(dx, search->extent[0]) + gap2_of(dy, search->extent[1]) < room * room)
         scratch->blocks[scratch->n_blocks++] = (struct rf_hidden_block){
             (int16_t)(bx + dx), (int16_t)(by + dy), ring, highest};
 }
@@ -203,8 +203,7 @@ static bool average(const struct search *search, const struct rf_hidden_window *
     float limit = BRIGHTEST * rf_expf(window->log_sum / window->weight_sum);
     *mean = (struct rf_surface){.r = 0};
     for (int i = 0; i < window->n; i++) {
-        const struct rf_surface *q =
-            back_surface(search->s, (size_t)window->index[i]);
+        const struct rf_surface *q = back_surface(search->s, (size_t)window->index[i]);
         float k = window->weight[i] / window->weight_sum;
         float l = rf_luminance(q->c[0], q->c[1], q->c[2]);
         float dim = l > limit ? k * (limit / l) : k;
@@ -286,8 +285,7 @@ static bool share_quad(const struct search *search, size_t first, int x0, int y0
                                  (size_t)(x0 + (k & 1))))
             return false;
     for (int k = 0; k < 4; k++) {
-        size_t i =
-            (size_t)(y0 + (k >> 1)) * (size_t)s->width + (size_t)(x0 + (k & 1));
+        size_t i = (size_t)(y0 + (k >> 1)) * (size_t)s->width + (size_t)(x0 + (k & 1));
         weight[i] = 1;
         hidden[i] = hidden[first];
     }
@@ -334,7 +332,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
 {
     const struct rf_context *context = filter->context;
     struct search search = {.s = surfaces,
-                            .kernels = rf_kernels_best(),
+                            .kernels = context->kernels,
                             .n_threads = context->n_threads,
                             .n_x = (surfaces->width + BLOCK - 1) / BLOCK,
                             .n_y = (surfaces->height + BLOCK - 1) / BLOCK,
@@ -350,10 +348,10 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
     search.blocks = rf_alloc(context, n_blocks, sizeof *search.blocks);
     struct scratch *scratch =
         rf_alloc(context, (size_t)context->n_threads, sizeof *scratch);
-    rf_result result = search.backs.r && search.backs.log_luminance && search.blocks &&
-                               scratch
-                           ? RF_OK
-                           : rf_fail_memory(error, 2 * n_padded, sizeof(float));
+    rf_result result =
+        search.backs.r && search.backs.log_luminance && search.blocks && scratch
+            ? RF_OK
+            : rf_fail_memory(error, 2 * n_padded, sizeof(float));
     if (result == RF_OK) {
         rf_shape_extent(&filter->shape, search.extent);
         build_rows(&search);

@@ -37,9 +37,12 @@ struct rf_pool {
     size_t kept_bytes, used_bytes, peak_bytes; /* of blocks that may be kept */
 };
 
+struct rf_kernels;
+
 struct rf_context {
     struct rf_context_params params;
     int n_threads;
+    const struct rf_kernels *kernels;
     struct rf_pool *pool;
 };
 

@@ -79,8 +79,9 @@ static void load_pixels(struct rf_picture *l, const struct rf_work_view *view,
                         int n_planes)
 {
     bool has_alpha = false;
-#pragma omp parallel for num_threads(l->filter->context->n_threads) schedule(static) \
-    reduction(|| : has_alpha)
+#pragma omp parallel for num_threads(l->filter->context->n_threads) schedule(static)   \
+    reduction(||                                                                       \
+              : has_alpha)
     for (int y = 0; y < l->height; y++)
         has_alpha = load_row(l, view, n_planes, y) || has_alpha;
     l->has_alpha = has_alpha;
@@ -123,7 +124,7 @@ static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
             for (int y = 0; y < l->height; y++) {
                 const float *rows[5];
                 rf_plane_rows(p, shade, y, 2, rows);
-                rf_kernels_best()->extremes(
+                context->kernels->extremes(
                     rows, 5, 2, l->width, scratch + p->stride * (size_t)rf_thread_num(),
                     rf_plane_row(p, l->darkest, y), NULL);
             }
@@ -292,8 +293,7 @@ void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int 
                      struct rf_samples *out)
 {
     float lum = rf_luminance(p.c[0], p.c[1], p.c[2]);
-    float limit =
-        BRIGHT * p.c[3] * rf_plane_row(&l->pixels, l->darkest, y)[x];
+    float limit = BRIGHT * p.c[3] * rf_plane_row(&l->pixels, l->darkest, y)[x];
     if (lum > limit) {
         struct rf_sample light = p;
         light.kind = RF_POSITIVE;
@@ -313,8 +313,9 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
     l->n_area_y = (l->height + AREA - 1) / AREA;
     l->area =
         rf_alloc(context, (size_t)l->n_area_x * (size_t)l->n_area_y, sizeof(float));
-    size_t stride = ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN *
-                        RF_ROW_MARGIN + 2 * RF_ROW_MARGIN;
+    size_t stride =
+        ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN * RF_ROW_MARGIN +
+        2 * RF_ROW_MARGIN;
     size_t n_plane = stride * (size_t)l->height;
     l->pixels = (struct rf_pixels){
         .width = l->width,

@@ -345,6 +345,7 @@ static bool split_edge(const struct rf_pixels *p, int x, int y, struct rf_surfac
 
 /* Rows of one thread: extremes of the luminance (5 x 5) and the radius (3 x 3). */
 struct scratch {
+    const struct rf_kernels *kernels;
     float *columns, *darkest, *brightest, *nearest, *farthest;
 };
 
@@ -352,11 +353,10 @@ static void find_extremes(const struct rf_pixels *p, int y, const struct scratch
 {
     const float *rows[2 * WINDOW + 1];
     rf_plane_rows(p, p->luminance, y, WINDOW, rows);
-    rf_kernels_best()->extremes(rows, 2 * WINDOW + 1, WINDOW, p->width, s->columns,
-                                s->darkest, s->brightest);
+    s->kernels->extremes(rows, 2 * WINDOW + 1, WINDOW, p->width, s->columns, s->darkest,
+                         s->brightest);
     rf_plane_rows(p, p->radius, y, 1, rows);
-    rf_kernels_best()->extremes(rows, 3, 1, p->width, s->columns, s->nearest,
-                                s->farthest);
+    s->kernels->extremes(rows, 3, 1, p->width, s->columns, s->nearest, s->farthest);
 }
 
 static void split_row(const struct rf_pixels *pixels, int y, const struct scratch *s,
@@ -389,7 +389,8 @@ rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels 
         if (rf_task_is_cancelled(task))
             continue;
         float *at = memory + row * 5 * (size_t)rf_thread_num();
-        struct scratch s = {at, at + row, at + 2 * row, at + 3 * row, at + 4 * row};
+        struct scratch s = {context->kernels, at,           at + row,
+                            at + 2 * row,     at + 3 * row, at + 4 * row};
         split_row(pixels, y, &s, out);
         rf_task_step(task);
     }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus.Accumulator and lens_points(): views from points of the lens. */
+#include <stdlib.h>
+
 #include "module.h"
 
 struct accumulator_object {
@@ -11,7 +13,8 @@ struct accumulator_object {
 static rf_result build(struct accumulator_object *self, const struct rf_params *params,
                        const int shape[3], int n_threads, struct rf_error *error)
 {
-    struct rf_context_params about = {.size = sizeof about, .n_threads = n_threads};
+    struct rf_context_params about = {
+        .size = sizeof about, .n_threads = n_threads, .cpu = getenv("RACKFOCUS_CPU")};
     rf_result result = rf_context_create(&self->context, &about, error);
     if (result != RF_OK)
         return result;

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus.Filter: one size and one set of parameters, any number of frames. */
+#include <stdlib.h>
+
 #include "module.h"
 
 struct filter_object {
@@ -26,7 +28,8 @@ int plugin_take_threads(PyObject *keywords, int *n_threads)
 static rf_result build(struct filter_object *self, const struct rf_params *params,
                        const int size_px[2], int n_threads, struct rf_error *error)
 {
-    struct rf_context_params about = {.size = sizeof about, .n_threads = n_threads};
+    struct rf_context_params about = {
+        .size = sizeof about, .n_threads = n_threads, .cpu = getenv("RACKFOCUS_CPU")};
     rf_result result = rf_context_create(&self->context, &about, error);
     if (result != RF_OK)
         return result;

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The extension module rackfocus._core: limited API of Python 3.11. */
+#include <stdlib.h>
+
 #include "module.h"
 
 static PyObject *version(PyObject *module, PyObject *unused)
@@ -11,7 +13,9 @@ static PyObject *cpu_level(PyObject *module, PyObject *unused)
 {
     struct rf_context *context;
     struct rf_error error;
-    if (rf_context_create(&context, NULL, &error) != RF_OK)
+    struct rf_context_params about = {.size = sizeof about,
+                                      .cpu = getenv("RACKFOCUS_CPU")};
+    if (rf_context_create(&context, &about, &error) != RF_OK)
         return plugin_raise(PyModule_GetState(module), &error);
     PyObject *name = PyUnicode_FromString(rf_context_cpu(context));
     rf_context_destroy(context);
@@ -23,8 +27,8 @@ static PyMethodDef functions[] = {
      "version()\n--\n\nVersion of the library, '0.1.0'."},
     {"cpu_level", cpu_level, METH_NOARGS,
      "cpu_level()\n--\n\nInstruction set that the inner loops of the filter use on "
-     "this "
-     "machine: 'avx2' or 'generic'."},
+     "this machine: 'generic', 'sse4', 'avx2' or 'avx512'. The environment variable "
+     "RACKFOCUS_CPU chooses another; avx512 is only taken when asked for."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
     {"lens_points", (PyCFunction)(void (*)(void))plugin_lens_points,

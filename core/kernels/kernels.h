@@ -100,7 +100,12 @@ struct rf_kernels {
                           struct rf_hidden_window *out);
 };
 
-/* The best level of this machine. */
-const struct rf_kernels *rf_kernels_best(void);
+/*
+ * The level of that name, NULL where the machine does not have it; without a name the
+ * best of the machine but for AVX-512, which lowers the clock of older processors.
+ */
+const struct rf_kernels *rf_kernels_find(const char *name);
+/* The levels of this machine from the plainest on: i = 0, 1, .. until NULL. */
+const struct rf_kernels *rf_kernels_at(int i);
 
 #endif

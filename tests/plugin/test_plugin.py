@@ -63,7 +63,17 @@ def test_cpu_level_is_that_of_the_machine():
     """AVX2 where the processor has it."""
     with open("/proc/cpuinfo") as file:
         flags = set(file.read().split())
-    assert rackfocus.cpu_level() == ("avx2" if "avx2" in flags else "generic")
+    best = "sse4" if "sse4_1" in flags else "generic"
+    assert rackfocus.cpu_level() == ("avx2" if "avx2" in flags else best)
+
+
+def test_cpu_level_is_that_of_the_environment(monkeypatch):
+    """RACKFOCUS_CPU chooses, and a wrong name says which there are."""
+    monkeypatch.setenv("RACKFOCUS_CPU", "generic")
+    assert rackfocus.cpu_level() == "generic"
+    monkeypatch.setenv("RACKFOCUS_CPU", "z80")
+    with pytest.raises(ValueError, match="z80.*generic"):
+        rackfocus.cpu_level()
 
 
 @pytest.mark.parametrize("p", rackfocus.parameters(), ids=lambda p: p.key)

@@ -93,6 +93,47 @@ static void thread_counts(void)
     }
 }
 
+/* Filters the scene with an instruction set; false where the machine lacks it. */
+static bool filter_with(const char *cpu, struct frame *f)
+{
+    struct rf_context_params run = {.size = sizeof run, .n_threads = 2, .cpu = cpu};
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_params params;
+    struct rf_error error;
+    if (rf_context_create(&context, &run, &error) != RF_OK) {
+        CHECK_STR(error.field, "cpu");
+        return false;
+    }
+    CHECK_STR(rf_context_cpu(context), cpu);
+    scene_params(&params, RF_METHOD_LAYERED);
+    CHECK(rf_filter_create(&filter, context, &params, f->width, f->height, NULL) ==
+          RF_OK);
+    struct rf_view view = {.colour = rf_image_packed(f->colour, f->width, f->height, 4),
+                           .depth = rf_image_packed(f->depth, f->width, f->height, 1)};
+    struct rf_image out = rf_image_packed(f->out, f->width, f->height, 4);
+    CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_OK);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return true;
+}
+
+static void instruction_sets_give_the_same_bits(void)
+{
+    static const char *const names[] = {"sse4", "avx2", "avx512"};
+    struct frame plain = frame_make(173, 97, 4), other = frame_make(173, 97, 4);
+    frame_fill_scene(&plain, 20);
+    frame_fill_scene(&other, 20);
+    REQUIRE(filter_with("generic", &plain));
+    size_t n_bytes = (size_t)173 * 97 * 4 * sizeof(float);
+    for (int i = 0; i < 3; i++)
+        if (filter_with(names[i], &other))
+            CHECK(!memcmp(plain.out, other.out, n_bytes));
+    CHECK(!filter_with("z80", &other));
+    frame_free(&plain);
+    frame_free(&other);
+}
+
 static void context_arguments(void)
 {
     struct rf_context *context;
@@ -264,6 +305,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(every_byte_comes_from_the_hooks);
     TEST(thread_counts);
+    TEST(instruction_sets_give_the_same_bits);
     TEST(context_arguments);
     TEST(filter_arguments);
     TEST(process_arguments);

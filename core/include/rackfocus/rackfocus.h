@@ -323,6 +323,12 @@ struct rf_context_params {
     /** Remarks such as "12 pixels had a negative colour"; NULL: silent. */
     void (*log)(void *user, enum rf_log_level level, const char *message);
     void *user; /**< handed to the callbacks */
+    /**
+     * Instruction set of the inner loops: "generic", "sse4", "avx2", "avx512" as far
+     * as the machine has them. NULL or "": the best, but AVX-512 only when asked for.
+     * All give the same bits. Unknown: RF_ERROR_PARAMETER, field "cpu". Since 0.1.
+     */
+    const char *cpu;
 };
 
 struct rf_context;
@@ -335,8 +341,8 @@ RF_API void rf_context_destroy(struct rf_context *context);
 RF_API int32_t rf_context_threads(const struct rf_context *context);
 
 /**
- * Name of the instruction set that the inner loops use: "avx2", or "generic" where the
- * machine has no better one. Static, never freed. Since 0.1.
+ * Name of the instruction set that the inner loops use; see rf_context_params.cpu.
+ * Static, never freed. Since 0.1.
  */
 RF_API const char *rf_context_cpu(const struct rf_context *context);
 
