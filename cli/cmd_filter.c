@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "depth_repair.h"
 #include "filter_run.h"
 #include "picture.h"
 #include "progress.h"
@@ -54,6 +55,22 @@ static const struct option options[] = {
      .value = "FILE.exr",
      .help = "Also write the signed radius of every pixel in px (channel Y, float; "
              "positive behind the focus)."},
+    {.name = "depth-repair",
+     .kind = OPTION_CHOICE,
+     .offset = AT(depth_repair),
+     .value = "WHEN",
+     .choices = DEPTH_REPAIR_CHOICES,
+     .help =
+         "Depth that was multiplied by alpha or anti-aliased: auto undoes it and says "
+         "so; off takes the depth as it is, whatever it looks like. [default auto]"},
+    {.name = "mist-falloff",
+     .kind = OPTION_CHOICE,
+     .offset = AT(mist_falloff),
+     .value = "KIND",
+     .choices = MIST_CHOICES,
+     .help =
+         "Blender's Mist pass as depth: how it grows from start to end; with --depth "
+         "normalised. [default none]"},
     {.name = "filter-layers",
      .kind = OPTION_TEXT,
      .offset = AT(filter_layers),

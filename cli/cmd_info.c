@@ -110,8 +110,9 @@ static bool measure_depth(struct info *info, const struct rf_params *params,
         is_read = depth && (!has_alpha || colour);
     }
     if (is_read) {
-        depth_stats_measure(depth, has_alpha ? colour + 3 : NULL, 4, source->width,
-                            source->height, params->depth_infinity, &info->stats);
+        depth_find(&info->depth, source, &info->settings,
+                   info->has_lens ? &info->lens : NULL, depth,
+                   has_alpha ? colour + 3 : NULL, 4);
         info->has_stats = true;
         if (info->has_lens)
             measure_radii(info, params, depth);

@@ -6,9 +6,6 @@
 
 #include "cli.h"
 
-/* A step: neighbours whose depths differ by this factor. */
-#define STEP_RATIO 1.3
-
 struct map {
     const float *depth;
     int32_t width, height;
@@ -77,7 +74,7 @@ static double mixed_share(const struct map *map)
             const double flat =
                 fmax(fabs(row[x - 1] - row[x - 2]), fabs(row[x + 1] - row[x + 2]));
             if (!is_hit(map, row[x - 1]) || !is_hit(map, row[x + 1]) ||
-                !is_hit(map, row[x]) || far < STEP_RATIO * near ||
+                !is_hit(map, row[x]) || far < DEPTH_STEP_RATIO * near ||
                 !(flat < 0.05 * (far - near)))
                 continue;
             const double place = (row[x] - near) / (far - near);

@@ -7,6 +7,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* A step: neighbours whose depths differ by this factor. */
+#define DEPTH_STEP_RATIO 1.3
+
 struct depth_stats {
     size_t n_pixels;
     size_t n_nan, n_negative;

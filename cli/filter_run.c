@@ -10,6 +10,7 @@
 #include "aov.h"
 #include "cli.h"
 #include "deep.h"
+#include "depth_repair.h"
 #include "picture.h"
 #include "progress.h"
 #include "settings.h"
@@ -336,6 +337,49 @@ static int read_deep(struct run *run)
     return EXIT_DONE;
 }
 
+/* Looks at the depth: undoes what can be, refuses what cannot be meant. */
+static int repair_depth(struct run *run)
+{
+    const struct filter_options *tool = run->tool;
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
+    const char *path = exr_path(source->depth);
+    struct depth_findings found;
+    char text[400];
+    depth_undo_mist(run->depth, n, (enum mist_falloff)tool->mist_falloff);
+    if (tool->depth_repair == DEPTH_REPAIR_OFF)
+        return EXIT_DONE;
+    depth_find(&found, source, run->settings, rf_filter_lens(run->filter), run->depth,
+               alpha, 4);
+    if (depth_is_refused(&found, text, sizeof(text))) {
+        message("%s: the depth %s", path, text);
+        return EXIT_FAILED;
+    }
+    if (found.is_premultiplied) {
+        const size_t n_changed = depth_divide_by_alpha(run->depth, alpha, 4, n);
+        warning(tool->is_quiet,
+                "%s: the depth was multiplied by alpha; %zu pixels were divided by it "
+                "(--depth-repair off takes it as it is)",
+                path, n_changed);
+    }
+    if (found.is_mixed) {
+        const size_t n_changed = depth_snap(run->depth, source->width, source->height,
+                                            run->params.depth_infinity);
+        warning(
+            tool->is_quiet,
+            "%s: the depth was anti-aliased; %zu pixels between two sides were given "
+            "the depth of one (--depth-repair off takes it as it is)",
+            path, n_changed);
+    }
+    if (found.half_step_px > 0.5)
+        warning(tool->is_quiet,
+                "%s: the depth is 16 bit, radii come in steps of up to %.1f px; write "
+                "it as float",
+                path, found.half_step_px);
+    return EXIT_DONE;
+}
+
 static int read_pixels(struct run *run)
 {
     struct exr_error error;
@@ -355,7 +399,7 @@ static int read_pixels(struct run *run)
     run->depth = source_read_depth(&run->source, run->n_threads, &error);
     if (!run->depth)
         return fail_exr(&error);
-    return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
+    return is_interrupted() ? interrupt_exit_code() : repair_depth(run);
 }
 
 static int process(struct run *run)

@@ -17,9 +17,10 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
 struct filter_options {
     const char *output, *output_coc;
     const char *flattened, *holdout; /* deep input only */
-    const char *distribution_image; /* NULL: none */
+    const char *distribution_image;  /* NULL: none */
     const char *depth_file, *depth_channel, *layer;
     const char *filter_layers;           /* separated by commas */
+    int32_t depth_repair, mist_falloff;  /* as in depth_repair.h */
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
     bool pass_through, is_quiet;

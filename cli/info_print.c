@@ -64,7 +64,7 @@ static bool filtered_by(const struct info *info, const char **text)
 
 static double share(const struct info *info, size_t n)
 {
-    return (double)n / (double)info->stats.n_pixels;
+    return (double)n / (double)info->depth.stats.n_pixels;
 }
 
 /* ---- text ----------------------------------------------------------------------- */
@@ -201,7 +201,7 @@ static void print_params(const struct info *info)
 
 static void print_depth(const struct info *info)
 {
-    const struct depth_stats *stats = &info->stats;
+    const struct depth_stats *stats = &info->depth.stats;
     const char *reason, *guess = depth_stats_guess(stats, &reason);
     printf("\nDepth channel\n");
     if (info->source.info.is_deep)
@@ -219,13 +219,23 @@ static void print_depth(const struct info *info)
     if (stats->n_negative)
         printf("  %-20s %zu pixels\n", "negative", stats->n_negative);
     printf("  %-20s %s: %s\n", "looks like", guess, reason);
+    if (stats->n_zero && info->settings.params.depth <= RF_DEPTH_RADIAL)
+        printf("  %-20s %.2f %% of the pixels, taken as nothing hit\n", "exactly 0",
+               100 * share(info, stats->n_zero));
     if (depth_stats_is_mixed(stats))
         printf("  %-20s anti-aliased: %.0f %% of the pixels at depth steps lie between "
-               "both sides\n",
+               "both sides; filter gives them the depth of one\n",
                "suspicion", 100 * stats->mixed_share);
     if (depth_stats_is_premultiplied(stats))
-        printf("  %-20s premultiplied by alpha: %.0f %% of the part-covered pixels\n",
+        printf("  %-20s premultiplied by alpha: %.0f %% of the part-covered pixels; "
+               "filter divides by it\n",
                "suspicion", 100 * stats->premultiplied_share);
+    if (info->depth.is_half)
+        printf("  %-20s 16 bit: radii come in steps of up to %.2g px\n", "precision",
+               info->depth.half_step_px);
+    char text[400];
+    if (depth_is_refused(&info->depth, text, sizeof(text)))
+        printf("  %-20s the depth %s\n", "filter refuses", text);
 }
 
 static void print_lens(const struct info *info)
@@ -344,7 +354,7 @@ static void json_params(struct json *json, const struct settings *settings)
 
 static void json_depth(struct json *json, const struct info *info)
 {
-    const struct depth_stats *stats = &info->stats;
+    const struct depth_stats *stats = &info->depth.stats;
     const char *reason, *guess = depth_stats_guess(stats, &reason);
     const bool has_range = stats->min <= stats->max;
     json_open(json, "depth", '{');
@@ -358,6 +368,13 @@ static void json_depth(struct json *json, const struct info *info)
     json_text(json, "reason", reason);
     json_bool(json, "anti_aliased", depth_stats_is_mixed(stats));
     json_bool(json, "premultiplied", depth_stats_is_premultiplied(stats));
+    json_number(json, "zero_share", share(info, stats->n_zero));
+    json_bool(json, "half", info->depth.is_half);
+    json_number(json, "half_step_px", info->depth.half_step_px);
+    json_bool(json, "mist", info->depth.is_mist);
+    char text[400];
+    if (depth_is_refused(&info->depth, text, sizeof(text)))
+        json_text(json, "refused", text);
     json_close(json, '}');
 }
 

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "depth_stats.h"
+#include "depth_repair.h"
 #include "rackfocus/rackfocus.h"
 #include "settings.h"
 #include "source.h"
@@ -17,7 +17,7 @@ struct info {
     bool has_lens, has_stats, has_radii;
     char lens_problem[256]; /* why there is no lens */
     char radius_problem[256];
-    struct depth_stats stats;
+    struct depth_findings depth;
     struct { /* of a deep file */
         size_t n_samples, most_samples, n_volumes;
         size_t n_empty;  /* pixels */

@@ -132,8 +132,9 @@ static void hash_job(const struct sequence *sequence, struct job *job)
     hash_text(&hash, tool->filter_layers);
     hash_file(&hash, tool->depth_file);
     hash_file(&hash, tool->holdout);
-    const int32_t kinds[4] = {tool->type, tool->compression, tool->png_bits,
-                              tool->pass_through};
+    const int32_t kinds[] = {tool->type,         tool->compression,
+                             tool->png_bits,     tool->pass_through,
+                             tool->depth_repair, tool->mist_falloff};
     hash_bytes(&hash, kinds, sizeof(kinds));
     for (int i = 0; i < sequence->n_paths; i++)
         hash_file(&hash, job->paths[i]);
