@@ -9,17 +9,28 @@ from bpy.app.handlers import persistent
 from . import engine, main_thread, operators, passes, setup, views
 from .writing import write
 
+_rendering = set()  # names of scenes
+
 
 @persistent
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
-    write(_start, scene)
+    _rendering.add(scene.name)
     engine.told.pop(scene.name, None)
-    if setup.filter_scene_of(scene) is not None and not scene.rack_focus.muted:
+    if scene in setup.user_scenes() and not scene.rack_focus.muted:
         try:
-            main_thread.run(functools.partial(views.begin, scene), BEGIN_S)
+            main_thread.run(functools.partial(_prepare, scene), BEGIN_S)
         except Exception as error:
             engine.tell(scene, error)
+    write(_start, scene)
+
+
+def _prepare(scene):
+    """A render, not a refocus, begins; in the main thread."""
+    setup.refresh(scene)
+    if setup.filter_scene_of(scene) is not None:
+        views.begin(scene)
+        setup.settle(scene)
 
 
 def _start(scene):
@@ -38,6 +49,7 @@ def _start(scene):
 def on_render_end(scene, *_):
     """The camera gets its depth of field back, after a cancelled render too."""
     write(_end, scene)
+    _rendering.discard(scene.name)
     if not views.is_active(scene):
         return
     task = functools.partial(views.end, scene)
@@ -83,6 +95,7 @@ def _end(scene):
 @persistent
 def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
+    _rendering.clear()
     passes.forget()
     views.clean_up()
     setup.show_dof()
@@ -98,14 +111,16 @@ _is_busy = False
 def on_change(*_):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
-    if _is_busy or bpy.app.is_job_running("RENDER"):
+    if _is_busy or _rendering or bpy.app.is_job_running("RENDER"):
         return
     _is_busy = True
     try:
         views.clean_up()
         for scene in setup.user_scenes():
-            setup.refresh(scene)
+            is_changed = setup.refresh(scene)
             setup.sync(scene)
+            if is_changed:
+                setup.settle(scene)
     finally:
         _is_busy = False
 

@@ -255,14 +255,26 @@ def disable(scene):
 
 
 def refresh(scene):
-    """Brings the set-up of one scene in line with its cameras."""
+    """Brings the set-up of one scene in line with its cameras; was it out of line?"""
     is_there = filter_scene_of(scene) is not None
     if is_wanted(scene) == is_there:
-        return
+        return False
     if is_there:
         disable(scene)
     else:
         enable(scene)
+    return True
+
+
+def settle(scene):
+    """Brings what Blender keeps of relations between datablocks up to date.
+
+    5.2 crashes when a render begins while they are not, and a render may be what comes
+    next. An empty scene's update is enough.
+    """
+    ours = filter_scene_of(scene)
+    if ours is not None:
+        ours.view_layers[0].update()
 
 
 def camera_changed(data):

@@ -155,9 +155,6 @@ def begin(scene):
         clean_up()
         raise
     _sessions[scene.name] = session
-    # 5.2 crashes when the render begins with relations that are out of date; an empty
-    # scene's update is enough.
-    setup.filter_scene_of(scene).view_layers[0].update()
 
 
 def end(scene):
