@@ -37,7 +37,7 @@ def session(request, dist):
     screen = "-screen 0 1280x900x24"
     about = {**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"}
     log = call(
-        "xvfb-run", "-a", "-s", screen, "sh", "-c", script, env=about, timeout=240
+        "xvfb-run", "-a", "-s", screen, "sh", "-c", script, env=about, timeout=400
     )
     assert "Traceback" not in log, log[-3000:]
     found = json.loads((blender.out / "gui.json").read_text())
@@ -63,6 +63,14 @@ def test_the_picker_sets_the_depth(session):
     assert found["picked"] == pytest.approx(found["picked_depth"], rel=1e-6)
 
 
+def test_views_as_a_job(session):
+    """Four views, refocused; nothing stays behind, after Esc neither."""
+    found, _ = session
+    assert found["views"] == 4 and not found["views_message"]
+    assert found["views_change"] > 0.1
+    assert found["views_leave_nothing"] and found["views_after_escape"]
+
+
 def test_the_nodes_own_button(session):
     """It ends with the filtered picture, composited."""
     assert session[0]["button_difference"] < 0.01
@@ -84,6 +92,7 @@ def test_the_cameras_own_dof_is_back(session):
 # What docs/blender.md shows: the Blender, and left, right, top, bottom in px.
 SHOWN = {
     "panel": ("5", 30, 1050, 412, 768),
+    "views": ("5", 30, 1050, 412, 768),
     "render": ("5", 150, 900, 180, 690),
     "refocus": ("5", 150, 900, 180, 690),
     "compositor": ("3", 300, 560, 240, 622),

@@ -122,6 +122,7 @@ def steps():
     FOUND["refocus_changes"] = float(np.abs(first - second).max())
     FOUND["muted_left"] = any(n.mute for n in common.tree_of(scene).nodes)
     yield from pick()
+    yield from several_views()
     yield from compositor()
     yield from cancel()
 
@@ -148,6 +149,44 @@ def pick():
     FOUND["picked_depth"] = float(depth[row, column])
     yield 0.4
     yield from screenshot("pick")
+
+
+def several_views():
+    """Views as a job, refocused, and a render stopped by Esc while they are made."""
+    scene = bpy.context.scene
+    data = scene.camera.data
+    before = common.snapshot(scene)
+    data.rack_focus.views = 4
+    large = area_of("IMAGE_EDITOR")
+    large.type = "PROPERTIES"
+    yield 0.5
+    large.spaces.active.context = "DATA"
+    yield 0.7
+    yield from screenshot("views")
+    large.type = "IMAGE_EDITOR"
+    yield 0.3
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield from wait_for_job()
+    FOUND["views_message"] = addon("engine").last_run[scene.name]["message"]
+    FOUND["views"] = len(addon("passes").rendered(scene).views("ViewLayer"))
+    first = result("views_first")
+    data.dof.focus_distance = 5
+    bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+    yield from wait_for_job()
+    FOUND["views_change"] = float(np.abs(first - result("views_second")).max())
+    FOUND["views_leave_nothing"] = common.snapshot(scene) == before
+    scene.cycles.samples = 40000
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    while not addon("views").is_active(scene):
+        yield 0.05
+    yield 1.5
+    (OUT / "press_escape").touch()
+    yield from wait_for_job()
+    FOUND["views_after_escape"] = common.snapshot(scene) == before
+    scene.cycles.samples = 16
+    data.rack_focus.views = 1
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield from wait_for_job()
 
 
 def compositor():
