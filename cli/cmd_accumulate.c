@@ -148,56 +148,15 @@ static bool add_view(struct sum *sum, char *const *path, struct exr_error *error
     return is_added;
 }
 
-/* Grey with alpha was read as four channels; back to two, in place. */
-static int pack_grey_alpha(float *samples, size_t n_pixels)
-{
-    for (size_t i = 0; i < n_pixels; i++) {
-        samples[2 * i] = samples[4 * i];
-        samples[2 * i + 1] = samples[4 * i + 3];
-    }
-    return 2;
-}
-
 static bool write_exr(const struct sum *sum, float *samples, int n_views,
                       struct exr_error *error)
 {
-    const struct source *first = &sum->first;
-    const bool is_grey_alpha = first->is_grey && first->n_channels == 4;
-    int n_channels = first->n_channels;
-    if (is_grey_alpha)
-        n_channels =
-            pack_grey_alpha(samples, (size_t)first->width * (size_t)first->height);
-    char own_names[4][256];
-    const char *names[4];
-    enum exr_sample_type types[4];
-    for (int i = 0; i < n_channels; i++) {
-        source_channel_name(first, is_grey_alpha ? 3 * i : i, own_names[i],
-                            sizeof(own_names[i]));
-        names[i] = own_names[i];
-        types[i] = EXR_SAMPLE_FLOAT;
-    }
-    char text[96];
-    snprintf(text, sizeof(text), "rackfocus %s accumulate, %d views", rf_version(),
+    char made[96];
+    snprintf(made, sizeof(made), "rackfocus %s accumulate, %d views", rf_version(),
              n_views);
-    const struct exr_attribute made = {
-        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
-    const struct exr_output output = {
-        .width = first->width,
-        .height = first->height,
-        .data_window = first->info.data_window,
-        .display_window = first->info.display_window,
-        .pixel_aspect = first->info.pixel_aspect,
-        .n_channels = n_channels,
-        .channel_names = names,
-        .types = types,
-        .samples = samples,
-        .compression = first->info.compression,
-        .attributes = &made,
-        .n_attributes = 1,
-        .like = first->colour,
-        .like_part = first->part,
-    };
-    return exr_write(sum->tool->output, &output, sum->n_threads, error);
+    const struct source_output how = {
+        .type = EXR_SAMPLE_FLOAT, .made = made, .n_threads = sum->n_threads};
+    return source_write_colour(&sum->first, sum->tool->output, samples, &how, error);
 }
 
 static bool write_mean(const struct sum *sum, int n_views, struct exr_error *error)

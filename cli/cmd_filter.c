@@ -10,6 +10,7 @@
 
 #include "cli.h"
 #include "depth_repair.h"
+#include "filter_many.h"
 #include "filter_run.h"
 #include "picture.h"
 #include "progress.h"
@@ -88,6 +89,17 @@ static const struct option options[] = {
      .offset = AT(flattened),
      .value = "FILE.exr",
      .help = "Deep input: also write it flat and without blur, with a depth."},
+    {.name = "over",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_over),
+     .help = "The inputs are layers: filter each with its own depth and put them over "
+             "each other, the first on top."},
+    {.name = "stereo",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_stereo),
+     .help = "Filter all views of a multi-view file, or two files, left and right, "
+             "with the same parameters. The output is a multi-view file, or a file per "
+             "view where its name holds %V, the view's name, or %v, its first letter."},
     {.name = "pass-through",
      .kind = OPTION_FLAG,
      .offset = AT(pass_through),
@@ -147,6 +159,27 @@ static bool fail_usage(const char *text)
     return false;
 }
 
+/* Several pictures, each with its own depth. */
+static bool check_many(const struct filter_options *tool, int n)
+{
+    if (tool->is_over && tool->is_stereo)
+        return fail_usage("--over and --stereo do not go together");
+    if (tool->is_over && n < 2)
+        return fail_usage("--over takes two layers or more");
+    if (tool->is_stereo && n > 2)
+        return fail_usage("--stereo takes one multi-view file or two files");
+    if (tool->depth_file)
+        return fail_usage("--over and --stereo take the depth from each input; leave "
+                          "out --depth-file");
+    if (tool->pass_through || tool->output_coc || tool->flattened)
+        return fail_usage("--pass-through, --output-coc and --flattened are of one "
+                          "picture; leave out --over and --stereo");
+    if (tool->is_stereo && tool->output && !filter_has_view_mark(tool->output) &&
+        picture_kind(tool->output) == PICTURE_PNG)
+        return fail_usage("--stereo writes a PNG per view; put %V into its name");
+    return true;
+}
+
 static bool check_usage(const struct filter_options *tool,
                         const struct operands *operands)
 {
@@ -154,6 +187,8 @@ static bool check_usage(const struct filter_options *tool,
         return fail_usage("filter needs an input, an EXR file with colour and depth");
     if (operands->n == 2 && tool->depth_file)
         return fail_usage("filter takes one file of colour and one of depth");
+    if ((tool->is_over || tool->is_stereo) && !check_many(tool, operands->n))
+        return false;
     if (operands->n > RF_MAX_VIEWS)
         return fail_usage("filter takes 64 views at most");
     if (!tool->output)
@@ -186,7 +221,9 @@ static bool check_sequence(const struct options *all, const struct operands *ope
 {
     const struct sequence_options *sequence = &all->sequence;
     if (sequence_is_pattern(operands->items[0]))
-        return true;
+        return !all->filter.is_stereo || !filter_has_view_mark(all->filter.output) ||
+               fail_usage("--stereo writes one multi-view file per frame of a "
+                          "sequence; leave %V out of the name");
     const char *given = sequence->frames       ? "frames"
                         : sequence->parameters ? "frame-parameters"
                         : sequence->is_anew    ? "anew"
@@ -214,7 +251,7 @@ static int cmd_filter(int argc, char **argv)
         code = sequence_is_pattern(operands.items[0])
                    ? sequence_run(&all.sequence, tool, &settings, operands.items,
                                   operands.n)
-                   : filter_run(tool, &settings, operands.items, operands.n);
+                   : filter_any(tool, &settings, operands.items, operands.n);
     operands_free(&operands);
     return code;
 }
@@ -224,6 +261,8 @@ const struct command command_filter = {
     .summary = "give a rendered picture its lens",
     .usage = "IN.exr [DEPTH.exr] -o OUT [options]\n"
              "       rackfocus filter VIEW.exr VIEW.exr ... -o OUT [options]\n"
+             "       rackfocus filter TOP.exr ... BOTTOM.exr --over -o OUT [options]\n"
+             "       rackfocus filter LEFT.exr RIGHT.exr --stereo -o OUT [options]\n"
              "       rackfocus filter IN.####.exr -o OUT.####.exr [options]",
     .description =
         "Blurs a pinhole render by its depth, as the lens would have. IN.exr holds the "
@@ -232,6 +271,8 @@ const struct command command_filter = {
         "Several inputs that each hold colour and depth and say in the header where on "
         "the lens they were taken (rackfocus:lensOffset) are merged by the method "
         "views; the camera is that of the first.\n\n"
+        "Transparent things are rendered as a layer of their own, with alpha and "
+        "depth, and put over with --over.\n\n"
         "A deep file is filtered sample by sample: what is hidden, transparent or a "
         "volume is seen as the lens sees it.\n\n"
         "A name with #### is a sequence, #### the number of the frame. Frames that are "
@@ -244,6 +285,8 @@ const struct command command_filter = {
         "rackfocus filter colour.exr --depth-file z.exr -o out.png --blades 6\n"
         "rackfocus filter passes_v*.exr -o out.exr --focus-distance 8\n"
         "rackfocus filter 'shot.####.exr' -o 'out.####.exr' --frames 1-240x2\n"
+        "rackfocus filter glass.exr beauty.exr --over -o out.exr\n"
+        "rackfocus filter stereo.exr --stereo -o out_%V.exr\n"
         "rackfocus filter ortho.exr -o out.exr --projection orthographic "
         "--ortho-scale 4",
     .options = options,

@@ -17,8 +17,6 @@
 #include "source.h"
 #include "views.h"
 
-#define HALF_MAX 65504.0f
-
 /* Everything that one run holds. */
 struct run {
     const struct filter_options *tool;
@@ -460,25 +458,6 @@ static int pack_grey_alpha(const struct run *run)
     return 2;
 }
 
-/* Half floats end at 65504; beyond they would turn into infinity. */
-static void clip_to_half(const struct run *run, float *samples, int n_channels)
-{
-    const size_t n =
-        (size_t)run->source.width * (size_t)run->source.height * (size_t)n_channels;
-    size_t n_clipped = 0;
-    for (size_t i = 0; i < n; i++) {
-        if (fabsf(samples[i]) <= HALF_MAX)
-            continue;
-        samples[i] = copysignf(HALF_MAX, samples[i]);
-        n_clipped++;
-    }
-    if (n_clipped)
-        warning(run->tool->is_quiet,
-                "%s: %zu values above 65504 were clipped to it, the largest half; "
-                "--type float keeps them",
-                run->tool->output, n_clipped);
-}
-
 /* Attributes that the lens's picture does not have: it is no view, and one merged from
  * a multi-view file is alone in its file. */
 static const char *const of_views[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
@@ -537,9 +516,12 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     enum exr_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
     float *samples = add_aovs(run, n_channels);
     if (is_half)
-        clip_to_half(run, samples, n_all);
+        picture_clip_to_half(run->tool->output, samples,
+                             (size_t)source->width * (size_t)source->height *
+                                 (size_t)n_all,
+                             run->tool->is_quiet);
     char own_names[4][256];
-    const char *view = run->has_views ? run->list.items[0].name : NULL;
+    const char *view = run->has_views ? run->list.items[0].name : run->tool->view;
     for (int i = 0; i < n_all; i++) {
         const bool is_aov = i >= n_channels;
         names[i] =
@@ -732,10 +714,10 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
     };
     struct exr_error error;
     interrupt_catch();
-    int code = find_views(&run);
+    int code = tool->view ? EXIT_DONE : find_views(&run);
     struct source_request first = run.request;
     first.n_paths = run.has_views ? 1 : n_paths;
-    first.view = run.has_views ? run.list.items[0].name : NULL;
+    first.view = run.has_views ? run.list.items[0].name : tool->view;
     if (code == EXIT_DONE && !source_open(&run.source, &first, &error))
         code = fail_exr(&error);
     if (code != EXIT_DONE) {

@@ -18,11 +18,13 @@ struct filter_options {
     const char *output, *output_coc;
     const char *flattened, *holdout; /* deep input only */
     const char *distribution_image;  /* NULL: none */
+    const char *view; /* the one to filter of a multi-view file; NULL: any */
     const char *depth_file, *depth_channel, *layer;
     const char *filter_layers;           /* separated by commas */
     int32_t depth_repair, mist_falloff;  /* as in depth_repair.h */
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
+    bool is_over, is_stereo; /* see filter_many.h */
     bool pass_through, is_quiet;
     bool is_in_sequence; /* other frames are made meanwhile: no bar */
 };

@@ -130,3 +130,20 @@ bool picture_check_writable(const char *path, struct exr_error *error)
         return true;
     return false;
 }
+
+void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_quiet)
+{
+    const float half_max = 65504;
+    size_t n_clipped = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (fabsf(samples[i]) <= half_max)
+            continue;
+        samples[i] = copysignf(half_max, samples[i]);
+        n_clipped++;
+    }
+    if (n_clipped)
+        warning(is_quiet,
+                "%s: %zu values above 65504 were clipped to it, the largest half; "
+                "--type float keeps them",
+                path, n_clipped);
+}

@@ -4,6 +4,7 @@
 #define CLI_PICTURE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "exr.h"
@@ -27,5 +28,9 @@ enum picture_kind picture_kind(const char *path);
 
 /* Can a file of this name be made? False with a message, before the work begins. */
 bool picture_check_writable(const char *path, struct exr_error *error);
+
+/* Half floats end at 65504; beyond they would turn into infinity. Clips, and warns with
+ * the name of the file unless is_quiet. */
+void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_quiet);
 
 #endif

@@ -14,6 +14,7 @@
 #include <zlib.h>
 
 #include "cli.h"
+#include "filter_many.h"
 #include "frame_list.h"
 #include "progress.h"
 #include "rackfocus/rackfocus.h"
@@ -132,9 +133,10 @@ static void hash_job(const struct sequence *sequence, struct job *job)
     hash_text(&hash, tool->filter_layers);
     hash_file(&hash, tool->depth_file);
     hash_file(&hash, tool->holdout);
-    const int32_t kinds[] = {tool->type,         tool->compression,
-                             tool->png_bits,     tool->pass_through,
-                             tool->depth_repair, tool->mist_falloff};
+    hash_file(&hash, tool->distribution_image);
+    const int32_t kinds[] = {tool->type,         tool->compression,  tool->png_bits,
+                             tool->pass_through, tool->depth_repair, tool->mist_falloff,
+                             tool->is_over,      tool->is_stereo};
     hash_bytes(&hash, kinds, sizeof(kinds));
     for (int i = 0; i < sequence->n_paths; i++)
         hash_file(&hash, job->paths[i]);
@@ -278,7 +280,7 @@ static void make_frame(struct sequence *sequence, struct frame *frame)
         if (!is_quiet)
             printf("frame %d: %s is there\n", (int)frame->number, job->tool.output);
     } else {
-        frame->code = filter_run(&job->tool, &job->settings, job->paths, job->n_paths);
+        frame->code = filter_any(&job->tool, &job->settings, job->paths, job->n_paths);
         if (frame->code == EXIT_DONE) {
             frame->state = MADE;
             journal_add(sequence, job, frame->number);

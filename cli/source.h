@@ -64,4 +64,17 @@ void source_channel_name(const struct source *source, int i, char *text,
 /* "R, G, B, A" for messages; ends in ", ..." where there are many. */
 void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes);
 
+/* How to write a picture that was made of a source. */
+struct source_output {
+    enum exr_sample_type type;
+    const char *compression; /* NULL: the source's */
+    const char *made;        /* for the attribute rackfocus:filtered; NULL: none */
+    int n_threads;
+};
+
+/* Writes samples as source_read_colour gives them, with the names, windows and
+ * attributes of `like`; they are packed in place. */
+bool source_write_colour(const struct source *like, const char *path, float *samples,
+                         const struct source_output *how, struct exr_error *error);
+
 #endif

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Layers that are put over each other, and stereo pairs."""
+
+import json
+import pathlib
+
+import numpy
+import OpenImageIO
+import plainexr
+import pytest
+
+LENS = {
+    "rackfocus:lensRadius": 0.2,
+    "rackfocus:focalLengthPx": 50.0,
+    "rackfocus:focusDistance": 6.0,
+}
+SHARP = ["--lens-radius", "1e-9"]
+
+
+@pytest.fixture
+def layer(tmp_path):
+    """Makes NAME.exr: a premultiplied disc of glass at distance z, nothing beside it."""
+
+    def make(name, at, z, alpha=0.6, size=(48, 32), attributes=LENS, opaque=False):
+        width, height = size
+        y, x = numpy.mgrid[0:height, 0:width].astype(numpy.float32)
+        inside = (x - at[0]) ** 2 + (y - at[1]) ** 2 < 64
+        cover = numpy.where(inside, alpha, 0).astype(numpy.float32)
+        channels = {
+            "R": cover * (0.2 + 0.7 * (x % 4 < 2)),
+            "G": cover * 0.5,
+            "B": cover * y / height,
+            "Z": numpy.where(inside, z, 1e10),
+        }
+        if not opaque:
+            channels["A"] = cover
+        return plainexr.write(
+            tmp_path / f"{name}.exr",
+            {k: v.astype(numpy.float32) for k, v in channels.items()},
+            attributes,
+        )
+
+    return make
+
+
+def filtered(rackfocus, path, tmp_path, *options):
+    out = tmp_path / f"{pathlib.Path(path).stem}_filtered.exr"
+    rackfocus("filter", path, "-o", out, "--type", "float", *options)
+    return plainexr.read(out)[0]
+
+
+def over(top, bottom):
+    """Per channel, premultiplied, from the definition."""
+    return {
+        name: top[name].astype(float) + (1 - top["A"].astype(float)) * bottom[name]
+        for name in bottom
+        if name in "RGBA"
+    }
+
+
+# ---- layers --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [[], SHARP, ["--method", "scatter"]])
+@pytest.mark.parametrize("has_alpha", [True, False])
+def test_layers_are_filtered_each_on_its_own(
+    rackfocus, scene, layer, tmp_path, options, has_alpha
+):
+    top, middle = layer("top", (18, 14), 3), layer("middle", (28, 18), 6, 0.3)
+    alpha = numpy.full((32, 48), 0.75, numpy.float32)
+    bottom = scene(
+        "bottom.exr", attributes=LENS,
+        change=lambda c: c.update({"A": alpha} if has_alpha else {}),
+    )  # fmt: skip
+    out = tmp_path / "out.exr"
+    rackfocus("filter", top, middle, bottom, "--over", "-o", out, "--type", "float",
+              *options)  # fmt: skip
+    got = plainexr.read(out)[0]
+    parts = [filtered(rackfocus, p, tmp_path, *options) for p in (top, middle, bottom)]
+    want = over(parts[0], over(parts[1], parts[2]))
+    assert sorted(want) == sorted(got) == sorted("RGBA" if has_alpha else "RGB")
+    for name, values in want.items():
+        assert got[name] == pytest.approx(values, abs=1e-6)
+    assert not list(tmp_path.glob("out.exr.*"))
+
+
+def test_glass_in_focus_stays_sharp_before_a_blurred_ground(
+    rackfocus, scene, layer, tmp_path
+):
+    """One picture with the depth of the glass would show what is behind it sharp."""
+    wide = LENS | {"rackfocus:lensRadius": 1.0}
+    top = layer("top", (24, 16), 6, attributes=wide)
+    bottom = scene("bottom.exr", attributes=wide)
+    out = tmp_path / "out.exr"
+    rackfocus("filter", top, bottom, "--over", "-o", out, "--type", "float")
+    got = plainexr.read(out)[0]["R"].astype(float)
+    glass = plainexr.read(top)[0]["R"].astype(float)
+    ground = filtered(rackfocus, bottom, tmp_path)["R"].astype(float)
+    behind = plainexr.read(bottom)[0]["R"].astype(float)
+    inside = (slice(13, 20), slice(21, 28))
+    assert got[inside] == pytest.approx((glass + 0.4 * ground)[inside], abs=5e-3)
+    assert numpy.abs(got - glass - 0.4 * behind)[inside].max() > 0.05
+
+
+def test_the_output_is_that_of_the_last(rackfocus, scene, layer, tmp_path):
+    bottom = scene("bottom.exr", attributes=LENS | {"owner": "me"})
+    top = layer("top", (20, 14), 3, attributes=LENS | {"owner": "you"})
+    out = tmp_path / "out.exr"
+    rackfocus("filter", top, bottom, "--over", "-o", out)
+    channels, attributes = plainexr.read(out)
+    assert attributes["owner"] == "me"
+    assert channels["R"].dtype == numpy.float16
+    rackfocus("filter", top, bottom, "--over", "-o", tmp_path / "out.png")
+    scores = json.loads(
+        rackfocus("compare", tmp_path / "out.png", out, "--json").stdout
+    )
+    assert scores["tpsnr"] > 45
+
+
+@pytest.mark.parametrize(
+    "options, text, code",
+    [
+        (["--over"], "--over takes two", 2),
+        (["opaque.exr", "--over"], "opaque.exr: has no alpha", 1),
+        (["small.exr", "--over"], "another data window", 1),
+        (["--over", "--stereo"], "do not go together", 2),
+        (["top.exr", "--over", "--pass-through"], "of one picture", 2),
+        (["top.exr", "--over", "--depth-file", "z.exr"], "", 2),
+        (["none.exr", "--over"], "none.exr", 1),
+    ],
+)
+def test_what_cannot_be_put_over(
+    rackfocus, scene, layer, tmp_path, options, text, code
+):
+    scene("bottom.exr", attributes=LENS)
+    layer("top", (20, 14), 3)
+    layer("opaque", (20, 14), 3, opaque=True)
+    layer("small", (10, 10), 3, size=(20, 20))
+    files = [word for word in options if word.endswith(".exr") and word != "z.exr"]
+    rest = [word for word in options if word not in files]
+    done = rackfocus("filter", *files, "bottom.exr", *rest, "-o", "out.exr",
+                     cwd=tmp_path, code=code)  # fmt: skip
+    assert text in done.stderr
+    assert not list(tmp_path.glob("out.exr*"))
+
+
+# ---- stereo --------------------------------------------------------------------------
+
+
+def parts_of(path):
+    """View, name and channels of every part of a multi-part file."""
+    parts = {}
+    picture = OpenImageIO.ImageInput.open(str(path))
+    i = 0
+    while picture.seek_subimage(i, 0):
+        spec = picture.spec()
+        pixels = picture.read_image(i, 0, 0, spec.nchannels, "float")
+        parts[spec.getattribute("view")] = dict(
+            zip(spec.channelnames, numpy.moveaxis(pixels, -1, 0), strict=True)
+        )
+        i += 1
+    return parts
+
+
+@pytest.fixture
+def pair(scene):
+    """Left and right; the right one's header says another focus."""
+
+    def shift(channels):
+        for name in channels:
+            channels[name] = numpy.roll(channels[name], 3, axis=1)
+
+    return (
+        scene("left.exr", attributes=LENS),
+        scene("right.exr", attributes=LENS | {"rackfocus:focusDistance": 3.0},
+              change=shift),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def both(pair, tmp_path):
+    """The pair in one file of one part, after OpenEXR's multi-view convention."""
+    left, right = (plainexr.read(path)[0] for path in pair)
+    channels = left | {f"right.{name}": values for name, values in right.items()}
+    attributes = LENS | {"multiView": ["left", "right"]}
+    return plainexr.write(tmp_path / "both.exr", channels, attributes)
+
+
+def each(rackfocus, pair, tmp_path):
+    """What each gives with the focus of the left one."""
+    return [filtered(rackfocus, path, tmp_path, "--focus-distance", 6) for path in pair]
+
+
+@pytest.mark.parametrize("kind", ["pair", "both"])
+def test_stereo_to_one_file(rackfocus, pair, both, tmp_path, kind):
+    inputs = pair if kind == "pair" else [both]
+    out = tmp_path / "out.exr"
+    rackfocus("filter", *inputs, "--stereo", "-o", out, "--type", "float")
+    parts = parts_of(out)
+    assert list(parts) == ["left", "right"]
+    for got, want in zip(parts.values(), each(rackfocus, pair, tmp_path), strict=True):
+        assert sorted(got) == ["B", "G", "R"]
+        for name in "RGB":
+            assert numpy.array_equal(got[name], want[name])
+    assert not list(tmp_path.glob("out.exr.*"))
+    # Our own reader finds both again, and stereo goes on from there.
+    rackfocus("info", out)
+
+
+@pytest.mark.parametrize("kind", ["pair", "both"])
+@pytest.mark.parametrize("mark, names", [("%V", ("left", "right")), ("%v", "lr")])
+def test_stereo_to_a_file_each(rackfocus, pair, both, tmp_path, kind, mark, names):
+    inputs = pair if kind == "pair" else [both]
+    rackfocus("filter", *inputs, "--stereo", "-o", tmp_path / f"out_{mark}.exr",
+              "--type", "float")  # fmt: skip
+    rackfocus("filter", *inputs, "--stereo", "-o", tmp_path / f"out_{mark}.png")
+    for name, want in zip(names, each(rackfocus, pair, tmp_path), strict=True):
+        got, attributes = plainexr.read(tmp_path / f"out_{name}.exr")
+        for channel in "RGB":
+            assert numpy.array_equal(got[channel], want[channel])
+        assert "multiView" not in attributes
+        assert (tmp_path / f"out_{name}.png").exists()
+
+
+def test_names_of_views_are_kept(rackfocus, scene, tmp_path):
+    paths = [scene(f"{n}.exr", attributes=LENS | {"view": n}) for n in ("main", "side")]
+    out = tmp_path / "out.exr"
+    rackfocus("filter", *paths, "--stereo", "-o", out)
+    assert list(parts_of(out)) == ["main", "side"]
+
+
+def test_half_a_pair_is_not_left_behind(rackfocus, scene, tmp_path):
+    def spoil(channels):
+        channels["Z"][3, 4] = numpy.nan
+
+    left = scene("left.exr", attributes=LENS)
+    right = scene("right.exr", attributes=LENS, change=spoil)
+    for out in ("out.exr", "out_%V.exr"):
+        done = rackfocus("filter", left, right, "--stereo", "-o", tmp_path / out,
+                         code=1)  # fmt: skip
+        assert "right.exr" in done.stderr
+        assert not list(tmp_path.glob("out*"))
+
+
+@pytest.mark.parametrize(
+    "options, text, code",
+    [
+        (["left.exr"], "holds 0 views", 1),
+        (["left.exr", "right.exr", "left.exr"], "one multi-view file or two", 2),
+        (["left.exr", "right.exr", "-o", "o.png"], "%V", 2),
+        (["both.exr", "--output-coc", "c.exr"], "of one picture", 2),
+    ],
+)
+def test_wrong_stereo(rackfocus, pair, both, tmp_path, options, text, code):
+    if "-o" not in options:
+        options = [*options, "-o", "o.exr"]
+    done = rackfocus("filter", *options, "--stereo", cwd=tmp_path, code=code)
+    assert text in done.stderr
+
+
+# ---- sequences -----------------------------------------------------------------------
+
+
+def test_layers_of_a_sequence(rackfocus, scene, layer, tmp_path):
+    for i in (1, 2):
+        layer(f"top.{i:02}", (15 + 5 * i, 14), 3)
+        scene(f"bottom.{i:02}.exr", attributes=LENS)
+    rackfocus("filter", "top.##.exr", "bottom.##.exr", "--over", "-o", "out.##.exr",
+              cwd=tmp_path)  # fmt: skip
+    rackfocus("filter", "top.02.exr", "bottom.02.exr", "--over", "-o", "one.exr",
+              cwd=tmp_path)  # fmt: skip
+    got, want = (plainexr.read(tmp_path / n)[0] for n in ("out.02.exr", "one.exr"))
+    assert all(numpy.array_equal(got[name], want[name]) for name in "RGB")
+    # Finished frames are skipped, but not where the layers are put together in another
+    # way.
+    again = rackfocus("filter", "top.##.exr", "bottom.##.exr", "-o", "out.##.exr",
+                      "--over", cwd=tmp_path)  # fmt: skip
+    assert "skipped" in again.stdout + again.stderr
+
+
+def test_a_sequence_of_pairs_is_of_multi_view_files(rackfocus, pair, tmp_path):
+    for path in pair:
+        path = pathlib.Path(path)
+        path.rename(path.with_name(path.stem + ".1.exr"))
+    names = ["left.#.exr", "right.#.exr"]
+    rackfocus("filter", *names, "--stereo", "-o", "out.#.exr", cwd=tmp_path)
+    assert list(parts_of(tmp_path / "out.1.exr")) == ["left", "right"]
+    done = rackfocus("filter", *names, "--stereo", "-o", "%V.#.exr", cwd=tmp_path,
+                     code=2)  # fmt: skip
+    assert "%V" in done.stderr
