@@ -29,6 +29,8 @@ static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
 static const float HIGHLIGHT_OVER_FRINGE = 1.3f;
 static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
 
+static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
+
 enum { WINDOW = 2, BASE_WINDOW = 3 };
 
 struct window {
@@ -298,6 +300,26 @@ static bool find_sides(const struct rf_pixels *p, int x, int y, const struct edg
     return true;
 }
 
+/*
+ * Before transparent film alpha tells the share exactly, and nothing of the colour
+ * belongs to the far side.
+ */
+static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *f,
+                           const struct edge *e, const struct rf_surface *b,
+                           struct rf_surface *near, struct rf_surface *far,
+                           float *share)
+{
+    float a = clamp01(c->c[3] / f->c[3]);
+    bool is_near = c->r <= e->threshold;
+    near->r = is_near ? c->r : f->r;
+    far->r = is_near ? b->r : c->r;
+    for (int n = 0; n < 4; n++) {
+        near->c[n] = a > 0 ? c->c[n] / a : f->c[n];
+        far->c[n] = 0;
+    }
+    *share = a;
+}
+
 static bool split_edge(const struct rf_pixels *p, int x, int y, struct rf_surface *near,
                        struct rf_surface *far, float *share)
 {
@@ -306,6 +328,10 @@ static bool split_edge(const struct rf_pixels *p, int x, int y, struct rf_surfac
     if (!find_edge(p, x, y, &e) || !find_sides(p, x, y, &e, &f, &b))
         return false;
     const struct rf_surface *c = pixel(p, x, y);
+    if (b.c[3] < EMPTY * f.c[3]) {
+        split_by_alpha(c, &f, &e, &b, near, far, share);
+        return true;
+    }
     float dot = 0, norm = 0, size = 0;
     for (int n = 0; n < 4; n++) {
         float d = f.c[n] - b.c[n];
