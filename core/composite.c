@@ -517,12 +517,16 @@ static rf_result run_level(const struct composer *c, const struct group *g,
                 average_row(c, g, i / g->height, i % g->height, row, level.t);
 #pragma omp for schedule(dynamic, 1)
             for (int i = 0; i < g->n_x * g->n_y; i++)
-                if (!rf_task_is_cancelled(c->scene->task))
+                if (!rf_task_is_cancelled(c->scene->task)) {
                     run_level_tile(c, g, &level, i);
+                    rf_task_step(c->scene->task);
+                }
 #pragma omp for schedule(dynamic, 8)
             for (int y = 0; y < c->scene->height; y++)
-                if (!rf_task_is_cancelled(c->scene->task))
+                if (!rf_task_is_cancelled(c->scene->task)) {
                     merge_row(c, g, &level, y, row);
+                    rf_task_step(c->scene->task);
+                }
         }
     }
     rf_free(c->context, rows);
@@ -545,7 +549,8 @@ static void mark_footprint(const struct composer *c, unsigned char *needed,
 
 /* Builds every footprint that the splats of the groups use. */
 static rf_result build_footprints(struct composer *c, const struct group *groups,
-                                  int n_groups, struct rf_error *error)
+                                  int n_groups, double progress_to,
+                                  struct rf_error *error)
 {
     size_t n_slots = rf_footprint_count(&c->footprints);
     unsigned char *needed = rf_calloc(c->context, n_slots, 1);
@@ -553,7 +558,8 @@ static rf_result build_footprints(struct composer *c, const struct group *groups
         return rf_fail_memory(error, n_slots, 1);
     for (int i = 0; i < n_groups; i++)
         mark_footprint(c, needed, &groups[i]);
-    rf_result result = rf_footprints_build(&c->footprints, needed, error);
+    rf_result result =
+        rf_footprints_build(&c->footprints, needed, c->scene->task, progress_to, error);
     rf_free(c->context, needed);
     return result;
 }
@@ -585,30 +591,48 @@ static rf_result build_lists(struct composer *c, struct sorter *s, int n_groups,
                            scratch + from, &reducers[rf_thread_num()]);
         }
         bins += (size_t)n_tiles * (size_t)(g->n_bins + 1);
+        rf_task_step(c->scene->task);
     }
     rf_free(c->context, scratch);
     rf_free(c->context, reducers);
     return RF_OK;
 }
 
-static rf_result run_groups(struct composer *c, const struct group *groups,
-                            int n_groups, struct rf_error *error)
+static bool has_samples(const struct group *g)
 {
-    rf_result result = build_footprints(c, groups, n_groups, error);
-    for (int k = 0; k < n_groups && result == RF_OK; k++) {
+    for (int i = 0; i < g->n_x * g->n_y; i++)
+        if (g->tiles[i].n > 0)
+            return true;
+    return false;
+}
+
+static rf_result run_groups(struct composer *c, const struct group *groups,
+                            int n_groups, double progress_to, struct rf_error *error)
+{
+    struct rf_task *task = c->scene->task;
+    double middle = task->to + 0.1 * (progress_to - task->to);
+    rf_result result = build_footprints(c, groups, n_groups, middle, error);
+    int64_t n_steps = 0;
+    for (int k = 0; k < n_groups; k++)
+        if (has_samples(&groups[k]))
+            n_steps += groups[k].n_x * groups[k].n_y +
+                       (groups[k].level ? c->scene->height : 0);
+    rf_task_phase(task, progress_to, n_steps);
+    for (int k = 0; k < n_groups && result == RF_OK && !rf_task_is_cancelled(task);
+         k++) {
         const struct group *g = &groups[k];
-        int n_tiles = g->n_x * g->n_y, n_filled = 0;
-        for (int i = 0; i < n_tiles; i++)
-            n_filled += g->tiles[i].n > 0;
-        if (n_filled && g->level > 0)
+        int n_tiles = g->n_x * g->n_y;
+        bool is_filled = has_samples(g);
+        if (is_filled && g->level > 0)
             result = run_level(c, g, error);
-        else if (n_filled) {
+        else if (is_filled) {
 #pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 1)
             for (int i = 0; i < n_tiles; i++)
-                if (!rf_task_is_cancelled(c->scene->task))
+                if (!rf_task_is_cancelled(c->scene->task)) {
                     run_full_tile(c, g, i);
+                    rf_task_step(c->scene->task);
+                }
         }
-        rf_task_step(c->scene->task);
     }
     return result;
 }
@@ -649,15 +673,17 @@ static rf_result run_samples(struct composer *c, const struct rf_samples *sample
                            : rf_fail_memory(error, samples->n, sizeof *c->splats);
     for (int k = 0; k < n_groups && result == RF_OK; k++)
         groups[k].tiles = tiles + groups[k].first_key;
-    rf_task_phase(c->scene->task, progress_to, n_groups);
+    struct rf_task *task = c->scene->task;
+    rf_task_phase(task, task->to + 0.05 * (progress_to - task->to), 1 + n_groups);
     if (result == RF_OK)
         result = sort_samples(&s, samples, order, start, error);
+    rf_task_step(task);
     if (result == RF_OK)
         result = build_lists(c, &s, n_groups, samples, order, start, bins, error);
     rf_free(context, order);
     rf_free(context, start);
     if (result == RF_OK)
-        result = run_groups(c, groups, n_groups, error);
+        result = run_groups(c, groups, n_groups, progress_to, error);
     rf_free(context, c->splats);
     rf_free(context, bins);
     rf_free(context, tiles);
@@ -730,7 +756,8 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
                          .n_threads = filter->context->n_threads,
                          .canvas = {.n_cells = filter->params.sub_apertures,
                                     .n_planes = scene->n_colours + 1}};
-    double from = scene->task->to, room = scene->progress_to - from, extent[2];
+    double from = scene->task->to, extent[2];
+    double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
     /* An ellipse that is wider than its radius must not outgrow the tile's halo. */
     rf_shape_extent(&filter->shape, extent);
     c.split = (float)(REACH_PX / fmax(fmax(extent[0], extent[1]), 1));
@@ -739,10 +766,11 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
                            c.split + 1, scene->n_phases, error);
     if (result == RF_OK)
         result = allocate(&c, error);
+    rf_task_poll(scene->task);
     if (result == RF_OK)
-        result = run_samples(&c, &scene->visible, from + 0.7 * room, error);
+        result = run_samples(&c, &scene->visible, from + 0.6 * room, error);
     if (result == RF_OK)
-        result = run_samples(&c, &scene->hidden, scene->progress_to, error);
+        result = run_samples(&c, &scene->hidden, from + (1 - kept) * room, error);
     if (result == RF_OK)
         finish(&c, planes);
     if (result == RF_OK)

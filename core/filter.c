@@ -65,14 +65,21 @@ const struct rf_method_info *rf_method_list(size_t *n)
 
 /* ---- progress ------------------------------------------------------------------ */
 
+static const double LEAST_STEP = 1.0 / 4096; /* callers may redraw at each report */
+
+static void ask(struct rf_task *task)
+{
+    if (task->progress && task->progress->report &&
+        !task->progress->report(task->progress->user, task->last))
+        __atomic_store_n(&task->cancelled, 1, __ATOMIC_RELAXED);
+}
+
 static void report(struct rf_task *task, double fraction)
 {
-    if (fraction <= task->last && !(fraction == 0 && task->last < 0))
+    if (task->last >= 0 && fraction < task->last + LEAST_STEP && fraction < 1)
         return;
     task->last = fraction;
-    if (task->progress && task->progress->report &&
-        !task->progress->report(task->progress->user, fraction))
-        __atomic_store_n(&task->cancelled, 1, __ATOMIC_RELAXED);
+    ask(task);
 }
 
 void rf_task_begin(struct rf_task *task, const struct rf_progress *progress)
@@ -92,6 +99,13 @@ void rf_task_phase(struct rf_task *task, double to, int64_t n_steps)
     task->to = to;
     task->n_steps = n_steps;
     task->n_done = 0;
+}
+
+bool rf_task_poll(struct rf_task *task)
+{
+    if (!rf_task_is_cancelled(task))
+        ask(task);
+    return !rf_task_is_cancelled(task);
 }
 
 bool rf_task_is_cancelled(const struct rf_task *task)

@@ -437,15 +437,22 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
 }
 
 rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
+                              struct rf_task *task, double progress_to,
                               struct rf_error *error)
 {
-    int64_t n = (int64_t)rf_footprint_count(f);
+    int64_t n = (int64_t)rf_footprint_count(f), n_needed = 0;
     int n_failed = 0;
+    for (int64_t i = 0; i < n; i++)
+        n_needed += needed[i] != 0;
+    rf_task_phase(task, progress_to, n_needed);
 #pragma omp parallel for num_threads(f->context->n_threads) schedule(dynamic, 4)
     for (int64_t i = 0; i < n; i++)
-        if (needed[i] && !rf_footprint_build(f, (size_t)i)) {
+        if (needed[i] && !rf_task_is_cancelled(task)) {
+            if (!rf_footprint_build(f, (size_t)i)) {
 #pragma omp atomic
-            n_failed++;
+                n_failed++;
+            }
+            rf_task_step(task);
         }
     return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
 }

@@ -126,8 +126,12 @@ static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
  */
 bool rf_footprint_build(struct rf_footprints *f, size_t slot);
 
-/* Builds every slot i with needed[i] != 0 on all threads. */
+/*
+ * Builds every slot i with needed[i] != 0 on all threads, as one phase of `task` that
+ * ends at `progress_to`. After a cancel the slots are incomplete and RF_OK comes back.
+ */
 rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
+                              struct rf_task *task, double progress_to,
                               struct rf_error *error);
 
 #endif

@@ -316,17 +316,23 @@ static void run_batch(struct highlights *h, size_t from, size_t to)
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 4)
     for (size_t i = from; i < to; i++) {
         h->mask[i - from] = NULL;
-        if (!rf_task_is_cancelled(scene->task))
+        if (!rf_task_is_cancelled(scene->task)) {
             build_mask(h, i, &h->mask[i - from]);
+            rf_task_step(scene->task);
+        }
     }
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 1)
     for (int band = 0; band < n_bands; band++)
-        add_band(h, from, to, band);
+        if (!rf_task_is_cancelled(scene->task)) {
+            add_band(h, from, to, band);
+            rf_task_step(scene->task);
+        }
     for (size_t i = from; i < to; i++)
         rf_free(scene->filter->context, h->mask[i - from]);
 }
 
-static rf_result build_footprints(struct highlights *h, struct rf_error *error)
+static rf_result build_footprints(struct highlights *h, double progress_to,
+                                  struct rf_error *error)
 {
     const struct rf_context *context = h->scene->filter->context;
     struct rf_footprints *f = &h->footprints;
@@ -336,7 +342,8 @@ static rf_result build_footprints(struct highlights *h, struct rf_error *error)
         return rf_fail_memory(error, n_slots, 1);
     for (size_t i = 0; i < h->samples->n; i++)
         needed[slot_of(h, &h->samples->at[i])] = 1;
-    rf_result result = rf_footprints_build(f, needed, error);
+    rf_result result =
+        rf_footprints_build(f, needed, h->scene->task, progress_to, error);
     rf_free(context, needed);
     return result;
 }
@@ -367,9 +374,18 @@ static rf_result build_views(struct highlights *h, struct rf_error *error)
 
 static rf_result run(struct highlights *h, struct rf_error *error)
 {
+    struct rf_task *task = h->scene->task;
+    double progress_to = h->scene->progress_to;
     rf_result result = build_views(h, error);
+    rf_task_poll(task);
     if (result == RF_OK)
-        result = build_footprints(h, error);
+        result = build_footprints(h, task->to + 0.2 * (progress_to - task->to), error);
+    if (result != RF_OK || rf_task_is_cancelled(task))
+        return result;
+    int64_t n_steps = (int64_t)h->samples->n;
+    for (size_t from = 0; from < h->samples->n; from = batch_end(h, from))
+        n_steps += (h->scene->height + BAND_ROWS - 1) / BAND_ROWS;
+    rf_task_phase(task, progress_to, n_steps);
     for (size_t from = 0, to; from < h->samples->n && result == RF_OK; from = to) {
         to = batch_end(h, from);
         run_batch(h, from, to);

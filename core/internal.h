@@ -147,6 +147,8 @@ void rf_task_end(struct rf_task *task);
 void rf_task_phase(struct rf_task *task, double to, int64_t n_steps);
 /* Counts one tile; true while work goes on. Any thread. */
 bool rf_task_step(struct rf_task *task);
+/* Reports the last fraction again, between two loops; only the caller's thread. */
+bool rf_task_poll(struct rf_task *task);
 bool rf_task_is_cancelled(const struct rf_task *task);
 
 /* ---- filter.c, methods/ -------------------------------------------------------- */

@@ -357,7 +357,9 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
         return result;
     load_pixels(l, view, n_planes);
     measure_areas(l);
+    rf_task_poll(task);
     result = find_darkest(l, error);
+    rf_task_poll(task);
     if (result == RF_OK && filter->params.split_edges)
         result = rf_split_edges(filter, &l->pixels, &l->surfaces, task, error);
     else if (result == RF_OK)

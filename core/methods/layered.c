@@ -49,16 +49,19 @@ static rf_result collect_samples(struct layered *l, struct rf_scene *scene,
 {
     size_t n = (size_t)l->picture.width * (size_t)l->picture.height;
     rf_picture_visit(&l->picture, collect, l); /* counts */
+    rf_task_poll(scene->task);
     size_t n_samples = l->samples.n + (l->hidden ? n : 0);
     l->samples = (struct rf_samples){
         rf_alloc(l->picture.filter->context, n_samples, sizeof *l->samples.at), 0};
     if (!l->samples.at)
         return rf_fail_memory(error, n_samples, sizeof *l->samples.at);
     rf_picture_visit(&l->picture, collect, l);
+    rf_task_poll(scene->task);
     scene->visible = l->samples;
     scene->hidden.at = l->samples.at + l->samples.n;
     if (l->hidden)
         collect_hidden(l, &scene->hidden);
+    rf_task_poll(scene->task);
     return RF_OK;
 }
 
@@ -86,6 +89,7 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                                        border, work->task, error);
     if (result == RF_OK && params->exact_highlights)
         result = rf_picture_take_highlights(&l->picture, error);
+    rf_task_poll(work->task);
     if (result == RF_OK && params->fill_hidden)
         result = find_hidden(l, work->task, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))

@@ -22,7 +22,7 @@ static bool report(void *user, double fraction)
     if (r->n_calls++ == 0)
         r->first = fraction;
     else
-        r->is_monotone = r->is_monotone && fraction > r->last;
+        r->is_monotone = r->is_monotone && fraction >= r->last;
     r->last = fraction;
     r->is_caller = r->is_caller && pthread_equal(pthread_self(), r->caller);
     r->n_after_cancel += r->has_cancelled;
