@@ -23,11 +23,11 @@ QUALITIES = {
 
 
 def method_table():
-    """The parameters that the camera does not have: those of the methods, the limit."""
+    """The parameters that the camera does not have: those of the methods, and two."""
     return [
         p
         for p in rackfocus.parameters()
-        if p.group == "method" or p.field == "coc_limit"
+        if p.group == "method" or p.field in ("coc_limit", "film_depth")
     ]
 
 

@@ -206,13 +206,15 @@ static rf_result load_view(struct rf_work *work, int j, const struct rf_view *vi
         result = rf_frame_load(f->context, &f->params, &view->colour, w->colour, error);
     if (result != RF_OK)
         return result;
+    if (work->n_planes == 4)
+        result = rf_film_fill(f, w->colour[3], memory, error);
     w->radius = memory;
     set_shift(w, view, &f->lens);
     for (size_t i = 0; i < n; i++) {
         float r = fabsf(memory[i]);
         work->largest_radius = r > work->largest_radius ? r : work->largest_radius;
     }
-    return RF_OK;
+    return result;
 }
 
 /* `memory` holds radius and colour of every view; fills them and runs the method. */

@@ -126,6 +126,15 @@ void rf_frame_store(const struct rf_context *context, const struct rf_params *pa
 /* Copies pixels bit for bit between two views of the same size and channel count. */
 void rf_image_copy(const struct rf_image *from, const struct rf_image *to);
 
+/* ---- film.c -------------------------------------------------------------------- */
+
+struct rf_filter;
+
+/* Gives partly transparent pixels without depth that of a surface, as film_depth says.
+ */
+rf_result rf_film_fill(const struct rf_filter *filter, const float *alpha,
+                       float *radius, struct rf_error *error);
+
 /* ---- progress ------------------------------------------------------------------ */
 
 /*

@@ -10,7 +10,7 @@
 #include "testing.h"
 
 /* What a parameter acts on. */
-enum output { PICTURE, RADIUS, LIMITS, POINTS };
+enum output { PICTURE, FILM, RADIUS, LIMITS, POINTS };
 
 struct param_case {
     const char *key;
@@ -69,6 +69,7 @@ static const struct param_case cases[] = {
     {"depth-scale", RADIUS, "", "1.5", "depth-scale=1", "", 0},
     {"depth-offset", RADIUS, "", "2", "depth-offset=0", "", 0},
     {"depth-infinity", RADIUS, "", "12", "depth-infinity=1e8", "", 0},
+    {"film-depth", FILM, "", "keep", "film-depth=solid", "", 0},
     {"method", PICTURE, "", "scatter", "method=layered", "", 0},
     {"max-radius", PICTURE, "", "1", "max-radius=16384", "max-radius=0", 0},
     {"sub-apertures", PICTURE, "", "1", "sub-apertures=4", "", 0},
@@ -185,6 +186,27 @@ static rf_result list_points(const struct rf_params *p, float *out, int *n,
     return result;
 }
 
+/*
+ * A bar of alpha 0.3 and 0.7 at its rims before transparent film: the rims' depth is
+ * missing.
+ */
+static bool filter_film(const struct rf_params *p, float *out, struct rf_error *error)
+{
+    struct frame f = frame_make(WIDTH / 2, HEIGHT, 4);
+    static const float alphas[] = {0.3f, 0.7f, 1, 1, 0.7f, 0.3f};
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        int x = (int)(i % (WIDTH / 2)) - 12;
+        float alpha = x >= 0 && x < 6 ? alphas[x] : 0;
+        for (int c = 0; c < 4; c++)
+            f.colour[4 * i + (size_t)c] = alpha;
+        f.depth[i] = alpha == 1 ? 10 : 1e10f;
+    }
+    rf_result result = frame_filter(&f, p, 2, error);
+    memcpy(out, f.out, frame_bytes(&f));
+    frame_free(&f);
+    return result == RF_OK;
+}
+
 /* The output as floats; n receives their number. */
 static bool output_of(enum output kind, const struct rf_params *p, float *out, int *n)
 {
@@ -194,7 +216,11 @@ static bool output_of(enum output kind, const struct rf_params *p, float *out, i
     normalise_depth(p, depth);
     f.depth = depth;
     f.out = out;
-    if (kind == PICTURE) {
+    if (kind == FILM) {
+        *n = N * 2;
+        if (filter_film(p, out, &error))
+            return true;
+    } else if (kind == PICTURE) {
         *n = N * 3;
         if (frame_filter(&f, p, 2, &error) == RF_OK)
             return true;

@@ -168,6 +168,63 @@ static void grey_is_one_channel_of_rgb(void)
     frame_free(&rgb);
 }
 
+/* A bar in focus whose left half has alpha `alpha` and no depth. */
+static struct frame veiled_bar(float alpha, int film_depth)
+{
+    struct frame f = frame_make(WIDTH, HEIGHT, 4);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 40; x < 44; x++) {
+            float *c = frame_at(&f, f.colour, x, y);
+            c[0] = c[1] = c[2] = c[3] = x < 42 ? alpha : 1;
+        }
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        f.depth[i] = f.colour[4 * i + 3] == 1 ? PLAIN_FOCUS : INFINITY;
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.max_radius = 30;
+    params.film_depth = film_depth;
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    return f;
+}
+
+static double left_half_of(float alpha, int film_depth)
+{
+    struct frame f = veiled_bar(alpha, film_depth);
+    double found = *frame_at(&f, f.out, 41, HEIGHT / 2);
+    frame_free(&f);
+    return found / alpha;
+}
+
+/* What is chosen stays sharp with its neighbour, the rest blurs like the sky. */
+static void film_depth_chooses_by_alpha(void)
+{
+    CHECK_NEAR(left_half_of(0.7f, RF_FILM_DEPTH_SOLID), 1, 1e-3);
+    CHECK_NEAR(left_half_of(0.7f, RF_FILM_DEPTH_ALL), 1, 1e-3);
+    CHECK_NEAR(left_half_of(0.3f, RF_FILM_DEPTH_ALL), 1, 1e-3);
+}
+
+/* The sky of an opaque film has no depth either, and keeps none. */
+static void the_sky_is_no_veil(void)
+{
+    struct frame a = cut_out(0, true, 0);
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.max_radius = 30;
+    for (size_t i = 0; i < frame_pixels(&a); i++)
+        if (a.depth[i] != a.depth[0])
+            a.depth[i] = INFINITY;
+    struct frame b = a;
+    b.out = calloc(frame_pixels(&a) * 4, sizeof(float));
+    REQUIRE(b.out);
+    params.film_depth = RF_FILM_DEPTH_ALL;
+    CHECK(frame_filter(&a, &params, 2, NULL) == RF_OK);
+    params.film_depth = RF_FILM_DEPTH_KEEP;
+    CHECK(frame_filter(&b, &params, 2, NULL) == RF_OK);
+    CHECK(!memcmp(a.out, b.out, frame_bytes(&a)));
+    free(b.out);
+    frame_free(&a);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -177,5 +234,7 @@ int main(int argc, char **argv)
     TEST(the_matte_composites_like_the_whole_picture);
     TEST(opaque_stays_opaque);
     TEST(grey_is_one_channel_of_rgb);
+    TEST(film_depth_chooses_by_alpha);
+    TEST(the_sky_is_no_veil);
     return testing_end();
 }

@@ -42,6 +42,11 @@
     X(RF_DEPTH_DISPARITY, "disparity", "scale * value + offset = 1 / distance")        \
     X(RF_DEPTH_NORMALISED, "normalised", "0 at depth-near to 1 at depth-far, linear")
 
+#define RF_LIST_FILM_DEPTH(X)                                                          \
+    X(RF_FILM_DEPTH_KEEP, "keep", "as rendered: infinitely far")                       \
+    X(RF_FILM_DEPTH_SOLID, "solid", "where alpha is above 0.5")                        \
+    X(RF_FILM_DEPTH_ALL, "all", "wherever there is something; for hair and smoke")
+
 #define RF_LIST_METHOD(X)                                                              \
     X(RF_METHOD_LAYERED, "layered", "occlusion-aware layers, one view; the default")   \
     X(RF_METHOD_SCATTER, "scatter", "each pixel spread over its circle of confusion")  \

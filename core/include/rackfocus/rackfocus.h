@@ -91,6 +91,7 @@ enum rf_optics { RF_LIST_OPTICS(RF_X_ENUM) };
 enum rf_aperture { RF_LIST_APERTURE(RF_X_ENUM) };
 enum rf_orientation { RF_LIST_ORIENTATION(RF_X_ENUM) };
 enum rf_depth { RF_LIST_DEPTH(RF_X_ENUM) };
+enum rf_film_depth { RF_LIST_FILM_DEPTH(RF_X_ENUM) };
 enum rf_method { RF_LIST_METHOD(RF_X_ENUM) };
 enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
 enum rf_blend { RF_LIST_BLEND(RF_X_ENUM) };
