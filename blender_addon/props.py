@@ -15,19 +15,46 @@ from . import setup, writing
 from .library import rackfocus
 
 LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
-QUALITIES = {
-    "draft": {"sub_apertures": 1, "exact_highlights": False},
-    "standard": {},
-    "custom": None,
-}
+# What the camera does not have, beside the parameters of the methods.
+OF_OTHER_GROUPS = ("coc_limit", "film_depth")
+# Fields that count whatever the quality is.
+ALWAYS = ("method", "max_radius", *OF_OTHER_GROUPS, *LENS_POINTS)
+
+
+def _find(field):
+    """The line of the table with a field, or None."""
+    return next((p for p in rackfocus.parameters() if p.field == field), None)
+
+
+def _qualities(table):
+    """(items of the property, default, {name: keywords of the filter or None}).
+
+    table: the table's line `quality`, whose choices it takes, or None. "custom", without
+    keywords of its own, shows every parameter.
+    """
+    custom = ("custom", "Custom", "Set every option by hand")
+    if table is not None:
+        items = [(c.name, c.name.capitalize(), c.help) for c in table.choices]
+        presets = {c.name: {"quality": c.name} for c in table.choices}
+        return [*items, custom], table.default, {**presets, "custom": None}
+    items = [
+        ("draft", "Draft", "Fastest, to find the focus"),
+        ("standard", "Standard", "For final pictures"),
+        custom,
+    ]
+    draft = {"sub_apertures": 1, "exact_highlights": False}
+    return items, "standard", {"draft": draft, "standard": {}, "custom": None}
+
+
+QUALITY_ITEMS, DEFAULT_QUALITY, QUALITIES = _qualities(_find("quality"))
 
 
 def method_table():
-    """The parameters that the camera does not have: those of the methods, and two."""
+    """The parameters that the camera does not have and that are a property here."""
     return [
         p
         for p in rackfocus.parameters()
-        if p.group == "method" or p.field in ("coc_limit", "film_depth")
+        if p.field != "quality" and (p.group == "method" or p.field in OF_OTHER_GROUPS)
     ]
 
 
@@ -65,12 +92,8 @@ class CameraSettings(bpy.types.PropertyGroup):
     quality: EnumProperty(
         name="Quality",
         description="How much the filter looks at",
-        items=[
-            ("draft", "Draft", "Fastest, to find the focus"),
-            ("standard", "Standard", "For final pictures"),
-            ("custom", "Custom", "Set every option by hand"),
-        ],
-        default="standard",
+        items=QUALITY_ITEMS,
+        default=DEFAULT_QUALITY,
     )
     views: IntProperty(
         name="Views",
@@ -117,8 +140,7 @@ class CameraSettings(bpy.types.PropertyGroup):
         preset = QUALITIES[self.quality]
         if preset is None:
             return values
-        kept = ("method", "max_radius", "coc_limit", *LENS_POINTS)
-        return {**{key: values[key] for key in kept}, **preset}
+        return {**{key: values[key] for key in ALWAYS}, **preset}
 
 
 for _parameter in method_table():

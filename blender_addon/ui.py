@@ -13,7 +13,7 @@ PARENTS = ("DATA_PT_camera_dof", "CYCLES_CAMERA_PT_dof")
 
 
 def _is_main(p):
-    return p.field in ("method", "max_radius", *LENS_POINTS)
+    return p.field in ("method", "max_radius", "film_depth", *LENS_POINTS)
 
 
 class CameraPanel:
@@ -44,6 +44,8 @@ class CameraPanel:
         column.prop(settings, "method")
         column.prop(settings, "quality")
         column.prop(settings, "max_radius")
+        if scene.render.film_transparent:
+            column.prop(settings, "film_depth")
         if settings.quality == "custom":
             for p in method_table():
                 if not _is_main(p) and belongs_to(p) in ("", settings.method):

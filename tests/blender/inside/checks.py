@@ -33,6 +33,7 @@ from common import (  # noqa: E402
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
 BASE = OUT / "base.blend"
 CHECKS = {}
+DRAFT = {"quality": "custom", "sub_apertures": 1, "exact_highlights": False}
 
 
 def check(function):
@@ -191,6 +192,35 @@ def border_crop_percentage():
 
 
 # ---- layers, views, scenes --------------------------------------------------------
+
+
+@check
+def film_depth_reaches_the_filter():
+    """What is partly transparent and has no depth: the choice changes it."""
+    scene, data = start(quality=addon("props").DEFAULT_QUALITY)
+    scene.render.film_transparent = True
+    sharp = pinhole(scene, OUT / "f.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    assert ((colour[..., 3] > 0) & (colour[..., 3] < 1) & (depth > 1e9)).any()
+    pictures = []
+    for choice in ("keep", "solid", "all"):
+        data.rack_focus.film_depth = choice
+        pictures.append(rgba(render(scene, OUT / "f.exr")))
+        same(pictures[-1], filtered(scene, colour, depth))
+    assert np.abs(pictures[0] - pictures[2]).max() > 0.01
+
+
+@check
+def a_quality_of_the_table_is_that_of_the_panel():
+    """The core may bring choices of its own: they become the property's."""
+    props, library = addon("props"), addon("library").rackfocus
+    method = next(p for p in library.parameters() if p.field == "method")
+    table = method._replace(field="quality", key="quality", default="box")
+    items, default, presets = props._qualities(table)
+    names = [item[0] for item in items]
+    assert names == [*(c.name for c in method.choices), "custom"]
+    assert default == "box" and presets["box"] == {"quality": "box"}
+    assert presets["custom"] is None
 
 
 @check
@@ -661,7 +691,7 @@ def add_node():
 @check
 def a_hundred_renders():
     """Memory does not grow; nothing stays in the memory folder."""
-    scene, data = start(quality="draft")
+    scene, data = start(**DRAFT)
     scene.cycles.samples = 1
     folder = Path("/dev/shm")
     for count in range(130):
@@ -681,7 +711,7 @@ def refocus():
 @check
 def overhead_at_1080p():
     """What the node costs beside the filter's own time; the figures go to a file."""
-    scene, data = start(method="scatter", quality="draft")
+    scene, data = start(method="scatter", **DRAFT)
     data.dof.aperture_fstop = 500  # nearly no blur: the filter itself is quick
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     scene.cycles.samples = 1

@@ -718,7 +718,9 @@ def a_folder_that_cannot_be_written():
 @check
 def many_renders_with_views():
     """Memory does not grow, nothing stays behind."""
-    scene, data = start(views=3, quality="draft")
+    scene, data = start(
+        views=3, quality="custom", sub_apertures=1, exact_highlights=False
+    )
     scene.cycles.samples = 3
     for count in range(90):
         bpy.ops.render.render()
