@@ -31,6 +31,11 @@ enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = 64 };
 
 static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
 static const float LEAST_SHARE = 0.02f; /* of a pixel, for a surface to count */
+/*
+ * What is blocked by more than this is dark: shares are estimates, squares of different
+ * radii leave cracks, and of a lamp of 1e4 one thousandth is white.
+ */
+static const float WHOLE = 0.8f;
 static const size_t BATCH_BYTES = 64u << 20;
 
 /* A view, and what helps to find its occluders. */
@@ -250,7 +255,7 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
     for (int j = 0; j < h->scene->n_views; j++)
         draw_occluders(h, l, j, &m);
     for (size_t i = 0; i < n; i++)
-        m.blocked[i] = m.blocked[i] < 1 ? 1 - m.blocked[i] : 0;
+        m.blocked[i] = m.blocked[i] < WHOLE ? 1 - m.blocked[i] : 0;
     *mask = m.blocked;
 }
 

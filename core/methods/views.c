@@ -15,25 +15,32 @@
  *
  * and weighted by how many views see its place,
  *
- *   w = share / max(1/4, n),  n = own share + sum over the other views of how much of
- *                                 the place is not occluded there
+ *   w = share / max(1/4, n),  n = own + sum over the other views of how much of the
+ *                                 place is not occluded there
  *
- * occluded at the nearest pixel: nearer by 1/2 px and pure, 0; nearer but mixed with a
- * far part at or behind r - 0.8, 1 - its share; else 1; outside the picture 0. Then all
- * of them are spread with the full aperture like those of one view (composite.c),
- * highlights with exact visibility, asking for each part of the lens the view nearest
- * to it (highlight.c). Hidden background is real here; what no view saw (less than 1 %
- * with 8 views) is estimated from the view nearest to the middle, as with one view.
+ * own is 1 for a near part, which looks past nothing, and its share for a far one.
+ * Occluded at the nearest pixel: nearer by 0.8 px and pure, 0; nearer but mixed with a
+ * far part at or behind r - 0.8, 1 - its share; else 1; outside the picture 0, and what
+ * continues a picture beyond its border fills only what no view shows. Then all of them
+ * are spread with the full aperture like those of one view (composite.c), highlights
+ * with exact visibility, asking for each part of the lens the view nearest to it
+ * (highlight.c). A light is the mean of the views that see it whole, and its depth one
+ * at which the others show it too. Hidden background is real here; what no view saw
+ * (less than 1 % with 8 views) is estimated from the view nearest to the middle, as
+ * with one view.
  *
  * Ours. One view gives the method layered, bit for bit. Memory: 130 bytes per pixel and
  * view. Cost: the sum of the views' layered passes.
  */
 #include "../picture.h"
 
-enum { N_PHASES = 4 };
+enum { N_PHASES = 4, FREE_PX = 3 };
 
 static const float OCCLUDED_PX = 0.8f;
 static const float LEAST_COUNT = 0.25f;
+static const float FREE_DEPTH_PX =
+    1.6f;                      /* what is nearer by this much may be in front */
+static const float LIT = 0.2f; /* of a light's luminance: the same light */
 
 struct views {
     struct rf_work *work;
@@ -48,18 +55,40 @@ static float shift_of(const struct rf_work_view *view, float r)
     return view->shift_scale * r + view->shift_bias;
 }
 
-/* How much of the place (x, y) of the centre's view, radius r, view j sees. */
-static float seen_by(const struct views *v, int j, float x, float y, float r)
+/* A place of the centre's view. */
+struct place {
+    float x, y, r;
+};
+
+/* The pixel of view j that looks at a place; false outside of its padded picture. */
+static bool pixel_at(const struct views *v, int j, struct place p, int *px, int *py)
 {
     const struct rf_work_view *view = &v->work->views[j];
     const struct rf_surfaces *s = &v->pictures[j].surfaces;
-    float shift = shift_of(view, r);
-    int px = (int)floorf(x + view->lens[0] * shift);
-    int py = (int)floorf(y - view->lens[1] * shift);
-    if (px < 0 || py < 0 || px >= s->width || py >= s->height)
+    float shift = shift_of(view, p.r);
+    *px = (int)floorf(p.x + view->lens[0] * shift);
+    *py = (int)floorf(p.y - view->lens[1] * shift);
+    return *px >= 0 && *py >= 0 && *px < s->width && *py < s->height;
+}
+
+/* Was the pixel rendered? The others continue the picture beyond its border. */
+static bool is_rendered(const struct rf_picture *l, int x, int y)
+{
+    return x >= l->border && y >= l->border && x < l->width - l->border &&
+           y < l->height - l->border;
+}
+
+/* How much of a place view j sees, and whether in what was rendered. */
+static float seen_by(const struct views *v, int j, struct place p, bool *is_true)
+{
+    const struct rf_surfaces *s = &v->pictures[j].surfaces;
+    int px, py;
+    *is_true = false;
+    if (!pixel_at(v, j, p, &px, &py))
         return 0;
+    *is_true = is_rendered(&v->pictures[j], px, py);
     size_t i = (size_t)py * (size_t)s->width + (size_t)px;
-    float limit = r - OCCLUDED_PX, share = s->share[i];
+    float limit = p.r - OCCLUDED_PX, share = s->share[i];
     if (share <= 0)
         return s->far[i].r < limit ? 0 : 1;
     if (s->near[i].r >= limit)
@@ -76,14 +105,29 @@ static void move_sample(const struct views *v, int j, struct rf_sample *p)
     p->y += view->lens[1] * shift;
 }
 
-/* The weight of a moved sample of view j. */
-static float weight_of(const struct views *v, int j, const struct rf_sample *p)
+/*
+ * The weight of a moved sample of view j. A near part counts its own pixel whole, since
+ * its share is how much of the pixel it covers; a far part counts what the near one
+ * leaves to be seen. What continues the picture beyond its border counts where no view
+ * shows the place.
+ */
+static float weight_of(const struct views *v, int j, const struct rf_sample *p,
+                       bool is_far, bool is_rendered)
 {
-    float n = p->w;
-    for (int k = 0; k < v->work->n_views; k++)
-        if (k != j)
-            n += seen_by(v, k, p->x, p->y, p->r);
-    return p->w / rf_max_float(n, LEAST_COUNT);
+    struct place place = {p->x, p->y, p->r};
+    float own = is_far ? p->w : 1, shown = 0, all = 0;
+    for (int k = 0; k < v->work->n_views; k++) {
+        bool is_true;
+        if (k == j)
+            continue;
+        float seen = seen_by(v, k, place, &is_true);
+        all += seen;
+        shown += is_true ? seen : 0;
+    }
+    if (is_rendered)
+        return p->w / rf_max_float(own + shown, LEAST_COUNT);
+    return p->w * rf_max_float(1 - shown, 1e-6f) /
+           rf_max_float(own + all - shown, LEAST_COUNT);
 }
 
 /* ---- visible samples ----------------------------------------------------------- */
@@ -103,8 +147,10 @@ static void collect(void *user, struct rf_surface *s, int x, int y, float w)
     if (!(p.x >= 0 && p.y >= 0 && p.x < (float)picture->width &&
           p.y < (float)picture->height))
         return;
+    size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
     if (c->out.at)
-        p.w = weight_of(c->v, c->view, &p);
+        p.w = weight_of(c->v, c->view, &p, s != &picture->surfaces.near[i],
+                        is_rendered(picture, x, y));
     rf_picture_emit(picture, p, x, y, &c->out);
 }
 
@@ -145,6 +191,120 @@ static rf_result collect_visible(struct views *v, struct rf_error *error)
 
 /* ---- highlights ---------------------------------------------------------------- */
 
+/*
+ * Is the place free in view k: rendered, with nothing nearer in 7 x 7 pixels? Shares at
+ * the edge of a light are no measure of how much of it is seen.
+ */
+static bool is_free(const struct views *v, int k, struct place p)
+{
+    const struct rf_picture *l = &v->pictures[k];
+    const struct rf_surfaces *s = &l->surfaces;
+    int px, py;
+    if (!pixel_at(v, k, p, &px, &py))
+        return false;
+    for (int y = py - FREE_PX; y <= py + FREE_PX; y++)
+        for (int x = px - FREE_PX; x <= px + FREE_PX; x++) {
+            if (!is_rendered(l, x, y))
+                return false;
+            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+            if (s->share[i] > 0.02f && s->near[i].r < p.r - FREE_DEPTH_PX)
+                return false;
+        }
+    return true;
+}
+
+/* Does view k show a light like this near the place? */
+static bool shows_light(const struct views *v, int k, struct place p, float luminance)
+{
+    const struct rf_picture *l = &v->pictures[k];
+    int px, py;
+    if (!pixel_at(v, k, p, &px, &py))
+        return false;
+    for (int y = rf_max_int(py - 1, 0); y <= rf_min_int(py + 1, l->height - 1); y++)
+        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, l->width - 1);
+             x++) {
+            const struct rf_surface *q =
+                &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x];
+            if (rf_luminance(q->c[0], q->c[1], q->c[2]) > luminance)
+                return true;
+        }
+    return false;
+}
+
+/* Of the other views to which the place is free, how many show the light? */
+struct support {
+    int n_free, n_lit;
+};
+
+static struct support support_of(const struct views *v, int j, struct place p,
+                                 float luminance)
+{
+    struct support s = {0, 0};
+    for (int k = 0; k < v->work->n_views; k++) {
+        if (k == j || !is_free(v, k, p))
+            continue;
+        s.n_free++;
+        s.n_lit += shows_light(v, k, p, luminance);
+    }
+    return s;
+}
+
+static struct place move_place(const struct views *v, int j, float x, float y, float r)
+{
+    struct rf_sample p = {.x = x, .y = y, .r = r};
+    move_sample(v, j, &p);
+    return (struct place){p.x, p.y, p.r};
+}
+
+/*
+ * The depth of a pixel that a light only touches may be that of its neighbour. Where
+ * the other views do not show the light at its place, the depths of the lights around
+ * it are tried.
+ */
+static void find_depth(const struct views *v, int j, struct rf_sample *p)
+{
+    const struct rf_picture *l = &v->pictures[j];
+    float luminance = LIT * rf_luminance(p->c[0], p->c[1], p->c[2]);
+    struct support own =
+        support_of(v, j, move_place(v, j, p->x, p->y, p->r), luminance);
+    if (own.n_free == 0 || 2 * own.n_lit >= own.n_free)
+        return;
+    int cx = (int)p->x, cy = (int)p->y;
+    float best = (float)own.n_lit / (float)own.n_free, best_r = p->r;
+    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
+        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1);
+             x++) {
+            const struct rf_surface *q =
+                &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x];
+            if (rf_luminance(q->c[0], q->c[1], q->c[2]) < luminance ||
+                fabsf(q->r - best_r) < OCCLUDED_PX)
+                continue;
+            struct support s =
+                support_of(v, j, move_place(v, j, p->x, p->y, q->r), luminance);
+            if (2 * s.n_lit >= s.n_free && (float)s.n_lit > best * (float)s.n_free) {
+                best = (float)s.n_lit / (float)s.n_free;
+                best_r = q->r;
+            }
+        }
+    p->r = best_r;
+}
+
+/*
+ * The weight of a moved light: the mean over the views to which its place is free, else
+ * as for other samples.
+ */
+static float light_weight(const struct views *v, int j, const struct rf_sample *p,
+                          bool is_rendered)
+{
+    struct place place = {p->x, p->y, p->r};
+    int n_free = 0;
+    for (int k = 0; k < v->work->n_views; k++)
+        n_free += is_free(v, k, place);
+    if (n_free > 0)
+        return is_free(v, j, place) ? p->w / (float)n_free : 0;
+    return weight_of(v, j, p, true, is_rendered);
+}
+
 static rf_result collect_highlights(struct views *v, struct rf_error *error)
 {
     const struct rf_context *context = v->work->filter->context;
@@ -162,9 +322,12 @@ static rf_result collect_highlights(struct views *v, struct rf_error *error)
         const struct rf_samples *lights = &v->pictures[j].highlights;
         for (size_t i = 0; i < lights->n; i++) {
             struct rf_sample p = lights->at[i];
+            bool is_true = is_rendered(&v->pictures[j], (int)p.x, (int)p.y);
+            find_depth(v, j, &p);
             move_sample(v, j, &p);
-            p.w = weight_of(v, j, &p);
-            v->highlights.at[v->highlights.n++] = p;
+            p.w = light_weight(v, j, &p, is_true);
+            if (p.w > 0)
+                v->highlights.at[v->highlights.n++] = p;
         }
     }
     return RF_OK;
