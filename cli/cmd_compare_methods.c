@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus compare-methods: every method on one scene, against a reference. */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "cli.h"
 #include "json.h"
@@ -13,11 +15,12 @@
 #include "settings.h"
 #include "sheet.h"
 #include "source.h"
+#include "views.h"
 
 enum { MAX_ENTRIES = 128 };
 
 struct compare_methods_options {
-    const char *reference, *sheet, *depth_file, *depth_channel, *layer;
+    const char *reference, *sheet, *results, *depth_file, *depth_channel, *layer;
     int32_t n_repeats, n_threads;
     bool is_json, is_quiet;
 };
@@ -37,6 +40,11 @@ static const struct option options[] = {
      .value = "FILE.png",
      .help = "Write a contact sheet: every result, labelled, beside the picture of its "
              "error."},
+    {.name = "results",
+     .kind = OPTION_FILE,
+     .offset = AT(results),
+     .value = "DIR",
+     .help = "Keep every result, DIR/layered.exr, DIR/box_coc.exr and so on."},
     {.name = "depth-file",
      .kind = OPTION_FILE,
      .offset = AT(depth_file),
@@ -84,6 +92,8 @@ struct comparison {
     struct rf_params params;
     struct source source;
     struct picture reference;
+    struct view_list list; /* of views beside the picture; empty: none */
+    struct views views;
     float *colour, *depth, *out; /* out: as colour, and radii before */
     float *rgb;                  /* the result without alpha */
     unsigned char *is_exposed;   /* pixels that sharp things can leak into */
@@ -112,8 +122,8 @@ static void add_entry(struct comparison *c, int method, int blend, const char *n
              blend_name);
 }
 
-/* The input, then every method, the previews with every blend. --method and --blend
- * leave one. */
+/* The input, then every method that can be applied to it, the previews with every
+ * blend. --method and --blend leave one. */
 static void list_entries(struct comparison *c)
 {
     size_t n;
@@ -122,8 +132,9 @@ static void list_entries(struct comparison *c)
     add_entry(c, -1, 0, "pinhole", "");
     for (int m = 0; m < (int)n; m++) {
         const bool has_blend = m >= RF_METHOD_BOX && m <= RF_METHOD_RECURSIVE_OFFSET;
-        const bool takes_views = m == RF_METHOD_VIEWS || m == RF_METHOD_ACCUMULATE;
-        if (is_typed(c, "method") ? m != c->params.method : takes_views)
+        const bool is_of_views = m == RF_METHOD_VIEWS || m == RF_METHOD_ACCUMULATE;
+        if (is_typed(c, "method") ? m != c->params.method
+                                  : is_of_views && c->list.n == 0)
             continue;
         if (!has_blend)
             add_entry(c, m, c->params.blend, methods[m].name, "");
@@ -220,6 +231,12 @@ static void take_rgb(struct comparison *c, const float *from)
             c->rgb[3 * i + k] = from[(size_t)n * i + (n == 1 ? 0 : k)];
 }
 
+static bool takes_views(const struct comparison *c, int method)
+{
+    return c->list.n > 0 &&
+           (method == RF_METHOD_VIEWS || method == RF_METHOD_ACCUMULATE);
+}
+
 static rf_result run_method(struct comparison *c, struct entry *e,
                             struct rf_error *error)
 {
@@ -240,11 +257,36 @@ static rf_result run_method(struct comparison *c, struct entry *e,
     for (int i = 0; i < c->tool->n_repeats && result == RF_OK && !is_interrupted();
          i++) {
         const double start = clock_seconds();
-        result = rf_filter_process(filter, &view, 1, &out, NULL, error);
+        result = takes_views(c, e->method)
+                     ? rf_filter_process(filter, c->views.views, c->views.n, &out, NULL,
+                                         error)
+                     : rf_filter_process(filter, &view, 1, &out, NULL, error);
         e->time_s = fmin(e->time_s, clock_seconds() - start);
     }
     rf_filter_destroy(filter);
     return result;
+}
+
+/* DIR/box_coc.exr */
+static bool keep_result(struct comparison *c, const struct entry *e,
+                        struct exr_error *error)
+{
+    char path[4096];
+    const struct source *s = &c->source;
+    const size_t n = count_pixels(c) * (size_t)s->n_channels;
+    const int n_folder = snprintf(path, sizeof(path), "%s/", c->tool->results);
+    snprintf(path + n_folder, sizeof(path) - (size_t)n_folder, "%s.exr", e->name);
+    for (char *at = path + n_folder; *at; at++)
+        if (*at == ' ')
+            *at = '_';
+    float *samples = need_memory(n, sizeof(float)); /* writing packs it in place */
+    memcpy(samples, e->method >= 0 ? c->out : c->colour, n * sizeof(float));
+    const struct source_output how = {.type = EXR_SAMPLE_FLOAT,
+                                      .made = e->method >= 0 ? e->name : NULL,
+                                      .n_threads = thread_count(c->tool->n_threads)};
+    const bool is_written = source_write_colour(s, path, samples, &how, error);
+    free(samples);
+    return is_written;
 }
 
 static int run_entry(struct comparison *c, int index)
@@ -257,6 +299,11 @@ static int run_entry(struct comparison *c, int index)
     measure_pictures(c->rgb, c->reference.samples, c->source.width, c->source.height,
                      &e->measures);
     e->leak_percent = measure_leak(c);
+    struct exr_error exr_error;
+    if (c->tool->results && !keep_result(c, e, &exr_error)) {
+        message("%s", exr_error.message);
+        return EXIT_FAILED;
+    }
     if (c->tool->sheet) {
         char label[96];
         measure_heatmap(c->rgb, c->reference.samples, c->source.width, c->source.height,
@@ -377,9 +424,23 @@ static bool read_pixels(struct comparison *c, struct exr_error *error)
                  exr_path(s->colour), s->width, s->height);
         return false;
     }
+    const struct source_request request = {.layer = c->tool->layer,
+                                           .depth_channel = c->tool->depth_channel};
+    if (c->list.n > 0 &&
+        !views_read(&c->views, s, &c->list, &request, n_threads, error))
+        return false;
     c->out = need_memory(count_pixels(c) * (size_t)s->n_channels, sizeof(float));
     c->rgb = need_memory(count_pixels(c) * 3, sizeof(float));
     return true;
+}
+
+static bool make_folder(const char *path, struct exr_error *error)
+{
+    if (mkdir(path, 0777) == 0 || errno == EEXIST)
+        return true;
+    snprintf(error->message, sizeof(error->message), "%s: cannot make the folder: %s",
+             path, strerror(errno));
+    return false;
 }
 
 static int run_steps(struct comparison *c)
@@ -387,6 +448,7 @@ static int run_steps(struct comparison *c)
     struct exr_error error = {""};
     int code = EXIT_FAILED;
     if ((c->tool->sheet && !picture_check_writable(c->tool->sheet, &error)) ||
+        (c->tool->results && !make_folder(c->tool->results, &error)) ||
         !read_facts(c, &error, &code) || !read_pixels(c, &error)) {
         if (*error.message)
             message("%s", error.message);
@@ -405,22 +467,71 @@ static int run_steps(struct comparison *c)
     return code == EXIT_DONE ? finish(c) : code;
 }
 
+/* The views among the inputs: all but the first, and that too where it is one. False
+ * where some of more than two are none. */
+static bool find_views(struct comparison *c, const struct operands *operands,
+                       struct exr_error *error)
+{
+    const char *other = NULL;
+    if (operands->n < 2 || c->tool->depth_file)
+        return true;
+    if (!views_list(operands->items, operands->n, &c->list, &other, error))
+        return false;
+    if (!other)
+        return true;
+    const bool is_first = strcmp(other, operands->items[0]) == 0;
+    views_list_free(&c->list);
+    other = NULL;
+    if (is_first &&
+        !views_list(operands->items + 1, operands->n - 1, &c->list, &other, error))
+        return false;
+    if (is_first && !other)
+        return true;
+    views_list_free(&c->list);
+    if (operands->n == 2)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: is no view from a point of the lens; compare-methods takes one file "
+             "of colour, then its depth or views",
+             other ? other : operands->items[0]);
+    return false;
+}
+
+static bool check_number(const struct comparison *c, struct exr_error *error)
+{
+    if (c->list.n <= RF_MAX_VIEWS)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: %d views are too many; %d "
+             "are the most",
+             c->list.items[c->list.n - 1].path, c->list.n, RF_MAX_VIEWS);
+    return false;
+}
+
 static int compare_methods(struct comparison *c, const struct operands *operands)
 {
     const struct compare_methods_options *tool = c->tool;
+    struct exr_error error;
+    interrupt_catch();
+    if (!find_views(c, operands, &error) || !check_number(c, &error)) {
+        views_list_free(&c->list);
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
     const struct source_request request = {.paths = operands->items,
-                                           .n_paths = operands->n,
+                                           .n_paths = c->list.n ? 1 : operands->n,
                                            .layer = tool->layer,
                                            .depth_file = tool->depth_file,
                                            .depth_channel = tool->depth_channel};
-    struct exr_error error;
-    interrupt_catch();
     if (!source_open(&c->source, &request, &error)) {
+        views_list_free(&c->list);
         message("%s", error.message);
         return EXIT_FAILED;
     }
     const int code = run_steps(c);
     rf_context_destroy(c->context);
+    views_free(&c->views);
+    views_list_free(&c->list);
     picture_free(&c->reference);
     sheet_free(&c->sheet);
     free(c->heat);
@@ -436,9 +547,9 @@ static int compare_methods(struct comparison *c, const struct operands *operands
 static bool check_usage(const struct compare_methods_options *tool,
                         const struct operands *operands)
 {
-    if (operands->n < 1 || operands->n > 2 || (operands->n == 2 && tool->depth_file))
-        message("compare-methods takes one file of colour and one of depth; see "
-                "rackfocus compare-methods --help");
+    if (operands->n < 1 || (operands->n > 1 && tool->depth_file))
+        message("compare-methods takes one file of colour, then one of depth or views; "
+                "see rackfocus compare-methods --help");
     else if (!tool->reference)
         message("compare-methods needs --reference FILE, the picture to come near to; "
                 "see rackfocus compare-methods --help");
@@ -470,13 +581,14 @@ static int cmd_compare_methods(int argc, char **argv)
 const struct command command_compare_methods = {
     .name = "compare-methods",
     .summary = "run every method and compare the results",
-    .usage = "IN.exr [DEPTH.exr] --reference FILE [options]",
+    .usage = "IN.exr [DEPTH.exr | VIEW.exr ...] --reference FILE [options]",
     .description =
         "Filters IN.exr with every method, the previews with every blend, and compares "
         "each result with the reference: time of the filter alone, tPSNR and SSIM as "
         "in rackfocus compare, energy (sum of the result over that of the reference, "
         "less 1) and leak. The first line is the pinhole itself. --method and --blend "
-        "leave one.\n\n"
+        "leave one. Views from points of the lens, where they are given behind the "
+        "picture, go through the methods that take several.\n\n"
         "Leak is the mean tone mapped error, in parts of 100, of the pixels that are "
         "blurred by 2 px or more and have something in focus within that radius (32 px "
         "at most): where the colours of sharp things run out, and theirs run in.",

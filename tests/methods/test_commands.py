@@ -125,6 +125,29 @@ def test_compare_methods_agrees_with_filter_and_compare(rackfocus, tmp_path):
         assert row[key] == pytest.approx(single[key], abs=1e-9)
 
 
+def test_compare_methods_takes_views_and_keeps_results(rackfocus, tmp_path):
+    """Views go through the methods of several; each file is what its row measured."""
+    paths = [REFERENCES / f"posts_view{i:02}.exr" for i in range(3)]
+    kept = tmp_path / "kept"
+    done = rackfocus("compare-methods", POSTS, *paths, "--reference", TRUTH, "--json",
+                     "--repeats", 1, "--results", kept, "--blend", "coc",
+                     "--sub-apertures", 1)  # fmt: skip
+    rows = {row["name"]: row for row in json.loads(done.stdout)}
+    assert {"pinhole", "layered", "views", "accumulate", "box coc"} <= set(rows)
+    for name in ("pinhole", "views", "box coc"):
+        path = kept / f"{name.replace(' ', '_')}.exr"
+        text = rackfocus("compare", path, TRUTH, "--json").stdout
+        assert json.loads(text)["tpsnr"] == pytest.approx(rows[name]["tpsnr"], abs=1e-9)
+    rackfocus("accumulate", *paths, "-o", tmp_path / "mean.exr")
+    text = rackfocus("compare", tmp_path / "mean.exr", TRUTH, "--json").stdout
+    assert json.loads(text)["tpsnr"] == pytest.approx(
+        rows["accumulate"]["tpsnr"], abs=1e-4
+    )
+    done = rackfocus("compare-methods", POSTS, paths[0], POSTS, "--reference", TRUTH,
+                     code=1)  # fmt: skip
+    assert "is no view" in done.stderr
+
+
 def test_compare_methods_says_what_is_wrong(rackfocus, tmp_path):
     _, paths = views(tmp_path, 1)
     assert "--reference" in rackfocus("compare-methods", POSTS, code=2).stderr
