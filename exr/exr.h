@@ -111,6 +111,23 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
 bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
               int n_threads, struct exr_error *error);
 
+/* Rows of the data window, counted from its top. */
+struct exr_rows {
+    int32_t first, n;
+};
+
+/*
+ * The same for some rows only: samples begins with row rows.first. Only the chunks that
+ * hold those rows are decoded, so a picture of any size is read in strips; rows that
+ * begin and end at multiples of exr_row_step() decode no chunk twice. Memory: the
+ * compressed and decoded bytes of one chunk per thread.
+ */
+bool exr_read_rows(struct exr_input *input, const int *channels, int n,
+                   struct exr_rows rows, float *samples, int n_threads,
+                   struct exr_error *error);
+/* Rows of a chunk or tile of a part; 1 where the header is damaged. */
+int32_t exr_row_step(const struct exr_input *input, int part);
+
 /*
  * The first n of R G B A of a layer, as exr_read gives them; from luminance and chroma
  * where the layer has those. n is 1 (grey), 3 or 4.
@@ -172,6 +189,8 @@ struct exr_output {
      * channels of like_part with the names in channel_names are replaced. Parts other
      * than like_part are copied as compressed, tiled and deep ones included. */
     bool pass_through;
+    /* Side of square tiles, px; 0: scan lines. Tiles hold no sub-sampled channel. */
+    int32_t tile_size;
 };
 
 /* Writes beside `path` and renames, so that an old file is kept on any failure. */
@@ -185,6 +204,25 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
  */
 bool exr_join_views(const char *path, struct exr_input *const *inputs,
                     const char *const *views, int n, struct exr_error *error);
+
+/*
+ * The same, strip by strip, for pictures larger than memory: begin writes the header
+ * and the parts before the picture's, rows the next rows from the top, finish the other
+ * parts, and renames. Memory: one strip of the kept channels and a chunk per thread.
+ * output->samples is not looked at; `path`, `output` and what it points to must stay
+ * until finish or abort, one of which must be called and frees the writer. `n_rows` is
+ * a multiple of exr_write_step() but for the last strip. After a failure of
+ * exr_write_rows only abort is of use; an old file is then still there.
+ */
+struct exr_writer;
+bool exr_write_begin(struct exr_writer **writer, const char *path,
+                     const struct exr_output *output, int n_threads,
+                     struct exr_error *error);
+int32_t exr_write_step(const struct exr_writer *writer);
+bool exr_write_rows(struct exr_writer *writer, int32_t n_rows, const float *samples,
+                    struct exr_error *error);
+bool exr_write_finish(struct exr_writer *writer, struct exr_error *error);
+void exr_write_abort(struct exr_writer *writer);
 
 /*
  * Writes a PNG beside `path` and renames. Samples are interleaved, n_channels 1, 3 or

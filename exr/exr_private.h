@@ -58,6 +58,10 @@ typedef void (*exr_run_fn)(void *user, int channel_in_part, int32_t x, int32_t y
 /* Decodes all of a part (the full level of a tiled one). Deep parts fail. */
 bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
                      int n_threads, struct exr_error *error);
+/* Decodes the chunks that hold these rows; `run` gets all rows of those chunks. */
+bool exr_decode_rows(struct exr_input *input, int part, struct exr_rows rows,
+                     exr_run_fn run, void *user, int n_threads,
+                     struct exr_error *error);
 
 /* How a part is cut into chunks: those of the full level where it is tiled. */
 struct exr_chunks {
@@ -101,6 +105,11 @@ int exr_sample_bytes(enum exr_sample_type type);
 float exr_half_to_float(uint16_t half);
 /* To nearest even; finite values beyond the range become +-65504, not infinity. */
 uint16_t exr_float_to_half(float value);
+/* Runs of halves as stored, unaligned; the floats lie `stride` floats apart. */
+void exr_halves_to_floats(float *out, size_t stride, const uint8_t *halves, size_t n);
+void exr_floats_to_halves(uint8_t *halves, const float *in, size_t stride, size_t n);
+/* Does this processor convert halves itself? */
+bool exr_has_f16c(void);
 
 /* n stored samples to floats, `stride` floats apart. */
 void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,

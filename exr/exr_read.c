@@ -138,25 +138,6 @@ int exr_sample_bytes(enum exr_sample_type type)
     return type == EXR_SAMPLE_HALF ? 2 : 4;
 }
 
-float exr_half_to_float(uint16_t half)
-{
-    union {
-        uint32_t bits;
-        float value;
-    } f;
-    uint32_t sign = (uint32_t)(half & 0x8000) << 16;
-    uint32_t magnitude = half & 0x7fff;
-    if (magnitude >= 0x7c00) { /* infinity and NaN */
-        f.bits = sign | 0x7f800000u | (magnitude & 0x3ff) << 13;
-    } else if (magnitude >= 0x400) {
-        f.bits = sign | ((magnitude << 13) + (112u << 23));
-    } else { /* denormal: a whole number of 2^-24 */
-        f.value = (float)magnitude * 0x1p-24f;
-        f.bits |= sign;
-    }
-    return f.value;
-}
-
 static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
                        uint64_t size, uint64_t offset,
                        exr_stream_error_func_ptr_t report)
@@ -664,6 +645,23 @@ static exr_result_t decode_chunk(struct decoder *d, int index,
 bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
                      int n_threads, struct exr_error *error)
 {
+    const struct exr_box *box = &input->parts[part].data_window;
+    const struct exr_rows all = {0, box->max_y - box->min_y + 1};
+    return exr_decode_rows(input, part, all, run, user, n_threads, error);
+}
+
+/* The first chunk of these rows, and the one after the last. */
+static void find_range(const struct exr_chunks *c, struct exr_rows rows, int range[2])
+{
+    int32_t step = c->n_tiles_x > 0 ? c->tile_height : c->lines_per_chunk;
+    int per_row = c->n_tiles_x > 0 ? c->n_tiles_x : 1;
+    range[0] = rows.first / step * per_row;
+    range[1] = (rows.first + rows.n - 1) / step * per_row + per_row;
+}
+
+bool exr_decode_rows(struct exr_input *input, int part, struct exr_rows rows,
+                     exr_run_fn run, void *user, int n_threads, struct exr_error *error)
+{
     struct decoder d = {.input = input, .part = part, .run = run, .user = user};
     if (input->parts[part].is_deep)
         return exr_fail(
@@ -674,6 +672,8 @@ bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *us
     if (!exr_plan_chunks(input, part, &d.chunks, error) || !choose_undo(&d, error))
         return false;
 
+    int range[2];
+    find_range(&d.chunks, rows, range);
     _Atomic bool is_failed = false;
     char message[sizeof core_message] = "";
     if (n_threads < 1)
@@ -683,7 +683,7 @@ bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *us
         exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
         bool is_started = false;
 #pragma omp for schedule(dynamic)
-        for (int i = 0; i < d.chunks.n_chunks; i++) {
+        for (int i = range[0]; i < range[1]; i++) {
             if (is_failed)
                 continue;
             exr_core_clear();
@@ -709,28 +709,25 @@ struct interleaver {
     int part;
     const int *wanted; /* indices into input->channels */
     int n;
-    float *samples;
+    float *samples; /* of the first of the rows */
     size_t width;
+    struct exr_rows rows;
 };
 
 void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
                      const uint8_t *samples)
 {
+    if (type == EXR_SAMPLE_HALF) {
+        exr_halves_to_floats(out, stride, samples, (size_t)n);
+        return;
+    }
     for (int32_t i = 0; i < n; i++, out += stride) {
-        uint16_t half;
         uint32_t whole;
-        switch (type) {
-        case EXR_SAMPLE_HALF:
-            memcpy(&half, samples + 2 * (size_t)i, 2);
-            *out = exr_half_to_float(half);
-            break;
-        case EXR_SAMPLE_FLOAT:
+        if (type == EXR_SAMPLE_FLOAT) {
             memcpy(out, samples + 4 * (size_t)i, 4);
-            break;
-        case EXR_SAMPLE_UINT:
+        } else {
             memcpy(&whole, samples + 4 * (size_t)i, 4);
             *out = (float)whole;
-            break;
         }
     }
 }
@@ -744,6 +741,9 @@ static void spread_run(const struct interleaver *to, int channel, int c, int32_t
     int32_t width = (int32_t)to->width, height = box->max_y - box->min_y + 1;
     int32_t step_x = info->x_sampling, step_y = info->y_sampling;
     int32_t y0 = y * step_y, y1 = height - y0 < step_y ? height : y0 + step_y;
+    int32_t end = to->rows.first + to->rows.n;
+    y0 = y0 < to->rows.first ? to->rows.first : y0;
+    y1 = y1 > end ? end : y1;
     /* Without the samples of its rest the last block of a cut window has none. */
     for (int32_t i = 0; i < n; i++) {
         float v;
@@ -752,7 +752,8 @@ static void spread_run(const struct interleaver *to, int channel, int c, int32_t
         int32_t x0 = (x + i) * step_x, x1 = i + 1 < n ? x0 + step_x : width;
         for (int32_t py = y0; py < y1; py++)
             for (int32_t px = x0; px < x1 && px < width; px++)
-                to->samples[((size_t)py * to->width + (size_t)px) * (size_t)to->n +
+                to->samples[((size_t)(py - to->rows.first) * to->width + (size_t)px) *
+                                (size_t)to->n +
                             (size_t)c] = v;
     }
 }
@@ -763,13 +764,14 @@ static void interleave_run(void *user, int channel_in_part, int32_t x, int32_t y
     const struct interleaver *to = user;
     int channel = to->input->first_channel[to->part] + channel_in_part;
     const struct exr_channel_info *info = &to->input->channels[channel];
-    size_t pixel = (size_t)y * to->width + (size_t)x;
     for (int c = 0; c < to->n; c++) {
         if (to->wanted[c] != channel)
             continue;
+        int32_t row = y - to->rows.first;
+        size_t pixel = (size_t)row * to->width + (size_t)x;
         if (info->x_sampling != 1 || info->y_sampling != 1)
             spread_run(to, channel, c, x, y, n, samples);
-        else
+        else if (row >= 0 && row < to->rows.n)
             exr_convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
                             info->type, n, samples);
     }
@@ -814,10 +816,47 @@ static void fill_ones(float *samples, size_t n_pixels, const int *channels, int 
             samples[i * (size_t)n + (size_t)c] = 1.0f;
 }
 
-bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
-              int n_threads, struct exr_error *error)
+/* Rows that hold what is to be seen in `rows`: a sub-sampled channel's block may begin
+ * above them. */
+static struct exr_rows with_blocks(const struct exr_input *input, int part,
+                                   struct exr_rows rows)
 {
-    if (!check_wanted(input, channels, n, error))
+    int32_t step = 1;
+    for (int c = input->first_channel[part]; c < input->first_channel[part + 1]; c++)
+        if (input->channels[c].y_sampling > step)
+            step = input->channels[c].y_sampling;
+    int32_t more = rows.first < step - 1 ? rows.first : step - 1;
+    return (struct exr_rows){rows.first - more, rows.n + more};
+}
+
+/* Of the data window that all wanted channels have; one of them is not -1. */
+static int32_t wanted_height(const struct exr_input *input, const int *channels)
+{
+    while (*channels < 0)
+        channels++;
+    const struct exr_box *box =
+        &input->parts[input->channels[*channels].part].data_window;
+    return box->max_y - box->min_y + 1;
+}
+
+static bool check_rows(const struct exr_input *input, const int *channels,
+                       struct exr_rows rows, struct exr_error *error)
+{
+    int32_t height = wanted_height(input, channels);
+    if (rows.first >= 0 && rows.n > 0 && rows.n <= height &&
+        rows.first <= height - rows.n)
+        return true;
+    return exr_fail(
+        error, input->path, "rows %d to %lld are asked for, but there are only 0 to %d",
+        (int)rows.first, (long long)rows.first + rows.n - 1, (int)height - 1);
+}
+
+bool exr_read_rows(struct exr_input *input, const int *channels, int n,
+                   struct exr_rows rows, float *samples, int n_threads,
+                   struct exr_error *error)
+{
+    if (!check_wanted(input, channels, n, error) ||
+        !check_rows(input, channels, rows, error))
         return false;
     for (int part = 0; part < input->n_parts; part++) {
         if (!is_wanted_part(input, part, channels, n))
@@ -830,11 +869,29 @@ bool exr_read(struct exr_input *input, const int *channels, int n, float *sample
             .n = n,
             .samples = samples,
             .width = (size_t)(box->max_x - box->min_x + 1),
+            .rows = rows,
         };
-        fill_ones(samples, to.width * (size_t)(box->max_y - box->min_y + 1), channels,
-                  n);
-        if (!exr_decode_part(input, part, interleave_run, &to, n_threads, error))
+        fill_ones(samples, to.width * (size_t)rows.n, channels, n);
+        if (!exr_decode_rows(input, part, with_blocks(input, part, rows),
+                             interleave_run, &to, n_threads, error))
             return false;
     }
     return true;
+}
+
+bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
+              int n_threads, struct exr_error *error)
+{
+    if (!check_wanted(input, channels, n, error))
+        return false;
+    const struct exr_rows all = {0, wanted_height(input, channels)};
+    return exr_read_rows(input, channels, n, all, samples, n_threads, error);
+}
+
+int32_t exr_row_step(const struct exr_input *input, int part)
+{
+    struct exr_chunks chunks = {0};
+    if (!exr_plan_chunks(input, part, &chunks, NULL))
+        return 1;
+    return chunks.n_tiles_x > 0 ? chunks.tile_height : chunks.lines_per_chunk;
 }

@@ -4,8 +4,9 @@
  *
  * The file is planned as a list of parts. A part is either copied, chunk by chunk as
  * compressed in the input (this keeps tiles, mip-map levels, deep data and lossy
- * compression bit for bit), or made anew as scan lines, from new samples and from
- * channels of the input that are kept as stored.
+ * compression bit for bit), or made anew as scan lines or tiles of one level, from new
+ * samples and from channels of the input that are kept as stored. Either all rows of a
+ * made part are in memory, or a strip of them at a time.
  *
  * OpenEXRCore 3.1 cannot compress DWAA and DWAB; where that is inherited from the
  * input, zip takes its place. So does it for every lossy compression when channels of
@@ -23,6 +24,11 @@
 #include <string.h>
 #include <unistd.h>
 
+/* Columns of a row. */
+struct span {
+    size_t x, n;
+};
+
 struct out_channel {
     const char *name;
     exr_pixel_type_t type;
@@ -30,7 +36,7 @@ struct out_channel {
     uint8_t is_linear;
     int sample;       /* index into the new samples, or -1 */
     int like_channel; /* else: index in the part of the input */
-    uint8_t *plane;   /* its samples as stored */
+    uint8_t *plane;   /* its samples as stored, of the rows in memory */
 };
 
 struct out_part {
@@ -44,6 +50,9 @@ struct out_part {
     int n_channels;
     struct out_channel *channels; /* of parts that are not copied */
     const struct out_channel **in_file_order;
+    int32_t tile_size;    /* of parts that are not copied; 0: scan lines */
+    struct exr_rows rows; /* those in memory */
+    const float *samples; /* new ones, from the first of those rows */
 };
 
 struct writer {
@@ -57,31 +66,6 @@ struct writer {
     struct out_part *parts;
     struct exr_error *error;
 };
-
-uint16_t exr_float_to_half(float value)
-{
-    union {
-        float value;
-        uint32_t bits;
-    } f = {value};
-    uint32_t sign = f.bits >> 16 & 0x8000;
-    uint32_t magnitude = f.bits & 0x7fffffff;
-    if (magnitude > 0x7f800000) /* NaN: keep it one */
-        return (uint16_t)(sign | 0x7e00 | (magnitude >> 13 & 0x3ff));
-    if (magnitude == 0x7f800000)
-        return (uint16_t)(sign | 0x7c00);
-    if (magnitude >= 0x477ff000) /* 65520 and above would round to infinity */
-        return (uint16_t)(sign | 0x7bff);
-    if (magnitude < 0x38800000) {
-        /* Denormal: adding 0.5 aligns the last bit to 2^-24, in the rounding mode of
-         * the processor, which is to nearest even. */
-        f.bits = magnitude;
-        f.value += 0.5f;
-        return (uint16_t)(sign | (f.bits - 0x3f000000));
-    }
-    uint32_t odd = magnitude >> 13 & 1;
-    return (uint16_t)(sign | (magnitude - 0x38000000 + 0xfff + odd) >> 13);
-}
 
 static uint32_t float_to_uint(float value)
 {
@@ -220,6 +204,13 @@ static bool plan_made(struct writer *w, struct out_part *part, bool is_target)
         !add_kept_channels(w, part, is_target))
         return exr_fail(w->error, w->path, "cannot read the channels of %s",
                         exr_path(output->like));
+    part->tile_size = is_target ? output->tile_size : 0;
+    for (int i = 0; part->tile_size > 0 && i < part->n_channels; i++)
+        if (part->channels[i].x_sampling != 1 || part->channels[i].y_sampling != 1)
+            return exr_fail(w->error, w->path,
+                            "channel \"%s\" is sub-sampled, which tiles cannot hold; "
+                            "write scan lines",
+                            part->channels[i].name);
     choose_compression(output, part, is_target);
     return true;
 }
@@ -289,8 +280,11 @@ static bool check_output(const struct exr_output *output, const char *path,
                             "picture made of them",
                             exr_path(output->like));
     }
-    if (output->n_channels < 1 || !output->samples)
+    if (output->n_channels < 1)
         return exr_fail(error, path, "no channel to write");
+    if (output->tile_size < 0 || output->tile_size > EXR_MAX_SIDE)
+        return exr_fail(error, path, "tiles of %d px; take 16 to 4096",
+                        (int)output->tile_size);
     if ((int64_t)box->max_x - box->min_x + 1 != output->width ||
         (int64_t)box->max_y - box->min_y + 1 != output->height)
         return exr_fail(error, path,
@@ -319,7 +313,8 @@ static bool check_output(const struct exr_output *output, const char *path,
 
 static exr_storage_t storage_of(const struct out_part *part)
 {
-    exr_storage_t storage = EXR_STORAGE_SCANLINE;
+    exr_storage_t storage =
+        part->tile_size > 0 ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE;
     if (part->is_copied)
         exr_get_storage(part->output->like->context, part->like_part, &storage);
     return storage;
@@ -396,6 +391,10 @@ static exr_result_t set_tiles(struct writer *w, int index)
     uint32_t width, height;
     exr_tile_level_mode_t levels;
     exr_tile_round_mode_t rounding;
+    if (part->tile_size > 0)
+        return exr_set_tile_descriptor(w->context, index, (uint32_t)part->tile_size,
+                                       (uint32_t)part->tile_size, EXR_TILE_ONE_LEVEL,
+                                       EXR_TILE_ROUND_DOWN);
     if (!part->is_copied || !part->output->like->parts[part->like_part].is_tiled)
         return EXR_ERR_SUCCESS;
     exr_result_t result =
@@ -587,11 +586,18 @@ static size_t plane_width(const struct out_part *part,
     return (size_t)(n / channel->x_sampling);
 }
 
+/* The first row of samples of a kept channel that is in memory. */
+static int32_t first_plane_row(const struct out_part *part,
+                               const struct out_channel *channel)
+{
+    return part->rows.first / channel->y_sampling;
+}
+
 static size_t plane_height(const struct out_part *part,
                            const struct out_channel *channel)
 {
-    int64_t n = (int64_t)part->data_window.max.y - part->data_window.min.y + 1;
-    return (size_t)(n / channel->y_sampling);
+    int32_t last = (part->rows.first + part->rows.n - 1) / channel->y_sampling;
+    return (size_t)(last - first_plane_row(part, channel) + 1);
 }
 
 static size_t sample_bytes(const struct out_channel *channel)
@@ -608,9 +614,11 @@ static void keep_run(void *user, int channel_in_part, int32_t x, int32_t y, int3
         if (channel->sample >= 0 || channel->like_channel != channel_in_part)
             continue;
         size_t width = plane_width(part, channel);
-        if ((size_t)y >= plane_height(part, channel) || (size_t)(x + n) > width)
+        int32_t row = y - first_plane_row(part, channel);
+        if (row < 0 || (size_t)row >= plane_height(part, channel) ||
+            (size_t)(x + n) > width)
             return;
-        size_t at = (size_t)y * width + (size_t)x;
+        size_t at = (size_t)row * width + (size_t)x;
         memcpy(channel->plane + at * sample_bytes(channel), samples,
                (size_t)n * sample_bytes(channel));
     }
@@ -630,8 +638,8 @@ static bool load_kept_channels(struct writer *w, struct out_part *part)
         if (!channel->plane)
             return exr_fail(w->error, w->path, "out of memory");
     }
-    return !has_kept || exr_decode_part(part->output->like, part->like_part, keep_run,
-                                        part, w->n_threads, w->error);
+    return !has_kept || exr_decode_rows(part->output->like, part->like_part, part->rows,
+                                        keep_run, part, w->n_threads, w->error);
 }
 
 static void free_planes(struct out_part *part)
@@ -657,53 +665,70 @@ static bool find_file_order(struct writer *w, int index)
     return true;
 }
 
-static void convert_line(const struct exr_output *output,
-                         const struct out_channel *channel, size_t line, uint8_t *out)
+/* Converts n new samples of a row, from column x, to how they are stored. */
+static void convert_line(const struct out_part *part, const struct out_channel *channel,
+                         size_t row, struct span span, uint8_t *out)
 {
-    size_t stride = (size_t)output->n_channels;
-    const float *in =
-        output->samples + line * (size_t)output->width * stride + channel->sample;
-    for (int32_t x = 0; x < output->width; x++, in += stride) {
-        uint16_t half;
+    size_t stride = (size_t)part->output->n_channels;
+    const float *in = part->samples +
+                      (row * (size_t)part->output->width + span.x) * stride +
+                      channel->sample;
+    if (channel->type == EXR_PIXEL_HALF) {
+        exr_floats_to_halves(out, in, stride, span.n);
+        return;
+    }
+    for (size_t i = 0; i < span.n; i++, in += stride, out += 4) {
         uint32_t whole;
-        switch (channel->type) {
-        case EXR_PIXEL_HALF:
-            half = exr_float_to_half(*in);
-            memcpy(out, &half, 2);
-            out += 2;
-            break;
-        case EXR_PIXEL_FLOAT:
+        if (channel->type == EXR_PIXEL_FLOAT) {
             memcpy(out, in, 4);
-            out += 4;
-            break;
-        default:
+        } else {
             whole = float_to_uint(*in);
             memcpy(out, &whole, 4);
-            out += 4;
-            break;
         }
     }
 }
 
+/* What a chunk covers of a row of this channel, and its first row, from the top. */
+static struct span chunk_span(const struct out_part *part,
+                              const struct out_channel *channel,
+                              const exr_chunk_info_t *chunk)
+{
+    if (part->tile_size > 0)
+        return (struct span){(size_t)chunk->start_x * (size_t)part->tile_size,
+                             (size_t)chunk->width};
+    return (struct span){0, plane_width(part, channel)};
+}
+
+static int32_t chunk_row(const struct out_part *part, const exr_chunk_info_t *chunk)
+{
+    if (part->tile_size > 0)
+        return chunk->start_y * part->tile_size;
+    return chunk->start_y - part->data_window.min.y;
+}
+
 /* Returns the number of bytes; with out = NULL only counts. */
-static size_t pack_lines(const struct writer *w, const struct out_part *part,
-                         const exr_chunk_info_t *chunk, uint8_t *out)
+static size_t pack_lines(const struct out_part *part, const exr_chunk_info_t *chunk,
+                         uint8_t *out)
 {
     size_t n_bytes = 0;
     for (int32_t line = 0; line < chunk->height; line++) {
-        int32_t y = chunk->start_y + line;
-        size_t row = (size_t)(y - part->data_window.min.y);
+        int32_t row = chunk_row(part, chunk) + line;
         for (int i = 0; i < part->n_channels; i++) {
             const struct out_channel *channel = part->in_file_order[i];
-            if (y % channel->y_sampling != 0)
+            if ((part->data_window.min.y + row) % channel->y_sampling != 0)
                 continue;
-            size_t n = plane_width(part, channel) * sample_bytes(channel);
-            if (out && channel->sample >= 0)
-                convert_line(part->output, channel, row, out + n_bytes);
-            else if (out)
-                memcpy(out + n_bytes,
-                       channel->plane + row / (size_t)channel->y_sampling * n, n);
-            n_bytes += n;
+            struct span span = chunk_span(part, channel, chunk);
+            size_t bytes = sample_bytes(channel);
+            if (out && channel->sample >= 0) {
+                convert_line(part, channel, (size_t)(row - part->rows.first), span,
+                             out + n_bytes);
+            } else if (out) {
+                size_t plane_row = (size_t)(row / channel->y_sampling -
+                                            first_plane_row(part, channel));
+                size_t at = plane_row * plane_width(part, channel) + span.x;
+                memcpy(out + n_bytes, channel->plane + at * bytes, span.n * bytes);
+            }
+            n_bytes += span.n * bytes;
         }
     }
     return n_bytes;
@@ -721,13 +746,13 @@ static exr_result_t encode_chunk(struct writer *w, int index,
         result = exr_encoding_choose_default_routines(w->context, index, pipeline);
     if (result != EXR_ERR_SUCCESS)
         return result;
-    size_t n_bytes = pack_lines(w, part, chunk, NULL);
+    size_t n_bytes = pack_lines(part, chunk, NULL);
     pipeline->packed_buffer = malloc(n_bytes + 1);
     if (!pipeline->packed_buffer)
         return EXR_ERR_OUT_OF_MEMORY;
     pipeline->packed_alloc_size = n_bytes + 1;
     pipeline->packed_bytes = n_bytes;
-    pack_lines(w, part, chunk, pipeline->packed_buffer);
+    pack_lines(part, chunk, pipeline->packed_buffer);
     *data = pipeline->packed_buffer;
     *size = n_bytes;
     if (!pipeline->compress_fn || n_bytes == 0)
@@ -751,20 +776,58 @@ static void free_pipeline(exr_encode_pipeline_t *pipeline)
     free(pipeline->scratch_buffer_2);
 }
 
-static bool encode_part(struct writer *w, int index)
+/* Rows of a chunk; 0 on failure. */
+static int32_t row_step(const struct writer *w, int index)
+{
+    int32_t step = w->parts[index].tile_size;
+    if (step == 0 &&
+        exr_get_scanlines_per_chunk(w->context, index, &step) != EXR_ERR_SUCCESS)
+        step = 0;
+    return step;
+}
+
+static int tiles_per_row(const struct out_part *part)
+{
+    int64_t width = (int64_t)part->data_window.max.x - part->data_window.min.x + 1;
+    return part->tile_size > 0 ? (int)((width - 1) / part->tile_size) + 1 : 1;
+}
+
+static exr_result_t find_out_chunk(const struct writer *w, int index, int i,
+                                   exr_chunk_info_t *chunk)
 {
     const struct out_part *part = &w->parts[index];
-    int32_t step = 0;
-    int32_t height = part->data_window.max.y - part->data_window.min.y + 1;
-    exr_result_t first_failure = exr_get_scanlines_per_chunk(w->context, index, &step);
-    if (first_failure != EXR_ERR_SUCCESS || step < 1)
+    int n_x = tiles_per_row(part);
+    if (part->tile_size > 0)
+        return exr_write_tile_chunk_info(w->context, index, i % n_x, i / n_x, 0, 0,
+                                         chunk);
+    return exr_write_scanline_chunk_info(
+        w->context, index, part->data_window.min.y + i * row_step(w, index), chunk);
+}
+
+static exr_result_t store_chunk(const struct writer *w, int index,
+                                const exr_chunk_info_t *chunk, const void *data,
+                                uint64_t size)
+{
+    if (w->parts[index].tile_size > 0)
+        return exr_write_tile_chunk(w->context, index, chunk->start_x, chunk->start_y,
+                                    0, 0, data, size);
+    return exr_write_scanline_chunk(w->context, index, chunk->start_y, data, size);
+}
+
+/* Encodes the rows in memory; they begin with a chunk. */
+static bool encode_rows(struct writer *w, int index)
+{
+    const struct out_part *part = &w->parts[index];
+    int32_t step = row_step(w, index);
+    if (step < 1)
         return fail_core(w, EXR_ERR_UNKNOWN);
-    int n_chunks = (height + step - 1) / step;
+    int first = part->rows.first / step * tiles_per_row(part);
+    int end = ((part->rows.first + part->rows.n - 1) / step + 1) * tiles_per_row(part);
     char message[400] = "";
     _Atomic bool is_failed = false;
 
 #pragma omp parallel for ordered schedule(dynamic, 1) num_threads(w->n_threads)
-    for (int i = 0; i < n_chunks; i++) {
+    for (int i = first; i < end; i++) {
         exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
         exr_chunk_info_t chunk;
         const void *data = NULL;
@@ -772,16 +835,14 @@ static bool encode_part(struct writer *w, int index)
         exr_result_t result = EXR_ERR_UNKNOWN;
         exr_core_clear();
         if (!is_failed) {
-            result = exr_write_scanline_chunk_info(
-                w->context, index, part->data_window.min.y + i * step, &chunk);
+            result = find_out_chunk(w, index, i, &chunk);
             if (result == EXR_ERR_SUCCESS)
                 result = encode_chunk(w, index, &chunk, &pipeline, &data, &size);
         }
 #pragma omp ordered
         {
             if (!is_failed && result == EXR_ERR_SUCCESS)
-                result = exr_write_scanline_chunk(w->context, index, chunk.start_y,
-                                                  data, size);
+                result = store_chunk(w, index, &chunk, data, size);
             if (!is_failed && result != EXR_ERR_SUCCESS) {
                 is_failed = true;
                 snprintf(message, sizeof message, "%s", exr_core_message(result));
@@ -796,18 +857,34 @@ static bool encode_part(struct writer *w, int index)
     return fail_core(w, EXR_ERR_UNKNOWN);
 }
 
-static bool make_part(struct writer *w, int index)
+static bool make_rows(struct writer *w, int index, struct exr_rows rows,
+                      const float *samples)
 {
     struct out_part *part = &w->parts[index];
-    bool is_good = load_kept_channels(w, part) && find_file_order(w, index) &&
-                   encode_part(w, index);
+    part->rows = rows;
+    part->samples = samples;
+    bool is_good = load_kept_channels(w, part) && encode_rows(w, index);
     free_planes(part);
     return is_good;
 }
 
-static bool write_parts(struct writer *w)
+static int32_t height_of(const struct out_part *part)
 {
-    for (int i = 0; i < w->n_parts; i++)
+    return part->data_window.max.y - part->data_window.min.y + 1;
+}
+
+static bool make_part(struct writer *w, int index)
+{
+    const struct out_part *part = &w->parts[index];
+    return find_file_order(w, index) &&
+           make_rows(w, index, (struct exr_rows){0, height_of(part)},
+                     part->output->samples);
+}
+
+/* Parts first to end - 1. */
+static bool write_range(struct writer *w, int first, int end)
+{
+    for (int i = first; i < end; i++)
         if (!(w->parts[i].is_copied ? copy_part(w, i) : make_part(w, i)))
             return false;
     return true;
@@ -822,14 +899,19 @@ static void free_plan(struct writer *w)
     free(w->parts);
 }
 
-static bool write_planned(struct writer *w)
+static bool finish_context(struct writer *w, bool is_good)
 {
-    bool is_good = write_header(w) && write_parts(w);
     if (!w->context)
         return is_good;
     exr_core_clear();
     exr_result_t result = exr_finish(&w->context);
     return is_good && (result == EXR_ERR_SUCCESS || fail_core(w, result));
+}
+
+static bool write_planned(struct writer *w)
+{
+    bool is_good = write_header(w) && write_range(w, 0, w->n_parts);
+    return finish_context(w, is_good);
 }
 
 static bool end_file(struct writer *w, bool is_good)
@@ -850,9 +932,109 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
         .n_threads = n_threads < 1 ? 1 : n_threads,
         .error = error,
     };
+    if (!output->samples)
+        return exr_fail(error, path, "no channel to write");
     if (!check_output(output, path, error) || !partial_open(&w.file, path, error))
         return false;
     return end_file(&w, plan(&w) && write_planned(&w));
+}
+
+/* Strip by strip */
+
+struct exr_writer {
+    struct writer w;
+    int target; /* the part that the strips belong to */
+    int32_t next_row;
+};
+
+/* Header and parts before the target. */
+static bool begin_file(struct exr_writer *writer)
+{
+    struct writer *w = &writer->w;
+    if (!plan(w))
+        return false;
+    while (w->parts[writer->target].like_part >= 0 &&
+           w->parts[writer->target].like_part != w->output->like_part)
+        writer->target++;
+    return write_header(w) && write_range(w, 0, writer->target) &&
+           find_file_order(w, writer->target);
+}
+
+bool exr_write_begin(struct exr_writer **writer, const char *path,
+                     const struct exr_output *output, int n_threads,
+                     struct exr_error *error)
+{
+    *writer = NULL;
+    if (!check_output(output, path, error))
+        return false;
+    struct exr_writer *new = calloc(1, sizeof *new);
+    if (!new)
+        return exr_fail(error, path, "out of memory");
+    new->w = (struct writer){
+        .output = output,
+        .path = path,
+        .n_threads = n_threads < 1 ? 1 : n_threads,
+        .error = error,
+    };
+    if (!partial_open(&new->w.file, path, error)) {
+        free(new);
+        return false;
+    }
+    if (!begin_file(new)) {
+        exr_write_abort(new);
+        return false;
+    }
+    *writer = new;
+    return true;
+}
+
+int32_t exr_write_step(const struct exr_writer *writer)
+{
+    return row_step(&writer->w, writer->target);
+}
+
+bool exr_write_rows(struct exr_writer *writer, int32_t n_rows, const float *samples,
+                    struct exr_error *error)
+{
+    struct writer *w = &writer->w;
+    const int32_t left = height_of(&w->parts[writer->target]) - writer->next_row;
+    w->error = error;
+    if (n_rows < 1 || n_rows > left ||
+        (n_rows < left && n_rows % exr_write_step(writer) != 0))
+        return exr_fail(error, w->path,
+                        "a strip of %d rows with %d left; strips are multiples of %d "
+                        "rows, but for the last",
+                        (int)n_rows, (int)left, (int)exr_write_step(writer));
+    if (!make_rows(w, writer->target, (struct exr_rows){writer->next_row, n_rows},
+                   samples))
+        return false;
+    writer->next_row += n_rows;
+    return true;
+}
+
+bool exr_write_finish(struct exr_writer *writer, struct exr_error *error)
+{
+    struct writer *w = &writer->w;
+    const int32_t left = height_of(&w->parts[writer->target]) - writer->next_row;
+    w->error = error;
+    bool is_good = left == 0;
+    if (!is_good)
+        exr_fail(error, w->path, "the last %d rows are missing", (int)left);
+    is_good = is_good && write_range(w, writer->target + 1, w->n_parts);
+    is_good = end_file(w, finish_context(w, is_good));
+    free(writer);
+    return is_good;
+}
+
+void exr_write_abort(struct exr_writer *writer)
+{
+    struct exr_error ignored;
+    if (!writer)
+        return;
+    writer->w.error = &ignored;
+    finish_context(&writer->w, false);
+    end_file(&writer->w, false);
+    free(writer);
 }
 
 /* Several files joined to one */
