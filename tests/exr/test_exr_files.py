@@ -17,7 +17,9 @@ import pytest
 np = pytest.importorskip("numpy")
 oiio = pytest.importorskip("OpenImageIO")
 
-DUMP = os.environ.get("EXR_DUMP", "build/tests/exr/exr_dump")
+DUMP = os.environ.get("EXR_DUMP") or (
+    os.environ.get("RACKFOCUS_BUILD", "build") + "/tests/exr/exr_dump"
+)
 COMPRESSIONS = "none rle zips zip piz pxr24 b44 b44a dwaa dwab".split()
 LOSSLESS = COMPRESSIONS[:5]
 WIDTH, HEIGHT = 67, 45

@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The kernels of every instruction set that this machine has: the same bits as the
+ * plainest one, nothing written beside their outputs, whatever the alignment. With
+ * --bench also how fast they are, as dav1d's checkasm does:
+ *
+ *     test_kernels --bench [NAME]
+ *
+ * prints nanoseconds per call for every level and the ratio to the first one.
+ *
+ * A kernel is one entry of the table below: a function that calls it on a workspace of
+ * floats filled with noise. All of the workspace is compared afterwards, so writing
+ * beside an output shows.
+ */
+#include "../testing.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "kernels.h"
+
+enum { WORK_FLOATS = 1 << 17, N_SPLATS = 64, N_FOOTPRINTS = 3, MAX_SEGMENTS = 32 };
+
+/* Everything that a kernel may read or write. */
+struct workspace {
+    float at[WORK_FLOATS];
+    struct rf_accumulator acc;
+};
+
+/* The same for all levels and runs. */
+static struct {
+    struct rf_splat splats[N_SPLATS];
+    struct rf_footprint footprints[N_FOOTPRINTS];
+    struct rf_footprint *pointers[N_FOOTPRINTS];
+    struct rf_segment segments[N_FOOTPRINTS][MAX_SEGMENTS];
+    float weights[N_FOOTPRINTS][MAX_SEGMENTS * 24];
+} given;
+
+static uint32_t seed;
+
+static float noise(void)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return (float)(seed >> 8) / 16777216.0f;
+}
+
+/* Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px. */
+static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
+                           float *weights, int reach)
+{
+    *f = (struct rf_footprint){.segments = segments,
+                               .weights = weights,
+                               .min_dx = -reach,
+                               .max_dx = reach,
+                               .min_dy = -reach,
+                               .max_dy = reach};
+    for (int dy = -reach; dy <= reach; dy++) {
+        struct rf_segment *g = &segments[f->n_segments];
+        int half = (int)sqrt(reach * reach - dy * dy);
+        *g = (struct rf_segment){.dx = (int16_t)-half,
+                                 .dy = (int16_t)dy,
+                                 .n = (int16_t)((2 * half + 8) / 8 * 8),
+                                 .cell = (int16_t)(f->n_segments % 2),
+                                 .weight = 24 * f->n_segments};
+        for (int i = 0; i < g->n; i++)
+            weights[g->weight + i] = i <= 2 * half ? noise() - 0.1f : 0;
+        f->n_segments++;
+    }
+}
+
+static void make_given(void)
+{
+    seed = 5;
+    for (int i = 0; i < N_FOOTPRINTS; i++) {
+        given.pointers[i] = &given.footprints[i];
+        make_footprint(&given.footprints[i], given.segments[i], given.weights[i],
+                       (const int[]){3, 6, 10}[i]);
+    }
+    for (int i = 0; i < N_SPLATS; i++) {
+        struct rf_splat *s = &given.splats[i];
+        *s = (struct rf_splat){.x = 100 + (int)(noise() * 88) - 12,
+                               .y = 50 + (int)(noise() * 56) - 12,
+                               .slot = i % N_FOOTPRINTS,
+                               .cover = i % 7 ? 0.5f + noise() : 0};
+        for (int c = 0; c < 4; c++)
+            s->c[c] = noise() * (i % 11 ? 1 : 1000);
+    }
+}
+
+static struct rf_accumulator *make_accumulator(struct workspace *w, int n_planes)
+{
+    w->acc = (struct rf_accumulator){.n_cells = 2,
+                                     .n_planes = n_planes,
+                                     .at = w->at,
+                                     .first_row = RF_TILE_H,
+                                     .last_row = -1};
+    return &w->acc;
+}
+
+enum { ACC_FLOATS = 2 * RF_TILE_H * RF_MAX_PLANES * RF_ACC_STRIDE };
+
+/* ---- the kernels ------------------------------------------------------------------
+ */
+
+static void call_spread(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    k->spread(make_accumulator(w, 4 + variant % 2), given.splats, N_SPLATS,
+              given.pointers, 100, 50);
+}
+
+static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_accumulator *acc = make_accumulator(w, 4 + variant % 2);
+    float *t = w->at + ACC_FLOATS + 64;
+    float *sum = t + 2 * RF_TILE_H * RF_TILE_W + 64;
+    const struct rf_tile_state state = {
+        t, sum, variant < 2 ? 0 : (size_t)RF_MAX_PLANES * RF_TILE_H * RF_TILE_W};
+    acc->first_row = 2;
+    acc->last_row = RF_TILE_H - 1 - variant;
+    k->flush(acc, &state);
+}
+
+static void call_average(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int level = 1 + variant, n_level = 61 >> variant;
+    k->average(w->at + variant, 512, 1 << level, level, n_level, w->at + 20000,
+               w->at + 24000);
+}
+
+static void call_magnify(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int level = 1 + variant, n_level = 40;
+    k->magnify(w->at + variant, w->at + 300, 0.25f * (float)variant, n_level, level,
+               w->at + 20000, w->at + 24000, (n_level << level) - 5);
+}
+
+static void call_merge(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int n_planes = 4 + variant % 2, n = 61 + variant;
+    float *sum[RF_MAX_PLANES];
+    const float *colour[RF_MAX_PLANES];
+    for (int p = 0; p < RF_MAX_PLANES; p++) {
+        sum[p] = w->at + 2000 + 200 * p + variant;
+        colour[p] = w->at + 4000 + 200 * p;
+    }
+    k->merge(w->at, sum, colour, w->at + 6000, w->at + 7000, n_planes, n);
+}
+
+static void call_extremes(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[7];
+    int n = 200 + 3 * variant, reach = variant % 3 + 1;
+    for (int i = 0; i < 7; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    k->extremes(rows, 1 + 2 * variant, reach, n, w->at + 20000,
+                variant == 1 ? NULL : w->at + 30000,
+                variant == 2 ? NULL : w->at + 31000);
+}
+
+static void call_log_row(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    w->at[3] = 0;
+    w->at[5] = -2;
+    w->at[6] = 1e30f;
+    w->at[7] = 1e-38f;
+    k->log_row(w->at + variant, 256);
+}
+
+enum { BACKS_W = 128, BACKS_H = 64 };
+
+/* Surfaces of 128 x 64 pixels, some of them unreliable. */
+static void prepare_backs(struct workspace *w)
+{
+    for (int i = 0; i < BACKS_W * BACKS_H; i++)
+        w->at[i] = i % 13 ? 20 * w->at[i] : -INFINITY;
+}
+
+static struct rf_backs backs_of(struct workspace *w)
+{
+    return (struct rf_backs){.width = BACKS_W,
+                             .height = BACKS_H,
+                             .stride = BACKS_W,
+                             .r = w->at,
+                             .log_luminance = w->at + BACKS_W * BACKS_H};
+}
+
+static void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    struct rf_hidden_query query = {60 + variant, 30, 4, 1 / 400.0f, 1 / 300.0f};
+    struct rf_hidden_block blocks[24];
+    static struct rf_hidden_vote vote;
+    int n = 0;
+    for (int ring = 0; ring < 3; ring++)
+        for (int i = 0; i < 8; i++)
+            blocks[n++] =
+                (struct rf_hidden_block){(int16_t)(7 - ring + i % 3 * ring),
+                                         (int16_t)(3 - ring + i / 3 * ring), ring, 25};
+    memset(&vote, 0, sizeof vote);
+    vote.nearest = INT32_MAX;
+    for (int i = 0; i < RF_HIDDEN_BINS + 4; i++)
+        vote.nearest2[i] = INT32_MAX;
+    k->vote_blocks(&backs, &query, blocks, n, &vote);
+    memcpy(w->at + 40000, &vote, sizeof vote);
+}
+
+static void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    struct rf_hidden_query query = {60, 30 - 20 * variant, 4, 1 / 400.0f, 1 / 300.0f};
+    struct rf_hidden_window *out = (void *)(w->at + 40000);
+    memset(out, 0, sizeof *out);
+    k->gather_window(&backs, &query, 10, 9 + 8 * (float)variant, out);
+    /* What lies beyond the pixels found is not defined. */
+    memset(out->index + out->n, 0,
+           sizeof out->index - sizeof(int32_t) * (size_t)out->n);
+    memset(out->weight + out->n, 0,
+           sizeof out->weight - sizeof(float) * (size_t)out->n);
+}
+
+/* Variants differ in alignment, numbers of planes, levels and the like. */
+static const struct {
+    const char *name;
+    void (*call)(const struct rf_kernels *kernels, struct workspace *w, int variant);
+    int n_variants;
+    void (*prepare)(struct workspace *w); /* NULL: noise will do */
+} kernels[] = {
+    {"spread", call_spread, 2, NULL},
+    {"flush", call_flush, 4, NULL},
+    {"average", call_average, 3, NULL},
+    {"magnify", call_magnify, 4, NULL},
+    {"merge", call_merge, 4, NULL},
+    {"extremes", call_extremes, 4, NULL},
+    {"log_row", call_log_row, 4, NULL},
+    {"vote_blocks", call_vote, 3, prepare_backs},
+    {"gather_window", call_window, 2, prepare_backs},
+};
+
+enum { N_KERNELS = sizeof kernels / sizeof *kernels };
+
+/* ---- the checks -------------------------------------------------------------------
+ */
+
+static struct workspace first, other, noisy;
+
+static void prepare(struct workspace *w, int k, uint32_t start)
+{
+    seed = start;
+    for (int i = 0; i < WORK_FLOATS; i++)
+        w->at[i] = noise();
+    /* The accumulator must be zero between bins where nothing was spread. */
+    for (int i = 0; i < ACC_FLOATS; i += 3)
+        w->at[i] = 0;
+    if (kernels[k].prepare)
+        kernels[k].prepare(w);
+}
+
+/* True where both workspaces hold the same bits; says where they do not. */
+static bool is_same(const char *kernel, const char *level, int variant)
+{
+    for (int i = 0; i < WORK_FLOATS; i++) {
+        if (memcmp(&first.at[i], &other.at[i], sizeof(float)) == 0)
+            continue;
+        printf("#     %s, %s, variant %d: float %d is %.9g, not %.9g\n", kernel, level,
+               variant, i, (double)other.at[i], (double)first.at[i]);
+        return false;
+    }
+    return first.acc.first_row == other.acc.first_row &&
+           first.acc.last_row == other.acc.last_row;
+}
+
+static void every_level_gives_the_same_bits(void)
+{
+    const struct rf_kernels *plain = rf_kernels_at(0), *level;
+    REQUIRE(plain);
+    CHECK_STR(plain->name, "generic");
+    for (int i = 0; (level = rf_kernels_at(i)); i++) {
+        printf("# %s\n", level->name);
+        for (int k = 0; k < N_KERNELS; k++)
+            for (int v = 0; v < kernels[k].n_variants; v++) {
+                prepare(&first, k, (uint32_t)v);
+                memcpy(&other, &first, sizeof other);
+                kernels[k].call(plain, &first, v);
+                kernels[k].call(level, &other, v);
+                CHECK(is_same(kernels[k].name, level->name, v));
+            }
+    }
+}
+
+/* A kernel that does nothing would pass the comparison. */
+static void every_kernel_writes(void)
+{
+    for (int k = 0; k < N_KERNELS; k++) {
+        prepare(&noisy, k, 0);
+        prepare(&first, k, 0);
+        kernels[k].call(rf_kernels_at(0), &first, 0);
+        bool does_write = memcmp(first.at, noisy.at, sizeof first.at) != 0;
+        CHECK(does_write);
+        if (!does_write)
+            printf("#     %s\n", kernels[k].name);
+    }
+}
+
+/* The searches clear their results themselves, so they are asked for more. */
+static void searches_find_something(void)
+{
+    const struct rf_hidden_vote *vote = (const void *)(first.at + 40000);
+    const struct rf_hidden_window *window = (const void *)(first.at + 40000);
+    prepare(&first, N_KERNELS - 1, 0);
+    call_vote(rf_kernels_at(0), &first, 0);
+    CHECK(vote->top > 10 && vote->nearest > 0 && vote->nearest < 1000);
+    prepare(&first, N_KERNELS - 1, 0);
+    call_window(rf_kernels_at(0), &first, 0);
+    CHECK(window->n > 20 && window->weight_sum > 0);
+}
+
+static void levels_are_found_by_name(void)
+{
+    const struct rf_kernels *level;
+    for (int i = 0; (level = rf_kernels_at(i)); i++)
+        CHECK(rf_kernels_find(level->name) == level);
+    CHECK(rf_kernels_find("no such level") == NULL);
+    CHECK(rf_kernels_find(NULL) != NULL);
+}
+
+/* ---- the benchmark ----------------------------------------------------------------
+ */
+
+static double cpu_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
+}
+
+enum { BENCH_ROUNDS = 60, BENCH_CALLS = 40, MAX_LEVELS = 8 };
+
+/* The least time of a call on each level; levels take turns. */
+static void bench_kernel(int k)
+{
+    const struct rf_kernels *level;
+    double best[MAX_LEVELS];
+    for (int i = 0; i < MAX_LEVELS; i++)
+        best[i] = 1e30;
+    for (int round = 0; round < BENCH_ROUNDS; round++)
+        for (int i = 0; (level = rf_kernels_at(i)) && i < MAX_LEVELS; i++) {
+            prepare(&first, k, 0);
+            double start = cpu_ns();
+            for (int c = 0; c < BENCH_CALLS; c++)
+                kernels[k].call(level, &first, 0);
+            best[i] = fmin(best[i], (cpu_ns() - start) / BENCH_CALLS);
+        }
+    printf("%-14s", kernels[k].name);
+    for (int i = 0; (level = rf_kernels_at(i)) && i < MAX_LEVELS; i++)
+        printf("  %s %.0f ns (%.2f)", level->name, best[i], best[0] / best[i]);
+    printf("\n");
+}
+
+int main(int argc, char **argv)
+{
+    make_given();
+    if (argc > 1 && strcmp(argv[1], "--bench") == 0) {
+        for (int k = 0; k < N_KERNELS; k++)
+            if (argc < 3 || strcmp(argv[2], kernels[k].name) == 0)
+                bench_kernel(k);
+        return 0;
+    }
+    testing_begin(argc, argv);
+    TEST(every_level_gives_the_same_bits);
+    TEST(every_kernel_writes);
+    TEST(searches_find_something);
+    TEST(levels_are_found_by_name);
+    return testing_end();
+}
