@@ -46,7 +46,8 @@ struct command {
     X(compare_methods)                                                                 \
     X(accumulate)                                                                      \
     X(methods)                                                                         \
-    X(povray)
+    X(povray)                                                                          \
+    X(view)
 
 #define DECLARE_COMMAND(name) extern const struct command command_##name;
 COMMAND_LIST(DECLARE_COMMAND)

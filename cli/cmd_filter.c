@@ -12,6 +12,7 @@
 #include "depth_repair.h"
 #include "filter_many.h"
 #include "filter_run.h"
+#include "params_file.h"
 #include "picture.h"
 #include "progress.h"
 #include "sequence.h"
@@ -50,6 +51,13 @@ static const struct option options[] = {
      .value = "NAME",
      .help = "Layer to filter where a file has several."},
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
+    {.name = "params",
+     .kind = OPTION_FILE,
+     .offset = AT(params),
+     .value = "FILE",
+     .help =
+         "Parameters, a line 'key value' each, as rackfocus view saves them; options "
+         "win over them."},
     {.name = "output-coc",
      .kind = OPTION_FILE,
      .offset = AT(output_coc),
@@ -246,12 +254,14 @@ static int cmd_filter(int argc, char **argv)
     int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
-    code = EXIT_USAGE;
-    if (check_usage(tool, &operands) && check_sequence(&all, &operands))
-        code = sequence_is_pattern(operands.items[0])
-                   ? sequence_run(&all.sequence, tool, &settings, operands.items,
-                                  operands.n)
-                   : filter_any(tool, &settings, operands.items, operands.n);
+    if (!check_usage(tool, &operands) || !check_sequence(&all, &operands))
+        code = EXIT_USAGE;
+    else if (tool->params && !params_file_read(tool->params, &settings))
+        code = EXIT_FAILED;
+    else if (sequence_is_pattern(operands.items[0]))
+        code = sequence_run(&all.sequence, tool, &settings, operands.items, operands.n);
+    else
+        code = filter_any(tool, &settings, operands.items, operands.n);
     operands_free(&operands);
     return code;
 }

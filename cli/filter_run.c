@@ -642,6 +642,17 @@ static bool write_files(const struct run *run, struct exr_error *error)
            (!run->tool->output_coc || write_coc(run, &filtered, error));
 }
 
+bool filter_write(const struct filter_options *tool, struct settings *settings,
+                  const struct source *source, float *pixels, struct exr_error *error)
+{
+    const struct run run = {.tool = tool,
+                            .settings = settings,
+                            .source = *source,
+                            .colour = pixels,
+                            .n_threads = thread_count(tool->n_threads)};
+    return write_files(&run, error);
+}
+
 /* Half a set of files is of no use: on failure and interruption those that were not
  * there before go. An old file stays replaced, since it may have been the input. */
 static int write_output(struct run *run)

@@ -6,7 +6,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+struct exr_error;
 struct settings;
+struct source;
 
 /* The order of the table in filter_run.c. */
 #define FILTER_COMPRESSIONS "input|none|rle|zips|zip|piz|pxr24|b44|b44a|dwaa|dwab"
@@ -22,6 +24,7 @@ struct filter_options {
     const char *depth_file, *depth_channel, *layer;
     const char *filter_layers;           /* separated by commas */
     int32_t depth_repair, mist_falloff;  /* as in depth_repair.h */
+    const char *params; /* file of parameters, or NULL */
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
     bool is_over, is_stereo; /* see filter_many.h */
@@ -33,5 +36,13 @@ struct filter_options {
  * printed; returns an exit code. */
 int filter_run(const struct filter_options *tool, struct settings *settings,
                char *const *paths, int n_paths);
+
+/*
+ * Writes a filtered picture as filter_run does: windows, channel names and attributes
+ * of `source`, and `settings` as what the filter did. `pixels` are those of
+ * source_read_colour in layout; they may be changed.
+ */
+bool filter_write(const struct filter_options *tool, struct settings *settings,
+                  const struct source *source, float *pixels, struct exr_error *error);
 
 #endif

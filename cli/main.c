@@ -3,37 +3,23 @@
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
 #include "help.h"
 #include "rackfocus/rackfocus.h"
 
-#define COMMAND_ADDRESS(name) &command_##name,
-static const struct command *const commands[] = {COMMAND_LIST(COMMAND_ADDRESS)};
-#define N_COMMANDS (sizeof(commands) / sizeof(commands[0]))
-
-const struct command *const *command_list(size_t *n)
-{
-    *n = N_COMMANDS;
-    return commands;
-}
-
-const struct command *command_find(const char *name)
-{
-    for (size_t i = 0; i < N_COMMANDS; i++)
-        if (strcmp(commands[i]->name, name) == 0)
-            return commands[i];
-    return NULL;
-}
-
 static int fail_unknown_command(const char *name)
 {
-    const char *names[N_COMMANDS + 1];
-    for (size_t i = 0; i < N_COMMANDS; i++)
+    size_t n;
+    const struct command *const *commands = command_list(&n);
+    const char **names = need_memory(n + 1, sizeof(*names));
+    for (size_t i = 0; i < n; i++)
         names[i] = commands[i]->name;
-    names[N_COMMANDS] = "help";
-    const char *near = nearest_name(name, names, N_COMMANDS + 1);
+    names[n] = "help";
+    const char *near = nearest_name(name, names, n + 1);
+    free(names);
     if (near)
         message("unknown command '%s'; did you mean 'rackfocus %s'?", name, near);
     else

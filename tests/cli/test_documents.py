@@ -17,6 +17,7 @@ COMMANDS = [
     "accumulate",
     "methods",
     "povray",
+    "view",
 ]
 
 
@@ -54,7 +55,7 @@ def test_help_of_commands(rackfocus, command):
     assert max(map(len, text.splitlines())) <= 100
 
 
-@pytest.mark.parametrize("command", ["filter", "info", "povray"])
+@pytest.mark.parametrize("command", ["filter", "info", "povray", "view"])
 def test_help_lists_every_parameter(rackfocus, keys, command):
     text = rackfocus(command, "--help").stdout
     assert set(keys) <= options_of(text)

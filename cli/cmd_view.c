@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus view: checks the command line and hands over to the window's program. */
+#include "cmd_view.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "params_file.h"
+#include "picture.h"
+#include "rackfocus/rackfocus.h"
+
+#define AT(member) offsetof(struct view_options, member)
+
+static const struct option options[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = OPTION_FILE,
+     .offset = AT(output),
+     .value = "FILE",
+     .help =
+         "Where Ctrl+S saves: .exr or .png. [default the input's name with _focus]"},
+    {.name = "reference",
+     .kind = OPTION_FILE,
+     .offset = AT(reference),
+     .value = "FILE",
+     .help = "Picture (EXR or PNG) that the difference view compares with."},
+    {.name = "params",
+     .kind = OPTION_FILE,
+     .offset = AT(params),
+     .value = "FILE",
+     .help = "Parameters as the window saves them; options win over them."},
+    {.name = "depth-file",
+     .kind = OPTION_FILE,
+     .offset = AT(depth_file),
+     .value = "FILE.exr",
+     .help = "File that has the depth."},
+    {.name = "depth-channel",
+     .kind = OPTION_TEXT,
+     .offset = AT(depth_channel),
+     .value = "NAME",
+     .help = "Channel that has the depth, by its full name."},
+    {.name = "layer",
+     .kind = OPTION_TEXT,
+     .offset = AT(layer),
+     .value = "NAME",
+     .help = "Layer to show where a file has several."},
+    {.name = "exposure",
+     .kind = OPTION_NUMBER,
+     .offset = AT(exposure),
+     .value = "STOPS",
+     .min = -20,
+     .max = 20,
+     .help = "Brightness of the view; saved pictures do not change. [default 0]"},
+    {.name = "views",
+     .kind = OPTION_INT,
+     .offset = AT(n_views),
+     .value = "COUNT",
+     .min = 1,
+     .max = RF_MAX_VIEWS,
+     .help = "POV-Ray scenes: render so many views from points of the lens. [default "
+             "1]"},
+    {.name = "keep",
+     .kind = OPTION_FILE,
+     .offset = AT(keep),
+     .value = "DIR",
+     .help = "POV-Ray scenes: keep the passes in this folder."},
+    {.name = "demo",
+     .kind = OPTION_FLAG,
+     .offset = AT(is_demo),
+     .help = "Show three pictures at different distances, drawn with OpenGL and "
+             "filtered live."},
+    {.name = "demo-width",
+     .kind = OPTION_INT,
+     .offset = AT(demo_width),
+     .value = "PX",
+     .min = 64,
+     .max = 8192,
+     .help = "Width of the demo's picture; its sides are as 16 to 9. [default 960]"},
+    {.name = "scale",
+     .kind = OPTION_NUMBER,
+     .offset = AT(scale),
+     .value = "FACTOR",
+     .min = 0.5,
+     .max = 8,
+     .help = "Size of letters and controls. [default from the display's density]"},
+    {.name = "font",
+     .kind = OPTION_FILE,
+     .offset = AT(font),
+     .value = "FILE.ttf",
+     .help = "Font of the controls. [default DejaVu Sans or a like one]"},
+    {.name = "benchmark",
+     .kind = OPTION_NUMBER,
+     .offset = AT(benchmark_s),
+     .value = "SECONDS",
+     .min = 0.1,
+     .max = 600,
+     .help = "Drag the focus to and fro for so long, print how fast that was, end."},
+    {.name = "trace",
+     .kind = OPTION_FILE,
+     .offset = AT(trace),
+     .value = "FILE",
+     .help = "For tests: write what is shown, a line each time."},
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+/* ---- the command line ----------------------------------------------------------- */
+
+bool view_is_scene(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot && (strcasecmp(dot, ".pov") == 0 || strcasecmp(dot, ".ini") == 0);
+}
+
+static bool fail_usage(const char *text)
+{
+    message("%s; see rackfocus view --help", text);
+    return false;
+}
+
+static bool check_usage(const struct view_options *tool,
+                        const struct operands *operands)
+{
+    if (!tool->is_demo && operands->n == 0)
+        return fail_usage("view needs something to show: an EXR file with colour and "
+                          "depth, a folder of kept passes, views, a POV-Ray scene, or "
+                          "--demo");
+    if (tool->is_demo && operands->n > 1)
+        return fail_usage("--demo takes one picture at most, an EXR or a PNG");
+    if (operands->n > RF_MAX_VIEWS)
+        return fail_usage("view takes 64 views at most");
+    if (tool->output && picture_kind(tool->output) == PICTURE_UNKNOWN) {
+        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
+                tool->output);
+        return false;
+    }
+    for (int i = 0; i < operands->n && operands->n > 1; i++)
+        if (view_is_scene(operands->items[i]))
+            return fail_usage("view takes one POV-Ray scene; options for POV-Ray "
+                              "follow --");
+    const bool is_scene = operands->n == 1 && view_is_scene(operands->items[0]);
+    if (!is_scene && (tool->n_views > 1 || tool->keep))
+        return fail_usage("--views and --keep are for POV-Ray scenes");
+    if (operands->n_rest > 0 && !is_scene)
+        return fail_usage("options after -- are for POV-Ray, and here is no scene");
+    return true;
+}
+
+int view_parse(int argc, char **argv, struct view_call *call)
+{
+    *call = (struct view_call){.options = {.n_views = 1, .demo_width = 960}};
+    int code = options_parse(&command_view, argc, argv, &call->options, &call->settings,
+                             &call->operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    code = check_usage(&call->options, &call->operands) ? OPTIONS_GO_ON : EXIT_USAGE;
+    if (code == OPTIONS_GO_ON && call->options.params &&
+        !params_file_read(call->options.params, &call->settings))
+        code = EXIT_FAILED;
+    if (code != OPTIONS_GO_ON)
+        operands_free(&call->operands);
+    return code;
+}
+
+/* ---- the window's program ------------------------------------------------------- */
+
+/* rackfocus-view beside this program, in ../libexec, or where the build puts it. */
+static bool find_window(char *path, size_t n_bytes)
+{
+    static const char *const places[] = {"", "../libexec/", "../view/"};
+    char folder[PATH_MAX];
+    const ssize_t n = readlink("/proc/self/exe", folder, sizeof(folder) - 1);
+    if (n <= 0)
+        return false;
+    folder[n] = 0;
+    *(strrchr(folder, '/') + 1) = 0;
+    for (size_t i = 0; i < sizeof(places) / sizeof(places[0]); i++) {
+        snprintf(path, n_bytes, "%s%srackfocus-view", folder, places[i]);
+        struct stat status;
+        if (stat(path, &status) == 0 && S_ISREG(status.st_mode) &&
+            access(path, X_OK) == 0)
+            return true;
+    }
+    return false;
+}
+
+static int cmd_view(int argc, char **argv)
+{
+    struct view_call call;
+    const int code = view_parse(argc, argv, &call);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    operands_free(&call.operands);
+    char path[PATH_MAX + 64];
+    if (!find_window(path, sizeof(path))) {
+        message("view: this build has no window, since SDL2, OpenGL or FreeType was "
+                "not found; install libsdl2-dev, libgl-dev and libfreetype-dev, and "
+                "build again (./dev build does both)");
+        return EXIT_FAILED;
+    }
+    /* Threads that wait must leave the processor to those that draw. Read when OpenMP
+     * starts, so it has to be set before the program does. */
+    setenv("OMP_WAIT_POLICY", "passive", 0);
+    execv(path, argv);
+    message("%s: cannot be started: %s", path, strerror(errno));
+    return EXIT_FAILED;
+}
+
+const struct command command_view = {
+    .name = "view",
+    .summary = "pull focus with the mouse, in a window",
+    .usage = "IN.exr [DEPTH.exr] [options]\n"
+             "       rackfocus view FOLDER [options]\n"
+             "       rackfocus view VIEW.exr VIEW.exr ... [options]\n"
+             "       rackfocus view SCENE.pov [options] [-- POV-Ray's options]\n"
+             "       rackfocus view --demo [PICTURE] [options]",
+    .description =
+        "Opens a window on a pinhole render and its depth: click on what is to be "
+        "sharp, drag the aperture, look at depth and blur, save the picture or the "
+        "command line that makes it. F1 in the window lists the keys.\n\n"
+        "A folder is one that rackfocus povray --keep filled; Page Up and Page Down "
+        "step through its frames. Views are files that say in their headers where on "
+        "the lens they were taken. A POV-Ray scene is rendered first.",
+    .examples = "rackfocus view passes.exr --f-stop 1.4\n"
+                "rackfocus view passes/ --reference lens.exr\n"
+                "rackfocus view scene.pov --views 8 -- +W640 +H360\n"
+                "rackfocus view --demo",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .takes_params = true,
+    .keeps_rest = true,
+    .run = cmd_view,
+};

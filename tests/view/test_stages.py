@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can be shown: views, folders, POV-Ray scenes."""
+
+import shlex
+import subprocess
+
+import numpy
+from conftest import HEIGHT, WIDTH, read_exr, read_png
+
+OFFSETS = [(0.0, 0.0), (0.108, 0.0), (-0.108, 0.0)]
+
+
+def make_views(passes, n=3):
+    """Views whose disc and wall are where parallel cameras would see them."""
+    paths = []
+    for i, (u, v) in enumerate(OFFSETS[:n]):
+        # f_px = 320 * 50 / 36; depth 12 moves by u f_px / 12 px, here rounded.
+        paths.append(
+            passes(
+                f"passes_v{i:02}.exr",
+                shift=round(u * 320 * 50 / 36 / 12),
+                attributes={"rackfocus:lensOffset": (u, v)},
+            )
+        )
+    return paths
+
+
+def test_views_are_merged(view, passes, rackfocus, tmp_path):
+    """Several views make the picture of the method `views`."""
+    paths = make_views(passes)
+    window = view(*paths)
+    shown = window.wait_open()
+    assert shown["method"] == "views"
+    out = tmp_path / "want.png"
+    rackfocus("filter", *paths, "-o", out)
+    seen = window.look_at_picture(WIDTH, HEIGHT)
+    assert numpy.array_equal(seen, read_png(out))
+
+
+def test_the_eye_moves_among_the_views(view, passes):
+    """The right button moves the eye; the view nearest to it is what is seen."""
+    window = view(*make_views(passes))
+    window.wait_open()
+    x, y = window.on_picture(160, 100)
+    radius = 0.3 * min(window.layout()["area"][2:])
+    window.press(x, y, button=3)
+    window.wait_shown(eye=True)
+    window.move(x + 0.5 * radius, y)
+    right = window.wait_shown(eye=True, eye_view=1)
+    assert right["method"] == "eye"
+    window.move(x - 0.5 * radius, y)
+    window.wait_shown(eye=True, eye_view=2)
+    window.release(button=3)
+    window.wait_best(eye=False, method="views")
+
+
+def test_the_eye_sees_relief_in_one_view(view, passes):
+    """What is near moves against what is far; at rest the lens's picture is back."""
+    window = view(passes())
+    window.wait_open()
+    window.key("f")
+    window.wait_shown(filter=False)
+    plain = window.look_at_picture(WIDTH, HEIGHT)
+    window.move(20, 20)
+    window.key("shift+Right", "shift+Right", "shift+Right", "shift+Right")
+    window.wait_shown(eye=True)
+    seen = window.look_at_picture(WIDTH, HEIGHT, "relief")
+    # The wall is in focus and stays; the disc, before it, moves to the left.
+    assert numpy.array_equal(seen[:20], plain[:20])
+    row, red = 100, plain[100, 160]
+    before = numpy.flatnonzero((plain[row] == red).all(axis=-1))
+    after = numpy.flatnonzero((seen[row] == red).all(axis=-1))
+    assert len(before) == len(after) and after[0] < before[0]
+    window.move(20, 20)
+    window.key("Home", "f")
+    window.wait_best(eye=False, filter=True, method="layered")
+
+
+def test_a_folder_is_stepped_through(view, passes, tmp_path):
+    for i in (1, 2):
+        passes(f"passes{i:04}.exr", shift=3 * i)
+    window = view(tmp_path)
+    window.wait_text("loaded", "passes0001.exr")
+    window.wait_open()
+    first = window.look_at_picture(WIDTH, HEIGHT)
+    window.move(20, 20)
+    window.key("Next")
+    window.wait_text("loaded", "passes0002.exr")
+    window.wait_best()
+    assert not numpy.array_equal(window.look_at_picture(WIDTH, HEIGHT), first)
+    window.move(20, 20)
+    window.key("Next")
+    window.wait_text("said", "picture 2 of 2")
+    window.key("Prior")
+    window.wait_text("loaded", "passes0001.exr")
+    window.wait_best()
+    assert numpy.array_equal(window.look_at_picture(WIDTH, HEIGHT), first)
+
+
+SCENE = """
+#version 3.7;
+global_settings { assumed_gamma 1 }
+camera { location <0, 1, -6> look_at <0, 1, 0> angle 40
+         aperture 0.6 focal_point <0, 1, 0> blur_samples 7 }
+light_source { <10, 20, -20> rgb 1 }
+sphere { <0, 1, 0>, 0.8 pigment { checker rgb 0.9 rgb <0.7, 0.1, 0.1> scale 0.2 } }
+sphere { <1.2, 1, 4>, 1 pigment { rgb <0.1, 0.5, 0.2> } }
+plane { y, 0 pigment { checker rgb 0.8 rgb 0.3 } }
+plane { -z, -12 pigment { rgb <0.3, 0.4, 0.7> } }
+"""
+
+
+def test_a_scene_of_povray(view, tmp_path, binary):
+    """Rendered first, with progress; the copied command line makes the same picture."""
+    scene = tmp_path / "scene.pov"
+    scene.write_text(SCENE)
+    window = view(scene, "--", "+W240", "+H160")
+    window.wait_text("loaded", "scene.pov")
+    window.wait_open()
+    x, y = window.on_picture(160, 70)  # the green sphere behind
+    window.click(x, y)
+    shown = window.wait_best()
+    assert 8 < shown["focus"] < 11
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved scene_focus.exr")
+    window.key("ctrl+c")
+    window.wait_text("said", "copied")
+    window.quit()
+    saved = read_exr(tmp_path / "scene_focus.exr")
+    (tmp_path / "scene_focus.exr").unlink()
+    line = window.printed().strip().splitlines()[-1]
+    for part in line.split(" && "):
+        words = shlex.split(part)
+        subprocess.run([binary, *words[1:]], check=True, cwd=tmp_path, timeout=300)
+    made = read_exr(tmp_path / "scene_focus.exr")
+    assert made.shape == saved.shape
+    assert numpy.array_equal(made, saved)
+
+
+def test_a_scene_with_an_error(view, tmp_path):
+    scene = tmp_path / "broken.pov"
+    scene.write_text("camera { location <0, 0, -5> }\nsphere { <0, 0, 0>, }\n")
+    window = view(scene)
+    assert window.process.wait(timeout=90) == 1
+    assert "broken.pov" in window.printed()

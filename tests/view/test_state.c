@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the user sets, and what follows from it. */
+#include "state.h"
+#include "testing.h"
+
+/* A header that gives the lens by its radius, as POV-Ray's passes do. */
+static bool resolve(void *user, const struct settings *typed, struct settings *settings,
+                    struct rf_params *params, char *text, size_t n_bytes)
+{
+    (void)text;
+    (void)n_bytes;
+    *settings = *typed;
+    settings_set_header(settings, "focus-distance", 8, "(test)", NULL);
+    if (user)
+        settings_set_header(settings, "lens-radius", 0.1, "(test)", NULL);
+    *params = settings->params;
+    return true;
+}
+
+static struct state open(void *user)
+{
+    struct state state;
+    struct settings typed;
+    const struct resolver resolver = {resolve, user};
+    settings_init(&typed);
+    state_init(&state, &typed, 0);
+    state_open(&state, &resolver, 480, 270, 1);
+    return state;
+}
+
+static void the_header_is_taken(void)
+{
+    const struct state state = open(NULL);
+    CHECK(state.is_valid);
+    CHECK(state.settings.params.focus_distance == 8);
+    CHECK(state.lens.focus_distance == 8);
+    CHECK(settings_origin(&state.typed, "focus-distance") == ORIGIN_DEFAULT);
+}
+
+static void what_is_set_counts_as_typed(void)
+{
+    struct state state = open(NULL);
+    const uint64_t before = state.id;
+    CHECK(state_set(&state, "f-stop", 1.4));
+    CHECK(state.id > before);
+    CHECK(state.params.f_stop == 1.4);
+    CHECK(settings_origin(&state.typed, "f-stop") == ORIGIN_COMMAND_LINE);
+    CHECK(state_set(&state, "method", RF_METHOD_SCATTER));
+    CHECK(state.params.method == RF_METHOD_SCATTER);
+    CHECK(state_set(&state, "blades", 6) && state.params.blades == 6);
+}
+
+static void what_makes_no_lens_changes_nothing(void)
+{
+    struct state state = open(NULL);
+    CHECK(state_set(&state, "optics", RF_OPTICS_YU));
+    const uint64_t before = state.id;
+    CHECK(!state_focus(&state, 0.01)); /* inside 50 mm */
+    CHECK(state.id == before);
+    CHECK_NEAR(state.lens.focus_distance, 8, 1e-12);
+    CHECK(strstr(state.problem, "focal length") != NULL);
+    CHECK(!state_set(&state, "blades", 2));
+    CHECK(state.params.blades == 0);
+    CHECK(state_set(&state, "f-stop", 4));
+    CHECK(state.problem[0] == 0);
+}
+
+/* Yu 2004: s = f d / (d - f). */
+static void the_screen_follows_the_focus(void)
+{
+    struct state state = open(NULL);
+    const double f = 0.05;
+    for (int yu = 0; yu < 2; yu++) {
+        state_set(&state, "optics", yu ? RF_OPTICS_YU : RF_OPTICS_CAMERA);
+        for (double d = 0.5; d < 20; d *= 1.7) {
+            state_focus(&state, d);
+            const double kept = state.lens.focus_distance;
+            CHECK_NEAR(kept, d, 1e-5 * d);
+            CHECK_NEAR(state_screen(&state), f * kept / (kept - f), 1e-12);
+        }
+    }
+    CHECK(state_set_screen(&state, 0.0526315789473684));
+    CHECK_NEAR(state.lens.focus_distance, 1, 1e-5);
+    CHECK(!state_set_screen(&state, 0.05));
+    CHECK_NEAR(state.lens.focus_distance, 1, 1e-5);
+}
+
+static void infinity_can_be_in_focus(void)
+{
+    struct state state = open(NULL);
+    CHECK(state_focus(&state, INFINITY));
+    CHECK(fabs(rf_lens_radius_px(&state.lens, INFINITY)) < 1e-3);
+}
+
+static void the_f_stop_of_a_radius_is_shown(void)
+{
+    int yes;
+    struct state state = open(&yes);
+    CHECK_NEAR(state_f_stop(&state), 0.05 / 0.2, 1e-12);
+    CHECK(state_set(&state, "lens-radius", 0.01));
+    CHECK_NEAR(state_f_stop(&state), 2.5, 1e-12);
+    state = open(NULL);
+    CHECK(state_f_stop(&state) == 2.8);
+}
+
+static void modes_toggle(void)
+{
+    struct state state = open(NULL);
+    state_toggle_mode(&state, MODE_DEPTH);
+    CHECK(state.mode == MODE_DEPTH);
+    state_toggle_mode(&state, MODE_COC);
+    CHECK(state.mode == MODE_COC);
+    state_toggle_mode(&state, MODE_COC);
+    CHECK(state.mode == MODE_PICTURE);
+}
+
+static void the_job_has_what_is_seen(void)
+{
+    struct state state = open(NULL);
+    struct job job;
+    state_job(&state, NULL, NULL, &job);
+    CHECK(job.wants_filter && !job.wants_pinhole && job.id == state.id);
+    state_toggle_filter(&state);
+    state_job(&state, NULL, NULL, &job);
+    CHECK(!job.wants_filter && job.wants_pinhole);
+    state_toggle_mode(&state, MODE_DEPTH);
+    state_job(&state, NULL, NULL, &job);
+    CHECK(job.wants_filter && !job.wants_pinhole && job.mode == MODE_DEPTH);
+    state_toggle_mode(&state, MODE_DEPTH);
+    state_toggle_filter(&state);
+    state_toggle_split(&state);
+    state_job(&state, NULL, NULL, &job);
+    CHECK(job.wants_filter && job.wants_pinhole);
+}
+
+static void the_eye_stays_on_the_lens(void)
+{
+    struct state state = open(NULL);
+    state_set_eye(&state, true, 3, 4);
+    CHECK(state.has_eye);
+    CHECK_NEAR(state.eye[0], 0.6, 1e-12);
+    CHECK_NEAR(state.eye[1], 0.8, 1e-12);
+    state_set_eye(&state, false, 1, 1);
+    CHECK(!state.has_eye && state.eye[0] == 0 && state.eye[1] == 0);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(the_header_is_taken);
+    TEST(what_is_set_counts_as_typed);
+    TEST(what_makes_no_lens_changes_nothing);
+    TEST(the_screen_follows_the_focus);
+    TEST(infinity_can_be_in_focus);
+    TEST(the_f_stop_of_a_radius_is_shown);
+    TEST(modes_toggle);
+    TEST(the_job_has_what_is_seen);
+    TEST(the_eye_stays_on_the_lens);
+    return testing_end();
+}

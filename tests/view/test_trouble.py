@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""No display, no OpenGL, files that go, windows of one px and of 8k."""
+
+import os
+import shutil
+import subprocess
+
+import numpy
+import pytest
+from conftest import DISC, HEIGHT, NEAR, WIDTH, Display
+
+
+def run(binary, *arguments, environment, code):
+    done = subprocess.run(
+        [binary, "view", *map(str, arguments)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=90,
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stderr
+
+
+def test_no_display(binary, passes):
+    hidden = ("DISPLAY", "SDL_VIDEODRIVER")
+    about = {k: v for k, v in os.environ.items() if not k.endswith(hidden)}
+    text = run(binary, passes(), environment=about, code=1)
+    last = text.splitlines()[-1]  # other libraries may have their say before
+    assert last.startswith("rackfocus: view: there is no display") and "xvfb" in last
+
+
+def test_no_opengl(binary, passes):
+    """A display that has none."""
+    display = Display(options=("-extension", "GLX"))
+    try:
+        text = run(binary, passes(), environment=display.environment(), code=1)
+    finally:
+        display.close()
+    assert text.startswith("rackfocus: view: ") and "OpenGL" in text, text
+    assert len(text.splitlines()) == 1
+
+
+def test_no_window_in_this_build(binary, passes, tmp_path):
+    """The command without the window's program beside it says what is missing."""
+    alone = tmp_path / "bin" / "rackfocus"
+    alone.parent.mkdir()
+    shutil.copy(binary, alone)
+    text = run(alone, passes(), environment=dict(os.environ), code=1)
+    assert "libsdl2-dev" in text
+
+
+@pytest.mark.parametrize(
+    "arguments, part, code",
+    [
+        (["missing.exr"], "missing.exr: No such file", 1),
+        ([], "needs something to show", 2),
+        (["--demo", "a.exr", "b.exr"], "one picture", 2),
+        (["a.exr", "--views", "4"], "POV-Ray", 2),
+        (["a.exr", "--params", "missing.params"], "missing.params", 1),
+        (["PASSES", "--reference", "missing.png"], "missing.png", 1),
+        (["PASSES", "--font", "PASSES"], "is no font file", 1),
+        (["PASSES", "-o", "a.jpg"], "EXR or PNG", 2),
+        (["PASSES", "--layer", "none"], "none", 1),
+        (["PASSES", "--optics", "yu", "--focus-distance", "0.1"], "focal length", 1),
+    ],
+)
+def test_bad_calls(binary, display, passes, arguments, part, code):
+    path = str(passes())
+    words = [path if word == "PASSES" else word for word in arguments]
+    text = run(binary, *words, environment=display.environment(), code=code)
+    assert text.startswith("rackfocus: ") and part in text, text
+
+
+def test_bad_pixels_are_told(view, passes):
+    path = passes()
+    data = bytearray(open(path, "rb").read())
+    data[-4:] = numpy.float32("nan").tobytes()  # of Z, the last channel
+    open(path, "wb").write(data)
+    window = view(path)
+    assert "NaN" in window.wait_text("problem")
+    window.quit()
+
+
+def test_a_file_that_vanishes(view, passes, tmp_path, command_picture):
+    """The picture stays, can be filtered and saved; reading it again says why not."""
+    path = passes()
+    want = command_picture(path, "--focus-distance", str(NEAR))
+    window = view(path)
+    window.wait_open()
+    os.unlink(path)
+    window.wait_text("missing", "passes.exr")
+    window.click(*window.on_picture(*DISC))
+    window.wait_best(focus=NEAR)
+    assert numpy.array_equal(window.look_at_picture(WIDTH, HEIGHT), want)
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved passes_focus.exr")
+    window.key("r")
+    assert "passes.exr" in window.wait_text("error")
+    passes()
+    window.key("r")
+    window.wait_text("loaded", "passes.exr")
+    window.wait_best()
+    window.quit()
+
+
+def test_one_pixel_and_8k(view, passes):
+    """The window survives both, and shows the picture again."""
+    window = view(passes())
+    window.wait_open()
+    before = window.look_at_picture(WIDTH, HEIGHT)
+    for size in [(1, 1), (7680, 4320), (3, 2000), (900, 700)]:
+        window.resize(*size)
+        window.wait(
+            lambda e, size=size: e["event"] == "layout" and e["window"] == [*size],
+            f"a window of {size}",
+        )
+    window.place()
+    window.move(20, 20)
+    window.key("d", "d")
+    window.wait_best(mode=0)
+    assert numpy.array_equal(window.look_at_picture(WIDTH, HEIGHT), before)
+    window.quit()
+
+
+def test_dense_displays_have_larger_letters(view, passes):
+    display = Display(size=(2400, 1500), options=("-dpi", "192"))
+    try:
+        window = view(passes(), on=display)
+        window.wait_open()
+        assert window.layout()["letters"] == 28
+        window.look("dense")
+        window.quit()
+        chosen = ["-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER"]
+        subprocess.run(
+            ["xprop", "-root", *chosen, "Xft.dpi: 144"],
+            env=display.environment(),
+            check=True,
+        )
+        window = view(passes(), on=display)
+        window.wait_open()
+        assert window.layout()["letters"] == 21
+        window.quit()
+        window = view(passes(), "--scale", "1.5", on=display)
+        window.wait_open()
+        assert window.layout()["letters"] == 21
+    finally:
+        window.close()
+        display.close()
+
+
+def test_interruption_ends_it(view, passes):
+    window = view(passes())
+    window.wait_open()
+    window.process.terminate()
+    assert window.process.wait(timeout=30) == 143
+
+
+def test_benchmark_prints_what_it_measured(view, passes):
+    """Figures of any size: how fast it is depends on the machine."""
+    window = view(passes(), "--benchmark", "2")
+    assert window.process.wait(timeout=90) == 0
+    text = window.printed()
+    for part in ("updates", "input to picture", "filter", "drawing", "llvmpipe"):
+        assert part in text, text

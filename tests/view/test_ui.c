@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The controls, by mouse and by keyboard, without a window. */
+#include <stdlib.h>
+
+#include "testing.h"
+#include "ui.h"
+
+static struct font font;
+static struct ui ui;
+static struct ui_input input;
+static double number;
+static int choice;
+static bool toggle;
+static char text[64];
+static int n_pressed, n_changed;
+static const struct area panel = {100, 0, 300, 400};
+static const struct ui_number spec = {.label = "Number",
+                                      .unit = "mm",
+                                      .min = 1,
+                                      .max = 100,
+                                      .min_limit = 0.1,
+                                      .max_limit = 1000,
+                                      .is_log = true};
+static const char *const names[] = {"one", "two", "three"};
+
+static void frame(void)
+{
+    ui_begin(&ui, &input, &panel);
+    n_changed += ui_number(&ui, &spec, &number);
+    n_changed += ui_choice(&ui, "Choice", names, 3, &choice);
+    n_changed += ui_toggle(&ui, "Toggle", &toggle);
+    n_pressed += ui_button(&ui, "Button");
+    n_changed += ui_text_field(&ui, "Text", text, sizeof(text));
+    ui_end(&ui);
+    input.is_pressed = input.is_released = false;
+    input.key = UI_KEY_NONE;
+    input.text[0] = 0;
+}
+
+static void start(void)
+{
+    ui_free(&ui);
+    ui_init(&ui, &font);
+    input = (struct ui_input){.x = 5, .y = 5};
+    number = 10;
+    choice = 0;
+    toggle = false;
+    n_pressed = n_changed = 0;
+    strcpy(text, "old");
+    frame();
+}
+
+static struct area area_of(const char *label)
+{
+    for (int i = 0; i < ui.n_controls; i++)
+        if (strcmp(ui.controls[i].label, label) == 0)
+            return ui.controls[i].area;
+    return (struct area){0};
+}
+
+static void move_to(double x, double y)
+{
+    input.x = x;
+    input.y = y;
+    frame();
+}
+
+static void press_at(double x, double y)
+{
+    move_to(x, y);
+    input.is_down = input.is_pressed = true;
+    frame();
+}
+
+static void release(void)
+{
+    input.is_down = false;
+    input.is_released = true;
+    frame();
+}
+
+static void click(const char *label)
+{
+    const struct area area = area_of(label);
+    press_at(area.x + area.width / 2.0, area.y + area.height / 2.0);
+    release();
+}
+
+static void key(enum ui_key which)
+{
+    input.key = which;
+    frame();
+}
+
+static void write_text(const char *letters)
+{
+    for (; *letters; letters++) {
+        snprintf(input.text, sizeof(input.text), "%c", *letters);
+        frame();
+    }
+}
+
+static void a_slider_is_dragged(void)
+{
+    start();
+    const struct area area = area_of("Number");
+    press_at(area.x + 20, area.y + 5);
+    CHECK(n_changed == 0);
+    move_to(area.x + area.width / 2.0, area.y + 200); /* the mouse may leave the row */
+    CHECK_NEAR(number, 10, 0.2);
+    move_to(area.x + area.width, area.y);
+    CHECK(number == 100);
+    move_to(area.x - 500, area.y);
+    CHECK(number == 1);
+    CHECK(ui_is_dragging(&ui));
+    release();
+    CHECK(!ui_is_dragging(&ui));
+    move_to(area.x + area.width, area.y);
+    CHECK(number == 1);
+}
+
+static void a_number_is_typed(void)
+{
+    start();
+    click("Number");
+    CHECK(ui.is_editing && n_changed == 0);
+    write_text("2.5"); /* replaces the old text */
+    CHECK(number == 10);
+    key(UI_KEY_ENTER);
+    CHECK(number == 2.5 && n_changed == 1);
+    click("Number");
+    key(UI_KEY_END); /* keeps it */
+    write_text("5");
+    key(UI_KEY_LEFT);
+    key(UI_KEY_BACKSPACE);
+    key(UI_KEY_ENTER);
+    CHECK(number == 2.5); /* 2.55 less the first 5 */
+    click("Number");
+    write_text("9e9");
+    key(UI_KEY_ENTER);
+    CHECK(number == 1000);
+    click("Number");
+    write_text("nonsense");
+    key(UI_KEY_ENTER);
+    CHECK(number == 1000);
+    click("Number");
+    write_text("7");
+    key(UI_KEY_ESCAPE);
+    CHECK(number == 1000 && !ui_has_keyboard(&ui));
+}
+
+static void tab_goes_round(void)
+{
+    start();
+    CHECK(!ui_has_keyboard(&ui));
+    for (int round = 0; round < 2; round++)
+        for (int i = 0; i < ui.n_controls; i++) {
+            key(UI_KEY_TAB);
+            CHECK(ui.focus == ui.ids[i]);
+        }
+    key(UI_KEY_TAB);
+    key(UI_KEY_BACK_TAB);
+    CHECK(ui.focus == ui.ids[ui.n_controls - 1]);
+}
+
+static void keys_change_values(void)
+{
+    start();
+    key(UI_KEY_TAB);
+    key(UI_KEY_RIGHT);
+    CHECK(number > 10);
+    key(UI_KEY_LEFT);
+    CHECK_NEAR(number, 10, 1e-3);
+    write_text("42"); /* digits begin to type */
+    key(UI_KEY_TAB);  /* takes it, and goes on */
+    CHECK(number == 42);
+    key(UI_KEY_RIGHT);
+    CHECK(choice == 1);
+    key(UI_KEY_LEFT);
+    key(UI_KEY_LEFT);
+    CHECK(choice == 2);
+    key(UI_KEY_TAB);
+    key(UI_KEY_SPACE);
+    CHECK(toggle);
+    key(UI_KEY_TAB);
+    key(UI_KEY_ENTER);
+    CHECK(n_pressed == 1);
+    key(UI_KEY_TAB);
+    key(UI_KEY_ENTER);
+    write_text("new");
+    key(UI_KEY_ENTER);
+    CHECK_STR(text, "new");
+}
+
+static void a_list_opens_above_the_rest(void)
+{
+    start();
+    click("Choice");
+    CHECK(ui.popup != 0);
+    /* The third item lies where the button is; the button must not be pressed. */
+    const struct area list = ui.popup_area;
+    const double y = list.y + 2.5 * ui.row_height;
+    press_at(list.x + 5, y);
+    release();
+    CHECK(choice == 2 && n_pressed == 0 && !toggle);
+    CHECK(ui.popup == 0);
+    click("Choice");
+    press_at(10, 10); /* elsewhere */
+    release();
+    CHECK(ui.popup == 0 && choice == 2);
+}
+
+static void a_button_needs_the_release(void)
+{
+    start();
+    const struct area area = area_of("Button");
+    press_at(area.x + 5, area.y + 5);
+    CHECK(n_pressed == 0);
+    move_to(5, 5);
+    release();
+    CHECK(n_pressed == 0);
+    click("Button");
+    CHECK(n_pressed == 1);
+    click("Toggle");
+    CHECK(toggle);
+    click("Toggle");
+    CHECK(!toggle);
+}
+
+static void a_long_column_scrolls(void)
+{
+    static const struct area low = {100, 0, 300, 60};
+    start();
+    for (int i = 0; i < 5; i++) {
+        input.key = UI_KEY_TAB;
+        for (int pass = 0; pass < 2; pass++) {
+            ui_begin(&ui, &input, &low);
+            ui_number(&ui, &spec, &number);
+            ui_choice(&ui, "Choice", names, 3, &choice);
+            ui_toggle(&ui, "Toggle", &toggle);
+            ui_button(&ui, "Button");
+            ui_text_field(&ui, "Text", text, sizeof(text));
+            ui_end(&ui);
+            input.key = UI_KEY_NONE;
+        }
+        const struct area *area = &ui.controls[i].area;
+        CHECK(ui.focus == ui.ids[i]);
+        CHECK(area->y >= 0 && area->y + area->height <= 60);
+    }
+}
+
+static void long_text_is_cut(void)
+{
+    start();
+    ui.flat.n = 0;
+    const int width =
+        ui_draw_text(&ui, &ui.flat, 0, 0, 60, "a rather long line of text", 0xffffffff);
+    CHECK(width <= 60 && width > 30);
+    for (size_t i = 0; i < ui.flat.n; i++)
+        CHECK(ui.flat.items[i].x <= 62);
+    CHECK(ui_draw_text(&ui, &ui.flat, 0, 0, 1, "x", 0xffffffff) <= 1);
+}
+
+int main(int argc, char **argv)
+{
+    char path[4096], message[4200];
+    testing_begin(argc, argv);
+    if (!font_find(path, sizeof(path)) ||
+        !font_load(&font, path, 14, message, sizeof(message))) {
+        printf("Bail out! no font\n");
+        return 1;
+    }
+    TEST(a_slider_is_dragged);
+    TEST(a_number_is_typed);
+    TEST(tab_goes_round);
+    TEST(keys_change_values);
+    TEST(a_list_opens_above_the_rest);
+    TEST(a_button_needs_the_release);
+    TEST(a_long_column_scrolls);
+    TEST(long_text_is_cut);
+    ui_free(&ui);
+    font_free(&font);
+    return testing_end();
+}

@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The window's program: everything that its parts share. The main thread's alone, but
+ * for what is named otherwise. */
+#ifndef VIEW_APP_H
+#define VIEW_APP_H
+
+#include <SDL.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "cmd_view.h"
+#include "demo.h"
+#include "font.h"
+#include "gl.h"
+#include "picture.h"
+#include "stage.h"
+#include "state.h"
+#include "stats.h"
+#include "ui.h"
+#include "worker.h"
+
+#define MAX_PATH 4096
+
+/* X(NAME, key, modifiers, "key as help shows it", "what it does") */
+#define ACTIONS(X)                                                                     \
+    X(HELP, SDLK_F1, 0, "F1", "show or hide the keys")                                 \
+    X(STATS, SDLK_F2, 0, "F2", "show or hide how long things take")                    \
+    X(PANEL, SDLK_p, 0, "P", "show or hide the controls")                              \
+    X(FILTER, SDLK_f, 0, "F", "filter off and on")                                     \
+    X(SPLIT, SDLK_s, 0, "S", "split: pinhole left, filtered right")                    \
+    X(DEPTH, SDLK_d, 0, "D", "depth map, lighter = farther")                           \
+    X(COC, SDLK_c, 0, "C", "circle of confusion, orange before, blue behind")          \
+    X(BAND, SDLK_b, 0, "B", "what is in focus, in colour")                             \
+    X(DIFFERENCE, SDLK_x, 0, "X", "difference to the reference")                       \
+    X(CENTRE, SDLK_SPACE, 0, "Space", "focus on the middle of the window")             \
+    X(NEARER, SDLK_LEFTBRACKET, 0, "[", "focus nearer")                                \
+    X(FARTHER, SDLK_RIGHTBRACKET, 0, "]", "focus farther")                             \
+    X(NEAREST, SDLK_n, 0, "N", "focus on the nearest thing")                           \
+    X(INFINITY, SDLK_i, 0, "I", "focus at infinity")                                   \
+    X(WIDER, SDLK_COMMA, 0, ",", "open the aperture by a third of a stop")             \
+    X(NARROWER, SDLK_PERIOD, 0, ".", "close the aperture by a third of a stop")        \
+    X(BRIGHTER, SDLK_e, 0, "E", "brighter view, half a stop")                          \
+    X(DARKER, SDLK_e, KMOD_SHIFT, "Shift+E", "darker view, half a stop")               \
+    X(FIT, SDLK_0, 0, "0", "fit the picture to the window")                            \
+    X(ACTUAL, SDLK_1, 0, "1", "one picture px is one of the screen")                   \
+    X(ZOOM_IN, SDLK_PLUS, 0, "+", "larger")                                            \
+    X(ZOOM_OUT, SDLK_MINUS, 0, "-", "smaller")                                         \
+    X(EYE_LEFT, SDLK_LEFT, KMOD_SHIFT, "Shift+arrows", "move the eye on the lens")     \
+    X(EYE_RIGHT, SDLK_RIGHT, KMOD_SHIFT, "", "")                                       \
+    X(EYE_UP, SDLK_UP, KMOD_SHIFT, "", "")                                             \
+    X(EYE_DOWN, SDLK_DOWN, KMOD_SHIFT, "", "")                                         \
+    X(LEFT, SDLK_LEFT, 0, "arrows", "pan; turn the demo's scene")                      \
+    X(RIGHT, SDLK_RIGHT, 0, "", "")                                                    \
+    X(UP, SDLK_UP, 0, "", "")                                                          \
+    X(DOWN, SDLK_DOWN, 0, "", "")                                                      \
+    X(HOME, SDLK_HOME, 0, "Home", "eye, scene and picture back in their places")       \
+    X(NEXT, SDLK_PAGEDOWN, 0, "Page Down", "next picture of the folder")               \
+    X(PREVIOUS, SDLK_PAGEUP, 0, "Page Up", "previous picture of the folder")           \
+    X(RELOAD, SDLK_r, 0, "R", "read the files again")                                  \
+    X(SAVE, SDLK_s, KMOD_CTRL, "Ctrl+S", "save the picture")                           \
+    X(SAVE_PARAMS, SDLK_p, KMOD_CTRL, "Ctrl+P", "save the parameters")                 \
+    X(SAVE_PASSES, SDLK_e, KMOD_CTRL, "Ctrl+E", "demo: save colour and depth")         \
+    X(COPY, SDLK_c, KMOD_CTRL, "Ctrl+C", "copy the command line")                      \
+    X(QUIT, SDLK_q, KMOD_CTRL, "Ctrl+Q", "quit")
+#define ACTION_ENUM(name, key, modifiers, shown, help) ACTION_##name,
+enum action { ACTIONS(ACTION_ENUM) N_ACTIONS };
+#undef ACTION_ENUM
+
+/* What a mouse button that went down on the picture is doing. */
+enum drag { DRAG_NONE, DRAG_CLICK, DRAG_PAN, DRAG_TURN, DRAG_SPLIT, DRAG_EYE };
+
+/* A stage that is being read on a thread of its own. */
+struct loader {
+    bool is_running;
+    pthread_t thread;
+    struct stage *stage;
+    struct settings typed;
+    bool is_good; /* valid once the thread has ended */
+    struct exr_error error;
+};
+
+/* A run of --benchmark. */
+struct bench {
+    double started_s, moved_s, cpu_s, wall_s;
+    bool is_over;
+};
+
+struct app {
+    const struct view_options *options;
+    const struct operands *operands;
+    struct settings typed; /* the command line */
+    int exit_code;
+    bool is_ending;
+
+    SDL_Window *window;
+    SDL_GLContext context;
+    Uint32 event_type;     /* from other threads: see enum app_event */
+    int32_t width, height; /* drawable, px */
+    double density;        /* drawable px per px of the mouse */
+    double scale;          /* of the controls */
+    char font_path[MAX_PATH];
+    struct font font;
+    unsigned mask;
+    struct ui ui;
+    struct ui_input input;
+    bool has_panel, has_help, has_stats;
+
+    struct playlist playlist;
+    int picture; /* of the playlist */
+    struct loader loader;
+    struct stage *stage;
+    bool has_stage; /* or the demo: there is something to show */
+    struct demo demo;
+    struct input *source; /* what is filtered, held */
+    struct picture reference;
+    bool has_reference;
+
+    struct state state;
+    uint64_t asked_id;  /* of the newest job */
+    double radius_base; /* lens radius when the picture was opened */
+    bool is_demo_due;   /* the scene was turned */
+    struct worker *worker;
+    struct shot *shot; /* what `after` shows, without its pixels; NULL: nothing */
+    uint64_t pinhole_id;
+    struct gl_picture after, before;
+
+    enum drag drag;
+    double drag_x, drag_y; /* where the mouse was, window px */
+    bool is_input;         /* something came from the user since the last job */
+    char output[MAX_PATH], status[1024];
+    double status_until_s;
+    bool is_missing; /* a file has gone */
+    double looked_s; /* when it was last looked for */
+    struct stats stats;
+    struct bench bench;
+    char renderer[256]; /* of OpenGL */
+    FILE *trace;
+    uint32_t traced_layout;
+    bool is_redraw_due;
+};
+
+/* Codes of event_type; data1 of SAVED is a text to free. */
+enum app_event { APP_SHOT, APP_LOADED, APP_SAVED };
+
+/* Where the picture lies, the controls and the line of text at the bottom. */
+struct area app_picture_area(const struct app *app);
+struct area app_panel_area(const struct app *app);
+int app_panel_width(const struct app *app); /* where there is room for it */
+struct area app_status_area(const struct app *app);
+
+/* Shows a line at the bottom for some seconds. */
+void app_say(struct app *app, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+void app_act(struct app *app, enum action action);
+
+/* One pass of the controls over what was put into `input`, which is then used up; asks
+ * the worker for what changed. */
+void app_pass(struct app *app);
+
+/* Makes of an event of SDL what the program does. */
+void events_take(struct app *app, const SDL_Event *event);
+
+/* window.c: the window itself. False with a message. */
+bool window_open(struct app *app);
+void window_close(struct app *app);
+void window_measure(struct app *app); /* after a change of size */
+void window_draw(struct app *app);
+
+/* load.c: reading in the background. */
+void load_begin(struct app *app);
+void load_end(struct app *app); /* on APP_LOADED */
+void load_cancel(struct app *app);
+bool load_demo(struct app *app);
+void load_look_for_files(struct app *app);
+
+/* The depth at a place of the window, scene units; false where there is no picture. */
+bool app_depth_at(const struct app *app, double x, double y, double *depth, int32_t *px,
+                  int32_t *py);
+
+/* panel.c */
+void panel_build(struct app *app);   /* names the controls, does what they ask */
+void panel_overlay(struct app *app); /* help, statistics, the line at the bottom */
+
+/* save.c */
+void save_picture(struct app *app);
+void save_params(struct app *app);
+void save_passes(struct app *app);
+void save_command(struct app *app); /* to the clipboard and to stdout */
+void save_default_name(struct app *app);
+
+/* trace.c: lines of JSON for tests; nothing where there is no --trace. */
+void trace_open(struct app *app);
+void trace_layout(struct app *app);
+void trace_shown(struct app *app, bool is_pinhole);
+void trace_text(struct app *app, const char *event, const char *text);
+
+/* bench.c */
+void bench_step(struct app *app); /* moves the mouse for --benchmark */
+void bench_print(const struct app *app);
+
+#endif

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * --benchmark: drags the slider of the focus distance to and fro as a mouse would, with
+ * 60 events a second through SDL's queue, and prints how soon the pictures followed.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "app.h"
+#include "progress.h"
+
+#define EVENTS_A_SECOND 60
+#define PERIOD_S 4.0 /* to and fro */
+
+static double cpu_seconds(void)
+{
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+static void push_mouse(const struct app *app, Uint32 type, double x, double y)
+{
+    SDL_Event event = {.type = type};
+    const int at_x = (int)lrint(x / app->density), at_y = (int)lrint(y / app->density);
+    if (type == SDL_MOUSEMOTION) {
+        event.motion.x = at_x;
+        event.motion.y = at_y;
+    } else {
+        event.button.button = SDL_BUTTON_LEFT;
+        event.button.x = at_x;
+        event.button.y = at_y;
+    }
+    SDL_PushEvent(&event);
+}
+
+static const struct area *find_slider(const struct app *app)
+{
+    for (int i = 0; i < app->ui.n_controls; i++)
+        if (strcmp(app->ui.controls[i].label, "Focus distance") == 0)
+            return &app->ui.controls[i].area;
+    return NULL;
+}
+
+void bench_step(struct app *app)
+{
+    const struct area *slider = find_slider(app);
+    const double now_s = clock_seconds();
+    struct bench *bench = &app->bench;
+    if (!slider || !app->shot || bench->is_over)
+        return;
+    const double y = slider->y + slider->height / 2.0;
+    if (bench->started_s == 0) {
+        bench->started_s = now_s;
+        bench->cpu_s = cpu_seconds();
+        stats_start(&app->stats, now_s);
+        push_mouse(app, SDL_MOUSEBUTTONDOWN, slider->x + slider->width * 0.5, y);
+    }
+    const double t = now_s - bench->started_s;
+    if (now_s - bench->moved_s < 1.0 / EVENTS_A_SECOND)
+        return;
+    bench->moved_s = now_s;
+    if (t > app->options->benchmark_s) {
+        bench->is_over = true;
+        bench->cpu_s = cpu_seconds() - bench->cpu_s;
+        bench->wall_s = t;
+        app->is_ending = true;
+        return;
+    }
+    const double swing = 0.45 * sin(2 * acos(-1) * t / PERIOD_S);
+    push_mouse(app, SDL_MOUSEMOTION, slider->x + slider->width * (0.5 + swing), y);
+}
+
+void bench_print(const struct app *app)
+{
+    const struct stats *s = &app->stats;
+    const struct bench *bench = &app->bench;
+    const double wall_ms = 1000 * bench->wall_s;
+    printf("picture %d x %d px, window %d x %d px, %s\n", app->state.width,
+           app->state.height, app->width, app->height, app->renderer);
+    printf("updates %d, %.1f a second\n", s->n, stats_rate(s));
+    printf("input to picture: median %.1f ms, 95 %% within %.1f ms, longest %.1f ms\n",
+           stats_latency_ms(s, 0.5), stats_latency_ms(s, 0.95), stats_latency_ms(s, 1));
+    printf("previews %d, %d of them made smaller\n", s->n_previews, s->n_small);
+    printf("share of the time: filter %.1f %%, to 8 bit %.1f %%, drawing %.1f %%\n",
+           100 * s->filter_ms / wall_ms, 100 * s->display_ms / wall_ms,
+           100 * s->draw_ms / wall_ms);
+    printf("processor time %.2f s in %.2f s\n", bench->cpu_s, bench->wall_s);
+}

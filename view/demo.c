@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The pictures stand upright, facing the camera when the scene is not turned, at
+ * distances of equal steps in 1/z, so that the steps of blur between them are equal.
+ * The scene turns about the middle one.
+ */
+#include "demo.h"
+
+#include <SDL.h>
+#include <SDL_opengl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "demo_picture.h"
+#include "display.h"
+#include "picture.h"
+
+/* Metres: distance of the middle, offset from the axis, height of the picture. */
+static const struct place {
+    double z, x, y;
+} places[DEMO_N_PICTURES] = {{2.0, -0.2, -0.04}, {3.0, 0.02, 0.0}, {6.0, 0.62, 0.08}};
+#define PICTURE_HEIGHT 0.42
+#define FLOOR_Y (-0.26)
+#define MIN_PITCH (-0.35)
+#define MAX_PITCH 1.05
+
+/* ---- the picture ------------------------------------------------------------------
+ */
+
+/* A file's picture, as sRGB. */
+static uint8_t *read_picture(const char *path, int32_t *width, int32_t *height,
+                             struct exr_error *error)
+{
+    struct picture picture;
+    if (!picture_read(path, NULL, thread_count(0), &picture, error))
+        return NULL;
+    struct tone *tone = tone_create();
+    const size_t n = (size_t)picture.width * (size_t)picture.height;
+    uint8_t *rgba = need_memory(n, 4);
+    if (tone)
+        display_picture(tone, picture.samples, 3, n, 0, rgba);
+    tone_destroy(tone);
+    *width = picture.width;
+    *height = picture.height;
+    picture_free(&picture);
+    return rgba;
+}
+
+static void make_texture(struct demo *demo, const uint8_t *rgba, int32_t width,
+                         int32_t height)
+{
+    glGenTextures(1, &demo->texture);
+    glBindTexture(GL_TEXTURE_2D, demo->texture);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexParameteri(GL_TEXTURE_2D, GL_GENERATE_MIPMAP, GL_TRUE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA,
+                 GL_UNSIGNED_BYTE, rgba);
+    demo->picture_aspect = (double)width / height;
+}
+
+static bool check_size(const char *path, int32_t width, int32_t height,
+                       struct exr_error *error)
+{
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+    if (width <= most && height <= most)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: is %d x %d px, and this OpenGL takes %d px a side; give a smaller "
+             "picture",
+             path, width, height, most);
+    return false;
+}
+
+bool demo_open(struct demo *demo, int32_t width, const char *path,
+               struct exr_error *error)
+{
+    int32_t w = DEMO_PICTURE_SIDE, h = DEMO_PICTURE_SIDE;
+    *demo = (struct demo){.width = width, .height = (width * 9 + 8) / 16};
+    uint8_t *rgba;
+    if (path) {
+        rgba = read_picture(path, &w, &h, error);
+        if (!rgba || !check_size(path, w, h, error)) {
+            free(rgba);
+            return false;
+        }
+    } else {
+        rgba = need_memory((size_t)w * (size_t)h, 4);
+        demo_picture_paint(rgba);
+    }
+    make_texture(demo, rgba, w, h);
+    free(rgba);
+    if (gl_target_make(&demo->target, demo->width, demo->height))
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "view: this OpenGL makes no frame buffer of %d x %d px; give a smaller "
+             "--demo-width",
+             demo->width, demo->height);
+    demo_close(demo);
+    return false;
+}
+
+void demo_close(struct demo *demo)
+{
+    if (demo->texture)
+        glDeleteTextures(1, &demo->texture);
+    gl_target_free(&demo->target);
+    *demo = (struct demo){0};
+}
+
+/* ---- the scene --------------------------------------------------------------------
+ */
+
+void demo_turn(struct demo *demo, double dx, double dy)
+{
+    demo->yaw = remainder(demo->yaw + 0.005 * dx, 2 * acos(-1));
+    demo->pitch = fmin(fmax(demo->pitch + 0.005 * dy, MIN_PITCH), MAX_PITCH);
+}
+
+/* A point of the scene in the camera's frame: x right, y up, z the distance. */
+static void to_camera(const struct demo *demo, const double p[3], double out[3])
+{
+    const double middle = places[1].z;
+    const double x = p[0], y = p[1], z = p[2] - middle;
+    const double turned = z * cos(demo->yaw) - x * sin(demo->yaw);
+    out[0] = x * cos(demo->yaw) + z * sin(demo->yaw);
+    out[1] = y * cos(demo->pitch) + turned * sin(demo->pitch);
+    out[2] = turned * cos(demo->pitch) - y * sin(demo->pitch) + middle;
+}
+
+double demo_distance(const struct demo *demo, int i)
+{
+    double distances[DEMO_N_PICTURES], point[3];
+    for (int k = 0; k < DEMO_N_PICTURES; k++) {
+        const double middle[3] = {places[k].x, places[k].y, places[k].z};
+        to_camera(demo, middle, point);
+        int at = k;
+        for (; at > 0 && distances[at - 1] > point[2]; at--)
+            distances[at] = distances[at - 1];
+        distances[at] = point[2];
+    }
+    return distances[i];
+}
+
+static void put_corner(const struct demo *demo, double x, double y, double z, double u,
+                       double v)
+{
+    double p[3];
+    to_camera(demo, (const double[3]){x, y, z}, p);
+    glTexCoord2d(u, v);
+    glVertex3d(p[0], p[1], -p[2]);
+}
+
+static void draw_picture(const struct demo *demo, const struct place *place)
+{
+    const double h = PICTURE_HEIGHT / 2, w = h * demo->picture_aspect;
+    const double x = place->x, y = place->y, z = place->z;
+    glBegin(GL_QUADS);
+    put_corner(demo, x - w, y + h, z, 0, 0);
+    put_corner(demo, x + w, y + h, z, 1, 0);
+    put_corner(demo, x + w, y - h, z, 1, 1);
+    put_corner(demo, x - w, y - h, z, 0, 1);
+    glEnd();
+}
+
+/* A chequered floor that runs through all distances. */
+static void draw_floor(const struct demo *demo)
+{
+    const double step = 0.25;
+    /* Seen from above only: it must not hide the pictures from below. */
+    glEnable(GL_CULL_FACE);
+    glFrontFace(GL_CCW);
+    glBegin(GL_QUADS);
+    for (int j = 0; j < 44; j++)
+        for (int i = -12; i < 12; i++) {
+            const double x = i * step, z = 1 + j * step;
+            const float grey = (i + j) % 2 ? 0.62f : 0.36f;
+            glColor3f(grey, grey * 0.97f, grey * 0.9f);
+            put_corner(demo, x, FLOOR_Y, z, 0, 0);
+            put_corner(demo, x + step, FLOOR_Y, z, 0, 0);
+            put_corner(demo, x + step, FLOOR_Y, z + step, 0, 0);
+            put_corner(demo, x, FLOOR_Y, z + step, 0, 0);
+        }
+    glEnd();
+    glDisable(GL_CULL_FACE);
+    glColor3f(1, 1, 1);
+}
+
+/* Image plane of the focal length and the sensor, so that the lens fits the camera. */
+static void set_camera(const struct demo *demo)
+{
+    const double right = DEMO_NEAR * DEMO_SENSOR_MM / 2 / DEMO_FOCAL_LENGTH_MM;
+    const double top = right * demo->height / demo->width;
+    glMatrixMode(GL_PROJECTION);
+    glLoadIdentity();
+    glFrustum(-right, right, -top, top, DEMO_NEAR, DEMO_FAR);
+    glMatrixMode(GL_MODELVIEW);
+    glLoadIdentity();
+}
+
+struct input *demo_draw(const struct demo *demo)
+{
+    struct input *input = input_create(demo->width, demo->height, 3, 1);
+    const size_t n = (size_t)demo->width * (size_t)demo->height;
+    input->frame_rgba = need_memory(n, 4);
+    input->frame_depth = need_memory(n, sizeof(float));
+    gl_target_begin(&demo->target);
+    set_camera(demo);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glClearColor(0.18f, 0.22f, 0.30f, 1);
+    glClearDepth(1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glDisable(GL_TEXTURE_2D);
+    draw_floor(demo);
+    glEnable(GL_TEXTURE_2D);
+    glBindTexture(GL_TEXTURE_2D, demo->texture);
+    glTexEnvi(GL_TEXTURE_ENV, GL_TEXTURE_ENV_MODE, GL_REPLACE);
+    for (int i = 0; i < DEMO_N_PICTURES; i++)
+        draw_picture(demo, &places[i]);
+    glDisable(GL_DEPTH_TEST);
+    gl_target_read(&demo->target, input->frame_rgba, input->frame_depth);
+    return input;
+}
+
+/* ---- facts and files --------------------------------------------------------------
+ */
+
+static const struct {
+    const char *key;
+    double value;
+} facts[] = {{"focus-distance", 3},
+             {"f-stop", 1.4},
+             {"focal-length", DEMO_FOCAL_LENGTH_MM},
+             {"sensor-width", DEMO_SENSOR_MM},
+             {"sensor-fit", RF_SENSOR_FIT_HORIZONTAL},
+             {"optics", RF_OPTICS_YU},
+             {"depth", RF_DEPTH_BUFFER},
+             {"depth-near", DEMO_NEAR},
+             {"depth-far", DEMO_FAR},
+             {"method", RF_METHOD_SCATTER}};
+enum { N_FACTS = sizeof(facts) / sizeof(facts[0]) };
+
+void demo_facts(struct settings *settings)
+{
+    for (int i = 0; i < N_FACTS; i++)
+        settings_set_header(settings, facts[i].key, facts[i].value, "(demo)", NULL);
+}
+
+static int list_attributes(struct exr_attribute *list)
+{
+    int n = 0;
+    for (int i = 0; i < N_FACTS; i++) {
+        const struct rf_param_info *info = rf_param_find(facts[i].key);
+        list[n++] =
+            info->choices
+                ? (struct exr_attribute){.name = info->attribute,
+                                         .type = EXR_ATTRIBUTE_STRING,
+                                         .text =
+                                             info->choices[(int)facts[i].value].name}
+                : (struct exr_attribute){.name = info->attribute,
+                                         .type = EXR_ATTRIBUTE_FLOAT,
+                                         .number = {facts[i].value, 0}};
+    }
+    return n;
+}
+
+bool demo_save_passes(const char *path, const struct input *input, int n_threads,
+                      struct exr_error *error)
+{
+    static const char *const names[] = {"R", "G", "B", "Z"};
+    static const enum exr_sample_type types[] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
+                                                 EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT};
+    const size_t n = (size_t)input->width * (size_t)input->height;
+    const float *colour = input->views[0].colour.data;
+    const float *depth = input->views[0].depth.data;
+    float *samples = need_memory(n, 4 * sizeof(float));
+    for (size_t i = 0; i < n; i++) {
+        memcpy(samples + 4 * i, colour + 3 * i, 3 * sizeof(float));
+        samples[4 * i + 3] = depth[i];
+    }
+    struct exr_attribute attributes[N_FACTS];
+    const struct exr_box window = {0, 0, input->width - 1, input->height - 1};
+    const struct exr_output output = {.width = input->width,
+                                      .height = input->height,
+                                      .data_window = window,
+                                      .display_window = window,
+                                      .pixel_aspect = 1,
+                                      .n_channels = 4,
+                                      .channel_names = names,
+                                      .types = types,
+                                      .samples = samples,
+                                      .attributes = attributes,
+                                      .n_attributes = list_attributes(attributes)};
+    const bool is_written = exr_write(path, &output, n_threads, error);
+    free(samples);
+    return is_written;
+}
+
+bool demo_save(const char *path, const float *pixels, int32_t width, int32_t height,
+               const struct settings *settings, int n_threads, struct exr_error *error)
+{
+    static const char *const names[] = {"R", "G", "B"};
+    static const enum exr_sample_type types[] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
+                                                 EXR_SAMPLE_FLOAT};
+    if (picture_kind(path) == PICTURE_PNG)
+        return png_write(path, pixels, width, height, 3, 8, false, error);
+    char used[4000], text[4096];
+    settings_print_options(&settings->params, used, sizeof(used));
+    snprintf(text, sizeof(text), "rackfocus %s %s", rf_version(), used);
+    const struct exr_attribute filtered = {
+        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
+    const struct exr_box window = {0, 0, width - 1, height - 1};
+    const struct exr_output output = {.width = width,
+                                      .height = height,
+                                      .data_window = window,
+                                      .display_window = window,
+                                      .pixel_aspect = 1,
+                                      .n_channels = 3,
+                                      .channel_names = names,
+                                      .types = types,
+                                      .samples = pixels,
+                                      .attributes = &filtered,
+                                      .n_attributes = 1};
+    return exr_write(path, &output, n_threads, error);
+}

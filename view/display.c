@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The sRGB curve by table. A float's sign, exponent and first 8 bits of mantissa name a
+ * cell; within one cell at most one step of the 8 bit result lies, so the step's exact
+ * threshold decides:
+ *
+ *   code(v) = base[cell(v)] + (v >= threshold[base[cell(v)] + 1])
+ */
+#include "display.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    MANTISSA_BITS = 8,
+    SHIFT = 23 - MANTISSA_BITS,
+    FIRST_CELL = (127 - 14) << MANTISSA_BITS, /* 2^-14, which is far below 1/255 */
+    N_CELLS = (14 << MANTISSA_BITS) + 1,      /* up to 1 */
+};
+
+struct tone {
+    uint8_t base[N_CELLS];
+    float threshold[257]; /* smallest v of each code; above 255 infinite */
+};
+
+static uint32_t bits_of(float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof(bits));
+    return bits;
+}
+
+static float of_bits(uint32_t bits)
+{
+    float v;
+    memcpy(&v, &bits, sizeof(v));
+    return v;
+}
+
+/* As png_write computes it. */
+static int encode_slowly(float v)
+{
+    const float curve =
+        v <= 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1.0f / 2.4f) - 0.055f;
+    return (int)lrintf(fminf(fmaxf(curve, 0), 1) * 255);
+}
+
+/* Positive floats are ordered as their bits are: halves the range of bits. */
+static float find_threshold(int code)
+{
+    uint32_t below = 0, from = bits_of(1);
+    while (from - below > 1) {
+        const uint32_t middle = below + (from - below) / 2;
+        if (encode_slowly(of_bits(middle)) >= code)
+            from = middle;
+        else
+            below = middle;
+    }
+    return of_bits(from);
+}
+
+struct tone *tone_create(void)
+{
+    struct tone *tone = malloc(sizeof(*tone));
+    if (!tone)
+        return NULL;
+    tone->threshold[0] = 0;
+    for (int code = 1; code < 256; code++)
+        tone->threshold[code] = find_threshold(code);
+    tone->threshold[256] = INFINITY;
+    for (uint32_t i = 0; i < N_CELLS; i++)
+        tone->base[i] = (uint8_t)encode_slowly(of_bits((FIRST_CELL + i) << SHIFT));
+    return tone;
+}
+
+void tone_destroy(struct tone *tone)
+{
+    free(tone);
+}
+
+uint8_t tone_encode(const struct tone *tone, float linear)
+{
+    /* Also false for NaN. */
+    if (!(linear >= 0x1p-14f))
+        return 0;
+    if (linear >= 1)
+        return 255;
+    const int base = tone->base[(bits_of(linear) >> SHIFT) - FIRST_CELL];
+    return (uint8_t)(base + (linear >= tone->threshold[base + 1]));
+}
+
+void display_picture(const struct tone *tone, const float *pixels, int n_channels,
+                     size_t n, double exposure, uint8_t *rgba)
+{
+    const float gain = (float)exp2(exposure);
+    const int green = n_channels > 1 ? 1 : 0, blue = n_channels > 1 ? 2 : 0;
+#pragma omp parallel for schedule(static)
+    for (size_t i = 0; i < n; i++) {
+        const float *in = pixels + i * (size_t)n_channels;
+        uint8_t *out = rgba + 4 * i;
+        out[0] = tone_encode(tone, gain * in[0]);
+        out[1] = tone_encode(tone, gain * in[green]);
+        out[2] = tone_encode(tone, gain * in[blue]);
+        out[3] = 255;
+    }
+}
+
+static void put_grey(uint8_t *rgba, double grey)
+{
+    const uint8_t code = (uint8_t)lrint(255 * fmin(fmax(grey, 0), 1));
+    rgba[0] = rgba[1] = rgba[2] = code;
+    rgba[3] = 255;
+}
+
+void display_depth(const float *planar, size_t n, double near, double far,
+                   uint8_t *rgba)
+{
+    const double top = 1 / near, range = top - 1 / far;
+    const double scale = range > 0 ? 1 / range : 0;
+#pragma omp parallel for schedule(static)
+    for (size_t i = 0; i < n; i++)
+        put_grey(rgba + 4 * i, isfinite(planar[i]) ? (top - 1 / planar[i]) * scale : 1);
+}
+
+void display_coc(const float *radius, size_t n, double full, uint8_t *rgba)
+{
+    static const double before[3] = {1, 0.62, 0.1}, behind[3] = {0.25, 0.6, 1};
+    const double scale = full > 0 ? 1 / full : 0;
+#pragma omp parallel for schedule(static)
+    for (size_t i = 0; i < n; i++) {
+        const double *colour = radius[i] < 0 ? before : behind;
+        const double light = sqrt(fmin(fabs(radius[i]) * scale, 1));
+        for (int c = 0; c < 3; c++)
+            rgba[4 * i + (size_t)c] = (uint8_t)lrint(255 * light * colour[c]);
+        rgba[4 * i + 3] = 255;
+    }
+}
+
+void display_band(const struct tone *tone, const float *pixels, int n_channels,
+                  const float *radius, size_t n, double exposure, double limit,
+                  uint8_t *rgba)
+{
+    display_picture(tone, pixels, n_channels, n, exposure, rgba);
+#pragma omp parallel for schedule(static)
+    for (size_t i = 0; i < n; i++) {
+        uint8_t *out = rgba + 4 * i;
+        if (fabsf(radius[i]) <= limit)
+            continue;
+        const int luma = (54 * out[0] + 183 * out[1] + 19 * out[2]) / 256;
+        out[0] = out[1] = (uint8_t)(luma * 2 / 5);
+        out[2] = (uint8_t)(luma / 2);
+    }
+}
+
+void display_encoded(const float *rgb, size_t n, uint8_t *rgba)
+{
+#pragma omp parallel for schedule(static)
+    for (size_t i = 0; i < n; i++) {
+        for (size_t c = 0; c < 3; c++)
+            rgba[4 * i + c] = (uint8_t)lrintf(255 * fminf(fmaxf(rgb[3 * i + c], 0), 1));
+        rgba[4 * i + 3] = 255;
+    }
+}

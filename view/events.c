@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From the events of SDL to actions, drags and what the controls are told. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "app.h"
+#include "progress.h"
+
+#define CLICK_PX 4 /* a button that moved less is a click */
+
+/* ---- keys --------------------------------------------------------------------------
+ */
+
+static const struct {
+    SDL_Keycode key;
+    int modifiers;
+} keys[N_ACTIONS] = {
+#define ACTION_KEY(name, code, mods, shown, help) {code, mods},
+    ACTIONS(ACTION_KEY)
+#undef ACTION_KEY
+};
+
+/* Signs are taken from the typed text, since where they lie depends on the keyboard. */
+static bool is_sign(SDL_Keycode key)
+{
+    return key < 128 && strchr("[],.+-", key) != NULL;
+}
+
+static int find_action(SDL_Keycode key, int modifiers)
+{
+    const int held = (modifiers & KMOD_CTRL ? KMOD_CTRL : 0) |
+                     (modifiers & KMOD_SHIFT ? KMOD_SHIFT : 0);
+    for (int i = 0; i < N_ACTIONS; i++)
+        if (keys[i].key == key && keys[i].modifiers == held && !is_sign(key))
+            return i;
+    return -1;
+}
+
+static enum ui_key key_of_ui(SDL_Keycode key, int modifiers)
+{
+    switch (key) {
+    case SDLK_TAB:
+        return modifiers & KMOD_SHIFT ? UI_KEY_BACK_TAB : UI_KEY_TAB;
+    case SDLK_RETURN:
+    case SDLK_KP_ENTER:
+        return UI_KEY_ENTER;
+    case SDLK_SPACE:
+        return UI_KEY_SPACE;
+    case SDLK_ESCAPE:
+        return UI_KEY_ESCAPE;
+    case SDLK_BACKSPACE:
+        return UI_KEY_BACKSPACE;
+    case SDLK_DELETE:
+        return UI_KEY_DELETE;
+    case SDLK_LEFT:
+        return UI_KEY_LEFT;
+    case SDLK_RIGHT:
+        return UI_KEY_RIGHT;
+    case SDLK_UP:
+        return UI_KEY_UP;
+    case SDLK_DOWN:
+        return UI_KEY_DOWN;
+    case SDLK_HOME:
+        return UI_KEY_HOME;
+    case SDLK_END:
+        return UI_KEY_END;
+    default:
+        return UI_KEY_NONE;
+    }
+}
+
+static void press_key(struct app *app, const SDL_KeyboardEvent *event)
+{
+    const SDL_Keycode key = event->keysym.sym;
+    const int modifiers = event->keysym.mod;
+    const bool is_command = modifiers & KMOD_CTRL;
+    const enum ui_key ui_key = key_of_ui(key, modifiers);
+    const bool is_tab = ui_key == UI_KEY_TAB || ui_key == UI_KEY_BACK_TAB;
+    app->input.is_fine = modifiers & KMOD_SHIFT;
+    if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
+        app->input.key = ui_key;
+        app_pass(app);
+        return;
+    }
+    if (ui_key == UI_KEY_ESCAPE) {
+        app->has_help = false;
+        state_set_eye(&app->state, false, 0, 0);
+    }
+    /* While a text is typed, letters are letters. */
+    if (app->ui.is_editing && !is_command && key < 128)
+        return;
+    const int action = find_action(key, modifiers);
+    if (action >= 0)
+        app_act(app, (enum action)action);
+    app_pass(app);
+}
+
+static void type_text(struct app *app, const char *text)
+{
+    const bool is_for_ui = app->ui.is_editing ||
+                           (ui_has_keyboard(&app->ui) && strchr("0123456789.-", *text));
+    if (is_for_ui) {
+        snprintf(app->input.text, sizeof(app->input.text), "%.15s", text);
+    } else if (is_sign((SDL_Keycode)*text)) {
+        for (int i = 0; i < N_ACTIONS; i++)
+            if (keys[i].key == *text)
+                app_act(app, (enum action)i);
+    }
+    app_pass(app);
+}
+
+/* ---- the mouse ---------------------------------------------------------------------
+ */
+
+static bool is_on_picture(const struct app *app, double x, double y)
+{
+    const struct area area = app_picture_area(app);
+    return area_has(&area, x, y) &&
+           !(app->ui.popup && area_has(&app->ui.popup_area, x, y));
+}
+
+static bool is_on_split(const struct app *app, double x)
+{
+    const struct zoom *zoom = &app->state.zoom;
+    const double at =
+        zoom->x + app->state.split * app->state.width * zoom->scale * zoom->aspect;
+    return app->state.is_split && fabs(x - at) < 6 * app->scale;
+}
+
+static void move_eye(struct app *app, double dx, double dy)
+{
+    const struct area area = app_picture_area(app);
+    const double radius = 0.3 * (area.width < area.height ? area.width : area.height);
+    state_set_eye(&app->state, true, app->state.eye[0] + dx / radius,
+                  app->state.eye[1] - dy / radius);
+}
+
+static void press_button(struct app *app, const SDL_MouseButtonEvent *event)
+{
+    const double x = app->input.x, y = app->input.y;
+    app->drag_x = x;
+    app->drag_y = y;
+    if (event->button == SDL_BUTTON_LEFT) {
+        app->input.is_down = app->input.is_pressed = true;
+        if (app->has_stage && is_on_picture(app, x, y))
+            app->drag = is_on_split(app, x) ? DRAG_SPLIT : DRAG_CLICK;
+    } else if (!app->has_stage || !is_on_picture(app, x, y)) {
+        return;
+    } else if (event->button == SDL_BUTTON_MIDDLE) {
+        app->drag = DRAG_PAN;
+    } else if (event->button == SDL_BUTTON_RIGHT) {
+        app->drag = DRAG_EYE;
+        state_set_eye(&app->state, true, 0, 0);
+    }
+}
+
+static void click(struct app *app, double x, double y)
+{
+    double depth;
+    int32_t px, py;
+    char number[32];
+    if (!app_depth_at(app, x, y, &depth, &px, &py))
+        return;
+    ui_format(depth, number, sizeof(number));
+    if (state_focus(&app->state, depth))
+        app_say(app, "focus at depth %s, px (%d, %d)", number, px, py);
+}
+
+static void release_button(struct app *app, const SDL_MouseButtonEvent *event)
+{
+    if (event->button == SDL_BUTTON_LEFT) {
+        app->input.is_down = false;
+        app->input.is_released = true;
+        if (app->drag == DRAG_CLICK)
+            click(app, app->input.x, app->input.y);
+    }
+    if (event->button == SDL_BUTTON_RIGHT && app->drag == DRAG_EYE)
+        state_set_eye(&app->state, false, 0, 0);
+    app->drag = DRAG_NONE;
+}
+
+static void drag(struct app *app, double x, double y)
+{
+    const double dx = x - app->drag_x, dy = y - app->drag_y;
+    struct zoom *zoom = &app->state.zoom;
+    const struct area area = app_picture_area(app);
+    double px, py;
+    if (app->drag == DRAG_CLICK && hypot(dx, dy) < CLICK_PX * app->scale)
+        return;
+    if (app->drag == DRAG_CLICK)
+        app->drag = app->options->is_demo ? DRAG_TURN : DRAG_PAN;
+    app->drag_x = x;
+    app->drag_y = y;
+    switch (app->drag) {
+    case DRAG_PAN:
+        zoom_pan(zoom, dx, dy);
+        zoom_settle(zoom, &area, app->state.width, app->state.height);
+        break;
+    case DRAG_TURN:
+        demo_turn(&app->demo, dx, dy);
+        app->is_demo_due = true;
+        break;
+    case DRAG_SPLIT:
+        zoom_to_picture(zoom, x, y, &px, &py);
+        app->state.split = fmin(fmax(px / app->state.width, 0), 1);
+        break;
+    case DRAG_EYE:
+        move_eye(app, dx, dy);
+        break;
+    default:
+        break;
+    }
+}
+
+static void turn_wheel(struct app *app, const SDL_MouseWheelEvent *event)
+{
+    const double turns = event->preciseY != 0 ? event->preciseY : event->y;
+    const struct area area = app_picture_area(app);
+    if (app->has_stage && is_on_picture(app, app->input.x, app->input.y)) {
+        zoom_by(&app->state.zoom, pow(2, turns / 4), app->input.x, app->input.y);
+        zoom_settle(&app->state.zoom, &area, app->state.width, app->state.height);
+    } else {
+        app->input.wheel = turns;
+    }
+    app_pass(app);
+}
+
+/* ---- events ------------------------------------------------------------------------
+ */
+
+static void place_mouse(struct app *app, int x, int y)
+{
+    app->input.x = x * app->density;
+    app->input.y = y * app->density;
+}
+
+/* When it happened, in seconds of clock_seconds(). */
+static double time_of(const SDL_Event *event)
+{
+    return clock_seconds() - 1e-3 * (SDL_GetTicks() - event->common.timestamp);
+}
+
+static void take_window_event(struct app *app, const SDL_WindowEvent *event)
+{
+    if (event->event == SDL_WINDOWEVENT_SIZE_CHANGED ||
+        event->event == SDL_WINDOWEVENT_EXPOSED)
+        window_measure(app);
+    if (event->event == SDL_WINDOWEVENT_CLOSE)
+        app->is_ending = true;
+}
+
+static void take_user_event(struct app *app, const SDL_UserEvent *event)
+{
+    if (event->code == APP_LOADED)
+        load_end(app);
+    if (event->code == APP_SAVED) {
+        app_say(app, "%s", (const char *)event->data1);
+        trace_text(app, "saved", event->data1);
+        SDL_free(event->data1);
+    }
+}
+
+void events_take(struct app *app, const SDL_Event *event)
+{
+    app->is_redraw_due = true;
+    switch (event->type) {
+    case SDL_QUIT:
+        app->is_ending = true;
+        break;
+    case SDL_WINDOWEVENT:
+        take_window_event(app, &event->window);
+        break;
+    case SDL_MOUSEMOTION:
+        stats_input(&app->stats, time_of(event));
+        place_mouse(app, event->motion.x, event->motion.y);
+        if (app->drag != DRAG_NONE)
+            drag(app, app->input.x, app->input.y);
+        break;
+    case SDL_MOUSEBUTTONDOWN:
+    case SDL_MOUSEBUTTONUP:
+        app_pass(app);
+        stats_input(&app->stats, time_of(event));
+        place_mouse(app, event->button.x, event->button.y);
+        if (event->type == SDL_MOUSEBUTTONDOWN)
+            press_button(app, &event->button);
+        else
+            release_button(app, &event->button);
+        app_pass(app);
+        break;
+    case SDL_MOUSEWHEEL:
+        stats_input(&app->stats, time_of(event));
+        turn_wheel(app, &event->wheel);
+        break;
+    case SDL_KEYDOWN:
+        stats_input(&app->stats, time_of(event));
+        press_key(app, &event->key);
+        break;
+    case SDL_TEXTINPUT:
+        type_text(app, event->text.text);
+        break;
+    default:
+        if (event->type == app->event_type)
+            take_user_event(app, &event->user);
+        break;
+    }
+}

@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Opening what is to be shown, on a thread of its own. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app.h"
+#include "cli.h"
+#include "progress.h"
+
+static void push_event(const struct app *app, enum app_event code, void *data)
+{
+    SDL_Event event = {.user = {.type = app->event_type, .code = code, .data1 = data}};
+    SDL_PushEvent(&event);
+}
+
+static void *load(void *user)
+{
+    struct app *app = user;
+    struct loader *loader = &app->loader;
+    loader->is_good = stage_load(loader->stage, &loader->typed, &loader->error);
+    push_event(app, APP_LOADED, NULL);
+    return NULL;
+}
+
+void load_begin(struct app *app)
+{
+    struct loader *loader = &app->loader;
+    if (loader->is_running)
+        return;
+    loader->stage = need_memory(1, sizeof(*loader->stage));
+    *loader->stage = (struct stage){.options = app->options,
+                                    .files = &app->playlist.pictures[app->picture],
+                                    .povray_args = app->operands->rest,
+                                    .n_povray_args = app->operands->n_rest};
+    loader->typed = app->state.typed;
+    loader->is_running = true;
+    if (pthread_create(&loader->thread, NULL, load, app) != 0) {
+        message("view: a thread cannot be started; is there memory left?");
+        exit(EXIT_FAILED);
+    }
+    app->is_redraw_due = true;
+}
+
+static void drop_stage(struct stage *stage)
+{
+    if (!stage)
+        return;
+    stage_close(stage);
+    free(stage);
+}
+
+static void join(struct app *app)
+{
+    pthread_join(app->loader.thread, NULL);
+    app->loader.is_running = false;
+}
+
+void load_cancel(struct app *app)
+{
+    if (!app->loader.is_running)
+        return;
+    app->loader.stage->is_cancelled = true;
+    join(app);
+    drop_stage(app->loader.stage);
+    app->loader.stage = NULL;
+}
+
+/* ---- showing it --------------------------------------------------------------------
+ */
+
+static bool resolve_stage(void *user, const struct settings *typed,
+                          struct settings *settings, struct rf_params *params,
+                          char *text, size_t n_bytes)
+{
+    return stage_resolve(user, typed, settings, params, text, n_bytes);
+}
+
+static bool resolve_demo(void *user, const struct settings *typed,
+                         struct settings *settings, struct rf_params *params,
+                         char *text, size_t n_bytes)
+{
+    (void)user;
+    (void)text;
+    (void)n_bytes;
+    *settings = *typed;
+    demo_facts(settings);
+    *params = settings->params;
+    return true;
+}
+
+/* What could not be opened: the end, unless something is shown already. */
+static void fail_to_show(struct app *app, const char *text)
+{
+    trace_text(app, "error", text);
+    if (app->has_stage) {
+        app_say(app, "%s", text);
+        return;
+    }
+    message("%s", text);
+    app->exit_code = EXIT_FAILED;
+    app->is_ending = true;
+}
+
+static void name_window(struct app *app, const char *name)
+{
+    char title[512];
+    const char *slash = strrchr(name, '/');
+    snprintf(title, sizeof(title), "%.400s - Rack Focus", slash ? slash + 1 : name);
+    SDL_SetWindowTitle(app->window, title);
+}
+
+/* A new window is as large as its picture, the controls beside it, where there is room.
+ */
+static void fit_window(struct app *app)
+{
+    SDL_Rect usable = {0, 0, 1280, 720};
+    const int display = SDL_GetWindowDisplayIndex(app->window);
+    SDL_GetDisplayUsableBounds(display < 0 ? 0 : display, &usable);
+    const struct area status = app_status_area(app);
+    const int panel = app_panel_width(app);
+    const double shown = app->state.width * app->state.zoom.aspect;
+    const double width = (fmax(shown, 1.3 * panel) + panel) / app->density;
+    const double height = (app->state.height + status.height) / app->density;
+    const double least_height = 780 * app->scale / app->density;
+    SDL_SetWindowSize(app->window, (int)fmin(width, 0.9 * usable.w),
+                      (int)fmin(fmax(height, least_height), 0.9 * usable.h));
+    SDL_SetWindowPosition(app->window, SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED);
+    SDL_ShowWindow(app->window);
+    window_measure(app);
+}
+
+/* Shows the input; the first time the window gets its size. False: conflicting facts.
+ */
+static bool show_input(struct app *app, const struct resolver *resolver,
+                       struct input *input, double aspect)
+{
+    const bool is_first = !app->has_stage;
+    const bool is_same =
+        input->width == app->state.width && input->height == app->state.height;
+    struct state before = app->state;
+    if (!state_open(&app->state, resolver, input->width, input->height, aspect)) {
+        memcpy(before.problem, app->state.problem, sizeof(before.problem));
+        app->state = before;
+        return false;
+    }
+    input_drop(app->source);
+    app->source = input_hold(input);
+    app->has_stage = true;
+    app->radius_base = app->state.lens.lens_radius;
+    if (is_first)
+        fit_window(app);
+    if (!is_same)
+        app->state.zoom.is_fitted = true;
+    window_measure(app);
+    return true;
+}
+
+static void check_reference(struct app *app)
+{
+    const struct picture *reference = &app->reference;
+    if (!app->has_reference || (reference->width == app->state.width &&
+                                reference->height == app->state.height))
+        return;
+    app_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
+            app->options->reference, reference->width, reference->height,
+            app->state.width, app->state.height);
+}
+
+static double aspect_of(const struct stage *stage)
+{
+    const double aspect = stage->source.info.pixel_aspect;
+    return aspect > 0.05 && aspect < 20 ? aspect : 1;
+}
+
+void load_end(struct app *app)
+{
+    struct loader *loader = &app->loader;
+    join(app);
+    struct stage *stage = loader->stage, *old = app->stage;
+    loader->stage = NULL;
+    app->is_redraw_due = true;
+    if (!loader->is_good) {
+        fail_to_show(app, loader->error.message);
+        drop_stage(stage);
+        return;
+    }
+    worker_drain(app->worker);
+    const struct resolver resolver = {resolve_stage, stage};
+    if (!show_input(app, &resolver, stage->input, aspect_of(stage))) {
+        fail_to_show(app, app->state.problem);
+        drop_stage(stage);
+        return;
+    }
+    app->stage = stage;
+    app->is_missing = false;
+    drop_stage(old);
+    name_window(app, stage->files->paths[0]);
+    save_default_name(app);
+    check_reference(app);
+    trace_text(app, "loaded", stage->files->paths[0]);
+}
+
+bool load_demo(struct app *app)
+{
+    struct exr_error error;
+    const char *path = app->operands->n > 0 ? app->operands->items[0] : NULL;
+    if (!demo_open(&app->demo, app->options->demo_width, path, &error)) {
+        message("%s", error.message);
+        return false;
+    }
+    struct input *input = demo_draw(&app->demo);
+    const struct resolver resolver = {resolve_demo, NULL};
+    const bool is_good = show_input(app, &resolver, input, 1);
+    input_drop(input);
+    if (!is_good)
+        message("view: %s", app->state.problem);
+    name_window(app, "demo");
+    save_default_name(app);
+    trace_text(app, "loaded", "demo");
+    return is_good;
+}
+
+void load_look_for_files(struct app *app)
+{
+    const double now_s = clock_seconds();
+    if (!app->stage || now_s - app->looked_s < 1)
+        return;
+    app->looked_s = now_s;
+    const char *missing = stage_find_missing(app->stage);
+    if (missing && !app->is_missing) {
+        app_say(app, "%s has gone; what is shown stays, and can be saved", missing);
+        trace_text(app, "missing", missing);
+    }
+    app->is_missing = missing != NULL;
+}

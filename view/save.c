@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Saving the picture, the parameters and the command line. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app.h"
+#include "cli.h"
+#include "params_file.h"
+
+/* One saving on its way; the worker's thread ends it. */
+struct saving {
+    struct app *app;
+    const struct stage *stage; /* NULL: the demo */
+    struct settings settings;
+    char path[MAX_PATH];
+    int32_t width, height;
+};
+
+static void make_name(char *out, const char *name, const char *ending)
+{
+    const char *slash = strrchr(name, '/');
+    const char *base = slash ? slash + 1 : name;
+    const char *dot = strrchr(base, '.');
+    const int length = dot && dot > base ? (int)(dot - base) : (int)strlen(base);
+    snprintf(out, MAX_PATH, "%.*s%s", length, base, ending);
+}
+
+void save_default_name(struct app *app)
+{
+    if (app->options->output)
+        snprintf(app->output, sizeof(app->output), "%s", app->options->output);
+    else
+        make_name(app->output, app->stage ? app->stage->files->paths[0] : "demo",
+                  "_focus.exr");
+}
+
+/* On the worker's thread. */
+static void finish(void *user, float *pixels, const char *error)
+{
+    struct saving *saving = user;
+    struct exr_error exr_error;
+    char text[MAX_PATH + 1100];
+    const int n_threads = thread_count(saving->app->options->n_threads);
+    if (error)
+        snprintf(text, sizeof(text), "%s: not saved: %.900s", saving->path, error);
+    else if (saving->stage
+                 ? stage_save(saving->stage, &saving->settings, saving->path, pixels,
+                              &exr_error)
+                 : demo_save(saving->path, pixels, saving->width, saving->height,
+                             &saving->settings, n_threads, &exr_error))
+        snprintf(text, sizeof(text), "saved %s", saving->path);
+    else
+        snprintf(text, sizeof(text), "%s", exr_error.message);
+    SDL_Event event = {.user = {.type = saving->app->event_type,
+                                .code = APP_SAVED,
+                                .data1 = SDL_strdup(text)}};
+    SDL_PushEvent(&event);
+    free(saving);
+}
+
+void save_picture(struct app *app)
+{
+    struct exr_error error;
+    if (picture_kind(app->output) == PICTURE_UNKNOWN) {
+        app_say(app,
+                "%s: pictures are written as EXR or PNG; end the name in .exr or "
+                ".png",
+                app->output);
+        return;
+    }
+    if (!picture_check_writable(app->output, &error)) {
+        app_say(app, "%s", error.message);
+        return;
+    }
+    struct saving *saving = need_memory(1, sizeof(*saving));
+    *saving = (struct saving){.app = app,
+                              .stage = app->stage,
+                              .settings = app->state.settings,
+                              .width = app->state.width,
+                              .height = app->state.height};
+    snprintf(saving->path, sizeof(saving->path), "%s", app->output);
+    struct save save = {.write = finish, .user = saving};
+    state_job(&app->state, app->source, NULL, &save.job);
+    save.job.mode = MODE_PICTURE;
+    save.job.has_eye = false;
+    save.job.eye[0] = save.job.eye[1] = 0;
+    app_say(app, "saving %s", app->output);
+    worker_save(app->worker, &save);
+}
+
+void save_params(struct app *app)
+{
+    char path[MAX_PATH];
+    struct exr_error error;
+    make_name(path, app->output, ".params");
+    const char *slash = strrchr(app->output, '/');
+    if (slash) {
+        char name[MAX_PATH];
+        snprintf(name, sizeof(name), "%s", path);
+        snprintf(path, sizeof(path), "%.*s/%.255s", (int)(slash - app->output),
+                 app->output, name);
+    }
+    if (params_file_write(path, &app->state.typed, &error))
+        app_say(app, "saved %s", path);
+    else
+        app_say(app, "%s", error.message);
+    trace_text(app, "saved", app->status);
+}
+
+void save_passes(struct app *app)
+{
+    struct exr_error error;
+    if (!app->options->is_demo)
+        return;
+    /* The pixels are there once something was shown. */
+    if (!app->shot || app->shot->input != app->source)
+        app_say(app, "wait until the picture is shown");
+    else if (demo_save_passes("demo.exr", app->source,
+                              thread_count(app->options->n_threads), &error))
+        app_say(app, "saved demo.exr: colour, depth buffer, near, far and lens");
+    else
+        app_say(app, "%s", error.message);
+    trace_text(app, "saved", app->status);
+}
+
+void save_command(struct app *app)
+{
+    char text[MAX_PATH + 5000];
+    if (app->stage) {
+        stage_command(app->stage, &app->state.typed, app->output, text, sizeof(text));
+    } else {
+        char used[4096];
+        settings_print_options(&app->state.params, used, sizeof(used));
+        snprintf(text, sizeof(text), "rackfocus filter demo.exr -o %s --type float %s",
+                 app->output, used);
+    }
+    SDL_SetClipboardText(text);
+    printf("%s\n", text);
+    fflush(stdout);
+    app_say(app, "copied: %.900s", text);
+}

@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "stage.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "cli.h"
+#include "filter_run.h"
+#include "povray_files.h"
+
+static bool fail(struct exr_error *error, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static bool fail(struct exr_error *error, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->message, sizeof(error->message), format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+/* ---- scenes of POV-Ray ----------------------------------------------------------- */
+
+static bool is_cancelled(void *user)
+{
+    return ((struct stage *)user)->is_cancelled;
+}
+
+static void show_progress(void *user, double fraction)
+{
+    ((struct stage *)user)->fraction = fraction;
+}
+
+static bool is_typed(const struct settings *typed, const char *name)
+{
+    return settings_origin(typed, name) == ORIGIN_COMMAND_LINE;
+}
+
+static void make_scene_options(struct stage *stage, const struct settings *typed)
+{
+    struct povray_options *o = &stage->povray_options;
+    *o = (struct povray_options){.scene = stage->files->paths[0],
+                                 .args = stage->povray_args,
+                                 .n_args = stage->n_povray_args,
+                                 .frame = -1,
+                                 .is_cancelled = is_cancelled,
+                                 .progress = show_progress,
+                                 .user = stage,
+                                 .n_threads = thread_count(stage->options->n_threads)};
+    /* One view has no need of a lens; several are taken over one. */
+    o->wants_lens = stage->options->n_views > 1 && !is_typed(typed, "f-stop");
+    o->has_aperture = is_typed(typed, "lens-radius");
+    o->aperture = 4 * typed->params.lens_radius;
+    o->has_focus_distance = is_typed(typed, "focus-distance");
+    o->focus_distance = typed->params.focus_distance;
+}
+
+static bool write_pass(struct stage *stage, const struct povray_passes *passes, int i,
+                       bool is_view, struct exr_error *error)
+{
+    char path[4200];
+    const char *folder =
+        stage->options->keep ? stage->options->keep : povray_folder(stage->scene);
+    const char *slash = folder[strlen(folder) - 1] == '/' ? "" : "/";
+    if (is_view)
+        snprintf(path, sizeof(path), "%s%spasses_v%02d.exr", folder, slash, i);
+    else
+        snprintf(path, sizeof(path), "%s%spasses.exr", folder, slash);
+    stage->scene_paths[stage->n_scene_paths++] = strdup(path);
+    return povray_file_write(path, passes,
+                             is_view ? POVRAY_FILE_VIEW : POVRAY_FILE_PASSES, NULL,
+                             thread_count(stage->options->n_threads), error);
+}
+
+static bool receive_view(void *user, int view, const struct povray_passes *passes,
+                         struct povray_error *error)
+{
+    struct exr_error exr_error;
+    if (write_pass(user, passes, view, true, &exr_error))
+        return true;
+    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    return false;
+}
+
+static bool render_scene(struct stage *stage, const struct settings *typed,
+                         struct exr_error *error)
+{
+    struct povray_error povray_error;
+    struct povray_passes passes = {0};
+    double seconds;
+    snprintf(stage->label, sizeof(stage->label), "rendering %.200s",
+             stage->files->paths[0]);
+    if (stage->options->keep && mkdir(stage->options->keep, 0777) != 0 &&
+        errno != EEXIST)
+        return fail(error, "%s: cannot make the folder: %s", stage->options->keep,
+                    strerror(errno));
+    make_scene_options(stage, typed);
+    bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
+    if (is_good && stage->options->n_views > 1)
+        is_good = povray_render_views(stage->scene, stage->options->n_views,
+                                      receive_view, stage, &seconds, &povray_error);
+    else if (is_good)
+        is_good = povray_render(stage->scene, &passes, &povray_error);
+    if (!is_good)
+        return fail(error, "%s", povray_error.message);
+    if (stage->options->n_views == 1)
+        is_good = write_pass(stage, &passes, 0, false, error);
+    povray_passes_free(&passes);
+    return is_good;
+}
+
+/* ---- files ----------------------------------------------------------------------- */
+
+static void take_view(struct input *input, int i, struct rf_view *view)
+{
+    input->views[i] = *view;
+    view->colour.data = view->depth.data = NULL;
+}
+
+static bool read_views(struct stage *stage, const struct view_list *list,
+                       const struct source_request *request, struct exr_error *error)
+{
+    const struct source *source = &stage->source;
+    struct views views;
+    const bool is_read = views_read(&views, source, list, request,
+                                    thread_count(stage->options->n_threads), error);
+    if (is_read) {
+        stage->input = input_create(source->width, source->height, source->n_channels,
+                                    views.n);
+        for (int i = 0; i < views.n; i++)
+            take_view(stage->input, i, &views.views[i]);
+    }
+    views_free(&views);
+    return is_read;
+}
+
+static bool read_single(struct stage *stage, struct exr_error *error)
+{
+    const struct source *source = &stage->source;
+    const int n_threads = thread_count(stage->options->n_threads);
+    float *colour = source_read_colour(source, n_threads, error);
+    float *depth = colour ? source_read_depth(source, n_threads, error) : NULL;
+    if (!depth) {
+        free(colour);
+        return false;
+    }
+    stage->input = input_create(source->width, source->height, source->n_channels, 1);
+    stage->input->views[0] = (struct rf_view){
+        .colour =
+            rf_image_packed(colour, source->width, source->height, source->n_channels),
+        .depth = rf_image_packed(depth, source->width, source->height, 1)};
+    return true;
+}
+
+static bool open_source(struct stage *stage, const struct source_request *request,
+                        const struct view_list *list, struct exr_error *error)
+{
+    struct source_request first = *request;
+    first.n_paths = stage->has_views ? 1 : request->n_paths;
+    first.view = stage->has_views ? list->items[0].name : NULL;
+    stage->is_open = source_open(&stage->source, &first, error);
+    if (!stage->is_open || !source_check(&stage->source, error))
+        return false;
+    if (!stage->source.info.is_deep)
+        return true;
+    return fail(error,
+                "%s: holds deep samples, which the window does not show; rackfocus "
+                "filter --flattened FILE.exr writes the flat picture and its depth",
+                request->paths[0]);
+}
+
+static bool read_files(struct stage *stage, char *const *paths, int n_paths,
+                       struct exr_error *error)
+{
+    struct source_request request = {.paths = paths,
+                                     .n_paths = n_paths,
+                                     .layer = stage->options->layer,
+                                     .depth_file = stage->options->depth_file,
+                                     .depth_channel = stage->options->depth_channel};
+    struct view_list list = {0};
+    const char *other = NULL;
+    snprintf(stage->label, sizeof(stage->label), "reading %.200s", paths[0]);
+    const bool is_one = n_paths == 1 && request.layer;
+    if (!is_one && !views_list(paths, n_paths, &list, &other, error))
+        return false;
+    stage->has_views = !is_one && !other && list.n > 1;
+    bool is_good = stage->has_views || n_paths <= 2;
+    if (!is_good)
+        fail(error,
+             "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
+             "; view takes one file of colour and one of depth, or only views",
+             other);
+    is_good = is_good && open_source(stage, &request, &list, error);
+    if (is_good)
+        is_good = stage->has_views ? read_views(stage, &list, &request, error)
+                                   : read_single(stage, error);
+    views_list_free(&list);
+    return is_good;
+}
+
+bool stage_load(struct stage *stage, const struct settings *typed,
+                struct exr_error *error)
+{
+    stage->is_scene =
+        stage->files->n_paths == 1 && view_is_scene(stage->files->paths[0]);
+    if (!stage->is_scene)
+        return read_files(stage, stage->files->paths, stage->files->n_paths, error);
+    return render_scene(stage, typed, error) &&
+           read_files(stage, stage->scene_paths, stage->n_scene_paths, error);
+}
+
+void stage_close(struct stage *stage)
+{
+    input_drop(stage->input);
+    if (stage->is_open)
+        source_close(&stage->source);
+    if (stage->scene)
+        povray_close(stage->scene);
+    for (int i = 0; i < stage->n_scene_paths; i++)
+        free(stage->scene_paths[i]);
+    *stage = (struct stage){0};
+}
+
+bool stage_resolve(const struct stage *stage, const struct settings *typed,
+                   struct settings *settings, struct rf_params *params, char *text,
+                   size_t n_bytes)
+{
+    struct rf_error error;
+    *settings = *typed;
+    if (!source_read_facts(&stage->source, settings, text, n_bytes))
+        return false;
+    if (stage->has_views)
+        settings_set_header(settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET, NULL);
+    if (settings_fit_window(settings, &stage->source.info, params, &error) == RF_OK)
+        return true;
+    snprintf(text, n_bytes, "%s", error.message);
+    return false;
+}
+
+/* ---- the command line ------------------------------------------------------------ */
+
+/* Text that grows within a buffer; what does not fit is cut. */
+struct line {
+    char *text;
+    size_t n_bytes, used;
+};
+
+static void append(struct line *line, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static void append(struct line *line, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    if (line->used < line->n_bytes)
+        line->used += (size_t)vsnprintf(line->text + line->used,
+                                        line->n_bytes - line->used, format, arguments);
+    va_end(arguments);
+}
+
+/* A word as a shell reads it back. */
+static void append_word(struct line *line, const char *word)
+{
+    bool is_plain = *word != 0;
+    for (const char *c = word; *c; c++)
+        is_plain = is_plain && (isalnum((unsigned char)*c) || strchr("/._-+=,:@%", *c));
+    append(line, is_plain ? " %s" : " '", word);
+    for (const char *c = word; !is_plain && *c; c++) {
+        if (*c == '\'')
+            append(line, "'\\''");
+        else
+            append(line, "%c", *c);
+    }
+    if (!is_plain)
+        append(line, "'");
+}
+
+static void append_typed(struct line *line, const struct settings *typed)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++) {
+        char value[64];
+        if (!is_typed(typed, list[i].key))
+            continue;
+        rf_params_get(&typed->params, list[i].key, value, sizeof(value));
+        if (list[i].type == RF_TYPE_BOOL)
+            append(line, " --%s%s", strcmp(value, "true") == 0 ? "" : "no-",
+                   list[i].key);
+        else
+            append(line, " --%s %s", list[i].key, value);
+    }
+}
+
+static void append_input_options(struct line *line, const struct view_options *options)
+{
+    const struct {
+        const char *name, *value;
+    } list[] = {{"--layer", options->layer},
+                {"--depth-file", options->depth_file},
+                {"--depth-channel", options->depth_channel}};
+    for (size_t i = 0; i < sizeof(list) / sizeof(list[0]); i++) {
+        if (!list[i].value)
+            continue;
+        append(line, " %s", list[i].name);
+        append_word(line, list[i].value);
+    }
+}
+
+/* Passes that go with the window are rendered again, into a folder that stays. */
+static void append_rendering(struct line *line, const struct stage *stage)
+{
+    append(line, "rackfocus povray");
+    append_word(line, stage->files->paths[0]);
+    append(line, " --keep passes -o lens.exr");
+    if (stage->options->n_views > 1)
+        append(line, " --views %d", stage->options->n_views);
+    if (stage->povray_options.has_aperture)
+        append(line, " --lens-radius %.17g", stage->povray_options.aperture / 4);
+    if (stage->povray_options.has_focus_distance)
+        append(line, " --focus-distance %.17g", stage->povray_options.focus_distance);
+    if (stage->n_povray_args > 0)
+        append(line, " --");
+    for (int i = 0; i < stage->n_povray_args; i++)
+        append_word(line, stage->povray_args[i]);
+    append(line, " && ");
+}
+
+void stage_command(const struct stage *stage, const struct settings *typed,
+                   const char *output, char *text, size_t n_bytes)
+{
+    struct line line = {.text = text, .n_bytes = n_bytes};
+    const bool is_lost = stage->is_scene && !stage->options->keep;
+    *text = 0;
+    if (is_lost)
+        append_rendering(&line, stage);
+    append(&line, "rackfocus filter");
+    if (is_lost && stage->n_scene_paths > 1)
+        append(&line, " passes/passes_v*.exr");
+    else if (is_lost)
+        append(&line, " passes/passes.exr");
+    else if (stage->is_scene)
+        for (int i = 0; i < stage->n_scene_paths; i++)
+            append_word(&line, stage->scene_paths[i]);
+    else
+        for (int i = 0; i < stage->files->n_paths; i++)
+            append_word(&line, stage->files->paths[i]);
+    append(&line, " -o");
+    append_word(&line, output);
+    append_input_options(&line, stage->options);
+    append_typed(&line, typed);
+}
+
+/* ---- saving ---------------------------------------------------------------------- */
+
+bool stage_save(const struct stage *stage, const struct settings *settings,
+                const char *path, float *pixels, struct exr_error *error)
+{
+    const struct filter_options tool = {
+        .output = path, .n_threads = stage->options->n_threads, .is_quiet = true};
+    struct settings copy = *settings;
+    return filter_write(&tool, &copy, &stage->source, pixels, error);
+}
+
+const char *stage_find_missing(const struct stage *stage)
+{
+    struct stat status;
+    for (int i = 0; stage->files && i < stage->files->n_paths; i++)
+        if (stat(stage->files->paths[i], &status) != 0)
+            return stage->files->paths[i];
+    return NULL;
+}

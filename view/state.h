@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the user has set: the parameters, the view and its toggles. No window, no
+ * thread: events become calls of these functions, and a job for the worker is made from
+ * it.
+ */
+#ifndef VIEW_STATE_H
+#define VIEW_STATE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "settings.h"
+#include "worker.h"
+#include "zoom.h"
+
+/* Finds all parameters from what was typed, as struct stage or the demo does. */
+struct resolver {
+    bool (*resolve)(void *user, const struct settings *typed, struct settings *settings,
+                    struct rf_params *params, char *text, size_t n_bytes);
+    void *user;
+};
+
+struct state {
+    struct resolver resolver;
+    struct settings typed;    /* the command line and what was changed since */
+    struct settings settings; /* with the header's facts */
+    struct rf_params params;  /* for the data window */
+    struct rf_lens lens;
+    bool is_valid; /* settings, params and lens are */
+    int32_t width, height;
+    char problem[512]; /* why the last change was refused; "" */
+
+    enum view_mode mode;
+    bool is_filter_on, is_split, has_eye;
+    double split;    /* share of the picture that shows the pinhole */
+    double exposure; /* stops */
+    double eye[2];   /* lens radii, right and up, within the lens */
+    struct zoom zoom;
+    uint64_t id; /* grows with every change of what the worker makes */
+};
+
+void state_init(struct state *state, const struct settings *typed, double exposure);
+
+/* Another picture. False with `problem` where its facts and the options conflict. */
+bool state_open(struct state *state, const struct resolver *resolver, int32_t width,
+                int32_t height, double aspect);
+
+/* Sets a parameter as if typed. Where that makes no lens nothing changes, `problem`
+ * says why, and false is returned. */
+bool state_set(struct state *state, const char *key, double value);
+
+/* Puts the depth in focus: any above 0, INFINITY too. */
+bool state_focus(struct state *state, double depth);
+
+/* Yu's lens: the focus that a screen at this distance behind the lens gives. */
+bool state_set_screen(struct state *state, double position);
+
+/* Where the screen stands for the focus distance, scene units; NAN where there is no
+ * focal length or the focus lies inside it. */
+double state_screen(const struct state *state);
+
+/* The f-stop that holds, also where the lens was given by its radius; NAN if unknown.
+ */
+double state_f_stop(const struct state *state);
+
+/* Shows the mode, or the picture again where it is shown already. */
+void state_toggle_mode(struct state *state, enum view_mode mode);
+void state_toggle_filter(struct state *state);
+void state_toggle_split(struct state *state);
+void state_set_exposure(struct state *state, double stops);
+
+/* The eye within the lens, in lens radii; `is_on` false shows the lens's picture. */
+void state_set_eye(struct state *state, bool is_on, double right, double up);
+
+/* What is looked at, as a job; `input` and `reference` are the caller's. */
+void state_job(const struct state *state, struct input *input,
+               const struct picture *reference, struct job *job);
+
+#endif

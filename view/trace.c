@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What tests need to know: a line of JSON for whatever happens. */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app.h"
+#include "cli.h"
+#include "progress.h"
+
+void trace_open(struct app *app)
+{
+    if (!app->options->trace)
+        return;
+    app->trace = fopen(app->options->trace, "w");
+    if (app->trace)
+        return;
+    message("%s: cannot be written: %s", app->options->trace, strerror(errno));
+    exit(EXIT_FAILED);
+}
+
+static void print_text(FILE *file, const char *text)
+{
+    putc('"', file);
+    for (; *text; text++) {
+        if (*text == '"' || *text == '\\')
+            putc('\\', file);
+        if ((unsigned char)*text >= ' ')
+            putc(*text, file);
+    }
+    putc('"', file);
+}
+
+void trace_text(struct app *app, const char *event, const char *text)
+{
+    if (!app->trace)
+        return;
+    fprintf(app->trace, "{\"event\": \"%s\", \"text\": ", event);
+    print_text(app->trace, text);
+    fprintf(app->trace, "}\n");
+    fflush(app->trace);
+}
+
+static uint32_t hash(uint32_t sum, const void *data, size_t n_bytes)
+{
+    for (const unsigned char *at = data; n_bytes > 0; n_bytes--)
+        sum = (sum ^ *at++) * 16777619u;
+    return sum;
+}
+
+/* Where everything lies, when that has changed. */
+void trace_layout(struct app *app)
+{
+    const struct zoom *zoom = &app->state.zoom;
+    if (!app->trace)
+        return;
+    const struct area area = app_picture_area(app);
+    uint32_t sum = hash(2166136261u, app->ui.controls,
+                        (size_t)app->ui.n_controls * sizeof(*app->ui.controls));
+    sum = hash(sum, &zoom->scale, 4 * sizeof(double));
+    sum = hash(sum, &area, sizeof(area));
+    if (sum == app->traced_layout)
+        return;
+    app->traced_layout = sum;
+    fprintf(app->trace,
+            "{\"event\": \"layout\", \"window\": [%d, %d], \"area\": [%d, %d, %d, %d], "
+            "\"scale\": %.9g, \"x\": %.9g, \"y\": %.9g, \"letters\": %d, "
+            "\"controls\": {",
+            app->width, app->height, area.x, area.y, area.width, area.height,
+            zoom->scale, zoom->x, zoom->y, app->font.size_px);
+    for (int i = 0; i < app->ui.n_controls; i++) {
+        const struct ui_control *control = &app->ui.controls[i];
+        fprintf(app->trace, "%s", i ? ", " : "");
+        print_text(app->trace, control->label);
+        fprintf(app->trace, ": [%d, %d, %d, %d]", control->area.x, control->area.y,
+                control->area.width, control->area.height);
+    }
+    fprintf(app->trace, "}}\n");
+    fflush(app->trace);
+}
+
+static void print_number(FILE *file, const char *name, double number)
+{
+    if (isfinite(number))
+        fprintf(file, ", \"%s\": %.9g", name, number);
+    else
+        fprintf(file, ", \"%s\": null", name);
+}
+
+/* A new picture is on the screen. */
+void trace_shown(struct app *app, bool is_pinhole)
+{
+    const struct shot *shot = app->shot;
+    const struct state *state = &app->state;
+    if (!app->trace)
+        return;
+    /* Asks the X server something: when it answers, it has drawn what came before. */
+    SDL_GetWindowBordersSize(app->window, NULL, NULL, NULL, NULL);
+    fprintf(app->trace,
+            "{\"event\": \"shown\", \"pinhole\": %s, \"filter\": %s, \"split\": %s, "
+            "\"eye\": %s",
+            is_pinhole ? "true" : "false", state->is_filter_on ? "true" : "false",
+            state->is_split ? "true" : "false", state->has_eye ? "true" : "false");
+    print_number(app->trace, "focus", state->settings.params.focus_distance);
+    print_number(app->trace, "f_stop", state_f_stop(state));
+    print_number(app->trace, "screen", state_screen(state));
+    if (shot)
+        fprintf(app->trace,
+                ", \"id\": %llu, \"is_newest\": %s, \"quality\": \"%s\", \"method\": "
+                "\"%s\", \"mode\": %d, \"times\": %d, \"filter_ms\": %.3f, "
+                "\"display_ms\": %.3f, \"eye_view\": %d",
+                (unsigned long long)shot->id,
+                shot->id == app->asked_id ? "true" : "false",
+                shot->quality == SHOT_BEST ? "best" : "preview", shot->method,
+                (int)shot->mode, shot->times, shot->filter_ms, shot->display_ms,
+                shot->eye_view);
+    fprintf(app->trace, "}\n");
+    fflush(app->trace);
+}

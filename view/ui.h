@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Controls in one column: numbers with a slider, choices, toggles, buttons, lines of
+ * text. Immediate mode: every frame the caller names all controls, each draws itself
+ * and says whether it was changed. Nothing here knows SDL or OpenGL: what the user did
+ * comes in as struct ui_input, what is to be drawn comes out as vertices.
+ *
+ * Mouse: drag a number's bar, click it to type; click the rest. Keyboard: Tab and
+ * Shift+Tab go from control to control, left and right change, digits or Enter type a
+ * number, Enter or space presses a button, Escape leaves.
+ */
+#ifndef VIEW_UI_H
+#define VIEW_UI_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "font.h"
+#include "gl.h"
+#include "zoom.h"
+
+enum ui_key {
+    UI_KEY_NONE,
+    UI_KEY_TAB,
+    UI_KEY_BACK_TAB,
+    UI_KEY_ENTER,
+    UI_KEY_SPACE,
+    UI_KEY_ESCAPE,
+    UI_KEY_BACKSPACE,
+    UI_KEY_DELETE,
+    UI_KEY_LEFT,
+    UI_KEY_RIGHT,
+    UI_KEY_UP,
+    UI_KEY_DOWN,
+    UI_KEY_HOME,
+    UI_KEY_END,
+};
+
+/* What happened since the last frame. */
+struct ui_input {
+    double x, y;     /* the mouse, window px */
+    bool is_down;    /* the left button */
+    bool is_pressed; /* went down, came up */
+    bool is_released;
+    bool is_fine;    /* Shift is held */
+    double wheel;    /* turns, up is positive */
+    enum ui_key key; /* at most one a frame */
+    char text[16];   /* typed, UTF-8 */
+};
+
+#define UI_MAX_CONTROLS 96
+
+struct ui_control {
+    char label[40];
+    struct area area;
+};
+
+struct vertices {
+    struct gl_vertex *items;
+    size_t n, n_room;
+};
+
+struct ui {
+    const struct font *font;
+    struct ui_input input;
+    struct vertices flat, above; /* drawn in this order */
+    struct area panel;
+    int pen_y, n_columns, column, row_height, gap; /* px */
+    int scroll, content_height;
+    uint32_t active, focus; /* 0: none */
+    bool is_editing, has_moved;
+    bool is_selected; /* all of the text: what is typed replaces it */
+    double pressed_x;
+    char edit[256];
+    size_t caret;
+    uint32_t popup;
+    struct area popup_area;
+    struct ui_control controls[UI_MAX_CONTROLS]; /* of this frame, in order */
+    uint32_t ids[UI_MAX_CONTROLS];
+    int n_controls;
+    enum ui_key tab; /* to be done when all controls are known */
+    bool has_wheel;  /* the wheel was used by a control */
+};
+
+void ui_init(struct ui *ui, const struct font *font);
+void ui_free(struct ui *ui);
+
+/* A frame: the controls named in between lie in `panel`. */
+void ui_begin(struct ui *ui, const struct ui_input *input, const struct area *panel);
+void ui_end(struct ui *ui);
+
+/* Does a control have the keyboard? Then letters are no commands. */
+bool ui_has_keyboard(const struct ui *ui);
+
+/* Is a slider held? */
+bool ui_is_dragging(const struct ui *ui);
+
+void ui_heading(struct ui *ui, const char *text);
+/* A value that cannot be changed. */
+void ui_readout(struct ui *ui, const char *label, const char *value);
+void ui_space(struct ui *ui);
+/* The next n controls share a row. */
+void ui_columns(struct ui *ui, int n);
+
+struct ui_number {
+    const char *label;
+    const char *unit; /* "" for none */
+    double min, max;  /* of the slider; typing may go beyond, up to the limits */
+    double min_limit, max_limit;
+    bool is_log, is_whole;
+};
+bool ui_number(struct ui *ui, const struct ui_number *number, double *value);
+bool ui_choice(struct ui *ui, const char *label, const char *const *names, int n,
+               int *index);
+bool ui_toggle(struct ui *ui, const char *label, bool *value);
+bool ui_button(struct ui *ui, const char *label);
+bool ui_text_field(struct ui *ui, const char *label, char *text, size_t n_bytes);
+
+/* ---- for everything else that is drawn --------------------------------------------
+ */
+
+void ui_draw_box(struct ui *ui, struct vertices *to, const struct area *area,
+                 uint32_t rgba);
+/* Returns the width. Text that is wider than `max_width` is cut and ends in dots. */
+int ui_draw_text(struct ui *ui, struct vertices *to, int x, int y, int max_width,
+                 const char *text, uint32_t rgba);
+
+/* "8", "0.05", "1.25e+06": up to 5 digits that matter. */
+void ui_format(double value, char *text, size_t n_bytes);
+
+#endif

@@ -1,0 +1,723 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "worker.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "cli.h"
+#include "display.h"
+#include "measure.h"
+#include "progress.h"
+#include "shrink.h"
+
+enum {
+    SETTLE_MS = 120, /* without anything new before the best picture is begun */
+    PREVIEW_MS = 24, /* what a preview may take; pictures are made smaller for it */
+    MAX_SHRINK = 16,
+    MAX_SAVES = 8,
+    WAKE_MS = 80, /* between two reports of progress */
+};
+
+/* The input made smaller for previews. */
+struct small {
+    struct input *input; /* NULL: none; held */
+    int times;
+    float *colour, *depth; /* depth as `is_planar` says */
+    bool is_planar;
+};
+
+/* A filtered picture that is kept, since exposure and mode change without it. */
+struct kept {
+    struct input *input; /* NULL: none; held */
+    struct rf_params params;
+    bool has_eye;
+    double eye[2];
+    int times, eye_view;
+    char method[32];
+    float *pixels; /* of shrink_side(width, times), ... */
+    double filter_ms;
+};
+
+struct worker {
+    pthread_t thread;
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    void (*wake)(void *user);
+    void *user;
+    /* Under the lock. */
+    struct job asked; /* input NULL: nothing yet */
+    bool is_new, is_ending, is_draining, is_working;
+    struct save saves[MAX_SAVES];
+    int n_saves;
+    struct shot *shots[2];
+    struct worker_state state;
+    double asked_s; /* when the newest job came */
+    /* Of the thread alone. */
+    struct rf_context *context;
+    struct tone *tone;
+    struct small small;
+    struct kept preview, best;
+    double preview_ns_px, best_ns_px; /* measured; 0: not yet */
+    int32_t best_method;              /* that best_ns_px is of */
+    double woken_s;
+    struct input *pinhole_input; /* what the last pinhole shot showed; held */
+    double pinhole_exposure;
+    bool is_saving;
+};
+
+void shot_free(struct shot *shot)
+{
+    if (!shot)
+        return;
+    input_drop(shot->input);
+    free(shot->rgba);
+    free(shot);
+}
+
+/* ---- what has been made ---------------------------------------------------------- */
+
+static void publish(struct worker *w, struct shot *shot)
+{
+    pthread_mutex_lock(&w->lock);
+    struct shot *old = w->shots[shot->is_pinhole];
+    w->shots[shot->is_pinhole] = shot;
+    pthread_mutex_unlock(&w->lock);
+    shot_free(old);
+    w->wake(w->user);
+}
+
+static struct shot *new_shot(const struct job *job, int times)
+{
+    struct shot *shot = need_memory(1, sizeof(*shot));
+    shot->id = job->id;
+    shot->mode = job->mode;
+    shot->times = times;
+    shot->width = shrink_side(job->input->width, times);
+    shot->height = shrink_side(job->input->height, times);
+    shot->input = input_hold(job->input);
+    shot->rgba = need_memory((size_t)shot->width * (size_t)shot->height, 4);
+    return shot;
+}
+
+static void publish_error(struct worker *w, const struct job *job, const char *text)
+{
+    struct shot *shot = need_memory(1, sizeof(*shot));
+    shot->id = job->id;
+    shot->quality = SHOT_BEST;
+    shot->input = input_hold(job->input);
+    snprintf(shot->error, sizeof(shot->error), "%s", text);
+    publish(w, shot);
+}
+
+/* ---- filtering ------------------------------------------------------------------- */
+
+static bool is_newer_asked(struct worker *w)
+{
+    pthread_mutex_lock(&w->lock);
+    const bool is_newer = w->is_new || w->is_ending || w->is_draining;
+    pthread_mutex_unlock(&w->lock);
+    return is_newer;
+}
+
+static bool is_ending(struct worker *w)
+{
+    pthread_mutex_lock(&w->lock);
+    const bool is_over = w->is_ending;
+    pthread_mutex_unlock(&w->lock);
+    return is_over;
+}
+
+/* For struct rf_progress. */
+static bool report_best(void *user, double fraction)
+{
+    struct worker *w = user;
+    const double now_s = clock_seconds();
+    pthread_mutex_lock(&w->lock);
+    w->state.fraction = fraction;
+    pthread_mutex_unlock(&w->lock);
+    if (1000 * (now_s - w->woken_s) > WAKE_MS) {
+        w->woken_s = now_s;
+        w->wake(w->user);
+    }
+    return w->is_saving ? !is_ending(w) : !is_newer_asked(w);
+}
+
+static bool is_preview_method(int32_t method)
+{
+    return method >= RF_METHOD_BOX && method <= RF_METHOD_RECURSIVE_OFFSET;
+}
+
+/* The parameters of a quick picture: the core's own preview quality where it has one.
+ */
+static struct rf_params preview_params(const struct job *job)
+{
+    struct rf_params params = job->params;
+    if (is_preview_method(params.method))
+        return params;
+    if (!job->input->raw || params.optics == RF_OPTICS_BUFFER) {
+        /* One picture with planar depth stands for the views. */
+        params.depth = RF_DEPTH_PLANAR;
+        params.depth_scale = 1;
+        params.depth_offset = 0;
+        if (params.optics == RF_OPTICS_BUFFER)
+            params.optics = RF_OPTICS_CAMERA;
+    }
+    params.method = RF_METHOD_MIPMAP_OFFSET;
+    params.blend = RF_BLEND_COC;
+    params.leak_control = RF_LEAK_NONE;
+    params.leave_focus_out = 0;
+    return params;
+}
+
+/* Runs the filter and measures it. `out` may be one of the views. */
+static rf_result run_filter(struct worker *w, const struct rf_params *params,
+                            const struct rf_view *views, int n_views,
+                            const struct rf_image *out,
+                            const struct rf_progress *progress, double *ms,
+                            struct rf_error *error)
+{
+    const double start_s = clock_seconds();
+    struct rf_filter *filter;
+    rf_result result =
+        rf_filter_create(&filter, w->context, params, out->width, out->height, error);
+    if (result != RF_OK)
+        return result;
+    result = rf_filter_process(filter, views, n_views, out, progress, error);
+    rf_filter_destroy(filter);
+    *ms = 1000 * (clock_seconds() - start_s);
+    return result;
+}
+
+static void forget(struct kept *kept)
+{
+    input_drop(kept->input);
+    free(kept->pixels);
+    *kept = (struct kept){0};
+}
+
+static void forget_small(struct small *small)
+{
+    input_drop(small->input);
+    free(small->colour);
+    free(small->depth);
+    *small = (struct small){0};
+}
+
+static void forget_all(struct worker *w)
+{
+    forget_small(&w->small);
+    forget(&w->preview);
+    forget(&w->best);
+    input_drop(w->pinhole_input);
+    w->pinhole_input = NULL;
+}
+
+/* Is that picture still what is asked for? */
+static bool is_kept(const struct kept *kept, const struct job *job)
+{
+    return kept->input == job->input && kept->has_eye == job->has_eye &&
+           memcmp(kept->eye, job->eye, sizeof(kept->eye)) == 0 &&
+           memcmp(&kept->params, &job->params, sizeof(kept->params)) == 0;
+}
+
+static void begin_kept(struct kept *kept, const struct job *job, int times)
+{
+    forget(kept);
+    const size_t n = (size_t)shrink_side(job->input->width, times) *
+                     (size_t)shrink_side(job->input->height, times);
+    *kept = (struct kept){.input = input_hold(job->input),
+                          .params = job->params,
+                          .has_eye = job->has_eye,
+                          .eye = {job->eye[0], job->eye[1]},
+                          .times = times};
+    kept->pixels = need_memory(n, (size_t)job->input->n_channels * sizeof(float));
+}
+
+/* How much smaller the preview must be to come in time. */
+static int choose_shrink(const struct worker *w, const struct input *input)
+{
+    const double n = (double)input->width * input->height;
+    const double ns_px = w->preview_ns_px > 0 ? w->preview_ns_px : 40;
+    int times = 1;
+    while (times < MAX_SHRINK && n * ns_px / (times * times) > PREVIEW_MS * 1e6)
+        times++;
+    return times;
+}
+
+/* The input `times` smaller, as a view. */
+static struct rf_view small_view(struct worker *w, const struct job *job, int times)
+{
+    const struct input *input = job->input;
+    struct small *small = &w->small;
+    const int32_t width = shrink_side(input->width, times);
+    const int32_t height = shrink_side(input->height, times);
+    const size_t n = (size_t)width * (size_t)height;
+    const bool is_planar = !input->raw || job->params.optics == RF_OPTICS_BUFFER;
+    const float *depth = is_planar ? input->planar : input->raw;
+    float *colour = (float *)input->colour;
+    if (times > 1 && (small->input != input || small->times != times ||
+                      small->is_planar != is_planar)) {
+        forget_small(small);
+        *small = (struct small){
+            .input = input_hold(job->input), .times = times, .is_planar = is_planar};
+        small->colour = need_memory(n, (size_t)input->n_channels * sizeof(float));
+        small->depth = need_memory(n, sizeof(float));
+        shrink_colour(colour, input->width, input->height, input->n_channels, times,
+                      small->colour);
+        shrink_depth(depth, input->width, input->height, times, small->depth);
+    }
+    return (struct rf_view){
+        .colour = rf_image_packed(times > 1 ? small->colour : colour, width, height,
+                                  input->n_channels),
+        .depth = rf_image_packed(times > 1 ? small->depth : (float *)depth, width,
+                                 height, 1)};
+}
+
+static rf_result make_preview(struct worker *w, const struct job *job,
+                              struct rf_error *error)
+{
+    const struct input *input = job->input;
+    const int times = job->mode == MODE_DIFFERENCE ? 1 : choose_shrink(w, input);
+    struct rf_params params = preview_params(job);
+    struct rf_lens lens;
+    rf_result result = rf_lens_init(&lens, &params, input->width, input->height, error);
+    if (result != RF_OK)
+        return result;
+    if (times > 1)
+        shrink_params(&params, &lens, times);
+    begin_kept(&w->preview, job, times);
+    const struct rf_view view = small_view(w, job, times);
+    struct rf_image out = view.colour;
+    out.data = w->preview.pixels;
+    result = run_filter(w, &params, &view, 1, &out, NULL, &w->preview.filter_ms, error);
+    w->preview_ns_px =
+        1e6 * w->preview.filter_ms / ((double)out.width * (double)out.height);
+    snprintf(w->preview.method, sizeof(w->preview.method), "%s",
+             rf_method_list(NULL)[params.method].name);
+    if (result != RF_OK)
+        forget(&w->preview);
+    return result;
+}
+
+/* The picture itself, or what the eye sees. */
+static rf_result make_best(struct worker *w, const struct job *job,
+                           struct rf_error *error)
+{
+    const struct input *input = job->input;
+    const struct rf_progress progress = {report_best, w};
+    begin_kept(&w->best, job, 1);
+    const struct rf_image out =
+        rf_image_packed(w->best.pixels, input->width, input->height, input->n_channels);
+    pthread_mutex_lock(&w->lock);
+    w->state.is_best = true;
+    w->state.fraction = 0;
+    pthread_mutex_unlock(&w->lock);
+    const rf_result result = run_filter(w, &job->params, input->views, input->n_views,
+                                        &out, &progress, &w->best.filter_ms, error);
+    pthread_mutex_lock(&w->lock);
+    w->state.is_best = false;
+    if (result == RF_ERROR_CANCELLED) {
+        const double ms = 1000 * (clock_seconds() - w->asked_s);
+        w->state.n_cancelled++;
+        if (w->is_new)
+            w->state.cancel_ms = fmax(w->state.cancel_ms, ms);
+    }
+    pthread_mutex_unlock(&w->lock);
+    snprintf(w->best.method, sizeof(w->best.method), "%s",
+             rf_method_list(NULL)[job->params.method].name);
+    if (result == RF_OK) {
+        w->best_ns_px = 1e6 * w->best.filter_ms / ((double)out.width * out.height);
+        w->best_method = job->params.method;
+    } else {
+        forget(&w->best);
+    }
+    return result;
+}
+
+static rf_result see(struct worker *w, const struct job *job, struct rf_error *error)
+{
+    const double start_s = clock_seconds();
+    struct rf_lens lens;
+    const rf_result result =
+        rf_lens_init(&lens, &job->params, job->input->width, job->input->height, error);
+    if (result != RF_OK)
+        return result;
+    begin_kept(&w->best, job, 1);
+    input_see(job->input, &lens, job->eye, w->best.pixels, &w->best.eye_view);
+    w->best.filter_ms = 1000 * (clock_seconds() - start_s);
+    snprintf(w->best.method, sizeof(w->best.method), "eye");
+    return RF_OK;
+}
+
+/* ---- showing --------------------------------------------------------------------- */
+
+static float *first_three(const float *pixels, int n_channels, size_t n)
+{
+    float *rgb = need_memory(n, 3 * sizeof(float));
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++)
+            rgb[3 * i + c] = pixels[i * (size_t)n_channels + (n_channels > 1 ? c : 0)];
+    return rgb;
+}
+
+static void show_difference(const struct job *job, const float *pixels,
+                            struct shot *shot)
+{
+    const size_t n = (size_t)shot->width * (size_t)shot->height;
+    const struct picture *reference = job->reference;
+    float *rgb = first_three(pixels, job->input->n_channels, n);
+    float *heat = need_memory(n, 3 * sizeof(float));
+    struct measures measures;
+    measure_pictures(rgb, reference->samples, shot->width, shot->height, &measures);
+    measure_heatmap(rgb, reference->samples, shot->width, shot->height, heat);
+    display_encoded(heat, n, shot->rgba);
+    shot->tpsnr_db = measures.tpsnr_db;
+    free(heat);
+    free(rgb);
+}
+
+static void show_kept(struct worker *w, const struct job *job, const struct kept *kept,
+                      enum shot_quality quality)
+{
+    const double start_s = clock_seconds();
+    struct shot *shot = new_shot(job, kept->times);
+    const size_t n = (size_t)shot->width * (size_t)shot->height;
+    shot->quality = quality;
+    shot->filter_ms = kept->filter_ms;
+    shot->eye_view = kept->eye_view;
+    snprintf(shot->method, sizeof(shot->method), "%s", kept->method);
+    if (job->mode == MODE_DIFFERENCE && job->reference)
+        show_difference(job, kept->pixels, shot);
+    else
+        display_picture(w->tone, kept->pixels, job->input->n_channels, n, job->exposure,
+                        shot->rgba);
+    shot->display_ms = 1000 * (clock_seconds() - start_s);
+    publish(w, shot);
+}
+
+static bool find_radius(struct worker *w, const struct job *job, float *radius,
+                        struct rf_error *error)
+{
+    struct rf_filter *filter;
+    const struct input *input = job->input;
+    struct rf_params params = job->params;
+    if (!input->raw) {
+        params.depth = RF_DEPTH_PLANAR;
+        params.depth_scale = 1;
+        params.depth_offset = 0;
+    }
+    if (rf_filter_create(&filter, w->context, &params, input->width, input->height,
+                         error) != RF_OK)
+        return false;
+    const struct rf_image out = rf_image_packed(radius, input->width, input->height, 1);
+    struct rf_image depth = out;
+    depth.data = (void *)(input->raw ? input->raw : input->planar);
+    const rf_result result = rf_filter_coc(filter, &depth, &out, error);
+    rf_filter_destroy(filter);
+    return result == RF_OK;
+}
+
+/* What has full colour: the largest radius, at least 2 px. */
+static double full_radius(const float *radius, size_t n)
+{
+    float largest = 0;
+    for (size_t i = 0; i < n; i++)
+        largest = fmaxf(largest, fabsf(radius[i]));
+    return fmax(largest, 2);
+}
+
+/* Depth, radii, what is in focus: no filter is needed. */
+static bool show_map(struct worker *w, const struct job *job, struct rf_error *error)
+{
+    const struct input *input = job->input;
+    const double start_s = clock_seconds();
+    struct shot *shot = new_shot(job, 1);
+    const size_t n = (size_t)shot->width * (size_t)shot->height;
+    shot->quality = SHOT_BEST;
+    snprintf(shot->method, sizeof(shot->method), "none");
+    if (job->mode == MODE_DEPTH) {
+        display_depth(input->planar, n, input->nearest, input->farthest, shot->rgba);
+    } else {
+        float *radius = need_memory(n, sizeof(float));
+        if (!find_radius(w, job, radius, error)) {
+            free(radius);
+            shot_free(shot);
+            return false;
+        }
+        if (job->mode == MODE_COC)
+            display_coc(radius, n, full_radius(radius, n), shot->rgba);
+        else
+            display_band(w->tone, input->colour, input->n_channels, radius, n,
+                         job->exposure, job->params.coc_limit, shot->rgba);
+        free(radius);
+    }
+    shot->display_ms = 1000 * (clock_seconds() - start_s);
+    publish(w, shot);
+    return true;
+}
+
+static void show_pinhole(struct worker *w, const struct job *job)
+{
+    const struct input *input = job->input;
+    if (w->pinhole_input == input && w->pinhole_exposure == job->exposure)
+        return;
+    const double start_s = clock_seconds();
+    struct shot *shot = new_shot(job, 1);
+    shot->is_pinhole = true;
+    shot->quality = SHOT_BEST;
+    display_picture(w->tone, input->colour, input->n_channels,
+                    (size_t)input->width * (size_t)input->height, job->exposure,
+                    shot->rgba);
+    shot->display_ms = 1000 * (clock_seconds() - start_s);
+    input_drop(w->pinhole_input);
+    w->pinhole_input = input_hold(job->input);
+    w->pinhole_exposure = job->exposure;
+    publish(w, shot);
+}
+
+/* ---- the thread ------------------------------------------------------------------ */
+
+/* Nothing new for a moment? */
+static bool has_settled(struct worker *w)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += SETTLE_MS * 1000000L;
+    until.tv_sec += until.tv_nsec / 1000000000L;
+    until.tv_nsec %= 1000000000L;
+    pthread_mutex_lock(&w->lock);
+    int waited = 0;
+    while (waited == 0 && !w->is_new && !w->is_ending && !w->is_draining &&
+           w->n_saves == 0)
+        waited = pthread_cond_timedwait(&w->changed, &w->lock, &until);
+    const bool is_settled = !w->is_new && !w->is_ending && !w->is_draining;
+    pthread_mutex_unlock(&w->lock);
+    return is_settled;
+}
+
+/* Is the picture itself made as fast as a preview? */
+static bool is_best_fast(const struct worker *w, const struct job *job)
+{
+    const double n = (double)job->input->width * job->input->height;
+    return job->mode != MODE_DIFFERENCE && w->best_ns_px > 0 &&
+           w->best_method == job->params.method && n * w->best_ns_px < PREVIEW_MS * 1e6;
+}
+
+static rf_result show_filtered(struct worker *w, const struct job *job,
+                               struct rf_error *error)
+{
+    rf_result result = RF_OK;
+    if (!is_kept(&w->best, job) && job->has_eye)
+        result = see(w, job, error);
+    if (!is_kept(&w->best, job) && !job->has_eye && !is_best_fast(w, job)) {
+        if (!is_kept(&w->preview, job))
+            result = make_preview(w, job, error);
+        if (result != RF_OK)
+            return result;
+        show_kept(w, job, &w->preview, SHOT_PREVIEW);
+        if (!has_settled(w))
+            return RF_ERROR_CANCELLED;
+    }
+    if (!is_kept(&w->best, job) && !job->has_eye)
+        result = make_best(w, job, error);
+    if (result == RF_OK)
+        show_kept(w, job, &w->best, SHOT_BEST);
+    return result;
+}
+
+static void do_job(struct worker *w, const struct job *job)
+{
+    struct rf_error error;
+    if (!input_prepare(job->input, w->context, &job->params, &error)) {
+        publish_error(w, job, error.message);
+        return;
+    }
+    rf_result result = RF_OK;
+    if (job->wants_pinhole)
+        show_pinhole(w, job);
+    if (!job->wants_filter)
+        return;
+    const bool is_map =
+        job->mode == MODE_DEPTH || job->mode == MODE_COC || job->mode == MODE_BAND;
+    if (is_map)
+        result = show_map(w, job, &error) ? RF_OK : error.code;
+    else
+        result = show_filtered(w, job, &error);
+    if (result != RF_OK && result != RF_ERROR_CANCELLED)
+        publish_error(w, job, error.message);
+}
+
+static void do_save(struct worker *w, const struct save *save)
+{
+    struct rf_error error = {0};
+    const struct job *job = &save->job;
+    rf_result result = RF_OK;
+    w->is_saving = true;
+    if (!input_prepare(job->input, w->context, &job->params, &error))
+        result = error.code;
+    else if (!is_kept(&w->best, job))
+        result = make_best(w, job, &error);
+    w->is_saving = false;
+    const size_t n = (size_t)job->input->width * (size_t)job->input->height *
+                     (size_t)job->input->n_channels;
+    float *pixels = NULL;
+    if (result == RF_OK) {
+        pixels = need_memory(n, sizeof(float));
+        memcpy(pixels, w->best.pixels, n * sizeof(float));
+    }
+    save->write(save->user, pixels, result == RF_OK ? NULL : error.message);
+    free(pixels);
+    w->wake(w->user);
+}
+
+/* Waits for something to do; false at the end. What is returned is held. */
+static bool next_task(struct worker *w, struct job *job, struct save *save,
+                      bool *is_save)
+{
+    pthread_mutex_lock(&w->lock);
+    w->is_working = false;
+    w->state.is_busy = false;
+    pthread_cond_broadcast(&w->changed);
+    while (!w->is_ending && !w->is_new && w->n_saves == 0)
+        pthread_cond_wait(&w->changed, &w->lock);
+    const bool goes_on = !w->is_ending;
+    *is_save = w->n_saves > 0;
+    if (goes_on && *is_save) {
+        *save = w->saves[0];
+        w->n_saves--;
+        memmove(w->saves, w->saves + 1, (size_t)w->n_saves * sizeof(*w->saves));
+    } else if (goes_on) {
+        *job = w->asked;
+        input_hold(job->input);
+        w->is_new = false;
+    }
+    w->is_working = goes_on;
+    w->state.is_busy = goes_on;
+    pthread_mutex_unlock(&w->lock);
+    return goes_on;
+}
+
+static void *work(void *user)
+{
+    struct worker *w = user;
+    struct job job;
+    struct save save;
+    bool is_save;
+    while (next_task(w, &job, &save, &is_save)) {
+        if (is_save) {
+            do_save(w, &save);
+            input_drop(save.job.input);
+        } else {
+            do_job(w, &job);
+            input_drop(job.input);
+        }
+    }
+    return NULL;
+}
+
+/* ---- for the window -------------------------------------------------------------- */
+
+struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
+{
+    struct worker *w = need_memory(1, sizeof(*w));
+    struct rf_error error;
+    const struct rf_context_params context = {.size = sizeof(context),
+                                              .n_threads = n_threads};
+    w->wake = wake;
+    w->user = user;
+    w->tone = tone_create();
+    pthread_mutex_init(&w->lock, NULL);
+    pthread_cond_init(&w->changed, NULL);
+    if (w->tone && rf_context_create(&w->context, &context, &error) == RF_OK &&
+        pthread_create(&w->thread, NULL, work, w) == 0)
+        return w;
+    message("view: the background thread cannot be started; is there memory left?");
+    exit(EXIT_FAILED);
+}
+
+void worker_stop(struct worker *w)
+{
+    pthread_mutex_lock(&w->lock);
+    w->is_ending = true;
+    pthread_cond_broadcast(&w->changed);
+    pthread_mutex_unlock(&w->lock);
+    pthread_join(w->thread, NULL);
+    for (int i = 0; i < w->n_saves; i++)
+        input_drop(w->saves[i].job.input);
+    input_drop(w->asked.input);
+    shot_free(w->shots[0]);
+    shot_free(w->shots[1]);
+    forget_all(w);
+    rf_context_destroy(w->context);
+    tone_destroy(w->tone);
+    pthread_cond_destroy(&w->changed);
+    pthread_mutex_destroy(&w->lock);
+    free(w);
+}
+
+void worker_ask(struct worker *w, const struct job *job)
+{
+    pthread_mutex_lock(&w->lock);
+    struct input *old = w->asked.input;
+    w->asked = *job;
+    input_hold(job->input);
+    w->is_new = true;
+    w->asked_s = clock_seconds();
+    pthread_cond_broadcast(&w->changed);
+    pthread_mutex_unlock(&w->lock);
+    input_drop(old);
+}
+
+struct shot *worker_take(struct worker *w, bool is_pinhole)
+{
+    pthread_mutex_lock(&w->lock);
+    struct shot *shot = w->shots[is_pinhole];
+    w->shots[is_pinhole] = NULL;
+    pthread_mutex_unlock(&w->lock);
+    return shot;
+}
+
+void worker_drain(struct worker *w)
+{
+    pthread_mutex_lock(&w->lock);
+    w->is_draining = true;
+    w->is_new = false;
+    pthread_cond_broadcast(&w->changed);
+    while (w->is_working || w->n_saves > 0)
+        pthread_cond_wait(&w->changed, &w->lock);
+    w->is_draining = false;
+    struct shot *old[2] = {w->shots[0], w->shots[1]};
+    w->shots[0] = w->shots[1] = NULL;
+    struct input *input = w->asked.input;
+    w->asked.input = NULL;
+    pthread_mutex_unlock(&w->lock);
+    forget_all(w); /* the thread is idle */
+    shot_free(old[0]);
+    shot_free(old[1]);
+    input_drop(input);
+}
+
+void worker_save(struct worker *w, const struct save *save)
+{
+    pthread_mutex_lock(&w->lock);
+    const bool is_full = w->n_saves == MAX_SAVES;
+    if (!is_full) {
+        w->saves[w->n_saves++] = *save;
+        input_hold(save->job.input);
+        pthread_cond_broadcast(&w->changed);
+    }
+    pthread_mutex_unlock(&w->lock);
+    if (is_full)
+        save->write(save->user, NULL, "eight pictures are being saved already; wait");
+}
+
+void worker_state(struct worker *w, struct worker_state *state)
+{
+    pthread_mutex_lock(&w->lock);
+    *state = w->state;
+    pthread_mutex_unlock(&w->lock);
+}
