@@ -243,6 +243,14 @@ class Window:
         assert x >= 0 and y >= 0, at
         return seen[y : y + height, x : x + width]
 
+    def sees(self, want, name="shot"):
+        """Does the window show exactly this? A display may take its time to follow."""
+        end = time.monotonic() + 10
+        while True:
+            seen = self.look_at_picture(want.shape[1], want.shape[0], name)
+            if numpy.array_equal(seen, want) or time.monotonic() > end:
+                return numpy.array_equal(seen, want)
+
     # ---- the end ---------------------------------------------------------------------
 
     def quit(self, code=0):
