@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "depth_repair.h"
 #include "params_file.h"
 #include "picture.h"
 #include "rackfocus/rackfocus.h"
@@ -51,6 +52,21 @@ static const struct option options[] = {
      .offset = AT(layer),
      .value = "NAME",
      .help = "Layer to show where a file has several."},
+    {.name = "depth-repair",
+     .kind = OPTION_CHOICE,
+     .offset = AT(depth_repair),
+     .value = "WHEN",
+     .choices = DEPTH_REPAIR_CHOICES,
+     .help = "Depth that was multiplied by alpha or anti-aliased: auto undoes it, off "
+             "takes the depth as it is. [default auto]"},
+    {.name = "mist-falloff",
+     .kind = OPTION_CHOICE,
+     .offset = AT(mist_falloff),
+     .value = "KIND",
+     .choices = MIST_CHOICES,
+     .help =
+         "Blender's Mist pass as depth: how it grows from start to end; with --depth "
+         "normalised. [default none]"},
     {.name = "exposure",
      .kind = OPTION_NUMBER,
      .offset = AT(exposure),

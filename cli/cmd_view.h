@@ -20,11 +20,12 @@ struct view_options {
     const char *params;    /* file of parameters */
     const char *keep;      /* folder for the passes of a POV-Ray scene */
     const char *font, *trace;
-    double scale;       /* of the controls; 0: from the display */
-    double exposure;    /* stops */
-    double benchmark_s; /* 0: none */
-    int32_t n_views;    /* of a POV-Ray scene */
-    int32_t demo_width; /* px; the height follows */
+    double scale;                       /* of the controls; 0: from the display */
+    double exposure;                    /* stops */
+    double benchmark_s;                 /* 0: none */
+    int32_t depth_repair, mist_falloff; /* as in depth_repair.h */
+    int32_t n_views;                    /* of a POV-Ray scene */
+    int32_t demo_width;                 /* px; the height follows */
     int32_t n_threads;
     bool is_demo, is_quiet;
 };

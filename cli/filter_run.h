@@ -24,7 +24,7 @@ struct filter_options {
     const char *depth_file, *depth_channel, *layer;
     const char *filter_layers;           /* separated by commas */
     int32_t depth_repair, mist_falloff;  /* as in depth_repair.h */
-    const char *params; /* file of parameters, or NULL */
+    const char *params;                  /* file of parameters, or NULL */
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
     bool is_over, is_stereo; /* see filter_many.h */

@@ -198,6 +198,8 @@ void load_end(struct app *app)
     drop_stage(old);
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
+    if (stage->remark[0])
+        app_say(app, "%s", stage->remark);
     check_reference(app);
     trace_text(app, "loaded", stage->files->paths[0]);
 }

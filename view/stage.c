@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "cli.h"
+#include "depth_repair.h"
 #include "filter_run.h"
 #include "povray_files.h"
 
@@ -131,8 +132,8 @@ static bool read_views(struct stage *stage, const struct view_list *list,
     const bool is_read = views_read(&views, source, list, request,
                                     thread_count(stage->options->n_threads), error);
     if (is_read) {
-        stage->input = input_create(source->width, source->height, source->n_channels,
-                                    views.n);
+        stage->input =
+            input_create(source->width, source->height, source->n_channels, views.n);
         for (int i = 0; i < views.n; i++)
             take_view(stage->input, i, &views.views[i]);
     }
@@ -140,14 +141,57 @@ static bool read_views(struct stage *stage, const struct view_list *list,
     return is_read;
 }
 
-static bool read_single(struct stage *stage, struct exr_error *error)
+/* As `rackfocus filter` does: undoes what can be, refuses what cannot be meant. */
+static bool repair_depth(struct stage *stage, const struct settings *typed,
+                         const float *colour, float *depth, struct exr_error *error)
+{
+    const struct view_options *options = stage->options;
+    const struct source *source = &stage->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const float *alpha = source->n_channels == 4 ? colour + 3 : NULL;
+    struct depth_findings found;
+    struct settings settings;
+    struct rf_params params;
+    struct rf_lens lens;
+    struct rf_error core_error;
+    char text[400];
+    size_t n_changed = 0;
+    depth_undo_mist(depth, n, (enum mist_falloff)options->mist_falloff);
+    if (options->depth_repair == DEPTH_REPAIR_OFF)
+        return true;
+    if (!stage_resolve(stage, typed, &settings, &params, error->message,
+                       sizeof(error->message)))
+        return false;
+    if (rf_lens_init(&lens, &params, source->width, source->height, &core_error) !=
+        RF_OK)
+        return fail(error, "%s: %s", exr_path(source->colour), core_error.message);
+    depth_find(&found, source, &settings, &lens, depth, alpha, 4);
+    if (depth_is_refused(&found, text, sizeof(text)))
+        return fail(error, "%s: the depth %s", exr_path(source->depth), text);
+    if (found.is_premultiplied)
+        n_changed += depth_divide_by_alpha(depth, alpha, 4, n);
+    if (found.is_mixed)
+        n_changed +=
+            depth_snap(depth, source->width, source->height, params.depth_infinity);
+    if (n_changed > 0)
+        snprintf(stage->remark, sizeof(stage->remark),
+                 "the depth was %s; %zu pixels were mended (--depth-repair off takes "
+                 "it as it is)",
+                 found.is_premultiplied ? "multiplied by alpha" : "anti-aliased",
+                 n_changed);
+    return true;
+}
+
+static bool read_single(struct stage *stage, const struct settings *typed,
+                        struct exr_error *error)
 {
     const struct source *source = &stage->source;
     const int n_threads = thread_count(stage->options->n_threads);
     float *colour = source_read_colour(source, n_threads, error);
     float *depth = colour ? source_read_depth(source, n_threads, error) : NULL;
-    if (!depth) {
+    if (!depth || !repair_depth(stage, typed, colour, depth, error)) {
         free(colour);
+        free(depth);
         return false;
     }
     stage->input = input_create(source->width, source->height, source->n_channels, 1);
@@ -175,8 +219,8 @@ static bool open_source(struct stage *stage, const struct source_request *reques
                 request->paths[0]);
 }
 
-static bool read_files(struct stage *stage, char *const *paths, int n_paths,
-                       struct exr_error *error)
+static bool read_files(struct stage *stage, const struct settings *typed,
+                       char *const *paths, int n_paths, struct exr_error *error)
 {
     struct source_request request = {.paths = paths,
                                      .n_paths = n_paths,
@@ -199,7 +243,7 @@ static bool read_files(struct stage *stage, char *const *paths, int n_paths,
     is_good = is_good && open_source(stage, &request, &list, error);
     if (is_good)
         is_good = stage->has_views ? read_views(stage, &list, &request, error)
-                                   : read_single(stage, error);
+                                   : read_single(stage, typed, error);
     views_list_free(&list);
     return is_good;
 }
@@ -210,9 +254,10 @@ bool stage_load(struct stage *stage, const struct settings *typed,
     stage->is_scene =
         stage->files->n_paths == 1 && view_is_scene(stage->files->paths[0]);
     if (!stage->is_scene)
-        return read_files(stage, stage->files->paths, stage->files->n_paths, error);
+        return read_files(stage, typed, stage->files->paths, stage->files->n_paths,
+                          error);
     return render_scene(stage, typed, error) &&
-           read_files(stage, stage->scene_paths, stage->n_scene_paths, error);
+           read_files(stage, typed, stage->scene_paths, stage->n_scene_paths, error);
 }
 
 void stage_close(struct stage *stage)
@@ -311,6 +356,11 @@ static void append_input_options(struct line *line, const struct view_options *o
         append(line, " %s", list[i].name);
         append_word(line, list[i].value);
     }
+    if (options->depth_repair == DEPTH_REPAIR_OFF)
+        append(line, " --depth-repair off");
+    static const char *const mists[] = {"", "linear", "quadratic", "inverse-quadratic"};
+    if (options->mist_falloff != MIST_NONE)
+        append(line, " --mist-falloff %s", mists[options->mist_falloff]);
 }
 
 /* Passes that go with the window are rendered again, into a folder that stays. */

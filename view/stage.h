@@ -49,7 +49,8 @@ struct stage {
     /* For other threads. */
     volatile double fraction; /* of rendering */
     volatile bool is_cancelled;
-    char label[256]; /* what is being done, "rendering scene.pov" */
+    char label[256];  /* what is being done, "rendering scene.pov" */
+    char remark[512]; /* what was done to the depth; "" for nothing */
 };
 
 /* Opens and reads; `typed` is the command line. False with a message. */

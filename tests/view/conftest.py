@@ -282,17 +282,22 @@ def view(binary, display, tmp_path):
 # ---- files ---------------------------------------------------------------------------
 
 
+def read_pixels(path, kind):
+    """Straight from the file: an ImageBuf remembers files that were read before."""
+    file = oiio.ImageInput.open(str(path))
+    assert file, oiio.geterror()
+    pixels = file.read_image(kind)
+    file.close()
+    return pixels.reshape(pixels.shape[0], pixels.shape[1], -1)
+
+
 def read_png(path):
-    pixels = oiio.ImageBuf(str(path)).get_pixels(oiio.UINT8)
-    return (
-        pixels[..., :3]
-        if pixels.shape[-1] > 2
-        else numpy.repeat(pixels[..., :1], 3, axis=-1)
-    )
+    pixels = read_pixels(path, oiio.UINT8)
+    return pixels[..., :3] if pixels.shape[-1] > 2 else pixels[..., [0, 0, 0]]
 
 
 def read_exr(path):
-    return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)
+    return read_pixels(path, oiio.FLOAT)
 
 
 WIDTH, HEIGHT, NEAR, FAR = 320, 200, 3.0, 12.0

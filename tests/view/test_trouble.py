@@ -7,7 +7,7 @@ import subprocess
 
 import numpy
 import pytest
-from conftest import DISC, HEIGHT, NEAR, WIDTH, Display
+from conftest import DISC, HEIGHT, NEAR, WIDTH, Display, plainexr, read_exr
 
 
 def run(binary, *arguments, environment, code):
@@ -79,6 +79,25 @@ def test_bad_pixels_are_told(view, passes):
     open(path, "wb").write(data)
     window = view(path)
     assert "NaN" in window.wait_text("problem")
+    window.quit()
+
+
+def test_depth_that_was_multiplied_by_alpha(view, tmp_path, rackfocus):
+    """Mended as the command mends it, and said."""
+    y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH].astype(numpy.float32)
+    alpha = numpy.clip(x - 99.5, 0, 1).astype(numpy.float32)  # half at 100
+    stripes = ((x // 5) % 2 * alpha).astype(numpy.float32)
+    channels = {"R": stripes, "G": stripes, "B": alpha, "A": alpha, "Z": 8 * alpha}
+    attributes = {"rackfocus:lensRadius": 0.2, "rackfocus:focalLengthPx": 400.0}
+    path = plainexr.write(tmp_path / "soft.exr", channels, attributes)
+    window = view(path, "--focus-distance", "2")
+    assert "multiplied by alpha" in window.wait_text("said")
+    window.wait_open()
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved soft_focus.exr")
+    out = tmp_path / "command.exr"
+    rackfocus("filter", path, "-o", out, "--focus-distance", "2")
+    assert numpy.array_equal(read_exr(tmp_path / "soft_focus.exr"), read_exr(out))
     window.quit()
 
 
