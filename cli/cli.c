@@ -7,6 +7,7 @@
 #include <omp.h>
 
 #include "cli.h"
+#include "rackfocus/rackfocus.h"
 
 static _Thread_local struct {
     char *text;
@@ -68,5 +69,13 @@ void *need_memory(size_t n_items, size_t item_bytes)
 
 int thread_count(int asked)
 {
-    return asked > 0 ? asked : omp_get_max_threads();
+    const struct rf_context_params params = {
+        .size = sizeof(params), .n_threads = asked > 0 ? asked : omp_get_max_threads()};
+    struct rf_context *context;
+    if (rf_context_create(&context, &params, NULL) != RF_OK)
+        return 1;
+    const int n = rf_context_threads(context);
+    rf_context_destroy(context);
+    omp_set_num_threads(n); /* for what takes as many as there are */
+    return n;
 }

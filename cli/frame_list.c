@@ -152,6 +152,8 @@ bool frame_list_find(struct frame_list *list, const char *pattern, char *message
            name == pattern ? 1 : (size_t)(name - pattern));
     *list = (struct frame_list){0};
     DIR *files = opendir(folder);
+    if (!files)
+        snprintf(message, n_bytes, "%s: %s", folder, strerror(errno));
     free(folder);
     for (struct dirent *file; files && (file = readdir(files));) {
         const size_t before = (size_t)(run - name);
@@ -166,8 +168,9 @@ bool frame_list_find(struct frame_list *list, const char *pattern, char *message
             add(list, number);
         free(again);
     }
-    if (files)
-        closedir(files);
+    if (!files)
+        return false;
+    closedir(files);
     if (list->n == 0) {
         snprintf(message, n_bytes, "%s: no such frames; is the number of # right?",
                  pattern);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "exr.h"
 #include "help.h"
 #include "rackfocus/rackfocus.h"
 
@@ -80,6 +81,8 @@ int main(int argc, char **argv)
     /* A closed pipe or a file size limit is an error to report, not a way to die. */
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
+    /* Whoever ends the program, OpenMP without memory among them: no half files. */
+    atexit(exr_remove_partial);
     const int code = run(argc, argv);
     const bool is_pipe_closed = fflush(stdout) != 0 && errno == EPIPE;
     if (ferror(stdout) && !is_pipe_closed && code == EXIT_DONE) {

@@ -359,6 +359,19 @@ static int summarise(const struct sequence *sequence, double seconds)
     return is_interrupted() ? interrupt_exit_code() : code;
 }
 
+/* What was filtered must not be read again as if it had not been. */
+static bool check_inputs(const struct sequence *sequence)
+{
+    for (int i = 0; i < sequence->n_paths; i++)
+        if (strcmp(sequence->paths[i], sequence->tool->output) == 0) {
+            message("--output: '%s' is also the input; a run that is taken up again "
+                    "would blur its frames twice; give another name",
+                    sequence->tool->output);
+            return false;
+        }
+    return true;
+}
+
 static bool list_frames(struct sequence *sequence, const char *pattern)
 {
     char text[600];
@@ -411,7 +424,8 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
                                 .n_paths = n_paths,
                                 .n_jobs = how->n_jobs ? how->n_jobs : 2,
                                 .lock = PTHREAD_MUTEX_INITIALIZER};
-    if (!check_outputs(tool) || !list_frames(&sequence, paths[0]))
+    if (!check_outputs(tool) || !check_inputs(&sequence) ||
+        !list_frames(&sequence, paths[0]))
         return EXIT_USAGE;
     int code = EXIT_FAILED;
     if (how->parameters &&

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <omp.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/mman.h>
@@ -150,6 +151,32 @@ static rf_result fail_cpu(struct rf_error *error, const char *cpu)
                    names);
 }
 
+static void *wait_for_gate(void *gate)
+{
+    pthread_mutex_lock(gate);
+    pthread_mutex_unlock(gate);
+    return NULL;
+}
+
+/*
+ * How many of n threads the system gives, the caller's own among them. OpenMP ends the
+ * program where it cannot have what it was told to take, and the program is a host's.
+ */
+static int probe_threads(int n)
+{
+    pthread_t threads[RF_MAX_THREADS];
+    pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
+    int n_made = 0;
+    pthread_mutex_lock(&gate);
+    while (n_made < n - 1 &&
+           pthread_create(&threads[n_made], NULL, wait_for_gate, &gate) == 0)
+        n_made++;
+    pthread_mutex_unlock(&gate);
+    for (int i = 0; i < n_made; i++)
+        pthread_join(threads[i], NULL);
+    return n_made + 1;
+}
+
 rf_result rf_context_create(struct rf_context **context,
                             const struct rf_context_params *params,
                             struct rf_error *error)
@@ -190,7 +217,10 @@ rf_result rf_context_create(struct rf_context **context,
     c->pool = &both->pool;
     c->params = p;
     c->kernels = kernels;
-    c->n_threads = p.n_threads ? p.n_threads : omp_get_num_procs();
+    c->n_threads = probe_threads(p.n_threads ? p.n_threads : omp_get_num_procs());
+    if (p.n_threads && c->n_threads < p.n_threads)
+        rf_log(c, RF_LOG_WARNING, "only %d of %d threads can be made here",
+               c->n_threads, p.n_threads);
     *context = c;
     return RF_OK;
 }

@@ -60,14 +60,9 @@ static void undo_predictor(uint8_t *bytes, uint8_t *out, size_t n)
         out[i] = i % 2 ? *odd++ : *even++;
 }
 
-static bool undo(int compression, uint8_t *packed, size_t n_packed, uint8_t *scratch,
-                 uint8_t *out, size_t n_out)
+static bool undo(int compression, const uint8_t *packed, size_t n_packed,
+                 uint8_t *scratch, uint8_t *out, size_t n_out)
 {
-    /* Tiles at the border: OpenEXR stores the table of a whole tile, its end unused. */
-    if (n_packed >= n_out) {
-        memcpy(out, packed, n_out);
-        return true;
-    }
     uLongf n = n_out;
     switch (compression) {
     case EXR_COMPRESSION_RLE:
@@ -102,9 +97,27 @@ static bool read_bytes(const struct exr_input *input, uint8_t *to, size_t n,
     return true;
 }
 
+/*
+ * Samples are stored as they are where that is no longer. Of a table only compression
+ * that fails says so: OpenEXR compares with the size of a whole tile, and of a tile at
+ * the border that is stored as it is writes the size of a whole one, its end unused.
+ */
+static bool unpack(const uint8_t *packed, size_t n_packed, bool is_table,
+                   int compression, uint8_t *scratch, uint8_t *out, size_t n_out)
+{
+    bool is_plain = n_packed == n_out && !is_table;
+    if (!is_plain && undo(compression, packed, n_packed, scratch, out, n_out))
+        return true;
+    if (!is_plain && !(is_table && n_packed >= n_out))
+        return false;
+    memcpy(out, packed, n_out);
+    return true;
+}
+
 /* Reads and undoes one piece of a chunk; NULL where it is damaged. The caller frees. */
 static uint8_t *read_piece(const struct reader *r, const exr_chunk_info_t *chunk,
-                           uint64_t offset, uint64_t n_packed, uint64_t n_unpacked)
+                           bool is_table, uint64_t offset, uint64_t n_packed,
+                           uint64_t n_unpacked)
 {
     uint64_t size = (uint64_t)r->input->size_bytes;
     uint64_t ratio = exr_max_ratio(chunk->compression);
@@ -115,7 +128,8 @@ static uint8_t *read_piece(const struct reader *r, const exr_chunk_info_t *chunk
     uint8_t *out = malloc(n_unpacked + 1);
     bool is_good = packed && scratch && out &&
                    read_bytes(r->input, packed, n_packed, offset) &&
-                   undo(chunk->compression, packed, n_packed, scratch, out, n_unpacked);
+                   unpack(packed, n_packed, is_table, chunk->compression, scratch, out,
+                          n_unpacked);
     free(packed);
     free(scratch);
     if (is_good)
@@ -158,7 +172,7 @@ static int64_t count_line(const uint8_t *table, int32_t width, int32_t line,
 static uint8_t *read_table(const struct reader *r, const exr_chunk_info_t *chunk)
 {
     uint64_t n = 4 * (uint64_t)chunk->width * (uint64_t)chunk->height;
-    return read_piece(r, chunk, chunk->sample_count_data_offset,
+    return read_piece(r, chunk, true, chunk->sample_count_data_offset,
                       chunk->sample_count_table_size, n);
 }
 
@@ -215,7 +229,7 @@ static bool read_samples(const struct reader *r, const exr_chunk_info_t *chunk)
     }
     if (n_samples * (uint64_t)r->sample_bytes != chunk->unpacked_size)
         return false;
-    uint8_t *data = read_piece(r, chunk, chunk->data_offset, chunk->packed_size,
+    uint8_t *data = read_piece(r, chunk, false, chunk->data_offset, chunk->packed_size,
                                chunk->unpacked_size);
     if (!data)
         return false;

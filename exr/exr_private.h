@@ -36,6 +36,11 @@ exr_fail(struct exr_error *error, const char *path, const char *format, ...);
  */
 void exr_core_clear(void);
 const char *exr_core_message(exr_result_t fallback);
+/*
+ * Did it say since the last clear that it had no memory? OpenEXRCore 3.1 may return
+ * success all the same and give its own values for what it did not keep.
+ */
+bool exr_core_lacked_memory(void);
 /* For exr_context_initializer_t. */
 void exr_core_on_error(exr_const_context_t context, exr_result_t code,
                        const char *message);

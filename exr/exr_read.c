@@ -43,6 +43,15 @@ static const struct {
     [EXR_COMPRESSION_DWAB] = {"dwab", true, 1 << 18},
 };
 
+/* Scan lines per chunk. */
+static const uint64_t lines_of[EXR_COMPRESSION_LAST_TYPE] = {
+    [EXR_COMPRESSION_NONE] = 1,  [EXR_COMPRESSION_RLE] = 1,
+    [EXR_COMPRESSION_ZIPS] = 1,  [EXR_COMPRESSION_ZIP] = 16,
+    [EXR_COMPRESSION_PIZ] = 32,  [EXR_COMPRESSION_PXR24] = 16,
+    [EXR_COMPRESSION_B44] = 32,  [EXR_COMPRESSION_B44A] = 32,
+    [EXR_COMPRESSION_DWAA] = 32, [EXR_COMPRESSION_DWAB] = 256,
+};
+
 /* Length of the UTF-8 sequence at `text`; 0 for what is none or controls terminals. */
 static size_t printable_length(const char *text)
 {
@@ -85,15 +94,23 @@ bool exr_fail(struct exr_error *error, const char *path, const char *format, ...
 }
 
 static _Thread_local char core_message[400];
+static _Thread_local bool core_lacked_memory;
 
 void exr_core_clear(void)
 {
     core_message[0] = '\0';
+    core_lacked_memory = false;
+}
+
+bool exr_core_lacked_memory(void)
+{
+    return core_lacked_memory;
 }
 
 void exr_core_on_error(exr_const_context_t context, exr_result_t code,
                        const char *message)
 {
+    core_lacked_memory |= code == EXR_ERR_OUT_OF_MEMORY;
     if (core_message[0] == '\0' && message)
         snprintf(core_message, sizeof core_message, "%s", message);
 }
@@ -201,6 +218,8 @@ static bool open_context(struct exr_input *input, struct exr_error *error)
 
     exr_core_clear();
     exr_result_t result = exr_start_read(&input->context, input->path, &settings);
+    if (exr_core_lacked_memory())
+        return exr_fail(error, input->path, "out of memory for the header");
     if (result != EXR_ERR_SUCCESS)
         return exr_fail(error, input->path, "damaged header: %s",
                         exr_core_message(result));
@@ -241,6 +260,12 @@ static bool check_part_size(const struct exr_input *input, int part,
                    (uint64_t)(height / entry->y_sampling) *
                    (entry->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
     }
+    /* Each chunk has an entry in the table, a head, and some bytes of its own. */
+    if (!input->parts[part].is_tiled &&
+        (uint64_t)height / lines_of[compression] * 17 > (uint64_t)input->size_bytes)
+        return exr_fail(error, input->path,
+                        "damaged or cut off: %lld lines do not fit into %lld bytes",
+                        (long long)height, (long long)input->size_bytes);
     if (!input->parts[part].is_deep && n_bytes / compressions[compression].max_ratio >
                                            (uint64_t)input->size_bytes + 4096)
         return exr_fail(error, input->path,

@@ -473,6 +473,8 @@ static bool write_header(struct writer *w)
         result = exr_set_longname_support(w->context, 1);
     for (int i = 0; i < w->n_parts && result == EXR_ERR_SUCCESS; i++)
         result = add_part(w, i);
+    if (exr_core_lacked_memory())
+        result = EXR_ERR_OUT_OF_MEMORY;
     if (result == EXR_ERR_SUCCESS)
         result = exr_write_header(w->context);
     return result == EXR_ERR_SUCCESS || fail_core(w, result);

@@ -88,7 +88,7 @@ static bool write_stream(struct png_work *work, const float *samples, int32_t wi
     work->info = work->png ? png_create_info_struct(work->png) : NULL;
     work->row = malloc((size_t)width * (size_t)n_channels * (size_t)bits / 8);
     if (!work->info || !work->row) {
-        snprintf(work->message, sizeof work->message, "out of memory");
+        errno = ENOMEM;
         return false;
     }
     if (setjmp(work->on_error))

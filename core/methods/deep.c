@@ -36,7 +36,8 @@ enum { MAX_SLICES = 16 };
 
 static const float SLICE_PX = 1;
 static const float OPAQUE = 0.999f;
-static const float SHARP_PX = 1.0f / 64; /* as in filter.c */
+static const float LEAST_OPACITY = 1e-6f; /* below, colour / opacity means nothing */
+static const float SHARP_PX = 1.0f / 64;  /* as in filter.c */
 
 /* A sample or a slice of one, with its place. */
 struct piece {
@@ -99,6 +100,8 @@ static float clamp01(float v)
 static struct piece whole_piece(const struct deep *d, const struct rf_deep_sample *s)
 {
     struct piece p = {.a = clamp01(s->opacity), .value = s->depth};
+    if (p.a < LEAST_OPACITY)
+        p.a = 0;
     const struct rf_params *params = &d->filter->params;
     for (int n = 0; n < 3; n++)
         p.c[n] = s->colour[d->n_planes == 1 ? 0 : n];
@@ -127,7 +130,7 @@ static int slice_sample(const struct deep *d, const struct rf_deep_sample *s, in
         return 1;
     float slices = ceilf(fabsf(back_r - p.r) / SLICE_PX);
     int n = slices < MAX_SLICES ? rf_max_int((int)slices, 1) : MAX_SLICES;
-    float a = p.a > 0 ? 1 - (float)pow(1 - (double)p.a, 1.0 / n) : 0;
+    float a = (float)-expm1(log1p(-(double)p.a) / n);
     float share = p.a > 0 ? a / p.a : 1 / (float)n;
     for (int k = 0; k < n; k++) {
         float at = ((float)k + 0.5f) / (float)n;

@@ -207,7 +207,7 @@ def test_one_opaque_sample_per_pixel_is_the_flat_filter(rackfocus, tmp_path):
     assert np.abs(read(out)[0] - read(want)[0]).max() < 1e-6
 
 
-@pytest.mark.parametrize("tile", [0, 16])
+@pytest.mark.parametrize("tile", [0, 16, 13])
 @pytest.mark.parametrize("compression", ["none", "rle", "zips"])
 def test_storage(rackfocus, tmp_path, tile, compression):
     """Scan lines and tiles, every compression of deep data: the same picture."""

@@ -1,0 +1,352 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What goes wrong around the command: memory, threads, disk, signals, other writers. In
+every case the old file is whole or the new one is, and what is said names the reason.
+"""
+
+import os
+import random
+import resource
+import signal
+import subprocess
+import time
+
+import numpy
+import plainexr
+import pytest
+
+LENS = ["--focus-distance", "6", "--lens-radius", "0.1", "--focal-length-px", "60"]
+
+
+def scene(path, size=(24, 16), seed=0, **options):
+    rng = numpy.random.default_rng(seed)
+    z = numpy.where(rng.random(size[::-1]) < 0.3, 3, 12)
+    channels = {name: rng.random(size[::-1]) for name in "RGB"}
+    return plainexr.write(path, dict(channels, Z=z), **options)
+
+
+def run(binary, *arguments, **options):
+    options.setdefault("timeout", 120)
+    command = [binary, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, **options)
+
+
+def run_failing(binary, failing, count, *arguments, **faults):
+    """Runs with faults injected; returns the result and how many calls there were."""
+    environment = dict(os.environ, LD_PRELOAD=failing, FAIL_COUNT=str(count))
+    environment.update({name: str(k) for name, k in faults.items()})
+    count.unlink(missing_ok=True)
+    done = run(binary, *arguments, env=environment)
+    numbers = [int(n) for n in count.read_text().split()] if count.exists() else None
+    return done, numbers
+
+
+def leftovers(folder):
+    return [p.name for p in folder.iterdir() if ".part" in p.name]
+
+
+# ---- memory ----------------------------------------------------------------------
+
+
+COMMANDS = {
+    "filter": ["filter", "IN", "-o", "OUT.exr", *LENS, "-j1"],
+    "png": ["filter", "IN", "-o", "OUT.png", *LENS, "-j1", "--method", "scatter"],
+    "info": ["info", "IN"],
+    "compare": ["compare", "IN", "IN", "-j1"],
+    "sequence": ["filter", "S.#.exr", "-o", "OUT.#.exr", *LENS, "-j1", "--jobs", "1"],
+}
+
+
+def is_same(path, whole):
+    """The same bytes, or the same picture: zlib without memory leaves a chunk as it is."""
+    if path.read_bytes() == whole:
+        return True
+    other = path.with_name("whole.exr")
+    other.write_bytes(whole)
+    (a, of_a), (b, of_b) = plainexr.read(path), plainexr.read(other)
+    other.unlink()
+    return of_a == of_b and all((a[name] == b[name]).all() for name in set(a) | set(b))
+
+
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_every_allocation_may_fail(binary, failing, tmp_path, kind):
+    """The k-th allocation fails, for every k: no crash, no half file."""
+    source = scene(tmp_path / "in.exr")
+    scene(tmp_path / "S.1.exr")
+    words = {"IN": source, "S.#.exr": tmp_path / "S.#.exr"}
+    arguments = [
+        words.get(word, tmp_path / word if word.startswith("OUT") else word)
+        for word in COMMANDS[kind]
+    ]
+    outputs = [tmp_path / name for name in ("OUT.exr", "OUT.png", "OUT.1.exr")]
+    count = tmp_path / "count"
+    done, (n, _) = run_failing(binary, failing, count, *arguments)
+    assert done.returncode == 0 and n > 30
+    whole = {p: p.read_bytes() for p in outputs if p.exists()}
+    n_failed = 0
+    # The first ones are the C library's and OpenMP's own, before main() is reached.
+    for k in range(1, n + 1):
+        for path in [*outputs, tmp_path / "OUT.#.exr.frames"]:
+            path.unlink(missing_ok=True)
+        done, _ = run_failing(binary, failing, count, *arguments, FAIL_ALLOCATION=k)
+        where = (kind, k, n, done.returncode, done.stderr[-300:])
+        assert done.returncode in (0, 1, 2, 127), where
+        assert done.returncode == 0 or done.stderr, where
+        assert leftovers(tmp_path) == [], where
+        for path in outputs:
+            if path.exists():
+                assert is_same(path, whole[path]), where
+            else:
+                assert path not in whole or done.returncode != 0, where
+        n_failed += done.returncode != 0
+    print(f"{kind}: {n} allocations failed, {n_failed} of them ended the command")
+    assert n_failed > n // 4
+
+
+def test_no_threads(binary, failing, tmp_path):
+    """The system gives no threads, or fewer: the same picture with what there is."""
+    source, out, count = scene(tmp_path / "in.exr"), tmp_path / "o.exr", tmp_path / "n"
+    arguments = ["filter", source, "-o", out, *LENS, "-j5"]
+    done, (_, n) = run_failing(binary, failing, count, *arguments)
+    assert done.returncode == 0 and n >= 4
+    want = out.read_bytes()
+    for k in range(1, 5):
+        out.unlink()
+        done, _ = run_failing(binary, failing, count, *arguments, FAIL_THREAD=k)
+        assert done.returncode == 0, done.stderr
+        assert f"only {k} of 5 threads" in done.stderr
+        assert out.read_bytes() == want
+    scene(tmp_path / "S.1.exr")
+    scene(tmp_path / "S.2.exr")
+    arguments = ["filter", tmp_path / "S.#.exr", "-o", tmp_path / "T.#.exr", *LENS]
+    done, _ = run_failing(binary, failing, count, *arguments, "-j2", FAIL_THREAD=1)
+    assert done.returncode == 0 and (tmp_path / "T.2.exr").exists()
+
+
+def peak_of(binary, *arguments):
+    """Peak memory of a run in MB, of a process of its own."""
+    script = (
+        "import resource, subprocess, sys\n"
+        "done = subprocess.run(sys.argv[1:], capture_output=True, text=True)\n"
+        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024)\n"
+        "print(done.returncode, done.stderr)\n"
+    )
+    command = ["/usr/bin/python3", "-c", script, binary, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    first, rest = done.stdout.split("\n", 1)
+    code, said = rest.split(" ", 1)
+    return int(first), int(code), said
+
+
+@pytest.mark.parametrize("compression", range(10))
+def test_a_header_that_promises_too_much(binary, tmp_path, compression):
+    """A few kB that claim 65535 x 65535 px: refused before any memory is taken."""
+    path = tmp_path / "bomb.exr"
+    scene(path)
+    data = bytearray(path.read_bytes())
+    for size in (65535, 20000, 9000):
+        at = data.index(b"dataWindow\0box2i\0") + 17 + 4
+        data[at : at + 16] = numpy.array([0, 0, size - 1, size - 1], "<i4").tobytes()
+        at = data.index(b"compression\0compression\0") + 24 + 4
+        data[at] = compression
+        path.write_bytes(data)
+        for command in (["info", path], ["filter", path, "-o", tmp_path / "o.exr"]):
+            megabytes, code, said = peak_of(binary, *command)
+            assert code == 1 and str(path) in said
+            assert megabytes < 120, (size, command)
+
+
+def test_memory_follows_the_header(binary, tmp_path):
+    """A picture needs so many bytes per pixel and not more, whatever is in it."""
+    source = scene(tmp_path / "in.exr", (1200, 800))
+    small, _, _ = peak_of(binary, "info", scene(tmp_path / "s.exr"))
+    arguments = ["filter", source, "-o", tmp_path / "o.exr", "-q", "-j1"]
+    large, code, said = peak_of(binary, *arguments, "--lens-radius", "0.001")
+    assert code == 0, said
+    assert (large - small) * 2**20 < 700 * 1200 * 800
+
+
+# ---- files -----------------------------------------------------------------------
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """A file system of 256 kB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    options = "size=256k"
+    command = ["mount", "-t", "tmpfs", "-o", options, "rf_test", folder]
+    if os.geteuid() != 0 or subprocess.run(command, capture_output=True).returncode:
+        pytest.skip("mounting needs root")
+    yield folder
+    subprocess.run(["umount", "-l", folder], check=False)
+
+
+def test_full_disk_in_a_sequence(binary, disk, tmp_path):
+    """Frames are made until the disk is full; those are whole, the others reported."""
+    for i in range(1, 7):
+        scene(tmp_path / f"s.{i}.exr", (96, 96), i)
+    pattern = [tmp_path / "s.#.exr", "-o", disk / "o.#.exr", "--compression", "none"]
+    options = ["--type", "float", *LENS]
+    done = run(binary, "filter", *pattern, *options)
+    assert done.returncode == 1
+    assert "no space left on the disk" in done.stderr
+    made = sorted(disk.glob("o.?.exr"))
+    assert 1 <= len(made) < 6
+    for path in made:
+        assert plainexr.read(path)[0]["R"].shape == (96, 96)
+    assert leftovers(disk) == []
+    failed = done.stderr.count("failed: frame")
+    assert failed == 6 - len(made)
+    kept = {path: path.stat().st_mtime_ns for path in made}
+    subprocess.run(["mount", "-o", "remount,size=4m", disk], check=True)
+    done = run(binary, "filter", *pattern, *options)
+    assert done.returncode == 0, done.stderr
+    assert len(list(disk.glob("o.?.exr"))) == 6
+    # A full disk may have lost a line of the journal, never a frame.
+    assert all(path.exists() for path in kept)
+
+
+def test_read_only_folder(binary, disk, tmp_path):
+    source, old = scene(tmp_path / "in.exr"), disk / "o.exr"
+    old.write_bytes(b"old")
+    subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
+    done = run(binary, "filter", source, "-o", old, *LENS)
+    assert done.returncode == 1 and str(old) in done.stderr
+    assert "ead-only" in done.stderr
+    assert old.read_bytes() == b"old"
+    done = run(binary, "filter", source, "-o", disk / "new.exr", *LENS)
+    assert done.returncode == 1 and not (disk / "new.exr").exists()
+
+
+def test_two_writers(binary, tmp_path):
+    """Two processes, one name: at any moment the file is the one or the other."""
+    source, out = scene(tmp_path / "in.exr", (200, 150)), tmp_path / "o.exr"
+    whole = []
+    for blades in ("0", "3"):
+        run(binary, "filter", source, "-o", out, *LENS, "--blades", blades)
+        whole.append(out.read_bytes())
+    assert whole[0] != whole[1]
+    n_seen = [0, 0]
+    for _ in range(6):
+        processes = [
+            subprocess.Popen(
+                [binary, "filter", source, "-o", out, *LENS, "--blades", blades]
+            )
+            for blades in ("0", "3")
+        ]
+        while any(process.poll() is None for process in processes):
+            n_seen[whole.index(out.read_bytes())] += 1
+        assert [process.returncode for process in processes] == [0, 0]
+    assert sum(n_seen) > 20
+    assert leftovers(tmp_path) == []
+
+
+def test_output_is_the_input(binary, tmp_path):
+    """Read to the end before it is replaced; in a sequence it is refused."""
+    path, other = tmp_path / "in.exr", tmp_path / "o.exr"
+    scene(path)
+    run(binary, "filter", path, "-o", other, *LENS)
+    assert run(binary, "filter", path, "-o", path, *LENS).returncode == 0
+    assert path.read_bytes() == other.read_bytes()
+    scene(tmp_path / "s.1.exr")
+    pattern = tmp_path / "s.#.exr"
+    done = run(binary, "filter", pattern, "-o", pattern, *LENS)
+    assert done.returncode == 2 and "is also the input" in done.stderr
+
+
+# ---- the end ---------------------------------------------------------------------
+
+
+def frames(folder, n=6, size=(160, 120)):
+    for i in range(1, n + 1):
+        scene(folder / f"s.{i}.exr", size, i)
+    return ["filter", folder / "s.#.exr", "-o", folder / "o.#.exr", *LENS, "-j1"]
+
+
+def test_killed_at_any_moment(binary, tmp_path):
+    """kill -9 again and again: every frame that is there is whole, and in the end all
+    are, each filtered once by the run that finished it.
+    """
+    command = [binary, *map(str, frames(tmp_path))]
+    subprocess.run(command, check=True, capture_output=True)
+    want = {p.name: p.read_bytes() for p in tmp_path.glob("o.?.exr")}
+    for path in tmp_path.glob("o.*"):
+        path.unlink()
+    rng = random.Random(5)
+    n_killed = 0
+    for _ in range(14):
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        time.sleep(rng.uniform(0.005, 0.25))
+        process.send_signal(signal.SIGKILL)
+        n_killed += process.wait() == -signal.SIGKILL
+        for path in tmp_path.glob("o.?.exr"):
+            assert path.read_bytes() == want[path.name]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert {p.name: p.read_bytes() for p in tmp_path.glob("o.?.exr")} == want
+    assert n_killed >= 3
+    print(f"killed {n_killed} times")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_in_a_sequence(binary, tmp_path, number):
+    """Stops with the frame in work, says what is left, leaves nothing behind."""
+    arguments = frames(tmp_path, 40)
+    process = subprocess.Popen(
+        [binary, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    process.stdout.readline()  # the first frame is done
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert " left; " in said and " 0 left" not in said
+    assert leftovers(tmp_path) == []
+    for path in tmp_path.glob("o.*.exr"):
+        assert plainexr_is_whole(path)
+
+
+def plainexr_is_whole(path):
+    return plainexr.read(path)[0]["R"].shape == (120, 160)
+
+
+@pytest.mark.parametrize("command", ["info", "methods", "help", "compare", "filter"])
+def test_closed_pipe(binary, tmp_path, command):
+    """Nobody reads what is printed: no crash, and the file is made all the same."""
+    source, out = scene(tmp_path / "in.exr"), tmp_path / "o.exr"
+    arguments = {
+        "info": [source],
+        "compare": [source, source],
+        "filter": [source, "-o", out, *LENS],
+    }.get(command, [])
+    reader, writer = os.pipe()
+    os.close(reader)
+    process = subprocess.Popen(
+        [binary, command, *map(str, arguments)],
+        stdout=writer,
+        stderr=writer,
+    )
+    os.close(writer)
+    assert process.wait(60) == 0
+    assert command != "filter" or out.exists()
+
+
+def test_no_descriptors(binary, tmp_path):
+    """No file can be opened any more: said, and nothing is left."""
+    source, out = scene(tmp_path / "in.exr"), tmp_path / "o.exr"
+    outcomes = set()
+    for n in range(3, 9):
+
+        def limit(n=n):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (n, n))
+
+        done = run(binary, "filter", source, "-o", out, *LENS, preexec_fn=limit)
+        assert done.returncode in (0, 1, 127), done.stderr
+        assert done.returncode == 0 or done.stderr
+        assert out.exists() == (done.returncode == 0)
+        assert leftovers(tmp_path) == []
+        outcomes.add(done.returncode)
+        out.unlink(missing_ok=True)
+    assert 0 in outcomes and len(outcomes) > 1
