@@ -50,6 +50,21 @@ static const struct option options[] = {
      .offset = AT(layer),
      .value = "NAME",
      .help = "Layer to filter where a file has several."},
+    {.name = "aperture-at",
+     .kind = OPTION_TEXT,
+     .offset = AT(aperture_at),
+     .value = "X,Y",
+     .help = "Several views: where the middle of the aperture is on their lens, scene "
+             "units right and up; with a smaller aperture a change of viewpoint. "
+             "[default 0,0]"},
+    {.name = "max-memory",
+     .kind = OPTION_INT,
+     .offset = AT(max_memory_mib),
+     .value = "MIB",
+     .min = 1,
+     .max = 1 << 30,
+     .help = "Fail rather than hold more than so many MiB beside the pictures. "
+             "[default no bound]"},
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
     {.name = "params",
      .kind = OPTION_FILE,

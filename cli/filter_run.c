@@ -27,6 +27,7 @@ struct run {
     bool has_views;
     struct view_list list;
     struct views views;
+    double aperture_at[2]; /* scene units right and up on the lens of the views */
     struct aovs aovs;
     bool is_deep;
     struct deep_frame deep;
@@ -100,6 +101,11 @@ static int fail_core(const struct run *run, const struct rf_error *error)
         return fail_parameter(run, error);
     if (error->code == RF_ERROR_CANCELLED)
         return interrupt_exit_code();
+    if (error->code == RF_ERROR_MEMORY && run->tool->max_memory_mib) {
+        message("--max-memory: %d MiB are too few: %s; allow more, or give fewer views",
+                run->tool->max_memory_mib, error->message);
+        return EXIT_FAILED;
+    }
     const struct source *source = faulty_source(run);
     const struct exr_input *input =
         error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
@@ -122,6 +128,28 @@ static int fail_method(const struct run *run)
     rf_params_get(&run->settings->params, "method", name, sizeof(name));
     message("--method: %s takes one view, and here are %d; leave it out, or say views",
             name, run->list.n);
+    return EXIT_USAGE;
+}
+
+/* Reads --aperture-at, which only views have. */
+static int read_aperture(struct run *run)
+{
+    const char *text = run->tool->aperture_at;
+    int used = 0;
+    if (!text)
+        return EXIT_DONE;
+    if (!run->has_views) {
+        message("--aperture-at: the input is one view, whose aperture cannot be moved; "
+                "give several views from points of the lens");
+        return EXIT_USAGE;
+    }
+    if (sscanf(text, "%lf,%lf%n", &run->aperture_at[0], &run->aperture_at[1], &used) ==
+            2 &&
+        text[used] == 0 && isfinite(run->aperture_at[0]) &&
+        isfinite(run->aperture_at[1]))
+        return EXIT_DONE;
+    message("--aperture-at: '%s' is no place; give two numbers such as 0.01,-0.02",
+            text);
     return EXIT_USAGE;
 }
 
@@ -299,11 +327,13 @@ static int read_facts(struct run *run)
 static int make_filter(struct run *run)
 {
     struct rf_error error;
-    const struct rf_context_params context = {.size = sizeof(context),
-                                              .cpu = getenv("RACKFOCUS_CPU"),
-                                              .n_threads = run->tool->n_threads,
-                                              .log = log_remark,
-                                              .user = run};
+    const struct rf_context_params context = {
+        .size = sizeof(context),
+        .cpu = getenv("RACKFOCUS_CPU"),
+        .n_threads = run->tool->n_threads,
+        .max_bytes = (size_t)run->tool->max_memory_mib << 20,
+        .log = log_remark,
+        .user = run};
     if (rf_context_create(&run->context, &context, &error) != RF_OK)
         return fail_core(run, &error);
     if (rf_filter_create(&run->filter, run->context, &run->params, run->source.width,
@@ -387,6 +417,9 @@ static int read_pixels(struct run *run)
         if (!views_read(&run->views, &run->source, &run->list, &run->request,
                         run->n_threads, &error))
             return fail_exr(&error);
+        for (int i = 0; i < run->views.n; i++)
+            for (int k = 0; k < 2; k++)
+                run->views.views[i].lens_offset[k] -= run->aperture_at[k];
         run->colour = run->views.views[0].colour.data;
         run->depth = run->views.views[0].depth.data;
         return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
@@ -726,6 +759,8 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
     struct exr_error error;
     interrupt_catch();
     int code = tool->view ? EXIT_DONE : find_views(&run);
+    if (code == EXIT_DONE)
+        code = read_aperture(&run);
     struct source_request first = run.request;
     first.n_paths = run.has_views ? 1 : n_paths;
     first.view = run.has_views ? run.list.items[0].name : tool->view;

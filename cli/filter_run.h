@@ -27,6 +27,8 @@ struct filter_options {
     const char *params;                  /* file of parameters, or NULL */
     int32_t type, compression, png_bits; /* indices of choices */
     int32_t n_threads;
+    int32_t max_memory_mib;  /* 0: no bound */
+    const char *aperture_at; /* "X,Y" or NULL */
     bool is_over, is_stereo; /* see filter_many.h */
     bool pass_through, is_quiet;
     bool is_in_sequence; /* other frames are made meanwhile: no bar */

@@ -68,6 +68,12 @@ static struct head *pool_remove(struct rf_pool *pool, int i)
     return block;
 }
 
+static void pool_keep(struct rf_pool *pool, struct head *block)
+{
+    pool->kept[pool->n_kept++] = block;
+    pool->kept_bytes += block->n_bytes;
+}
+
 /* The smallest kept block that holds n_bytes and is not twice as large; or NULL. */
 static struct head *pool_take(struct rf_pool *pool, size_t n_bytes)
 {
@@ -104,6 +110,12 @@ static void *pool_allocate(const struct rf_context *context, size_t n_bytes)
     pool_lock(pool);
     struct head *block = pool_take(pool, n_bytes);
     size_t used = pool->used_bytes + (block ? block->n_bytes : n_bytes);
+    if (context->params.max_bytes && used > context->params.max_bytes) {
+        if (block)
+            pool_keep(pool, block);
+        pool_unlock(pool);
+        return NULL;
+    }
     pool->peak_bytes = used > pool->peak_bytes ? used : pool->peak_bytes;
     int n_excess = block ? 0 : pool_shrink(pool, n_bytes, excess);
     pool->used_bytes = used;
@@ -128,10 +140,8 @@ static void pool_release(const struct rf_context *context, struct head *block)
     pool_lock(pool);
     pool->used_bytes -= block->n_bytes;
     bool is_kept = pool->n_kept < RF_POOL_BLOCKS;
-    if (is_kept) {
-        pool->kept[pool->n_kept++] = block;
-        pool->kept_bytes += block->n_bytes;
-    }
+    if (is_kept)
+        pool_keep(pool, block);
     pool_unlock(pool);
     if (!is_kept)
         context->params.release(context->params.user, block);

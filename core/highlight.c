@@ -154,8 +154,8 @@ static void block_square(struct mask *m, int j, float ox, float oy, float q,
     float scale = l->r / (l->r - q);
     float ax = (ox - l->x) * scale + l->x, bx = ax + scale;
     float ay = (oy - l->y) * scale + l->y, by = ay + scale;
-    float x0 = rf_min_float(ax, bx), x1 = rf_max_float(ax, bx), y0 = rf_min_float(ay, by),
-          y1 = rf_max_float(ay, by);
+    float x0 = rf_min_float(ax, bx), x1 = rf_max_float(ax, bx),
+          y0 = rf_min_float(ay, by), y1 = rf_max_float(ay, by);
     int px0 = rf_max_int((int)floorf(x0), m->x0);
     int px1 = rf_min_int((int)floorf(x1), m->x0 + m->width - 1);
     int py0 = rf_max_int((int)floorf(y0), m->y0);

@@ -367,18 +367,26 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     return result;
 }
 
+void rf_picture_drop_pixels(struct rf_picture *l)
+{
+    const struct rf_context *context = l->filter->context;
+    rf_free(context, l->darkest);
+    rf_free(context, l->pixels.radius);
+    rf_free(context, l->pixels.luminance);
+    rf_free(context, l->pixels.at);
+    l->darkest = l->pixels.radius = l->pixels.luminance = NULL;
+    l->pixels.at = NULL;
+}
+
 void rf_picture_free(struct rf_picture *l)
 {
     if (!l->filter)
         return;
     const struct rf_context *context = l->filter->context;
+    rf_picture_drop_pixels(l);
     rf_free(context, l->highlights.at);
     rf_free(context, l->surfaces.share);
     rf_free(context, l->surfaces.far);
     rf_free(context, l->surfaces.near);
-    rf_free(context, l->darkest);
-    rf_free(context, l->pixels.radius);
-    rf_free(context, l->pixels.luminance);
-    rf_free(context, l->pixels.at);
     rf_free(context, l->area);
 }

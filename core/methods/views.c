@@ -409,6 +409,8 @@ static rf_result run(struct views *v, struct rf_error *error)
         result = collect_highlights(v, error);
     if (result == RF_OK)
         result = collect_visible(v, error);
+    for (int j = 0; j < work->n_views && result == RF_OK; j++)
+        rf_picture_drop_pixels(&v->pictures[j]);
     if (result == RF_OK && params->fill_hidden)
         result = collect_hidden(v, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))

@@ -231,3 +231,29 @@ def test_one_file_of_views_cannot_pass_through(rackfocus, shared, tmp_path):
         "filter", shared(), "--pass-through", "-o", tmp_path / "o.exr", code=2
     )
     assert "--pass-through" in done.stderr
+
+
+def test_the_bound_on_memory_holds(rackfocus, views, tmp_path):
+    out = tmp_path / "o.exr"
+    done = rackfocus("filter", *views(), "-o", out, "--max-memory", 1, code=1)
+    assert "--max-memory: 1 MiB are too few" in done.stderr
+    assert not out.exists()
+    rackfocus("filter", *views(), "-o", out, "--max-memory", 1000)
+    bounded = out.read_bytes()
+    rackfocus("filter", *views(), "-o", out)
+    assert bounded == out.read_bytes()
+
+
+@pytest.mark.parametrize("text", ["0.1", "a,b", "0.1,0.2,0.3", "inf,0"])
+def test_bad_place_of_the_aperture(rackfocus, views, tmp_path, text):
+    done = rackfocus(
+        "filter", *views(), "-o", tmp_path / "o.exr", "--aperture-at", text, code=2
+    )
+    assert f"--aperture-at: '{text}' is no place" in done.stderr
+
+
+def test_one_view_has_no_aperture_to_move(rackfocus, views, tmp_path):
+    done = rackfocus(
+        "filter", views()[0], "-o", tmp_path / "o.exr", "--aperture-at", "0,0", code=2
+    )
+    assert "--aperture-at: the input is one view" in done.stderr

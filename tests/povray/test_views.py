@@ -105,14 +105,26 @@ def test_kept_views_refocus(rackfocus, scene, tmp_path):
     assert lit[1] < 0.7 * lit[0], lit
 
 
-def test_frames_are_those_of_single_runs(rackfocus, scene, tmp_path):
-    name = scene[0]
-    rackfocus("povray", name, "--views", 2, "-o", "a.exr", "--frames", "1-2", *SIZE,
-              "+KFI1", "+KFF3", cwd=tmp_path)  # fmt: skip
-    rackfocus("povray", name, "--views", 2, "-o", "b.exr", "--frames", "2-2", *SIZE,
-              "+KFI1", "+KFF3", cwd=tmp_path)  # fmt: skip
-    pair = [(tmp_path / f"{n}0002.exr").read_bytes() for n in "ab"]
-    assert pair[0] == pair[1]
+#: The camera moves along x with the clock and keeps its focus on the plane.
+MOVING = SCENE.replace("location <1,2,-3>", "location <1+clock,2,-3>")
+
+
+def test_an_animation_is_its_frames(rackfocus, tmp_path):
+    """Ten frames at once are bit for bit those of ten runs, and differ."""
+    (tmp_path / "moving.pov").write_text(
+        MOVING.format(camera=CAMERAS["perspective"][0])
+    )
+    options = ["--views", 4, "--", "+W80", "+H60", "+KI0", "+KF1", "+KFI1", "+KFF10"]
+    rackfocus("povray", "moving.pov", "-o", "a.exr", "--frames", "1-10", *options,
+              cwd=tmp_path)  # fmt: skip
+    pictures = set()
+    for frame in range(1, 11):
+        rackfocus("povray", "moving.pov", "-o", "b.exr", "--frames", f"{frame}-{frame}",
+                  *options, cwd=tmp_path)  # fmt: skip
+        a, b = ((tmp_path / f"{n}{frame:04}.exr").read_bytes() for n in "ab")
+        assert a == b, frame
+        pictures.add(a)
+    assert len(pictures) == 10
 
 
 def test_one_file_keeps_all_views(rackfocus, scene, tmp_path):

@@ -61,3 +61,36 @@ def test_refocuses(tmp_path):
     run("filter", *view_files("posts"), "-o", same)
     run("filter", *view_files("posts"), "-o", near, "--focus-distance", focus * 0.7)
     assert tpsnr(near, "posts") < tpsnr(same, "posts") - 6
+
+
+def between(a, b):
+    """tPSNR in dB of two pictures."""
+    return float(run("compare", a, b).splitlines()[-1].split()[1])
+
+
+def test_small_aperture_shows_the_view_it_is_moved_to(tmp_path):
+    """Stopped down to a pinhole, the merged picture is the view from its place."""
+    place = MANIFEST["posts"]["view_offsets"][3]
+    for name, at in (("moved", place), ("middle", (0, 0))):
+        run("filter", *view_files("posts"), "-o", tmp_path / f"{name}.exr",
+            "--lens-radius", 1e-4, "--aperture-at", f"{at[0]},{at[1]}")  # fmt: skip
+    view = view_files("posts")[3]
+    pinhole = REFERENCES / "posts_pinhole.exr"
+    moved, middle = tmp_path / "moved.exr", tmp_path / "middle.exr"
+    print("moved to view 3:", between(moved, view), "not moved:", between(middle, view))
+    print("pinhole of the middle:", between(middle, pinhole), between(moved, pinhole))
+    assert between(moved, view) > between(middle, view) + 6
+    assert between(middle, pinhole) > between(moved, pinhole) + 6
+
+
+def test_stops_down_and_opens_up(tmp_path):
+    """A wider lens blurs more, a narrower one less, from the same views."""
+    radius = MANIFEST["posts"]["camera"]["lens_radius"]
+    pinhole = REFERENCES / "posts_pinhole.exr"
+    scores = []
+    for factor in (0.25, 0.5, 1, 1.5):
+        out = tmp_path / f"{factor}.exr"
+        run("filter", *view_files("posts"), "-o", out, "--lens-radius", radius * factor)
+        scores.append(between(out, pinhole))
+    print("lens radius x 0.25 0.5 1 1.5 against the pinhole:", scores)
+    assert scores == sorted(scores, reverse=True)

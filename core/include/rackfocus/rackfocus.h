@@ -330,6 +330,12 @@ struct rf_context_params {
      * All give the same bits. Unknown: RF_ERROR_PARAMETER, field "cpu". Since 0.1.
      */
     const char *cpu;
+    /**
+     * Most memory that filters of this context may hold at once, in blocks of 256 KiB
+     * and more. Bytes, 0: no bound. What needs more fails with RF_ERROR_MEMORY. The
+     * caller's pictures are not counted. Since 0.1.
+     */
+    size_t max_bytes;
 };
 
 struct rf_context;
