@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scenes of tests/quality through F12 with the node score what the command scores.
 
+With one view and with eight.
+
 Debian's 3.4 only: it has rendered the committed passes and references.
 """
 
@@ -11,6 +13,7 @@ from conftest import ROOT, call, get_blender
 
 REFERENCES = ROOT / "tests/quality/references"
 LIMIT_DB = 0.05
+VIEWS_LIMIT_DB = 0.05
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +50,25 @@ def test_the_node_scores_what_the_command_scores(rendered, command, scene):
     assert node > pinhole + 6
     for score in scores.values():
         assert node == pytest.approx(score, abs=LIMIT_DB)
+
+
+@pytest.mark.parametrize("scene", ["posts", "portrait"])
+def test_eight_views_score_what_the_command_scores(rendered, command, scene):
+    """On the kept views, and on the committed ones of the same scene."""
+    _, folder = rendered
+    to_float = ("--type", "float", "--quiet")
+    inputs = {
+        "kept": sorted((folder / f"{scene}_views").glob("passes0001_v*.exr")),
+        "committed": sorted(REFERENCES.glob(f"{scene}_view0*.exr")),
+    }
+    scores = {"node": tpsnr(command, folder / f"{scene}_node_views.exr", scene)}
+    for name, files in inputs.items():
+        assert len(files) == 8
+        made = folder / f"{scene}_{name}_views.exr"
+        call(command, "filter", *files, "-o", made, *to_float)
+        scores[name] = tpsnr(command, made, scene)
+    scores["one view"] = tpsnr(command, folder / f"{scene}_node.exr", scene)
+    print(f"{scene}: tPSNR of eight views {scores}")
+    assert scores["node"] == pytest.approx(scores["kept"], abs=1e-6)
+    assert scores["node"] == pytest.approx(scores["committed"], abs=VIEWS_LIMIT_DB)
+    assert scores["node"] > scores["one view"] + 0.3

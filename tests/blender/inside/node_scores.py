@@ -3,8 +3,10 @@
 
     node_scores.py DIST OUT    (after -- where Blender is a program)
 
-Per scene: OUT/SCENE_passes.exr as the filter saw them, OUT/SCENE_node.exr, and in
-OUT/node_scores.json the lens as the add-on reads it and the seconds.
+Per scene: OUT/SCENE_passes.exr as the filter saw them, OUT/SCENE_node.exr, with eight
+views of an eighth of the samples OUT/SCENE_views/passes0001_v00.exr and so on and
+OUT/SCENE_node_views.exr, and in OUT/node_scores.json the lens as the add-on reads it
+and the seconds.
 """
 
 import json
@@ -21,7 +23,7 @@ import cycles_scenes  # noqa: E402
 from common import addon  # noqa: E402
 
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
-SAMPLES, SEED = 64, 1  # as the committed passes
+SAMPLES, SEED, VIEWS = 64, 1, 8  # as the committed passes
 
 
 def render_scene(name):
@@ -38,9 +40,15 @@ def render_scene(name):
     common.render(scene, OUT / f"{name}_node.exr")
     message = addon("engine").last_run[scene.name]["message"]
     assert not message, message
+    seconds = time.perf_counter() - started
+    data.rack_focus.views = VIEWS
+    data.rack_focus.passes_folder = str(OUT / f"{name}_views")
+    common.render(scene, OUT / f"{name}_node_views.exr")
+    message = addon("engine").last_run[scene.name]["message"]
+    assert not message, message
     return {
         "lens": addon("lens").camera_parameters(scene.camera, scene.render),
-        "seconds": time.perf_counter() - started,
+        "seconds": seconds,
     }
 
 

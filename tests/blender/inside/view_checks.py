@@ -192,6 +192,22 @@ def accumulate_is_the_mean():
 
 
 @check
+def the_mean_converges_to_the_hosts_own():
+    """More views come nearer to Cycles' own depth of field; 8 samples a view."""
+    scene, data = start(method="accumulate")
+    wanted = physical(scene, 4096)
+    scores = {}
+    for n in (8, 16, 32, 64, 128):
+        data.rack_focus.views, scene.cycles.samples = n, 8 * n
+        scores[n] = round(tpsnr(rgba(render(scene, OUT / "c.exr")), wanted), 2)
+        assert not last_message(scene), last_message(scene)
+    own = {n: round(tpsnr(physical(scene, 8 * n), wanted), 2) for n in (8, 128)}
+    print("CONVERGES", json.dumps({"mean": scores, "own": own}))
+    assert sorted(scores.values()) == list(scores.values()), scores
+    assert scores[128] > scores[8] + 4, scores
+
+
+@check
 def views_beat_one_view():
     """Against Cycles' own depth of field, the samples the same."""
     scene, data = start(views=8)
