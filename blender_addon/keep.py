@@ -23,6 +23,7 @@ LONG_NAMES_FLAG = 0x400
 FLOAT = 2
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
 TIME = "rackfocus:shutterTime"
+GROUPS = ("lens", "aperture", "depth")  # of parameters that say what the camera was
 
 
 class KeepError(Exception):
@@ -58,10 +59,10 @@ def _text(name, text):
 
 
 def lens_attributes(params):
-    """Header attributes, as bytes, of the parameters of lens and aperture."""
+    """Header attributes, as bytes, of the parameters of GROUPS."""
     found = b""
     for p in rackfocus.parameters():
-        if p.group not in ("lens", "aperture") or p.field not in params:
+        if p.group not in GROUPS or p.field not in params:
             continue
         value = params[p.field]
         if p.field == "lens_radius" and not value:

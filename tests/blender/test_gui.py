@@ -111,7 +111,8 @@ def test_screenshots_show_something(session, name):
     version, *box = SHOWN[name]
     if shots and found["version"].startswith(version):
         cut = oiio.ImageBufAlgo.cut(image, oiio.ROI(*box, 0, 1, 0, 3))
-        width = min(cut.spec().width, 480 if name != "panel" else 1020)
+        width = min(cut.spec().width, 1020 if name in ("panel", "views") else 480)
         height = cut.spec().height * width // cut.spec().width
         cut = oiio.ImageBufAlgo.resize(cut, "", 0, oiio.ROI(0, width, 0, height))
+        name = "views-panel" if name == "views" else name
         cut.write(str(Path(shots) / f"blender-{name}.png"))

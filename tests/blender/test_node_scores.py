@@ -7,7 +7,11 @@ Debian's 3.4 only: it has rendered the committed passes and references.
 """
 
 import json
+import os
+from pathlib import Path
 
+import numpy as np
+import OpenImageIO as oiio
 import pytest
 from conftest import ROOT, call, get_blender
 
@@ -20,7 +24,7 @@ VIEWS_LIMIT_DB = 0.05
 def rendered(dist):
     """(what inside/node_scores.py found, its folder)."""
     blender = get_blender("3.4")
-    blender.run("node_scores.py", dist, blender.out)
+    blender.run("node_scores.py", dist, blender.out, timeout=1500)
     return json.loads((blender.out / "node_scores.json").read_text()), blender.out
 
 
@@ -72,3 +76,27 @@ def test_eight_views_score_what_the_command_scores(rendered, command, scene):
     assert scores["node"] == pytest.approx(scores["kept"], abs=1e-6)
     assert scores["node"] == pytest.approx(scores["committed"], abs=VIEWS_LIMIT_DB)
     assert scores["node"] > scores["one view"] + 0.3
+
+
+def panel(path):
+    """Display values of a picture, (height, width, 3)."""
+    image = oiio.ImageBuf(str(path))
+    names = [name.split(".")[-1] for name in image.spec().channelnames]
+    pixels = image.get_pixels(oiio.FLOAT)[..., [names.index(c) for c in "RGB"]]
+    return np.clip(pixels, 0, 1) ** (1 / 2.2)
+
+
+def test_the_picture_of_the_docs(rendered):
+    """The node's two pictures over Cycles' two; RACKFOCUS_SHOTS keeps it."""
+    _, folder = rendered
+    paths = [folder / "posts_node.exr", folder / "posts_node_views.exr"]
+    paths += [REFERENCES / f"posts_{name}.exr" for name in ("dof64", "reference")]
+    panels = [panel(path) for path in paths]
+    assert len({one.shape for one in panels}) == 1
+    picture = np.vstack([np.hstack(panels[:2]), np.hstack(panels[2:])])
+    height, width, _ = picture.shape
+    buffer = oiio.ImageBuf(oiio.ImageSpec(width, height, 3, oiio.UINT8))
+    region = oiio.ROI(0, width, 0, height, 0, 1, 0, 3)
+    buffer.set_pixels(region, np.ascontiguousarray(picture, np.float32))
+    if shots := os.environ.get("RACKFOCUS_SHOTS"):
+        assert buffer.write(str(Path(shots) / "blender-views.png"))
