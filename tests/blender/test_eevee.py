@@ -30,3 +30,9 @@ def test_the_node_is_the_filter_on_eevees_passes(found):
 def test_eevees_depth_is_planar_distance(found):
     """The front of the nearest cubes, within the precision of half floats."""
     assert found["nearest"] == pytest.approx(1.5 - 0.07 * 1.5 / 2, rel=1e-3)
+
+
+def test_eevees_views_are_taken_from_points_of_the_lens(found):
+    """But for pixels that an edge just grazes."""
+    assert found["n_views"] == 2 and not found["views_message"]
+    assert max(found["views_off"]) < 0.01

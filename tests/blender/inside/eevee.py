@@ -3,6 +3,8 @@
 
     eevee.py DIST OUT    (after --; needs a display)
 
+Also in two views, whose depths are those of cameras put there by hand.
+
 OUT/eevee.json: largest differences of the node to the filter and to the pinhole, and
 the smallest depth.
 """
@@ -37,6 +39,25 @@ found = {
     "to_pinhole": float(np.abs(made - colour).max()),
     "nearest": float(depth.min()),
 }
+
+# ---- views --------------------------------------------------------------------------
+
+camera, data = scene.camera, scene.camera.data
+data.rack_focus.views = 2
+bpy.ops.render.render()
+found["views_message"] = common.addon("engine").last_run[scene.name]["message"]
+views = common.addon("passes").rendered(scene).views("ViewLayer")
+found["n_views"] = len(views)
+data.rack_focus.views = 1
+found["views_off"] = []
+for layer, place in views:
+    (u, v), distance = place.offset, place.shear_distance
+    camera.location = (u, 0, v)  # looks along y
+    data.shift_x = -u * data.lens / (distance * data.sensor_width)
+    data.shift_y = -v * data.lens / (distance * data.sensor_width)
+    depth = common.depth_of(pinhole(scene, OUT / "eevee_passes.exr"))
+    off = np.abs(layer.depth / depth - 1) > 2e-3
+    found["views_off"].append(float(off.mean()))
 print(found)
 (OUT / "eevee.json").write_text(json.dumps(found))
 common.leave()
