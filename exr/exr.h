@@ -208,11 +208,11 @@ bool exr_join_views(const char *path, struct exr_input *const *inputs,
 /*
  * The same, strip by strip, for pictures larger than memory: begin writes the header
  * and the parts before the picture's, rows the next rows from the top, finish the other
- * parts, and renames. Memory: one strip of the kept channels and a chunk per thread.
- * output->samples is not looked at; `path`, `output` and what it points to must stay
- * until finish or abort, one of which must be called and frees the writer. `n_rows` is
- * a multiple of exr_write_step() but for the last strip. After a failure of
- * exr_write_rows only abort is of use; an old file is then still there.
+ * parts, and renames. Memory: one strip of the kept channels, the strip as compressed,
+ * a chunk per thread. output->samples is not looked at; `path`, `output` and what it
+ * points to must stay until finish or abort, one of which must be called and frees the
+ * writer. `n_rows` is a multiple of exr_write_step() but for the last strip. After a
+ * failure of exr_write_rows only abort is of use; an old file is then still there.
  */
 struct exr_writer;
 bool exr_write_begin(struct exr_writer **writer, const char *path,

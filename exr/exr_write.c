@@ -816,46 +816,97 @@ static exr_result_t store_chunk(const struct writer *w, int index,
     return exr_write_scanline_chunk(w->context, index, chunk->start_y, data, size);
 }
 
-/* Encodes the rows in memory; they begin with a chunk. */
+/* A chunk that is encoded and waits for those before it. */
+struct encoded {
+    bool is_ready;
+    exr_result_t result;
+    exr_encode_pipeline_t pipeline; /* owns data */
+    exr_chunk_info_t chunk;
+    const void *data;
+    uint64_t size;
+};
+
+struct encoder {
+    struct writer *w;
+    int index;              /* of the part */
+    int first;              /* chunk of chunks[0] */
+    int n_chunks, n_stored; /* those before n_stored are in the file */
+    struct encoded *chunks;
+    _Atomic bool is_failed; /* asked outside the lock, to do no more in vain */
+    char message[400];
+};
+
+static void encode_one(struct encoder *e, int i)
+{
+    static const exr_encode_pipeline_t empty = EXR_ENCODE_PIPELINE_INITIALIZER;
+    struct encoded *c = &e->chunks[i];
+    c->pipeline = empty;
+    exr_core_clear();
+    c->result = find_out_chunk(e->w, e->index, e->first + i, &c->chunk);
+    if (c->result == EXR_ERR_SUCCESS)
+        c->result =
+            encode_chunk(e->w, e->index, &c->chunk, &c->pipeline, &c->data, &c->size);
+}
+
+static void note_failure(struct encoder *e, exr_result_t result)
+{
+    if (!e->is_failed)
+        snprintf(e->message, sizeof e->message, "%s", exr_core_message(result));
+    e->is_failed = true;
+}
+
+/* Stores what is next in the file, as far as it is encoded. One thread at a time. */
+static void store_ready(struct encoder *e)
+{
+    while (e->n_stored < e->n_chunks && e->chunks[e->n_stored].is_ready) {
+        struct encoded *c = &e->chunks[e->n_stored++];
+        exr_core_clear();
+        exr_result_t result = c->result;
+        if (!e->is_failed && result == EXR_ERR_SUCCESS)
+            result = store_chunk(e->w, e->index, &c->chunk, c->data, c->size);
+        if (result != EXR_ERR_SUCCESS)
+            note_failure(e, result);
+        free_pipeline(&c->pipeline);
+    }
+}
+
+/*
+ * Encodes the rows in memory; they begin with a chunk. No thread waits for its turn to
+ * write: whoever completes the next chunk in the file also stores those that are ready
+ * behind it.
+ */
 static bool encode_rows(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
     int32_t step = row_step(w, index);
     if (step < 1)
         return fail_core(w, EXR_ERR_UNKNOWN);
-    int first = part->rows.first / step * tiles_per_row(part);
+    struct encoder e = {.w = w, .index = index};
+    e.first = part->rows.first / step * tiles_per_row(part);
     int end = ((part->rows.first + part->rows.n - 1) / step + 1) * tiles_per_row(part);
-    char message[400] = "";
-    _Atomic bool is_failed = false;
+    e.n_chunks = end - e.first;
+    e.chunks = calloc((size_t)e.n_chunks, sizeof *e.chunks);
+    if (!e.chunks)
+        return exr_fail(w->error, w->path, "out of memory");
 
-#pragma omp parallel for ordered schedule(dynamic, 1) num_threads(w->n_threads)
-    for (int i = first; i < end; i++) {
-        exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
-        exr_chunk_info_t chunk;
-        const void *data = NULL;
-        uint64_t size = 0;
-        exr_result_t result = EXR_ERR_UNKNOWN;
-        exr_core_clear();
-        if (!is_failed) {
-            result = find_out_chunk(w, index, i, &chunk);
-            if (result == EXR_ERR_SUCCESS)
-                result = encode_chunk(w, index, &chunk, &pipeline, &data, &size);
-        }
-#pragma omp ordered
+#pragma omp parallel for schedule(dynamic, 1) num_threads(w->n_threads)
+    for (int i = 0; i < e.n_chunks; i++) {
+        e.chunks[i].result = EXR_ERR_UNKNOWN;
+        if (!e.is_failed)
+            encode_one(&e, i);
+#pragma omp critical(exr_store)
         {
-            if (!is_failed && result == EXR_ERR_SUCCESS)
-                result = store_chunk(w, index, &chunk, data, size);
-            if (!is_failed && result != EXR_ERR_SUCCESS) {
-                is_failed = true;
-                snprintf(message, sizeof message, "%s", exr_core_message(result));
-            }
+            if (e.chunks[i].result != EXR_ERR_SUCCESS)
+                note_failure(&e, e.chunks[i].result);
+            e.chunks[i].is_ready = true;
+            store_ready(&e);
         }
-        free_pipeline(&pipeline);
     }
-    if (!is_failed)
+    free(e.chunks);
+    if (!e.is_failed)
         return true;
     exr_core_clear();
-    exr_core_on_error(NULL, EXR_ERR_UNKNOWN, message);
+    exr_core_on_error(NULL, EXR_ERR_UNKNOWN, e.message);
     return fail_core(w, EXR_ERR_UNKNOWN);
 }
 
