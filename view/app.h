@@ -138,6 +138,7 @@ struct app {
     FILE *trace;
     uint32_t traced_layout;
     bool is_redraw_due;
+    double drawn_s; /* when the window was last drawn */
 };
 
 /* Codes of event_type; data1 of SAVED is a text to free. */

@@ -84,9 +84,12 @@ void bench_print(const struct app *app)
     printf("updates %d, %.1f a second\n", s->n, stats_rate(s));
     printf("input to picture: median %.1f ms, 95 %% within %.1f ms, longest %.1f ms\n",
            stats_latency_ms(s, 0.5), stats_latency_ms(s, 0.95), stats_latency_ms(s, 1));
+    printf("frames drawn %d, %.1f ms each\n", s->n_draws,
+           s->n_draws ? s->draw_ms / s->n_draws : 0);
     printf("previews %d, %d of them made smaller\n", s->n_previews, s->n_small);
     printf("share of the time: filter %.1f %%, to 8 bit %.1f %%, drawing %.1f %%\n",
            100 * s->filter_ms / wall_ms, 100 * s->display_ms / wall_ms,
            100 * s->draw_ms / wall_ms);
-    printf("processor time %.2f s in %.2f s\n", bench->cpu_s, bench->wall_s);
+    printf("processor time %.2f s in %.2f s, %.1f ms an update\n", bench->cpu_s,
+           bench->wall_s, s->n ? 1000 * bench->cpu_s / s->n : 0);
 }

@@ -93,6 +93,14 @@ void gl_clip(int32_t x, int32_t y, int32_t width, int32_t height)
               height > 0 ? height : 0);
 }
 
+void gl_fill(int32_t x, int32_t y, int32_t width, int32_t height, uint32_t rgba)
+{
+    gl_clip(x, y, width, height);
+    glClearColor((float)(rgba >> 24) / 255, (float)(rgba >> 16 & 0xff) / 255,
+                 (float)(rgba >> 8 & 0xff) / 255, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+}
+
 void gl_read_window(int32_t width, int32_t height, uint8_t *rgb)
 {
     glPixelStorei(GL_PACK_ALIGNMENT, 1);

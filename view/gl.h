@@ -20,6 +20,10 @@ void gl_describe(char *text, size_t n_bytes);
 /* Begins a frame: the whole window, y down, cleared to dark grey. */
 void gl_begin(int32_t width, int32_t height);
 
+/* Fills a part of the window with 0xRRGGBBAA; much cheaper than triangles where OpenGL
+ * runs on the processor. */
+void gl_fill(int32_t x, int32_t y, int32_t width, int32_t height, uint32_t rgba);
+
 /* Draws only within this part of the window, until the next call or frame. */
 void gl_clip(int32_t x, int32_t y, int32_t width, int32_t height);
 

@@ -11,6 +11,7 @@
 #include "progress.h"
 
 #define STATUS_S 6.0
+#define DRAG_FRAME_S 0.04 /* between two frames without a new picture */
 
 void app_say(struct app *app, const char *format, ...)
 {
@@ -331,14 +332,23 @@ static bool take_shot(struct app *app, bool is_pinhole)
     return true;
 }
 
+/* A slider is held, and the last frame is not old: the next picture can be waited for.
+ */
+static bool is_drawn_soon(const struct app *app)
+{
+    return ui_is_dragging(&app->ui) && clock_seconds() - app->drawn_s < DRAG_FRAME_S;
+}
+
 static void show(struct app *app)
 {
     const bool has_new = take_shot(app, false), has_pinhole = take_shot(app, true);
-    const double now_s = clock_seconds();
     if (!app->is_redraw_due)
         return;
     app_pass(app);
     ask(app);
+    /* While pictures are on their way they bring the controls along. */
+    if (!has_new && !has_pinhole && is_drawn_soon(app))
+        return;
     window_draw(app);
     trace_layout(app);
     const struct shot *shot = app->shot;
@@ -351,7 +361,6 @@ static void show(struct app *app)
         trace_shown(app, false);
     if (has_pinhole)
         trace_shown(app, true);
-    (void)now_s;
 }
 
 static void wake(void *user)
@@ -365,6 +374,8 @@ static int wait_ms(const struct app *app)
 {
     if (app->options->benchmark_s > 0)
         return 4;
+    if (app->is_redraw_due)
+        return (int)(1000 * DRAG_FRAME_S);
     return app->loader.is_running ? 100 : 500;
 }
 

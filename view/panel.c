@@ -362,7 +362,6 @@ static void draw_status(struct app *app)
               top = area.y + (area.height - app->font.line) / 2;
     char left[1200] = "", right[128];
     uint32_t colour = TEXT;
-    ui_draw_box(ui, &ui->flat, &area, 0x1a1a1eff);
     describe_shot(app, right, sizeof(right));
     if (app->loader.is_running)
         snprintf(left, sizeof(left), "%s  %.0f %%", app->loader.stage->label,
@@ -376,10 +375,10 @@ static void draw_status(struct app *app)
     if (app->state.problem[0] || clock_seconds() < app->status_until_s)
         colour = WARN;
     const int right_width = font_width(&app->font, right, SIZE_MAX);
-    ui_draw_text(ui, &ui->flat, area.x + pad, top, area.width - right_width - 3 * pad,
+    ui_draw_text(ui, &ui->above, area.x + pad, top, area.width - right_width - 3 * pad,
                  left, colour);
     if (right_width + 2 * pad < area.width)
-        ui_draw_text(ui, &ui->flat, area.x + area.width - pad - right_width, top,
+        ui_draw_text(ui, &ui->above, area.x + area.width - pad - right_width, top,
                      right_width, right, DIM);
 }
 

@@ -8,8 +8,7 @@
 
 #include "cli.h"
 
-/* 0xRRGGBBAA; contrast of text to ground 11:1 and more. */
-#define PANEL_COLOUR 0x26262aff
+/* 0xRRGGBBAA, on UI_PANEL_COLOUR; contrast of text to ground 11:1 and more. */
 #define FIELD_COLOUR 0x3a3a40ff
 #define FILL_COLOUR 0x4a6a94ff
 #define PRESSED_COLOUR 0x5a86c4ff
@@ -159,7 +158,6 @@ void ui_begin(struct ui *ui, const struct ui_input *input, const struct area *pa
     ui->scroll = ui->scroll > most ? most : ui->scroll;
     ui->scroll = ui->scroll < 0 ? 0 : ui->scroll;
     ui->pen_y = panel->y + ui->gap - ui->scroll;
-    ui_draw_box(ui, &ui->flat, panel, PANEL_COLOUR);
     if (input->key == UI_KEY_TAB || input->key == UI_KEY_BACK_TAB)
         ui->tab = input->key;
 }

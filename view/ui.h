@@ -49,6 +49,9 @@ struct ui_input {
     char text[16];   /* typed, UTF-8 */
 };
 
+/* The ground of the panel, 0xRRGGBBAA; the caller draws it. */
+#define UI_PANEL_COLOUR 0x26262aff
+
 #define UI_MAX_CONTROLS 96
 
 struct ui_control {
@@ -64,7 +67,7 @@ struct vertices {
 struct ui {
     const struct font *font;
     struct ui_input input;
-    struct vertices flat, above; /* drawn in this order */
+    struct vertices flat, above; /* within the panel, and after that anywhere */
     struct area panel;
     int pen_y, n_columns, column, row_height, gap; /* px */
     int scroll, content_height;

@@ -10,6 +10,7 @@
 #include "density.h"
 #include "progress.h"
 
+#define STATUS_COLOUR 0x1a1a1eff
 #define LETTER_PX 14 /* at 96 dots per inch */
 #define PANEL_EMS 23
 #define USED_SHARE 0.9 /* of the display, by a new window */
@@ -234,6 +235,7 @@ void window_draw(struct app *app)
 {
     const double start_s = clock_seconds();
     app->is_redraw_due = false;
+    app->drawn_s = start_s;
     if (app->width < 1 || app->height < 1)
         return;
     draw_split(app);
@@ -241,8 +243,11 @@ void window_draw(struct app *app)
     gl_begin(app->width, app->height);
     if (app->has_stage)
         draw_picture(app);
-    gl_clip(0, 0, app->width, app->height);
+    const struct area panel = app_panel_area(app), status = app_status_area(app);
+    gl_fill(panel.x, panel.y, panel.width, panel.height, UI_PANEL_COLOUR);
     gl_draw_quads(app->ui.flat.items, app->ui.flat.n, app->mask);
+    gl_fill(status.x, status.y, status.width, status.height, STATUS_COLOUR);
+    gl_clip(0, 0, app->width, app->height);
     gl_draw_quads(app->ui.above.items, app->ui.above.n, app->mask);
     SDL_GL_SwapWindow(app->window);
     stats_drawn(&app->stats, 1000 * (clock_seconds() - start_s));
