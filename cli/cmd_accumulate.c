@@ -21,27 +21,13 @@ struct accumulate_options {
 #define AT(member) offsetof(struct accumulate_options, member)
 
 static const struct option options[] = {
-    {.name = "output",
-     .letter = 'o',
-     .kind = OPTION_FILE,
-     .offset = AT(output),
-     .value = "FILE",
-     .help =
-         "The picture to write: .exr, float, with the attributes of the first view, "
-         "or .png, sRGB."},
-    {.name = "layer",
-     .kind = OPTION_TEXT,
-     .offset = AT(layer),
-     .value = "NAME",
-     .help = "Layer to average where a file has several."},
-    {.name = "blend-gamma",
-     .kind = OPTION_NUMBER,
-     .offset = AT(blend_gamma),
-     .value = "GAMMA",
-     .min = 0.1,
-     .max = 10,
-     .help = "Gamma of the space in which light is summed: 1 is physically linear. "
-             "[default rackfocus:blendGamma of the first view, else 1]"},
+    OPTION_OUTPUT_ROW(AT(output), "The picture to write: .exr, float, with the "
+                                  "attributes of the first view, or .png, sRGB."),
+    OPTION_LAYER_ROW(AT(layer), "average"),
+    OPTION_NUMBER_ROW(
+        "blend-gamma", AT(blend_gamma), "GAMMA", 0.1, 10,
+        "Gamma of the space in which light is summed: 1 is physically linear. [default "
+        "rackfocus:blendGamma of the first view, else 1]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,

@@ -19,26 +19,13 @@ struct compare_options {
 #define AT(member) offsetof(struct compare_options, member)
 
 static const struct option options[] = {
-    {.name = "layer",
-     .kind = OPTION_TEXT,
-     .offset = AT(layer),
-     .value = "NAME",
-     .help = "Layer to compare where a file has several."},
-    {.name = "heatmap",
-     .kind = OPTION_FILE,
-     .offset = AT(heatmap),
-     .value = "FILE.png",
-     .help = "Write a picture of the error: black for none, white for 0.25 or more of "
-             "the tone mapped range."},
-    {.name = "side-by-side",
-     .kind = OPTION_FILE,
-     .offset = AT(side_by_side),
-     .value = "FILE.png",
-     .help = "Write A, B and the picture of the error next to each other."},
-    {.name = "json",
-     .kind = OPTION_FLAG,
-     .offset = AT(is_json),
-     .help = "Print the figures as JSON."},
+    OPTION_LAYER_ROW(AT(layer), "compare"),
+    OPTION_FILE_ROW("heatmap", AT(heatmap), "FILE.png",
+                    "Write a picture of the error: black for none, white for 0.25 or "
+                    "more of the tone mapped range."),
+    OPTION_FILE_ROW("side-by-side", AT(side_by_side), "FILE.png",
+                    "Write A, B and the picture of the error next to each other."),
+    OPTION_FLAG_ROW("json", AT(is_json), "Print the figures as JSON."),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_HELP_ROW,
 };

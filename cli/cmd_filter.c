@@ -28,149 +28,68 @@ struct options {
 #define AT_SEQUENCE(member) offsetof(struct options, sequence.member)
 
 static const struct option options[] = {
-    {.name = "output",
-     .letter = 'o',
-     .kind = OPTION_FILE,
-     .offset = AT(output),
-     .value = "FILE",
-     .help = "The picture to write: .exr, with the input's windows and attributes, or "
-             ".png, sRGB."},
-    {.name = "depth-file",
-     .kind = OPTION_FILE,
-     .offset = AT(depth_file),
-     .value = "FILE.exr",
-     .help = "File that has the depth."},
-    {.name = "depth-channel",
-     .kind = OPTION_TEXT,
-     .offset = AT(depth_channel),
-     .value = "NAME",
-     .help = "Channel that has the depth, by its full name."},
-    {.name = "layer",
-     .kind = OPTION_TEXT,
-     .offset = AT(layer),
-     .value = "NAME",
-     .help = "Layer to filter where a file has several."},
-    {.name = "aperture-at",
-     .kind = OPTION_TEXT,
-     .offset = AT(aperture_at),
-     .value = "X,Y",
-     .help = "Several views: where the middle of the aperture is on their lens, scene "
-             "units right and up; with a smaller aperture a change of viewpoint. "
-             "[default 0,0]"},
-    {.name = "max-memory",
-     .kind = OPTION_INT,
-     .offset = AT(max_memory_mib),
-     .value = "MIB",
-     .min = 1,
-     .max = 1 << 30,
-     .help = "Fail rather than hold more than so many MiB beside the pictures. "
-             "[default no bound]"},
+    OPTION_OUTPUT_ROW(AT(output), "The picture to write: .exr, with the input's "
+                                  "windows and attributes, or .png, sRGB."),
+    OPTION_DEPTH_FILE_ROW(AT(depth_file)),
+    OPTION_DEPTH_CHANNEL_ROW(AT(depth_channel)),
+    OPTION_LAYER_ROW(AT(layer), "filter"),
+    OPTION_TEXT_ROW(
+        "aperture-at", AT(aperture_at), "X,Y",
+        "Several views: where the middle of the aperture is on their lens, scene units "
+        "right and up; with a smaller aperture a change of viewpoint. [default 0,0]"),
+    OPTION_INT_ROW("max-memory", AT(max_memory_mib), "MIB", 1, 1 << 30,
+                   "Fail rather than hold more than so many MiB beside the pictures. "
+                   "[default no bound]"),
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
-    {.name = "params",
-     .kind = OPTION_FILE,
-     .offset = AT(params),
-     .value = "FILE",
-     .help =
-         "Parameters, a line 'key value' each, as rackfocus view saves them; options "
-         "win over them."},
-    {.name = "output-coc",
-     .kind = OPTION_FILE,
-     .offset = AT(output_coc),
-     .value = "FILE.exr",
-     .help = "Also write the signed radius of every pixel in px (channel Y, float; "
-             "positive behind the focus)."},
-    {.name = "depth-repair",
-     .kind = OPTION_CHOICE,
-     .offset = AT(depth_repair),
-     .value = "WHEN",
-     .choices = DEPTH_REPAIR_CHOICES,
-     .help =
-         "Depth that was multiplied by alpha or anti-aliased: auto undoes it and says "
-         "so; off takes the depth as it is, whatever it looks like. [default auto]"},
-    {.name = "mist-falloff",
-     .kind = OPTION_CHOICE,
-     .offset = AT(mist_falloff),
-     .value = "KIND",
-     .choices = MIST_CHOICES,
-     .help =
-         "Blender's Mist pass as depth: how it grows from start to end; with --depth "
-         "normalised. [default none]"},
-    {.name = "filter-layers",
-     .kind = OPTION_TEXT,
-     .offset = AT(filter_layers),
-     .value = "NAMES",
-     .help = "Also write these layers (light groups, normals; separated by commas) as "
-             "the lens blurs them."},
-    {.name = "holdout",
-     .kind = OPTION_FILE,
-     .offset = AT(holdout),
-     .value = "FILE.exr",
-     .help = "Deep input: another deep file whose samples hide what is behind them and "
-             "are not shown."},
-    {.name = "flattened",
-     .kind = OPTION_FILE,
-     .offset = AT(flattened),
-     .value = "FILE.exr",
-     .help = "Deep input: also write it flat and without blur, with a depth."},
-    {.name = "over",
-     .kind = OPTION_FLAG,
-     .offset = AT(is_over),
-     .help = "The inputs are layers: filter each with its own depth and put them over "
-             "each other, the first on top."},
-    {.name = "stereo",
-     .kind = OPTION_FLAG,
-     .offset = AT(is_stereo),
-     .help = "Filter all views of a multi-view file, or two files, left and right, "
-             "with the same parameters. The output is a multi-view file, or a file per "
-             "view where its name holds %V, the view's name, or %v, its first letter."},
-    {.name = "pass-through",
-     .kind = OPTION_FLAG,
-     .offset = AT(pass_through),
-     .help = "Also write the input's other layers and its depth, unchanged."},
-    {.name = "type",
-     .kind = OPTION_CHOICE,
-     .offset = AT(type),
-     .value = "TYPE",
-     .choices = "half|float",
-     .help = "Samples of the EXR file: half or float. [default half]"},
-    {.name = "compression",
-     .kind = OPTION_CHOICE,
-     .offset = AT(compression),
-     .value = "KIND",
-     .choices = FILTER_COMPRESSIONS,
-     .help =
-         "Compression of the EXR file: input (as there), none, rle, zips, zip, piz, "
-         "pxr24, b44, b44a, dwaa or dwab. [default input]"},
-    {.name = "png-bits",
-     .kind = OPTION_CHOICE,
-     .offset = AT(png_bits),
-     .value = "BITS",
-     .choices = "8|16",
-     .help = "Bits per sample of the PNG file: 8 or 16. [default 8]"},
-    {.name = "frames",
-     .kind = OPTION_TEXT,
-     .offset = AT_SEQUENCE(frames),
-     .value = "LIST",
-     .help = "Sequence (names with ####): these frames, such as 1-240x2,300. [default "
-             "those that there are]"},
-    {.name = "frame-parameters",
-     .kind = OPTION_FILE,
-     .offset = AT_SEQUENCE(parameters),
-     .value = "FILE.csv",
-     .help = "Sequence: parameters per frame; the first line names the columns, as in "
-             "frame,focus-distance."},
-    {.name = "anew",
-     .kind = OPTION_FLAG,
-     .offset = AT_SEQUENCE(is_anew),
-     .help = "Sequence: also make the frames that are finished."},
-    {.name = "jobs",
-     .kind = OPTION_INT,
-     .offset = AT_SEQUENCE(n_jobs),
-     .value = "N",
-     .min = 1,
-     .max = 16,
-     .help = "Sequence: frames at a time, so that files are read and written while "
-             "others are filtered. [default 2]"},
+    OPTION_FILE_ROW("params", AT(params), "FILE",
+                    "Parameters, a line 'key value' each, as rackfocus view saves "
+                    "them; options win over them."),
+    OPTION_FILE_ROW("output-coc", AT(output_coc), "FILE.exr",
+                    "Also write the signed radius of every pixel in px (channel Y, "
+                    "float; positive behind the focus)."),
+    OPTION_CHOICE_ROW(
+        "depth-repair", AT(depth_repair), "WHEN", DEPTH_REPAIR_CHOICES,
+        "Depth that was multiplied by alpha or anti-aliased: auto undoes it and says "
+        "so; off takes the depth as it is, whatever it looks like. [default auto]"),
+    OPTION_CHOICE_ROW("mist-falloff", AT(mist_falloff), "KIND", MIST_CHOICES,
+                      "Blender's Mist pass as depth: how it grows from start to end; "
+                      "with --depth normalised. [default none]"),
+    OPTION_TEXT_ROW("filter-layers", AT(filter_layers), "NAMES",
+                    "Also write these layers (light groups, normals; separated by "
+                    "commas) as the lens blurs them."),
+    OPTION_FILE_ROW("holdout", AT(holdout), "FILE.exr",
+                    "Deep input: another deep file whose samples hide what is behind "
+                    "them and are not shown."),
+    OPTION_FILE_ROW("flattened", AT(flattened), "FILE.exr",
+                    "Deep input: also write it flat and without blur, with a depth."),
+    OPTION_FLAG_ROW("over", AT(is_over),
+                    "The inputs are layers: filter each with its own depth and put "
+                    "them over each other, the first on top."),
+    OPTION_FLAG_ROW(
+        "stereo", AT(is_stereo),
+        "Filter all views of a multi-view file, or two files, left and right, with the "
+        "same parameters. The output is a multi-view file, or a file per view where "
+        "its name holds %V, the view's name, or %v, its first letter."),
+    OPTION_FLAG_ROW("pass-through", AT(pass_through),
+                    "Also write the input's other layers and its depth, unchanged."),
+    OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
+                      "Samples of the EXR file: half or float. [default half]"),
+    OPTION_CHOICE_ROW("compression", AT(compression), "KIND", FILTER_COMPRESSIONS,
+                      "Compression of the EXR file: input (as there), none, rle, zips, "
+                      "zip, piz, pxr24, b44, b44a, dwaa or dwab. [default input]"),
+    OPTION_CHOICE_ROW("png-bits", AT(png_bits), "BITS", "8|16",
+                      "Bits per sample of the PNG file: 8 or 16. [default 8]"),
+    OPTION_TEXT_ROW("frames", AT_SEQUENCE(frames), "LIST",
+                    "Sequence (names with ####): these frames, such as 1-240x2,300. "
+                    "[default those that there are]"),
+    OPTION_FILE_ROW("frame-parameters", AT_SEQUENCE(parameters), "FILE.csv",
+                    "Sequence: parameters per frame; the first line names the columns, "
+                    "as in frame,focus-distance."),
+    OPTION_FLAG_ROW("anew", AT_SEQUENCE(is_anew),
+                    "Sequence: also make the frames that are finished."),
+    OPTION_INT_ROW("jobs", AT_SEQUENCE(n_jobs), "N", 1, 16,
+                   "Sequence: frames at a time, so that files are read and written "
+                   "while others are filtered. [default 2]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,

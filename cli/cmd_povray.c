@@ -34,89 +34,47 @@ struct povray_tool {
 #define AT(member) offsetof(struct povray_tool, member)
 
 static const struct option options[] = {
-    {.name = "output",
-     .letter = 'o',
-     .kind = OPTION_FILE,
-     .offset = AT(output),
-     .value = "FILE",
-     .help =
-         "The picture to write: .exr or .png. With --frames the number of the frame "
-         "takes the place of ####, or goes before the ending."},
-    {.name = "aperture",
-     .kind = OPTION_NUMBER,
-     .offset = AT(aperture),
-     .value = "SIZE",
-     .min = 0,
-     .max = 1e9,
-     .help = "POV-Ray's aperture in place of the scene's; the lens radius is a quarter "
-             "of it."},
-    {.name = "focal-point",
-     .kind = OPTION_TEXT,
-     .offset = AT(focal_point),
-     .value = "X,Y,Z",
-     .help = "Point in focus, in place of the scene's."},
-    {.name = "views",
-     .kind = OPTION_INT,
-     .offset = AT(n_views),
-     .value = "COUNT",
-     .min = 1,
-     .max = RF_MAX_LENS_POINTS,
-     .help = "Render so many views from points of the lens and merge them (64 at "
-             "most): real background behind near things. With --method accumulate 2 "
-             "to 1024 are averaged. [default 1; accumulate 32]"},
-    {.name = "camera-move",
-     .kind = OPTION_CHOICE,
-     .offset = AT(move),
-     .value = "MOVE",
-     .choices = "shift|look-at",
-     .help = "Method accumulate, how the camera goes to a point of the lens: shift "
-             "shears its frustum, so that the plane in focus stays; look-at turns it "
-             "to the middle of that plane, which blurs the plane's borders. [default "
-             "shift]"},
-    {.name = "shutter",
-     .kind = OPTION_NUMBER,
-     .offset = AT(shutter),
-     .value = "TIME",
-     .min = 0,
-     .max = 1e6,
-     .help = "Method accumulate: motion blur. The views are spread over so many frames "
-             "about the picture's own (a still: units of the clock). [default 0]"},
-    {.name = "subpixel",
-     .kind = OPTION_FLAG,
-     .offset = AT(has_subpixel),
-     .help = "Method accumulate: each view looks through another part of the pixels, "
-             "which smooths edges; views are then rendered with -A unless another "
-             "anti-aliasing is given."},
-    {.name = "keep",
-     .kind = OPTION_FILE,
-     .offset = AT(keep),
-     .value = "DIR|FILE.exr",
-     .help =
-         "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so on, or "
-         "in one FILE.exr with all views, which rackfocus filter refocuses without "
-         "rendering. With --method accumulate the views, DIR/view_0000.exr ..., for "
-         "rackfocus accumulate."},
-    {.name = "reference",
-     .kind = OPTION_INT,
-     .offset = AT(n_reference),
-     .value = "COUNT",
-     .min = 1,
-     .max = 100000,
-     .help = "Also render POV-Ray's own focal blur with so many samples, and compare."},
-    {.name = "frames",
-     .kind = OPTION_TEXT,
-     .offset = AT(frames),
-     .value = "A-B",
-     .help = "Frames of an animation: POV-Ray's +KFIA +KFFB, one picture each."},
+    OPTION_OUTPUT_ROW(AT(output),
+                      "The picture to write: .exr or .png. With --frames the number of "
+                      "the frame takes the place of ####, or goes before the ending."),
+    OPTION_NUMBER_ROW("aperture", AT(aperture), "SIZE", 0, 1e9,
+                      "POV-Ray's aperture in place of the scene's; the lens radius is "
+                      "a quarter of it."),
+    OPTION_TEXT_ROW("focal-point", AT(focal_point), "X,Y,Z",
+                    "Point in focus, in place of the scene's."),
+    OPTION_INT_ROW("views", AT(n_views), "COUNT", 1, RF_MAX_LENS_POINTS,
+                   "Render so many views from points of the lens and merge them (64 at "
+                   "most): real background behind near things. With --method "
+                   "accumulate 2 to 1024 are averaged. [default 1; accumulate 32]"),
+    OPTION_CHOICE_ROW(
+        "camera-move", AT(move), "MOVE", "shift|look-at",
+        "Method accumulate, how the camera goes to a point of the lens: shift shears "
+        "its frustum, so that the plane in focus stays; look-at turns it to the middle "
+        "of that plane, which blurs the plane's borders. [default shift]"),
+    OPTION_NUMBER_ROW(
+        "shutter", AT(shutter), "TIME", 0, 1e6,
+        "Method accumulate: motion blur. The views are spread over so many frames "
+        "about the picture's own (a still: units of the clock). [default 0]"),
+    OPTION_FLAG_ROW("subpixel", AT(has_subpixel),
+                    "Method accumulate: each view looks through another part of the "
+                    "pixels, which smooths edges; views are then rendered with -A "
+                    "unless another anti-aliasing is given."),
+    OPTION_FILE_ROW("keep", AT(keep), "DIR|FILE.exr",
+                    "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so "
+                    "on, or in one FILE.exr with all views, which rackfocus filter "
+                    "refocuses without rendering. With --method accumulate the views, "
+                    "DIR/view_0000.exr ..., for rackfocus accumulate."),
+    OPTION_INT_ROW(
+        "reference", AT(n_reference), "COUNT", 1, 100000,
+        "Also render POV-Ray's own focal blur with so many samples, and compare."),
+    OPTION_TEXT_ROW("frames", AT(frames), "A-B",
+                    "Frames of an animation: POV-Ray's +KFIA +KFFB, one picture each."),
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
-    {.name = "linear-light",
-     .kind = OPTION_FLAG,
-     .offset = AT(is_linear),
-     .help = "Sum light physically, not in the scene's assumed_gamma as POV-Ray does."},
-    {.name = "camera",
-     .kind = OPTION_FLAG,
-     .offset = AT(is_camera_only),
-     .help = "Print the scene's camera, checked by a small render, and stop."},
+    OPTION_FLAG_ROW(
+        "linear-light", AT(is_linear),
+        "Sum light physically, not in the scene's assumed_gamma as POV-Ray does."),
+    OPTION_FLAG_ROW("camera", AT(is_camera_only),
+                    "Print the scene's camera, checked by a small render, and stop."),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,

@@ -67,7 +67,51 @@ void operands_free(struct operands *operands);
 /* The candidate most like `name`, or NULL where none is near. */
 const char *nearest_name(const char *name, const char *const *candidates, size_t n);
 
-/* Rows of the tables that most sub-commands share. */
+/*
+ * Rows of the tables. `key` is the option's name, `at` where its value is stored (the
+ * offset), `what` how help calls the value, `text` the help: a sentence.
+ */
+#define OPTION_FLAG_ROW(key, at, text)                                                 \
+    {                                                                                  \
+        .name = key, .kind = OPTION_FLAG, .offset = at, .help = text                   \
+    }
+#define OPTION_TEXT_ROW(key, at, what, text)                                           \
+    {                                                                                  \
+        .name = key, .kind = OPTION_TEXT, .offset = at, .value = what, .help = text    \
+    }
+#define OPTION_FILE_ROW(key, at, what, text)                                           \
+    {                                                                                  \
+        .name = key, .kind = OPTION_FILE, .offset = at, .value = what, .help = text    \
+    }
+#define OPTION_CHOICE_ROW(key, at, what, names, text)                                  \
+    {                                                                                  \
+        .name = key, .kind = OPTION_CHOICE, .offset = at, .value = what,               \
+        .choices = names, .help = text                                                 \
+    }
+#define OPTION_INT_ROW(key, at, what, least, most, text)                               \
+    {                                                                                  \
+        .name = key, .kind = OPTION_INT, .offset = at, .value = what, .min = least,    \
+        .max = most, .help = text                                                      \
+    }
+#define OPTION_NUMBER_ROW(key, at, what, least, most, text)                            \
+    {                                                                                  \
+        .name = key, .kind = OPTION_NUMBER, .offset = at, .value = what, .min = least, \
+        .max = most, .help = text                                                      \
+    }
+
+/* Rows that several sub-commands share. */
+#define OPTION_OUTPUT_ROW(at, text)                                                    \
+    {                                                                                  \
+        .name = "output", .letter = 'o', .kind = OPTION_FILE, .offset = at,            \
+        .value = "FILE", .help = text                                                  \
+    }
+#define OPTION_DEPTH_FILE_ROW(at)                                                      \
+    OPTION_FILE_ROW("depth-file", at, "FILE.exr", "File that has the depth.")
+#define OPTION_DEPTH_CHANNEL_ROW(at)                                                   \
+    OPTION_TEXT_ROW("depth-channel", at, "NAME",                                       \
+                    "Channel that has the depth, by its full name.")
+#define OPTION_LAYER_ROW(at, verb)                                                     \
+    OPTION_TEXT_ROW("layer", at, "NAME", "Layer to " verb " where a file has several.")
 #define OPTION_HELP_ROW                                                                \
     {                                                                                  \
         .name = "help", .letter = 'h', .kind = OPTION_FLAG, .help = "Show this help."  \
@@ -78,12 +122,9 @@ const char *nearest_name(const char *name, const char *const *candidates, size_t
         .help = "No progress bar and no warnings."                                     \
     }
 #define OPTION_DISTRIBUTION_ROW(at)                                                    \
-    {                                                                                  \
-        .name = "distribution-image", .kind = OPTION_FILE, .offset = (at),             \
-        .value = "FILE",                                                               \
-        .help = "Method scatter: picture of the aperture, EXR or PNG of any size, as " \
-                "the camera sees it; implies --distribution image."                    \
-    }
+    OPTION_FILE_ROW("distribution-image", at, "FILE",                                  \
+                    "Method scatter: picture of the aperture, EXR or PNG of any "      \
+                    "size, as the camera sees it; implies --distribution image.")
 #define OPTION_THREADS_ROW(at)                                                         \
     {                                                                                  \
         .name = "threads", .letter = 'j', .kind = OPTION_INT, .offset = (at),          \
