@@ -6,6 +6,8 @@
 #include "internal.h"
 #include "methods/preview.h"
 
+enum { NORMAL_CELLS = 3 }; /* quality normal: 0.07 dB below 4 at the most */
+
 /* A picture whose every radius is below this is its own blur: half a step of the
  * radius. */
 static const float SHARP_PX = 1.0f / 64;
@@ -150,6 +152,8 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
     *f = (struct rf_filter){
         .context = context, .lens = lens, .width = width, .height = height};
     rf_params_complete(&f->params, params);
+    if (f->params.quality == RF_QUALITY_NORMAL)
+        f->params.sub_apertures = rf_min_int(f->params.sub_apertures, NORMAL_CELLS);
     rf_shape_init(&f->shape, &f->params);
     *filter = f;
     return RF_OK;

@@ -207,6 +207,7 @@ struct rf_method_entry {
 };
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error);
+rf_result rf_layered_preview_run(struct rf_work *work, struct rf_error *error);
 rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error);
 rf_result rf_views_run(struct rf_work *work, struct rf_error *error);
 rf_result rf_accumulate_run(struct rf_work *work, struct rf_error *error);

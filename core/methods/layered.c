@@ -113,6 +113,8 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
 {
+    if (work->filter->params.quality == RF_QUALITY_PREVIEW)
+        return rf_layered_preview_run(work, error);
     const struct rf_context *context = work->filter->context;
     struct layered l = {.hidden = NULL};
     rf_result result = run(&l, work, error);

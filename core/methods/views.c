@@ -430,8 +430,19 @@ static rf_result run(struct views *v, struct rf_error *error)
     return rf_composite_crop(&scene, work, error);
 }
 
+/* A preview takes the view nearest to the lens' centre alone. */
+static rf_result run_preview(struct rf_work *work, struct rf_error *error)
+{
+    const struct rf_work_view *view = &work->views[middle_view(work)];
+    memcpy(work->colour, view->colour, sizeof work->colour);
+    work->radius = view->radius;
+    return rf_layered_preview_run(work, error);
+}
+
 rf_result rf_views_run(struct rf_work *work, struct rf_error *error)
 {
+    if (work->filter->params.quality == RF_QUALITY_PREVIEW)
+        return run_preview(work, error);
     if (work->n_views == 1)
         return rf_layered_run(work, error);
     const struct rf_context *context = work->filter->context;

@@ -61,6 +61,11 @@
     X(RF_METHOD_VIEWS, "views", "several views from points of the lens, merged")       \
     X(RF_METHOD_ACCUMULATE, "accumulate", "the mean of views; needs no depth")
 
+#define RF_LIST_QUALITY(X)                                                             \
+    X(RF_QUALITY_PREVIEW, "preview", "drawn at a fraction of the size, for live use")  \
+    X(RF_QUALITY_NORMAL, "normal", "at most 3 sub-apertures; loses 0.1 dB at most")    \
+    X(RF_QUALITY_BEST, "best", "everything that the other parameters ask for")
+
 #define RF_LIST_DISTRIBUTION(X)                                                        \
     X(RF_DISTRIBUTION_UNIFORM, "uniform", "equal light over the circle (Yu 2004)")     \
     X(RF_DISTRIBUTION_GAUSSIAN, "gaussian", "soft: sigma half the radius")             \

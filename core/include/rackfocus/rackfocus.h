@@ -96,6 +96,7 @@ enum rf_method { RF_LIST_METHOD(RF_X_ENUM) };
 enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
 enum rf_blend { RF_LIST_BLEND(RF_X_ENUM) };
 enum rf_leak { RF_LIST_LEAK(RF_X_ENUM) };
+enum rf_quality { RF_LIST_QUALITY(RF_X_ENUM) };
 enum rf_lens_pattern { RF_LIST_LENS_PATTERN(RF_X_ENUM) };
 #undef RF_X_ENUM
 
