@@ -96,6 +96,41 @@ double rf_depth_of_value(const struct rf_params *params, const struct rf_lens *l
     return z;
 }
 
+/* Is the depth packed planar distance in a perspective, blurred by the lens? */
+static bool is_plain(const struct depth_map *map, const struct rf_image *depth)
+{
+    return map->params->depth == RF_DEPTH_PLANAR &&
+           map->params->optics != RF_OPTICS_BUFFER &&
+           map->lens->projection == RF_PROJECTION_PERSPECTIVE &&
+           depth->pixel_bytes == sizeof(float);
+}
+
+/*
+ * What planar_distance() and rf_lens_radius_px() give for a row of plain depth, without
+ * branches; false where a value is bad. Adds the pixels that were hit to `n_hit`.
+ */
+static bool convert_plain_row(const struct depth_map *map, const struct rf_image *depth,
+                              int y, float *radius, int64_t *n_hit)
+{
+    const float *value = rf_image_at(depth, 0, y, 0);
+    const struct rf_lens *lens = map->lens;
+    double factor = map->params->depth_scale, offset = map->params->depth_offset;
+    double infinity = map->params->depth_infinity, most = lens->max_radius_px;
+    double bias = lens->bias_px, scale = lens->scale;
+    int n_good = 0, n_finite = 0;
+    for (int x = 0; x < depth->width; x++) {
+        double v = value[x] * factor + offset;
+        n_good += v >= 0;
+        double z = v == 0 || v >= infinity ? INFINITY : v;
+        n_finite += z < INFINITY;
+        double r = bias + scale / z;
+        r = r > -most ? r : -most;
+        radius[x] = (float)(r < most ? r : most);
+    }
+    *n_hit += n_finite;
+    return n_good == depth->width;
+}
+
 struct row_tally {
     int64_t n_bad, n_hit;
     int bad_x;
@@ -162,6 +197,10 @@ rf_result rf_depth_to_radius(const struct rf_context *context,
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
     for (int y = 0; y < height; y++) {
         size_t at = (size_t)y * (size_t)width;
+        if (radius && !planar && is_plain(&map, depth) &&
+            convert_plain_row(&map, depth, y, radius + at, &rows[y].n_hit))
+            continue;
+        rows[y].n_hit = 0;
         convert_row(&map, depth, y, radius ? radius + at : NULL,
                     planar ? planar + at : NULL, &rows[y]);
     }

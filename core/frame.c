@@ -87,6 +87,50 @@ static int64_t load_row(const struct rf_params *params, const struct rf_image *c
     return n_bad;
 }
 
+/* Are the pixels RGBA quadruples, in the space that light is summed in? */
+static bool is_plain_rgba(const struct rf_params *params, const struct rf_image *image)
+{
+    return image->channels == 4 && image->channel_bytes == sizeof(float) &&
+           image->pixel_bytes == 4 * sizeof(float) && params->blend_gamma == 1;
+}
+
+/* Unpacks a row of plain RGBA; false where a value is not finite. */
+static bool load_plain_row(const struct rf_image *colour, int y, float *planes[4])
+{
+    const float *from = rf_image_at(colour, 0, y, 0);
+    size_t at = (size_t)y * (size_t)colour->width;
+    float *restrict r = planes[0] + at, *restrict g = planes[1] + at;
+    float *restrict b = planes[2] + at, *restrict a = planes[3] + at;
+    uint32_t largest = 0; /* bits without sign: those of infinity and above are bad */
+    for (int x = 0; x < colour->width; x++) {
+        r[x] = from[4 * x];
+        g[x] = from[4 * x + 1];
+        b[x] = from[4 * x + 2];
+        a[x] = from[4 * x + 3];
+    }
+    for (int i = 0; i < 4 * colour->width; i++) {
+        uint32_t bits;
+        memcpy(&bits, from + i, sizeof bits);
+        bits &= 0x7fffffffu;
+        largest = bits > largest ? bits : largest;
+    }
+    return largest < 0x7f800000u;
+}
+
+static void store_plain_row(float *const planes[4], const struct rf_image *out, int y)
+{
+    float *to = (float *)rf_image_at(out, 0, y, 0);
+    size_t at = (size_t)y * (size_t)out->width;
+    const float *r = planes[0] + at, *g = planes[1] + at;
+    const float *b = planes[2] + at, *a = planes[3] + at;
+    for (int x = 0; x < out->width; x++) {
+        to[4 * x] = r[x];
+        to[4 * x + 1] = g[x];
+        to[4 * x + 2] = b[x];
+        to[4 * x + 3] = a[x];
+    }
+}
+
 rf_result rf_frame_load(const struct rf_context *context,
                         const struct rf_params *params, const struct rf_image *colour,
                         float *planes[4], struct rf_error *error)
@@ -96,6 +140,8 @@ rf_result rf_frame_load(const struct rf_context *context,
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
     for (int y = 0; y < height; y++) {
         int bad_x = 0;
+        if (is_plain_rgba(params, colour) && load_plain_row(colour, y, planes))
+            continue;
         int64_t n = load_row(params, colour, y, planes, &bad_x);
         if (n) {
 #pragma omp critical
@@ -121,7 +167,11 @@ void rf_frame_store(const struct rf_context *context, const struct rf_params *pa
                     float *const planes[4], const struct rf_image *out)
 {
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
-    for (int y = 0; y < out->height; y++)
+    for (int y = 0; y < out->height; y++) {
+        if (is_plain_rgba(params, out)) {
+            store_plain_row(planes, out, y);
+            continue;
+        }
         for (int c = 0; c < out->channels; c++) {
             const float *row = planes[c] + (size_t)y * (size_t)out->width;
             for (int x = 0; x < out->width; x++) {
@@ -131,4 +181,5 @@ void rf_frame_store(const struct rf_context *context, const struct rf_params *pa
                 *(float *)rf_image_at(out, x, y, c) = v;
             }
         }
+    }
 }

@@ -171,6 +171,20 @@ static void magnify_row(const float *row, int n_level, int level, float *out, in
             STORE(out + half + 2 * i, INTERLEAVE(low, high, 0));
             STORE(out + half + 2 * i + LANES, INTERLEAVE(low, high, 4));
         }
+    if (level == 2)
+        for (; i + LANES < n_level && half + 4 * (i + LANES) <= n; i += LANES) {
+            vf a = LOAD(row + i), d = LOAD(row + i + 1) - a;
+            vf v0 = a + SPLAT(0.125f) * d, v1 = a + SPLAT(0.375f) * d;
+            vf v2 = a + SPLAT(0.625f) * d, v3 = a + SPLAT(0.875f) * d;
+            float *to = out + half + 4 * i;
+            vf even = INTERLEAVE(v0, v2, 0), odd = INTERLEAVE(v1, v3, 0);
+            STORE(to, INTERLEAVE(even, odd, 0));
+            STORE(to + LANES, INTERLEAVE(even, odd, 4));
+            even = INTERLEAVE(v0, v2, 4);
+            odd = INTERLEAVE(v1, v3, 4);
+            STORE(to + 2 * LANES, INTERLEAVE(even, odd, 0));
+            STORE(to + 3 * LANES, INTERLEAVE(even, odd, 4));
+        }
     for (; i + 1 < n_level && half + size * i < n; i++) {
         float a = row[i], d = row[i + 1] - a;
         float *to = out + half + size * i;
