@@ -640,6 +640,8 @@ static rf_result run_groups(struct composer *c, const struct group *groups,
 static int max_level(const struct composer *c, const struct rf_samples *samples)
 {
     float most = 0;
+#pragma omp parallel for num_threads(c->n_threads) schedule(static) reduction(max      \
+                                                                              : most)
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(samples->at[i].r));
     return level_of(c, most);
@@ -740,6 +742,7 @@ static rf_result allocate(struct composer *c, struct rf_error *error)
                                             .at = acc + n_acc * (size_t)i,
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
+#pragma omp parallel for num_threads(c->n_threads) schedule(static) collapse(2)
     for (int cell = 0; cell < canvas->n_cells; cell++)
         for (size_t i = 0; i < n; i++)
             canvas->t[n * (size_t)cell + i] = (float)c->footprints.cells.share[cell];
@@ -799,7 +802,8 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     for (int p = 0; p < scene->n_colours; p++)
         planes[p] = memory + n * (size_t)p;
     rf_result result = composite(scene, planes, error);
-    for (int y = 0; y < work->filter->height && result == RF_OK; y++) {
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+    for (int y = 0; y < (result == RF_OK ? work->filter->height : 0); y++) {
         size_t at = (size_t)(y + scene->border) * (size_t)scene->width;
         for (int p = 0; p < work->n_planes; p++)
             memcpy(work->colour[p] + (size_t)y * width,

@@ -40,7 +40,7 @@ static void default_release(void *user, void *memory)
  * pages have been touched already. What is in use and what is kept never exceed the
  * most that was in use at once.
  */
-enum { POOL_BLOCK = 256 << 10 }; /* bytes from which a block is kept */
+enum { POOL_BLOCK = 32 << 10 }; /* bytes from which a block is kept */
 
 /* Before every block, so that its size is known when it is given back. */
 struct head {

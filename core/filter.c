@@ -214,10 +214,13 @@ static rf_result load_view(struct rf_work *work, int j, const struct rf_view *vi
         result = rf_film_fill(f, w->colour[3], memory, error);
     w->radius = memory;
     set_shift(w, view, &f->lens);
-    for (size_t i = 0; i < n; i++) {
-        float r = fabsf(memory[i]);
-        work->largest_radius = r > work->largest_radius ? r : work->largest_radius;
-    }
+    float most = work->largest_radius;
+#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)           \
+    reduction(max                                                                      \
+              : most)
+    for (size_t i = 0; i < n; i++)
+        most = rf_max_float(fabsf(memory[i]), most);
+    work->largest_radius = most;
     return result;
 }
 

@@ -77,15 +77,17 @@ static bool is_occluder(const struct rf_surfaces *s, size_t i)
     return s->share[i] > LEAST_SHARE;
 }
 
-static void build_blocks(struct highlights *h, struct blockers *view)
+static void build_blocks(const struct highlights *h, const struct blockers *view,
+                         int row)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
-    for (int i = 0; i < h->n_x * h->n_y; i++)
-        view->nearest[i] = INFINITY;
-    for (int y = 0; y < s->height; y++)
+    float *nearest = view->nearest + (size_t)row * (size_t)h->n_x;
+    for (int i = 0; i < h->n_x; i++)
+        nearest[i] = INFINITY;
+    for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++)
         for (int x = 0; x < s->width; x++) {
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            float *b = &view->nearest[y / BLOCK * h->n_x + x / BLOCK];
+            float *b = &nearest[x / BLOCK];
             if (is_occluder(s, i))
                 *b = rf_min_float(*b, s->near[i].r);
         }
@@ -370,9 +372,9 @@ static rf_result build_views(struct highlights *h, struct rf_error *error)
         h->views[j].occluders = &scene->occluders[j];
         h->views[j].nearest = nearest + n_blocks * j;
     }
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
-    for (int j = 0; j < scene->n_views; j++)
-        build_blocks(h, &h->views[j]);
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 4)
+    for (int i = 0; i < scene->n_views * h->n_y; i++)
+        build_blocks(h, &h->views[i / h->n_y], i % h->n_y);
     assign_lens(h);
     return RF_OK;
 }

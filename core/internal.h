@@ -27,7 +27,7 @@ void rf_params_complete(struct rf_params *full, const struct rf_params *params);
 
 /* ---- context.c ----------------------------------------------------------------- */
 
-enum { RF_POOL_BLOCKS = 64 };
+enum { RF_POOL_BLOCKS = 256 };
 
 /* Memory that the context's pictures share, one after the other. */
 struct rf_pool {

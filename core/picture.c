@@ -211,14 +211,9 @@ void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *
     }
 }
 
-void rf_picture_visit(struct rf_picture *l, rf_visit_fn visit, void *user)
-{
-    for (int y = 0; y < l->height; y++)
-        rf_picture_visit_row(l, y, visit, user);
-}
-
 enum { N_FACTORS = 24 };
 
+/* What one row gives to the count of highlights. */
 struct budget {
     struct rf_picture *l;
     double area[N_FACTORS]; /* of the discs that stay with the threshold times 2^i */
@@ -234,23 +229,36 @@ static void count_area(void *user, struct rf_surface *s, int x, int y, float w)
     }
 }
 
-/* The least factor on the thresholds at which the discs fit into the budget. */
-static float highlight_factor(struct rf_picture *l)
+/*
+ * The least factor on the thresholds at which the discs fit into the budget. `rows`
+ * holds N_FACTORS areas per row, so that their sum does not depend on the threads.
+ */
+static float highlight_factor(struct rf_picture *l, double *rows)
 {
-    struct budget b = {.l = l};
-    rf_picture_visit(l, count_area, &b);
+#pragma omp parallel for num_threads(l->filter->context->n_threads)                    \
+    schedule(dynamic, 16)
+    for (int y = 0; y < l->height; y++) {
+        struct budget b = {.l = l};
+        rf_picture_visit_row(l, y, count_area, &b);
+        memcpy(rows + (size_t)y * N_FACTORS, b.area, sizeof b.area);
+    }
     double limit = (double)HIGHLIGHT_BUDGET * (double)padded_size(l);
     float factor = 1;
-    for (int i = 0; i < N_FACTORS - 1 && b.area[i] > limit; i++)
+    for (int i = 0; i < N_FACTORS - 1; i++) {
+        double area = 0;
+        for (int y = 0; y < l->height; y++)
+            area += rows[(size_t)y * N_FACTORS + (size_t)i];
+        if (area <= limit)
+            break;
         factor *= 2;
+    }
     return factor;
 }
 
 struct lights {
     struct rf_picture *l;
     float factor;
-    struct rf_samples *out; /* NULL: only count */
-    size_t n;
+    struct rf_samples out; /* at NULL: only count */
 };
 
 static void collect_light(void *user, struct rf_surface *s, int x, int y, float w)
@@ -258,26 +266,59 @@ static void collect_light(void *user, struct rf_surface *s, int x, int y, float 
     struct lights *lights = user;
     if (!is_highlight(lights->l, s, x, y, lights->factor))
         return;
-    lights->n++;
-    if (!lights->out)
-        return;
-    struct rf_sample *light = &lights->out->at[lights->out->n++];
-    *light = rf_sample_make(s, x, y, w);
-    take_light(s->c, light->c,
-               usual_luminance(lights->l, x, y) /
-                   rf_luminance(s->c[0], s->c[1], s->c[2]));
+    if (lights->out.at) {
+        struct rf_sample *light = &lights->out.at[lights->out.n];
+        *light = rf_sample_make(s, x, y, w);
+        take_light(s->c, light->c,
+                   usual_luminance(lights->l, x, y) /
+                       rf_luminance(s->c[0], s->c[1], s->c[2]));
+    }
+    lights->out.n++;
+}
+
+/* Moves the light of the highlights into `l->highlights`, in the order of rows. */
+static rf_result collect_lights(struct rf_picture *l, float factor, size_t *start,
+                                struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    start[0] = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int y = 0; y < l->height; y++) {
+        struct lights lights = {.l = l, .factor = factor};
+        rf_picture_visit_row(l, y, collect_light, &lights);
+        start[y + 1] = lights.out.n;
+    }
+    for (int y = 0; y < l->height; y++)
+        start[y + 1] += start[y];
+    size_t n = start[l->height];
+    l->highlights.at = rf_alloc(context, n, sizeof *l->highlights.at);
+    if (!l->highlights.at)
+        return rf_fail_memory(error, n, sizeof *l->highlights.at);
+    l->highlights.n = n;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int y = 0; y < l->height; y++) {
+        struct lights lights = {
+            .l = l, .factor = factor, .out = {l->highlights.at + start[y], 0}};
+        if (start[y + 1] > start[y])
+            rf_picture_visit_row(l, y, collect_light, &lights);
+    }
+    return RF_OK;
 }
 
 rf_result rf_picture_take_highlights(struct rf_picture *l, struct rf_error *error)
 {
-    struct lights lights = {.l = l, .factor = highlight_factor(l)};
-    rf_picture_visit(l, collect_light, &lights);
-    l->highlights.at = rf_alloc(l->filter->context, lights.n, sizeof *l->highlights.at);
-    if (!l->highlights.at)
-        return rf_fail_memory(error, lights.n, sizeof *l->highlights.at);
-    lights.out = &l->highlights;
-    rf_picture_visit(l, collect_light, &lights);
-    return RF_OK;
+    const struct rf_context *context = l->filter->context;
+    size_t n_rows = (size_t)l->height;
+    double *areas = rf_alloc(context, n_rows * N_FACTORS, sizeof *areas);
+    size_t *start = rf_alloc(context, n_rows + 1, sizeof *start);
+    rf_result result = areas && start
+                           ? RF_OK
+                           : rf_fail_memory(error, n_rows * N_FACTORS, sizeof *areas);
+    if (result == RF_OK)
+        result = collect_lights(l, highlight_factor(l, areas), start, error);
+    rf_free(context, start);
+    rf_free(context, areas);
+    return result;
 }
 
 /* ---- samples ------------------------------------------------------------------- */

@@ -40,10 +40,9 @@ int rf_picture_border(float largest_radius);
 rf_result rf_picture_take_highlights(struct rf_picture *picture,
                                      struct rf_error *error);
 
-/* Calls `visit` for every visible piece of surface, rows from the top. */
+/* Calls `visit` for every visible piece of surface of a row. */
 typedef void (*rf_visit_fn)(void *user, struct rf_surface *surface, int x, int y,
                             float w);
-void rf_picture_visit(struct rf_picture *picture, rf_visit_fn visit, void *user);
 void rf_picture_visit_row(struct rf_picture *picture, int y, rf_visit_fn visit,
                           void *user);
 

@@ -26,43 +26,69 @@ struct layered {
     struct rf_samples samples;
 };
 
+struct collector {
+    const struct layered *l;
+    struct rf_samples out;
+};
+
 static void collect(void *user, struct rf_surface *s, int x, int y, float w)
 {
-    struct layered *l = user;
-    rf_picture_emit(&l->picture, rf_sample_make(s, x, y, w), x, y, &l->samples);
+    struct collector *c = user;
+    rf_picture_emit(&c->l->picture, rf_sample_make(s, x, y, w), x, y, &c->out);
 }
 
-static void collect_hidden(const struct layered *l, struct rf_samples *hidden)
+static void collect_hidden(const struct layered *l, int y, struct rf_samples *out)
 {
     int width = l->picture.width;
-    for (int y = 0; y < l->picture.height; y++)
-        for (int x = 0; x < width; x++) {
-            size_t i = (size_t)y * (size_t)width + (size_t)x;
-            if (l->hidden_weight[i] > 0)
-                hidden->at[hidden->n++] =
-                    rf_sample_make(&l->hidden[i], x, y, l->hidden_weight[i]);
-        }
+    for (int x = 0; x < width; x++) {
+        size_t i = (size_t)y * (size_t)width + (size_t)x;
+        if (!(l->hidden_weight[i] > 0))
+            continue;
+        if (out->at)
+            out->at[out->n] = rf_sample_make(&l->hidden[i], x, y, l->hidden_weight[i]);
+        out->n++;
+    }
+}
+
+/* Row y of the visible samples or, from `height` on, of the hidden ones. */
+static size_t collect_row(struct layered *l, int y, struct rf_sample *at)
+{
+    struct collector c = {.l = l, .out = {at, 0}};
+    if (y < l->picture.height)
+        rf_picture_visit_row(&l->picture, y, collect, &c);
+    else
+        collect_hidden(l, y - l->picture.height, &c.out);
+    return c.out.n;
 }
 
 static rf_result collect_samples(struct layered *l, struct rf_scene *scene,
                                  struct rf_error *error)
 {
-    size_t n = (size_t)l->picture.width * (size_t)l->picture.height;
-    rf_picture_visit(&l->picture, collect, l); /* counts */
+    const struct rf_context *context = l->picture.filter->context;
+    int height = l->picture.height, n_rows = l->hidden ? 2 * height : height;
+    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
+    if (!start)
+        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
+    start[0] = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int y = 0; y < n_rows; y++)
+        start[y + 1] = collect_row(l, y, NULL);
+    for (int y = 0; y < n_rows; y++)
+        start[y + 1] += start[y];
     rf_task_poll(scene->task);
-    size_t n_samples = l->samples.n + (l->hidden ? n : 0);
-    l->samples = (struct rf_samples){
-        rf_alloc(l->picture.filter->context, n_samples, sizeof *l->samples.at), 0};
-    if (!l->samples.at)
-        return rf_fail_memory(error, n_samples, sizeof *l->samples.at);
-    rf_picture_visit(&l->picture, collect, l);
+    size_t n = start[n_rows];
+    l->samples.at = rf_alloc(context, n, sizeof *l->samples.at);
+    if (l->samples.at) {
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+        for (int y = 0; y < n_rows; y++)
+            collect_row(l, y, l->samples.at + start[y]);
+        scene->visible = (struct rf_samples){l->samples.at, start[height]};
+        scene->hidden =
+            (struct rf_samples){l->samples.at + start[height], n - start[height]};
+    }
+    rf_free(context, start);
     rf_task_poll(scene->task);
-    scene->visible = l->samples;
-    scene->hidden.at = l->samples.at + l->samples.n;
-    if (l->hidden)
-        collect_hidden(l, &scene->hidden);
-    rf_task_poll(scene->task);
-    return RF_OK;
+    return l->samples.at ? RF_OK : rf_fail_memory(error, n, sizeof *l->samples.at);
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,

@@ -41,8 +41,8 @@ struct preview {
 static int halvings_of(int width, int height)
 {
     int n = 0;
-    while (n < MAX_HALVINGS &&
-           (int64_t)width * height > (int64_t)SMALL_PIXELS << (2 * n))
+    while (n < MAX_HALVINGS && (int64_t)width * height > (int64_t)SMALL_PIXELS
+                                                             << (2 * n))
         n++;
     return n;
 }
@@ -80,8 +80,8 @@ static void find_nearest(struct preview *p)
         p->nearest[i] = p->covered[i] = 0;
     for (int y = 0; y < p->height; y++)
         for (int x = 0; x < p->width; x++) {
-            float *b = &p->nearest[(y >> BLOCK_HALVINGS) * p->n_x +
-                                   (x >> BLOCK_HALVINGS)];
+            float *b =
+                &p->nearest[(y >> BLOCK_HALVINGS) * p->n_x + (x >> BLOCK_HALVINGS)];
             *b = rf_min_float(p->radius[(size_t)y * (size_t)p->width + (size_t)x], *b);
         }
 }
