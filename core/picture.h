@@ -27,7 +27,7 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *fi
                           const struct rf_work_view *view, int n_planes, int border,
                           struct rf_task *task, struct rf_error *error);
 void rf_picture_free(struct rf_picture *picture);
-/* Frees what only rf_picture_visit(), rf_picture_emit() and the highlights need. */
+/* Frees what only rf_picture_visit_row(), rf_picture_emit() and the highlights need. */
 void rf_picture_drop_pixels(struct rf_picture *picture);
 
 int rf_picture_border(float largest_radius);

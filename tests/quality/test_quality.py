@@ -51,6 +51,13 @@ def scores(tmp_path_factory):
             out = folder / f"{scene}_{k}.exr"
             run("filter", pinhole, "-o", out, "--sub-apertures", k, "--type", "float")
             row[f"k{k}"] = tpsnr(out, scene)
+        for quality in ("preview", "normal"):
+            out = folder / f"{scene}_{quality}.exr"
+            run("filter", pinhole, "-o", out, "--quality", quality, "--type", "float")
+            row[quality] = tpsnr(out, scene)
+        out = folder / f"{scene}_mipmap.exr"
+        run("filter", pinhole, "-o", out, "--method", "mipmap-offset")
+        row["mipmap"] = tpsnr(out, scene)
         for name in ("dof64", "defocus"):
             path = REFERENCES / f"{scene}_{name}.exr"
             if path.exists():
@@ -75,6 +82,16 @@ def test_beats_the_pinhole(scene, scores):
 @pytest.mark.parametrize("scene", MANIFEST)
 def test_more_cells_do_not_hurt(scene, scores):
     assert scores[scene]["k4"] >= scores[scene]["k1"] - 0.02
+
+
+@pytest.mark.parametrize("scene", MANIFEST)
+def test_normal_quality_is_nearly_the_best(scene, scores):
+    assert scores[scene]["normal"] >= scores[scene]["k4"] - 0.1
+
+
+@pytest.mark.parametrize("scene", MANIFEST)
+def test_the_preview_beats_the_real_time_family(scene, scores):
+    assert scores[scene]["preview"] >= scores[scene]["mipmap"] + 1
 
 
 def test_beats_cycles_at_equal_samples(scores):
