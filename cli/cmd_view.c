@@ -165,6 +165,8 @@ static bool check_usage(const struct view_options *tool,
     const bool is_scene = operands->n == 1 && view_is_scene(operands->items[0]);
     if (!is_scene && (tool->n_views > 1 || tool->keep))
         return fail_usage("--views and --keep are for POV-Ray scenes");
+    if (tool->keep && picture_kind(tool->keep) == PICTURE_EXR)
+        return fail_usage("--keep takes a folder here");
     if (operands->n_rest > 0 && !is_scene)
         return fail_usage("options after -- are for POV-Ray, and here is no scene");
     return true;
