@@ -252,15 +252,18 @@ static void journal_read(struct sequence *sequence)
     sequence->journal_path = need_memory(strlen(pattern) + 8, 1);
     sprintf(sequence->journal_path, "%s.frames", pattern);
     FILE *file = fopen(sequence->journal_path, "rb");
-    struct stat status;
-    size_t n = file && fstat(fileno(file), &status) == 0 && status.st_size > 0
-                   ? (size_t)status.st_size
-                   : 0;
-    sequence->journal = need_memory(n + 1, 1);
-    n = n ? fread(sequence->journal, 1, n, file) : 0;
-    sequence->journal[n] = '\0';
-    if (file)
+    size_t n = 0;
+    if (file) {
+        struct stat status;
+        if (fstat(fileno(file), &status) == 0 && status.st_size > 0)
+            n = (size_t)status.st_size;
+        sequence->journal = need_memory(n + 1, 1);
+        n = fread(sequence->journal, 1, n, file);
         fclose(file);
+    } else {
+        sequence->journal = need_memory(1, 1);
+    }
+    sequence->journal[n] = '\0';
 }
 
 /* ---- frames --------------------------------------------------------------------- */

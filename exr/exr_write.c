@@ -488,11 +488,11 @@ static exr_result_t copy_chunk(struct writer *w, int part,
     const struct exr_input *like = w->parts[part].output->like;
     int from = w->parts[part].like_part;
     uint8_t *data = malloc(chunk->packed_size + chunk->sample_count_table_size + 1);
-    uint8_t *counts = data + chunk->packed_size;
     bool is_deep = like->parts[from].is_deep;
     exr_result_t result;
     if (!data)
         return EXR_ERR_OUT_OF_MEMORY;
+    uint8_t *counts = data + chunk->packed_size;
     if (is_deep)
         result = exr_read_deep_chunk(like->context, from, chunk, data, counts);
     else

@@ -1,0 +1,625 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The checks that take too long for every ./dev test, and the table of their results.
+
+    tests/checks/checks.py coverage     lines of core, exr, povray_glue, plugin
+    tests/checks/checks.py mutate       a dozen wrong operators, each of them caught
+    tests/checks/checks.py threads      ThreadSanitizer over the threaded paths
+    tests/checks/checks.py valgrind     the unit suite under memcheck
+    tests/checks/checks.py static       clang-tidy, gcc -fanalyzer, cppcheck
+    tests/checks/checks.py fuzz [S]     every fuzz target for S seconds (600)
+    tests/checks/checks.py faults       counts of tests/faults and tests/fuzz/corpus
+    tests/checks/checks.py table        writes the results into docs/reliability.md
+
+Builds and results (one JSON file per check) go to $RACKFOCUS_CHECKS, build-checks by
+default. Needs gcovr, clang, clang-tidy, cppcheck, valgrind, libclang-rt-14-dev.
+"""
+
+import datetime
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+OUT = Path(os.environ.get("RACKFOCUS_CHECKS", ROOT / "build-checks"))
+PYTHON = "/usr/bin/python3"
+
+
+def run(*command, check=True, **options):
+    words = [str(word) for word in command]
+    print("+", " ".join(words[:8]), flush=True)
+    return subprocess.run(words, check=check, text=True, **options)
+
+
+def captured(*command, **options):
+    options.setdefault("check", False)
+    return run(
+        *command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options
+    ).stdout
+
+
+def save(name, **values):
+    OUT.mkdir(parents=True, exist_ok=True)
+    values["date"] = datetime.date.today().isoformat()
+    values["commit"] = captured(
+        "git", "-C", ROOT, "rev-parse", "--short", "HEAD"
+    ).strip()
+    (OUT / f"{name}.json").write_text(json.dumps(values, indent=1))
+    print(json.dumps(values, indent=1))
+
+
+def configure(name, *options, source=ROOT, compiler="gcc"):
+    folder = OUT / name
+    if not (folder / "build.ninja").exists():
+        environment = dict(os.environ, CC=compiler)
+        run("meson", "setup", folder, source, *options, env=environment)
+    return folder
+
+
+def environment_of(build):
+    return dict(
+        os.environ,
+        RACKFOCUS=str(build / "cli" / "rackfocus"),
+        RACKFOCUS_BUILD=str(build),
+        EXR_DUMP=str(build / "tests" / "exr" / "exr_dump"),
+        OMP_WAIT_POLICY="passive",
+        PYTHONDONTWRITEBYTECODE="1",
+    )
+
+
+# ---- coverage --------------------------------------------------------------------
+
+COVERED = ["core", "exr", "povray_glue", "plugin"]
+COVERAGE_MESON = [
+    "unit",
+    "kernels",
+    "methods",
+    "reference",
+    "behaviour",
+    "exr",
+    "faults",
+]
+COVERAGE_PYTEST = ["cli", "deep", "plugin", "faults", "methods", "povray"]
+
+
+def coverage():
+    build = configure(
+        "coverage", "--buildtype", "debug", "-Doptimization=1", "-Db_coverage=true"
+    )
+    run("ninja", "-C", build)
+    for path in build.rglob("*.gcda"):
+        path.unlink()
+    environment = environment_of(build)
+    suites = [word for suite in COVERAGE_MESON for word in ("--suite", suite)]
+    run("meson", "test", "-C", build, "--no-rebuild", "-t", "8", *suites, check=False)
+    # ThreadSanitizer and others build their own: what is here is for this build only.
+    for suite in COVERAGE_PYTEST:
+        run(
+            PYTHON,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            f"tests/{suite}",
+            "--deselect",
+            "tests/povray/test_quality.py",
+            check=False,
+            cwd=ROOT,
+            env=environment,
+        )
+    report_coverage(build)
+
+
+def report_coverage(build):
+    report = json.loads(
+        captured(
+            "gcovr",
+            "--root",
+            ROOT,
+            "--json-summary",
+            "--exclude-unreachable-branches",
+            *(word for part in COVERED for word in ("--filter", f"{part}/")),
+            "--gcov-ignore-parse-errors",
+            build,
+            stderr=subprocess.DEVNULL,
+        )
+    )
+    parts, files = {}, []
+    for one in report["files"]:
+        part = one["filename"].split("/")[0]
+        total, hit = parts.get(part, (0, 0))
+        parts[part] = (total + one["line_total"], hit + one["line_covered"])
+        if one["line_covered"] < one["line_total"]:
+            files.append((one["filename"], one["line_covered"], one["line_total"]))
+    save(
+        "coverage",
+        parts={p: [h, t] for p, (t, h) in parts.items()},
+        files=sorted(files, key=lambda f: f[1] - f[2]),
+    )
+
+
+# ---- mutation --------------------------------------------------------------------
+
+
+def mutants():
+    """Wrong versions of lines in optics, depth and compositing."""
+    path = Path(__file__).with_name("mutants.txt")
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        if not line or line.startswith("#"):
+            continue
+        file, old, new = (word.strip() for word in line.split(" | "))
+        yield number, file, old, new
+
+
+# The quick ones first: a mutant that they catch needs no more.
+KILLERS = [
+    "unit/test_optics",
+    "unit/test_depth",
+    "reference/test_optics",
+    "reference/test_layered",
+    "physics/test_identity",
+    "physics/test_shape",
+    "physics/test_alpha",
+    "methods/test_depth_routes",
+    "physics/test_energy",
+]
+
+
+def kills(build):
+    """The test that notices, or None."""
+    targets = ["cli/rackfocus", *(f"tests/{name}" for name in KILLERS)]
+    built = run("ninja", "-C", build, *targets, check=False, stdout=subprocess.DEVNULL)
+    if built.returncode:
+        raise SystemExit("a mutant does not compile")
+    environment = environment_of(build)
+    for name in KILLERS:
+        try:
+            done = run(
+                build / "tests" / name,
+                check=False,
+                env=environment,
+                stdout=subprocess.DEVNULL,
+                timeout=600,
+            )
+        except subprocess.TimeoutExpired:
+            return name
+        if done.returncode:
+            return name
+    done = run(
+        PYTHON,
+        "-m",
+        "pytest",
+        "-x",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "tests/deep/test_deep.py",
+        check=False,
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+    )
+    return "deep" if done.returncode else None
+
+
+def mutate(*only):
+    tree = OUT / "mutants"
+    shutil.rmtree(tree, ignore_errors=True)
+    tree.mkdir(parents=True)
+    files = captured("git", "-C", ROOT, "ls-files").split("\n")
+    for name in filter(None, files):
+        if (ROOT / name).is_file() and not name.startswith(("tests/quality", "docs")):
+            (tree / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, tree / name)
+    build = configure(
+        "mutation",
+        "--buildtype",
+        "release",
+        "-Dview=disabled",
+        "-Dpython=disabled",
+        source=tree,
+    )
+    results = []
+    for number, file, old, new in mutants():
+        if only and str(number) not in only:
+            continue
+        path = tree / file
+        text = path.read_text()
+        if text.count(old) != 1:
+            raise SystemExit(
+                f"mutants.txt:{number}: '{old}' is {text.count(old)} times "
+                f"in {file}"
+            )
+        path.write_text(text.replace(old, new))
+        killer = kills(build)
+        path.write_text(text)
+        results.append([file, old, new, killer])
+        print(f"{number}: {file}: {old} -> {new}: {killer or 'SURVIVED'}", flush=True)
+    save("mutate", mutants=results, caught=sum(r[3] is not None for r in results))
+    return 0 if all(r[3] for r in results) else 1
+
+
+# ---- sanitizers and valgrind -------------------------------------------------------
+
+
+def threads():
+    """clang's ThreadSanitizer; Archer tells it what OpenMP orders."""
+    build = configure(
+        "tsan",
+        "--buildtype",
+        "debug",
+        "-Doptimization=1",
+        "-Db_sanitize=thread",
+        "-Db_lundef=false",
+        "-Dpython=disabled",
+        "-Dview=disabled",
+        compiler="clang",
+    )
+    run("ninja", "-C", build)
+    archer = sorted(Path("/usr/lib").glob("llvm-*/lib/libarcher.so"))
+    environment = environment_of(build)
+    environment["OMP_TOOL_LIBRARIES"] = str(archer[-1]) if archer else ""
+    log = OUT / "tsan.log"
+    # Archer knows what OpenMP orders; without it every barrier is a race.
+    environment["TSAN_OPTIONS"] = f"ignore_noninstrumented_modules=1 log_path={log}"
+    for old in OUT.glob("tsan.log.*"):
+        old.unlink()
+    n, failed = 0, 0
+    for test in (
+        "behaviour/test_threads",
+        "behaviour/test_progress",
+        "behaviour/test_inputs",
+        "methods/test_artefacts",
+        "exr/test_exr",
+    ):
+        program = build / "tests" / test
+        if not program.exists():
+            continue
+        text = captured(program, env=environment)
+        n += len(re.findall(r"^ok ", text, re.M))
+        failed += len(re.findall(r"^not ok ", text, re.M))
+    for suite in ("deep", "cli/test_sequence.py"):
+        text = captured(
+            PYTHON,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            f"tests/{suite}",
+            "-k",
+            "threads or storage or any_number or all_frames",
+            cwd=ROOT,
+            env=environment,
+        )
+        n += int((re.findall(r"(\d+) passed", text) or [0])[0])
+        failed += int((re.findall(r"(\d+) failed", text) or [0])[0])
+    reports = sum(
+        path.read_text(errors="replace").count("WARNING: ThreadSanitizer")
+        for path in OUT.glob("tsan.log.*")
+    )
+    save("threads", tests=n, failed=failed, reports=reports, archer=bool(archer))
+    return 1 if reports or failed else 0
+
+
+def valgrind():
+    build = configure(
+        "valgrind",
+        "--buildtype",
+        "debug",
+        "-Doptimization=1",
+        "-Dpython=disabled",
+        "-Dview=disabled",
+    )
+    run("ninja", "-C", build)
+    n_tests = n_errors = n_programs = 0
+    environment = dict(environment_of(build), RACKFOCUS_CPU="avx2", OMP_NUM_THREADS="2")
+    for program in sorted((build / "tests" / "unit").glob("test_*")):
+        if not os.access(program, os.X_OK) or program.is_dir():
+            continue
+        text = captured(
+            "valgrind",
+            "-q",
+            "--error-exitcode=9",
+            "--leak-check=full",
+            "--errors-for-leak-kinds=definite",
+            program,
+            env=environment,
+        )
+        n_programs += 1
+        n_tests += len(re.findall(r"^ok ", text, re.M))
+        n_errors += len(
+            re.findall(r"^==\d+== (Invalid|Conditional|Use of|\d.*lost)", text, re.M)
+        )
+    save("valgrind", programs=n_programs, tests=n_tests, errors=n_errors)
+    return 1 if n_errors else 0
+
+
+# ---- static analysis ---------------------------------------------------------------
+
+ANALYSED = ["core", "exr", "povray_glue", "plugin", "cli"]
+TIDY = (
+    "-*,bugprone-*,clang-analyzer-*,-bugprone-easily-swappable-parameters,"
+    "-bugprone-narrowing-conversions,-bugprone-implicit-widening-of-multiplication-result,"
+    "-bugprone-reserved-identifier,-bugprone-macro-parentheses,"
+    "-bugprone-multi-level-implicit-pointer-conversion,"
+    "-bugprone-branch-clone,-bugprone-assignment-in-if-condition,"
+    "-clang-analyzer-security.insecureAPI.DeprecatedOrUnsafeBufferHandling,"
+    "-clang-analyzer-security.insecureAPI.strcpy,"
+    "-bugprone-signal-handler,-bugprone-suspicious-include"
+)
+
+
+def static():
+    build = configure("static", "--buildtype", "debug", "-Dview=disabled")
+    commands = json.loads(
+        captured("ninja", "-C", build, "-t", "compdb", check=True).split("\n", 1)[-1]
+    )
+    sources, seen = [], set()
+    for one in commands:
+        path = (Path(one["directory"]) / one["file"]).resolve()
+        if path.suffix != ".c" or path in seen or not path.is_relative_to(ROOT):
+            continue
+        if path.relative_to(ROOT).parts[0] in ANALYSED and "-o" in one["command"]:
+            seen.add(path)
+            sources.append((path, one["command"]))
+    (build / "compile_commands.json").write_text(json.dumps(commands))
+    run("ninja", "-C", build, stdout=subprocess.DEVNULL)
+    found = {"clang-tidy": [], "gcc -fanalyzer": [], "cppcheck": []}
+    for path, command in sources:
+        text = captured("clang-tidy", "--quiet", f"--checks={TIDY}", "-p", build, path)
+        found["clang-tidy"] += re.findall(r"^.*: (?:warning|error): .*$", text, re.M)
+        words = command.split()
+        words = [w for w in words if w not in ("-MD", "-MQ", "-MF")]
+        gcc = " ".join(words).split(" -o ")[0]
+        gcc = re.sub(r"^\S*cc\S*|^ccache \S+", "gcc", gcc)
+        text = captured(
+            "sh", "-c", f"{gcc} -fanalyzer -O1 -c {path} -o /dev/null", cwd=build
+        )
+        found["gcc -fanalyzer"] += re.findall(r"^.*: warning: .*$", text, re.M)
+    text = captured(
+        "cppcheck",
+        "-q",
+        "--enable=warning,performance,portability",
+        "--std=c11",
+        "--inline-suppr",
+        "-I",
+        ROOT / "core/include",
+        "-I",
+        ROOT / "core",
+        "-I",
+        ROOT / "exr",
+        "-I",
+        ROOT / "povray_glue",
+        "-D_GNU_SOURCE",
+        "-DRF_LEVEL=generic",
+        "-j2",
+        *(ROOT / part for part in ANALYSED),
+    )
+    found["cppcheck"] += re.findall(
+        r"^.*: (?:warning|error|performance|portability): .*$", text, re.M
+    )
+    excepted = [
+        line.split(" | ")
+        for line in Path(__file__).with_name("exceptions.txt").read_text().splitlines()
+        if line and not line.startswith("#")
+    ]
+    counts, left = {}, []
+    for tool, lines in found.items():
+        lines = sorted(set(lines))
+        rest = [
+            line
+            for line in lines
+            if not any(e[0].strip() == tool and e[1].strip() in line for e in excepted)
+        ]
+        counts[tool] = [len(lines), len(rest)]
+        left += [f"{tool}: {line}" for line in rest]
+    save("static", files=len(sources), counts=counts, left=left)
+    return 1 if left else 0
+
+
+# ---- fuzzing and faults --------------------------------------------------------------
+
+
+def fuzz(seconds="600"):
+    build = OUT / "fuzzing"
+    build.mkdir(parents=True, exist_ok=True)
+    environment = dict(os.environ, RACKFOCUS_BUILD=str(build))
+    text = captured(ROOT / "tests/fuzz/fuzz", "run", seconds, env=environment)
+    rows = re.findall(r"^(\w+): (\d+) s, (\d+) runs, (\d+) findings", text, re.M)
+    save("fuzz", targets=[[t, int(s), int(r), int(f)] for t, s, r, f in rows])
+    return 1 if any(int(row[3]) for row in rows) or len(rows) < 4 else 0
+
+
+def faults():
+    build = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
+    environment = environment_of(build)
+    text = captured(
+        PYTHON,
+        "-m",
+        "pytest",
+        "-q",
+        "-s",
+        "-p",
+        "no:cacheprovider",
+        "tests/faults",
+        cwd=ROOT,
+        env=environment,
+    )
+    allocations = sum(int(n) for n in re.findall(r": (\d+) allocations failed", text))
+    killed = int((re.findall(r"killed (\d+) times", text) or [0])[0])
+    passed = int((re.findall(r"(\d+) passed", text) or [0])[0])
+    failed = (
+        int((re.findall(r"(\d+) failed", text) or [0])[-1])
+        if " failed" in text.split("\n")[-2]
+        else 0
+    )
+    text = captured(
+        build / "tests/faults/test_exr_memory", ROOT / "tests/fuzz/corpus/exr"
+    )
+    exr = int((re.findall(r"# (\d+) allocations failed", text) or [0])[0])
+    text = captured(ROOT / "tests/fuzz/fuzz", "replay", env=environment)
+    corpus = int((re.findall(r"(\d+) files replayed", text) or [0])[0])
+    damaged = damage(build)
+    save(
+        "faults",
+        tests=passed,
+        failed=failed,
+        command_allocations=allocations,
+        exr_allocations=exr,
+        killed=killed,
+        corpus=corpus,
+        damaged=damaged,
+    )
+    return 1 if failed or not corpus else 0
+
+
+def damage(build):
+    """The seed files cut off in steps and with flipped bits, filtered."""
+    import random
+
+    rng = random.Random(1)
+    counts = {"files": 0, "refused": 0, "crashed": 0}
+    path = OUT / "damaged.exr"
+    for source in sorted((ROOT / "tests/fuzz/corpus/exr").glob("*.exr")):
+        data = source.read_bytes()
+        for k in range(40):
+            bad = bytearray(data)
+            if k < 12:
+                bad = bad[: len(bad) * (k + 1) // 13]
+            else:
+                for _ in range(1 + k % 3):
+                    bad[rng.randrange(len(bad))] ^= 1 << rng.randrange(8)
+            path.write_bytes(bad)
+            done = subprocess.run(
+                [
+                    build / "cli" / "rackfocus",
+                    "filter",
+                    path,
+                    "-q",
+                    "-j1",
+                    "-o",
+                    OUT / "damaged_out.exr",
+                ],
+                capture_output=True,
+                timeout=60,
+            )
+            counts["files"] += 1
+            counts["refused"] += done.returncode == 1
+            counts["crashed"] += done.returncode not in (0, 1)
+    return counts
+
+
+# ---- the table ----------------------------------------------------------------------
+
+
+def load(name):
+    path = OUT / f"{name}.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def rows():
+    if one := load("fuzz"):
+        for target, seconds, n, findings in one["targets"]:
+            yield (
+                f"fuzzing: {target}",
+                f"{n} inputs in {seconds} s",
+                f"{findings} findings",
+                one,
+            )
+    if one := load("faults"):
+        yield ("fuzz corpus replayed", f"{one['corpus']} files", "0 findings", one)
+        d = one["damaged"]
+        yield (
+            "files cut off or with flipped bits",
+            f"{d['files']} files, {d['refused']} refused, the others read",
+            f"{d['crashed']} crashes",
+            one,
+        )
+        yield (
+            "k-th allocation fails, command",
+            f"{one['command_allocations']} runs",
+            "0 crashes, 0 half files",
+            one,
+        )
+        yield (
+            "k-th allocation fails, EXR and PNG",
+            f"{one['exr_allocations']} runs",
+            "0 crashes, 0 leaks of ours",
+            one,
+        )
+        yield ("kill -9 in a sequence", f"{one['killed']} times", "0 frames lost", one)
+        yield (
+            "tests of faults",
+            f"{one['tests']} tests",
+            f"{one['failed']} failed",
+            one,
+        )
+    if one := load("threads"):
+        yield (
+            "ThreadSanitizer",
+            f"{one['tests']} tests",
+            f"{one['reports']} races",
+            one,
+        )
+    if one := load("valgrind"):
+        yield (
+            "valgrind over the unit suite",
+            f"{one['tests']} tests in {one['programs']} programs",
+            f"{one['errors']} errors",
+            one,
+        )
+    if one := load("static"):
+        for tool, (n, left) in one["counts"].items():
+            yield (
+                tool,
+                f"{one['files']} files",
+                f"{left} warnings, {n - left} excepted",
+                one,
+            )
+    if one := load("mutate"):
+        yield (
+            "wrong operators put in",
+            f"{len(one['mutants'])} mutants",
+            f"{one['caught']} caught",
+            one,
+        )
+    if one := load("coverage"):
+        for part, (hit, total) in sorted(one["parts"].items()):
+            yield (
+                f"lines covered: {part}",
+                f"{hit} of {total}",
+                f"{100 * hit / total:.1f} %",
+                one,
+            )
+
+
+def table():
+    lines = ["| check | how much | result | commit |", "| --- | --- | --- | --- |"]
+    lines += [f"| {a} | {b} | {c} | {one['commit']} |" for a, b, c, one in rows()]
+    path = ROOT / "docs/reliability.md"
+    text = path.read_text()
+    begin, end = "<!-- table: begin -->\n", "<!-- table: end -->"
+    head, rest = text.split(begin)
+    path.write_text(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
+    print("\n".join(lines))
+
+
+def main():
+    checks = {
+        f.__name__: f
+        for f in (coverage, mutate, threads, valgrind, static, fuzz, faults, table)
+    }
+    if len(sys.argv) < 2 or sys.argv[1] not in checks:
+        print(__doc__)
+        return 2
+    return checks[sys.argv[1]](*sys.argv[2:]) or 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
