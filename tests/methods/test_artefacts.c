@@ -222,6 +222,36 @@ static void region_shows_the_sharp_picture_through_the_blur(void)
     frame_free(&f);
 }
 
+/* Light of a bright ground at radius 12 px on a black square in focus before it, at one
+ * pixel within its edge: should be none. */
+static double light_on_square(int method)
+{
+    struct rf_params p;
+    struct frame f = frame_make(SIZE, SIZE, 1);
+    plain_params(&p, method);
+    for (int y = 0; y < SIZE; y++)
+        for (int x = 0; x < SIZE; x++) {
+            bool is_square =
+                x >= SIZE / 4 && x < 3 * SIZE / 4 && y >= SIZE / 4 && y < 3 * SIZE / 4;
+            f.depth[y * SIZE + x] = is_square ? PLAIN_FOCUS : plain_depth(12);
+            f.colour[y * SIZE + x] = is_square ? 0 : 1;
+        }
+    CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+    double light = *frame_at(&f, f.out, SIZE / 4 + 1, SIZE / 2);
+    frame_free(&f);
+    return light;
+}
+
+/* Scatter knows no occlusion. */
+static void scatter_runs_over_what_is_sharp_before_it(void)
+{
+    double scatter = light_on_square(RF_METHOD_SCATTER);
+    double layered = light_on_square(RF_METHOD_LAYERED);
+    printf("# light on the square: scatter %.3f, layered %.3f\n", scatter, layered);
+    CHECK(scatter > 0.3);
+    CHECK(layered < 0.02);
+}
+
 /* Scatter: nothing comes in over the border, which darkens. */
 static void scatter_darkens_the_border(void)
 {
@@ -248,5 +278,6 @@ int main(int argc, char **argv)
     TEST(slices_show_their_borders);
     TEST(region_shows_the_sharp_picture_through_the_blur);
     TEST(scatter_darkens_the_border);
+    TEST(scatter_runs_over_what_is_sharp_before_it);
     return testing_end();
 }

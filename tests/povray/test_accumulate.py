@@ -145,6 +145,27 @@ def test_views_stand_where_the_pattern_says(rackfocus, tmp_path):
         assert centre == pytest.approx(want, abs=0.1)
 
 
+@pytest.mark.parametrize("n", [5, 8])
+def test_what_is_far_out_of_focus_shows_as_copies(rackfocus, tmp_path, n):
+    """The known artefact: one copy per view, each with an n-th of the light."""
+    text = MOVING.format(camera=0, aperture=8, sphere=0).replace("0,0>,0.15", "0,60>,1")
+    (tmp_path / "scene.pov").write_text(text)
+    mean = accumulate(rackfocus, "scene.pov", tmp_path / "out.exr", "--views", n,
+                      "--lens-pattern", "circle", cwd=tmp_path)[..., 1]  # fmt: skip
+    lit = {tuple(place) for place in numpy.argwhere(mean > 0.2 / n)}
+    n_copies = 0
+    while lit:
+        n_copies += 1
+        front = [lit.pop()]
+        while front:
+            y, x = front.pop()
+            near = {(y + j, x + i) for j in (-1, 0, 1) for i in (-1, 0, 1)} & lit
+            lit -= near
+            front += near
+    assert n_copies == n
+    assert mean.max() == pytest.approx(1 / n, rel=0.05)
+
+
 # ---- time ----------------------------------------------------------------------------
 
 
