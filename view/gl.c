@@ -166,13 +166,14 @@ void gl_picture_free(struct gl_picture *picture)
 }
 
 /* Squares where px are magnified, means where they are made much smaller. */
-static void choose_sampling(double scale)
+static void choose_sampling(double scale, bool is_smooth)
 {
     const bool is_small = scale < 0.5;
     if (is_small)
         gl.generate_mipmap(GL_TEXTURE_2D);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER,
-                    scale == floor(scale) || scale > 2 ? GL_NEAREST : GL_LINEAR);
+                    !is_smooth && (scale == floor(scale) || scale > 2) ? GL_NEAREST
+                                                                       : GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
                     is_small    ? GL_LINEAR_MIPMAP_LINEAR
                     : scale < 1 ? GL_LINEAR
@@ -194,7 +195,7 @@ static void draw_textured(double x0, double y0, double x1, double y1)
 }
 
 void gl_picture_draw(const struct gl_picture *picture, double x, double y,
-                     double scale_x, double scale_y)
+                     double scale_x, double scale_y, bool is_smooth)
 {
     const int across =
         picture->n_pieces ? count_along(picture->width, picture->piece) : 1;
@@ -207,7 +208,7 @@ void gl_picture_draw(const struct gl_picture *picture, double x, double y,
         const int32_t right = smaller(left + picture->piece, picture->width);
         const int32_t bottom = smaller(top + picture->piece, picture->height);
         glBindTexture(GL_TEXTURE_2D, picture->textures[i]);
-        choose_sampling(scale_y);
+        choose_sampling(scale_y, is_smooth);
         draw_textured(x + left * scale_x, y + top * scale_y, x + right * scale_x,
                       y + bottom * scale_y);
     }

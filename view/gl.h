@@ -46,9 +46,10 @@ void gl_picture_put(struct gl_picture *picture, const uint8_t *rgba, int32_t wid
 void gl_picture_free(struct gl_picture *picture);
 
 /* Draws it with its corner at (x, y), `scale_x` and `scale_y` window px per px. Single
- * px are shown as squares where they are larger than one of the window's. */
+ * px are shown as squares where they are larger than one of the window's, unless
+ * `is_smooth`. */
 void gl_picture_draw(const struct gl_picture *picture, double x, double y,
-                     double scale_x, double scale_y);
+                     double scale_x, double scale_y, bool is_smooth);
 
 /* ---- triangles ------------------------------------------------------------------- */
 

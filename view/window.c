@@ -201,7 +201,7 @@ static void draw_part(struct app *app, const struct gl_picture *picture, int tim
     const int y1 = clamp(zoom->y + app->state.height * zoom->scale, area.y, bottom);
     gl_clip(x0, y0, x1 - x0, y1 - y0);
     gl_picture_draw(picture, zoom->x, zoom->y, zoom->scale * zoom->aspect * times,
-                    zoom->scale * times);
+                    zoom->scale * times, times > 1);
 }
 
 static void draw_picture(struct app *app)

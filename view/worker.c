@@ -166,6 +166,11 @@ static struct rf_params preview_params(const struct job *job)
         if (params.optics == RF_OPTICS_BUFFER)
             params.optics = RF_OPTICS_CAMERA;
     }
+    if (params.method == RF_METHOD_LAYERED || params.method == RF_METHOD_VIEWS) {
+        params.method = RF_METHOD_LAYERED;
+        params.quality = RF_QUALITY_PREVIEW;
+        return params;
+    }
     params.method = RF_METHOD_MIPMAP_OFFSET;
     params.blend = RF_BLEND_COC;
     params.leak_control = RF_LEAK_NONE;
