@@ -214,16 +214,26 @@ class RackFocusEngine(bpy.types.RenderEngine):
             started = time.perf_counter()
             if limit_px is None:
                 picture[::-1] = first.colour
-            planar = np.zeros_like(coc)
-            if first.depth is not None:
-                planar[::-1, :, 0] = first.depth
-            by_name = {"Combined": picture, "Depth": planar, "CoC": coc}
-            if "Focus" in self.linked:  # costs as much as all the rest
-                is_filtered = limit_px is not None
-                shown = overlay(picture, coc, limit_px) if is_filtered else picture
-                by_name["Focus"] = shown
-            self._write(frame, by_name)
+            self._write(frame, self._passes(picture, coc, first.depth, limit_px))
             seconds["write"] = time.perf_counter() - started
+
+    def _passes(self, picture, coc, depth, limit_px):
+        """{name: (height, width, channels), rows upwards}; only of linked sockets.
+
+        limit_px: radius that counts as sharp, None where the picture is not filtered.
+        """
+        by_name = {"Combined": picture}
+        if "Depth" in self.linked:
+            by_name["Depth"] = planar = np.zeros_like(coc)
+            if depth is not None:
+                planar[::-1, :, 0] = depth
+        if "CoC" in self.linked:
+            by_name["CoC"] = coc
+        if "Focus" in self.linked:
+            is_filtered = limit_px is not None
+            shown = overlay(picture, coc, limit_px) if is_filtered else picture
+            by_name["Focus"] = shown
+        return by_name
 
     @staticmethod
     def _keep(frame, found, scene, source):
@@ -256,7 +266,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         views.process(made, params, found, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()
-        made.coc(depth, coc[::-1, :, 0])
+        if self.linked & {"CoC", "Focus"}:
+            made.coc(depth, coc[::-1, :, 0])
         seconds["coc"] = time.perf_counter() - started
         return made.lens.coc_limit_px
 

@@ -73,13 +73,22 @@ def layer_nodes(tree, scene):
     return [n for n in tree.nodes if n.type == "R_LAYERS" and n.scene == scene]
 
 
+def _with_groups(tree):
+    """A tree and all node groups inside it, each once."""
+    found = [tree]
+    for one in found:
+        inside = (node.node_tree for node in one.nodes if node.type == "GROUP")
+        found += [group for group in inside if group and group not in found]
+    return found
+
+
 def linked_outputs(scene, layer_name):
     """Names of the sockets of our nodes for a view layer that lead somewhere."""
-    tree = compat.compositor_tree(scene)
-    nodes = layer_nodes(tree, filter_scene_of(scene)) if tree is not None else []
+    tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     return {
         output.name
-        for node in nodes
+        for one in (_with_groups(tree) if tree is not None else ())
+        for node in layer_nodes(one, ours)
         if node.layer == layer_name
         for output in node.outputs
         if output.is_linked
