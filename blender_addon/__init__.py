@@ -20,9 +20,10 @@ from . import (  # noqa: E402
     props,
     setup,
     ui,
+    viewport,
 )
 
-MODULES = (props, engine, operators, picker, compare, ui, handlers)
+MODULES = (props, engine, operators, picker, compare, ui, viewport, handlers)
 
 
 def register():

@@ -93,6 +93,8 @@ class CameraPanel:
         row = layout.row(align=True)
         row.operator("rack_focus.refocus", icon="FILE_REFRESH")
         layout.operator("rack_focus.compare", icon="IMAGE_REFERENCE")
+        settings = context.window_manager.rack_focus_view
+        layout.prop(settings, "enabled", text="Show in 3D Views")
 
 
 def describe_focus(camera, render):
