@@ -590,6 +590,54 @@ def the_users_nodes_stay():
 
 
 @check
+def a_camera_from_a_library():
+    """A linked camera, enabled in its own file: read, never changed for good."""
+    scene, data = start(method="scatter")
+    data.dof.use_dof = True
+    library = str(OUT / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=library, copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    scene = bpy.context.scene
+    bpy.data.objects.remove(scene.camera)
+    with bpy.data.libraries.load(library, link=True) as (_, linked):
+        linked.objects = ["Camera"]
+    camera = linked.objects[0]
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    bpy.context.view_layer.update()
+    assert camera.data.library is not None and camera.data.rack_focus.enabled
+    assert addon("setup").filter_scene_of(scene) is not None
+    made = rgba(render(scene, OUT / "l.exr"))
+    assert camera.data.dof.use_dof and not camera.data.rack_focus.is_dof_hidden
+    sharp = pinhole(scene, OUT / "l.exr")
+    expected = filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
+    same(made, expected)
+
+
+@check
+def a_scene_that_loses_its_camera():
+    """The set-up goes with the camera and comes back with it; nothing raises."""
+    scene, _ = start()
+    camera = scene.camera
+    scene.camera = None
+    bpy.context.view_layer.update()
+    addon("handlers").on_change()
+    assert addon("setup").filter_scene_of(scene) is None
+    assert len(bpy.data.scenes) == 1
+    for name in ("add_node", "refocus", "pick_focus", "compare"):
+        assert not getattr(bpy.ops.rack_focus, name).poll(), name
+    try:
+        bpy.ops.render.render()
+        raise AssertionError("rendered without a camera")
+    except RuntimeError as error:
+        assert "camera" in str(error).lower()
+    scene.camera = camera
+    addon("handlers").on_change()
+    assert addon("setup").filter_scene_of(scene) is not None
+    render(scene, OUT / "n.exr")
+
+
+@check
 def undo():
     """Enabling is one step back."""
     scene = bpy.context.scene
