@@ -2,6 +2,7 @@
 """Pictures out of 3D views and back onto them."""
 
 import contextlib
+import inspect
 
 import blf
 import bpy
@@ -11,6 +12,12 @@ from gpu_extras.presets import draw_texture_2d
 
 HAS_DPI = bpy.app.version < (4, 0, 0)  # blf.size() takes it
 FONT_PX = 14
+# What is drawn on a view is encoded as sRGB before 5.0 (measured on 3.4 and 5.2; the
+# argument that came with the change tells).
+VIEW_ENCODES = (
+    "is_scene_linear_with_rec709_srgb_target"
+    not in inspect.signature(draw_texture_2d).parameters
+)
 
 
 class ViewError(Exception):
@@ -84,24 +91,6 @@ def _draw_texture(texture, width, height):
     draw_texture_2d(texture, (0, 0), width, height)
 
 
-_encodes = None
-
-
-def view_encodes():
-    """Does the view that is being drawn encode what is drawn on it as sRGB?
-
-    3.4 does and 5.2 does not: a half is drawn once and read again.
-    """
-    global _encodes
-    if _encodes is None:
-        _draw_texture(_texture_of(np.full((1, 1, 4), 0.5)), 4, 4)
-        frame = gpu.state.active_framebuffer_get()
-        found = frame.read_color(1, 1, 1, 1, 4, 0, "FLOAT")
-        found.dimensions = 4
-        _encodes = found[0] > 0.6
-    return _encodes
-
-
 def to_linear(shown):
     """Inverse of the sRGB encoding, of colour values; alpha stays."""
     linear = shown.copy()
@@ -114,9 +103,9 @@ def to_linear(shown):
 def to_texture(picture):
     """A texture for draw_over() of a (height, width, 4) picture as it is to be shown.
 
-    Rows downwards. Only while a view is drawn.
+    Rows downwards.
     """
-    return _texture_of((to_linear(picture) if view_encodes() else picture)[::-1])
+    return _texture_of((to_linear(picture) if VIEW_ENCODES else picture)[::-1])
 
 
 def draw_over(region, texture):
