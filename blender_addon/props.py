@@ -29,21 +29,13 @@ def _find(field):
 def _qualities(table):
     """(items of the property, default, {name: keywords of the filter or None}).
 
-    table: the table's line `quality`, whose choices it takes, or None. "custom", without
+    table: the table's line `quality`, whose choices it takes. "custom", without
     keywords of its own, shows every parameter.
     """
+    items = [(c.name, c.name.capitalize(), c.help) for c in table.choices]
+    presets = {c.name: {"quality": c.name} for c in table.choices}
     custom = ("custom", "Custom", "Set every option by hand")
-    if table is not None:
-        items = [(c.name, c.name.capitalize(), c.help) for c in table.choices]
-        presets = {c.name: {"quality": c.name} for c in table.choices}
-        return [*items, custom], table.default, {**presets, "custom": None}
-    items = [
-        ("draft", "Draft", "Fastest, to find the focus"),
-        ("standard", "Standard", "For final pictures"),
-        custom,
-    ]
-    draft = {"sub_apertures": 1, "exact_highlights": False}
-    return items, "standard", {"draft": draft, "standard": {}, "custom": None}
+    return [*items, custom], table.default, {**presets, "custom": None}
 
 
 QUALITY_ITEMS, DEFAULT_QUALITY, QUALITIES = _qualities(_find("quality"))

@@ -26,7 +26,7 @@ from .library import rackfocus
 
 REST_S = 0.3
 MOVING = {"method": "box", "box_repeats": 2}
-AT_REST = {"method": "layered", "sub_apertures": 1, "exact_highlights": False}
+AT_REST = {"method": "layered", "quality": "normal"}
 EXPECTED = (viewport_gpu.ViewError, lens.CameraError, rackfocus.Error, MemoryError)
 # What is drawn anew when it changes, beside the view, the scene and the settings.
 SHADING = (
