@@ -189,6 +189,9 @@ def _update(context, settings, view):
         view.texture = viewport_gpu.to_texture(
             _picture(context, settings, view, is_final)
         )
+    except viewport_gpu.NotReady as error:
+        view.texture, view.message = None, str(error)
+        view.changed_at, view.is_final = now, False
     except EXPECTED as error:
         view.texture = None
         view.message = getattr(error, "message", "") or str(error) or "out of memory"
@@ -231,7 +234,7 @@ def redraw():
 
 def _look_again():
     """Nothing moved for a while: time for the better picture."""
-    resting = [v for v in _views.values() if v.texture is not None and not v.is_final]
+    resting = [view for view in _views.values() if not view.is_final]
     if not resting or _handler is None:
         return None
     left = max(v.changed_at for v in resting) + REST_S - time.monotonic()

@@ -24,6 +24,18 @@ class ViewError(Exception):
     """The view cannot be had; the message is for the user."""
 
 
+class NotReady(ViewError):
+    """The view has nothing to show yet: its shaders are being made."""
+
+
+def is_foreign(context):
+    """Is the view drawn by an engine whose picture Blender keeps from add-ons?"""
+    if context.space_data.shading.type != "RENDERED":
+        return False
+    engine = context.scene.render.engine
+    return not engine.startswith(("BLENDER_EEVEE", "BLENDER_WORKBENCH"))
+
+
 @contextlib.contextmanager
 def without_overlays(space):
     """Grid, outlines and gizmos of a 3D view off: they would be blurred with it."""
@@ -51,6 +63,11 @@ class Grabber:
         colour: (height, width, 4) as it is shown, display-referred; depth: (height,
         width) in [0, 1].
         """
+        if is_foreign(context):
+            raise ViewError(
+                "Blender shows add-ons nothing of this engine's preview: use Material "
+                "Preview, or EEVEE"
+            )
         view = context.region_data
         with without_overlays(context.space_data):
             self._offscreen.draw_view3d(
@@ -67,10 +84,7 @@ class Grabber:
         colour = np.asarray(colour).reshape(self.height, self.width, 4)
         depth = np.asarray(depth).reshape(self.height, self.width)
         if not depth.any():
-            raise ViewError(
-                "Blender shows add-ons nothing of this engine's preview: use Material "
-                "Preview, or EEVEE"
-            )
+            raise NotReady("the view is not ready yet")
         return colour[::-1], depth[::-1]
 
     def free(self):
