@@ -357,9 +357,8 @@ TIDY = (
 
 def static():
     build = configure("static", "--buildtype", "debug", "-Dview=disabled")
-    commands = json.loads(
-        captured("ninja", "-C", build, "-t", "compdb", check=True).split("\n", 1)[-1]
-    )
+    listed = captured("ninja", "-C", build, "-t", "compdb", check=True)
+    commands = json.loads(listed[listed.index("[") :])
     sources, seen = [], set()
     for one in commands:
         path = (Path(one["directory"]) / one["file"]).resolve()
@@ -533,14 +532,16 @@ def rows():
                 one,
             )
     if one := load("faults"):
-        yield ("fuzz corpus replayed", f"{one['corpus']} files", "0 findings", one)
-        d = one["damaged"]
-        yield (
-            "files cut off or with flipped bits",
-            f"{d['files']} files, {d['refused']} refused, the others read",
-            f"{d['crashed']} crashes",
-            one,
-        )
+        if one["corpus"]:
+            yield ("fuzz corpus replayed", f"{one['corpus']} files", "0 findings", one)
+        d = one["damaged"] or {"files": 0, "refused": 0, "crashed": 0}
+        if d["files"]:
+            yield (
+                "files cut off or with flipped bits",
+                f"{d['files']} files, {d['refused']} refused, the others read",
+                f"{d['crashed']} crashes",
+                one,
+            )
         yield (
             "k-th allocation fails, command",
             f"{one['command_allocations']} runs",
