@@ -200,7 +200,11 @@ def parse_options():
     add("--scenes", type=comma_list(), metavar="LIST", help="for the tPSNR")
     add("--full", action="store_true", help="everything; takes an hour")
     add("--json", type=pathlib.Path, help="write the figures there too")
-    add("--from", dest="source", type=pathlib.Path, help="figures of an earlier run")
+    add(
+        *("--from",),
+        **{"dest": "source", "type": comma_list(pathlib.Path), "metavar": "LIST"},
+        help="figures of earlier runs instead of a new one",
+    )
     add("--docs", action="store_true", help="put tables and plot into docs/")
     options = parser.parse_args()
     set_defaults(options)
@@ -277,13 +281,32 @@ def measure_all(options, folder):
     return data
 
 
+def join_runs(paths):
+    """The figures of several runs; where two have the same case, that of the first."""
+    runs = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    data = {"about": runs[0]["about"], "cases": [], "race": [], "quality": {}}
+    for run_data in runs:
+        for kind in ("cases", "race"):
+            keys = ("name", "width", "height", "threads", "radius", "views")
+            known = {tuple(row.get(k) for k in keys) for row in data[kind]}
+            data[kind] += [
+                row
+                for row in run_data[kind]
+                if tuple(row.get(k) for k in keys) not in known
+            ]
+        for name, scores in run_data["quality"].items():
+            for scene, score in scores.items():
+                data["quality"].setdefault(name, {}).setdefault(scene, score)
+    return data
+
+
 def main():
     """The command."""
     options = parse_options()
     folder = pathlib.Path(tempfile.mkdtemp(prefix="rackfocus-bench-"))
     try:
         if options.source:
-            data = json.loads(options.source.read_text(encoding="utf-8"))
+            data = join_runs(options.source)
         else:
             data = measure_all(options, folder)
     finally:
