@@ -102,6 +102,8 @@ static const struct param_case cases[] = {
     {"lens-random", POINTS, "", "true", "lens-random=false", "", 0},
     {"lens-seed", POINTS, "lens-pattern=grid", "7", "lens-seed=7 lens-pattern=disc",
      "lens-pattern=disc", 0},
+    {"quality", PICTURE, "", "preview", "quality=normal sub-apertures=2",
+     "sub-apertures=2", 0},
 };
 enum { N_CASES = sizeof cases / sizeof cases[0] };
 
