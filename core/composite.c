@@ -502,7 +502,7 @@ static rf_result run_level(const struct composer *c, const struct group *g,
     size_t n_sum = g->plane * (size_t)n_cells * (size_t)n_planes;
     size_t n_rows = c->canvas.stride * N_ROWS;
     struct level level = {
-        .t = rf_alloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
+        .t = rf_calloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
         .sum = rf_calloc(c->context, n_sum, sizeof(float))};
     float *rows = rf_alloc(c->context, n_rows * (size_t)c->n_threads, sizeof *rows);
     rf_result result = level.t && level.sum && rows

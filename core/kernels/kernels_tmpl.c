@@ -230,7 +230,8 @@ merge_all(float *t, float *const *sum, const float *const *colour, const float *
         /* Light may reach a little farther than the coverage of its surface. */
         vf q = choose(w > dust, m / vmax(w, dust), left / vmax(b, dust));
         q = choose(is_open, q, SPLAT(0));
-        m = choose(is_open, m, SPLAT(0));
+        /* Outside the level's active tiles there is neither coverage nor T. */
+        m = choose(is_open & (w > dust), m, SPLAT(0));
         for (int p = 0; p < n_planes - 1; p++) {
             float *s = sum[p] + x;
             STORE(s, LOAD(s) + q * LOAD(colour[p] + x));

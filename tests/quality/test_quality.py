@@ -101,3 +101,14 @@ def test_beats_cycles_at_equal_samples(scores):
 @pytest.mark.parametrize("scene", ["posts", "portrait"])
 def test_beats_the_defocus_node(scene, scores):
     assert scores[scene]["k4"] >= scores[scene]["defocus"] + 3
+
+
+@pytest.mark.parametrize("scene", ["macro", "posts"])
+def test_what_memory_held_before_does_not_matter(scene, tmp_path, monkeypatch):
+    pictures = []
+    for fill in ("0", "50", "200"):
+        monkeypatch.setenv("MALLOC_PERTURB_", fill)
+        out = tmp_path / f"{fill}.exr"
+        run("filter", REFERENCES / f"{scene}_pinhole.exr", "-o", out)
+        pictures.append(out.read_bytes())
+    assert pictures[0] == pictures[1] == pictures[2]
