@@ -58,7 +58,7 @@ def test_the_node_is_the_command_on_the_kept_views(blender, dist, command, name)
         lens = json.loads((blender.out / "view_lens.json").read_text())
         for field, value in lens.items():
             options += [f"--{field.replace('_', '-')}", value]
-    made = blender.out / "command_views.exr"
+    made = blender.out / f"command_{name}.exr" # read_rgba() caches by name
     files = kept_views(blender, "kept")
     assert len(files) == 4
     call(command, "filter", *files, "-o", made, "--type", "float", "--quiet", *options)
