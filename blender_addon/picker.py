@@ -5,6 +5,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from . import engine, passes, setup
+from .click import WaitsForClick
 from .operators import scene_of
 
 EEVEE_NOTHING_HIT = 65504.0  # of EEVEE up to 4.1; all others write 1e10
@@ -30,7 +31,7 @@ def depth_at(scene, x, y):
     return min(hits) if hits else None
 
 
-class RACK_FOCUS_OT_pick_focus(bpy.types.Operator):
+class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
     """Click a point of the render: the camera focuses on it"""
 
     bl_idname = "rack_focus.pick_focus"
@@ -94,27 +95,12 @@ class RACK_FOCUS_OT_pick_focus(bpy.types.Operator):
         """Waits for the click in the Image Editor."""
         if context.area is None or context.area.type != "IMAGE_EDITOR":
             return self.execute(context)
-        context.window.cursor_modal_set("EYEDROPPER")
-        context.workspace.status_text_set("Click what should be sharp; Esc to cancel")
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.wait(context)
 
-    def modal(self, context, event):
-        """Left click picks, Esc and right click cancel; the view can be moved."""
-        if event.type in ("ESC", "RIGHTMOUSE"):
-            self._end(context)
-            return {"CANCELLED"}
-        if event.type != "LEFTMOUSE" or event.value != "PRESS":
-            return {"PASS_THROUGH"}
-        region = next(r for r in context.area.regions if r.type == "WINDOW")
-        x, y = event.mouse_x - region.x, event.mouse_y - region.y
-        self.x, self.y = region.view2d.region_to_view(x, y)
-        self._end(context)
-        return self.execute(context)
-
-    def _end(self, context):
-        context.window.cursor_modal_restore()
-        context.workspace.status_text_set(None)
+    @staticmethod
+    def place(region, x, y):
+        """Fractions of the picture that the editor shows."""
+        return region.view2d.region_to_view(x, y)
 
 
 def register():

@@ -22,6 +22,7 @@ from bpy.props import (
 )
 
 from . import engine, lens, viewport_gpu, viewport_lens
+from .click import WaitsForClick, main_region
 from .library import rackfocus
 
 REST_S = 0.3
@@ -347,7 +348,7 @@ class ViewSettings(bpy.types.PropertyGroup):
 # ---- click to focus ---------------------------------------------------------------
 
 
-class RACK_FOCUS_OT_view_focus(bpy.types.Operator):
+class RACK_FOCUS_OT_view_focus(WaitsForClick, bpy.types.Operator):
     """Click what should be sharp in a 3D view that shows Rack Focus"""
 
     bl_idname = "rack_focus.view_focus"
@@ -369,27 +370,16 @@ class RACK_FOCUS_OT_view_focus(bpy.types.Operator):
 
     def invoke(self, context, _event):
         """Waits for the click."""
-        context.window.cursor_modal_set("EYEDROPPER")
-        context.workspace.status_text_set("Click what should be sharp; Esc to cancel")
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.wait(context)
 
-    def modal(self, context, event):
-        """Left click picks, Esc and right click cancel; the view can be moved."""
-        if event.type in ("ESC", "RIGHTMOUSE"):
-            self._end(context)
-            return {"CANCELLED"}
-        if event.type != "LEFTMOUSE" or event.value != "PRESS":
-            return {"PASS_THROUGH"}
-        region = self._region(context)
-        self.x = min(max((event.mouse_x - region.x) / region.width, 0), 1)
-        self.y = min(max((event.mouse_y - region.y) / region.height, 0), 1)
-        self._end(context)
-        return self.execute(context)
+    @staticmethod
+    def place(region, x, y):
+        """Fractions of the view."""
+        return min(max(x / region.width, 0), 1), min(max(y / region.height, 0), 1)
 
     def execute(self, context):
         """Focuses on what lies at (x, y)."""
-        view = view_of(self._region(context))
+        view = view_of(main_region(context.area))
         if view is None or view.depth is None:
             self.report({"ERROR"}, "Rack Focus has not drawn this view yet")
             return {"CANCELLED"}
@@ -411,15 +401,6 @@ class RACK_FOCUS_OT_view_focus(bpy.types.Operator):
             settings.point, settings.has_point = point, True
         redraw()
         return {"FINISHED"}
-
-    @staticmethod
-    def _region(context):
-        return next(r for r in context.area.regions if r.type == "WINDOW")
-
-    @staticmethod
-    def _end(context):
-        context.window.cursor_modal_restore()
-        context.workspace.status_text_set(None)
 
 
 # ---- the menu ---------------------------------------------------------------------

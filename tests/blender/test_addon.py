@@ -2,53 +2,27 @@
 """The installed add-on in every Blender: see inside/checks.py for what is checked."""
 
 import json
-import re
 import zipfile
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
-from conftest import INSIDE, ROOT, call, get_blender
+from checked import Checked, names_of, read_rgba
+from conftest import ROOT, call, get_blender
 
-NAMES = re.findall(r"^@check\ndef (\w+)", (INSIDE / "checks.py").read_text(), re.M)
+NAMES = [*names_of("picture_checks.py"), *names_of("setup_checks.py")]
 NAMES.append("uninstall_leaves_nothing")
-_results = {}
-
-
-def results_of(blender, dist):
-    """{check: "" or problem} of one run in one Blender."""
-    if blender.version not in _results:
-        log = ""
-        try:
-            log = blender.run("checks.py", dist, blender.out)
-        except Exception as error:  # what was done before the end still counts
-            log = str(error)
-        path = blender.out / "results.json"
-        found = json.loads(path.read_text()) if path.exists() else {}
-        _results[blender.version] = found, log
-    return _results[blender.version]
+CHECKED = Checked("checks.py", "results.json")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_check(blender, dist, name):
     """One check in one Blender."""
-    found, log = results_of(blender, dist)
-    assert name in found, f"Blender ended before this check:\n{log[-3000:]}"
-    assert not found[name], found[name]
-
-
-def read_rgba(path):
-    """(height, width, 4) of the picture in an EXR."""
-    image = oiio.ImageBuf(str(path))
-    pixels = image.get_pixels(oiio.FLOAT)
-    names = [name.split(".")[-1] for name in image.spec().channelnames]
-    order = [names.index(c) for c in "RGBA"]
-    return pixels[..., order]
+    CHECKED.expect(blender, dist, name)
 
 
 def test_f12_is_the_command_on_the_same_passes(blender, dist, command):
     """Bit for bit, since everything stays float."""
-    results_of(blender, dist)
+    CHECKED.run(blender, dist)
     lens = json.loads((blender.out / "lens.json").read_text())
     options = []
     for field, value in lens.items():
@@ -64,7 +38,7 @@ def test_f12_is_the_command_on_the_same_passes(blender, dist, command):
 
 def test_the_comparison_prints_the_scores(blender, dist):
     """All six figures, for the filter and for the picture as rendered."""
-    _, log = results_of(blender, dist)
+    _, log = CHECKED.run(blender, dist)
     lines = [x for x in log.splitlines() if "against the camera's own depth" in x]
     ours = next(line for line in lines if line.startswith("Rack Focus against"))
     without = next(line for line in lines if line.startswith("No depth of field"))
@@ -84,7 +58,7 @@ def test_the_comparison_prints_the_scores(blender, dist):
 
 def test_the_node_costs_little(blender, dist):
     """Beside the filter's own time; the limit leaves room for a busy machine."""
-    results_of(blender, dist)
+    CHECKED.run(blender, dist)
     seconds = json.loads((blender.out / "overhead.json").read_text())
     print(blender.version, seconds)
     assert max(s["overhead"] for s in seconds.values()) < 0.6, seconds

@@ -5,43 +5,17 @@ import json
 import re
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
-from conftest import INSIDE, call
+from checked import Checked, names_of, read_rgba
+from conftest import call
 
-SOURCE = (INSIDE / "view_checks.py").read_text()
-NAMES = re.findall(r"^@check\ndef (\w+)", SOURCE, re.M)
-_results = {}
-
-
-def results_of(blender, dist):
-    """{check: "" or problem} of one run in one Blender, and what it printed."""
-    if blender.version not in _results:
-        log = ""
-        try:
-            log = blender.run("view_checks.py", dist, blender.out)
-        except Exception as error:  # what was done before the end still counts
-            log = str(error)
-        path = blender.out / "view_results.json"
-        found = json.loads(path.read_text()) if path.exists() else {}
-        _results[blender.version] = found, log
-    return _results[blender.version]
+CHECKED = Checked("view_checks.py", "view_results.json")
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", names_of("view_checks.py"))
 def test_check(blender, dist, name):
     """One check in one Blender."""
-    found, log = results_of(blender, dist)
-    assert name in found, f"Blender ended before this check:\n{log[-3000:]}"
-    assert not found[name], found[name]
-
-
-def read_rgba(path):
-    """(height, width, 4) of the picture in an EXR."""
-    image = oiio.ImageBuf(str(path))
-    pixels = image.get_pixels(oiio.FLOAT)
-    names = [name.split(".")[-1] for name in image.spec().channelnames]
-    return pixels[..., [names.index(c) for c in "RGBA"]]
+    CHECKED.expect(blender, dist, name)
 
 
 def kept_views(blender, folder):
@@ -52,13 +26,13 @@ def kept_views(blender, folder):
 @pytest.mark.parametrize("name", ["views4", "views4_refocused"])
 def test_the_node_is_the_command_on_the_kept_views(blender, dist, command, name):
     """Bit for bit; the header has the lens, options only what was refocused."""
-    results_of(blender, dist)
+    CHECKED.run(blender, dist)
     options = []
     if name.endswith("refocused"):
         lens = json.loads((blender.out / "view_lens.json").read_text())
         for field, value in lens.items():
             options += [f"--{field.replace('_', '-')}", value]
-    made = blender.out / f"command_{name}.exr" # read_rgba() caches by name
+    made = blender.out / f"command_{name}.exr"  # read_rgba() caches by name
     files = kept_views(blender, "kept")
     assert len(files) == 4
     call(command, "filter", *files, "-o", made, "--type", "float", "--quiet", *options)
@@ -68,7 +42,7 @@ def test_the_node_is_the_command_on_the_kept_views(blender, dist, command, name)
 
 def test_the_mean_is_the_command_on_the_kept_views(blender, dist, command):
     """rackfocus accumulate."""
-    results_of(blender, dist)
+    CHECKED.run(blender, dist)
     made = blender.out / "command_mean.exr"
     files = kept_views(blender, "kept_mean")
     assert len(files) == 5
@@ -79,7 +53,7 @@ def test_the_mean_is_the_command_on_the_kept_views(blender, dist, command):
 
 def test_kept_views_say_where_they_were_taken(blender, dist, command):
     """rackfocus info shows the place on the lens and the plane of the shear."""
-    results_of(blender, dist)
+    CHECKED.run(blender, dist)
     text = call(command, "info", kept_views(blender, "kept")[1])
     assert re.search(r"view from +\(-?[\d.e-]+, -?[\d.e-]+\) on the lens", text), text
     assert "sheared at distance 3" in text

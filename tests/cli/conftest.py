@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the tests of the command share: running it, and small scenes."""
 
-import os
 import pathlib
-import subprocess
 import sys
 
 import numpy
@@ -11,26 +9,6 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import plainexr  # noqa: E402
-
-
-@pytest.fixture(scope="session")
-def binary():
-    path = os.environ.get("RACKFOCUS")
-    assert path and os.path.exists(path), "set RACKFOCUS to the built command"
-    return os.path.abspath(path)
-
-
-@pytest.fixture
-def rackfocus(binary):
-    """Runs the command; checks the exit code; returns the finished process."""
-
-    def run(*arguments, code=0, **options):
-        command = [binary, *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, **options)
-        assert done.returncode == code, f"{command}\n{done.stdout}\n{done.stderr}"
-        return done
-
-    return run
 
 
 @pytest.fixture

@@ -11,11 +11,6 @@ sys.path.insert(0, str(HERE.parent / "cli"))
 
 
 @pytest.fixture(scope="session")
-def binary():
-    return os.environ["RACKFOCUS"]
-
-
-@pytest.fixture(scope="session")
 def failing():
     """The library that makes calls fail when it is preloaded."""
     return os.path.join(os.environ["RACKFOCUS_BUILD"], "tests/faults/libfailing.so")

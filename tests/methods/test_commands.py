@@ -2,9 +2,7 @@
 """compare-methods and accumulate, from files to files."""
 
 import json
-import os
 import pathlib
-import subprocess
 import sys
 
 import numpy
@@ -16,19 +14,6 @@ import plainexr  # noqa: E402
 REFERENCES = pathlib.Path(__file__).parents[1] / "quality/references"
 POSTS = REFERENCES / "posts_pinhole.exr"
 TRUTH = REFERENCES / "posts_reference.exr"
-
-
-@pytest.fixture
-def rackfocus():
-    binary = os.environ["RACKFOCUS"]
-
-    def run(*arguments, code=0):
-        command = [binary, *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True)
-        assert done.returncode == code, f"{command}\n{done.stdout}\n{done.stderr}"
-        return done
-
-    return run
 
 
 def views(tmp_path, count=5, size=(24, 17)):

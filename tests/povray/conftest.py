@@ -15,13 +15,6 @@ EXAMPLES = pathlib.Path("/usr/share/doc/povray/examples")
 SIZE = ["+W160", "+H120"]
 
 
-@pytest.fixture(scope="session")
-def binary():
-    path = os.environ.get("RACKFOCUS")
-    assert path and os.path.exists(path), "set RACKFOCUS to the built command"
-    return os.path.abspath(path)
-
-
 @pytest.fixture
 def rackfocus(binary, tmp_path):
     """Runs the command in a folder (default: a copy of scenes/).

@@ -18,26 +18,6 @@ import plainexr  # noqa: E402
 WAIT_S = 90  # for what takes a second on an idle machine
 
 
-@pytest.fixture(scope="session")
-def binary():
-    path = os.environ.get("RACKFOCUS")
-    assert path and os.path.exists(path), "set RACKFOCUS to the built command"
-    return os.path.abspath(path)
-
-
-@pytest.fixture
-def rackfocus(binary):
-    """Runs the command; checks the exit code; returns the finished process."""
-
-    def run(*arguments, code=0, **options):
-        command = [binary, *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, **options)
-        assert done.returncode == code, f"{command}\n{done.stdout}\n{done.stderr}"
-        return done
-
-    return run
-
-
 class Display:
     """An X server without a screen, and no window manager."""
 

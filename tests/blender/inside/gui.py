@@ -80,6 +80,18 @@ def show_camera():
     area_of("PROPERTIES").spaces.active.context = "DATA"
 
 
+def show_box(kind, name):
+    """A screenshot of the camera's box in the largest area, which is of that kind."""
+    large = area_of(kind)
+    large.type = "PROPERTIES"
+    yield 0.5
+    large.spaces.active.context = "DATA"
+    yield 0.7
+    yield from screenshot(name)
+    large.type = kind
+    yield 0.5
+
+
 def steps():
     """The session; yields the seconds to wait."""
     bpy.context.preferences.view.render_display_type = "AREA"
@@ -99,14 +111,7 @@ def steps():
     FOUND["scenes"] = len(bpy.data.scenes)
     yield 0.7
     yield from screenshot("layout")
-    large = area_of("VIEW_3D")
-    large.type = "PROPERTIES"
-    yield 0.5
-    large.spaces.active.context = "DATA"
-    yield 0.7
-    yield from screenshot("panel")
-    large.type = "VIEW_3D"
-    yield 0.5
+    yield from show_box("VIEW_3D", "panel")
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield from wait_for_job()
     first = result("first")
@@ -157,14 +162,7 @@ def several_views():
     data = scene.camera.data
     before = common.snapshot(scene)
     data.rack_focus.views = 4
-    large = area_of("IMAGE_EDITOR")
-    large.type = "PROPERTIES"
-    yield 0.5
-    large.spaces.active.context = "DATA"
-    yield 0.7
-    yield from screenshot("views")
-    large.type = "IMAGE_EDITOR"
-    yield 0.3
+    yield from show_box("IMAGE_EDITOR", "views")
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield from wait_for_job()
     FOUND["views_message"] = addon("engine").last_run[scene.name]["message"]

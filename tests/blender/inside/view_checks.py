@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of several views and their mean, run inside Blender in the order of this file.
 
-    view_checks.py DIST OUT [CHECK ...]    (after -- where Blender is a program)
-
-OUT receives view_results.json: {check: "" or what went wrong}, and the files that the
-tests look at.
+view_checks.py DIST OUT [CHECK ...]    writes OUT/view_results.json
 """
 
 import json
@@ -18,7 +15,9 @@ import numpy as np
 from mathutils import Matrix
 
 sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
 import common  # noqa: E402
+from checking import BASE, OUT, Checks  # noqa: E402
 from common import (  # noqa: E402
     addon,
     emitter,
@@ -31,22 +30,14 @@ from common import (  # noqa: E402
     start,
 )
 
-DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
-BASE = OUT / "view_base.blend"
-CHECKS = {}
+
+def prepare():
+    """Views rendered together, 16 samples."""
+    addon("views").multiview_works = True
+    bpy.context.scene.cycles.samples = 16
 
 
-def check(function):
-    """Registers a check; each starts with the base file, 16 samples."""
-
-    def run():
-        bpy.ops.wm.open_mainfile(filepath=str(BASE))
-        addon("views").multiview_works = True
-        bpy.context.scene.cycles.samples = 16
-        function()
-
-    CHECKS[function.__name__] = run
-    return function
+check = Checks(prepare)
 
 
 def kept(scene):
@@ -749,20 +740,4 @@ def many_renders_with_views():
     assert not list(Path("/dev/shm").glob("rack_focus_*"))
 
 
-def main():
-    """Installs, runs all checks or those named."""
-    names = sys.argv[sys.argv.index("--") + 3 :] or list(CHECKS)
-    results = {}
-
-    def report(name, problem):
-        results[name] = problem
-        print("CHECK", name, problem or "ok", flush=True)
-        (OUT / "view_results.json").write_text(json.dumps(results, indent=1))
-
-    common.install(DIST)
-    common.make_base(BASE)
-    common.run(CHECKS, names, report)
-    common.leave()
-
-
-main()
+checking.run(check, "view_results.json")

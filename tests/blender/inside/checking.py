@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks that run inside Blender, and what a script of them is called with.
+
+    SCRIPT DIST OUT [CHECK ...]    (after -- where Blender is a program)
+
+DIST has the zips of the add-on, OUT receives the files that the tests look at.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import bpy
+import common
+
+DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
+BASE = OUT / "base.blend"
+
+
+class Checks(dict):
+    """{name: function} of checks, each of which starts with the base file.
+
+    prepare: called before each, with the file open.
+    """
+
+    def __init__(self, prepare=lambda: None):
+        self.prepare = prepare
+
+    def __call__(self, function):
+        """Decorator: registers a check."""
+
+        def run():
+            bpy.ops.wm.open_mainfile(filepath=str(BASE))
+            self.prepare()
+            function()
+
+        self[function.__name__] = run
+        return function
+
+
+def run(checks, name, finish=lambda report: None):
+    """Installs the add-on, runs all checks or those named, and leaves Blender.
+
+    checks: {name: function}; name: of the file in OUT that receives {check: "" or what
+    went wrong}; finish: called at the end with a function that adds to it.
+    """
+    names = sys.argv[sys.argv.index("--") + 3 :] or list(checks)
+    results = {}
+
+    def report(check, problem):
+        results[check] = problem
+        print("CHECK", check, problem or "ok", flush=True)
+        (OUT / name).write_text(json.dumps(results, indent=1))
+
+    common.install(DIST)
+    common.make_base(BASE)
+    common.run(checks, names, report)
+    finish(report)
+    common.leave()

@@ -1,0 +1,452 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of the pictures: layers, views, scenes, the camera's own depth of field."""
+
+import json
+import math
+
+import bpy
+import common
+import numpy as np
+from checking import OUT, Checks
+from common import (
+    addon,
+    filtered,
+    last_message,
+    pinhole,
+    render,
+    rgba,
+    same,
+    snapshot,
+    start,
+)
+
+check = Checks()
+
+
+# ---- the picture ------------------------------------------------------------------
+
+
+@check
+def f12_is_the_filter_on_the_passes():
+    """Bit for bit; the tests compare the files with the command as well."""
+    scene, data = start(quality="custom")
+    data.dof.aperture_blades = 6
+    data.dof.aperture_rotation = 0.3
+    data.dof.aperture_ratio = 1.5
+    sharp = pinhole(scene, OUT / "passes.exr")
+    made = rgba(render(scene, OUT / "filtered.exr"))
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    same(made, filtered(scene, colour, depth))
+    assert np.abs(made - colour).max() > 0.05
+    lens = addon("lens").camera_parameters(scene.camera, scene.render)
+    (OUT / "lens.json").write_text(json.dumps(lens))
+
+
+@check
+def every_method_of_the_list():
+    """Each renders what the filter makes."""
+    scene, data = start()
+    sharp = pinhole(scene, OUT / "m.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    methods = addon("library").rackfocus.methods()
+    menu = data.rack_focus.bl_rna.properties["method"].enum_items
+    assert [item.identifier for item in menu] == [method.name for method in methods]
+    for method in methods:
+        data.rack_focus.method = method.name
+        made = rgba(render(scene, OUT / "m.exr"))
+        same(made, filtered(scene, colour, depth))
+
+
+@check
+def sockets():
+    """CoC and depth come out as numbers, the overlay marks the band."""
+    scene, data = start(coc_limit=1.0)
+    sharp = pinhole(scene, OUT / "s.exr")
+    depth = common.depth_of(sharp)
+    tree, ours = common.tree_of(scene), scene.rack_focus.filter_scene
+    node = addon("setup").layer_nodes(tree, ours)[0]
+    out = addon("compat").output_socket(tree)
+    names = [o.name for o in node.outputs if o.enabled]
+    assert names == ["Image", "Alpha", "Depth", "CoC", "Focus"], names
+    tree.links.new(node.outputs["CoC"], out)
+    coc = rgba(render(scene, OUT / "s.exr"))[..., 0]
+    params = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, depth.shape[::-1]
+    )
+    lens = addon("library").rackfocus.Lens(*depth.shape[::-1], **params)
+    expected = np.vectorize(lens.radius_px)(np.where(depth > 1e9, np.inf, depth))
+    assert np.allclose(coc, expected, atol=1e-4), np.abs(coc - expected).max()
+    tree.links.new(node.outputs["Depth"], out)
+    same(rgba(render(scene, OUT / "s.exr"))[..., 0], depth)
+    tree.links.new(node.outputs["Focus"], out)
+    shown = rgba(render(scene, OUT / "s.exr"))
+    band = np.abs(coc) <= 1.0
+    assert band.any() and shown[band][:, 1].min() >= 0.5
+
+
+@check
+def animated_focus():
+    """Three frames, each with its own focus; the stored value does not matter."""
+    scene, data = start()
+    for frame, distance in ((1, 1.5), (3, 6.0)):
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    scene.frame_start, scene.frame_end = 1, 3
+    common.set_output(scene, OUT / "anim_####.exr")
+    bpy.ops.render.render(animation=True)
+    made = [rgba(common.read(OUT / f"anim_{f:04d}.exr")) for f in (1, 2, 3)]
+    data.animation_data_clear()
+    sharp = pinhole(scene, OUT / "p.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    for distance, picture in zip((1.5, None, 6.0), made, strict=True):
+        if distance:
+            data.dof.focus_distance = distance
+            same(picture, filtered(scene, colour, depth))
+    assert np.abs(made[0] - made[1]).max() > 0.01
+    assert np.abs(made[1] - made[2]).max() > 0.01
+
+
+@check
+def focus_object_follows_parents():
+    """The planar distance of an animated child; the camera is scaled and parented."""
+    scene, data = start()
+    holder = bpy.data.objects.new("holder", None)
+    target = bpy.data.objects.new("target", None)
+    for item in (holder, target):
+        scene.collection.objects.link(item)
+    target.parent = holder
+    target.location = (0.4, 1, 0)
+    holder.location = (0, 1, 0.2)
+    holder.scale = (1, 2, 1)
+    scene.camera.scale = (3, 3, 3)
+    data.dof.focus_object = target
+    data.dof.focus_distance = 77
+    bpy.context.view_layer.update()
+    assert math.isclose(addon("lens").focus_distance(scene.camera), 3, rel_tol=1e-6)
+    sharp = pinhole(scene, OUT / "o.exr")
+    made = rgba(render(scene, OUT / "o.exr"))
+    data.dof.focus_object = None
+    data.dof.focus_distance = 3
+    expected = filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
+    # The distance differs by a few parts in 1e7.
+    assert np.abs(made - expected).mean() < 1e-4
+
+
+@check
+def border_crop_percentage():
+    """A part of the frame is blurred like the whole."""
+    scene, data = start(method="scatter")
+    whole = rgba(render(scene, OUT / "w.exr"))
+    size = (whole.shape[1], whole.shape[0])
+    scene.render.use_border = True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.25, 1.0
+    for is_cropped in (True, False):
+        scene.render.use_crop_to_border = is_cropped
+        sharp = pinhole(scene, OUT / "b.exr")
+        made = rgba(render(scene, OUT / "b.exr"))
+        assert not last_message(scene), last_message(scene)
+        expected_size = (36, 36) if is_cropped else size
+        assert made.shape[1::-1] == expected_size, made.shape
+        if is_cropped:
+            colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+            same(made, filtered(scene, colour, depth))
+            cropped = made
+            # Far from the border of the crop nothing differs from the whole frame.
+            part = whole[0:36, 18:54]
+            inner = np.abs(made - part)[0:12, 12:24].max()
+            assert inner < 0.3, inner
+        else:
+            assert np.all(made[-12:] == 0) and np.all(made[:, :18] == 0)
+            same(made[:36, 18:54], cropped)
+    scene.render.use_border = False
+    scene.render.resolution_percentage = 50
+    sharp = pinhole(scene, OUT / "h.exr")
+    made = rgba(render(scene, OUT / "h.exr"))
+    assert made.shape == (24, 36, 4)
+    same(made, filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp)))
+
+
+# ---- layers, views, scenes --------------------------------------------------------
+
+
+@check
+def film_depth_reaches_the_filter():
+    """What is partly transparent and has no depth: the choice changes it."""
+    scene, data = start(quality=addon("props").DEFAULT_QUALITY)
+    scene.render.film_transparent = True
+    sharp = pinhole(scene, OUT / "f.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    assert ((colour[..., 3] > 0) & (colour[..., 3] < 1) & (depth > 1e9)).any()
+    pictures = []
+    for choice in ("keep", "solid", "all"):
+        data.rack_focus.film_depth = choice
+        pictures.append(rgba(render(scene, OUT / "f.exr")))
+        same(pictures[-1], filtered(scene, colour, depth))
+    assert np.abs(pictures[0] - pictures[2]).max() > 0.01
+
+
+@check
+def a_quality_of_the_table_is_that_of_the_panel():
+    """The core may bring choices of its own: they become the property's."""
+    props, library = addon("props"), addon("library").rackfocus
+    method = next(p for p in library.parameters() if p.field == "method")
+    table = method._replace(field="quality", key="quality", default="box")
+    items, default, presets = props._qualities(table)
+    names = [item[0] for item in items]
+    assert names == [*(c.name for c in method.choices), "custom"]
+    assert default == "box" and presets["box"] == {"quality": "box"}
+    assert presets["custom"] is None
+
+
+@check
+def transparent_film_and_two_layers():
+    """Each layer is filtered on its own; the second is put over the first."""
+    scene = bpy.context.scene
+    scene.render.film_transparent = True
+    front = bpy.data.collections.new("front")
+    scene.collection.children.link(front)
+    for item in [o for o in scene.objects if o.location.y < 2.5 and o.type == "MESH"]:
+        scene.collection.objects.unlink(item)
+        front.objects.link(item)
+    second = scene.view_layers.new("Front")
+    for child in scene.view_layers["ViewLayer"].layer_collection.children:
+        child.exclude = child.name == "front"
+    second.layer_collection.children["front"].holdout = False
+    before = snapshot(scene)
+    _, data = start()
+    nodes = addon("setup").layer_nodes(
+        common.tree_of(scene), scene.rack_focus.filter_scene
+    )
+    assert sorted(n.layer for n in nodes) == ["Front", "ViewLayer"]
+    made = rgba(render(scene, OUT / "l.exr"))
+    assert not last_message(scene), last_message(scene)
+    sharp = pinhole(scene, OUT / "l2.exr")
+    layers = []
+    for name in ("ViewLayer", "Front"):
+        colour, depth = rgba(sharp, name), common.depth_of(sharp, name)
+        layers.append(filtered(scene, colour, depth))
+    back, over = layers
+    expected = over + back * np.maximum(1 - over[..., 3:], 0)
+    assert np.abs(made - expected).max() < 1e-4, np.abs(made - expected).max()
+    data.rack_focus.enabled = False
+    after = snapshot(scene)
+    assert after[0] == before[0] and after[3:] == before[3:]
+
+
+@check
+def stereo():
+    """Both views are filtered, each from its own passes."""
+    scene, data = start()
+    scene.render.use_multiview = True
+    scene.render.views_format = "STEREO_3D"
+    data.stereo.interocular_distance = 0.3
+    data.stereo.convergence_distance = 5
+    scene.render.image_settings.views_format = "INDIVIDUAL"
+    common.set_output(scene, OUT / "st.exr")
+    bpy.ops.render.render(write_still=True)
+    assert not last_message(scene), last_message(scene)
+    made = {s: rgba(common.read(OUT / f"st{s}.exr")) for s in ("_L", "_R")}
+    common.set_output(scene, OUT / "st0.exr", multilayer=True)
+    data.rack_focus.enabled = False
+    scene.view_layers[0].use_pass_z = True
+    bpy.ops.render.render(write_still=True)
+    for side in ("_L", "_R"):
+        sharp = common.read(OUT / f"st0{side}.exr")
+        expected = filtered(scene, rgba(sharp), common.depth_of(sharp))
+        same(made[side], expected)
+    assert np.abs(made["_L"] - made["_R"]).max() > 0.05
+
+
+@check
+def views_with_cameras_of_their_own():
+    """Multi-view: each view is filtered with the lens of its camera."""
+    scene, data = start()
+    first = scene.camera
+    second = first.copy()
+    second.data = data.copy()
+    second.data.dof.focus_distance = 6
+    second.location.x = 0.2
+    scene.collection.objects.link(second)
+    first.name, second.name = "cam_a", "cam_b"
+    scene.render.use_multiview = True
+    scene.render.views_format = "MULTIVIEW"
+    for name, suffix in (("left", "_a"), ("right", "_b")):
+        scene.render.views[name].camera_suffix = suffix
+        scene.render.views[name].file_suffix = suffix
+    scene.render.image_settings.views_format = "INDIVIDUAL"
+    common.set_output(scene, OUT / "mv.exr")
+    bpy.ops.render.render(write_still=True)
+    assert not last_message(scene), last_message(scene)
+    scene.render.use_multiview = False
+    for camera in (first, second):
+        made = rgba(common.read(OUT / f"mv{camera.name[-2:]}.exr"))
+        scene.camera = camera
+        sharp = pinhole(scene, OUT / "mv0.exr")
+        colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+        right = np.abs(made - filtered(scene, colour, depth)).mean()
+        camera.data.dof.focus_distance = 9 - camera.data.dof.focus_distance
+        wrong = np.abs(made - filtered(scene, colour, depth)).mean()
+        # The second view has noise of its own.
+        assert right < 0.005 and right < wrong / 3, (camera.name, right, wrong)
+
+
+@check
+def cameras_bound_to_markers():
+    """The camera of the frame counts, and one that is not enabled is left alone."""
+    scene, data = start()
+    other = scene.camera.copy()
+    other.data = data.copy()
+    other.data.rack_focus.enabled = False
+    other.data.dof.use_dof = False
+    scene.collection.objects.link(other)
+    third = scene.camera.copy()
+    third.data = data.copy()
+    third.data.dof.focus_distance = 8
+    scene.collection.objects.link(third)
+    first = scene.camera
+    for frame, camera in ((1, first), (2, other), (3, third)):
+        scene.timeline_markers.new("m", frame=frame).camera = camera
+    scene.frame_start, scene.frame_end = 1, 3
+    common.set_output(scene, OUT / "mark_####.exr")
+    bpy.ops.render.render(animation=True)
+    made = [rgba(common.read(OUT / f"mark_{f:04d}.exr")) for f in (1, 2, 3)]
+    scene.timeline_markers.clear()
+    scene.frame_set(1)
+    scene.camera = first
+    sharp = pinhole(scene, OUT / "mk.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    same(made[0], filtered(scene, colour, depth))
+    same(made[1], colour)
+    scene.camera = third
+    same(made[2], filtered(scene, colour, depth))
+
+
+@check
+def several_scenes():
+    """Two scenes of a file, each with its own set-up."""
+    scene, data = start()
+    other = scene.copy()
+    other.name = "Other"
+    other.camera = scene.camera.copy()
+    other.camera.data = data.copy()
+    other.camera.data.dof.focus_distance = 1.5
+    # What Blender does at the next change of the file.
+    addon("handlers").on_change()
+    assert len(bpy.data.scenes) == 4, [s.name for s in bpy.data.scenes]
+    first = rgba(render(scene, OUT / "s1.exr"))
+    second = rgba(render(other, OUT / "s2.exr"))
+    assert np.abs(first - second).max() > 0.05
+    other.camera.data.rack_focus.enabled = False
+    assert len(bpy.data.scenes) == 3
+    same(rgba(render(scene, OUT / "s1.exr")), first)
+
+
+# ---- the camera's own depth of field ----------------------------------------------
+
+
+@check
+def own_dof_is_off_for_the_beauty_render():
+    """And on again afterwards; the picture is the same as without it."""
+    scene, data = start()
+    data.dof.use_dof = False
+    without = rgba(render(scene, OUT / "d0.exr"))
+    data.dof.use_dof = True
+    same(rgba(render(scene, OUT / "d1.exr")), without)
+    assert data.dof.use_dof and not data.rack_focus.is_dof_hidden
+
+
+@check
+def own_dof_comes_back_after_a_crash():
+    """A file saved in the middle of a render."""
+    scene, data = start()
+    data.dof.use_dof = True
+    addon("setup").hide_dof(scene)
+    assert not data.dof.use_dof
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "crash.blend"), copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(OUT / "crash.blend"))
+    data = bpy.context.scene.camera.data
+    assert data.dof.use_dof and not data.rack_focus.is_dof_hidden
+
+
+@check
+def own_dof_comes_back_after_an_error():
+    """The engine fails; picture and camera are as they were."""
+    scene, data = start()
+    data.dof.use_dof = True
+    engine = addon("engine").RackFocusEngine
+    kept = engine._filter
+
+    def fail(self, *_):
+        raise addon("engine").Problem("a test")
+
+    engine._filter = fail
+    try:
+        render(scene, OUT / "e.exr")
+    except RuntimeError as error:
+        assert "a test" in str(error)
+    finally:
+        engine._filter = kept
+    assert data.dof.use_dof and "a test" in last_message(scene)
+
+
+@check
+def failure_leaves_the_picture():
+    """Never black: a camera that cannot be filtered, and one cancelled half-way."""
+    scene, data = start()
+    expected = rgba(pinhole(scene, OUT / "f0.exr"), "ViewLayer")
+    engine = addon("engine").RackFocusEngine
+    kept = engine._report
+    engine._report = lambda self, fraction: False
+    try:
+        common.set_output(scene, OUT / "f1.exr")
+        bpy.ops.render.render(write_still=True)
+    except RuntimeError as error:
+        assert "stopped" in str(error), error
+    finally:
+        engine._report = kept
+    assert "not filtered" in last_message(scene)
+    bpy.data.images["Render Result"].save_render(str(OUT / "f1.exr"), scene=scene)
+    same(rgba(common.read(OUT / "f1.exr")), expected)
+
+
+@check
+def faults_and_missing_depth_leave_the_picture():
+    """A fault in our own code, and a render whose passes lack the depth."""
+    scene, data = start()
+    expected = rgba(pinhole(scene, OUT / "n0.exr"), "ViewLayer")
+    engine, setup = addon("engine"), addon("setup")
+
+    def fail(*_):
+        raise KeyError("a test")
+
+    kept = {"frame_parameters": addon("lens").frame_parameters}
+    kept["_need_depth"] = setup._need_depth
+    for module, name, text in (
+        (addon("lens"), "frame_parameters", "a fault of Rack Focus"),
+        (setup, "_need_depth", "has no depth"),
+    ):
+        setattr(module, name, fail if module is not setup else lambda _: None)
+        scene.view_layers[0].use_pass_z = module is not setup
+        common.set_output(scene, OUT / "n1.exr")
+        try:
+            bpy.ops.render.render(write_still=True)
+        except RuntimeError as error:
+            assert text in str(error), error
+        setattr(module, name, kept[name])
+        assert text in engine.last_run[scene.name]["message"]
+        bpy.data.images["Render Result"].save_render(str(OUT / "n1.exr"), scene=scene)
+        same(rgba(common.read(OUT / "n1.exr")), expected)
+
+
+@check
+def new_view_layers_get_their_depth():
+    """A layer made after enabling is filtered too, and disabling takes its Z back."""
+    scene, data = start()
+    layer = scene.view_layers.new("Second")
+    layer.use_pass_z = False
+    render(scene, OUT / "nl.exr")
+    ours = scene.rack_focus.filter_scene
+    assert layer.use_pass_z and ours.view_layers[1].name == "Second"
+    data.rack_focus.enabled = False
+    assert not layer.use_pass_z

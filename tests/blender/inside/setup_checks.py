@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what is around the picture: refocus, picker, comparison, set-up, cost."""
+
+import json
+import math
+from pathlib import Path
+
+import bpy
+import common
+import numpy as np
+from checking import BASE, OUT, Checks
+from common import (
+    addon,
+    filtered,
+    pinhole,
+    render,
+    rgba,
+    same,
+    snapshot,
+    start,
+)
+
+check = Checks()
+DRAFT = {"quality": "custom", "sub_apertures": 1, "exact_highlights": False}
+
+
+# ---- refocus, picker, comparison --------------------------------------------------
+
+
+@check
+def refocus_does_not_render():
+    """The same picture as rendering again, without rendering again."""
+    scene, data = start()
+    render(scene, OUT / "r0.exr")
+    data.dof.focus_distance = 1.6
+    data.dof.aperture_blades = 5
+    scene.cycles.seed = 99  # a new render would differ
+    for _ in range(2):
+        assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    assert not any(node.mute for node in common.tree_of(scene).nodes)
+    bpy.data.images["Render Result"].save_render(str(OUT / "r1.exr"), scene=scene)
+    made = rgba(common.read(OUT / "r1.exr"))
+    scene.cycles.seed = 0
+    same(made, rgba(render(scene, OUT / "r2.exr")))
+
+
+@check
+def pick_focus():
+    """A point of the picture, an object, the empty sky."""
+    scene, data = start()
+    sharp = render(scene, OUT / "k.exr")
+    sharp = pinhole(scene, OUT / "k0.exr")
+    depth = common.depth_of(sharp)
+    render(scene, OUT / "k.exr")
+    height, width = depth.shape
+    row, column = np.argwhere(depth < 2)[3]
+    x, y = (column + 0.5) / width, 1 - (row + 0.5) / height
+    bpy.ops.rack_focus.pick_focus(x=x, y=y)
+    assert math.isclose(data.dof.focus_distance, depth[row, column], rel_tol=1e-6)
+    row, column = np.argwhere(depth > 1e9)[0]
+    x, y = (column + 0.5) / width, 1 - (row + 0.5) / height
+    assert bpy.ops.rack_focus.pick_focus(x=x, y=y) == {"CANCELLED"}
+    cube = next(o for o in scene.objects if o.type == "MESH")
+    bpy.ops.rack_focus.pick_focus(object=cube.name)
+    assert data.dof.focus_object == cube
+
+
+@check
+def compare_with_physical():
+    """Scores and three images; nothing else is left."""
+    scene, data = start()
+    before = counts_without_images()
+    bpy.ops.rack_focus.compare(percentage=100, samples=64)
+    assert counts_without_images() == before
+    sizes = [tuple(bpy.data.images[n].size) for n in addon("compare").NAMES]
+    assert sizes == [(72, 48)] * 3
+    read = {}
+    for name in addon("compare").NAMES[:2]:
+        flat = np.empty(72 * 48 * 4, np.float32)
+        bpy.data.images[name].pixels.foreach_get(flat)
+        read[name] = flat.reshape(48, 72, 4)
+    # Blender's images have their rows upwards.
+    pictures = (np.ascontiguousarray(p[::-1]) for p in read.values())
+    scores = addon("library").rackfocus.compare(*pictures)
+    assert addon("compare").last_scores == scores
+    assert 24 < scores["tpsnr"] < 60, scores
+    (OUT / "scores.json").write_text(json.dumps(scores))
+
+
+def counts_without_images():
+    """Datablocks but for images."""
+    return {k: n for k, n in common.counts().items() if k != "images"}
+
+
+# ---- set-up and its end -----------------------------------------------------------
+
+
+@check
+def disable_leaves_nothing():
+    """Fresh compositor: the same datablocks, nodes, links and switches as before."""
+    scene = bpy.context.scene
+    before = snapshot(scene)
+    start()
+    assert snapshot(scene) != before
+    render(scene, OUT / "x.exr")
+    scene.camera.data.rack_focus.enabled = False
+    after = snapshot(scene)
+    images = bpy.data.images.get("Render Result") is not None
+    after[0]["images"] -= images and before[0]["images"] != after[0]["images"]
+    assert after == before, (before, after)
+
+
+@check
+def the_users_nodes_stay():
+    """A compositor in use: ours goes in between and out again."""
+    scene = bpy.context.scene
+    tree, _ = addon("compat").start_compositor(scene)
+    source = addon("setup").layer_nodes(tree, scene)[0]
+    flip = tree.nodes.new("CompositorNodeFlip")
+    if "Flip X" in flip.inputs:  # 4.5 and later
+        flip.inputs["Flip X"].default_value = True
+        flip.inputs["Flip Y"].default_value = False
+    out = addon("compat").output_socket(tree)
+    tree.links.new(source.outputs["Image"], flip.inputs[0])
+    tree.links.new(flip.outputs[0], out)
+    before = snapshot(scene)
+    _, data = start()
+    flipped = rgba(render(scene, OUT / "u.exr"))
+    node = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+    assert any(k.from_node == node and k.to_node == flip for k in tree.links)
+    tree.links.new(node.outputs["Image"], out)
+    plain = rgba(render(scene, OUT / "u.exr"))
+    same(flipped, plain[:, ::-1])
+    tree.links.new(flip.outputs[0], out)
+    data.rack_focus.enabled = False
+    after = snapshot(scene)
+    assert after[1:] == before[1:], (before, after)
+
+
+@check
+def a_camera_from_a_library():
+    """A linked camera, enabled in its own file: read, never changed for good."""
+    scene, data = start(method="scatter")
+    data.dof.use_dof = True
+    library = str(OUT / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=library, copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    scene = bpy.context.scene
+    bpy.data.objects.remove(scene.camera)
+    with bpy.data.libraries.load(library, link=True) as (_, linked):
+        linked.objects = ["Camera"]
+    camera = linked.objects[0]
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    bpy.context.view_layer.update()
+    assert camera.data.library is not None and camera.data.rack_focus.enabled
+    assert addon("setup").filter_scene_of(scene) is not None
+    made = rgba(render(scene, OUT / "l.exr"))
+    assert camera.data.dof.use_dof and not camera.data.rack_focus.is_dof_hidden
+    sharp = pinhole(scene, OUT / "l.exr")
+    expected = filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
+    same(made, expected)
+
+
+@check
+def a_scene_that_loses_its_camera():
+    """The set-up goes with the camera and comes back with it; nothing raises."""
+    scene, _ = start()
+    camera = scene.camera
+    scene.camera = None
+    bpy.context.view_layer.update()
+    addon("handlers").on_change()
+    assert addon("setup").filter_scene_of(scene) is None
+    assert len(bpy.data.scenes) == 1
+    for name in ("add_node", "refocus", "pick_focus", "compare"):
+        assert not getattr(bpy.ops.rack_focus, name).poll(), name
+    try:
+        bpy.ops.render.render()
+        raise AssertionError("rendered without a camera")
+    except RuntimeError as error:
+        assert "camera" in str(error).lower()
+    scene.camera = camera
+    addon("handlers").on_change()
+    assert addon("setup").filter_scene_of(scene) is not None
+    render(scene, OUT / "n.exr")
+
+
+@check
+def undo():
+    """Enabling is one step back."""
+    scene = bpy.context.scene
+    if bpy.app.background and not hasattr(bpy.context, "window"):
+        return
+    bpy.ops.ed.undo_push(message="before")
+    start()
+    bpy.ops.ed.undo_push(message="enabled")
+    assert len(bpy.data.scenes) == 2
+    bpy.ops.ed.undo()
+    assert len(bpy.data.scenes) == 1, [s.name for s in bpy.data.scenes]
+    scene = bpy.context.scene
+    assert not scene.camera.data.rack_focus.enabled
+    assert addon("setup").filter_scene_of(scene) is None
+    bpy.ops.ed.redo()
+    scene = bpy.context.scene
+    assert addon("setup").filter_scene_of(scene) is not None
+    render(scene, OUT / "undo.exr")
+
+
+@check
+def save_and_reload():
+    """The set-up lives in the file."""
+    scene, data = start(method="scatter", max_radius=9)
+    first = rgba(render(scene, OUT / "v0.exr"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "saved.blend"), copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(OUT / "saved.blend"))
+    scene = bpy.context.scene
+    settings = scene.camera.data.rack_focus
+    assert settings.enabled and settings.method == "scatter"
+    assert settings.max_radius == 9
+    same(rgba(render(scene, OUT / "v1.exr")), first)
+    settings.enabled = False
+    assert len(bpy.data.scenes) == 1
+
+
+@check
+def properties_come_from_the_table():
+    """Every parameter of the methods, with range, default and help."""
+    settings = bpy.context.scene.camera.data.rack_focus
+    for p in addon("props").method_table():
+        about = settings.bl_rna.properties[p.field]
+        assert about.description == p.help.rstrip("."), p.field
+        value = getattr(settings, p.field)
+        if p.type == "float":
+            assert math.isclose(value, p.default, rel_tol=1e-6)
+            assert math.isclose(about.hard_max, p.max, rel_tol=1e-6)
+        else:
+            assert value == p.default
+        if p.type == "enum":
+            names = [item.identifier for item in about.enum_items]
+            assert names == [choice.name for choice in p.choices]
+
+
+@check
+def preferences_show_version_and_cpu_level():
+    """What the panel of the preferences draws."""
+    drawn = []
+
+    class Column:
+        """Takes down what is drawn."""
+
+        def prop(self, _, name):
+            drawn.append(name)
+
+        def label(self, text):
+            drawn.append(text)
+
+    class Shown:
+        """Stands for the preferences; Blender lets none be made."""
+
+        class layout:
+            column = Column
+
+    addon("ui").Preferences.draw(Shown, bpy.context)
+    library = addon("library").rackfocus
+    assert library.cpu_level() in ("avx2", "sse4", "generic")
+    assert drawn == [
+        "threads",
+        f"Version {library.version()}",
+        f"CPU level in use: {library.cpu_level()}",
+    ], drawn
+
+
+@check
+def add_node():
+    """Once sets up, twice adds another node."""
+    scene = bpy.context.scene
+    bpy.ops.rack_focus.add_node()
+    assert scene.camera.data.rack_focus.enabled
+    bpy.ops.rack_focus.add_node()
+    ours = scene.rack_focus.filter_scene
+    assert len(addon("setup").layer_nodes(common.tree_of(scene), ours)) == 2
+
+
+# ---- cost -------------------------------------------------------------------------
+
+
+@check
+def a_hundred_renders():
+    """Memory does not grow; nothing stays in the memory folder."""
+    scene, data = start(**DRAFT)
+    scene.cycles.samples = 1
+    folder = Path("/dev/shm")
+    for count in range(130):
+        bpy.ops.render.render()
+        if count == 30:
+            before = common.resident_bytes()
+    grown = (common.resident_bytes() - before) / 2**20
+    assert grown < 12, f"{grown:.1f} MiB in 100 renders"
+    assert not list(folder.glob("rack_focus_*"))
+
+
+def refocus():
+    """The operator."""
+    bpy.ops.rack_focus.refocus()
+
+
+@check
+def overhead_at_1080p():
+    """What the node costs beside the filter's own time; the figures go to a file."""
+    scene, data = start(method="scatter", **DRAFT)
+    data.dof.aperture_fstop = 500  # nearly no blur: the filter itself is quick
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    scene.cycles.samples = 1
+    best = {}
+    for what, call in (("f12", bpy.ops.render.render), ("refocus", refocus)):
+        for _ in range(3):
+            call()
+            seconds = dict(addon("engine").last_run[scene.name]["seconds"])
+            seconds["overhead"] = seconds["total"] - seconds["filter"]
+            kept = best.setdefault(what, seconds)
+            best[what] = min(kept, seconds, key=lambda s: s["overhead"])
+    (OUT / "overhead.json").write_text(json.dumps(best))
