@@ -21,13 +21,14 @@ import common  # noqa: E402
 from common import filtered, pinhole, render, rgba  # noqa: E402
 
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
+SAMPLES = 4
 
 common.install(DIST)
 common.make_base(OUT / "eevee.blend")
 scene = bpy.context.scene
 engines = bpy.types.RenderSettings.bl_rna.properties["engine"].enum_items.keys()
 scene.render.engine = next(e for e in engines if e.startswith("BLENDER_EEVEE"))
-scene.eevee.taa_render_samples = 4
+scene.eevee.taa_render_samples = SAMPLES
 sharp = pinhole(scene, OUT / "eevee_passes.exr")
 scene.camera.data.rack_focus.enabled = True
 made = rgba(render(scene, OUT / "eevee_node.exr"))
@@ -49,6 +50,8 @@ found["views_message"] = common.addon("engine").last_run[scene.name]["message"]
 views = common.addon("passes").rendered(scene).views("ViewLayer")
 found["n_views"] = len(views)
 data.rack_focus.views = 1
+# As many as a view has: EEVEE's depth is that of a sample, and these differ by count.
+scene.eevee.taa_render_samples = SAMPLES // len(views)
 found["views_off"] = []
 for layer, place in views:
     (u, v), distance = place.offset, place.shear_distance
