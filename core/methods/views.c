@@ -256,37 +256,91 @@ static struct place move_place(const struct views *v, int j, float x, float y, f
     return (struct place){p.x, p.y, p.r};
 }
 
+/* A search for the depth of a light, and the best so far. */
+struct depth_search {
+    const struct views *v;
+    int view;
+    float x, y; /* px of the view */
+    float luminance;
+    float r, lit_share; /* of the views to which it is free */
+};
+
+static bool is_settled(const struct depth_search *d)
+{
+    return d->lit_share >= 0.5f;
+}
+
+/* Takes the depth of what another pixel shows where more views agree on it. */
+static void try_depth(struct depth_search *d, const struct rf_surface *q)
+{
+    if (rf_luminance(q->c[0], q->c[1], q->c[2]) < d->luminance ||
+        fabsf(q->r - d->r) < OCCLUDED_PX)
+        return;
+    struct place place = move_place(d->v, d->view, d->x, d->y, q->r);
+    struct support s = support_of(d->v, d->view, place, d->luminance);
+    if (2 * s.n_lit >= s.n_free && (float)s.n_lit > d->lit_share * (float)s.n_free) {
+        d->lit_share = (float)s.n_lit / (float)s.n_free;
+        d->r = q->r;
+    }
+}
+
+/* The depths of the lights around it in its own view. */
+static void try_neighbours(struct depth_search *d)
+{
+    const struct rf_picture *l = &d->v->pictures[d->view];
+    int cx = (int)d->x, cy = (int)d->y;
+    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
+        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1); x++)
+            try_depth(d, &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x]);
+}
+
+/* The lights that view k shows on the line on which this one must lie there. */
+static void try_line(struct depth_search *d, int k)
+{
+    const struct rf_work_view *own = &d->v->work->views[d->view],
+                              *other = &d->v->work->views[k];
+    const struct rf_picture *l = &d->v->pictures[k];
+    float pace = rf_max_float(fabsf(other->lens[0] - own->lens[0]),
+                              fabsf(other->lens[1] - own->lens[1])) *
+                 fabsf(own->shift_scale);
+    float most = d->v->work->largest_radius;
+    int n = rf_min_int((int)ceilf(most * pace), l->width + l->height);
+    for (int i = -n; i <= n && !is_settled(d); i++) {
+        float r = most * (float)i / (float)rf_max_int(n, 1);
+        int px, py;
+        if (!pixel_at(d->v, k, move_place(d->v, d->view, d->x, d->y, r), &px, &py))
+            continue;
+        const struct rf_surface *q =
+            &l->pixels.at[(size_t)py * (size_t)l->width + (size_t)px];
+        if (fabsf(q->r - r) <= rf_max_float(most / (float)rf_max_int(n, 1), 1))
+            try_depth(d, q);
+    }
+}
+
 /*
  * The depth of a pixel that a light only touches may be that of its neighbour. Where
  * the other views do not show the light at its place, the depths of the lights around
- * it are tried.
+ * it are tried, then those that the other views show where it could be.
  */
 static void find_depth(const struct views *v, int j, struct rf_sample *p)
 {
-    const struct rf_picture *l = &v->pictures[j];
     float luminance = LIT * rf_luminance(p->c[0], p->c[1], p->c[2]);
     struct support own =
         support_of(v, j, move_place(v, j, p->x, p->y, p->r), luminance);
     if (own.n_free == 0 || 2 * own.n_lit >= own.n_free)
         return;
-    int cx = (int)p->x, cy = (int)p->y;
-    float best = (float)own.n_lit / (float)own.n_free, best_r = p->r;
-    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
-        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1);
-             x++) {
-            const struct rf_surface *q =
-                &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x];
-            if (rf_luminance(q->c[0], q->c[1], q->c[2]) < luminance ||
-                fabsf(q->r - best_r) < OCCLUDED_PX)
-                continue;
-            struct support s =
-                support_of(v, j, move_place(v, j, p->x, p->y, q->r), luminance);
-            if (2 * s.n_lit >= s.n_free && (float)s.n_lit > best * (float)s.n_free) {
-                best = (float)s.n_lit / (float)s.n_free;
-                best_r = q->r;
-            }
-        }
-    p->r = best_r;
+    struct depth_search d = {.v = v,
+                             .view = j,
+                             .x = p->x,
+                             .y = p->y,
+                             .luminance = luminance,
+                             .r = p->r,
+                             .lit_share = (float)own.n_lit / (float)own.n_free};
+    try_neighbours(&d);
+    for (int k = 0; k < v->work->n_views && !is_settled(&d); k++)
+        if (k != j)
+            try_line(&d, k);
+    p->r = d.r;
 }
 
 /*

@@ -18,7 +18,7 @@ from conftest import ROOT, call, get_blender
 REFERENCES = ROOT / "tests/quality/references"
 LIMIT_DB = 0.05
 # Multi-view gives the views other seeds than the committed ones have.
-SEEDS_LIMIT_DB = 2.5
+SEEDS_LIMIT_DB = 1
 
 
 @pytest.fixture(scope="module")

@@ -86,6 +86,34 @@ def test_hidden_background(tmp_path):
     assert scores[1] >= scores[0] + 3
 
 
+def with_colours_swapped(path, out, place):
+    """Writes a copy of a view in which a pixel and the one left of it swap colours."""
+    image = OpenImageIO.ImageBuf(str(path))
+    pixels = image.get_pixels(OpenImageIO.FLOAT)
+    names = image.spec().channelnames
+    rgb = [names.index(name) for name in "RGB"]
+    x, y = place
+    pixels[y, x - 1 : x + 1, rgb] = pixels[y, x : x - 2 : -1, rgb]
+    touched = OpenImageIO.ImageBuf(image.spec())
+    touched.set_pixels(image.roi, pixels)
+    assert touched.write(str(out)), touched.geterror()
+
+
+def test_a_lamp_seen_in_one_pixel_of_a_near_edge(tmp_path):
+    """Its depth is that of the near thing; the other views know better."""
+    lamp = (334, 15)  # all that view 6 sees of it is this pixel beside a near post
+    views = view_files("posts")
+    touched = tmp_path / "touched.exr"
+    with_colours_swapped(views[6], touched, lamp)
+    scores = []
+    for view in (views[6], touched):
+        out = tmp_path / "out.exr"
+        run("filter", *views[:6], view, views[7], "-o", out)
+        scores.append(tpsnr(out, "posts"))
+    print("posts, and with the pixel touched:", scores)
+    assert scores[1] >= scores[0] - 0.5
+
+
 def test_refocuses(tmp_path):
     focus = MANIFEST["posts"]["camera"]["focus"]
     same, near = tmp_path / "same.exr", tmp_path / "near.exr"
