@@ -276,6 +276,7 @@ def threads():
         "behaviour/test_inputs",
         "methods/test_artefacts",
         "exr/test_exr",
+        "exr/test_strips",
     ):
         program = build / "tests" / test
         if not program.exists():

@@ -19,7 +19,7 @@ SHARP = ["--lens-radius", "1e-9"]
 
 @pytest.fixture
 def layer(tmp_path):
-    """Makes NAME.exr: a premultiplied disc of glass at distance z, nothing beside it."""
+    """Makes NAME.exr: a premultiplied disc of glass at distance z, alone."""
 
     def make(name, at, z, alpha=0.6, size=(48, 32), attributes=LENS, opaque=False):
         width, height = size

@@ -2,8 +2,8 @@
 """Temporal stability: how much a slow pan over sharp edges flickers through the filter,
 against the lens itself.
 
-The camera moves by an eighth of a pixel (of the plane in focus) per frame. Flicker is the
-mean of abs(I(t - 1) - 2 I(t) + I(t + 1)) in gamma 2.2: what is no steady change.
+The camera moves by an eighth of a pixel (of the plane in focus) per frame. Flicker is
+the mean of abs(I(t - 1) - 2 I(t) + I(t + 1)) in gamma 2.2: what is no steady change.
 """
 
 import numpy as np
@@ -48,7 +48,7 @@ def scene(shift):
 
 
 def pinhole(layers):
-    """Anti-aliased colour, and the depth of one place in each pixel, as renderers do."""
+    """Anti-aliased colour, and the depth of one place in each pixel."""
     colour, _ = trace(CAMERA, layers, *grid(CAMERA, 16), 0, 0)
     px, py = grid(CAMERA, 1)
     fx = (px - CAMERA.width / 2) / CAMERA.focal_px

@@ -135,9 +135,9 @@ enum { MAX_JOINED = 8 };
 
 static int join(const char *out, int n, char **paths)
 {
-    struct exr_input *inputs[MAX_JOINED];
+    struct exr_input *inputs[MAX_JOINED] = {NULL};
     char names[MAX_JOINED][64];
-    const char *views[MAX_JOINED];
+    const char *views[MAX_JOINED] = {NULL};
     bool is_good = n <= MAX_JOINED;
     int n_open = 0;
     while (is_good && n_open < n) {

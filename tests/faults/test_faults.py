@@ -71,7 +71,7 @@ COMMANDS = {
 
 
 def is_same(path, whole):
-    """The same bytes, or the same picture: zlib without memory leaves a chunk as it is."""
+    """The same bytes, or picture: zlib without memory leaves a chunk as it is."""
     if path.read_bytes() == whole:
         return True
     other = path.with_name("whole.exr")

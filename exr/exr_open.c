@@ -1,0 +1,335 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Opens OpenEXR files: headers, parts, channels.
+ *
+ * A damaged header must not make us allocate more than the file can hold: every part is
+ * held against the best ratio that its compression can reach. Reading through our own
+ * pread lets all threads share one context.
+ */
+#include "exr_private.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Far beyond what renderers write, and small enough for searches by name. */
+enum { MAX_CHANNELS = 8192, MAX_PARTS = 2048 };
+
+static const struct {
+    const char *name;
+    bool is_lossy;
+    /* No file of this kind is smaller than its pixels by more than this. */
+    uint32_t max_ratio;
+} compressions[] = {
+    [EXR_COMPRESSION_NONE] = {"none", false, 1},
+    [EXR_COMPRESSION_RLE] = {"rle", false, 128},
+    [EXR_COMPRESSION_ZIPS] = {"zips", false, 1200},
+    [EXR_COMPRESSION_ZIP] = {"zip", false, 1200},
+    [EXR_COMPRESSION_PIZ] = {"piz", false, 1200},
+    [EXR_COMPRESSION_PXR24] = {"pxr24", true, 1600},
+    [EXR_COMPRESSION_B44] = {"b44", true, 32},
+    [EXR_COMPRESSION_B44A] = {"b44a", true, 32},
+    [EXR_COMPRESSION_DWAA] = {"dwaa", true, 1 << 18},
+    [EXR_COMPRESSION_DWAB] = {"dwab", true, 1 << 18},
+};
+
+/* Scan lines per chunk. */
+static const uint64_t lines_of[EXR_COMPRESSION_LAST_TYPE] = {
+    [EXR_COMPRESSION_NONE] = 1,  [EXR_COMPRESSION_RLE] = 1,
+    [EXR_COMPRESSION_ZIPS] = 1,  [EXR_COMPRESSION_ZIP] = 16,
+    [EXR_COMPRESSION_PIZ] = 32,  [EXR_COMPRESSION_PXR24] = 16,
+    [EXR_COMPRESSION_B44] = 32,  [EXR_COMPRESSION_B44A] = 32,
+    [EXR_COMPRESSION_DWAA] = 32, [EXR_COMPRESSION_DWAB] = 256,
+};
+
+const char *exr_compression_name(int compression)
+{
+    if (compression < 0 || compression >= EXR_COMPRESSION_LAST_TYPE)
+        return NULL;
+    return compressions[compression].name;
+}
+
+int exr_compression_number(const char *name)
+{
+    for (int i = 0; i < EXR_COMPRESSION_LAST_TYPE; i++)
+        if (strcmp(name, compressions[i].name) == 0)
+            return i;
+    return -1;
+}
+
+bool exr_is_lossy(int compression)
+{
+    return compressions[compression].is_lossy;
+}
+
+uint32_t exr_max_ratio(int compression)
+{
+    return compressions[compression].max_ratio;
+}
+
+static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
+                       uint64_t size, uint64_t offset,
+                       exr_stream_error_func_ptr_t report)
+{
+    const struct exr_input *input = user;
+    uint64_t done = 0;
+    while (done < size) {
+        ssize_t n = pread(input->fd, (char *)buffer + done, size - done,
+                          (off_t)(offset + done));
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0)
+            report(context, EXR_ERR_READ_IO, "%s", strerror(errno));
+        if (n <= 0)
+            break;
+        done += (uint64_t)n;
+    }
+    return (int64_t)done;
+}
+
+static int64_t query_size(exr_const_context_t context, void *user)
+{
+    return ((const struct exr_input *)user)->size_bytes;
+}
+
+static bool open_file(struct exr_input *input, struct exr_error *error)
+{
+    struct stat status;
+    unsigned char magic[4] = {0};
+
+    input->fd = open(input->path, O_RDONLY | O_CLOEXEC);
+    if (input->fd < 0 || fstat(input->fd, &status) != 0)
+        return exr_fail(error, input->path, "%s", strerror(errno));
+    if (S_ISDIR(status.st_mode))
+        return exr_fail(error, input->path, "is a folder, not an OpenEXR file");
+    if (!S_ISREG(status.st_mode))
+        return exr_fail(error, input->path,
+                        "is not a regular file; OpenEXR files cannot be piped");
+    input->size_bytes = status.st_size;
+    if (status.st_size == 0)
+        return exr_fail(error, input->path, "is empty");
+    ssize_t n = pread(input->fd, magic, sizeof magic, 0);
+    if (n < 0)
+        return exr_fail(error, input->path, "%s", strerror(errno));
+    if (memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
+        return exr_fail(error, input->path, "is not an OpenEXR file");
+    return true;
+}
+
+static bool open_context(struct exr_input *input, struct exr_error *error)
+{
+    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    settings.error_handler_fn = exr_core_on_error;
+    settings.user_data = input;
+    settings.read_fn = read_at;
+    settings.size_fn = query_size;
+    settings.max_image_width = settings.max_image_height = EXR_MAX_SIDE;
+    settings.max_tile_width = settings.max_tile_height = EXR_MAX_SIDE;
+    /* A table of chunks that does not fit means damage; guessing hides it. */
+    settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+
+    exr_core_clear();
+    exr_result_t result = exr_start_read(&input->context, input->path, &settings);
+    if (exr_core_lacked_memory())
+        return exr_fail(error, input->path, "out of memory for the header");
+    if (result != EXR_ERR_SUCCESS)
+        return exr_fail(error, input->path, "damaged header: %s",
+                        exr_core_message(result));
+    return true;
+}
+
+static const char *part_text(const struct exr_input *input, int part, const char *name)
+{
+    const exr_attribute_t *attribute;
+    if (exr_get_attribute_by_name(input->context, part, name, &attribute) !=
+            EXR_ERR_SUCCESS ||
+        attribute->type != EXR_ATTR_STRING || !attribute->string->str)
+        return "";
+    return attribute->string->str;
+}
+
+static struct exr_box to_box(exr_attr_box2i_t box)
+{
+    return (struct exr_box){box.min.x, box.min.y, box.max.x, box.max.y};
+}
+
+/* Refuses sizes that the file cannot hold. */
+static bool check_part_size(const struct exr_input *input, int part,
+                            const exr_attr_chlist_t *list, int compression,
+                            struct exr_error *error)
+{
+    const struct exr_box *box = &input->parts[part].data_window;
+    int64_t width = (int64_t)box->max_x - box->min_x + 1;
+    int64_t height = (int64_t)box->max_y - box->min_y + 1;
+    if (width < 1 || height < 1 || width > EXR_MAX_SIDE || height > EXR_MAX_SIDE)
+        return exr_fail(error, input->path, "damaged header: size %lld x %lld px",
+                        (long long)width, (long long)height);
+
+    uint64_t n_bytes = 0;
+    for (int i = 0; i < list->num_channels; i++) {
+        const exr_attr_chlist_entry_t *entry = &list->entries[i];
+        n_bytes += (uint64_t)(width / entry->x_sampling) *
+                   (uint64_t)(height / entry->y_sampling) *
+                   (entry->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
+    }
+    /* Each chunk has an entry in the table, a head, and some bytes of its own. */
+    if (!input->parts[part].is_tiled &&
+        (uint64_t)height / lines_of[compression] * 17 > (uint64_t)input->size_bytes)
+        return exr_fail(error, input->path,
+                        "damaged or cut off: %lld lines do not fit into %lld bytes",
+                        (long long)height, (long long)input->size_bytes);
+    if (!input->parts[part].is_deep && n_bytes / compressions[compression].max_ratio >
+                                           (uint64_t)input->size_bytes + 4096)
+        return exr_fail(error, input->path,
+                        "damaged or cut off: %lld x %lld px do not fit into %lld bytes",
+                        (long long)width, (long long)height,
+                        (long long)input->size_bytes);
+    return true;
+}
+
+static bool read_part_info(struct exr_input *input, int part,
+                           const exr_attr_chlist_t **list, struct exr_error *error)
+{
+    struct exr_part_info *info = &input->parts[part];
+    exr_attr_box2i_t data_window, display_window;
+    exr_storage_t storage;
+    exr_compression_t compression;
+
+    exr_core_clear();
+    exr_result_t result =
+        exr_get_data_window(input->context, part, &data_window) |
+        exr_get_display_window(input->context, part, &display_window) |
+        exr_get_storage(input->context, part, &storage) |
+        exr_get_compression(input->context, part, &compression) |
+        exr_get_pixel_aspect_ratio(input->context, part, &info->pixel_aspect) |
+        exr_get_channels(input->context, part, list);
+    if (result != EXR_ERR_SUCCESS)
+        return exr_fail(error, input->path, "damaged header: %s",
+                        exr_core_message(EXR_ERR_MISSING_REQ_ATTR));
+    info->name = part_text(input, part, "name");
+    info->view = part_text(input, part, "view");
+    info->is_tiled = storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED;
+    info->is_deep =
+        storage == EXR_STORAGE_DEEP_SCANLINE || storage == EXR_STORAGE_DEEP_TILED;
+    info->data_window = to_box(data_window);
+    info->display_window = to_box(display_window);
+    info->compression = exr_compression_name((int)compression);
+    if (!info->compression)
+        return exr_fail(error, input->path,
+                        "compression number %d is not known to this version",
+                        (int)compression);
+    return check_part_size(input, part, *list, (int)compression, error);
+}
+
+static enum exr_sample_type to_sample_type(exr_pixel_type_t type)
+{
+    switch (type) {
+    case EXR_PIXEL_HALF:
+        return EXR_SAMPLE_HALF;
+    case EXR_PIXEL_FLOAT:
+        return EXR_SAMPLE_FLOAT;
+    default:
+        return EXR_SAMPLE_UINT;
+    }
+}
+
+static bool append_channels(struct exr_input *input, int part,
+                            const exr_attr_chlist_t *list, struct exr_error *error)
+{
+    size_t n = (size_t)input->n_channels + (size_t)list->num_channels;
+    if (n > MAX_CHANNELS)
+        return exr_fail(error, input->path, "damaged header: more than %d channels",
+                        MAX_CHANNELS);
+    struct exr_channel_info *channels =
+        realloc(input->channels, n * sizeof *input->channels);
+    if (!channels)
+        return exr_fail(error, input->path, "out of memory");
+    input->channels = channels;
+    for (int i = 0; i < list->num_channels; i++) {
+        const exr_attr_chlist_entry_t *entry = &list->entries[i];
+        channels[input->n_channels++] = (struct exr_channel_info){
+            .name = entry->name.str,
+            .type = to_sample_type(entry->pixel_type),
+            .x_sampling = entry->x_sampling,
+            .y_sampling = entry->y_sampling,
+            .part = part,
+        };
+    }
+    input->first_channel[part + 1] = input->n_channels;
+    return true;
+}
+
+static bool read_headers(struct exr_input *input, struct exr_error *error)
+{
+    if (exr_get_count(input->context, &input->n_parts) != EXR_ERR_SUCCESS ||
+        input->n_parts < 1 || input->n_parts > MAX_PARTS)
+        return exr_fail(error, input->path, "damaged header: %d parts", input->n_parts);
+    input->parts = calloc((size_t)input->n_parts, sizeof *input->parts);
+    input->first_channel =
+        calloc((size_t)input->n_parts + 1, sizeof *input->first_channel);
+    if (!input->parts || !input->first_channel)
+        return exr_fail(error, input->path, "out of memory");
+    for (int part = 0; part < input->n_parts; part++) {
+        const exr_attr_chlist_t *list;
+        if (!read_part_info(input, part, &list, error) ||
+            !append_channels(input, part, list, error))
+            return false;
+    }
+    return true;
+}
+
+bool exr_open(struct exr_input **input, const char *path, struct exr_error *error)
+{
+    *input = NULL;
+    struct exr_input *in = calloc(1, sizeof *in);
+    if (!in)
+        return exr_fail(error, path, "out of memory");
+    in->fd = -1;
+    in->path = strdup(path);
+    if (!in->path)
+        exr_fail(error, path, "out of memory");
+    if (!in->path || !open_file(in, error) || !open_context(in, error) ||
+        !read_headers(in, error)) {
+        exr_close(in);
+        return false;
+    }
+    *input = in;
+    return true;
+}
+
+void exr_close(struct exr_input *input)
+{
+    if (!input)
+        return;
+    if (input->context)
+        exr_finish(&input->context);
+    if (input->fd >= 0)
+        close(input->fd);
+    free(input->path);
+    free(input->parts);
+    free(input->channels);
+    free(input->first_channel);
+    free(input);
+}
+
+const char *exr_path(const struct exr_input *input)
+{
+    return input->path;
+}
+
+const struct exr_part_info *exr_parts(const struct exr_input *input, int *n)
+{
+    if (n)
+        *n = input->n_parts;
+    return input->parts;
+}
+
+const struct exr_channel_info *exr_channels(const struct exr_input *input, int *n)
+{
+    if (n)
+        *n = input->n_channels;
+    return input->channels;
+}
