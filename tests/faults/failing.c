@@ -201,6 +201,12 @@ int fsync(int fd)
     return fails_file(EIO) ? -1 : real(fd);
 }
 
+int flock(int fd, int operation)
+{
+    REAL(int, int, int);
+    return fails_file(ENOLCK) ? -1 : real(fd, operation);
+}
+
 int rename(const char *old, const char *new)
 {
     REAL(int, const char *, const char *);

@@ -3,6 +3,7 @@
 every case the old file is whole or the new one is, and what is said names the reason.
 """
 
+import fcntl
 import os
 import re
 import resource
@@ -290,6 +291,28 @@ def test_two_writers(binary, failing, tmp_path):
     assert seen == {(1, 0), (0, 1)}
 
 
+def test_what_is_left_of_dead_writers(binary, tmp_path):
+    """Only what has the very name and no living owner goes."""
+    source, out = scene(tmp_path / "in.exr"), tmp_path / "o.exr"
+    dead = tmp_path / "o.exr.part00c0de"
+    kept = ["o.exr.part00c0d", "o.exr.part00c0de1", "o.exr.partXYZabc", "o.exr.part",
+            "p.exr.part00c0de", "ao.exr.part00c0de"]  # fmt: skip
+    for name in [dead.name, *kept]:
+        (tmp_path / name).write_bytes(b"left")
+    (tmp_path / "o.exr.part00f01d").mkdir()
+    (tmp_path / "o.exr.part0011bc").symlink_to(tmp_path / kept[0])
+    living = tmp_path / "o.exr.part00beef"
+    with living.open("wb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert run(binary, "filter", source, "-o", out, *LENS).returncode == 0
+        assert living.exists() and not dead.exists()
+    kept += ["o.exr.part00f01d", "o.exr.part0011bc", living.name]
+    assert sorted(leftovers(tmp_path)) == sorted(kept)
+    (tmp_path / "o.exr.part00f01d").rmdir()
+    assert run(binary, "filter", source, "-o", out, *LENS).returncode == 0
+    assert not living.exists()
+
+
 def test_output_is_the_input(binary, tmp_path):
     """Read to the end before it is replaced; in a sequence it is refused."""
     path, other = tmp_path / "in.exr", tmp_path / "o.exr"
@@ -320,20 +343,25 @@ def test_killed_at_any_moment(binary, failing, tmp_path):
     faults = moments(binary, failing, count, *arguments)
     want = {p.name: p.read_bytes() for p in tmp_path.glob("o.?.exr")}
     assert len(want) == 2
+    n_left = 0
     for fault in faults:
         for path in tmp_path.glob("o.*"):
             path.unlink()
         fault["FAIL_SIGNAL"] = signal.SIGKILL
         done, _ = run_failing(binary, failing, count, *arguments, **fault)
         assert done.returncode == -signal.SIGKILL, fault
+        left = leftovers(tmp_path)
         made = {p.name: p.read_bytes() for p in tmp_path.glob("o.?.exr")}
         assert made.items() <= want.items(), fault
         done = run(binary, *arguments)
         assert done.returncode == 0, done.stderr
+        n_left = max(n_left, len(left))
+        assert leftovers(tmp_path) == []  # those of the killed one are gone
         assert {p.name: p.read_bytes() for p in tmp_path.glob("o.?.exr")} == want
         # A frame that was renamed may have missed the journal: it is made again.
         n_skipped = int(re.search(r"(\d+) skipped", done.stdout)[1])
         assert len(made) - 1 <= n_skipped <= len(made)
+    assert n_left == 1
     print(f"killed {len(faults)} times")
 
 
