@@ -613,7 +613,8 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
         settings_set(settings, "blend-gamma", "1", NULL);
     job.settings = *settings;
     interrupt_catch();
-    signal(SIGHUP, end_politely);
+    if (signal(SIGHUP, end_politely) == SIG_IGN)
+        signal(SIGHUP, SIG_IGN); /* nohup */
     if (tool->is_camera_only) {
         job.options.wants_lens = false;
         return run_camera(&job);

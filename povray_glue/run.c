@@ -24,6 +24,66 @@ double seconds_now(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* ---- an end in the middle ------------------------------------------------------- */
+
+/*
+ * exit() where memory lacks leaves nothing either: POV-Ray's processes end and its
+ * folders go. All of this is one thread's.
+ */
+enum { MOST_FOLDERS = 4, MOST_CHILDREN = 64 };
+
+static char open_folders[MOST_FOLDERS][256];
+static pid_t children[MOST_CHILDREN];
+
+static void remember_child(pid_t pid)
+{
+    int i = 0;
+    while (i < MOST_CHILDREN - 1 && children[i])
+        i++;
+    children[i] = pid;
+}
+
+static void forget_child(pid_t pid)
+{
+    for (int i = 0; i < MOST_CHILDREN; i++)
+        if (children[i] == pid)
+            children[i] = 0;
+}
+
+static void remove_tree(const char *folder);
+
+static void clean_up(void)
+{
+    for (int i = 0; i < MOST_CHILDREN; i++)
+        if (children[i] > 0) {
+            kill(-children[i], SIGKILL);
+            kill(children[i], SIGKILL);
+            waitpid(children[i], NULL, 0);
+        }
+    for (int i = 0; i < MOST_FOLDERS; i++)
+        if (open_folders[i][0])
+            remove_tree(open_folders[i]);
+}
+
+static void remember_folder(const char *folder)
+{
+    static bool is_registered;
+    if (!is_registered)
+        is_registered = atexit(clean_up) == 0;
+    for (int i = 0; i < MOST_FOLDERS; i++)
+        if (!open_folders[i][0]) {
+            snprintf(open_folders[i], sizeof open_folders[i], "%s/", folder);
+            return;
+        }
+}
+
+static void forget_folder(const char *folder)
+{
+    for (int i = 0; i < MOST_FOLDERS; i++)
+        if (strcmp(open_folders[i], folder) == 0)
+            open_folders[i][0] = 0;
+}
+
 /* ---- folders ------------------------------------------------------------------- */
 
 /* POV-Ray may write to /tmp by default, and the name must fit into its strings. */
@@ -46,6 +106,7 @@ char *temp_folder_make(struct povray_error *error)
         free(folder);
         return NULL;
     }
+    remember_folder(folder);
     char *with_slash = text_format("%s/", folder);
     free(folder);
     return with_slash;
@@ -58,9 +119,15 @@ static int remove_entry(const char *path, const struct stat *info, int kind,
     return 0;
 }
 
-void temp_folder_remove(const char *folder)
+static void remove_tree(const char *folder)
 {
     nftw(folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
+}
+
+void temp_folder_remove(const char *folder)
+{
+    remove_tree(folder);
+    forget_folder(folder);
 }
 
 /* ---- processes ----------------------------------------------------------------- */
@@ -142,11 +209,14 @@ static bool spawn(struct run *run, char **arguments)
     run->pid = fork();
     if (run->pid == 0)
         execute(arguments, log, ends[1]);
+    if (run->pid > 0)
+        remember_child(run->pid);
     free(log);
     close(ends[1]);
     int code = 0;
     if (run->pid > 0 && read(ends[0], &code, sizeof code) == sizeof code) {
         waitpid(run->pid, &run->status, 0);
+        forget_child(run->pid);
         run->pid = 0;
         errno = code;
     }
@@ -166,7 +236,7 @@ bool run_start(struct run *run, const char *temp_folder, const char *name,
     char *scene_path = text_format("%s%s", temp_folder, scene);
     struct argument_list list = {0};
     bool is_started = false;
-    temp_folder_remove(run->folder); /* of an earlier run of this name */
+    remove_tree(run->folder); /* of an earlier run of this name */
     errno = 0;
     if (mkdir(run->folder, 0700) == 0) {
         make_arguments(&list, run, scene_path, before, after, options);
@@ -219,6 +289,7 @@ static void kill_run(struct run *run)
     kill(-run->pid, SIGKILL);
     kill(run->pid, SIGKILL);
     waitpid(run->pid, &run->status, 0);
+    forget_child(run->pid);
     run->pid = 0;
 }
 
@@ -227,6 +298,7 @@ bool run_has_ended(struct run *run)
     if (run->pid == 0)
         return true;
     if (waitpid(run->pid, &run->status, WNOHANG) != 0) {
+        forget_child(run->pid);
         run->pid = 0;
     } else if (is_picture_complete(run)) {
         run->has_picture = true;

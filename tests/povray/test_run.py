@@ -162,3 +162,66 @@ def test_interruption_leaves_nothing(binary, tmp_path):
         assert job.wait(60) in (130, 143)
         assert list(private.iterdir()) == []
         assert not (tmp_path / "o.exr").exists()
+
+
+def run_with_faults(binary, folder, *, is_deaf=False, **faults):
+    """A small job with calls that fail (tests/faults/failing.c); the finished process,
+    and the numbers of allocations and file calls, of the command.
+    """
+    library = os.path.join(os.environ["RACKFOCUS_BUILD"], "tests/faults/libfailing.so")
+    count, private = folder / "count", folder / "private"
+    private.mkdir(exist_ok=True)
+    (folder / "s.pov").write_text(SCENE)
+    environment = {name: str(int(k)) for name, k in faults.items()}
+    done = subprocess.run(
+        [binary, "povray", "s.pov", "-o", "o.exr", "-q", "--", "+W32", "+H24", "-A"],
+        cwd=folder, capture_output=True, text=True, errors="replace", timeout=120,
+        env={**os.environ, "TMPDIR": str(private), "LD_PRELOAD": library,
+             "FAIL_COUNT": str(count), **environment},
+        preexec_fn=lambda: signal.signal(
+            signal.SIGHUP, signal.SIG_IGN if is_deaf else signal.SIG_DFL),
+    )  # fmt: skip
+    assert list(private.iterdir()) == [], (faults, done.stderr)
+    n_allocations, _, n_files, _ = map(int, count.read_text().split())
+    return done, n_allocations, n_files
+
+
+def test_no_memory_leaves_nothing(binary, tmp_path):
+    """Allocations fail, in the command and in POV-Ray's processes."""
+    done, n, _ = run_with_faults(binary, tmp_path)
+    assert done.returncode == 0, done.stderr
+    codes = []
+    for k in range(1, n, n // 25):
+        done, *_ = run_with_faults(binary, tmp_path, FAIL_ALLOCATION=k)
+        assert done.returncode in (0, 1, 127) and (done.returncode == 0 or done.stderr)
+        codes.append(done.returncode)
+    assert codes.count(1) > 10
+
+
+def test_signals_leave_nothing(binary, tmp_path):
+    """Before every file call, in the command and in POV-Ray's processes."""
+    _, _, n = run_with_faults(binary, tmp_path)
+    codes = set()
+    for k in range(1, n + 1, 2):
+        (tmp_path / "o.exr").unlink(missing_ok=True)
+        done, *_ = run_with_faults(
+            binary, tmp_path, FAIL_FILE=k, FAIL_SIGNAL=signal.SIGTERM
+        )
+        # POV-Ray ended by the signal is a failure that is reported.
+        assert done.returncode in (0, 1, 143, -signal.SIGTERM), done.stderr
+        assert (tmp_path / "o.exr").exists() == (done.returncode == 0)
+        codes.add(done.returncode)
+    assert 143 in codes
+
+
+def test_nohup(binary, tmp_path):
+    """A lost terminal ends the work, but not where the caller asked for that."""
+    _, _, n = run_with_faults(binary, tmp_path)
+    ends = {True: set(), False: set()}
+    for k in (n // 4, n // 2, 3 * n // 4):
+        for is_deaf, codes in ends.items():
+            done, *_ = run_with_faults(
+                binary, tmp_path, is_deaf=is_deaf, FAIL_FILE=k, FAIL_SIGNAL=1
+            )
+            codes.add(done.returncode)
+    assert 143 in ends[False] and ends[True] == {0}
