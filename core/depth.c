@@ -22,6 +22,7 @@
 struct depth_map {
     const struct rf_params *params;
     const struct rf_lens *lens;
+    int x, y; /* of the first pixel, in the whole picture */
 };
 
 static double ray_length(const struct depth_map *map, int x, int y)
@@ -30,8 +31,9 @@ static double ray_length(const struct depth_map *map, int x, int y)
     if (lens->projection == RF_PROJECTION_ORTHOGRAPHIC)
         return 1;
     double f = lens->focal_length_px;
-    double dx = (x + 0.5 - lens->principal_px[0]) / f;
-    double dy = (y + 0.5 - lens->principal_px[1]) / (f * map->params->pixel_aspect);
+    double dx = (map->x + x + 0.5 - lens->principal_px[0]) / f;
+    double dy =
+        (map->y + y + 0.5 - lens->principal_px[1]) / (f * map->params->pixel_aspect);
     return sqrt(1 + dx * dx + dy * dy);
 }
 
@@ -90,7 +92,7 @@ static double radius_of(const struct depth_map *map, double value, double z)
 double rf_depth_of_value(const struct rf_params *params, const struct rf_lens *lens,
                          float value, int x, int y, float *radius)
 {
-    struct depth_map map = {params, lens};
+    struct depth_map map = {params, lens, 0, 0};
     double z = planar_distance(&map, value, x, y);
     *radius = (float)radius_of(&map, value, isnan(z) ? INFINITY : z);
     return z;
@@ -159,7 +161,8 @@ static void convert_row(const struct depth_map *map, const struct rf_image *dept
     }
 }
 
-static rf_result report(const struct rf_image *depth, const struct row_tally *rows,
+static rf_result report(const struct depth_map *map, const struct rf_image *depth,
+                        const struct row_tally *rows, int64_t *all_hit,
                         struct rf_error *error)
 {
     int64_t n_bad = 0, n_hit = 0;
@@ -176,20 +179,23 @@ static rf_result report(const struct rf_image *depth, const struct row_tally *ro
             "%lld bad depth value%s, the first is %g at pixel (%d, %d): NaN, "
             "negative or out of its range; check which kind of depth it is",
             (long long)n_bad, n_bad == 1 ? "" : "s", rows[first].bad_value,
-            rows[first].bad_x, first);
-    if (!n_hit)
+            map->x + rows[first].bad_x, map->y + first);
+    if (all_hit)
+        *all_hit = n_hit;
+    else if (!n_hit)
         return rf_fail(error, RF_ERROR_DEPTH, "depth",
                        "nothing was hit: every depth is infinite; check the depth "
                        "channel and its kind");
     return RF_OK;
 }
 
-rf_result rf_depth_to_radius(const struct rf_context *context,
-                             const struct rf_params *params, const struct rf_lens *lens,
+rf_result rf_depth_to_radius(const struct rf_filter *filter,
                              const struct rf_image *depth, float *radius, float *planar,
-                             struct rf_error *error)
+                             int64_t *n_hit, struct rf_error *error)
 {
-    struct depth_map map = {params, lens};
+    const struct rf_context *context = filter->context;
+    struct depth_map map = {&filter->params, &filter->lens, filter->place.x,
+                            filter->place.y};
     int width = depth->width, height = depth->height;
     struct row_tally *rows = rf_calloc(context, (size_t)height, sizeof *rows);
     if (!rows)
@@ -204,7 +210,7 @@ rf_result rf_depth_to_radius(const struct rf_context *context,
         convert_row(&map, depth, y, radius ? radius + at : NULL,
                     planar ? planar + at : NULL, &rows[y]);
     }
-    rf_result result = report(depth, rows, error);
+    rf_result result = report(&map, depth, rows, n_hit, error);
     rf_free(context, rows);
     return result;
 }

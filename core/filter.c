@@ -8,10 +8,6 @@
 
 enum { NORMAL_CELLS = 3 }; /* quality normal: 0.07 dB below 4 at the most */
 
-/* A picture whose every radius is below this is its own blur: half a step of the
- * radius. */
-static const float SHARP_PX = 1.0f / 64;
-
 /* One line per method, in the order of RF_LIST_METHOD. */
 static const struct rf_method_entry entries[] = {
     [RF_METHOD_LAYERED] = {.run = rf_layered_run},
@@ -150,7 +146,12 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
     if (!f)
         return rf_fail_memory(error, 1, sizeof *f);
     *f = (struct rf_filter){
-        .context = context, .lens = lens, .width = width, .height = height};
+        .context = context,
+        .lens = lens,
+        .width = width,
+        .height = height,
+        .place = {0, 0, width, height},
+    };
     rf_params_complete(&f->params, params);
     if (f->params.quality == RF_QUALITY_NORMAL)
         f->params.sub_apertures = rf_min_int(f->params.sub_apertures, NORMAL_CELLS);
@@ -196,18 +197,18 @@ static void set_shift(struct rf_work_view *w, const struct rf_view *view,
     w->shift_bias = (float)(base - slope * lens->bias_px / lens->scale);
 }
 
-static rf_result load_view(struct rf_work *work, int j, const struct rf_view *view,
-                           float *memory, struct rf_error *error)
+rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
+                       float *memory, int64_t *n_hit, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
     struct rf_work_view *w = &work->views[j];
     size_t n = (size_t)f->width * (size_t)f->height;
     for (int c = 0; c < work->n_planes; c++)
         w->colour[c] = memory + n * (size_t)(c + 1);
-    rf_result result = rf_depth_to_radius(f->context, &f->params, &f->lens,
-                                          &view->depth, memory, NULL, error);
+    rf_result result = rf_depth_to_radius(f, &view->depth, memory, NULL, n_hit, error);
     if (result == RF_OK)
-        result = rf_frame_load(f->context, &f->params, &view->colour, w->colour, error);
+        result = rf_frame_load(f->context, &f->params, &view->colour, &f->place,
+                               w->colour, error);
     if (result != RF_OK)
         return result;
     if (work->n_planes == 4)
@@ -231,13 +232,14 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
     const struct rf_filter *f = work->filter;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
     for (int j = 0; j < work->n_views; j++) {
-        rf_result result = load_view(work, j, &views[j], memory + n * (size_t)j, error);
+        rf_result result =
+            rf_work_load(work, j, &views[j], memory + n * (size_t)j, NULL, error);
         if (result != RF_OK)
             return result;
     }
     memcpy(work->colour, work->views[0].colour, sizeof work->colour);
     work->radius = work->views[0].radius;
-    if (work->largest_radius < SHARP_PX && work->n_views == 1) {
+    if (work->largest_radius < RF_SHARP_PX && work->n_views == 1) {
         rf_image_copy(&views->colour, out);
         return RF_OK;
     }
@@ -245,7 +247,7 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
     if (result == RF_OK && rf_task_is_cancelled(work->task))
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     if (result == RF_OK)
-        rf_frame_store(f->context, &f->params, work->colour, out);
+        rf_frame_store(f->context, &f->params, work->colour, (size_t)f->width, out);
     return result;
 }
 
@@ -337,9 +339,8 @@ static rf_result convert(const struct rf_filter *filter, const struct rf_image *
     float *memory = rf_alloc(context, n, sizeof(float));
     if (!memory)
         return rf_fail_memory(error, n, sizeof(float));
-    result =
-        rf_depth_to_radius(context, &filter->params, &filter->lens, depth,
-                           is_radius ? memory : NULL, is_radius ? NULL : memory, error);
+    result = rf_depth_to_radius(filter, depth, is_radius ? memory : NULL,
+                                is_radius ? NULL : memory, NULL, error);
     if (result == RF_OK) {
         struct rf_image packed = rf_image_packed(memory, w, h, 1);
         struct rf_image one = *out;

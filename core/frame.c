@@ -117,10 +117,11 @@ static bool load_plain_row(const struct rf_image *colour, int y, float *planes[4
     return largest < 0x7f800000u;
 }
 
-static void store_plain_row(float *const planes[4], const struct rf_image *out, int y)
+static void store_plain_row(float *const planes[4], size_t stride,
+                            const struct rf_image *out, int y)
 {
     float *to = (float *)rf_image_at(out, 0, y, 0);
-    size_t at = (size_t)y * (size_t)out->width;
+    size_t at = (size_t)y * stride;
     const float *r = planes[0] + at, *g = planes[1] + at;
     const float *b = planes[2] + at, *a = planes[3] + at;
     for (int x = 0; x < out->width; x++) {
@@ -133,7 +134,8 @@ static void store_plain_row(float *const planes[4], const struct rf_image *out, 
 
 rf_result rf_frame_load(const struct rf_context *context,
                         const struct rf_params *params, const struct rf_image *colour,
-                        float *planes[4], struct rf_error *error)
+                        const struct rf_place *place, float *planes[4],
+                        struct rf_error *error)
 {
     int height = colour->height, first_x = 0, first_y = -1;
     int64_t n_bad = 0;
@@ -158,22 +160,23 @@ rf_result rf_frame_load(const struct rf_context *context,
         return rf_fail(error, RF_ERROR_PIXEL, "colour",
                        "%lld colour value%s NaN or infinite, the first at pixel (%d, "
                        "%d): repair the render, the blur would spread them",
-                       (long long)n_bad, n_bad == 1 ? " is" : "s are", first_x,
-                       first_y);
+                       (long long)n_bad, n_bad == 1 ? " is" : "s are",
+                       first_x + (place ? place->x : 0),
+                       first_y + (place ? place->y : 0));
     return RF_OK;
 }
 
 void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
-                    float *const planes[4], const struct rf_image *out)
+                    float *const planes[4], size_t stride, const struct rf_image *out)
 {
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
     for (int y = 0; y < out->height; y++) {
         if (is_plain_rgba(params, out)) {
-            store_plain_row(planes, out, y);
+            store_plain_row(planes, stride, out, y);
             continue;
         }
         for (int c = 0; c < out->channels; c++) {
-            const float *row = planes[c] + (size_t)y * (size_t)out->width;
+            const float *row = planes[c] + (size_t)y * stride;
             for (int x = 0; x < out->width; x++) {
                 float v = row[x];
                 if (has_gamma(params, c))

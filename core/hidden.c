@@ -343,6 +343,8 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
         .width = surfaces->width,
         .height = surfaces->height,
         .stride = search.n_x * BLOCK,
+        .x = surfaces->x,
+        .y = surfaces->y,
         .r = rf_alloc(context, n_padded + SPARE, sizeof(float)),
         .log_luminance = rf_alloc(context, n_padded + SPARE, sizeof(float))};
     search.blocks = rf_alloc(context, n_blocks, sizeof *search.blocks);

@@ -147,29 +147,36 @@ static int lens_cell(float offset, float r, double extent)
     return rf_min_int(rf_max_int(i, 0), LENS_GRID - 1);
 }
 
-/* Blocks the square that pixel (ox, oy), centre view, of radius q casts in view j. */
+/*
+ * Blocks the square that pixel (ox, oy), centre view, of radius q casts in view j.
+ * Places count from the light's pixel: where the light lies must not decide how they
+ * are rounded.
+ */
 static void block_square(struct mask *m, int j, float ox, float oy, float q,
                          float share)
 {
     const struct rf_sample *l = m->light;
     const struct highlights *h = m->h;
+    int lx = (int)floorf(l->x), ly = (int)floorf(l->y);
+    float px = l->x - (float)lx, py = l->y - (float)ly; /* the light in its pixel */
     float scale = l->r / (l->r - q);
-    float ax = (ox - l->x) * scale + l->x, bx = ax + scale;
-    float ay = (oy - l->y) * scale + l->y, by = ay + scale;
+    float ax = (ox - l->x) * scale + px, bx = ax + scale;
+    float ay = (oy - l->y) * scale + py, by = ay + scale;
     float x0 = rf_min_float(ax, bx), x1 = rf_max_float(ax, bx),
           y0 = rf_min_float(ay, by), y1 = rf_max_float(ay, by);
-    int px0 = rf_max_int((int)floorf(x0), m->x0);
-    int px1 = rf_min_int((int)floorf(x1), m->x0 + m->width - 1);
-    int py0 = rf_max_int((int)floorf(y0), m->y0);
-    int py1 = rf_min_int((int)floorf(y1), m->y0 + m->height - 1);
-    for (int y = py0; y <= py1; y++) {
+    int left = m->x0 - lx, top = m->y0 - ly;
+    int first_x = rf_max_int((int)floorf(x0), left);
+    int last_x = rf_min_int((int)floorf(x1), left + m->width - 1);
+    int first_y = rf_max_int((int)floorf(y0), top);
+    int last_y = rf_min_int((int)floorf(y1), top + m->height - 1);
+    for (int y = first_y; y <= last_y; y++) {
         float k = share * overlap(y0, y1, y);
-        float *row = m->blocked + (size_t)(y - m->y0) * (size_t)m->width - m->x0;
+        float *row = m->blocked + (size_t)(y - top) * (size_t)m->width - left;
         const unsigned char *views =
-            h->view_at[lens_cell((float)y + 0.5f - l->y, l->r, h->lens_extent[1])];
-        for (int x = px0; x <= px1; x++)
+            h->view_at[lens_cell((float)y + 0.5f - py, l->r, h->lens_extent[1])];
+        for (int x = first_x; x <= last_x; x++)
             if (h->scene->n_views == 1 ||
-                views[lens_cell((float)x + 0.5f - l->x, l->r, h->lens_extent[0])] == j)
+                views[lens_cell((float)x + 0.5f - px, l->r, h->lens_extent[0])] == j)
                 row[x] += k * overlap(x0, x1, x);
     }
 }

@@ -38,6 +38,7 @@ struct rf_pool {
 };
 
 struct rf_kernels;
+struct rf_filter;
 
 struct rf_context {
     struct rf_context_params params;
@@ -76,16 +77,21 @@ bool rf_shape_contains(const struct rf_shape *shape, double u, double v);
 /* Half width and half height of the footprint, in px per px of radius. */
 void rf_shape_extent(const struct rf_shape *shape, double extent[2]);
 
+/* Where the pixels at hand lie in the whole picture; of a whole one (0, 0). */
+struct rf_place {
+    int x, y, whole_width, whole_height; /* px */
+};
+
 /* ---- depth.c ------------------------------------------------------------------- */
 
 /*
  * Signed radius in px of every pixel of `depth` (any of rf_depth) into `radius`, packed
- * width x height. With `planar` not NULL also the planar distance.
+ * width x height; with `planar` not NULL also the planar distance. `n_hit` receives how
+ * many pixels were hit; with NULL none at all is an error.
  */
-rf_result rf_depth_to_radius(const struct rf_context *context,
-                             const struct rf_params *params, const struct rf_lens *lens,
+rf_result rf_depth_to_radius(const struct rf_filter *filter,
                              const struct rf_image *depth, float *radius, float *planar,
-                             struct rf_error *error);
+                             int64_t *n_hit, struct rf_error *error);
 
 /*
  * One value of a depth channel at pixel (x, y): its planar distance, INFINITY where
@@ -110,25 +116,25 @@ static inline const float *rf_image_at(const struct rf_image *image, int x, int 
 
 /*
  * The colour of a view, unpacked to planes of width x height in the space in which
- * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four.
+ * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four. `place`
+ * is for errors; NULL: that of a whole picture.
  */
 rf_result rf_frame_load(const struct rf_context *context,
                         const struct rf_params *params, const struct rf_image *colour,
-                        float *planes[4], struct rf_error *error);
+                        const struct rf_place *place, float *planes[4],
+                        struct rf_error *error);
 
 /* One value of light in the space in which light is summed. */
 float rf_to_blend_space(const struct rf_params *params, float v);
 
-/* Writes planes back to an image, undoing the blend gamma. */
+/* Writes planes, rows of `stride` floats, to an image, undoing the blend gamma. */
 void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
-                    float *const planes[4], const struct rf_image *out);
+                    float *const planes[4], size_t stride, const struct rf_image *out);
 
 /* Copies pixels bit for bit between two views of the same size and channel count. */
 void rf_image_copy(const struct rf_image *from, const struct rf_image *to);
 
 /* ---- film.c -------------------------------------------------------------------- */
-
-struct rf_filter;
 
 /* Gives partly transparent pixels without depth that of a surface, as film_depth says.
  */
@@ -167,8 +173,10 @@ struct rf_filter {
     struct rf_params params;
     struct rf_lens lens;
     struct rf_shape shape;
-    int width, height;
-    struct rf_bokeh *bokeh; /* NULL until one is set */
+    int width, height; /* of the pixels at hand */
+    struct rf_place place;
+    const struct rf_survey *survey; /* of the whole picture; NULL: it is at hand */
+    struct rf_bokeh *bokeh;         /* NULL until one is set */
 };
 
 /* One view, in the blend space. */
@@ -198,6 +206,17 @@ struct rf_work {
     float largest_radius; /* of all views, without sign */
     struct rf_task *task;
 };
+
+/*
+ * Loads view j from the caller's pixels to `memory`, which holds n_planes + 1 planes;
+ * `n_hit` as in rf_depth_to_radius().
+ */
+rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
+                       float *memory, int64_t *n_hit, struct rf_error *error);
+
+/* A picture whose every radius is below this is its own blur: half a step of the
+ * radius. */
+static const float RF_SHARP_PX = 1.0f / 64;
 
 /* One entry of the list of methods: see filter.c. */
 struct rf_method_entry {

@@ -7,17 +7,10 @@
 #include "kernels/kernels.h"
 #include "picture.h"
 
-static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
-static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
-static const float HIGHLIGHT_RADIUS_PX = 1;
 static const float BORDER_LUMINANCE = 1;
 static const float BRIGHT = 4; /* times the darkest pixel of 5 x 5 */
 
-enum {
-    MAX_BORDER = 256,
-    AREA = 32,              /* px: blocks whose luminance tells what is usual */
-    HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
-};
+enum { MAX_BORDER = 256 };
 
 static size_t padded_size(const struct rf_picture *l)
 {
@@ -50,13 +43,13 @@ static bool load_row(const struct rf_picture *l, const struct rf_work_view *view
 {
     const struct rf_filter *f = l->filter;
     const struct rf_pixels *p = &l->pixels;
-    int sy = y - l->border, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
+    int sy = y - l->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
     struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
     float *luminance = rf_plane_row(p, p->luminance, y);
     float *radius = rf_plane_row(p, p->radius, y);
     bool has_alpha = false;
     for (int x = 0; x < l->width; x++) {
-        int sx = x - l->border, cx = rf_min_int(rf_max_int(sx, 0), f->width - 1);
+        int sx = x - l->x0, cx = rf_min_int(rf_max_int(sx, 0), f->width - 1);
         struct rf_surface s =
             load_pixel(view, n_planes, (size_t)cy * (size_t)f->width + (size_t)cx);
         float lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
@@ -138,44 +131,11 @@ static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
 
 /* ---- highlights ---------------------------------------------------------------- */
 
-static void measure_areas(struct rf_picture *l)
-{
-    for (int i = 0; i < l->n_area_x * l->n_area_y; i++) {
-        int x0 = i % l->n_area_x * AREA, y0 = i / l->n_area_x * AREA, n = 0;
-        int x1 = rf_min_int(x0 + AREA, l->width), y1 = rf_min_int(y0 + AREA, l->height);
-        float sum = 0;
-        for (int y = y0; y < y1; y += 2)
-            for (int x = x0; x < x1; x += 2, n++) {
-                float lum = rf_plane_row(&l->pixels, l->pixels.luminance, y)[x];
-                sum += rf_logf((lum > 0 ? lum : 0) + 1e-3f);
-            }
-        l->area[i] = rf_expf(sum / (float)n);
-    }
-}
-
-/* Lower middle of the areas around a pixel: a lamp that fills its own does not count.
- */
-static float usual_luminance(const struct rf_picture *l, int x, int y)
-{
-    float sorted[9];
-    int n = 0, ax = x / AREA, ay = y / AREA;
-    for (int j = rf_max_int(ay - 1, 0); j <= rf_min_int(ay + 1, l->n_area_y - 1); j++)
-        for (int i = rf_max_int(ax - 1, 0); i <= rf_min_int(ax + 1, l->n_area_x - 1);
-             i++) {
-            int k = n++;
-            for (; k > 0 && sorted[k - 1] > l->area[j * l->n_area_x + i]; k--)
-                sorted[k] = sorted[k - 1];
-            sorted[k] = l->area[j * l->n_area_x + i];
-        }
-    return sorted[(n - 1) / 2];
-}
-
 static bool is_highlight(const struct rf_picture *l, const struct rf_surface *s, int x,
                          int y, float factor)
 {
-    float lum = rf_luminance(s->c[0], s->c[1], s->c[2]);
-    return lum > HIGHLIGHT_LUMINANCE * factor && fabsf(s->r) > HIGHLIGHT_RADIUS_PX &&
-           lum > HIGHLIGHT_OVER_AREA * factor * usual_luminance(l, x, y);
+    return rf_is_highlight(rf_luminance(s->c[0], s->c[1], s->c[2]), s->r, factor,
+                           rf_usual_luminance(&l->areas, x - l->x0, y - l->y0));
 }
 
 struct rf_sample rf_sample_make(const struct rf_surface *s, int x, int y, float w)
@@ -211,50 +171,6 @@ void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *
     }
 }
 
-enum { N_FACTORS = 24 };
-
-/* What one row gives to the count of highlights. */
-struct budget {
-    struct rf_picture *l;
-    double area[N_FACTORS]; /* of the discs that stay with the threshold times 2^i */
-};
-
-static void count_area(void *user, struct rf_surface *s, int x, int y, float w)
-{
-    struct budget *b = user;
-    float factor = 1;
-    for (int i = 0; i < N_FACTORS && is_highlight(b->l, s, x, y, factor); i++) {
-        b->area[i] += RF_PI * (double)s->r * s->r;
-        factor *= 2;
-    }
-}
-
-/*
- * The least factor on the thresholds at which the discs fit into the budget. `rows`
- * holds N_FACTORS areas per row, so that their sum does not depend on the threads.
- */
-static float highlight_factor(struct rf_picture *l, double *rows)
-{
-#pragma omp parallel for num_threads(l->filter->context->n_threads)                    \
-    schedule(dynamic, 16)
-    for (int y = 0; y < l->height; y++) {
-        struct budget b = {.l = l};
-        rf_picture_visit_row(l, y, count_area, &b);
-        memcpy(rows + (size_t)y * N_FACTORS, b.area, sizeof b.area);
-    }
-    double limit = (double)HIGHLIGHT_BUDGET * (double)padded_size(l);
-    float factor = 1;
-    for (int i = 0; i < N_FACTORS - 1; i++) {
-        double area = 0;
-        for (int y = 0; y < l->height; y++)
-            area += rows[(size_t)y * N_FACTORS + (size_t)i];
-        if (area <= limit)
-            break;
-        factor *= 2;
-    }
-    return factor;
-}
-
 struct lights {
     struct rf_picture *l;
     float factor;
@@ -270,7 +186,8 @@ static void collect_light(void *user, struct rf_surface *s, int x, int y, float 
         struct rf_sample *light = &lights->out.at[lights->out.n];
         *light = rf_sample_make(s, x, y, w);
         take_light(s->c, light->c,
-                   usual_luminance(lights->l, x, y) /
+                   rf_usual_luminance(&lights->l->areas, x - lights->l->x0,
+                                      y - lights->l->y0) /
                        rf_luminance(s->c[0], s->c[1], s->c[2]));
     }
     lights->out.n++;
@@ -305,19 +222,22 @@ static rf_result collect_lights(struct rf_picture *l, float factor, size_t *star
     return RF_OK;
 }
 
-rf_result rf_picture_take_highlights(struct rf_picture *l, struct rf_error *error)
+rf_result rf_picture_take_highlights(struct rf_picture *l,
+                                     const struct rf_work_view *view, int n_planes,
+                                     struct rf_error *error)
 {
-    const struct rf_context *context = l->filter->context;
+    const struct rf_filter *f = l->filter;
     size_t n_rows = (size_t)l->height;
-    double *areas = rf_alloc(context, n_rows * N_FACTORS, sizeof *areas);
-    size_t *start = rf_alloc(context, n_rows + 1, sizeof *start);
-    rf_result result = areas && start
-                           ? RF_OK
-                           : rf_fail_memory(error, n_rows * N_FACTORS, sizeof *areas);
-    if (result == RF_OK)
-        result = collect_lights(l, highlight_factor(l, areas), start, error);
-    rf_free(context, start);
-    rf_free(context, areas);
+    size_t *start = rf_alloc(f->context, n_rows + 1, sizeof *start);
+    if (!start)
+        return rf_fail_memory(error, n_rows + 1, sizeof *start);
+    struct rf_survey survey = {.n_pixels = 0};
+    if (!f->survey)
+        rf_survey_add(&survey, f, view, n_planes, &l->areas,
+                      &(struct rf_window){0, 0, f->width, f->height});
+    float factor = rf_survey_factor(f->survey ? f->survey : &survey);
+    rf_result result = collect_lights(l, factor, start, error);
+    rf_free(f->context, start);
     return result;
 }
 
@@ -350,10 +270,6 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
 {
     const struct rf_context *context = l->filter->context;
     size_t n = padded_size(l);
-    l->n_area_x = (l->width + AREA - 1) / AREA;
-    l->n_area_y = (l->height + AREA - 1) / AREA;
-    l->area =
-        rf_alloc(context, (size_t)l->n_area_x * (size_t)l->n_area_y, sizeof(float));
     size_t stride =
         ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN * RF_ROW_MARGIN +
         2 * RF_ROW_MARGIN;
@@ -367,16 +283,19 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
         .radius = rf_alloc(context, n_plane, sizeof(float)),
     };
     l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
+    const struct rf_place *place = &l->filter->place;
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
         .height = l->height,
+        .x = place->x + l->border - l->x0,
+        .y = place->y + l->border - l->y0,
         .near = rf_alloc(context, n, sizeof *l->surfaces.near),
         .far = rf_alloc(context, n, sizeof *l->surfaces.far),
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
     };
-    bool is_complete = l->area && l->pixels.at && l->pixels.luminance &&
-                       l->pixels.radius && l->darkest && l->surfaces.near &&
-                       l->surfaces.far && l->surfaces.share;
+    bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
+                       l->darkest && l->surfaces.near && l->surfaces.far &&
+                       l->surfaces.share;
     return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
 
@@ -389,15 +308,23 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
                           const struct rf_work_view *view, int n_planes, int border,
                           struct rf_task *task, struct rf_error *error)
 {
-    *l = (struct rf_picture){.filter = filter,
-                             .border = border,
-                             .width = filter->width + 2 * border,
-                             .height = filter->height + 2 * border};
+    const struct rf_place *at = &filter->place;
+    int x1 = at->x + filter->width, y1 = at->y + filter->height;
+    *l = (struct rf_picture){
+        .filter = filter,
+        .border = border,
+        .x0 = at->x == 0 ? border : 0,
+        .y0 = at->y == 0 ? border : 0,
+    };
+    l->width = l->x0 + filter->width + (x1 == at->whole_width ? border : 0);
+    l->height = l->y0 + filter->height + (y1 == at->whole_height ? border : 0);
     rf_result result = allocate(l, error);
     if (result != RF_OK)
         return result;
+    result = rf_areas_measure(&l->areas, filter, view, n_planes, error);
+    if (result != RF_OK)
+        return result;
     load_pixels(l, view, n_planes);
-    measure_areas(l);
     rf_task_poll(task);
     result = find_darkest(l, error);
     rf_task_poll(task);
@@ -429,5 +356,5 @@ void rf_picture_free(struct rf_picture *l)
     rf_free(context, l->surfaces.share);
     rf_free(context, l->surfaces.far);
     rf_free(context, l->surfaces.near);
-    rf_free(context, l->area);
+    rf_areas_free(&l->areas, context);
 }

@@ -4,17 +4,22 @@
 #define RF_PICTURE_H
 
 #include "composite.h"
+#include "survey.h"
 
-/* A view, continued beyond its border; width and height with it. */
+/*
+ * A view, continued beyond its border where that is the whole picture's; width and
+ * height with it.
+ */
 struct rf_picture {
     const struct rf_filter *filter;
-    int border, width, height;
+    int border; /* px, where there is one */
+    int x0, y0; /* the view's first pixel: the border, or 0 within a picture */
+    int width, height;
     struct rf_pixels pixels;
     struct rf_surfaces surfaces;
     float *darkest; /* plane: least luminance of 5 x 5, premultiplication undone */
     bool has_alpha; /* some pixel is not opaque */
-    float *area;    /* per block of 32 x 32: geometric mean luminance */
-    int n_area_x, n_area_y;
+    struct rf_areas areas;
     struct rf_samples highlights;
 };
 
@@ -38,6 +43,7 @@ int rf_picture_border(float largest_radius);
  * things like any other surface, without doubling a lamp.
  */
 rf_result rf_picture_take_highlights(struct rf_picture *picture,
+                                     const struct rf_work_view *view, int n_planes,
                                      struct rf_error *error);
 
 /* Calls `visit` for every visible piece of surface of a row. */

@@ -16,6 +16,7 @@ struct rf_surface {
 /* A picture of surfaces, width x height, packed. */
 struct rf_surfaces {
     int width, height;
+    int x, y; /* of the first pixel, in the whole picture with its border */
     struct rf_surface *near; /* the nearer part of each pixel */
     struct rf_surface *far;  /* the farther part; equal to near in a pure pixel */
     float *share;            /* of the near part, 0 to 1; 1 marks a pure pixel */

@@ -18,6 +18,7 @@ enum {
  */
 struct rf_backs {
     int width, height, stride;
+    int x, y; /* the first pixel's place, which decides on pixels that are read */
     float *r;
     float *log_luminance;
 };

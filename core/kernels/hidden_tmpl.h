@@ -100,8 +100,8 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
     int n = (int)reach, stride = (n + RF_HIDDEN_STEPS - 1) / RF_HIDDEN_STEPS;
     int y0 = rf_max_int(q->y - n, 0), y1 = rf_min_int(q->y + n, backs->height - 1);
     int x0 = rf_max_int(q->x - n, 0), x1 = rf_min_int(q->x + n, backs->width - 1);
-    y0 = (y0 + stride - 1) / stride * stride;
-    x0 = (x0 + stride - 1) / stride * stride;
+    y0 = (backs->y + y0 + stride - 1) / stride * stride - backs->y;
+    x0 = (backs->x + x0 + stride - 1) / stride * stride - backs->x;
     vf log_sum = {0}, weight_sum = {0};
     out->n = 0;
     for (int y = y0; y <= y1; y += stride) {

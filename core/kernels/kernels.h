@@ -19,6 +19,9 @@ enum {
     RF_MAX_PLANES = 5, /* r g b a and coverage */
 };
 
+/* Transmittance that counts as none. */
+#define RF_USED_UP 1e-6f
+
 /* A sample ready to be spread: pixel of its level, footprint, coverage, light. */
 struct rf_splat {
     int32_t x, y;

@@ -93,6 +93,15 @@ static inline vf saturate(vf x)
     return vmin(SPLAT(1), choose(x > SPLAT(0.9f), ramp, x));
 }
 
+/*
+ * What is left of T: so little that it does not show counts as nothing, for every pixel
+ * on its own, so that tiles may end early where all of theirs is used up.
+ */
+static inline vf still_open(vf t)
+{
+    return choose(t > SPLAT(RF_USED_UP), t, SPLAT(0));
+}
+
 static inline __attribute__((always_inline)) void flush_row(float *acc, float *t,
                                                             float *sum, int n_planes)
 {
@@ -113,7 +122,7 @@ static inline __attribute__((always_inline)) void flush_row(float *acc, float *t
         }
         float *covered = sum + plane * (size_t)(n_planes - 1) + x;
         STORE(covered, LOAD(covered) + m);
-        STORE(t + x, left - m);
+        STORE(t + x, still_open(left - m));
     }
     memset(acc, 0, (size_t)n_planes * RF_ACC_STRIDE * sizeof *acc);
 }
@@ -152,7 +161,8 @@ static void average(const float *t, size_t stride, int n_rows, int level, int n_
         float sum = 0;
         for (int i = 0; i < size; i++)
             sum += row[(x << level) + i];
-        out[x] = sum * scale;
+        sum *= scale;
+        out[x] = sum > RF_USED_UP ? sum : 0;
     }
 }
 
@@ -237,7 +247,7 @@ merge_all(float *t, float *const *sum, const float *const *colour, const float *
             STORE(s, LOAD(s) + q * LOAD(colour[p] + x));
         }
         STORE(sum[n_planes - 1] + x, LOAD(sum[n_planes - 1] + x) + m);
-        STORE(t + x, left - m);
+        STORE(t + x, still_open(left - m));
     }
 }
 

@@ -119,7 +119,7 @@ rf_result rf_accumulator_add(struct rf_accumulator *accumulator,
         return result;
     struct rf_accumulator *a = accumulator;
     list_planes(a, planes);
-    result = rf_frame_load(a->context, &a->params, colour, planes, error);
+    result = rf_frame_load(a->context, &a->params, colour, NULL, planes, error);
     if (result != RF_OK)
         return result;
     int64_t n = (int64_t)plane_size(a) * a->channels;
@@ -151,7 +151,7 @@ rf_result rf_accumulator_mean(const struct rf_accumulator *accumulator,
     for (int64_t i = 0; i < n; i++)
         a->view[i] = (float)(a->sum[i] / (double)a->count);
     list_planes(a, planes);
-    rf_frame_store(a->context, &a->params, planes, out);
+    rf_frame_store(a->context, &a->params, planes, (size_t)out->width, out);
     return RF_OK;
 }
 

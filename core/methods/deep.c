@@ -37,7 +37,6 @@ enum { MAX_SLICES = 16 };
 static const float SLICE_PX = 1;
 static const float OPAQUE = 0.999f;
 static const float LEAST_OPACITY = 1e-6f; /* below, colour / opacity means nothing */
-static const float SHARP_PX = 1.0f / 64;  /* as in filter.c */
 
 /* A sample or a slice of one, with its place. */
 struct piece {
@@ -514,7 +513,8 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
     struct rf_scene scene = {.filter = d->filter,
                              .width = d->picture.width,
                              .height = d->picture.height,
-                             .border = d->picture.border,
+                             .x0 = d->picture.x0,
+                             .y0 = d->picture.y0,
                              .n_phases = 1,
                              .visible = d->samples,
                              .hidden = hidden,
@@ -532,8 +532,8 @@ static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image
 {
     const struct rf_filter *f = d->filter;
     work->largest_radius = flatten_all(d);
-    if (work->largest_radius < SHARP_PX) {
-        rf_frame_store(f->context, &f->params, d->planes, out);
+    if (work->largest_radius < RF_SHARP_PX) {
+        rf_frame_store(f->context, &f->params, d->planes, (size_t)f->width, out);
         return RF_OK;
     }
     struct rf_work_view view = {.radius = d->radius};
@@ -553,7 +553,7 @@ static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image
     if (result == RF_OK && rf_task_is_cancelled(work->task))
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     if (result == RF_OK)
-        rf_frame_store(f->context, &f->params, work->colour, out);
+        rf_frame_store(f->context, &f->params, work->colour, (size_t)f->width, out);
     d->picture.filter = f;
     rf_picture_free(&d->picture);
     return result;

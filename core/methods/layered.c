@@ -114,7 +114,7 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
     rf_result result = rf_picture_load(&l->picture, work->filter, view, work->n_planes,
                                        border, work->task, error);
     if (result == RF_OK && params->exact_highlights)
-        result = rf_picture_take_highlights(&l->picture, error);
+        result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);
     rf_task_poll(work->task);
     if (result == RF_OK && params->fill_hidden)
         result = find_hidden(l, work->task, error);
@@ -124,7 +124,8 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
     struct rf_scene scene = {.filter = work->filter,
                              .width = l->picture.width,
                              .height = l->picture.height,
-                             .border = border,
+                             .x0 = l->picture.x0,
+                             .y0 = l->picture.y0,
                              .n_phases = 1,
                              .highlights = l->picture.highlights,
                              .n_views = 1,

@@ -148,6 +148,7 @@ static rf_result blur(struct preview *p, struct rf_error *error)
     struct rf_filter small = *work->filter;
     small.width = p->width;
     small.height = p->height;
+    small.place = (struct rf_place){0, 0, p->width, p->height};
     small.params.sub_apertures = 1;
     small.params.quality = RF_QUALITY_NORMAL;
     struct rf_work_view view = {.radius = p->radius};

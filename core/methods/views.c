@@ -364,7 +364,8 @@ static rf_result collect_highlights(struct views *v, struct rf_error *error)
     const struct rf_context *context = v->work->filter->context;
     size_t n = 0;
     for (int j = 0; j < v->work->n_views; j++) {
-        rf_result result = rf_picture_take_highlights(&v->pictures[j], error);
+        rf_result result = rf_picture_take_highlights(
+            &v->pictures[j], &v->work->views[j], v->work->n_planes, error);
         if (result != RF_OK)
             return result;
         n += v->pictures[j].highlights.n;
@@ -472,7 +473,8 @@ static rf_result run(struct views *v, struct rf_error *error)
     struct rf_scene scene = {.filter = work->filter,
                              .width = v->pictures[0].width,
                              .height = v->pictures[0].height,
-                             .border = border,
+                             .x0 = border,
+                             .y0 = border,
                              .n_phases = N_PHASES,
                              .visible = v->visible,
                              .hidden = v->hidden,

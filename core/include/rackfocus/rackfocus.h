@@ -391,15 +391,15 @@ RF_API rf_result rf_filter_create(struct rf_filter **filter,
 RF_API void rf_filter_destroy(struct rf_filter *filter);
 
 /**
- * The picture that `distribution` = image of the method scatter spreads light by, of any
- * size: the aperture as the camera sees it, or the bokeh of a bright point behind the
- * focus; before the focus it stands on its head. Its longer side is the diameter of the
- * circle of confusion, its middle the middle. One channel, or three (each normalised, so
- * that only the bokeh is coloured), or four, of which the last is not looked at;
- * scene-linear, not negative. The light of each channel adds up to 1 whatever the
- * numbers are. The picture is copied. To be called before the filter is shared;
- * replaces an earlier one. RF_ERROR_PIXEL: NaN, infinity, negative, or all black;
- * RF_ERROR_ARGUMENT: a malformed view. Since 0.1.
+ * The picture that `distribution` = image of the method scatter spreads light by, of
+ * any size: the aperture as the camera sees it, or the bokeh of a bright point behind
+ * the focus; before the focus it stands on its head. Its longer side is the diameter of
+ * the circle of confusion, its middle the middle. One channel, or three (each
+ * normalised, so that only the bokeh is coloured), or four, of which the last is not
+ * looked at; scene-linear, not negative. The light of each channel adds up to 1
+ * whatever the numbers are. The picture is copied. To be called before the filter is
+ * shared; replaces an earlier one. RF_ERROR_PIXEL: NaN, infinity, negative, or all
+ * black; RF_ERROR_ARGUMENT: a malformed view. Since 0.1.
  */
 RF_API rf_result rf_filter_set_distribution(struct rf_filter *filter,
                                             const struct rf_image *image,
@@ -419,6 +419,87 @@ RF_API rf_result rf_filter_process(const struct rf_filter *filter,
                                    const struct rf_image *out,
                                    const struct rf_progress *progress,
                                    struct rf_error *error);
+
+/* ---- pictures larger than memory ----------------------------------------------- */
+
+/** A rectangle of a picture, px from its top left pixel. */
+struct rf_window {
+    int32_t x, y, width, height;
+};
+
+enum { RF_SURVEY_FACTORS = 24 };
+
+/**
+ * What the windows of a picture must know of the whole: {.size = sizeof} at first, then
+ * each pixel is counted once by rf_filter_survey(). Since 0.1.
+ */
+struct rf_survey {
+    size_t size;          /**< sizeof(struct rf_survey) */
+    float largest_radius; /**< px, without sign */
+    double n_pixels;      /**< counted */
+    double n_hit;         /**< of the pixels given, those with a finite depth */
+    double disc_area[RF_SURVEY_FACTORS]; /**< px^2 of highlights, by threshold */
+};
+
+/**
+ * How many px around `counted` rf_filter_survey() is to be given, where the picture
+ * goes on.
+ */
+enum { RF_SURVEY_MARGIN = 66 };
+
+/**
+ * Counts the pixels of window `counted`, which lies within `given`, the window that
+ * `view` shows of the filter's picture. The windows that are counted must not overlap
+ * and together be the picture, in any order. The method must be `layered`, not of
+ * quality preview. Memory: 24 bytes per pixel given. RF_ERROR_ARGUMENT: windows outside
+ * of the picture or of each other, sizes that differ; RF_ERROR_PARAMETER: another
+ * method; RF_ERROR_DEPTH and RF_ERROR_PIXEL as rf_filter_process(), places counted from
+ * the picture's first pixel. Since 0.1.
+ */
+RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
+                                  const struct rf_view *view,
+                                  const struct rf_window *given,
+                                  const struct rf_window *counted,
+                                  struct rf_survey *survey, struct rf_error *error);
+
+/**
+ * Which window must be given for `kept` to come out with the bits that it has in the
+ * whole picture: what can reach into it, its first pixel where the grids of the method
+ * begin, cut off at the picture's edges. With R the largest radius times the aperture's
+ * extent the margin is about 3 R + 260 px for R below 8 px, and less than 10 R + 210 px
+ * above, without what the grid adds to the left (64 px, above 8 px less than 16 R) and
+ * above (half of it). RF_ERROR_ARGUMENT: the window, or a survey that has not counted
+ * every pixel; RF_ERROR_DEPTH: nothing was hit; RF_ERROR_PARAMETER as
+ * rf_filter_survey(). Since 0.1.
+ */
+RF_API rf_result rf_filter_window(const struct rf_filter *filter,
+                                  const struct rf_survey *survey,
+                                  const struct rf_window *kept, struct rf_window *given,
+                                  struct rf_error *error);
+
+/**
+ * Filters window `kept` of a picture: `view` shows the window `given` that
+ * rf_filter_window() names, and `out` has the size of `kept` and receives the same bits
+ * that rf_filter_process() gives for the whole picture. One filter serves all windows,
+ * on any threads. Memory: rf_window_bytes(). Errors as rf_filter_process() and
+ * rf_filter_window(). Since 0.1.
+ */
+RF_API rf_result
+rf_filter_process_window(const struct rf_filter *filter, const struct rf_survey *survey,
+                         const struct rf_view *view, const struct rf_window *given,
+                         const struct rf_window *kept, const struct rf_image *out,
+                         const struct rf_progress *progress, struct rf_error *error);
+
+/**
+ * Bytes that filtering a window takes: per pixel given and continued beyond the
+ * picture's edges RF_WINDOW_BYTES_PER_PIXEL, and RF_WINDOW_BYTES. Pictures most of
+ * whose pixels are edges or lights may take up to three times as much; a bound that is
+ * kept is rf_context_params.max_bytes. Since 0.1.
+ */
+enum { RF_WINDOW_BYTES_PER_PIXEL = 320, RF_WINDOW_BYTES = 32 << 20 };
+RF_API size_t rf_window_bytes(const struct rf_filter *filter,
+                              const struct rf_survey *survey,
+                              const struct rf_window *given);
 
 /* ---- deep frames --------------------------------------------------------------- */
 

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the parts of the compositing share: composite.c says how it works. */
+#ifndef RF_COMPOSER_H
+#define RF_COMPOSER_H
+
+#include "composite.h"
+#include "kernels/kernels.h"
+
+enum { RF_MAX_LEVEL = 12 };
+
+/* Lists of one tile's samples, ordered by bin. */
+struct rf_tile_list {
+    size_t first; /* in composer.splats */
+    int n;
+    int *bin; /* n_bins + 1 offsets into the list; NULL where empty */
+};
+
+/* All samples of one level and side of the focus. */
+struct rf_group {
+    int level;
+    bool is_near;
+    int width, height, n_x, n_y; /* of the level: pixels, tiles */
+    size_t stride, plane;        /* of its planes, which are whole tiles; floats */
+    int n_bins, first_bin;
+    size_t first_key; /* of its tiles in the sort */
+    struct rf_tile_list *tiles;
+};
+
+/* Full-resolution state of the compositing, in whole tiles. */
+struct rf_canvas {
+    int n_cells, n_planes;
+    size_t stride, plane; /* floats */
+    float *t;   /* [cell][y][x], what is still uncovered; starts at the cell's share */
+    float *sum; /* [plane][y][x], colours and coverage */
+};
+
+struct rf_composer {
+    const struct rf_scene *scene;
+    const struct rf_context *context;
+    const struct rf_kernels *kernels;
+    struct rf_canvas canvas;
+    struct rf_footprints footprints;
+    struct rf_accumulator *acc; /* one per thread */
+    float *tiles;               /* per thread: t and sums of a tile */
+    size_t tile_floats;
+    struct rf_splat *splats;
+    float split; /* radius from which the resolution falls, px */
+    int n_threads;
+};
+
+/* ---- sample_lists.c ------------------------------------------------------------ */
+
+/* All groups of a set of samples: near ones coarse to fine, level 0, far ones. */
+struct rf_groups {
+    struct rf_group at[2 * RF_MAX_LEVEL + 1];
+    int n;
+    /* Memory of the lists. */
+    struct rf_tile_list *tiles;
+    int *bins;
+};
+
+/* Radius of level 0 up to which footprints of a shape are spread in full, px. */
+float rf_level_split(const struct rf_shape *shape);
+/* The level that spreads samples of radius r. */
+int rf_level_of(float split, float r);
+/* The tiles of a level and side of the focus, without lists. */
+struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_near);
+
+/*
+ * Sorts samples into the lists of `groups` and their splats into c->splats; steps the
+ * task once per group and once more. rf_groups_free() in any case.
+ */
+rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
+                          const struct rf_samples *samples, double progress_to,
+                          struct rf_error *error);
+void rf_groups_free(struct rf_groups *groups, struct rf_composer *c);
+
+/* ---- composite_tiles.c --------------------------------------------------------- */
+
+/* Composites a tile of level 0 straight into the canvas. */
+void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile);
+/* Composites a coarse level, and adds it to the canvas. */
+rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
+                       struct rf_error *error);
+
+#endif

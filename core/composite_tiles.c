@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The saturating sums of tiles, and how coarse levels come into the picture. */
+#include <stdlib.h>
+
+#include "composer.h"
+
+/* ---- tiles --------------------------------------------------------------------- */
+
+static bool has_neighbours(const struct rf_group *g, int tx, int ty)
+{
+    for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
+        for (int x = rf_max_int(tx - 1, 0); x <= rf_min_int(tx + 1, g->n_x - 1); x++)
+            if (g->tiles[y * g->n_x + x].n)
+                return true;
+    return false;
+}
+
+static bool is_used_up(const float *t, size_t n)
+{
+    float most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = t[i] > most ? t[i] : most;
+    return most <= 0;
+}
+
+/* Composites all bins of the samples around a tile into its state. */
+static void composite_tile(const struct rf_composer *c, const struct rf_group *g,
+                           int tx, int ty, struct rf_accumulator *acc,
+                           const struct rf_tile_state *state)
+{
+    size_t n_t = (size_t)c->canvas.n_cells * RF_TILE_H * RF_TILE_W;
+    for (int b = 0; b < g->n_bins; b++) {
+        for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
+            for (int x = rf_max_int(tx - 1, 0); x <= rf_min_int(tx + 1, g->n_x - 1);
+                 x++) {
+                const struct rf_tile_list *l = &g->tiles[y * g->n_x + x];
+                if (l->n && l->bin[b + 1] > l->bin[b])
+                    c->kernels->spread(acc, c->splats + l->first + l->bin[b],
+                                       l->bin[b + 1] - l->bin[b], c->footprints.table,
+                                       tx * RF_TILE_W, ty * RF_TILE_H);
+            }
+        if (acc->last_row < 0)
+            continue;
+        c->kernels->flush(acc, state);
+        if (is_used_up(state->t, n_t))
+            return;
+    }
+}
+
+/* Copies a tile of n planes between the picture and packed tiles, either way. */
+static void move_planes(float *planes, int n, const struct rf_group *g, int tx, int ty,
+                        float *tiles, bool is_load)
+{
+    for (int p = 0; p < n; p++) {
+        float *at = planes + g->plane * (size_t)p +
+                    g->stride * (size_t)(ty * RF_TILE_H) + (size_t)(tx * RF_TILE_W);
+        float *tile = tiles + (size_t)p * RF_TILE_H * RF_TILE_W;
+        for (int y = 0; y < RF_TILE_H; y++, at += g->stride, tile += RF_TILE_W)
+            memcpy(is_load ? tile : at, is_load ? at : tile, RF_TILE_W * sizeof *tile);
+    }
+}
+
+static float *thread_tile(const struct rf_composer *c)
+{
+    return c->tiles + c->tile_floats * (size_t)rf_thread_num();
+}
+
+/* Level 0: straight into the canvas. */
+void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile)
+{
+    int tx = tile % g->n_x, ty = tile / g->n_x;
+    if (!has_neighbours(g, tx, ty))
+        return;
+    int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
+    size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
+    float *t = thread_tile(c), *sum = t + n_t;
+    move_planes(c->canvas.t, n_cells, g, tx, ty, t, true);
+    if (is_used_up(t, n_t))
+        return;
+    move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, true);
+    struct rf_tile_state state = {t, sum, 0};
+    composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    move_planes(c->canvas.t, n_cells, g, tx, ty, t, false);
+    move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, false);
+}
+
+/* ---- coarse levels ------------------------------------------------------------- */
+
+/* Planes of one coarse level: T before it, and per cell the sums of its samples. */
+struct level {
+    float *t;   /* [cell][y][x] */
+    float *sum; /* [cell][plane][y][x] */
+};
+
+/* Tile columns of one row of tiles, or of two, that hold or are reached by samples. */
+struct span {
+    int first, end;
+};
+
+static struct span active_tiles(const struct rf_group *g, int ty0, int ty1)
+{
+    struct span s = {g->n_x, 0};
+    for (int ty = ty0; ty <= ty1; ty++)
+        for (int tx = 0; tx < g->n_x; tx++)
+            if (has_neighbours(g, tx, ty)) {
+                s.first = rf_min_int(s.first, tx);
+                s.end = rf_max_int(s.end, tx + 1);
+            }
+    return s;
+}
+
+/* T of the canvas averaged over the blocks of one row of the level, in its active
+ * tiles. The last block of a row or column may lie partly outside the picture. */
+static void average_row(const struct rf_composer *c, const struct rf_group *g, int cell,
+                        int y, float *row, float *plane)
+{
+    struct span tiles = active_tiles(g, y / RF_TILE_H, y / RF_TILE_H);
+    if (tiles.first >= tiles.end)
+        return;
+    int y0 = y << g->level, n_rows = 1 << g->level;
+    n_rows = rf_min_int(n_rows, c->scene->height - y0);
+    int x0 = tiles.first * RF_TILE_W, x1 = rf_min_int(tiles.end * RF_TILE_W, g->width);
+    const float *t = c->canvas.t + c->canvas.plane * (size_t)cell +
+                     c->canvas.stride * (size_t)y0 + ((size_t)x0 << g->level);
+    float *out = plane + g->plane * (size_t)cell + g->stride * (size_t)y + x0;
+    int last = rf_min_int(x1, c->scene->width >> g->level); /* whole blocks */
+    c->kernels->average(t, c->canvas.stride, n_rows, g->level, last - x0, row, out);
+    if (x1 > last) {
+        int n = c->scene->width - (last << g->level);
+        float sum = 0;
+        t += (size_t)(last - x0) << g->level;
+        for (int j = 0; j < n_rows; j++)
+            for (int i = 0; i < n; i++)
+                sum += rf_max_float(t[c->canvas.stride * (size_t)j + (size_t)i], 0);
+        sum /= (float)(n * n_rows);
+        out[last - x0] = sum > RF_USED_UP ? sum : 0;
+    }
+}
+
+static void run_level_tile(const struct rf_composer *c, const struct rf_group *g,
+                           const struct level *level, int tile)
+{
+    int tx = tile % g->n_x, ty = tile / g->n_x;
+    if (!has_neighbours(g, tx, ty))
+        return;
+    int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
+    size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
+    float *t = thread_tile(c), *sum = t + n_t;
+    move_planes(level->t, n_cells, g, tx, ty, t, true);
+    if (is_used_up(t, n_t))
+        return;
+    memset(sum, 0, n_t * (size_t)n_planes * sizeof *sum);
+    struct rf_tile_state state = {t, sum, (size_t)n_planes * RF_TILE_H * RF_TILE_W};
+    composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    move_planes(level->sum, n_cells * n_planes, g, tx, ty, sum, false);
+}
+
+/* A place between two pixels of the level. */
+struct between {
+    int low, high;
+    float k; /* of high */
+};
+
+static struct between between_at(int x, int level, int n)
+{
+    float at = ((float)x + 0.5f) / (float)(1 << level) - 0.5f;
+    int low = (int)floorf(at);
+    return (struct between){rf_max_int(low, 0), rf_min_int(low + 1, n - 1),
+                            at - (float)low};
+}
+
+/* Rows that a thread works with: planes of a level, T, and one of the level's width. */
+enum { N_ROWS = RF_MAX_PLANES + 2 };
+
+/* Adds the sums of a level to one row of the canvas. */
+static void merge_row(const struct rf_composer *c, const struct rf_group *g,
+                      const struct level *level, int y, float *rows)
+{
+    int n_planes = c->canvas.n_planes;
+    size_t row = c->canvas.stride, size = (size_t)1 << g->level;
+    struct between at_y = between_at(y, g->level, g->height);
+    struct span tiles = active_tiles(g, at_y.low / RF_TILE_H, at_y.high / RF_TILE_H);
+    if (tiles.first >= tiles.end)
+        return;
+    size_t first = (size_t)tiles.first * RF_TILE_W; /* column of the level */
+    int n_level = rf_min_int(tiles.end * RF_TILE_W, g->width) - (int)first;
+    int n = rf_min_int(n_level * (int)size, (int)(row - first * size));
+    n = (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
+    size_t at = row * (size_t)y + first * size; /* in the canvas */
+    float *sum[RF_MAX_PLANES];
+    const float *magnified[RF_MAX_PLANES + 1];
+    for (int p = 0; p < n_planes; p++)
+        sum[p] = c->canvas.sum + c->canvas.plane * (size_t)p + at;
+    for (int cell = 0; cell < c->canvas.n_cells; cell++) {
+        for (int p = 0; p <= n_planes; p++) {
+            const float *plane =
+                p < n_planes ? level->sum + g->plane * (size_t)(cell * n_planes + p)
+                             : level->t + g->plane * (size_t)cell;
+            float *out = rows + row * (size_t)(p + 1);
+            c->kernels->magnify(plane + g->stride * (size_t)at_y.low + first,
+                                plane + g->stride * (size_t)at_y.high + first, at_y.k,
+                                n_level, g->level, rows, out, n);
+            magnified[p] = out;
+        }
+        c->kernels->merge(c->canvas.t + c->canvas.plane * (size_t)cell + at, sum,
+                          magnified, magnified[n_planes - 1], magnified[n_planes],
+                          n_planes, n);
+    }
+}
+
+rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
+                       struct rf_error *error)
+{
+    int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
+    size_t n_sum = g->plane * (size_t)n_cells * (size_t)n_planes;
+    size_t n_rows = c->canvas.stride * N_ROWS;
+    struct level level = {
+        .t = rf_calloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
+        .sum = rf_calloc(c->context, n_sum, sizeof(float))};
+    float *rows = rf_alloc(c->context, n_rows * (size_t)c->n_threads, sizeof *rows);
+    rf_result result = level.t && level.sum && rows
+                           ? RF_OK
+                           : rf_fail_memory(error, n_sum, sizeof(float));
+    if (result == RF_OK) {
+#pragma omp parallel num_threads(c->n_threads)
+        {
+            float *row = rows + n_rows * (size_t)rf_thread_num();
+#pragma omp for schedule(static)
+            for (int i = 0; i < n_cells * g->height; i++)
+                average_row(c, g, i / g->height, i % g->height, row, level.t);
+#pragma omp for schedule(dynamic, 1)
+            for (int i = 0; i < g->n_x * g->n_y; i++)
+                if (!rf_task_is_cancelled(c->scene->task)) {
+                    run_level_tile(c, g, &level, i);
+                    rf_task_step(c->scene->task);
+                }
+#pragma omp for schedule(dynamic, 8)
+            for (int y = 0; y < c->scene->height; y++)
+                if (!rf_task_is_cancelled(c->scene->task)) {
+                    merge_row(c, g, &level, y, row);
+                    rf_task_step(c->scene->task);
+                }
+        }
+    }
+    rf_free(c->context, rows);
+    rf_free(c->context, level.sum);
+    rf_free(c->context, level.t);
+    return result;
+}

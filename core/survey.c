@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Highlights stand out from what is usual around them, and all of them together must
+ * not cost more than a budget of disc area: where they would, the thresholds double
+ * until they fit. The budget is the whole picture's, so that no part of it has other
+ * highlights than its neighbour; pictures in windows are surveyed first.
+ *
+ * Areas of discs are rounded to whole px^2, so that their sum is exact and the same in
+ * any order.
+ */
+#include "survey.h"
+
+static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
+static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
+static const float HIGHLIGHT_RADIUS_PX = 1;
+
+enum {
+    AREA = 32,              /* px a side */
+    HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
+};
+
+static float luminance_at(const struct rf_work_view *view, int n_planes, size_t i)
+{
+    if (n_planes == 1)
+        return rf_luminance(view->colour[0][i], view->colour[0][i], view->colour[0][i]);
+    return rf_luminance(view->colour[0][i], view->colour[1][i], view->colour[2][i]);
+}
+
+/* Every second pixel of the whole picture counts. */
+static float mean_of_area(const struct rf_areas *a, const struct rf_work_view *view,
+                          int n_planes, int column, int row)
+{
+    int x0 = rf_max_int((a->first_x + column) * AREA, (a->x + 1) / 2 * 2) - a->x;
+    int y0 = rf_max_int((a->first_y + row) * AREA, (a->y + 1) / 2 * 2) - a->y;
+    int x1 = rf_min_int((a->first_x + column + 1) * AREA - a->x, a->width);
+    int y1 = rf_min_int((a->first_y + row + 1) * AREA - a->y, a->height);
+    int n = 0;
+    float sum = 0;
+    for (int y = y0; y < y1; y += 2)
+        for (int x = x0; x < x1; x += 2, n++) {
+            float l =
+                luminance_at(view, n_planes, (size_t)y * (size_t)a->width + (size_t)x);
+            sum += rf_logf((l > 0 ? l : 0) + 1e-3f);
+        }
+    return n ? rf_expf(sum / (float)n) : 0;
+}
+
+rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
+                           const struct rf_work_view *view, int n_planes,
+                           struct rf_error *error)
+{
+    struct rf_areas a = {.x = filter->place.x,
+                         .y = filter->place.y,
+                         .width = filter->width,
+                         .height = filter->height};
+    a.first_x = a.x / AREA;
+    a.first_y = a.y / AREA;
+    a.n_x = (a.x + a.width - 1) / AREA - a.first_x + 1;
+    a.n_y = (a.y + a.height - 1) / AREA - a.first_y + 1;
+    size_t n = (size_t)a.n_x * (size_t)a.n_y;
+    a.mean = rf_alloc(filter->context, n, sizeof *a.mean);
+    *areas = a;
+    if (!a.mean)
+        return rf_fail_memory(error, n, sizeof *a.mean);
+#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
+    for (int row = 0; row < a.n_y; row++)
+        for (int column = 0; column < a.n_x; column++)
+            a.mean[(size_t)row * (size_t)a.n_x + (size_t)column] =
+                mean_of_area(&a, view, n_planes, column, row);
+    return RF_OK;
+}
+
+void rf_areas_free(struct rf_areas *areas, const struct rf_context *context)
+{
+    rf_free(context, areas->mean);
+    areas->mean = NULL;
+}
+
+float rf_usual_luminance(const struct rf_areas *a, int x, int y)
+{
+    float sorted[9];
+    x = rf_min_int(rf_max_int(x, 0), a->width - 1);
+    y = rf_min_int(rf_max_int(y, 0), a->height - 1);
+    int n = 0, ax = (a->x + x) / AREA - a->first_x, ay = (a->y + y) / AREA - a->first_y;
+    for (int j = rf_max_int(ay - 1, 0); j <= rf_min_int(ay + 1, a->n_y - 1); j++)
+        for (int i = rf_max_int(ax - 1, 0); i <= rf_min_int(ax + 1, a->n_x - 1); i++) {
+            float mean = a->mean[(size_t)j * (size_t)a->n_x + (size_t)i];
+            int k = n++;
+            for (; k > 0 && sorted[k - 1] > mean; k--)
+                sorted[k] = sorted[k - 1];
+            sorted[k] = mean;
+        }
+    return sorted[(n - 1) / 2];
+}
+
+bool rf_is_highlight(float luminance, float r, float factor, float usual)
+{
+    return luminance > HIGHLIGHT_LUMINANCE * factor && fabsf(r) > HIGHLIGHT_RADIUS_PX &&
+           luminance > HIGHLIGHT_OVER_AREA * factor * usual;
+}
+
+static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
+                    const struct rf_work_view *view, int n_planes,
+                    const struct rf_areas *areas, const struct rf_window *window, int y)
+{
+    size_t row = (size_t)y * (size_t)filter->width;
+    for (int x = window->x; x < window->x + window->width; x++) {
+        float r = view->radius[row + (size_t)x];
+        survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
+        float l = luminance_at(view, n_planes, row + (size_t)x), factor = 1;
+        if (!(l > HIGHLIGHT_LUMINANCE))
+            continue;
+        float usual = rf_usual_luminance(areas, x, y);
+        double disc = floor(RF_PI * (double)r * r + 0.5);
+        for (int i = 0; i < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual);
+             i++) {
+            survey->disc_area[i] += disc;
+            factor *= 2;
+        }
+    }
+}
+
+void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
+                   const struct rf_work_view *view, int n_planes,
+                   const struct rf_areas *areas, const struct rf_window *window)
+{
+#pragma omp parallel num_threads(filter->context->n_threads)
+    {
+        struct rf_survey own = {.largest_radius = 0};
+#pragma omp for schedule(dynamic, 16)
+        for (int y = window->y; y < window->y + window->height; y++)
+            add_row(&own, filter, view, n_planes, areas, window, y);
+#pragma omp critical
+        {
+            survey->largest_radius =
+                rf_max_float(own.largest_radius, survey->largest_radius);
+            for (int i = 0; i < RF_SURVEY_FACTORS; i++)
+                survey->disc_area[i] += own.disc_area[i];
+        }
+    }
+    survey->n_pixels += (double)window->width * window->height;
+}
+
+float rf_survey_factor(const struct rf_survey *survey)
+{
+    float factor = 1;
+    for (int i = 0; i < RF_SURVEY_FACTORS - 1 &&
+                    survey->disc_area[i] > HIGHLIGHT_BUDGET * survey->n_pixels;
+         i++)
+        factor *= 2;
+    return factor;
+}
