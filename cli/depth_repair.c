@@ -31,25 +31,34 @@ static double half_step_px(const struct rf_lens *lens, const struct depth_stats 
     return most;
 }
 
-void depth_find(struct depth_findings *found, const struct source *source,
-                const struct settings *settings, const struct rf_lens *lens,
-                const float *depth, const float *alpha, size_t stride)
+void depth_judge(struct depth_findings *found, const struct source *source,
+                 const struct settings *settings, const struct rf_lens *lens,
+                 const struct depth_stats *stats)
 {
     int n;
     const struct rf_params *params = &settings->params;
     *found = (struct depth_findings){
+        .stats = *stats,
+        .is_mixed = depth_stats_is_mixed(stats),
+        .is_premultiplied = depth_stats_is_premultiplied(stats),
         .is_mist = names_mist(source),
         .is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT,
         .is_half = exr_channels(source->depth, &n)[source->z].type == EXR_SAMPLE_HALF,
     };
-    depth_stats_measure(depth, alpha, stride, source->width, source->height,
-                        params->depth_infinity, &found->stats);
-    found->is_mixed = depth_stats_is_mixed(&found->stats);
-    found->is_premultiplied = depth_stats_is_premultiplied(&found->stats);
     const bool is_distance =
         params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
     if (found->is_half && is_distance && lens)
-        found->half_step_px = half_step_px(lens, &found->stats);
+        found->half_step_px = half_step_px(lens, stats);
+}
+
+void depth_find(struct depth_findings *found, const struct source *source,
+                const struct settings *settings, const struct rf_lens *lens,
+                const float *depth, const float *alpha, size_t stride)
+{
+    struct depth_stats stats;
+    depth_stats_measure(depth, alpha, stride, source->width, source->height,
+                        settings->params.depth_infinity, &stats);
+    depth_judge(found, source, settings, lens, &stats);
 }
 
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)

@@ -34,6 +34,11 @@ void depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
                 const float *depth, const float *alpha, size_t stride);
 
+/* The same from what was measured. */
+void depth_judge(struct depth_findings *found, const struct source *source,
+                 const struct settings *settings, const struct rf_lens *lens,
+                 const struct depth_stats *stats);
+
 /* Why the depth cannot be used as it is, into `text`; false: it can. */
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes);
 

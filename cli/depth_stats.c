@@ -23,28 +23,41 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Median of the hits, from at most about a hundred thousand of them; `is_inner` leaves
- * out 0 and 1, which buffers have where nothing was hit. NAN where there are none. */
-static double median_of(const struct map *map, size_t n_pixels, bool is_inner)
+/* Keeps every step-th pixel that was hit. */
+static void keep_hits(const struct map *map, struct depth_tally *tally)
 {
-    const size_t step = n_pixels / 100000 + 1;
-    float *hits = need_memory(n_pixels / step + 1, sizeof(*hits));
-    size_t n = 0;
-    for (size_t i = 0; i < n_pixels; i += step)
-        if (is_hit(map, map->depth[i]) &&
-            !(is_inner && (map->depth[i] == 0 || map->depth[i] == 1)))
-            hits[n++] = map->depth[i];
-    qsort(hits, n, sizeof(*hits), compare_floats);
-    const double median = n ? hits[n / 2] : NAN;
-    free(hits);
-    return median;
+    const size_t n = (size_t)map->width * (size_t)map->height;
+    size_t i = (tally->step - tally->n_seen % tally->step) % tally->step;
+    for (; i < n; i += tally->step)
+        if (is_hit(map, map->depth[i]))
+            tally->hits[tally->n_hits++] = map->depth[i];
+    tally->n_seen += n;
+}
+
+/* Median of the hits; `is_inner` leaves out 0 and 1, which buffers have where nothing
+ * was hit. NAN where there are none. */
+static double median_of(const float *sorted, size_t n, bool is_inner)
+{
+    size_t first = 0;
+    for (size_t i = 0; is_inner && i < n && sorted[i] <= 0; i++)
+        first = i + 1;
+    size_t n_one = 0, end = n;
+    while (is_inner && end > first && sorted[end - 1] > 1)
+        end--;
+    for (size_t i = end; is_inner && i > first && sorted[i - 1] == 1; i--)
+        n_one++;
+    const size_t n_left = n - first - n_one;
+    if (!n_left)
+        return NAN;
+    size_t at = first + n_left / 2;
+    at += at >= end - n_one ? n_one : 0;
+    return sorted[at];
 }
 
 static void count_values(const struct map *map, struct depth_stats *stats)
 {
-    stats->min = INFINITY;
-    stats->max = -INFINITY;
-    for (size_t i = 0; i < stats->n_pixels; i++) {
+    const size_t n = (size_t)map->width * (size_t)map->height;
+    for (size_t i = 0; i < n; i++) {
         const float z = map->depth[i];
         stats->n_nan += isnan(z);
         stats->n_negative += z < 0;
@@ -62,9 +75,8 @@ static void count_values(const struct map *map, struct depth_stats *stats)
  * A pixel between two that lie on different surfaces has one of their depths, unless
  * depths were averaged, as anti-aliasing does.
  */
-static double mixed_share(const struct map *map)
+static void count_mixed(const struct map *map, struct depth_tally *tally)
 {
-    size_t n_steps = 0, n_mixed = 0;
     for (int32_t y = 0; y < map->height; y++) {
         const float *row = map->depth + (size_t)y * (size_t)map->width;
         for (int32_t x = 2; x + 2 < map->width; x++) {
@@ -78,19 +90,17 @@ static double mixed_share(const struct map *map)
                 !(flat < 0.05 * (far - near)))
                 continue;
             const double place = (row[x] - near) / (far - near);
-            n_steps++;
-            n_mixed += place > 0.1 && place < 0.9;
+            tally->n_steps++;
+            tally->n_mixed += place > 0.1 && place < 0.9;
         }
     }
-    return n_steps >= 20 ? (double)n_mixed / (double)n_steps : 0;
 }
 
 /* Next to a fully covered pixel, depth times alpha is alpha times that pixel's depth.
  */
-static double premultiplied_share(const struct map *map, const float *alpha,
-                                  size_t stride)
+static void count_premultiplied(const struct map *map, const float *alpha,
+                                size_t stride, struct depth_tally *tally)
 {
-    size_t n_part = 0, n_scaled = 0;
     for (int32_t y = 0; y < map->height; y++) {
         for (int32_t x = 1; x + 1 < map->width; x++) {
             const size_t i = (size_t)y * (size_t)map->width + (size_t)x;
@@ -100,25 +110,62 @@ static double premultiplied_share(const struct map *map, const float *alpha,
             if (a < 0.1 || a > 0.9 || alpha[solid * stride] < 0.999f ||
                 !is_hit(map, map->depth[solid]) || near <= 0)
                 continue;
-            n_part++;
-            n_scaled += fabs(z - a * near) < 0.05 * near;
+            tally->n_part++;
+            tally->n_scaled += fabs(z - a * near) < 0.05 * near;
         }
     }
-    return n_part >= 20 ? (double)n_scaled / (double)n_part : 0;
+}
+
+/* Of at least 20, so that chance does not decide. */
+static double share_of(size_t n_part, size_t n)
+{
+    return n >= 20 ? (double)n_part / (double)n : 0;
+}
+
+void depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
+                       double depth_infinity)
+{
+    const size_t n = (size_t)width * (size_t)height;
+    *tally = (struct depth_tally){
+        .stats = {.n_pixels = n, .min = INFINITY, .max = -INFINITY},
+        .width = width,
+        .infinity = depth_infinity,
+        .step = n / 100000 + 1,
+    };
+    tally->hits = need_memory(n / tally->step + 1, sizeof(*tally->hits));
+}
+
+void depth_tally_add(struct depth_tally *tally, const float *depth, const float *alpha,
+                     size_t alpha_stride, int32_t n_rows)
+{
+    const struct map map = {depth, tally->width, n_rows, tally->infinity};
+    count_values(&map, &tally->stats);
+    keep_hits(&map, tally);
+    count_mixed(&map, tally);
+    if (alpha)
+        count_premultiplied(&map, alpha, alpha_stride, tally);
+}
+
+void depth_tally_end(struct depth_tally *tally, struct depth_stats *stats)
+{
+    qsort(tally->hits, tally->n_hits, sizeof(*tally->hits), compare_floats);
+    *stats = tally->stats;
+    stats->median = median_of(tally->hits, tally->n_hits, false);
+    stats->inner_median = median_of(tally->hits, tally->n_hits, true);
+    stats->mixed_share = share_of(tally->n_mixed, tally->n_steps);
+    stats->premultiplied_share = share_of(tally->n_scaled, tally->n_part);
+    free(tally->hits);
+    tally->hits = NULL;
 }
 
 void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
                          int32_t width, int32_t height, double depth_infinity,
                          struct depth_stats *stats)
 {
-    const struct map map = {depth, width, height, depth_infinity};
-    *stats = (struct depth_stats){.n_pixels = (size_t)width * (size_t)height};
-    count_values(&map, stats);
-    stats->median = median_of(&map, stats->n_pixels, false);
-    stats->inner_median = median_of(&map, stats->n_pixels, true);
-    stats->mixed_share = mixed_share(&map);
-    if (alpha)
-        stats->premultiplied_share = premultiplied_share(&map, alpha, alpha_stride);
+    struct depth_tally tally;
+    depth_tally_begin(&tally, width, height, depth_infinity);
+    depth_tally_add(&tally, depth, alpha, alpha_stride, height);
+    depth_tally_end(&tally, stats);
 }
 
 const char *depth_stats_guess(const struct depth_stats *stats, const char **reason)

@@ -26,6 +26,23 @@ void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_st
                          int32_t width, int32_t height, double depth_infinity,
                          struct depth_stats *stats);
 
+/* The same of a picture that comes in strips from the top. */
+struct depth_tally {
+    struct depth_stats stats;
+    int32_t width;
+    double infinity;
+    size_t step, n_seen; /* of the pixels, those that the medians are taken of */
+    float *hits;
+    size_t n_hits, n_steps, n_mixed, n_part, n_scaled;
+};
+
+void depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
+                       double depth_infinity);
+void depth_tally_add(struct depth_tally *tally, const float *depth, const float *alpha,
+                     size_t alpha_stride, int32_t n_rows);
+/* Frees the tally's memory. */
+void depth_tally_end(struct depth_tally *tally, struct depth_stats *stats);
+
 /* Name of --depth that fits best, and the reason as half a sentence. */
 const char *depth_stats_guess(const struct depth_stats *stats, const char **reason);
 
