@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "filter_run.h"
+#include "filter_private.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -7,35 +7,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "aov.h"
 #include "cli.h"
-#include "deep.h"
 #include "depth_repair.h"
 #include "picture.h"
 #include "progress.h"
-#include "settings.h"
-#include "source.h"
-#include "views.h"
-
-/* Everything that one run holds. */
-struct run {
-    const struct filter_options *tool;
-    struct settings *settings;
-    struct rf_params params; /* for the data window */
-    struct source_request request;
-    struct source source; /* of the first view where there are several */
-    bool has_views;
-    struct view_list list;
-    struct views views;
-    double aperture_at[2]; /* scene units right and up on the lens of the views */
-    struct aovs aovs;
-    bool is_deep;
-    struct deep_frame deep;
-    float *colour, *depth; /* of the first view; colour becomes the result */
-    struct rf_context *context;
-    struct rf_filter *filter;
-    int n_threads;
-};
+#include "windows.h"
 
 /* ---- messages ------------------------------------------------------------------- */
 
@@ -342,8 +318,6 @@ static int make_filter(struct run *run)
     return set_distribution(run);
 }
 
-static bool write_flattened(const struct run *run, struct exr_error *error);
-
 /* Samples, and the flat picture, whose colour makes room for the result. */
 static int read_deep(struct run *run)
 {
@@ -360,12 +334,29 @@ static int read_deep(struct run *run)
         return fail_core(run, &core_error);
     if (is_interrupted())
         return interrupt_exit_code();
-    if (run->tool->flattened && !write_flattened(run, &error))
+    if (run->tool->flattened && !filter_write_flattened(run, &error))
         return fail_exr(&error);
     return EXIT_DONE;
 }
 
-/* Looks at the depth: undoes what can be, refuses what cannot be meant. */
+/* Refuses depth that cannot be meant. */
+static int report_depth(const struct run *run, const struct depth_findings *found)
+{
+    const char *path = exr_path(run->source.depth);
+    char text[400];
+    if (depth_is_refused(found, text, sizeof(text))) {
+        message("%s: the depth %s", path, text);
+        return EXIT_FAILED;
+    }
+    if (found->half_step_px > 0.5)
+        warning(run->tool->is_quiet,
+                "%s: the depth is 16 bit, radii come in steps of up to %.1f px; write "
+                "it as float",
+                path, found->half_step_px);
+    return EXIT_DONE;
+}
+
+/* Looks at the depth: undoes what can be. */
 static int repair_depth(struct run *run)
 {
     const struct filter_options *tool = run->tool;
@@ -374,16 +365,13 @@ static int repair_depth(struct run *run)
     const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
     const char *path = exr_path(source->depth);
     struct depth_findings found;
-    char text[400];
     depth_undo_mist(run->depth, n, (enum mist_falloff)tool->mist_falloff);
     if (tool->depth_repair == DEPTH_REPAIR_OFF)
         return EXIT_DONE;
     depth_find(&found, source, run->settings, rf_filter_lens(run->filter), run->depth,
                alpha, 4);
-    if (depth_is_refused(&found, text, sizeof(text))) {
-        message("%s: the depth %s", path, text);
+    if (report_depth(run, &found) != EXIT_DONE)
         return EXIT_FAILED;
-    }
     if (found.is_premultiplied) {
         const size_t n_changed = depth_divide_by_alpha(run->depth, alpha, 4, n);
         warning(tool->is_quiet,
@@ -471,221 +459,6 @@ static int make_coc(struct run *run)
     return EXIT_DONE;
 }
 
-static const char *const compressions[] = {
-    NULL, "none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"};
-
-static const char *compression_of(const struct run *run)
-{
-    const char *asked = compressions[run->tool->compression];
-    return asked ? asked : run->source.info.compression;
-}
-
-/* Grey with alpha was spread to four channels; brings it back to two. */
-static int pack_grey_alpha(const struct run *run)
-{
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    for (size_t i = 0; i < n; i++) {
-        run->colour[2 * i] = run->colour[4 * i];
-        run->colour[2 * i + 1] = run->colour[4 * i + 3];
-    }
-    return 2;
-}
-
-/* Attributes that the lens's picture does not have: it is no view, and one merged from
- * a multi-view file is alone in its file. */
-static const char *const of_views[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
-static const char *const of_multi_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view",
-                                            "multiView",      "name",          NULL};
-
-/* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
-static void drop_view(const char *name, const char *view, char *out, size_t n_bytes)
-{
-    const size_t n = strlen(view);
-    const char *at = name;
-    while (at && !(strncmp(at, view, n) == 0 && at[n] == '.')) {
-        at = strchr(at, '.');
-        at = at ? at + 1 : NULL;
-    }
-    if (at)
-        snprintf(out, n_bytes, "%.*s%s", (int)(at - name), name, at + n + 1);
-    else
-        snprintf(out, n_bytes, "%s", name);
-}
-
-/* The colour with the filtered layers beside it; the colour itself where there are
- * none. */
-static float *add_aovs(const struct run *run, int n_channels)
-{
-    const struct aovs *aovs = &run->aovs;
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    const size_t n_colour = (size_t)n_channels, n_aovs = (size_t)aovs->n;
-    if (n_aovs == 0)
-        return run->colour;
-    float *samples = need_memory(n, (n_colour + n_aovs) * sizeof(float));
-    for (size_t i = 0; i < n; i++) {
-        float *to = samples + i * (n_colour + n_aovs);
-        memcpy(to, run->colour + i * n_colour, n_colour * sizeof(float));
-        memcpy(to + n_colour, aovs->samples + i * n_aovs, n_aovs * sizeof(float));
-    }
-    return samples;
-}
-
-static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
-                      struct exr_error *error)
-{
-    const struct source *source = &run->source;
-    int n;
-    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
-    const struct exr_layer *layer = &source->layer;
-    const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
-    const int grey_alpha[2] = {layer->r, layer->a};
-    const int *indices = source->is_grey ? grey_alpha : rgba;
-    const bool is_half = run->tool->type == FILTER_TYPE_HALF;
-    int n_channels = source->n_channels;
-    if (source->is_grey && n_channels == 4)
-        n_channels = pack_grey_alpha(run);
-    const int n_all = n_channels + run->aovs.n;
-    const char **names = need_memory((size_t)n_all, sizeof(*names));
-    enum exr_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
-    float *samples = add_aovs(run, n_channels);
-    if (is_half)
-        picture_clip_to_half(run->tool->output, samples,
-                             (size_t)source->width * (size_t)source->height *
-                                 (size_t)n_all,
-                             run->tool->is_quiet);
-    char own_names[4][256];
-    const char *view = run->has_views ? run->list.items[0].name : run->tool->view;
-    for (int i = 0; i < n_all; i++) {
-        const bool is_aov = i >= n_channels;
-        names[i] =
-            channels[is_aov ? run->aovs.channels[i - n_channels] : indices[i]].name;
-        if (layer->is_chroma && i < 3) {
-            source_channel_name(source, i, own_names[i], sizeof(own_names[i]));
-            names[i] = own_names[i];
-        } else if (view && !is_aov) {
-            drop_view(names[i], view, own_names[i], sizeof(own_names[i]));
-            names[i] = own_names[i];
-        }
-        types[i] = is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT;
-    }
-    const struct exr_output output = {
-        .width = source->width,
-        .height = source->height,
-        .data_window = source->info.data_window,
-        .display_window = source->info.display_window,
-        .pixel_aspect = source->info.pixel_aspect,
-        .n_channels = n_all,
-        .channel_names = names,
-        .types = types,
-        .samples = samples,
-        .compression = compression_of(run),
-        .attributes = filtered,
-        .n_attributes = 1,
-        .dropped = view ? of_multi_view : of_views,
-        .like = source->colour,
-        .like_part = source->part,
-        .pass_through = run->tool->pass_through,
-    };
-    const bool is_written =
-        exr_write(run->tool->output, &output, run->n_threads, error);
-    if (samples != run->colour)
-        free(samples);
-    free(names);
-    free(types);
-    return is_written;
-}
-
-/* Colour and depth of a deep input, flat: float, as other filters would want them. */
-static bool write_flattened(const struct run *run, struct exr_error *error)
-{
-    static const char *const names[] = {"R", "G", "B", "A", "Z"};
-    static const char *const grey[] = {"Y", "Z"};
-    static const enum exr_sample_type types[5] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
-                                                  EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
-                                                  EXR_SAMPLE_FLOAT};
-    const struct source *source = &run->source;
-    const size_t n = (size_t)source->width * (size_t)source->height;
-    const int n_colours = source->n_channels, n_channels = n_colours + 1;
-    float *samples = need_memory(n, (size_t)n_channels * sizeof(float));
-    for (size_t i = 0; i < n; i++) {
-        memcpy(samples + i * (size_t)n_channels, run->colour + i * (size_t)n_colours,
-               (size_t)n_colours * sizeof(float));
-        samples[i * (size_t)n_channels + (size_t)n_colours] = run->depth[i];
-    }
-    const char *channels[5];
-    for (int i = 0; i < n_channels; i++)
-        channels[i] = n_colours == 1 ? grey[i] : i == n_colours ? names[4] : names[i];
-    const struct exr_output output = {.width = source->width,
-                                      .height = source->height,
-                                      .n_channels = n_channels,
-                                      .channel_names = channels,
-                                      .types = types,
-                                      .samples = samples,
-                                      .compression = "zip",
-                                      .like = source->colour,
-                                      .like_part = source->part};
-    const bool is_written =
-        exr_write(run->tool->flattened, &output, run->n_threads, error);
-    free(samples);
-    return is_written;
-}
-
-static bool write_coc(const struct run *run, const struct exr_attribute *filtered,
-                      struct exr_error *error)
-{
-    static const char *const name = "Y";
-    static const enum exr_sample_type type = EXR_SAMPLE_FLOAT;
-    const struct source *source = &run->source;
-    const struct exr_output output = {
-        .width = source->width,
-        .height = source->height,
-        .data_window = source->info.data_window,
-        .display_window = source->info.display_window,
-        .pixel_aspect = source->info.pixel_aspect,
-        .n_channels = 1,
-        .channel_names = &name,
-        .types = &type,
-        .samples = run->depth,
-        .compression = "zip",
-        .attributes = filtered,
-        .n_attributes = 1,
-    };
-    return exr_write(run->tool->output_coc, &output, run->n_threads, error);
-}
-
-static bool write_picture(const struct run *run, const struct exr_attribute *filtered,
-                          struct exr_error *error)
-{
-    if (picture_kind(run->tool->output) == PICTURE_EXR)
-        return write_exr(run, filtered, error);
-    return png_write(run->tool->output, run->colour, run->source.width,
-                     run->source.height, run->source.n_channels,
-                     run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
-}
-
-static bool write_files(const struct run *run, struct exr_error *error)
-{
-    char text[4096], used[4000];
-    settings_print_options(&run->settings->params, used, sizeof(used));
-    snprintf(text, sizeof(text), "rackfocus %s%s%s", rf_version(), *used ? " " : "",
-             used);
-    const struct exr_attribute filtered = {
-        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
-    return write_picture(run, &filtered, error) &&
-           (!run->tool->output_coc || write_coc(run, &filtered, error));
-}
-
-bool filter_write(const struct filter_options *tool, struct settings *settings,
-                  const struct source *source, float *pixels, struct exr_error *error)
-{
-    const struct run run = {.tool = tool,
-                            .settings = settings,
-                            .source = *source,
-                            .colour = pixels,
-                            .n_threads = thread_count(tool->n_threads)};
-    return write_files(&run, error);
-}
-
 /* Half a set of files is of no use: on failure and interruption those that were not
  * there before go. An old file stays replaced, since it may have been the input. */
 static int write_output(struct run *run)
@@ -697,7 +470,7 @@ static int write_output(struct run *run)
     int code = coc ? make_coc(run) : EXIT_DONE;
     if (code != EXIT_DONE)
         return code;
-    if (!write_files(run, &error))
+    if (!filter_write_files(run, &error))
         code = fail_exr(&error);
     else if (is_interrupted())
         code = interrupt_exit_code();
@@ -706,6 +479,68 @@ static int write_output(struct run *run)
     if (code != EXIT_DONE && is_coc_new)
         unlink(coc);
     return code;
+}
+
+/* ---- pictures larger than memory ------------------------------------------------ */
+
+/* Is the picture to be filtered in windows? */
+static bool needs_windows(const struct run *run)
+{
+    const struct filter_options *tool = run->tool;
+    const size_t most = (size_t)tool->max_memory_mib << 20;
+    return most && windows_whole_bytes(&run->source) > most && !run->is_deep &&
+           !run->has_views && !tool->view && !tool->output_coc &&
+           !tool->filter_layers && picture_kind(tool->output) == PICTURE_EXR &&
+           windows_are_possible(&run->source, &run->settings->params);
+}
+
+static int filter_in_windows(struct run *run)
+{
+    const struct filter_options *tool = run->tool;
+    char text[4096];
+    struct depth_stats stats;
+    struct depth_findings found;
+    struct source_description to;
+    filter_describe(run, text, sizeof(text));
+    source_describe(&run->source,
+                    &(struct source_output){.type = tool->type == FILTER_TYPE_HALF
+                                                        ? EXR_SAMPLE_HALF
+                                                        : EXR_SAMPLE_FLOAT,
+                                            .compression = filter_compression(run),
+                                            .made = text},
+                    &to);
+    to.output.dropped = filter_dropped;
+    to.output.pass_through = tool->pass_through;
+    if (run->source.info.is_tiled)
+        to.output.tile_size = exr_row_step(run->source.colour, run->source.part);
+    struct windows_job job = {.source = &run->source,
+                              .output = &to.output,
+                              .path = tool->output,
+                              .filter = run->filter,
+                              .mist_falloff = tool->mist_falloff,
+                              .depth_infinity = run->params.depth_infinity,
+                              .n_threads = run->n_threads,
+                              .max_bytes = (size_t)tool->max_memory_mib << 20,
+                              .is_quiet = tool->is_quiet,
+                              .is_in_sequence = tool->is_in_sequence};
+    if (tool->depth_repair != DEPTH_REPAIR_OFF) {
+        const int code = windows_measure(&job, &stats);
+        if (code != EXIT_DONE)
+            return code;
+        depth_judge(&found, &run->source, run->settings, rf_filter_lens(run->filter),
+                    &stats);
+        if (report_depth(run, &found) != EXIT_DONE)
+            return EXIT_FAILED;
+        job.is_premultiplied = found.is_premultiplied;
+        job.is_mixed = found.is_mixed;
+        if (found.is_premultiplied || found.is_mixed)
+            warning(tool->is_quiet,
+                    "%s: the depth was %s; that is undone (--depth-repair off takes it "
+                    "as it is)",
+                    exr_path(run->source.depth),
+                    found.is_premultiplied ? "multiplied by alpha" : "anti-aliased");
+    }
+    return windows_filter(&job);
 }
 
 /* ---- the run -------------------------------------------------------------------- */
@@ -723,7 +558,11 @@ static int run_steps(struct run *run)
         (run->tool->flattened && !picture_check_writable(run->tool->flattened, &error)))
         return fail_exr(&error);
     int code = check_deep(run);
-    for (size_t i = 0; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
+    for (size_t i = 0; i < 3 && code == EXIT_DONE; i++)
+        code = steps[i](run);
+    if (code == EXIT_DONE && needs_windows(run))
+        return filter_in_windows(run);
+    for (size_t i = 3; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
         code = steps[i](run);
     return code;
 }

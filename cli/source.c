@@ -248,6 +248,12 @@ float *source_read_colour(const struct source *source, int n_threads,
     return NULL;
 }
 
+bool source_has_one_window(const struct source *source)
+{
+    return memcmp(depth_window(source), &source->info.data_window,
+                  sizeof(struct exr_box)) == 0;
+}
+
 /* Moves the colour's part of a larger depth to its beginning. */
 static void crop_depth(const struct source *source, float *samples)
 {
@@ -277,50 +283,51 @@ float *source_read_depth(const struct source *source, int n_threads,
     return NULL;
 }
 
-/* Grey with alpha was read as four channels; back to two, in place. */
-static int pack_grey_alpha(float *samples, size_t n_pixels)
+void source_pack_grey_alpha(float *samples, size_t n)
 {
-    for (size_t i = 0; i < n_pixels; i++) {
+    for (size_t i = 0; i < n; i++) {
         samples[2 * i] = samples[4 * i];
         samples[2 * i + 1] = samples[4 * i + 3];
     }
-    return 2;
 }
 
-bool source_write_colour(const struct source *like, const char *path, float *samples,
-                         const struct source_output *how, struct exr_error *error)
+void source_describe(const struct source *like, const struct source_output *how,
+                     struct source_description *d)
 {
     const bool is_grey_alpha = like->is_grey && like->n_channels == 4;
-    int n_channels = like->n_channels;
-    if (is_grey_alpha)
-        n_channels =
-            pack_grey_alpha(samples, (size_t)like->width * (size_t)like->height);
-    char own_names[4][256];
-    const char *names[4];
-    enum exr_sample_type types[4];
+    const int n_channels = is_grey_alpha ? 2 : like->n_channels;
     for (int i = 0; i < n_channels; i++) {
-        source_channel_name(like, is_grey_alpha ? 3 * i : i, own_names[i],
-                            sizeof(own_names[i]));
-        names[i] = own_names[i];
-        types[i] = how->type;
+        source_channel_name(like, is_grey_alpha ? 3 * i : i, d->own_names[i],
+                            sizeof(d->own_names[i]));
+        d->names[i] = d->own_names[i];
+        d->types[i] = how->type;
     }
-    const struct exr_attribute made = {
+    d->made = (struct exr_attribute){
         .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = how->made};
-    const struct exr_output output = {
+    d->output = (struct exr_output){
         .width = like->width,
         .height = like->height,
         .data_window = like->info.data_window,
         .display_window = like->info.display_window,
         .pixel_aspect = like->info.pixel_aspect,
         .n_channels = n_channels,
-        .channel_names = names,
-        .types = types,
-        .samples = samples,
+        .channel_names = d->names,
+        .types = d->types,
         .compression = how->compression ? how->compression : like->info.compression,
-        .attributes = how->made ? &made : NULL,
+        .attributes = how->made ? &d->made : NULL,
         .n_attributes = how->made ? 1 : 0,
         .like = like->colour,
         .like_part = like->part,
     };
-    return exr_write(path, &output, how->n_threads, error);
+}
+
+bool source_write_colour(const struct source *like, const char *path, float *samples,
+                         const struct source_output *how, struct exr_error *error)
+{
+    struct source_description description;
+    source_describe(like, how, &description);
+    if (description.output.n_channels == 2)
+        source_pack_grey_alpha(samples, (size_t)like->width * (size_t)like->height);
+    description.output.samples = samples;
+    return exr_write(path, &description.output, how->n_threads, error);
 }

@@ -49,6 +49,9 @@ bool source_read_facts(const struct source *source, struct settings *settings,
 /* Is there all that a filter needs, in one size? */
 bool source_check(const struct source *source, struct exr_error *error);
 
+/* Do colour and depth cover the same pixels? */
+bool source_has_one_window(const struct source *source);
+
 /* Interleaved samples, n_channels each; grey with alpha is spread to RGBA. To be freed
  * by the caller; NULL on failure. */
 float *source_read_colour(const struct source *source, int n_threads,
@@ -71,6 +74,23 @@ struct source_output {
     const char *made;        /* for the attribute rackfocus:filtered; NULL: none */
     int n_threads;
 };
+
+/* A picture like a source, for exr_write. */
+struct source_description {
+    char own_names[4][256];
+    const char *names[4];
+    enum exr_sample_type types[4];
+    struct exr_attribute made;
+    struct exr_output output;
+};
+
+/* Names, windows and attributes of `like`; the description must stay where it is. Grey
+ * with alpha has two channels. */
+void source_describe(const struct source *like, const struct source_output *how,
+                     struct source_description *description);
+
+/* Grey with alpha was spread to four channels; packs n pixels to two, in place. */
+void source_pack_grey_alpha(float *samples, size_t n);
 
 /* Writes samples as source_read_colour gives them, with the names, windows and
  * attributes of `like`; they are packed in place. */

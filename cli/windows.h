@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Filters a picture that does not fit into memory, window by window. */
+#ifndef CLI_WINDOWS_H
+#define CLI_WINDOWS_H
+
+#include "depth_stats.h"
+#include "rackfocus/rackfocus.h"
+#include "source.h"
+
+struct windows_job {
+    const struct source *source;
+    const struct exr_output *output; /* but for its samples */
+    const char *path;                /* of the output */
+    const struct rf_filter *filter;
+    int32_t mist_falloff; /* as in depth_repair.h */
+    double depth_infinity;
+    int n_threads;
+    size_t max_bytes; /* to hold at a time */
+    bool is_quiet, is_in_sequence;
+
+    /* What windows_measure() led to: repairs of the depth. */
+    bool is_premultiplied, is_mixed;
+};
+
+/* Bytes that a picture takes when it is filtered whole. */
+size_t windows_whole_bytes(const struct source *source);
+
+/* Does the way through windows know pictures like this one? */
+bool windows_are_possible(const struct source *source, const struct rf_params *params);
+
+/* What the depth looks like, from a pass over the file. Messages have been printed;
+ * returns an exit code. */
+int windows_measure(const struct windows_job *job, struct depth_stats *stats);
+
+/*
+ * Reads strips of rows, filters windows of them and writes each strip when it is done:
+ * the same bits as those of the whole picture. Messages have been printed; returns an
+ * exit code.
+ */
+int windows_filter(const struct windows_job *job);
+
+#endif

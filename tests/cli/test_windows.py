@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures larger than --max-memory: the same pixels, in windows."""
+
+import json
+import pathlib
+import struct
+import subprocess
+
+import numpy
+import plainexr
+import pytest
+
+LENS = {
+    "rackfocus:lensRadius": 0.2,
+    "rackfocus:focalLengthPx": 400.0,
+    "rackfocus:focusDistance": 6.0,
+}
+FAST = ("--sub-apertures", 1, "--type", "float")
+
+
+@pytest.fixture
+def large(binary, tmp_path):
+    """Makes a picture with the lens that its header says, in tiles or scan lines."""
+    generator = pathlib.Path(binary).parents[1] / "tests" / "bench" / "large_exr"
+
+    def make(width, height, tile, compression, radius):
+        path = tmp_path / f"large{tile}.exr"
+        arguments = (path, width, height, tile, compression, radius)
+        subprocess.run([generator, *map(str, arguments)], check=True)
+        return path
+
+    return make
+
+
+def is_tiled(path):
+    version = struct.unpack("<i", path.read_bytes()[4:8])[0]
+    return bool(version & 0x200)
+
+
+def largest_error(rackfocus, a, b):
+    return json.loads(rackfocus("compare", a, b, "--json").stdout)["max_error"]
+
+
+@pytest.mark.parametrize("tile, compression", [(64, "zip"), (0, "none"), (48, "piz")])
+def test_windows_have_the_pixels_of_the_whole(
+    rackfocus, large, tmp_path, tile, compression
+):
+    path = large(701, 1603, tile, compression, 5)
+    whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
+    rackfocus("filter", path, "-o", whole, *FAST)
+    rackfocus("filter", path, "-o", windows, *FAST, "--max-memory", 200)
+    assert largest_error(rackfocus, windows, whole) == 0
+    assert is_tiled(windows) == (tile > 0)
+    # A PNG is made of a whole picture, for which that memory is not enough.
+    png = tmp_path / "whole.png"
+    done = rackfocus("filter", path, "-o", png, *FAST, "--max-memory", 200, code=1)
+    assert "--max-memory: 200 MiB are too few" in done.stderr
+    assert not png.exists()
+
+
+def test_too_little_memory_for_windows(rackfocus, large, tmp_path):
+    path, out = large(400, 900, 32, "none", 4), tmp_path / "out.exr"
+    done = rackfocus("filter", path, "-o", out, "--max-memory", 40, code=1)
+    assert "--max-memory: 40 MiB are too few" in done.stderr
+    assert "in windows it takes" in done.stderr
+    assert not out.exists()
+
+
+def spoil(channels):
+    """A depth multiplied by alpha, as compositors save it."""
+    height, width = channels["Z"].shape
+    x = numpy.arange(width) % 9
+    alpha = numpy.where(x == 4, 0.5, 1) * numpy.ones((height, 1))
+    channels["A"] = alpha.astype(numpy.float32)
+    for name in "RGBZ":
+        channels[name] = (channels[name] * alpha).astype(numpy.float32)
+
+
+def mix(channels):
+    """A depth that was anti-aliased."""
+    z = channels["Z"]
+    is_edge = z[:, 1:-1] != z[:, 2:]
+    z[:, 1:-1] = numpy.where(is_edge, (z[:, :-2] + z[:, 2:]) / 2, z[:, 1:-1])
+
+
+@pytest.mark.parametrize(
+    "change, remark", [(spoil, "multiplied by alpha"), (mix, "anti-aliased")]
+)
+def test_depth_is_repaired_in_windows(rackfocus, scene, tmp_path, change, remark):
+    path = scene(size=(300, 1501), attributes=LENS, change=change)
+    whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
+    done = rackfocus("filter", path, "-o", whole, *FAST)
+    assert remark in done.stderr
+    done = rackfocus("filter", path, "-o", windows, *FAST, "--max-memory", 150)
+    assert remark in done.stderr
+    (a, _), (b, _) = plainexr.read(windows), plainexr.read(whole)
+    assert a.keys() == b.keys()
+    assert all(numpy.array_equal(a[name], b[name]) for name in b)
+
+
+def test_bad_depth_in_windows(rackfocus, scene, tmp_path):
+    def break_depth(channels):
+        channels["Z"][1207, 33] = numpy.nan
+
+    path = scene(size=(300, 1501), attributes=LENS, change=break_depth)
+    out = tmp_path / "out.exr"
+    done = rackfocus("filter", path, "-o", out, "--max-memory", 150, code=1)
+    assert "1 bad depth value" in done.stderr and "(33, 1207)" in done.stderr
+    assert not out.exists()
+
+
+def test_other_channels_are_kept_in_windows(rackfocus, large, tmp_path):
+    path, out = large(500, 1400, 0, "zip", 4), tmp_path / "out.exr"
+    rackfocus(
+        "filter", path, "-o", out, *FAST, "--max-memory", 150, "--pass-through"
+    )
+    (kept, _), (before, _) = plainexr.read(out), plainexr.read(path)
+    assert numpy.array_equal(kept["Z"], before["Z"])
+    assert not numpy.array_equal(kept["R"], before["R"])
