@@ -466,8 +466,8 @@ RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
  * Which window must be given for `kept` to come out with the bits that it has in the
  * whole picture: what can reach into it, its first pixel where the grids of the method
  * begin, cut off at the picture's edges. With R the largest radius times the aperture's
- * longer extent (at least 1), px, the margin is 6 R + 100 px and less than 212 + R for R
- * below 8 px, else less than 6 R + 84 and 4 R + 212, whichever is more; what the grid
+ * longer extent (at least 1), px, the margin is 6 R + 100 px and less than 212 + R for
+ * R below 8 px, else less than 6 R + 84 and 4 R + 212, whichever is more; what the grid
  * adds is less than 64 px to the left, from 8 px on 16 R, and half of it
  * above. RF_ERROR_ARGUMENT: the window, or a survey that has not counted
  * every pixel; RF_ERROR_DEPTH: nothing was hit; RF_ERROR_PARAMETER as
