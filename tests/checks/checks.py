@@ -12,7 +12,7 @@
     tests/checks/checks.py table        writes the results into docs/reliability.md
 
 Builds and results (one JSON file per check) go to $RACKFOCUS_CHECKS, build-checks by
-default. Needs gcovr, clang, clang-tidy, cppcheck, valgrind, libclang-rt-14-dev.
+default. Needs the Debian packages listed in tests/checks/packages.
 """
 
 import datetime
@@ -22,11 +22,13 @@ import re
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = Path(os.environ.get("RACKFOCUS_CHECKS", ROOT / "build-checks"))
 PYTHON = "/usr/bin/python3"
+PACKAGES = Path(__file__).with_name("packages")
 
 
 def run(*command, check=True, **options):
@@ -42,14 +44,40 @@ def captured(*command, **options):
     ).stdout
 
 
+def commit():
+    """What is checked: asked before a check begins, for it may take an hour."""
+    name = captured("git", "-C", ROOT, "rev-parse", "--short", "HEAD").strip()
+    changed = captured("git", "-C", ROOT, "status", "--porcelain", "-uno").strip()
+    return name + ("+" if changed else "")
+
+
 def save(name, **values):
     OUT.mkdir(parents=True, exist_ok=True)
     values["date"] = datetime.date.today().isoformat()
-    values["commit"] = captured(
-        "git", "-C", ROOT, "rev-parse", "--short", "HEAD"
-    ).strip()
+    values["commit"] = COMMIT
     (OUT / f"{name}.json").write_text(json.dumps(values, indent=1))
     print(json.dumps(values, indent=1))
+
+
+def read_table(name):
+    """Lines of cells parted by " | "; # begins a comment."""
+    for line in Path(__file__).with_name(name).read_text().splitlines():
+        if line and not line.startswith("#"):
+            yield [cell.strip() for cell in line.split(" | ")]
+
+
+def need(*tools):
+    """Ends with the way to install what is missing."""
+    missing = [tool for tool in tools if not shutil.which(tool)]
+    if missing:
+        lines = PACKAGES.read_text().splitlines()
+        words = " ".join(line for line in lines if not line.startswith("#"))
+        raise SystemExit(f"{', '.join(missing)}: not found; apt-get install {words}")
+
+
+def pytest(*arguments, environment, **options):
+    words = [PYTHON, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
+    return captured(*words, cwd=ROOT, env=environment, **options)
 
 
 def configure(name, *options, source=ROOT, compiler="gcc"):
@@ -98,20 +126,8 @@ def coverage():
     run("meson", "test", "-C", build, "--no-rebuild", "-t", "8", *suites, check=False)
     # ThreadSanitizer and others build their own: what is here is for this build only.
     for suite in COVERAGE_PYTEST:
-        run(
-            PYTHON,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            f"tests/{suite}",
-            "--deselect",
-            "tests/povray/test_quality.py",
-            check=False,
-            cwd=ROOT,
-            env=environment,
-        )
+        skipped = ["--deselect", "tests/povray/test_quality.py"]
+        print(pytest(f"tests/{suite}", *skipped, environment=environment)[-2000:])
     report_coverage(build)
 
 
@@ -148,12 +164,8 @@ def report_coverage(build):
 
 def mutants():
     """Wrong versions of lines in optics, depth and compositing."""
-    path = Path(__file__).with_name("mutants.txt")
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        if not line or line.startswith("#"):
-            continue
-        file, old, new = (word.strip() for word in line.split(" | "))
-        yield number, file, old, new
+    for number, cells in enumerate(read_table("mutants.txt"), 1):
+        yield number, *cells
 
 
 # The quick ones first: a mutant that they catch needs no more.
@@ -190,21 +202,8 @@ def kills(build):
             return name
         if done.returncode:
             return name
-    done = run(
-        PYTHON,
-        "-m",
-        "pytest",
-        "-x",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "tests/deep/test_deep.py",
-        check=False,
-        cwd=ROOT,
-        env=environment,
-        stdout=subprocess.DEVNULL,
-    )
-    return "deep" if done.returncode else None
+    text = pytest("-x", "tests/deep/test_deep.py", environment=environment)
+    return None if re.search(r"^\d+ passed", text, re.M) else "deep"
 
 
 def mutate(*only):
@@ -232,7 +231,7 @@ def mutate(*only):
         text = path.read_text()
         if text.count(old) != 1:
             raise SystemExit(
-                f"mutants.txt:{number}: '{old}' is {text.count(old)} times "
+                f"mutants.txt, {number}: '{old}' is {text.count(old)} times "
                 f"in {file}"
             )
         path.write_text(text.replace(old, new))
@@ -285,19 +284,8 @@ def threads():
         n += len(re.findall(r"^ok ", text, re.M))
         failed += len(re.findall(r"^not ok ", text, re.M))
     for suite in ("deep", "cli/test_sequence.py"):
-        text = captured(
-            PYTHON,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            f"tests/{suite}",
-            "-k",
-            "threads or storage or any_number or all_frames",
-            cwd=ROOT,
-            env=environment,
-        )
+        names = "threads or storage or any_number or all_frames"
+        text = pytest(f"tests/{suite}", "-k", names, environment=environment)
         n += int((re.findall(r"(\d+) passed", text) or [0])[0])
         failed += int((re.findall(r"(\d+) failed", text) or [0])[0])
     reports = sum(
@@ -374,10 +362,8 @@ def static():
     for path, command in sources:
         text = captured("clang-tidy", "--quiet", f"--checks={TIDY}", "-p", build, path)
         found["clang-tidy"] += re.findall(r"^.*: (?:warning|error): .*$", text, re.M)
-        words = command.split()
-        words = [w for w in words if w not in ("-MD", "-MQ", "-MF")]
-        gcc = " ".join(words).split(" -o ")[0]
-        gcc = re.sub(r"^\S*cc\S*|^ccache \S+", "gcc", gcc)
+        gcc = re.sub(r" -MD| -M[QF] \S+", "", command).split(" -o ")[0]
+        gcc = re.sub(r"^(ccache )?\S+", "gcc", gcc)
         text = captured(
             "sh", "-c", f"{gcc} -fanalyzer -O1 -c {path} -o /dev/null", cwd=build
         )
@@ -404,18 +390,14 @@ def static():
     found["cppcheck"] += re.findall(
         r"^.*: (?:warning|error|performance|portability): .*$", text, re.M
     )
-    excepted = [
-        line.split(" | ")
-        for line in Path(__file__).with_name("exceptions.txt").read_text().splitlines()
-        if line and not line.startswith("#")
-    ]
+    excepted = list(read_table("exceptions.txt"))
     counts, left = {}, []
     for tool, lines in found.items():
         lines = sorted(set(lines))
         rest = [
             line
             for line in lines
-            if not any(e[0].strip() == tool and e[1].strip() in line for e in excepted)
+            if not any(e[0] == tool and e[1] in line for e in excepted)
         ]
         counts[tool] = [len(lines), len(rest)]
         left += [f"{tool}: {line}" for line in rest]
@@ -439,44 +421,35 @@ def fuzz(seconds="600"):
 def faults():
     build = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
     environment = environment_of(build)
-    text = captured(
-        PYTHON,
-        "-m",
-        "pytest",
-        "-q",
-        "-s",
-        "-p",
-        "no:cacheprovider",
-        "tests/faults",
-        cwd=ROOT,
-        env=environment,
-    )
-    allocations = sum(int(n) for n in re.findall(r": (\d+) allocations failed", text))
-    killed = int((re.findall(r"killed (\d+) times", text) or [0])[0])
-    passed = int((re.findall(r"(\d+) passed", text) or [0])[0])
-    failed = (
-        int((re.findall(r"(\d+) failed", text) or [0])[-1])
-        if " failed" in text.split("\n")[-2]
-        else 0
-    )
-    text = captured(
+    OUT.mkdir(parents=True, exist_ok=True)
+    report = OUT / "faults.xml"
+    text = pytest("-s", f"--junitxml={report}", "tests/faults", environment=environment)
+    tests = {}
+    for case in xml.etree.ElementTree.parse(report).getroot().iter("testcase"):
+        bad = case.find("failure") is not None or case.find("error") is not None
+        skipped = case.find("skipped") is not None
+        tests[case.get("name")] = (
+            "failed" if bad else "skipped" if skipped else "passed"
+        )
+    memory = captured(
         build / "tests/faults/test_exr_memory", ROOT / "tests/fuzz/corpus/exr"
     )
-    exr = int((re.findall(r"# (\d+) allocations failed", text) or [0])[0])
-    text = captured(ROOT / "tests/fuzz/fuzz", "replay", env=environment)
-    corpus = int((re.findall(r"(\d+) files replayed", text) or [0])[0])
-    damaged = damage(build)
+    replay = captured(ROOT / "tests/fuzz/fuzz", "replay", env=environment, check=True)
     save(
         "faults",
-        tests=passed,
-        failed=failed,
-        command_allocations=allocations,
-        exr_allocations=exr,
-        killed=killed,
-        corpus=corpus,
-        damaged=damaged,
+        tests=tests,
+        allocations=sum(
+            int(n) for n in re.findall(r": (\d+) allocations failed", text)
+        ),
+        killed=sum(int(n) for n in re.findall(r"killed (\d+) times", text)),
+        exr_allocations=sum(
+            int(n) for n in re.findall(r"# (\d+) allocations failed", memory)
+        ),
+        exr_failed=len(re.findall(r"^not ok", memory, re.M)),
+        corpus=sum(int(n) for n in re.findall(r"^\w+: (\d+) files$", replay, re.M)),
+        damaged=damage(build),
     )
-    return 1 if failed or not corpus else 0
+    return 1 if "failed" in tests.values() else 0
 
 
 def damage(build):
@@ -523,93 +496,122 @@ def load(name):
     return json.loads(path.read_text()) if path.exists() else None
 
 
+def how_many(tests, *names):
+    """Failed ones among the tests whose name begins so."""
+    found = [v for k, v in tests.items() if k.startswith(names)]
+    n_failed = sum(v != "passed" for v in found)
+    return f"{n_failed} of {len(found)} tests failed"
+
+
+def fault_rows(one):
+    tests, damaged = one["tests"], one["damaged"]
+    yield "fuzz corpus replayed", f"{one['corpus']} inputs", "0 findings"
+    yield (
+        "files cut off or with flipped bits",
+        f"{damaged['files']}: {damaged['refused']} refused, the others read",
+        f"{damaged['crashed']} crashes",
+    )
+    yield (
+        "k-th allocation fails, command",
+        f"{one['allocations']} runs",
+        how_many(tests, "test_every_allocation"),
+    )
+    yield (
+        "k-th allocation fails, EXR and PNG",
+        f"{one['exr_allocations']} runs",
+        f"{one['exr_failed']} of 1 tests failed",
+    )
+    yield (
+        "kill -9 before each file call of a sequence",
+        f"{one['killed']} kills",
+        how_many(tests, "test_killed"),
+    )
+    yield "all tests of faults", f"{len(tests)} tests", how_many(tests, "test_")
+
+
+def coverage_rows(one):
+    for part, (hit, total) in sorted(one["parts"].items()):
+        percent = 100 * hit / total
+        yield f"lines covered: {part}", f"{hit} of {total}", f"{percent:.1f} %"
+
+
+def static_rows(one):
+    for tool, (n, left) in one["counts"].items():
+        yield tool, f"{one['files']} files", f"{left} warnings, {n - left} excepted"
+
+
+def fuzz_rows(one):
+    for target, seconds, n, findings in one["targets"]:
+        yield f"fuzzing: {target}", f"{n} inputs in {seconds} s", f"{findings} findings"
+
+
+def thread_rows(one):
+    yield "ThreadSanitizer", f"{one['tests']} tests", f"{one['reports']} races"
+
+
+def valgrind_rows(one):
+    programs = f"{one['tests']} tests in {one['programs']} programs"
+    yield "valgrind over the unit suite", programs, f"{one['errors']} errors"
+
+
+def mutant_rows(one):
+    n = len(one["mutants"])
+    yield "wrong operators put in", f"{n} mutants", f"{one['caught']} caught"
+
+
+ROWS = {
+    "fuzz": fuzz_rows,
+    "faults": fault_rows,
+    "threads": thread_rows,
+    "valgrind": valgrind_rows,
+    "static": static_rows,
+    "mutate": mutant_rows,
+    "coverage": coverage_rows,
+}
+
+
 def rows():
-    if one := load("fuzz"):
-        for target, seconds, n, findings in one["targets"]:
-            yield (
-                f"fuzzing: {target}",
-                f"{n} inputs in {seconds} s",
-                f"{findings} findings",
-                one,
-            )
-    if one := load("faults"):
-        if one["corpus"]:
-            yield ("fuzz corpus replayed", f"{one['corpus']} files", "0 findings", one)
-        d = one["damaged"] or {"files": 0, "refused": 0, "crashed": 0}
-        if d["files"]:
-            yield (
-                "files cut off or with flipped bits",
-                f"{d['files']} files, {d['refused']} refused, the others read",
-                f"{d['crashed']} crashes",
-                one,
-            )
-        yield (
-            "k-th allocation fails, command",
-            f"{one['command_allocations']} runs",
-            "0 crashes, 0 half files",
-            one,
-        )
-        yield (
-            "k-th allocation fails, EXR and PNG",
-            f"{one['exr_allocations']} runs",
-            "0 crashes, 0 leaks of ours",
-            one,
-        )
-        yield ("kill -9 in a sequence", f"{one['killed']} times", "0 frames lost", one)
-        yield (
-            "tests of faults",
-            f"{one['tests']} tests",
-            f"{one['failed']} failed",
-            one,
-        )
-    if one := load("threads"):
-        yield (
-            "ThreadSanitizer",
-            f"{one['tests']} tests",
-            f"{one['reports']} races",
-            one,
-        )
-    if one := load("valgrind"):
-        yield (
-            "valgrind over the unit suite",
-            f"{one['tests']} tests in {one['programs']} programs",
-            f"{one['errors']} errors",
-            one,
-        )
-    if one := load("static"):
-        for tool, (n, left) in one["counts"].items():
-            yield (
-                tool,
-                f"{one['files']} files",
-                f"{left} warnings, {n - left} excepted",
-                one,
-            )
-    if one := load("mutate"):
-        yield (
-            "wrong operators put in",
-            f"{len(one['mutants'])} mutants",
-            f"{one['caught']} caught",
-            one,
-        )
-    if one := load("coverage"):
-        for part, (hit, total) in sorted(one["parts"].items()):
-            yield (
-                f"lines covered: {part}",
-                f"{hit} of {total}",
-                f"{100 * hit / total:.1f} %",
-                one,
-            )
+    for name, make in ROWS.items():
+        if one := load(name):
+            for row in make(one):
+                yield *row, one["commit"]
+        else:
+            yield name, "", "not run", ""
+
+
+def uncovered():
+    """Files with lines that no test reaches, and why."""
+    one = load("coverage") or {"files": []}
+    reasons = dict(read_table("uncovered.txt"))
+    for file, hit, total in one["files"]:
+        yield f"`{file}`", total - hit, reasons.get(file, "")
+
+
+def replace_between(text, name, lines):
+    begin, end = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
+    head, rest = text.split(begin)
+    return head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1]
 
 
 def table():
     lines = ["| check | how much | result | commit |", "| --- | --- | --- | --- |"]
-    lines += [f"| {a} | {b} | {c} | {one['commit']} |" for a, b, c, one in rows()]
+    lines += ["| " + " | ".join(row) + " |" for row in rows()]
+    left = ["| file | lines | what they are |", "| --- | --- | --- |"]
+    left += [f"| {file} | {n} | {why} |" for file, n, why in uncovered()]
     path = ROOT / "docs/reliability.md"
-    text = path.read_text()
-    begin, end = "<!-- table: begin -->\n", "<!-- table: end -->"
-    head, rest = text.split(begin)
-    path.write_text(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
-    print("\n".join(lines))
+    text = replace_between(path.read_text(), "table", lines)
+    path.write_text(replace_between(text, "uncovered", left))
+    print("\n".join(lines + left))
+
+
+TOOLS = {
+    "coverage": ["gcovr"],
+    "threads": ["clang"],
+    "valgrind": ["valgrind"],
+    "static": ["clang-tidy", "cppcheck"],
+    "fuzz": ["clang"],
+    "faults": ["clang"],
+}
 
 
 def main():
@@ -620,6 +622,9 @@ def main():
     if len(sys.argv) < 2 or sys.argv[1] not in checks:
         print(__doc__)
         return 2
+    global COMMIT
+    COMMIT = commit()
+    need(*TOOLS.get(sys.argv[1], []))
     return checks[sys.argv[1]](*sys.argv[2:]) or 0
 
 
