@@ -376,6 +376,128 @@ static void attributes_come_back(void)
     exr_close(input);
 }
 
+/* What a file may hold beside what we set, written with OpenEXRCore itself. */
+static exr_result_t declare_all(exr_context_t file)
+{
+    static const char *const texts[] = {"one", "", "three"};
+    static const float floats[] = {1, 2.5f, -3};
+    static const uint8_t pixels[2 * 2 * 4] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+    const exr_attr_preview_t preview = {
+        .width = 2, .height = 2, .alloc_size = sizeof pixels, .rgba = pixels};
+    exr_attribute_t *made;
+    exr_result_t result = exr_attr_set_preview(file, 0, "preview", &preview);
+    result |= exr_attr_set_string_vector(file, 0, "texts", 3, (const char **)texts);
+    result |= exr_attr_set_float_vector(file, 0, "floats", 3, floats);
+    result |= exr_attr_set_string(file, 0, "text", "");
+    result |= exr_attr_set_double(file, 0, "double", 1.25);
+    result |= exr_attr_set_envmap(file, 0, "envmap", EXR_ENVMAP_CUBE);
+    result |= exr_attr_set_user(file, 0, "own", "ownType", sizeof pixels, pixels);
+    static const struct {
+        exr_attribute_type_t type;
+        size_t n_bytes;
+    } blocks[] = {
+        {EXR_ATTR_BOX2I, 16},   {EXR_ATTR_BOX2F, 16}, {EXR_ATTR_CHROMATICITIES, 32},
+        {EXR_ATTR_KEYCODE, 28}, {EXR_ATTR_M33F, 36},  {EXR_ATTR_M33D, 72},
+        {EXR_ATTR_M44F, 64},    {EXR_ATTR_M44D, 128}, {EXR_ATTR_RATIONAL, 8},
+        {EXR_ATTR_TIMECODE, 8}, {EXR_ATTR_V2I, 8},    {EXR_ATTR_V2F, 8},
+        {EXR_ATTR_V2D, 16},     {EXR_ATTR_V3I, 12},   {EXR_ATTR_V3F, 12},
+        {EXR_ATTR_V3D, 24}};
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+        char name[20];
+        snprintf(name, sizeof name, "block%zu", i);
+        result |= exr_attr_declare(file, 0, name, blocks[i].type, &made);
+        if (result != EXR_ERR_SUCCESS)
+            return result;
+        for (size_t k = 0; k < blocks[i].n_bytes; k++)
+            ((uint8_t *)made->rawptr)[k] = (uint8_t)(i + k);
+    }
+    return result;
+}
+
+/* A plane of zeros whose header has everything. */
+static exr_result_t write_with_all(const char *path)
+{
+    static const uint8_t lines[4 * 4 * 2];
+    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_context_t file;
+    int part;
+    exr_result_t result =
+        exr_start_write(&file, path, EXR_WRITE_FILE_DIRECTLY, &settings);
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    result |= exr_add_part(file, NULL, EXR_STORAGE_SCANLINE, &part);
+    result |= exr_initialize_required_attr_simple(file, 0, 4, 4, EXR_COMPRESSION_NONE);
+    result |= exr_add_channel(file, 0, "Y", EXR_PIXEL_HALF,
+                              EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
+    result |= declare_all(file);
+    result |= exr_write_header(file);
+    for (int y = 0; y < 4 && result == EXR_ERR_SUCCESS; y++)
+        result |= exr_write_scanline_chunk(file, 0, y, lines + 8 * y, 8);
+    return result | exr_finish(&file);
+}
+
+/* The bytes of an attribute, from its name on, as the header has them. */
+static bool has_same_attribute(const char *a, size_t n_a, const char *b, size_t n_b,
+                               const char *name)
+{
+    const size_t n_name = strlen(name) + 1;
+    const char *in_a = memmem(a, n_a, name, n_name);
+    const char *in_b = memmem(b, n_b, name, n_name);
+    if (!in_a || !in_b)
+        return false;
+    int32_t size;
+    const size_t n_head = n_name + strlen(in_a + n_name) + 1;
+    memcpy(&size, in_a + n_head, sizeof size);
+    return memcmp(in_a, in_b, n_head + 4 + (size_t)size) == 0;
+}
+
+static size_t read_bytes(const char *path, char *bytes, size_t n_most)
+{
+    FILE *file = fopen(path, "rb");
+    size_t n = file ? fread(bytes, 1, n_most, file) : 0;
+    if (file)
+        fclose(file);
+    return n;
+}
+
+/* Every type of attribute that the format has, and one of somebody's own. */
+static void copies_attributes_of_every_type(void)
+{
+    static const char *const names[] = {"Y"};
+    static const float samples[16];
+    static char before[8192], after[8192];
+    struct exr_error error = {""};
+    struct exr_input *input;
+    const char *path = in_folder("all.exr"), *copy = in_folder("copy.exr");
+    REQUIRE(write_with_all(path) == EXR_ERR_SUCCESS);
+    REQUIRE(exr_open(&input, path, &error));
+    const struct exr_output output = {.width = 4,
+                                      .height = 4,
+                                      .like = input,
+                                      .n_channels = 1,
+                                      .channel_names = names,
+                                      .samples = samples};
+    CHECK(exr_write(copy, &output, 1, &error));
+    exr_close(input);
+    const size_t n_before = read_bytes(path, before, sizeof before);
+    const size_t n_after = read_bytes(copy, after, sizeof after);
+    static const char *const kept[] = {"preview", "texts",  "floats", "text",
+                                       "double",  "envmap", "own"};
+    for (size_t i = 0; i < sizeof kept / sizeof *kept; i++)
+        CHECK(has_same_attribute(before, n_before, after, n_after, kept[i]));
+    for (int i = 0; i < 16; i++) {
+        char name[20];
+        snprintf(name, sizeof name, "block%d", i);
+        CHECK(has_same_attribute(before, n_before, after, n_after, name));
+    }
+    double v[2];
+    REQUIRE(exr_open(&input, copy, &error));
+    CHECK(exr_attribute_number(input, "double", v) && v[0] == 1.25);
+    CHECK(exr_attribute_v2f(input, "block10", v)); /* whole numbers, and doubles */
+    CHECK(exr_attribute_v2f(input, "block12", v));
+    exr_close(input);
+}
+
 static void refuses_bad_output(void)
 {
     static const char *const names[] = {"Y"};
@@ -420,6 +542,7 @@ int main(int argc, char **argv)
     TEST(removes_partial_files);
     TEST(same_file_from_any_threads);
     TEST(attributes_come_back);
+    TEST(copies_attributes_of_every_type);
     TEST(refuses_bad_output);
     remove_folder();
     return testing_end();
