@@ -44,7 +44,8 @@ struct rf_composer {
     float *tiles;               /* per thread: t and sums of a tile */
     size_t tile_floats;
     struct rf_splat *splats;
-    float split; /* radius from which the resolution falls, px */
+    unsigned char *needed; /* per footprint: does a splat use it? */
+    float split;           /* radius from which the resolution falls, px */
     int n_threads;
 };
 
@@ -67,8 +68,9 @@ int rf_level_of(float split, float r);
 struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_near);
 
 /*
- * Sorts samples into the lists of `groups` and their splats into c->splats; steps the
- * task once per group and once more. rf_groups_free() in any case.
+ * Sorts samples into the lists of `groups`, their splats into c->splats and notes in
+ * c->needed what they need; steps the task once per group and once more.
+ * rf_groups_free() in any case.
  */
 rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
                           const struct rf_samples *samples, double progress_to,

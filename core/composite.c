@@ -32,33 +32,6 @@
 
 /* ---- one set of samples -------------------------------------------------------- */
 
-static void mark_footprint(const struct rf_composer *c, unsigned char *needed,
-                           const struct rf_group *g)
-{
-    for (int i = 0; i < g->n_x * g->n_y; i++) {
-        const struct rf_tile_list *l = &g->tiles[i];
-        for (int k = 0; k < l->n; k++)
-            needed[c->splats[l->first + (size_t)k].slot] = 1;
-    }
-}
-
-/* Builds every footprint that the splats of the groups use. */
-static rf_result build_footprints(struct rf_composer *c, const struct rf_group *groups,
-                                  int n_groups, double progress_to,
-                                  struct rf_error *error)
-{
-    size_t n_slots = rf_footprint_count(&c->footprints);
-    unsigned char *needed = rf_calloc(c->context, n_slots, 1);
-    if (!needed)
-        return rf_fail_memory(error, n_slots, 1);
-    for (int i = 0; i < n_groups; i++)
-        mark_footprint(c, needed, &groups[i]);
-    rf_result result =
-        rf_footprints_build(&c->footprints, needed, c->scene->task, progress_to, error);
-    rf_free(c->context, needed);
-    return result;
-}
-
 static bool has_samples(const struct rf_group *g)
 {
     for (int i = 0; i < g->n_x * g->n_y; i++)
@@ -72,7 +45,8 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
 {
     struct rf_task *task = c->scene->task;
     double middle = task->to + 0.1 * (progress_to - task->to);
-    rf_result result = build_footprints(c, groups, n_groups, middle, error);
+    rf_result result =
+        rf_footprints_build(&c->footprints, c->needed, task, middle, error);
     int64_t n_steps = 0;
     for (int k = 0; k < n_groups; k++)
         if (has_samples(&groups[k]))
@@ -115,14 +89,21 @@ static rf_result run_samples(struct rf_composer *c, const struct rf_samples *sam
 
 /* ---- all ----------------------------------------------------------------------- */
 
+/* Alpha of what is opaque: what is covered by anything is covered. */
+static void fill_opaque(float *out, const float *coverage, int n)
+{
+    for (int x = 0; x < n; x++)
+        out[x] = coverage[x] > 1e-6f ? 1 : 0;
+}
+
 static void finish(const struct rf_composer *c, float *const planes[4])
 {
     const struct rf_scene *scene = c->scene;
     const float *coverage = c->canvas.sum + c->canvas.plane * (size_t)scene->n_colours;
 #pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int y = 0; y < scene->height; y++)
+    for (int y = 0; y < scene->height; y++) {
+        size_t at = c->canvas.stride * (size_t)y;
         for (int p = 0; p < scene->n_colours; p++) {
-            size_t at = c->canvas.stride * (size_t)y;
             const float *sum = c->canvas.sum + c->canvas.plane * (size_t)p + at;
             float *out = planes[p] + (size_t)y * (size_t)scene->width;
             for (int x = 0; x < scene->width; x++) {
@@ -132,6 +113,10 @@ static void finish(const struct rf_composer *c, float *const planes[4])
                 out[x] = p == 3 && v > 1 ? 1 : v; /* alpha */
             }
         }
+        if (scene->n_colours == 3 && planes[3])
+            fill_opaque(planes[3] + (size_t)y * (size_t)scene->width, coverage + at,
+                        scene->width);
+    }
 }
 
 static rf_result allocate(struct rf_composer *c, struct rf_error *error)
@@ -145,7 +130,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     size_t n_acc = n_t / RF_TILE_W * RF_ACC_STRIDE * (size_t)canvas->n_planes;
     c->tile_floats = n_t * (size_t)(canvas->n_planes + 1);
     canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
-    canvas->sum = rf_calloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
+    canvas->sum = rf_alloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
     c->tiles =
         rf_alloc(c->context, c->tile_floats * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
@@ -163,10 +148,18 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
                                             .at = acc + n_acc * (size_t)i,
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
-#pragma omp parallel for num_threads(c->n_threads) schedule(static) collapse(2)
-    for (int cell = 0; cell < canvas->n_cells; cell++)
-        for (size_t i = 0; i < n; i++)
-            canvas->t[n * (size_t)cell + i] = (float)c->footprints.cells.share[cell];
+    int n_rows = (int)(n / full.stride);
+#pragma omp parallel for num_threads(c->n_threads) schedule(static)
+    for (int y = 0; y < n_rows; y++) {
+        size_t row = full.stride * (size_t)y;
+        for (int cell = 0; cell < canvas->n_cells; cell++)
+            for (size_t x = 0; x < full.stride; x++)
+                canvas->t[n * (size_t)cell + row + x] =
+                    (float)c->footprints.cells.share[cell];
+        for (int p = 0; p < canvas->n_planes; p++)
+            memset(canvas->sum + n * (size_t)p + row, 0,
+                   full.stride * sizeof *canvas->sum);
+    }
     return RF_OK;
 }
 
@@ -213,13 +206,14 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     const struct rf_context *context = work->filter->context;
     size_t n = (size_t)scene->width * (size_t)scene->height;
     size_t width = (size_t)work->filter->width;
-    scene->n_colours = work->n_planes == 4 ? 4 : 3;
-    float *memory = rf_alloc(context, n * (size_t)scene->n_colours, sizeof *memory);
+    size_t n_out = work->n_planes == 4 ? 4 : 3;
+    scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
+    float *memory = rf_alloc(context, n * n_out, sizeof *memory);
     if (!memory)
-        return rf_fail_memory(error, n * (size_t)scene->n_colours, sizeof *memory);
-    float *planes[4];
-    for (int p = 0; p < scene->n_colours; p++)
-        planes[p] = memory + n * (size_t)p;
+        return rf_fail_memory(error, n * n_out, sizeof *memory);
+    float *planes[4] = {NULL};
+    for (size_t p = 0; p < n_out; p++)
+        planes[p] = memory + n * p;
     rf_result result = composite(scene, planes, error);
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
     for (int y = 0; y < (result == RF_OK ? work->filter->height : 0); y++) {

@@ -34,7 +34,8 @@ struct rf_scene {
     const struct rf_filter *filter;
     int width, height; /* with the border */
     int x0, y0;        /* where the picture begins within it */
-    int n_colours;     /* 3 or 4 */
+    int n_colours;     /* 3 or 4: set by rf_composite_crop() */
+    bool is_opaque;    /* every alpha is 1: it needs no sums */
     int n_phases; /* sub-pixel positions per axis; 1: samples lie on pixel centres */
     struct rf_samples visible;    /* spread near to far */
     struct rf_samples hidden;     /* after all visible ones, fill what is left */

@@ -215,8 +215,8 @@ rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
     size_t n_sum = g->plane * (size_t)n_cells * (size_t)n_planes;
     size_t n_rows = c->canvas.stride * N_ROWS;
     struct level level = {
-        .t = rf_calloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
-        .sum = rf_calloc(c->context, n_sum, sizeof(float))};
+        .t = rf_alloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
+        .sum = rf_alloc(c->context, n_sum, sizeof(float))};
     float *rows = rf_alloc(c->context, n_rows * (size_t)c->n_threads, sizeof *rows);
     rf_result result = level.t && level.sum && rows
                            ? RF_OK
@@ -225,6 +225,13 @@ rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
 #pragma omp parallel num_threads(c->n_threads)
         {
             float *row = rows + n_rows * (size_t)rf_thread_num();
+#pragma omp for schedule(static)
+            for (int i = 0; i < n_cells * (n_planes + 1); i++) {
+                float *plane = i < n_cells
+                                   ? level.t + g->plane * (size_t)i
+                                   : level.sum + g->plane * (size_t)(i - n_cells);
+                memset(plane, 0, g->plane * sizeof *plane);
+            }
 #pragma omp for schedule(static)
             for (int i = 0; i < n_cells * g->height; i++)
                 average_row(c, g, i / g->height, i % g->height, row, level.t);

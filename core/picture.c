@@ -131,11 +131,17 @@ static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
 
 /* ---- highlights ---------------------------------------------------------------- */
 
+static float usual_luminance(const struct rf_picture *l, int x, int y)
+{
+    return rf_usual_luminance(&l->areas, x - l->x0, y - l->y0);
+}
+
 static bool is_highlight(const struct rf_picture *l, const struct rf_surface *s, int x,
                          int y, float factor)
 {
-    return rf_is_highlight(rf_luminance(s->c[0], s->c[1], s->c[2]), s->r, factor,
-                           rf_usual_luminance(&l->areas, x - l->x0, y - l->y0));
+    float luminance = rf_luminance(s->c[0], s->c[1], s->c[2]);
+    return rf_is_highlight(luminance, s->r, factor, 0) &&
+           rf_is_highlight(luminance, s->r, factor, usual_luminance(l, x, y));
 }
 
 struct rf_sample rf_sample_make(const struct rf_surface *s, int x, int y, float w)
@@ -186,8 +192,7 @@ static void collect_light(void *user, struct rf_surface *s, int x, int y, float 
         struct rf_sample *light = &lights->out.at[lights->out.n];
         *light = rf_sample_make(s, x, y, w);
         take_light(s->c, light->c,
-                   rf_usual_luminance(&lights->l->areas, x - lights->l->x0,
-                                      y - lights->l->y0) /
+                   usual_luminance(lights->l, x, y) /
                        rf_luminance(s->c[0], s->c[1], s->c[2]));
     }
     lights->out.n++;

@@ -236,6 +236,15 @@ static void build_list(const struct rf_composer *c, const struct rf_group *g, in
     list->n = used;
 }
 
+/* Threads may find the same footprint at once. */
+static void note_footprints(const struct rf_composer *c,
+                            const struct rf_tile_list *list)
+{
+    for (int i = 0; i < list->n; i++)
+        __atomic_store_n(&c->needed[c->splats[list->first + (size_t)i].slot], 1,
+                         __ATOMIC_RELAXED);
+}
+
 /* The sorted samples become the lists of every tile of every group. */
 static rf_result build_lists(struct rf_composer *c, struct sorter *s, int n_groups,
                              const struct rf_samples *samples, uint32_t *order,
@@ -261,6 +270,7 @@ static rf_result build_lists(struct rf_composer *c, struct sorter *s, int n_grou
             if (to > from)
                 build_list(c, g, i, samples->at, order + from, (int)(to - from),
                            scratch + from, &reducers[rf_thread_num()]);
+            note_footprints(c, &g->tiles[i]);
         }
         bins += (size_t)n_tiles * (size_t)(g->n_bins + 1);
         rf_task_step(c->scene->task);
@@ -302,9 +312,11 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
     size_t *start = rf_alloc(context, s.n_keys + 1, sizeof *start);
     uint32_t *order = rf_alloc(context, samples->n, sizeof *order);
     c->splats = rf_alloc(context, samples->n, sizeof *c->splats);
-    rf_result result = groups->tiles && groups->bins && start && order && c->splats
-                           ? RF_OK
-                           : rf_fail_memory(error, samples->n, sizeof *c->splats);
+    c->needed = rf_calloc(context, rf_footprint_count(&c->footprints), 1);
+    rf_result result =
+        groups->tiles && groups->bins && start && order && c->splats && c->needed
+            ? RF_OK
+            : rf_fail_memory(error, samples->n, sizeof *c->splats);
     for (int k = 0; k < groups->n; k++)
         groups->at[k].tiles = groups->tiles + groups->at[k].first_key;
     rf_task_phase(c->scene->task, progress_to, 1 + groups->n);
@@ -321,6 +333,7 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
 
 void rf_groups_free(struct rf_groups *groups, struct rf_composer *c)
 {
+    rf_free(c->context, c->needed);
     rf_free(c->context, c->splats);
     rf_free(c->context, groups->bins);
     rf_free(c->context, groups->tiles);

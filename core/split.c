@@ -428,6 +428,7 @@ void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pi
                       struct rf_surfaces *out)
 {
     size_t n = (size_t)pixels->width * (size_t)pixels->height;
+#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
     for (size_t i = 0; i < n; i++) {
         out->near[i] = out->far[i] = pixels->at[i];
         out->share[i] = 1;

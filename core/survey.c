@@ -107,6 +107,7 @@ static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
     for (int x = window->x; x < window->x + window->width; x++) {
         float r = view->radius[row + (size_t)x];
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
+        survey->n_transparent += n_planes == 4 && view->colour[3][row + (size_t)x] != 1;
         float l = luminance_at(view, n_planes, row + (size_t)x), factor = 1;
         if (!(l > HIGHLIGHT_LUMINANCE))
             continue;
@@ -134,6 +135,7 @@ void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
         {
             survey->largest_radius =
                 rf_max_float(own.largest_radius, survey->largest_radius);
+            survey->n_transparent += own.n_transparent;
             for (int i = 0; i < RF_SURVEY_FACTORS; i++)
                 survey->disc_area[i] += own.disc_area[i];
         }

@@ -25,14 +25,14 @@
 _Static_assert(LANES == RF_FOOTPRINT_LANES, "segments are padded to whole vectors");
 
 static inline __attribute__((always_inline)) void
-spread_one(float *row, const float *weight, int n, const float value[RF_MAX_PLANES],
+spread_one(float *row, const float *weight, int n, const vf value[RF_MAX_PLANES],
            int n_planes)
 {
     for (int i = 0; i < n; i += LANES) {
         vf k = LOAD(weight + i);
         for (int p = 0; p < n_planes; p++) {
             float *a = row + p * RF_ACC_STRIDE + i;
-            STORE(a, LOAD(a) + SPLAT(value[p]) * k);
+            STORE(a, LOAD(a) + value[p] * k);
         }
     }
 }
@@ -41,8 +41,9 @@ static inline __attribute__((always_inline)) void
 spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
            struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
-    size_t row_size = (size_t)n_planes * RF_ACC_STRIDE;
-    size_t cell_size = row_size * RF_TILE_H;
+    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    int first = acc->first_row, last = acc->last_row;
+    float *const origin = acc->at + RF_ACC_LEFT;
     for (int i = 0; i < n; i++) {
         const struct rf_splat *s = &splats[i];
         const struct rf_footprint *f = footprints[s->slot];
@@ -50,25 +51,21 @@ spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
         if (x + f->max_dx < 0 || x + f->min_dx >= RF_TILE_W || y + f->max_dy < 0 ||
             y + f->min_dy >= RF_TILE_H)
             continue;
-        float value[RF_MAX_PLANES];
+        vf value[RF_MAX_PLANES];
         for (int p = 0; p < n_planes - 1; p++)
-            value[p] = s->c[p];
-        value[n_planes - 1] = s->cover;
-        int first = rf_max_int(y + f->min_dy, 0);
-        int last = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
-        acc->first_row = rf_min_int(acc->first_row, first);
-        acc->last_row = rf_max_int(acc->last_row, last);
-        float *base = acc->at + RF_ACC_LEFT + x;
-        for (int k = 0; k < f->n_segments; k++) {
-            const struct rf_segment *g = &f->segments[k];
-            int row = y + g->dy;
-            if (row < 0 || row >= RF_TILE_H)
-                continue;
-            spread_one(base + cell_size * (size_t)g->cell + row_size * (size_t)row +
-                           g->dx,
-                       f->weights + g->weight, g->n, value, n_planes);
-        }
+            value[p] = SPLAT(s->c[p]);
+        value[n_planes - 1] = SPLAT(s->cover);
+        first = rf_min_int(first, rf_max_int(y + f->min_dy, 0));
+        last = rf_max_int(last, rf_min_int(y + f->max_dy, RF_TILE_H - 1));
+        float *base = origin + row_size * y + x;
+        const struct rf_segment *end = f->segments + f->n_segments;
+        for (const struct rf_segment *g = f->segments; g < end; g++)
+            if ((unsigned)(y + g->dy) < RF_TILE_H)
+                spread_one(base + row_size * (g->cell * RF_TILE_H + g->dy) + g->dx,
+                           f->weights + g->weight, g->n, value, n_planes);
     }
+    acc->first_row = first;
+    acc->last_row = last;
 }
 
 static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, int n,

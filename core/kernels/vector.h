@@ -19,7 +19,12 @@ typedef int32_t vi __attribute__((vector_size(32)));
 #define LANES 8
 #define LOAD(p) (*(const vf_loose *)(p))
 #define STORE(p, v) (*(vf_loose *)(p) = (v))
-#define SPLAT(x) ((vf){0} + (float)(x))
+
+static inline vf splat(float x)
+{
+    return (vf){x, x, x, x, x, x, x, x};
+}
+#define SPLAT(x) splat((float)(x))
 
 static inline vf choose(vi mask, vf a, vf b)
 {

@@ -107,7 +107,8 @@ static rf_result find_hidden(struct layered *l, struct rf_task *task,
 
 static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *error)
 {
-    const struct rf_params *params = &work->filter->params;
+    const struct rf_filter *f = work->filter;
+    const struct rf_params *params = &f->params;
     struct rf_work_view *view = &work->views[0];
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, work->filter->height + 2 * border);
@@ -127,6 +128,8 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                              .x0 = l->picture.x0,
                              .y0 = l->picture.y0,
                              .n_phases = 1,
+                             .is_opaque = f->survey ? f->survey->n_transparent == 0
+                                                    : !l->picture.has_alpha,
                              .highlights = l->picture.highlights,
                              .n_views = 1,
                              .occluders = &occluders,

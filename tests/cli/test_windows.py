@@ -111,9 +111,7 @@ def test_bad_depth_in_windows(rackfocus, scene, tmp_path):
 
 def test_other_channels_are_kept_in_windows(rackfocus, large, tmp_path):
     path, out = large(500, 1400, 0, "zip", 4), tmp_path / "out.exr"
-    rackfocus(
-        "filter", path, "-o", out, *FAST, "--max-memory", 150, "--pass-through"
-    )
+    rackfocus("filter", path, "-o", out, *FAST, "--max-memory", 150, "--pass-through")
     (kept, _), (before, _) = plainexr.read(out), plainexr.read(path)
     assert numpy.array_equal(kept["Z"], before["Z"])
     assert not numpy.array_equal(kept["R"], before["R"])

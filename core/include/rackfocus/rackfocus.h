@@ -438,6 +438,7 @@ struct rf_survey {
     float largest_radius; /**< px, without sign */
     double n_pixels;      /**< counted */
     double n_hit;         /**< of the pixels given, those with a finite depth */
+    double n_transparent; /**< pixels whose alpha is not 1 */
     double disc_area[RF_SURVEY_FACTORS]; /**< px^2 of highlights, by threshold */
 };
 
