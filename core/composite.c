@@ -127,7 +127,8 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     canvas->stride = full.stride;
     canvas->plane = full.plane;
     size_t n_t = (size_t)canvas->n_cells * RF_TILE_H * RF_TILE_W;
-    size_t n_acc = n_t / RF_TILE_W * RF_ACC_STRIDE * (size_t)canvas->n_planes;
+    size_t n_acc = (size_t)rf_accumulator_slots(canvas->n_cells) * RF_TILE_H *
+                   RF_ACC_STRIDE * (size_t)canvas->n_planes;
     c->tile_floats = n_t * (size_t)(canvas->n_planes + 1);
     canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
     canvas->sum = rf_alloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
@@ -142,12 +143,15 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
         return rf_fail_memory(error, n * (size_t)(canvas->n_cells + canvas->n_planes),
                               sizeof(float));
     }
-    for (int i = 0; i < c->n_threads; i++)
+    for (int i = 0; i < c->n_threads; i++) {
         c->acc[i] = (struct rf_accumulator){.n_cells = canvas->n_cells,
                                             .n_planes = canvas->n_planes,
                                             .at = acc + n_acc * (size_t)i,
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
+        for (int cell = 0; cell < canvas->n_cells; cell++)
+            c->acc[i].share[cell] = (float)c->footprints.cells.share[cell];
+    }
     int n_rows = (int)(n / full.stride);
 #pragma omp parallel for num_threads(c->n_threads) schedule(static)
     for (int y = 0; y < n_rows; y++) {

@@ -277,6 +277,16 @@ static void normalise(struct grid *g, const struct rf_lens_cells *cells)
     }
 }
 
+/* Adds up all cells in the first one, whose weights then add up to 1. */
+static void join_cells(struct grid *g, int n_cells)
+{
+    size_t n = (size_t)g->width * (size_t)g->height;
+    for (size_t i = n; i < n * (size_t)n_cells; i++) {
+        g->weight[i % n] += g->weight[i];
+        g->weight[i] = 0;
+    }
+}
+
 static bool row_extent(const double *row, int n, int *first, int *last)
 {
     *first = n;
@@ -295,7 +305,8 @@ static int padded(int n)
 }
 
 /* Turns the grid into segments; one block of memory holds all of it. */
-static struct rf_footprint *pack(const struct grid *g, const struct rf_footprints *f)
+static struct rf_footprint *pack(const struct grid *g, const struct rf_footprints *f,
+                                 bool is_common)
 {
     int n_segments = 0, n_weights = 0, first, last;
     for (int y = 0; y < g->height; y++)
@@ -313,6 +324,7 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
     _Static_assert(sizeof *p <= 64, "the head holds the footprint");
     p->weights = (float *)(memory + head);
     p->segments = (struct rf_segment *)(memory + head + body);
+    p->is_common = is_common;
     p->min_dx = p->min_dy = INT16_MAX;
     p->max_dx = p->max_dy = INT16_MIN;
     n_weights = 0;
@@ -326,7 +338,7 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
                 .dx = (int16_t)dx,
                 .dy = (int16_t)dy,
                 .n = (int16_t)padded(last - first + 1),
-                .cell = (int16_t)c,
+                .cell = (int16_t)(is_common ? f->cells.n : c),
                 .weight = n_weights,
             };
             for (int x = first; x <= last; x++)
@@ -431,7 +443,10 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     else
         fill_level(&g, f, r, is_coarse, kind, at);
     normalise(&g, &f->cells);
-    f->table[slot] = pack(&g, f);
+    bool is_common = f->cells.n > 1 && !is_coarse && fabs(r) < RF_COMMON_PX;
+    if (is_common)
+        join_cells(&g, f->cells.n);
+    f->table[slot] = pack(&g, f, is_common);
     rf_free(f->context, g.weight);
     return f->table[slot] != NULL;
 }

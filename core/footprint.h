@@ -18,8 +18,16 @@ struct rf_segment {
     int32_t weight; /* index of the first weight */
 };
 
+/*
+ * Where there are several sub-apertures, a footprint of a radius below this is one for
+ * all of them: the parts of the lens differ by a fraction of a pixel there. Its
+ * segments are of the cell n_cells.
+ */
+#define RF_COMMON_PX 0.25
+
 struct rf_footprint {
     int n_segments;
+    bool is_common;
     int min_dx, max_dx, min_dy, max_dy; /* of the weights above zero */
     struct rf_segment *segments;        /* by rows */
     float *weights;

@@ -36,10 +36,24 @@ struct rf_splat {
  */
 struct rf_accumulator {
     int n_cells, n_planes; /* planes with coverage */
-    float *at;             /* [cell][row][plane][RF_ACC_STRIDE], zero between bins */
+    /*
+     * [cell][row][plane][RF_ACC_STRIDE], zero between bins. With several cells there is
+     * one more, for footprints that all have in common.
+     */
+    float *at;
+    uint32_t
+        common_rows; /* a bit for each row that the common one holds something of */
+    float share[RF_MAX_CELLS]; /* of each cell in what is common */
     int first_row,
         last_row; /* rows touched since the last flush; empty: first > last */
 };
+
+_Static_assert(RF_TILE_H == 32, "a bit for each row");
+
+static inline int rf_accumulator_slots(int n_cells)
+{
+    return n_cells > 1 ? n_cells + 1 : 1;
+}
 
 /* Tile-sized transmittance per cell, and sums per cell or over all cells. */
 struct rf_tile_state {

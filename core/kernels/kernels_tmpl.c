@@ -55,8 +55,12 @@ spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
         for (int p = 0; p < n_planes - 1; p++)
             value[p] = SPLAT(s->c[p]);
         value[n_planes - 1] = SPLAT(s->cover);
-        first = rf_min_int(first, rf_max_int(y + f->min_dy, 0));
-        last = rf_max_int(last, rf_min_int(y + f->max_dy, RF_TILE_H - 1));
+        int top = rf_max_int(y + f->min_dy, 0);
+        int bottom = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
+        first = rf_min_int(first, top);
+        last = rf_max_int(last, bottom);
+        if (f->is_common)
+            acc->common_rows |= (2u << bottom) - (1u << top);
         float *base = origin + row_size * y + x;
         const struct rf_segment *end = f->segments + f->n_segments;
         for (const struct rf_segment *g = f->segments; g < end; g++)
@@ -99,13 +103,25 @@ static inline vf still_open(vf t)
     return choose(t > SPLAT(RF_USED_UP), t, SPLAT(0));
 }
 
-static inline __attribute__((always_inline)) void flush_row(float *acc, float *t,
+/* A cell's sums, with its share of what all cells have in common. */
+static inline __attribute__((always_inline)) vf
+gathered(const float *acc, const float *common, float share)
+{
+    vf v = LOAD(acc);
+    return common ? v + SPLAT(share) * LOAD(common) : v;
+}
+
+static inline __attribute__((always_inline)) void flush_row(float *acc,
+                                                            const float *common,
+                                                            float share, float *t,
                                                             float *sum, int n_planes)
 {
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
     for (int x = 0; x < RF_TILE_W; x += LANES) {
         float *a = acc + RF_ACC_LEFT + x;
-        vf w = LOAD(a + (n_planes - 1) * RF_ACC_STRIDE);
+        const float *b = common ? common + RF_ACC_LEFT + x : NULL;
+        const int last = (n_planes - 1) * RF_ACC_STRIDE;
+        vf w = gathered(a + last, common ? b + last : NULL, share);
         vf left = vmax(LOAD(t + x), SPLAT(0));
         vf m = left * saturate(w / vmax(left, SPLAT(DUST)));
         vi has_surface = w > SPLAT(DUST);
@@ -114,7 +130,8 @@ static inline __attribute__((always_inline)) void flush_row(float *acc, float *t
         m = choose(has_surface, m, SPLAT(0));
         for (int p = 0; p < n_planes - 1; p++) {
             float *s = sum + plane * (size_t)p + x;
-            vf c = LOAD(a + p * RF_ACC_STRIDE);
+            vf c = gathered(a + p * RF_ACC_STRIDE,
+                            common ? b + p * RF_ACC_STRIDE : NULL, share);
             STORE(s, LOAD(s) + q * choose(has_surface, c, vmax(c, SPLAT(0))));
         }
         float *covered = sum + plane * (size_t)(n_planes - 1) + x;
@@ -124,23 +141,37 @@ static inline __attribute__((always_inline)) void flush_row(float *acc, float *t
     memset(acc, 0, (size_t)n_planes * RF_ACC_STRIDE * sizeof *acc);
 }
 
-static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
+static inline __attribute__((always_inline)) void
+flush_all(struct rf_accumulator *acc, const struct rf_tile_state *state, int n_planes)
 {
-    int n_planes = acc->n_planes;
+    const size_t row_size = (size_t)n_planes * RF_ACC_STRIDE;
+    float *const common = acc->at + row_size * RF_TILE_H * (size_t)acc->n_cells;
     for (int c = 0; c < acc->n_cells; c++)
         for (int y = acc->first_row; y <= acc->last_row; y++) {
-            float *row = acc->at + ((size_t)c * RF_TILE_H + (size_t)y) *
-                                       (size_t)(n_planes * RF_ACC_STRIDE);
-            float *t = state->t + ((size_t)c * RF_TILE_H + (size_t)y) * RF_TILE_W;
+            size_t at = (size_t)c * RF_TILE_H + (size_t)y;
+            float *row = acc->at + at * row_size, *t = state->t + at * RF_TILE_W;
             float *sum =
                 state->sum + state->sum_cell_stride * (size_t)c + (size_t)y * RF_TILE_W;
-            if (n_planes == 4)
-                flush_row(row, t, sum, 4);
+            if (acc->common_rows >> y & 1)
+                flush_row(row, common + row_size * (size_t)y, acc->share[c], t, sum,
+                          n_planes);
             else
-                flush_row(row, t, sum, RF_MAX_PLANES);
+                flush_row(row, NULL, 0, t, sum, n_planes);
         }
+    for (int y = acc->first_row; y <= acc->last_row; y++)
+        if (acc->common_rows >> y & 1)
+            memset(common + row_size * (size_t)y, 0, row_size * sizeof *common);
+    acc->common_rows = 0;
     acc->first_row = RF_TILE_H;
     acc->last_row = -1;
+}
+
+static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
+{
+    if (acc->n_planes == 4)
+        flush_all(acc, state, 4);
+    else
+        flush_all(acc, state, RF_MAX_PLANES);
 }
 
 static void average(const float *t, size_t stride, int n_rows, int level, int n_level,

@@ -56,13 +56,14 @@ static inline unsigned lane_bits(vi mask)
 
 /* a[i], b[i], a[i + 1], b[i + 1], .. from i = 0 or 4 on. */
 #if defined __clang__
-#define INTERLEAVE(a, b, i) \
-    __builtin_shufflevector(a, b, (i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10, \
+#define INTERLEAVE(a, b, i)                                                            \
+    __builtin_shufflevector(a, b, (i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10,   \
                             (i) + 3, (i) + 11)
 #else
-#define INTERLEAVE(a, b, i) \
-    __builtin_shuffle(a, b, (vi){(i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10, \
-                                 (i) + 3, (i) + 11})
+#define INTERLEAVE(a, b, i)                                                            \
+    __builtin_shuffle(                                                                 \
+        a, b,                                                                          \
+        (vi){(i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10, (i) + 3, (i) + 11})
 #endif
 
 /* 0, 1, .. 7 */
