@@ -49,7 +49,7 @@ static float radius_around(const struct rf_filter *f, const float *radius, int x
 }
 
 rf_result rf_film_fill(const struct rf_filter *filter, const float *alpha,
-                       float *radius, struct rf_error *error)
+                       float *radius, bool *is_changed, struct rf_error *error)
 {
     enum rf_film_depth choice = (enum rf_film_depth)filter->params.film_depth;
     if (choice == RF_FILM_DEPTH_KEEP)
@@ -75,6 +75,7 @@ rf_result rf_film_fill(const struct rf_filter *filter, const float *alpha,
                 is_missing ? radius_around(filter, radius, x, y, r_nothing) : radius[i];
         }
     memcpy(radius, filled, (size_t)n * sizeof *radius);
+    *is_changed = true;
     rf_free(filter->context, filled);
     return RF_OK;
 }

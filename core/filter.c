@@ -197,8 +197,21 @@ static void set_shift(struct rf_work_view *w, const struct rf_view *view,
     w->shift_bias = (float)(base - slope * lens->bias_px / lens->scale);
 }
 
+static float largest_of(const struct rf_filter *f, const float *radius)
+{
+    size_t n = (size_t)f->width * (size_t)f->height;
+    float most = 0;
+#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)           \
+    reduction(max                                                                      \
+              : most)
+    for (size_t i = 0; i < n; i++)
+        most = rf_max_float(fabsf(radius[i]), most);
+    return most;
+}
+
 rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
-                       float *memory, int64_t *n_hit, struct rf_error *error)
+                       float *memory, int64_t *n_hit, const struct rf_image *out,
+                       bool *is_copied, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
     struct rf_work_view *w = &work->views[j];
@@ -206,22 +219,26 @@ rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
     for (int c = 0; c < work->n_planes; c++)
         w->colour[c] = memory + n * (size_t)(c + 1);
     rf_result result = rf_depth_to_radius(f, &view->depth, memory, NULL, n_hit, error);
-    if (result == RF_OK)
-        result = rf_frame_load(f->context, &f->params, &view->colour, &f->place,
-                               w->colour, error);
     if (result != RF_OK)
         return result;
+    float largest = largest_of(f, memory);
+    if (out && work->n_views == 1 && largest < RF_SHARP_PX &&
+        rf_frame_copy(f->context, &view->colour, out)) {
+        *is_copied = true;
+        return RF_OK;
+    }
+    result = rf_frame_load(f->context, &f->params, &view->colour, &f->place, w->colour,
+                           error);
+    if (result != RF_OK)
+        return result;
+    bool is_filled = false;
     if (work->n_planes == 4)
-        result = rf_film_fill(f, w->colour[3], memory, error);
+        result = rf_film_fill(f, w->colour[3], memory, &is_filled, error);
+    if (is_filled)
+        largest = largest_of(f, memory);
     w->radius = memory;
     set_shift(w, view, &f->lens);
-    float most = work->largest_radius;
-#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)           \
-    reduction(max                                                                      \
-              : most)
-    for (size_t i = 0; i < n; i++)
-        most = rf_max_float(fabsf(memory[i]), most);
-    work->largest_radius = most;
+    work->largest_radius = rf_max_float(largest, work->largest_radius);
     return result;
 }
 
@@ -231,10 +248,11 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
 {
     const struct rf_filter *f = work->filter;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
+    bool is_copied = false;
     for (int j = 0; j < work->n_views; j++) {
-        rf_result result =
-            rf_work_load(work, j, &views[j], memory + n * (size_t)j, NULL, error);
-        if (result != RF_OK)
+        rf_result result = rf_work_load(work, j, &views[j], memory + n * (size_t)j,
+                                        NULL, out, &is_copied, error);
+        if (result != RF_OK || is_copied)
             return result;
     }
     memcpy(work->colour, work->views[0].colour, sizeof work->colour);

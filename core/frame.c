@@ -132,6 +132,42 @@ static void store_plain_row(float *const planes[4], size_t stride,
     }
 }
 
+/* A row of floats copied as it is; false where a value is not finite. */
+static bool copy_row(const float *from, float *to, int n)
+{
+    uint32_t largest = 0; /* bits without sign: those of infinity and above are bad */
+    for (int i = 0; i < n; i++) {
+        uint32_t bits;
+        memcpy(&bits, from + i, sizeof bits);
+        memcpy(to + i, &bits, sizeof bits);
+        bits &= 0x7fffffffu;
+        largest = bits > largest ? bits : largest;
+    }
+    return largest < 0x7f800000u;
+}
+
+bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colour,
+                   const struct rf_image *out)
+{
+    int n = colour->width * colour->channels;
+    ptrdiff_t pixel = colour->channels * (ptrdiff_t)sizeof(float);
+    const struct rf_image *both[] = {colour, out};
+    for (int i = 0; i < 2; i++)
+        if (both[i]->channel_bytes != sizeof(float) || both[i]->pixel_bytes != pixel)
+            return false;
+    if (out->data == colour->data)
+        return false;
+    bool is_good = true;
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)              \
+    reduction(&&                                                                       \
+              : is_good)
+    for (int y = 0; y < colour->height; y++)
+        is_good = copy_row(rf_image_at(colour, 0, y, 0),
+                           (float *)rf_image_at(out, 0, y, 0), n) &&
+                  is_good;
+    return is_good;
+}
+
 rf_result rf_frame_load(const struct rf_context *context,
                         const struct rf_params *params, const struct rf_image *colour,
                         const struct rf_place *place, float *planes[4],

@@ -127,6 +127,13 @@ rf_result rf_frame_load(const struct rf_context *context,
 /* One value of light in the space in which light is summed. */
 float rf_to_blend_space(const struct rf_params *params, float v);
 
+/*
+ * Copies plain pixels; false where they are not packed or not finite, or are the same,
+ * which rf_frame_load() and rf_image_copy() know.
+ */
+bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colour,
+                   const struct rf_image *out);
+
 /* Writes planes, rows of `stride` floats, to an image, undoing the blend gamma. */
 void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
                     float *const planes[4], size_t stride, const struct rf_image *out);
@@ -139,7 +146,7 @@ void rf_image_copy(const struct rf_image *from, const struct rf_image *to);
 /* Gives partly transparent pixels without depth that of a surface, as film_depth says.
  */
 rf_result rf_film_fill(const struct rf_filter *filter, const float *alpha,
-                       float *radius, struct rf_error *error);
+                       float *radius, bool *is_changed, struct rf_error *error);
 
 /* ---- progress ------------------------------------------------------------------ */
 
@@ -209,10 +216,12 @@ struct rf_work {
 
 /*
  * Loads view j from the caller's pixels to `memory`, which holds n_planes + 1 planes;
- * `n_hit` as in rf_depth_to_radius().
+ * `n_hit` as in rf_depth_to_radius(). A lone view that is sharp all over is only copied
+ * where `out` is not NULL, and *is_copied then true.
  */
 rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
-                       float *memory, int64_t *n_hit, struct rf_error *error);
+                       float *memory, int64_t *n_hit, const struct rf_image *out,
+                       bool *is_copied, struct rf_error *error);
 
 /* A picture whose every radius is below this is its own blur: half a step of the
  * radius. */

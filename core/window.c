@@ -104,7 +104,7 @@ static rf_result load(struct rf_work *work, const struct rf_view *view, float **
     *memory = rf_alloc(f->context, n, sizeof **memory);
     if (!*memory)
         return rf_fail_memory(error, n, sizeof **memory);
-    return rf_work_load(work, 0, view, *memory, n_hit, error);
+    return rf_work_load(work, 0, view, *memory, n_hit, NULL, NULL, error);
 }
 
 rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view *view,
