@@ -17,7 +17,7 @@
  * range, and a planar or radial depth of exactly 0, which some renderers write for it.
  * NaN and negative depths, and buffer values outside [0, 1], are errors.
  */
-#include "internal.h"
+#include "kernels/kernels.h"
 
 struct depth_map {
     const struct rf_params *params;
@@ -107,30 +107,20 @@ static bool is_plain(const struct depth_map *map, const struct rf_image *depth)
            depth->pixel_bytes == sizeof(float);
 }
 
-/*
- * What planar_distance() and rf_lens_radius_px() give for a row of plain depth, without
- * branches; false where a value is bad. Adds the pixels that were hit to `n_hit`.
- */
-static bool convert_plain_row(const struct depth_map *map, const struct rf_image *depth,
-                              int y, float *radius, int64_t *n_hit)
+/* A row of plain depth, without branches; false where a value is bad. */
+static bool convert_plain_row(const struct depth_map *map,
+                              const struct rf_kernels *kernels,
+                              const struct rf_image *depth, int y, float *radius,
+                              int64_t *n_hit)
 {
-    const float *value = rf_image_at(depth, 0, y, 0);
-    const struct rf_lens *lens = map->lens;
-    double factor = map->params->depth_scale, offset = map->params->depth_offset;
-    double infinity = map->params->depth_infinity, most = lens->max_radius_px;
-    double bias = lens->bias_px, scale = lens->scale;
-    int n_good = 0, n_finite = 0;
-    for (int x = 0; x < depth->width; x++) {
-        double v = value[x] * factor + offset;
-        n_good += v >= 0;
-        double z = v == 0 || v >= infinity ? INFINITY : v;
-        n_finite += z < INFINITY;
-        double r = bias + scale / z;
-        r = r > -most ? r : -most;
-        radius[x] = (float)(r < most ? r : most);
-    }
-    *n_hit += n_finite;
-    return n_good == depth->width;
+    const struct rf_plain_depth plain = {.factor = map->params->depth_scale,
+                                         .offset = map->params->depth_offset,
+                                         .infinity = map->params->depth_infinity,
+                                         .bias = map->lens->bias_px,
+                                         .scale = map->lens->scale,
+                                         .most = map->lens->max_radius_px};
+    return kernels->radii(&plain, rf_image_at(depth, 0, y, 0), depth->width, radius,
+                          n_hit);
 }
 
 struct row_tally {
@@ -204,7 +194,8 @@ rf_result rf_depth_to_radius(const struct rf_filter *filter,
     for (int y = 0; y < height; y++) {
         size_t at = (size_t)y * (size_t)width;
         if (radius && !planar && is_plain(&map, depth) &&
-            convert_plain_row(&map, depth, y, radius + at, &rows[y].n_hit))
+            convert_plain_row(&map, context->kernels, depth, y, radius + at,
+                              &rows[y].n_hit))
             continue;
         rows[y].n_hit = 0;
         convert_row(&map, depth, y, radius ? radius + at : NULL,

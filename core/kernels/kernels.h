@@ -62,8 +62,20 @@ struct rf_tile_state {
     size_t sum_cell_stride; /* 0 where all cells share the sums */
 };
 
+/* Planar depth in a perspective: what makes a radius of it. */
+struct rf_plain_depth {
+    double factor, offset, infinity; /* params.depth_scale, _offset, _infinity */
+    double bias, scale, most;        /* of the lens */
+};
+
 struct rf_kernels {
     const char *name;
+    /*
+     * Radii of n planar depths, as planar_distance() and rf_lens_radius_px() give them;
+     * returns whether none is bad, and adds those that were hit to `n_hit`.
+     */
+    bool (*radii)(const struct rf_plain_depth *depth, const float *value, int n,
+                  float *radius, int64_t *n_hit);
     /*
      * Spreads n splats over a tile whose top left pixel is (x0, y0). Those that do not
      * reach the tile are passed over.

@@ -26,6 +26,21 @@ static inline vf splat(float x)
 }
 #define SPLAT(x) splat((float)(x))
 
+/* Four doubles, from and to floats. */
+typedef double vd __attribute__((vector_size(32)));
+typedef int64_t vl __attribute__((vector_size(32)));
+typedef float vf_half __attribute__((vector_size(16), aligned(4)));
+
+#define LANES_D 4
+#define LOAD_D(p) __builtin_convertvector(*(const vf_half *)(p), vd)
+#define STORE_D(p, v) (*(vf_half *)(p) = __builtin_convertvector(v, vf_half))
+#define SPLAT_D(x) ((vd){(x), (x), (x), (x)})
+
+static inline vd choose_d(vl mask, vd a, vd b)
+{
+    return (vd)(((vl)a & mask) | ((vl)b & ~mask));
+}
+
 static inline vf choose(vi mask, vf a, vf b)
 {
     return (vf)(((vi)a & mask) | ((vi)b & ~mask));

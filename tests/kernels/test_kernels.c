@@ -106,6 +106,23 @@ enum { ACC_FLOATS = 3 * RF_TILE_H * RF_MAX_PLANES * RF_ACC_STRIDE };
 /* ---- the kernels ------------------------------------------------------------------
  */
 
+/* Depths of 0 and below, and beyond infinity, are among them. */
+static void call_radii(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_plain_depth depth = {.factor = variant < 4 ? 20 : -20,
+                                   .offset = variant < 2 ? 0 : -1,
+                                   .infinity = 15,
+                                   .bias = 4,
+                                   .scale = -8,
+                                   .most = 5};
+    int64_t n_hit = 3;
+    int n = 501 + variant;
+    w->at[12] = w->at[499 + variant] = 0;
+    bool is_good = k->radii(&depth, w->at + variant, n, w->at + 10001, &n_hit);
+    w->at[20000] = (float)n_hit;
+    w->at[20001] = is_good;
+}
+
 static void call_spread(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     k->spread(make_accumulator(w, 4 + variant % 2), given.splats, N_SPLATS,
@@ -230,6 +247,7 @@ static const struct {
     int n_variants;
     void (*prepare)(struct workspace *w); /* NULL: noise will do */
 } kernels[] = {
+    {"radii", call_radii, 6, NULL},
     {"spread", call_spread, 2, NULL},
     {"flush", call_flush, 4, NULL},
     {"average", call_average, 3, NULL},
