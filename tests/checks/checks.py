@@ -9,6 +9,7 @@
     tests/checks/checks.py static       clang-tidy, gcc -fanalyzer, cppcheck
     tests/checks/checks.py fuzz [S]     every fuzz target for S seconds (600)
     tests/checks/checks.py faults       counts of tests/faults and tests/fuzz/corpus
+    tests/checks/checks.py openexr      the test files of OpenEXR's source package
     tests/checks/checks.py table        writes the results into docs/reliability.md
 
 Builds and results (one JSON file per check) go to $RACKFOCUS_CHECKS, build-checks by
@@ -488,6 +489,68 @@ def damage(build):
     return counts
 
 
+DEBIAN_SOURCES = """Types: deb-src
+URIs: http://deb.debian.org/debian
+Suites: stable
+Components: main
+Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg
+"""
+
+
+def openexr_files():
+    """OpenEXR's own test files, good and damaged, by apt with lists of its own."""
+    folder = OUT / "openexr"
+    if not list(folder.glob("*.exr")):
+        (folder / "lists" / "partial").mkdir(parents=True, exist_ok=True)
+        (folder / "debian.sources").write_text(DEBIAN_SOURCES)
+        apt = [
+            "apt-get",
+            "-qq",
+            *("-o", "Dir::Etc::SourceList=/dev/null"),
+            *("-o", f"Dir::Etc::SourceParts={folder}"),
+            *("-o", f"Dir::State::Lists={folder / 'lists'}"),
+        ]
+        run(*apt, "update", cwd=folder)
+        run(*apt, "source", "--download-only", "openexr", cwd=folder)
+        archive = next(folder.glob("openexr_*.orig.tar.*z*"))
+        run("tar", "-xf", archive, "--wildcards", "*.exr", cwd=folder)
+        for path in list(folder.rglob("src/test/**/*.exr")):
+            path.rename(folder / path.name)
+    return sorted(folder.glob("*.exr"))
+
+
+def openexr():
+    build = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
+    files = openexr_files()
+    counts = {"files": len(files), "refused": 0, "crashed": 0, "findings": 0}
+    for path in files:
+        refused, crashed = False, False
+        for command in (
+            [build / "cli/rackfocus", "info", path],
+            [build / "tests/exr/exr_dump", "read", path, "0", OUT / "samples.raw"],
+        ):
+            done = subprocess.run(command, capture_output=True, timeout=120)
+            refused |= done.returncode == 1
+            crashed |= done.returncode not in (0, 1)
+        counts["refused"] += refused
+        counts["crashed"] += crashed
+    fuzzing = OUT / "fuzzing"
+    fuzzing.mkdir(parents=True, exist_ok=True)
+    environment = dict(os.environ, RACKFOCUS_BUILD=str(fuzzing))
+    captured(ROOT / "tests/fuzz/fuzz", "build", env=environment, check=True)
+    for path in files:
+        done = run(
+            fuzzing / "fuzz/fuzz_exr",
+            "-rss_limit_mb=2560",
+            path,
+            check=False,
+            capture_output=True,
+        )
+        counts["findings"] += done.returncode != 0
+    save("openexr", **counts)
+    return 1 if counts["crashed"] or counts["findings"] or not files else 0
+
+
 # ---- the table ----------------------------------------------------------------------
 
 
@@ -559,9 +622,18 @@ def mutant_rows(one):
     yield "wrong operators put in", f"{n} mutants", f"{one['caught']} caught"
 
 
+def openexr_rows(one):
+    yield (
+        "test files of OpenEXR's source",
+        f"{one['files']}: {one['refused']} refused, the others read",
+        f"{one['crashed']} crashes, {one['findings']} findings",
+    )
+
+
 ROWS = {
     "fuzz": fuzz_rows,
     "faults": fault_rows,
+    "openexr": openexr_rows,
     "threads": thread_rows,
     "valgrind": valgrind_rows,
     "static": static_rows,
@@ -611,13 +683,24 @@ TOOLS = {
     "static": ["clang-tidy", "cppcheck"],
     "fuzz": ["clang"],
     "faults": ["clang"],
+    "openexr": ["clang", "apt-get"],
 }
 
 
 def main():
     checks = {
         f.__name__: f
-        for f in (coverage, mutate, threads, valgrind, static, fuzz, faults, table)
+        for f in (
+            coverage,
+            mutate,
+            threads,
+            valgrind,
+            static,
+            fuzz,
+            faults,
+            openexr,
+            table,
+        )
     }
     if len(sys.argv) < 2 or sys.argv[1] not in checks:
         print(__doc__)
