@@ -227,7 +227,7 @@ def test_storage(rackfocus, tmp_path, tile, compression):
 
 
 def test_files_of_openexr(rackfocus, tmp_path):
-    """Run lengths, which OpenImageIO does not write; samples as make_deep.cpp has them."""
+    """Run lengths, which OpenImageIO does not write; samples of make_deep.cpp."""
     found = []
     for kind in ("rle", "zips"):
         path, flat = FILES / f"deep-{kind}.exr", tmp_path / "flat.exr"
