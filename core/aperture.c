@@ -20,7 +20,7 @@ static void put_corner(struct rf_shape *shape, int i, double angle)
 static void shape_disc(struct rf_shape *shape, const struct rf_params *params)
 {
     shape->is_disc = true;
-    shape->n_corners = (int)(sizeof shape->corner / sizeof shape->corner[0]);
+    shape->n_corners = RF_DISC_CORNERS;
     for (int i = 0; i < shape->n_corners; i++)
         put_corner(shape, i, 2 * RF_PI * i / shape->n_corners);
 }
@@ -50,6 +50,7 @@ static const shape_fn shapes[] = {
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
 {
     *shape = (struct rf_shape){.ratio = params->aperture_ratio,
+                               .size = {1 / params->aperture_ratio, 1},
                                .pixel_aspect = params->pixel_aspect};
     shapes[params->aperture](shape, params);
     for (int i = 0; i < shape->n_corners; i++)
@@ -76,4 +77,76 @@ void rf_shape_extent(const struct rf_shape *shape, double extent[2])
         extent[0] = fmax(extent[0], fabs(shape->corner[i][0]));
         extent[1] = fmax(extent[1], fabs(shape->corner[i][1]) * shape->pixel_aspect);
     }
+}
+
+/* ---- parts --------------------------------------------------------------------- */
+
+/* Cuts off what lies beyond normal . (u, v) = limit. */
+static void cut(struct rf_shape *shape, const double normal[2], double limit)
+{
+    struct rf_shape whole = *shape;
+    int n = 0;
+    for (int i = 0; i < whole.n_corners; i++) {
+        const double *a = whole.corner[i];
+        const double *b = whole.corner[(i + 1) % whole.n_corners];
+        double beyond_a = a[0] * normal[0] + a[1] * normal[1] - limit;
+        double beyond_b = b[0] * normal[0] + b[1] * normal[1] - limit;
+        if (beyond_a <= 0) {
+            memcpy(shape->corner[n], a, sizeof shape->corner[n]);
+            n++;
+        }
+        if ((beyond_a < 0 && beyond_b > 0) || (beyond_a > 0 && beyond_b < 0)) {
+            double t = beyond_a / (beyond_a - beyond_b);
+            for (int k = 0; k < 2; k++)
+                shape->corner[n][k] = a[k] + t * (b[k] - a[k]);
+            n++;
+        }
+    }
+    shape->n_corners = n;
+}
+
+static double area_of(const struct rf_shape *shape, double centroid[2])
+{
+    double area = 0, u = 0, v = 0;
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        double cross = a[0] * b[1] - a[1] * b[0];
+        area += cross / 2;
+        u += cross * (a[0] + b[0]) / 6;
+        v += cross * (a[1] + b[1]) / 6;
+    }
+    centroid[0] = area > 0 ? u / area : 0;
+    centroid[1] = area > 0 ? v / area : 0;
+    return area;
+}
+
+double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int j,
+                     struct rf_shape *part, double centroid[2])
+{
+    static const double LEAST_AREA = 1e-6;
+    *part = *whole;
+    part->is_disc = false;
+    int n_same = 1;
+    for (int k = 0; k < n; k++) {
+        double to[2] = {site[k][0] - site[j][0], site[k][1] - site[j][1]};
+        double middle = to[0] * (site[k][0] + site[j][0]) / 2 +
+                        to[1] * (site[k][1] + site[j][1]) / 2;
+        if (k == j)
+            continue;
+        if (to[0] == 0 && to[1] == 0)
+            n_same++;
+        else
+            cut(part, to, middle);
+    }
+    double area = area_of(part, centroid);
+    if (!(area > LEAST_AREA))
+        return 0;
+    part->size[0] = part->size[1] = 0;
+    for (int i = 0; i < part->n_corners; i++)
+        for (int k = 0; k < 2; k++) {
+            part->corner[i][k] -= centroid[k];
+            part->size[k] = fmax(part->size[k], fabs(part->corner[i][k]));
+        }
+    return area / n_same;
 }

@@ -146,8 +146,8 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
     *cells = (struct rf_lens_cells){.n = n};
     for (int i = 0; i < n; i++) {
         double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
-        cells->site[i][0] = rho * cos(theta) / shape->ratio;
-        cells->site[i][1] = rho * sin(theta);
+        cells->site[i][0] = rho * cos(theta) * shape->size[0];
+        cells->site[i][1] = rho * sin(theta) * shape->size[1];
     }
     struct interval range = v_range(shape);
     double total = 0;

@@ -63,11 +63,14 @@ void rf_log(const struct rf_context *context, enum rf_log_level level,
  * coordinates, u right and v up, that the footprint of a sample behind the focus has
  * when multiplied with its radius. Corners run counter-clockwise.
  */
+enum { RF_DISC_CORNERS = 128, RF_MAX_CORNERS = RF_DISC_CORNERS + RF_MAX_VIEWS };
+
 struct rf_shape {
     int n_corners;
-    double corner[128][2];
+    double corner[RF_MAX_CORNERS][2];
     bool is_disc; /* an ellipse with semi-axes 1/ratio and 1 */
     double ratio;
+    double size[2];      /* half width and half height of a box around it */
     double pixel_aspect; /* v is multiplied by it to get pixel rows */
 };
 
@@ -76,6 +79,14 @@ void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
 bool rf_shape_contains(const struct rf_shape *shape, double u, double v);
 /* Half width and half height of the footprint, in px per px of radius. */
 void rf_shape_extent(const struct rf_shape *shape, double extent[2]);
+/*
+ * The part of an aperture that is nearer to site j than to the other n sites (lens
+ * coordinates), moved so that its centroid is the origin; `centroid` receives where it
+ * was. Returns its area, shared among the sites at the same place; 0, and no part,
+ * where it is empty.
+ */
+double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int j,
+                     struct rf_shape *part, double centroid[2]);
 
 /* Where the pixels at hand lie in the whole picture; of a whole one (0, 0). */
 struct rf_place {

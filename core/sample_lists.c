@@ -21,7 +21,8 @@ float rf_level_split(const struct rf_shape *shape)
     double extent[2];
     /* An ellipse that is wider than its radius must not outgrow the tile's halo. */
     rf_shape_extent(shape, extent);
-    return (float)(REACH_PX / fmax(fmax(extent[0], extent[1]), 1));
+    return (float)(REACH_PX / fmax(fmax(extent[0], extent[1]),
+                                   fmax(shape->size[0], shape->size[1])));
 }
 
 int rf_level_of(float split, float r)

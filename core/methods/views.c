@@ -1,67 +1,69 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * views: several pinhole views from points of the lens, put through one layered pass.
+ * views: several pinhole views from points of the lens, each for its part of the lens.
  *
- * Every visible sample of every view j is moved to the view of the lens' centre,
+ * A point of signed radius r at (x, y) of the lens' centre's view is seen by view j,
+ * taken from (u_j, v_j) of the unit lens (u right and v up), at
  *
- *   x = X - u_j s(r),  y = Y + v_j s(r)
+ *   X = x + u_j s(r),  Y = y - v_j s(r)
  *
- * - (u_j, v_j): where on the unit lens the view was taken, u right and v up
- * - r: the sample's signed radius for the lens and focus that are asked for
- * - s(r) = a r + b: the shift of a point of radius r between views, in px per unit of
- * the lens; s = r where the views were sheared to the plane in focus. Another focus or
- *   aperture than the views were rendered with changes a and b only, so the same views
- *   can be refocused, stopped down and opened up
+ * - s(r) = a r + b: the shift in px per unit of the lens; s = r where the views were
+ *   sheared to the plane in focus. Another focus or aperture than the views were
+ *   rendered with changes a and b only, so the same views can be refocused, stopped
+ *   down and opened up
  *
- * and weighted by how many views see its place,
+ * The lens is cut into the cells of points that are nearest to each view. What view j
+ * sees is moved to the centroid of its cell,
+ *
+ *   x = X - u_j s(r) + m_j r
+ *
+ * and spread as in the method layered, over that cell only; the picture is the mean of
+ * the cells' pictures by area. A cell is narrower than the lens by the square root of
+ * the number of views, and so is what its view cannot see: other views show that, and
+ * what none of them saw is estimated (hidden.c). Such samples only fill what the view's
+ * own leave uncovered; each has the weight
  *
  *   w = share / max(1/4, n),  n = own + sum over the other views of how much of the
  *                                 place is not occluded there
  *
  * own is 1 for a near part, which looks past nothing, and its share for a far one.
  * Occluded at the nearest pixel: nearer by 0.8 px and pure, 0; nearer but mixed with a
- * far part at or behind r - 0.8, 1 - its share; else 1; outside the picture 0, and what
- * continues a picture beyond its border fills only what no view shows. Then all of them
- * are spread with the full aperture like those of one view (composite.c), highlights
- * with exact visibility, asking for each part of the lens the view nearest to it
- * (highlight.c). A light is the mean of the views that see it whole, and its depth one
- * at which the others show it too. Hidden background is real here; what no view saw
- * (less than 1 % with 8 views) is estimated from the view nearest to the middle, as
- * with one view.
+ * far part at or behind r - 0.8, 1 - its share; else 1; outside the picture 0. What
+ * continues a picture beyond its border fills only what no view shows.
  *
- * Ours. One view gives the method layered, bit for bit. Memory: 130 bytes per pixel and
+ * A lens stopped down to the places of less than half of the views is one cell instead,
+ * of which the samples of all views are the own ones, with that weight.
+ *
+ * Lights are taken out first and added at the end with exact visibility over the whole
+ * lens (views_lights.c, highlight.c).
+ *
+ * Ours. One view gives the method layered, bit for bit. Memory: 100 bytes per pixel and
  * view. Cost: the sum of the views' layered passes.
  */
-#include "../picture.h"
+#include "views.h"
 
-enum { N_PHASES = 4, FREE_PX = 3 };
+enum { N_PHASES = 4 };
 
-static const float OCCLUDED_PX = 0.8f;
 static const float LEAST_COUNT = 0.25f;
-static const float FREE_DEPTH_PX =
-    1.6f;                      /* what is nearer by this much may be in front */
-static const float LIT = 0.2f; /* of a light's luminance: the same light */
-
-struct views {
-    struct rf_work *work;
-    struct rf_picture *pictures;
-    struct rf_occluders *occluders;
-    struct rf_samples highlights, visible, hidden;
-    size_t *row_start; /* of the visible samples, per view and row */
-};
+/* Of an estimated hidden sample, against those that another view shows. */
+static const float ESTIMATE_WEIGHT = 0.1f;
 
 static float shift_of(const struct rf_work_view *view, float r)
 {
     return view->shift_scale * r + view->shift_bias;
 }
 
-/* A place of the centre's view. */
-struct place {
-    float x, y, r;
-};
+struct rf_view_place rf_view_place_of(const struct rf_views *v, int j, float x, float y,
+                                      float r)
+{
+    const struct rf_work_view *view = &v->work->views[j];
+    float shift = shift_of(view, r);
+    return (struct rf_view_place){x - view->lens[0] * shift, y + view->lens[1] * shift,
+                                  r};
+}
 
-/* The pixel of view j that looks at a place; false outside of its padded picture. */
-static bool pixel_at(const struct views *v, int j, struct place p, int *px, int *py)
+bool rf_view_pixel_at(const struct rf_views *v, int j, struct rf_view_place p, int *px,
+                      int *py)
 {
     const struct rf_work_view *view = &v->work->views[j];
     const struct rf_surfaces *s = &v->pictures[j].surfaces;
@@ -71,24 +73,24 @@ static bool pixel_at(const struct views *v, int j, struct place p, int *px, int 
     return *px >= 0 && *py >= 0 && *px < s->width && *py < s->height;
 }
 
-/* Was the pixel rendered? The others continue the picture beyond its border. */
-static bool is_rendered(const struct rf_picture *l, int x, int y)
+bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
 {
     return x >= l->border && y >= l->border && x < l->width - l->border &&
            y < l->height - l->border;
 }
 
 /* How much of a place view j sees, and whether in what was rendered. */
-static float seen_by(const struct views *v, int j, struct place p, bool *is_true)
+static float seen_by(const struct rf_views *v, int j, struct rf_view_place p,
+                     bool *is_rendered)
 {
     const struct rf_surfaces *s = &v->pictures[j].surfaces;
     int px, py;
-    *is_true = false;
-    if (!pixel_at(v, j, p, &px, &py))
+    *is_rendered = false;
+    if (!rf_view_pixel_at(v, j, p, &px, &py))
         return 0;
-    *is_true = is_rendered(&v->pictures[j], px, py);
+    *is_rendered = rf_view_is_rendered(&v->pictures[j], px, py);
     size_t i = (size_t)py * (size_t)s->width + (size_t)px;
-    float limit = p.r - OCCLUDED_PX, share = s->share[i];
+    float limit = p.r - RF_OCCLUDED_PX, share = s->share[i];
     if (share <= 0)
         return s->far[i].r < limit ? 0 : 1;
     if (s->near[i].r >= limit)
@@ -96,347 +98,254 @@ static float seen_by(const struct views *v, int j, struct place p, bool *is_true
     return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
 }
 
-/* Moves a sample of view j to the centre's view. */
-static void move_sample(const struct views *v, int j, struct rf_sample *p)
+/* How much of a place the views other than j show. */
+static float shown_by_others(const struct rf_views *v, int j, struct rf_view_place p,
+                             float *continued)
 {
-    const struct rf_work_view *view = &v->work->views[j];
-    float shift = shift_of(view, p->r);
-    p->x -= view->lens[0] * shift;
-    p->y += view->lens[1] * shift;
-}
-
-/*
- * The weight of a moved sample of view j. A near part counts its own pixel whole, since
- * its share is how much of the pixel it covers; a far part counts what the near one
- * leaves to be seen. What continues the picture beyond its border counts where no view
- * shows the place.
- */
-static float weight_of(const struct views *v, int j, const struct rf_sample *p,
-                       bool is_far, bool is_rendered)
-{
-    struct place place = {p->x, p->y, p->r};
-    float own = is_far ? p->w : 1, shown = 0, all = 0;
+    float shown = 0;
+    *continued = 0;
     for (int k = 0; k < v->work->n_views; k++) {
-        bool is_true;
+        bool is_rendered;
         if (k == j)
             continue;
-        float seen = seen_by(v, k, place, &is_true);
-        all += seen;
-        shown += is_true ? seen : 0;
+        float seen = seen_by(v, k, p, &is_rendered);
+        *(is_rendered ? &shown : continued) += seen;
     }
-    if (is_rendered)
-        return p->w / rf_max_float(own + shown, LEAST_COUNT);
-    return p->w * rf_max_float(1 - shown, 1e-6f) /
-           rf_max_float(own + all - shown, LEAST_COUNT);
+    return shown;
 }
 
-/* ---- visible samples ----------------------------------------------------------- */
+float rf_view_weight(const struct rf_views *v, int j, struct rf_view_place p,
+                     float share, bool is_far, bool is_rendered)
+{
+    float continued, shown = shown_by_others(v, j, p, &continued);
+    float own = is_far ? share : 1;
+    if (is_rendered)
+        return share / rf_max_float(own + shown, LEAST_COUNT);
+    return share * rf_max_float(1 - shown, 1e-6f) /
+           rf_max_float(own + continued, LEAST_COUNT);
+}
 
+/* ---- one cell of the lens ------------------------------------------------------ */
+
+enum { ALL_VIEWS = -1 };
+
+/* The part of the lens for which view `own` stands; or the whole one for ALL_VIEWS. */
+struct cell {
+    struct rf_views *v;
+    int own;
+    int middle;              /* the view to estimate hidden samples from */
+    struct rf_filter filter; /* with the part as its aperture */
+    float centroid[2];
+    struct rf_surface *hidden; /* NULL: not asked for */
+    float *hidden_weight;
+    struct rf_samples samples;
+};
+
+/* What collects the samples of one row of view `view` for a cell. */
 struct collector {
-    struct views *v;
+    const struct cell *cell;
     int view;
     struct rf_samples out;
 };
 
-static void collect(void *user, struct rf_surface *s, int x, int y, float w)
+static void put(struct collector *c, struct rf_sample p, int x, int y)
+{
+    const struct cell *cell = c->cell;
+    const struct rf_picture *picture = &cell->v->pictures[c->view];
+    struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
+    p.x = place.x + cell->centroid[0] * p.r;
+    p.y = place.y - cell->centroid[1] * p.r;
+    if (p.x >= 0 && p.y >= 0 && p.x < (float)picture->width &&
+        p.y < (float)picture->height)
+        rf_picture_emit(picture, p, x, y, &c->out);
+}
+
+static void collect_own(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct collector *c = user;
-    const struct rf_picture *picture = &c->v->pictures[c->view];
+    const struct rf_views *v = c->cell->v;
     struct rf_sample p = rf_sample_make(s, x, y, w);
-    move_sample(c->v, c->view, &p);
-    if (!(p.x >= 0 && p.y >= 0 && p.x < (float)picture->width &&
-          p.y < (float)picture->height))
+    if (c->out.at && !rf_view_is_rendered(&v->pictures[c->view], x, y)) {
+        float continued;
+        struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+        float shown = shown_by_others(v, c->view, place, &continued);
+        p.w *= rf_max_float(1 - shown, 1e-6f);
+    }
+    put(c, p, x, y);
+}
+
+/* What view c->view adds to a picture of all views. */
+static void collect_shared(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct collector *c = user;
+    const struct rf_views *v = c->cell->v;
+    const struct rf_picture *picture = &v->pictures[c->view];
+    struct rf_sample p = rf_sample_make(s, x, y, w);
+    if (c->out.at) {
+        bool is_far =
+            s !=
+            &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
+        p.w = rf_view_weight(v, c->view, rf_view_place_of(v, c->view, p.x, p.y, p.r),
+                             p.w, is_far, rf_view_is_rendered(picture, x, y));
+    }
+    put(c, p, x, y);
+}
+
+/* What the cell's own view does not see. */
+static void collect_other(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct collector *c = user;
+    const struct rf_views *v = c->cell->v;
+    const struct rf_picture *picture = &v->pictures[c->view];
+    struct rf_sample p = rf_sample_make(s, x, y, w);
+    struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+    bool is_true;
+    float seen = seen_by(v, c->cell->own, place, &is_true);
+    if (is_true && seen >= 0.5f)
         return;
-    size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
-    if (c->out.at)
-        p.w = weight_of(c->v, c->view, &p, s != &picture->surfaces.near[i],
-                        is_rendered(picture, x, y));
-    rf_picture_emit(picture, p, x, y, &c->out);
-}
-
-static rf_result collect_visible(struct views *v, struct rf_error *error)
-{
-    const struct rf_context *context = v->work->filter->context;
-    int height = v->pictures[0].height, n_views = v->work->n_views;
-    size_t n_rows = (size_t)height * (size_t)n_views;
-    v->row_start = rf_alloc(context, n_rows + 1, sizeof *v->row_start);
-    if (!v->row_start)
-        return rf_fail_memory(error, n_rows + 1, sizeof *v->row_start);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int64_t i = 0; i < (int64_t)n_rows; i++) {
-        struct collector c = {.v = v, .view = (int)(i / height)};
-        rf_picture_visit_row(&v->pictures[c.view], (int)(i % height), collect, &c);
-        v->row_start[i + 1] = c.out.n;
+    if (c->out.at) {
+        bool is_far =
+            s !=
+            &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
+        p.w = (is_true ? 1 - seen : 1) *
+              rf_view_weight(v, c->view, place, p.w, is_far, true);
     }
-    v->row_start[0] = 0;
-    for (size_t i = 0; i < n_rows; i++)
-        v->row_start[i + 1] += v->row_start[i];
-    v->visible.n = v->row_start[n_rows];
-    v->visible.at = rf_alloc(context, v->visible.n, sizeof *v->visible.at);
-    if (!v->visible.at)
-        return rf_fail_memory(error, v->visible.n, sizeof *v->visible.at);
-    rf_task_phase(v->work->task, 0.5, (int64_t)n_rows);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int64_t i = 0; i < (int64_t)n_rows; i++) {
-        if (rf_task_is_cancelled(v->work->task))
-            continue;
-        struct collector c = {.v = v,
-                              .view = (int)(i / height),
-                              .out = {v->visible.at + v->row_start[i], 0}};
-        rf_picture_visit_row(&v->pictures[c.view], (int)(i % height), collect, &c);
-        rf_task_step(v->work->task);
-    }
-    return RF_OK;
+    put(c, p, x, y);
 }
 
-/* ---- highlights ---------------------------------------------------------------- */
-
-/*
- * Is the place free in view k: rendered, with nothing nearer in 7 x 7 pixels? Shares at
- * the edge of a light are no measure of how much of it is seen.
- */
-static bool is_free(const struct views *v, int k, struct place p)
+/* Estimates count little where a view shows what they stand for. */
+static void collect_hidden(struct collector *c, int y)
 {
-    const struct rf_picture *l = &v->pictures[k];
-    const struct rf_surfaces *s = &l->surfaces;
-    int px, py;
-    if (!pixel_at(v, k, p, &px, &py))
-        return false;
-    for (int y = py - FREE_PX; y <= py + FREE_PX; y++)
-        for (int x = px - FREE_PX; x <= px + FREE_PX; x++) {
-            if (!is_rendered(l, x, y))
-                return false;
-            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            if (s->share[i] > 0.02f && s->near[i].r < p.r - FREE_DEPTH_PX)
-                return false;
-        }
-    return true;
-}
-
-/* Does view k show a light like this near the place? */
-static bool shows_light(const struct views *v, int k, struct place p, float luminance)
-{
-    const struct rf_picture *l = &v->pictures[k];
-    int px, py;
-    if (!pixel_at(v, k, p, &px, &py))
-        return false;
-    for (int y = rf_max_int(py - 1, 0); y <= rf_min_int(py + 1, l->height - 1); y++)
-        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, l->width - 1);
-             x++) {
-            const struct rf_surface *q =
-                &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x];
-            if (rf_luminance(q->c[0], q->c[1], q->c[2]) > luminance)
-                return true;
-        }
-    return false;
-}
-
-/* Of the other views to which the place is free, how many show the light? */
-struct support {
-    int n_free, n_lit;
-};
-
-static struct support support_of(const struct views *v, int j, struct place p,
-                                 float luminance)
-{
-    struct support s = {0, 0};
-    for (int k = 0; k < v->work->n_views; k++) {
-        if (k == j || !is_free(v, k, p))
-            continue;
-        s.n_free++;
-        s.n_lit += shows_light(v, k, p, luminance);
-    }
-    return s;
-}
-
-static struct place move_place(const struct views *v, int j, float x, float y, float r)
-{
-    struct rf_sample p = {.x = x, .y = y, .r = r};
-    move_sample(v, j, &p);
-    return (struct place){p.x, p.y, p.r};
-}
-
-/* A search for the depth of a light, and the best so far. */
-struct depth_search {
-    const struct views *v;
-    int view;
-    float x, y; /* px of the view */
-    float luminance;
-    float r, lit_share; /* of the views to which it is free */
-};
-
-static bool is_settled(const struct depth_search *d)
-{
-    return d->lit_share >= 0.5f;
-}
-
-/* Takes the depth of what another pixel shows where more views agree on it. */
-static void try_depth(struct depth_search *d, const struct rf_surface *q)
-{
-    if (rf_luminance(q->c[0], q->c[1], q->c[2]) < d->luminance ||
-        fabsf(q->r - d->r) < OCCLUDED_PX)
-        return;
-    struct place place = move_place(d->v, d->view, d->x, d->y, q->r);
-    struct support s = support_of(d->v, d->view, place, d->luminance);
-    if (2 * s.n_lit >= s.n_free && (float)s.n_lit > d->lit_share * (float)s.n_free) {
-        d->lit_share = (float)s.n_lit / (float)s.n_free;
-        d->r = q->r;
-    }
-}
-
-/* The depths of the lights around it in its own view. */
-static void try_neighbours(struct depth_search *d)
-{
-    const struct rf_picture *l = &d->v->pictures[d->view];
-    int cx = (int)d->x, cy = (int)d->y;
-    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
-        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1); x++)
-            try_depth(d, &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x]);
-}
-
-/* The lights that view k shows on the line on which this one must lie there. */
-static void try_line(struct depth_search *d, int k)
-{
-    const struct rf_work_view *own = &d->v->work->views[d->view],
-                              *other = &d->v->work->views[k];
-    const struct rf_picture *l = &d->v->pictures[k];
-    float pace = rf_max_float(fabsf(other->lens[0] - own->lens[0]),
-                              fabsf(other->lens[1] - own->lens[1])) *
-                 fabsf(own->shift_scale);
-    float most = d->v->work->largest_radius;
-    int n = rf_min_int((int)ceilf(most * pace), l->width + l->height);
-    for (int i = -n; i <= n && !is_settled(d); i++) {
-        float r = most * (float)i / (float)rf_max_int(n, 1);
-        int px, py;
-        if (!pixel_at(d->v, k, move_place(d->v, d->view, d->x, d->y, r), &px, &py))
-            continue;
-        const struct rf_surface *q =
-            &l->pixels.at[(size_t)py * (size_t)l->width + (size_t)px];
-        if (fabsf(q->r - r) <= rf_max_float(most / (float)rf_max_int(n, 1), 1))
-            try_depth(d, q);
-    }
-}
-
-/*
- * The depth of a pixel that a light only touches may be that of its neighbour. Where
- * the other views do not show the light at its place, the depths of the lights around
- * it are tried, then those that the other views show where it could be.
- */
-static void find_depth(const struct views *v, int j, struct rf_sample *p)
-{
-    float luminance = LIT * rf_luminance(p->c[0], p->c[1], p->c[2]);
-    struct support own =
-        support_of(v, j, move_place(v, j, p->x, p->y, p->r), luminance);
-    if (own.n_free == 0 || 2 * own.n_lit >= own.n_free)
-        return;
-    struct depth_search d = {.v = v,
-                             .view = j,
-                             .x = p->x,
-                             .y = p->y,
-                             .luminance = luminance,
-                             .r = p->r,
-                             .lit_share = (float)own.n_lit / (float)own.n_free};
-    try_neighbours(&d);
-    for (int k = 0; k < v->work->n_views && !is_settled(&d); k++)
-        if (k != j)
-            try_line(&d, k);
-    p->r = d.r;
-}
-
-/*
- * The weight of a moved light: the mean over the views to which its place is free, else
- * as for other samples.
- */
-static float light_weight(const struct views *v, int j, const struct rf_sample *p,
-                          bool is_rendered)
-{
-    struct place place = {p->x, p->y, p->r};
-    int n_free = 0;
-    for (int k = 0; k < v->work->n_views; k++)
-        n_free += is_free(v, k, place);
-    if (n_free > 0)
-        return is_free(v, j, place) ? p->w / (float)n_free : 0;
-    return weight_of(v, j, p, true, is_rendered);
-}
-
-static rf_result collect_highlights(struct views *v, struct rf_error *error)
-{
-    const struct rf_context *context = v->work->filter->context;
-    size_t n = 0;
-    for (int j = 0; j < v->work->n_views; j++) {
-        rf_result result = rf_picture_take_highlights(
-            &v->pictures[j], &v->work->views[j], v->work->n_planes, error);
-        if (result != RF_OK)
-            return result;
-        n += v->pictures[j].highlights.n;
-    }
-    v->highlights.at = rf_alloc(context, n, sizeof *v->highlights.at);
-    if (!v->highlights.at)
-        return rf_fail_memory(error, n, sizeof *v->highlights.at);
-    for (int j = 0; j < v->work->n_views; j++) {
-        const struct rf_samples *lights = &v->pictures[j].highlights;
-        for (size_t i = 0; i < lights->n; i++) {
-            struct rf_sample p = lights->at[i];
-            bool is_true = is_rendered(&v->pictures[j], (int)p.x, (int)p.y);
-            find_depth(v, j, &p);
-            move_sample(v, j, &p);
-            p.w = light_weight(v, j, &p, is_true);
-            if (p.w > 0)
-                v->highlights.at[v->highlights.n++] = p;
-        }
-    }
-    return RF_OK;
-}
-
-/* ---- hidden samples ------------------------------------------------------------ */
-
-static int middle_view(const struct rf_work *work)
-{
-    int best = 0;
-    for (int j = 1; j < work->n_views; j++)
-        if (hypotf(work->views[j].lens[0], work->views[j].lens[1]) <
-            hypotf(work->views[best].lens[0], work->views[best].lens[1]))
-            best = j;
-    return best;
-}
-
-static rf_result collect_hidden(struct views *v, struct rf_error *error)
-{
-    const struct rf_filter *f = v->work->filter;
-    int j = middle_view(v->work);
-    const struct rf_picture *picture = &v->pictures[j];
-    size_t n = (size_t)picture->width * (size_t)picture->height;
-    struct rf_surface *hidden = rf_alloc(f->context, n, sizeof *hidden);
-    float *weight = rf_alloc(f->context, n, sizeof *weight);
-    v->hidden.at = rf_alloc(f->context, n, sizeof *v->hidden.at);
-    rf_result result = hidden && weight && v->hidden.at
-                           ? RF_OK
-                           : rf_fail_memory(error, n, sizeof *v->hidden.at);
-    rf_task_phase(v->work->task, 0.6, rf_hidden_steps(picture->height));
-    if (result == RF_OK)
-        result =
-            rf_find_hidden(f, &picture->surfaces, hidden, weight, v->work->task, error);
-    for (size_t i = 0; i < n && result == RF_OK; i++) {
-        if (!(weight[i] > 0))
-            continue;
+    const struct cell *cell = c->cell;
+    int width = cell->v->pictures[c->view].width;
+    for (int x = 0; x < width; x++) {
+        size_t i = (size_t)y * (size_t)width + (size_t)x;
         struct rf_sample p =
-            rf_sample_make(&hidden[i], (int)(i % (size_t)picture->width),
-                           (int)(i / (size_t)picture->width), weight[i]);
-        move_sample(v, j, &p);
-        v->hidden.at[v->hidden.n++] = p;
+            rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
+        if (!(p.w > 0))
+            continue;
+        if (c->out.at && cell->own != ALL_VIEWS) {
+            float continued;
+            struct rf_view_place place =
+                rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
+            float shown = shown_by_others(cell->v, c->view, place, &continued);
+            p.w *= rf_max_float(1 - shown, ESTIMATE_WEIGHT);
+        }
+        put(c, p, x, y);
     }
-    rf_free(f->context, weight);
-    rf_free(f->context, hidden);
+}
+
+/*
+ * Row i of the visible samples, then of those of the other views, then of the
+ * estimates.
+ */
+static size_t collect_row(struct cell *cell, int i, struct rf_sample *at)
+{
+    struct rf_views *v = cell->v;
+    int height = v->pictures[0].height, block = i / height, y = i % height;
+    struct collector c = {.cell = cell, .view = cell->own, .out = {at, 0}};
+    if (block == v->work->n_views) {
+        c.view = cell->middle;
+        collect_hidden(&c, y);
+    } else if (cell->own == ALL_VIEWS) {
+        c.view = block;
+        rf_picture_visit_row(&v->pictures[block], y, collect_shared, &c);
+    } else if (block == 0)
+        rf_picture_visit_row(&v->pictures[c.view], y, collect_own, &c);
+    else {
+        c.view = block <= cell->own ? block - 1 : block;
+        const struct rf_picture *picture = &v->pictures[c.view];
+        if (y >= picture->border && y < picture->height - picture->border)
+            rf_picture_visit_row(&v->pictures[c.view], y, collect_other, &c);
+    }
+    return c.out.n;
+}
+
+static rf_result collect_samples(struct cell *cell, struct rf_scene *scene,
+                                 struct rf_error *error)
+{
+    const struct rf_work *work = cell->v->work;
+    const struct rf_context *context = work->filter->context;
+    int height = scene->height;
+    int n_rows = (work->n_views + (cell->hidden ? 1 : 0)) * height;
+    int n_visible = (cell->own == ALL_VIEWS ? work->n_views : 1) * height;
+    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
+    if (!start)
+        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
+    start[0] = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int i = 0; i < n_rows; i++)
+        start[i + 1] =
+            rf_task_is_cancelled(work->task) ? 0 : collect_row(cell, i, NULL);
+    for (int i = 0; i < n_rows; i++)
+        start[i + 1] += start[i];
+    rf_task_poll(work->task);
+    size_t n = start[n_rows];
+    cell->samples.at = rf_alloc(context, n, sizeof *cell->samples.at);
+    if (cell->samples.at) {
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+        for (int i = 0; i < n_rows; i++)
+            if (!rf_task_is_cancelled(work->task))
+                collect_row(cell, i, cell->samples.at + start[i]);
+        scene->visible = (struct rf_samples){cell->samples.at, start[n_visible]};
+        scene->hidden =
+            (struct rf_samples){cell->samples.at + start[height], n - start[n_visible]};
+    }
+    rf_free(context, start);
+    rf_task_poll(work->task);
+    return cell->samples.at ? RF_OK
+                            : rf_fail_memory(error, n, sizeof *cell->samples.at);
+}
+
+static rf_result find_hidden(struct cell *cell, double progress_to,
+                             struct rf_error *error)
+{
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    const struct rf_context *context = cell->filter.context;
+    size_t n = (size_t)picture->width * (size_t)picture->height;
+    cell->hidden = rf_alloc(context, n, sizeof *cell->hidden);
+    cell->hidden_weight = rf_alloc(context, n, sizeof *cell->hidden_weight);
+    if (!cell->hidden || !cell->hidden_weight)
+        return rf_fail_memory(error, n, sizeof *cell->hidden);
+    rf_task_phase(cell->v->work->task, progress_to, rf_hidden_steps(picture->height));
+    return rf_find_hidden(&cell->filter, &picture->surfaces, cell->hidden,
+                          cell->hidden_weight, cell->v->work->task, error);
+}
+
+/* The picture through the cell, to the colours of the work. */
+static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error *error)
+{
+    struct rf_work *work = cell->v->work;
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    double from = work->task->to;
+    rf_result result = RF_OK;
+    if (work->filter->params.fill_hidden)
+        result = find_hidden(cell, from + 0.2 * (progress_to - from), error);
+    struct rf_occluders occluders = {.surfaces = &picture->surfaces};
+    struct rf_scene scene = {.filter = &cell->filter,
+                             .width = picture->width,
+                             .height = picture->height,
+                             .x0 = picture->border,
+                             .y0 = picture->border,
+                             .n_phases = N_PHASES,
+                             .occluders = &occluders,
+                             .n_views = 1,
+                             .task = work->task,
+                             .progress_to = progress_to};
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = collect_samples(cell, &scene, error);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = rf_composite_crop(&scene, work, error);
     return result;
 }
 
 /* ---- all ----------------------------------------------------------------------- */
 
-static rf_result load(struct views *v, int border, struct rf_error *error)
+static rf_result load(struct rf_views *v, int border, struct rf_error *error)
 {
     struct rf_work *work = v->work;
     for (int j = 0; j < work->n_views; j++) {
-        rf_task_phase(work->task, 0.3 * (j + 1) / work->n_views,
+        rf_task_phase(work->task, 0.2 * (j + 1) / work->n_views,
                       work->filter->height + 2 * border);
         rf_result result =
             rf_picture_load(&v->pictures[j], work->filter, &work->views[j],
@@ -454,36 +363,167 @@ static rf_result load(struct views *v, int border, struct rf_error *error)
     return RF_OK;
 }
 
-static rf_result run(struct views *v, struct rf_error *error)
+/* Adds the colours of the work, times `weight`, to planes of width x height. */
+static void add_picture(const struct rf_work *work, int n_colours, double weight,
+                        float *sum)
+{
+    int64_t n = (int64_t)work->filter->width * work->filter->height;
+    for (int p = 0; p < n_colours; p++) {
+        float *out = sum + n * p;
+#pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
+        for (int64_t i = 0; i < n; i++)
+            out[i] += (float)weight * work->colour[p][i];
+    }
+}
+
+static int middle_view(const struct rf_work *work)
+{
+    int best = 0;
+    for (int j = 1; j < work->n_views; j++)
+        if (hypotf(work->views[j].lens[0], work->views[j].lens[1]) <
+            hypotf(work->views[best].lens[0], work->views[best].lens[1]))
+            best = j;
+    return best;
+}
+
+/*
+ * Cuts the lens into cells; returns how many there are. One of all views where the lens
+ * has been stopped down to the places of less than half of them: the few that are left
+ * would waste the others' samples.
+ */
+static int make_cells(struct rf_views *v, struct cell *cells, double *area)
+{
+    const struct rf_work *work = v->work;
+    double site[RF_MAX_VIEWS][2], sum = 0, squares = 0;
+    int n = 0;
+    for (int j = 0; j < work->n_views; j++)
+        for (int k = 0; k < 2; k++)
+            site[j][k] = work->views[j].lens[k];
+    for (int j = 0; j < work->n_views; j++) {
+        double centroid[2];
+        cells[n] =
+            (struct cell){.v = v, .own = j, .middle = j, .filter = *work->filter};
+        area[n] = rf_shape_part(&work->filter->shape, site, work->n_views, j,
+                                &cells[n].filter.shape, centroid);
+        if (!(area[n] > 0))
+            continue;
+        cells[n].centroid[0] = (float)centroid[0];
+        cells[n].centroid[1] = (float)centroid[1];
+        sum += area[n];
+        squares += area[n] * area[n];
+        n++;
+    }
+    if (n > 0 && 2 * sum * sum >= work->n_views * squares)
+        return n;
+    cells[0] = (struct cell){
+        .v = v, .own = ALL_VIEWS, .middle = middle_view(work), .filter = *work->filter};
+    area[0] = 1;
+    return 1;
+}
+
+/* Adds the cells' pictures by area to `sum`; `total` receives the area of all. */
+static rf_result add_cells(struct rf_views *v, int n_colours, float *sum, double *total,
+                           struct rf_error *error)
 {
     struct rf_work *work = v->work;
-    const struct rf_params *params = &work->filter->params;
-    int border = rf_picture_border(work->largest_radius);
-    rf_result result = load(v, border, error);
-    if (result == RF_OK && params->exact_highlights)
-        result = collect_highlights(v, error);
-    if (result == RF_OK)
-        result = collect_visible(v, error);
-    for (int j = 0; j < work->n_views && result == RF_OK; j++)
-        rf_picture_drop_pixels(&v->pictures[j]);
-    if (result == RF_OK && params->fill_hidden)
-        result = collect_hidden(v, error);
+    const struct rf_context *context = work->filter->context;
+    double area[RF_MAX_VIEWS], from = work->task->to;
+    struct cell *cells = rf_alloc(context, (size_t)work->n_views, sizeof *cells);
+    if (!cells)
+        return rf_fail_memory(error, (size_t)work->n_views, sizeof *cells);
+    int n = make_cells(v, cells, area);
+    rf_result result = RF_OK;
+    *total = 0;
+    for (int i = 0; i < n && result == RF_OK; i++) {
+        struct cell *cell = &cells[i];
+        result = run_cell(cell, from + (0.9 - from) * (i + 1) / n, error);
+        rf_free(context, cell->samples.at);
+        rf_free(context, cell->hidden_weight);
+        rf_free(context, cell->hidden);
+        if (rf_task_is_cancelled(work->task))
+            break;
+        if (result == RF_OK)
+            add_picture(work, n_colours, area[i], sum);
+        *total += area[i];
+    }
+    rf_free(context, cells);
+    return result;
+}
+
+/* The light of the lights over the whole lens, in planes of the padded picture. */
+static rf_result add_lights(const struct rf_views *v, int n_colours, float *memory,
+                            struct rf_error *error)
+{
+    const struct rf_picture *picture = &v->pictures[0];
+    struct rf_scene scene = {.filter = v->work->filter,
+                             .width = picture->width,
+                             .height = picture->height,
+                             .x0 = picture->border,
+                             .y0 = picture->border,
+                             .n_colours = n_colours,
+                             .n_phases = N_PHASES,
+                             .highlights = v->lights,
+                             .occluders = v->occluders,
+                             .n_views = v->work->n_views,
+                             .task = v->work->task,
+                             .progress_to = 1};
+    float *planes[4];
+    for (int p = 0; p < n_colours; p++)
+        planes[p] =
+            memory + (size_t)picture->width * (size_t)picture->height * (size_t)p;
+    return rf_add_highlights(&scene, planes, error);
+}
+
+/* Writes the mean of the cells and the lights to the colours of the work. */
+static void finish(const struct rf_views *v, int n_colours, const float *sum,
+                   double total, const float *lights)
+{
+    const struct rf_work *work = v->work;
+    const struct rf_picture *picture = &v->pictures[0];
+    int width = work->filter->width, height = work->filter->height;
+    size_t n = (size_t)width * (size_t)height;
+    size_t n_padded = (size_t)picture->width * (size_t)picture->height;
+#pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
+    for (int y = 0; y < height; y++)
+        for (int p = 0; p < rf_min_int(n_colours, work->n_planes); p++) {
+            const float *from = sum + n * (size_t)p + (size_t)y * (size_t)width;
+            const float *light =
+                lights + n_padded * (size_t)p +
+                (size_t)(y + picture->border) * (size_t)picture->width +
+                (size_t)picture->border;
+            float *out = work->colour[p] + (size_t)y * (size_t)width;
+            for (int x = 0; x < width; x++)
+                out[x] = from[x] / (float)total + light[x];
+        }
+}
+
+static rf_result run(struct rf_views *v, struct rf_error *error)
+{
+    struct rf_work *work = v->work;
+    const struct rf_filter *f = work->filter;
+    int n_colours = work->n_planes == 4 ? 4 : 3;
+    rf_result result = load(v, rf_picture_border(work->largest_radius), error);
+    if (result == RF_OK && f->params.exact_highlights)
+        result = rf_views_take_lights(v, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
-    struct rf_scene scene = {.filter = work->filter,
-                             .width = v->pictures[0].width,
-                             .height = v->pictures[0].height,
-                             .x0 = border,
-                             .y0 = border,
-                             .n_phases = N_PHASES,
-                             .visible = v->visible,
-                             .hidden = v->hidden,
-                             .highlights = v->highlights,
-                             .occluders = v->occluders,
-                             .n_views = work->n_views,
-                             .task = work->task,
-                             .progress_to = 1};
-    return rf_composite_crop(&scene, work, error);
+    size_t n = (size_t)f->width * (size_t)f->height * (size_t)n_colours;
+    size_t n_padded = (size_t)v->pictures[0].width * (size_t)v->pictures[0].height *
+                      (size_t)n_colours;
+    float *sum = rf_calloc(f->context, n, sizeof *sum);
+    float *lights = rf_calloc(f->context, n_padded, sizeof *lights);
+    double total = 0;
+    result = sum && lights ? add_cells(v, n_colours, sum, &total, error)
+                           : rf_fail_memory(error, n + n_padded, sizeof *sum);
+    for (int j = 0; j < work->n_views && result == RF_OK; j++)
+        rf_picture_drop_pixels(&v->pictures[j]);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = add_lights(v, n_colours, lights, error);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        finish(v, n_colours, sum, total, lights);
+    rf_free(f->context, lights);
+    rf_free(f->context, sum);
+    return result;
 }
 
 /* A preview takes the view nearest to the lens' centre alone. */
@@ -503,18 +543,15 @@ rf_result rf_views_run(struct rf_work *work, struct rf_error *error)
         return rf_layered_run(work, error);
     const struct rf_context *context = work->filter->context;
     size_t n = (size_t)work->n_views;
-    struct views v = {.work = work,
-                      .pictures = rf_calloc(context, n, sizeof *v.pictures),
-                      .occluders = rf_calloc(context, n, sizeof *v.occluders)};
+    struct rf_views v = {.work = work,
+                         .pictures = rf_calloc(context, n, sizeof *v.pictures),
+                         .occluders = rf_calloc(context, n, sizeof *v.occluders)};
     rf_result result = v.pictures && v.occluders
                            ? run(&v, error)
                            : rf_fail_memory(error, n, sizeof *v.pictures);
     for (size_t j = 0; j < n && v.pictures; j++)
         rf_picture_free(&v.pictures[j]);
-    rf_free(context, v.hidden.at);
-    rf_free(context, v.visible.at);
-    rf_free(context, v.row_start);
-    rf_free(context, v.highlights.at);
+    rf_free(context, v.lights.at);
     rf_free(context, v.occluders);
     rf_free(context, v.pictures);
     return result;

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Lights in several views. Few samples find a lamp's edge, and its depth there may be
+ * that of what stands before it: so the views are held against each other.
+ */
+#include "views.h"
+
+enum { FREE_PX = 3 };
+
+/* What is nearer by this much may be in front. */
+static const float FREE_DEPTH_PX = 1.6f;
+static const float LIT = 0.2f; /* of a light's luminance: the same light */
+
+/*
+ * Is the place free in view k: rendered, with nothing nearer in 7 x 7 pixels? Shares at
+ * the edge of a light are no measure of how much of it is seen.
+ */
+static bool is_free(const struct rf_views *v, int k, struct rf_view_place p)
+{
+    const struct rf_picture *l = &v->pictures[k];
+    const struct rf_surfaces *s = &l->surfaces;
+    int px, py;
+    if (!rf_view_pixel_at(v, k, p, &px, &py))
+        return false;
+    for (int y = py - FREE_PX; y <= py + FREE_PX; y++)
+        for (int x = px - FREE_PX; x <= px + FREE_PX; x++) {
+            if (!rf_view_is_rendered(l, x, y))
+                return false;
+            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+            if (s->share[i] > 0.02f && s->near[i].r < p.r - FREE_DEPTH_PX)
+                return false;
+        }
+    return true;
+}
+
+/* Does view k show a light like this near the place? */
+static bool shows_light(const struct rf_views *v, int k, struct rf_view_place p,
+                        float luminance)
+{
+    const struct rf_picture *l = &v->pictures[k];
+    int px, py;
+    if (!rf_view_pixel_at(v, k, p, &px, &py))
+        return false;
+    for (int y = rf_max_int(py - 1, 0); y <= rf_min_int(py + 1, l->height - 1); y++)
+        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, l->width - 1);
+             x++) {
+            const struct rf_surface *q =
+                &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x];
+            if (rf_luminance(q->c[0], q->c[1], q->c[2]) > luminance)
+                return true;
+        }
+    return false;
+}
+
+/* Of the other views to which the place is free, how many show the light? */
+struct support {
+    int n_free, n_lit;
+};
+
+static struct support support_of(const struct rf_views *v, int j,
+                                 struct rf_view_place p, float luminance)
+{
+    struct support s = {0, 0};
+    for (int k = 0; k < v->work->n_views; k++) {
+        if (k == j || !is_free(v, k, p))
+            continue;
+        s.n_free++;
+        s.n_lit += shows_light(v, k, p, luminance);
+    }
+    return s;
+}
+
+/* A search for the depth of a light, and the best so far. */
+struct depth_search {
+    const struct rf_views *v;
+    int view;
+    float x, y; /* px of the view */
+    float luminance;
+    float r, lit_share; /* of the views to which it is free */
+};
+
+static bool is_settled(const struct depth_search *d)
+{
+    return d->lit_share >= 0.5f;
+}
+
+/* Takes the depth of what another pixel shows where more views agree on it. */
+static void try_depth(struct depth_search *d, const struct rf_surface *q)
+{
+    if (rf_luminance(q->c[0], q->c[1], q->c[2]) < d->luminance ||
+        fabsf(q->r - d->r) < RF_OCCLUDED_PX)
+        return;
+    struct rf_view_place place = rf_view_place_of(d->v, d->view, d->x, d->y, q->r);
+    struct support s = support_of(d->v, d->view, place, d->luminance);
+    if (2 * s.n_lit >= s.n_free && (float)s.n_lit > d->lit_share * (float)s.n_free) {
+        d->lit_share = (float)s.n_lit / (float)s.n_free;
+        d->r = q->r;
+    }
+}
+
+/* The depths of the lights around it in its own view. */
+static void try_neighbours(struct depth_search *d)
+{
+    const struct rf_picture *l = &d->v->pictures[d->view];
+    int cx = (int)d->x, cy = (int)d->y;
+    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
+        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1); x++)
+            try_depth(d, &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x]);
+}
+
+/* The lights that view k shows on the line on which this one must lie there. */
+static void try_line(struct depth_search *d, int k)
+{
+    const struct rf_work_view *own = &d->v->work->views[d->view],
+                              *other = &d->v->work->views[k];
+    const struct rf_picture *l = &d->v->pictures[k];
+    float pace = rf_max_float(fabsf(other->lens[0] - own->lens[0]),
+                              fabsf(other->lens[1] - own->lens[1])) *
+                 fabsf(own->shift_scale);
+    float most = d->v->work->largest_radius;
+    int n = rf_min_int((int)ceilf(most * pace), l->width + l->height);
+    for (int i = -n; i <= n && !is_settled(d); i++) {
+        float r = most * (float)i / (float)rf_max_int(n, 1);
+        int px, py;
+        if (!rf_view_pixel_at(d->v, k, rf_view_place_of(d->v, d->view, d->x, d->y, r),
+                              &px, &py))
+            continue;
+        const struct rf_surface *q =
+            &l->pixels.at[(size_t)py * (size_t)l->width + (size_t)px];
+        if (fabsf(q->r - r) <= rf_max_float(most / (float)rf_max_int(n, 1), 1))
+            try_depth(d, q);
+    }
+}
+
+/*
+ * The depth of a pixel that a light only touches may be that of its neighbour. Where
+ * the other views do not show the light at its place, the depths of the lights around
+ * it are tried, then those that the other views show where it could be.
+ */
+static void find_depth(const struct rf_views *v, int j, struct rf_sample *p)
+{
+    float luminance = LIT * rf_luminance(p->c[0], p->c[1], p->c[2]);
+    struct support own =
+        support_of(v, j, rf_view_place_of(v, j, p->x, p->y, p->r), luminance);
+    if (own.n_free == 0 || 2 * own.n_lit >= own.n_free)
+        return;
+    struct depth_search d = {.v = v,
+                             .view = j,
+                             .x = p->x,
+                             .y = p->y,
+                             .luminance = luminance,
+                             .r = p->r,
+                             .lit_share = (float)own.n_lit / (float)own.n_free};
+    try_neighbours(&d);
+    for (int k = 0; k < v->work->n_views && !is_settled(&d); k++)
+        if (k != j)
+            try_line(&d, k);
+    p->r = d.r;
+}
+
+/*
+ * The weight of a moved light: the mean over the views to which its place is free, else
+ * as for other samples.
+ */
+static float light_weight(const struct rf_views *v, int j, const struct rf_sample *p,
+                          bool is_rendered)
+{
+    struct rf_view_place place = {p->x, p->y, p->r};
+    int n_free = 0;
+    for (int k = 0; k < v->work->n_views; k++)
+        n_free += is_free(v, k, place);
+    if (n_free > 0)
+        return is_free(v, j, place) ? p->w / (float)n_free : 0;
+    return rf_view_weight(v, j, place, p->w, true, is_rendered);
+}
+
+rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error)
+{
+    const struct rf_context *context = v->work->filter->context;
+    size_t n = 0;
+    for (int j = 0; j < v->work->n_views; j++) {
+        rf_result result = rf_picture_take_highlights(
+            &v->pictures[j], &v->work->views[j], v->work->n_planes, error);
+        if (result != RF_OK)
+            return result;
+        n += v->pictures[j].highlights.n;
+    }
+    v->lights.at = rf_alloc(context, n, sizeof *v->lights.at);
+    if (!v->lights.at)
+        return rf_fail_memory(error, n, sizeof *v->lights.at);
+    for (int j = 0; j < v->work->n_views; j++) {
+        const struct rf_samples *lights = &v->pictures[j].highlights;
+        for (size_t i = 0; i < lights->n; i++) {
+            struct rf_sample p = lights->at[i];
+            bool is_true = rf_view_is_rendered(&v->pictures[j], (int)p.x, (int)p.y);
+            find_depth(v, j, &p);
+            struct rf_view_place place = rf_view_place_of(v, j, p.x, p.y, p.r);
+            p.x = place.x;
+            p.y = place.y;
+            p.w = light_weight(v, j, &p, is_true);
+            if (p.w > 0)
+                v->lights.at[v->lights.n++] = p;
+        }
+    }
+    return RF_OK;
+}
