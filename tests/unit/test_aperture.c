@@ -153,6 +153,52 @@ static void every_aperture_is_convex(void)
     }
 }
 
+/* Area of the parts of `shape` that belong to n sites; each looks right by itself. */
+static double parts_area(const struct rf_shape *shape, double (*site)[2], int n)
+{
+    double sum = 0;
+    for (int j = 0; j < n; j++) {
+        struct rf_shape part;
+        double centroid[2], area = rf_shape_part(shape, site, n, j, &part, centroid);
+        sum += area;
+        if (area <= 0)
+            continue;
+        CHECK(rf_shape_contains(&part, 0, 0));
+        CHECK(rf_shape_contains(shape, centroid[0], centroid[1]));
+        for (int k = 0; k < n; k++)
+            CHECK(hypot(site[j][0] - centroid[0], site[j][1] - centroid[1]) <=
+                  hypot(site[k][0] - centroid[0], site[k][1] - centroid[1]) + 1e-12);
+        for (int i = 0; i < part.n_corners; i++)
+            CHECK(fabs(part.corner[i][0]) <= part.size[0] &&
+                  fabs(part.corner[i][1]) <= part.size[1]);
+    }
+    return sum;
+}
+
+static void parts_share_out_the_aperture(void)
+{
+    double site[12][2];
+    for (int i = 0; i < 12; i++) {
+        double rho = sqrt((i + 0.5) / 12), theta = 2.4 * i;
+        site[i][0] = rho * cos(theta);
+        site[i][1] = rho * sin(theta);
+    }
+    for (int blades = 0; blades <= 7; blades += 7) {
+        struct rf_shape s = shape_of(RF_APERTURE_AUTO, blades, 20, 1.3);
+        CHECK_NEAR(parts_area(&s, site, 12), corner_area(&s), 1e-9);
+        CHECK_NEAR(parts_area(&s, site, 1), corner_area(&s), 1e-9);
+    }
+}
+
+/* Two views from one place share its part; a place far outside may have none. */
+static void parts_of_places_at_one_point_or_outside(void)
+{
+    struct rf_shape s = shape_of(RF_APERTURE_DISC, 0, 0, 1), part;
+    double site[3][2] = {{0.1, 0}, {0.1, 0}, {9, 0}}, centroid[2];
+    CHECK_NEAR(parts_area(&s, site, 3), corner_area(&s), 1e-9);
+    CHECK(rf_shape_part(&s, site, 3, 2, &part, centroid) == 0);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -164,5 +210,7 @@ int main(int argc, char **argv)
     TEST(ratio_divides_the_width);
     TEST(auto_takes_blades_where_given);
     TEST(every_aperture_is_convex);
+    TEST(parts_share_out_the_aperture);
+    TEST(parts_of_places_at_one_point_or_outside);
     return testing_end();
 }
