@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rack Focus over the 3D view: what the camera's lens makes of it, as one works.
 
-A draw handler of Blender's draws the view once more into memory, filters colour and
-depth, and covers the view with the result. While something moves it uses a preview
-method; when nothing has changed for REST_S, the layered one. Switched off there is no
-handler.
+Two draw handlers: one keeps the frame buffer that Blender draws the scene into, the
+other reads the colour from it when the scene is drawn, filters it and puts it back, so
+that the view transform and the overlays come on top as ever. For the depth the view is
+drawn once more into memory, without overlays, when something moved. While something
+moves it uses a preview method; when nothing has for REST_S, the layered one. Switched
+off there is no handler.
 """
 
 import time
 
 import bpy
+import gpu
 import numpy as np
 from bpy.app.handlers import persistent
 from bpy.props import (
@@ -26,6 +29,7 @@ from .click import WaitsForClick, main_region
 from .library import rackfocus
 
 REST_S = 0.3
+REFINING = 4  # a view that only becomes less noisy rests so many times its cost
 MOVING = {"method": "box", "box_repeats": 2}
 AT_REST = {"method": "layered", "quality": "normal"}
 EXPECTED = (viewport_gpu.ViewError, lens.CameraError, rackfocus.Error, MemoryError)
@@ -41,23 +45,29 @@ class View:
     """What is kept of one region that shows a 3D view."""
 
     def __init__(self):
+        self.frame = None  # frame buffer that this redraw's scene is drawn into
         self.grabber = None
         self.signature = None  # of what was drawn
-        self.changed_at = 0.0
+        self.changed_at = 0.0  # when it did last
+        self.due = None  # when there is something to do, without a change; or None
+        self.rest_until = 0.0  # refinements of the same view wait
         self.is_final = False
-        self.texture = None
+        self.whole = None  # colour of the scene, (height, width, 4), rows downwards
+        self.colour = None  # the same, of the size that is filtered
         self.depth = None  # buffer, rows downwards
+        self.params = None  # keywords of the filter
+        self.frame_shown = None  # of the scene, in the texture
+        self.texture = None
+        self.is_map = False  # is the texture as shown, or in place of the scene?
         self.message = ""
         self.seconds = {}  # of the steps of the last picture
 
-    def grab(self, context, scale):
-        """Colour and depth of the view, `scale` times its size."""
-        region = context.region
-        size = tuple(max(int(n * scale), 1) for n in (region.width, region.height))
+    def grab_depth(self, context, size):
+        """The depth buffer of the view at a size, (width, height)."""
         if self.grabber is None or (self.grabber.width, self.grabber.height) != size:
             self.free()
             self.grabber = viewport_gpu.Grabber(*size)
-        return self.grabber.grab(context)
+        return self.grabber.depth(context)
 
     def free(self):
         """Gives the memory back."""
@@ -67,7 +77,7 @@ class View:
 
 
 _views = {}  # pointer of the region: View
-_handler = None
+_handlers = []
 _n_changes = 0  # of the scene, counted by a handler
 _is_drawing = False
 
@@ -121,88 +131,112 @@ def coc_map(coc):
     return shown
 
 
-def _filtered(made, colour, depth):
-    """The filter on a picture as shown; opaque."""
-    out = np.ones_like(colour)
-    made.process(colour[..., :3], depth, out[..., :3])
-    return out
-
-
 def _picture(context, settings, view, is_final):
-    """What covers the view, (height, width, 4), rows downwards."""
-    camera = context.scene.camera
-    if camera is None or camera.type != "CAMERA":
-        raise viewport_gpu.ViewError(
-            "the scene has no camera, whose lens this would be"
-        )
-    times = [time.perf_counter()]
-    colour, view.depth = view.grab(context, settings.percentage / 100)
-    times.append(time.perf_counter())
-    if not (view.depth < 1).any():
-        return colour  # empty
-    camera = camera.evaluated_get(context.evaluated_depsgraph_get())
+    """(what is shown, (height, width, 4), rows downwards; is it a map?).
+
+    From view.colour and view.depth.
+    """
+    camera = context.scene.camera.evaluated_get(context.evaluated_depsgraph_get())
     seen = viewport_lens.see(
         context.region_data, camera, context.scene.render, view.depth,
         settings.point if settings.has_point else None,
     )  # fmt: skip
     if settings.show == "DEPTH":
-        planar = viewport_lens.planar_depth(
-            context.region_data.window_matrix, view.depth
-        )
-        return depth_map(planar)
+        matrix = context.region_data.window_matrix
+        return depth_map(viewport_lens.planar_depth(matrix, view.depth)), True
     method = {"method": settings.method}
     if settings.method == "automatic":
         method = AT_REST if is_final else MOVING
     height, width = view.depth.shape
-    made = rackfocus.Filter(
-        width, height, threads=engine.threads(), **{**seen.params, **method}
-    )
+    view.params = {**seen.params, **method}
+    made = rackfocus.Filter(width, height, threads=engine.threads(), **view.params)
     if settings.show == "PICTURE":
-        shown = _filtered(made, colour, seen.depth)
-    else:
-        coc = np.empty((height, width), np.float32)
-        made.coc(seen.depth, coc)
-        shown = coc_map(coc)
-        if settings.show == "FOCUS":
-            limit = made.lens.coc_limit_px
-            shown = engine.overlay(np.array(colour), coc[..., None], limit)
+        shown = np.empty_like(view.colour)
+        made.process(view.colour, seen.depth, shown)
+        return shown, False
+    coc = np.empty((height, width), np.float32)
+    made.coc(seen.depth, coc)
+    if settings.show == "COC":
+        return coc_map(coc), True
+    limit = made.lens.coc_limit_px
+    return engine.overlay(view.colour, coc[..., None], limit), False
+
+
+def _make(context, settings, view, has_moved, is_final):
+    """The texture of a view, from view.whole; None where it shows nothing."""
+    camera = context.scene.camera
+    if camera is None or camera.type != "CAMERA":
+        raise viewport_gpu.ViewError(
+            "the scene has no camera, whose lens this would be"
+        )
+    if not view.whole.any():  # the first picture of an engine, or an empty scene
+        view.depth = None
+        return None
+    times = [time.perf_counter()]
+    rows, columns = view.whole.shape[:2]
+    share = settings.percentage / 100
+    size = max(int(columns * share), 1), max(int(rows * share), 1)
+    view.colour = viewport_gpu.shrunk(view.whole, *size)
     times.append(time.perf_counter())
-    view.seconds = {"draw": times[1] - times[0], "filter": times[2] - times[1]}
-    return shown
+    if has_moved or view.depth is None:
+        view.depth = view.grab_depth(context, size)
+    times.append(time.perf_counter())
+    if not (view.depth < 1).any():
+        return None
+    shown, view.is_map = _picture(context, settings, view, is_final)
+    times.append(time.perf_counter())
+    if view.is_map:
+        texture = viewport_gpu.to_shown_texture(shown)
+    else:
+        texture = viewport_gpu.to_texture(shown)
+    times.append(time.perf_counter())
+    steps = ("shrink", "depth", "filter", "texture")
+    view.seconds.update(zip(steps, np.diff(times).tolist(), strict=True))
+    return texture
 
 
 def _update(context, settings, view):
     """Makes the picture of a view anew if it must be."""
     signature, now = _signature(context, settings), time.monotonic()
-    if signature != view.signature:
-        view.changed_at = now
-        is_final = False
-    elif view.is_final or now - view.changed_at < REST_S:
-        return
-    else:
-        is_final = True
-    view.signature = signature
-    view.is_final = is_final or settings.method != "automatic"
-    if settings.show != "PICTURE":
-        view.is_final = True
+    region, started = context.region, time.perf_counter()
     view.message = ""
     try:
-        view.texture = viewport_gpu.to_texture(
-            _picture(context, settings, view, is_final)
-        )
-    except viewport_gpu.NotReady as error:
-        view.texture, view.message = None, str(error)
-        view.changed_at, view.is_final = now, False
+        whole = viewport_gpu.colour_of(view.frame, region.width, region.height)
+        view.seconds["read"] = time.perf_counter() - started
+        has_moved = signature != view.signature
+        if has_moved:
+            view.changed_at, view.rest_until = now, now
+        is_final = now - view.changed_at >= REST_S
+        is_refined = not np.array_equal(whole, view.whole)
+        if is_refined and not has_moved and now < view.rest_until:
+            view.due, view.is_final = view.rest_until, False
+        elif has_moved or is_refined or is_final and not view.is_final:
+            view.signature, view.whole = signature, whole
+            is_best = is_final or settings.method != "automatic"
+            view.is_final = is_best or settings.show != "PICTURE"
+            view.due = None if view.is_final else view.changed_at + REST_S
+            view.texture = _make(context, settings, view, has_moved, is_final)
+            view.frame_shown = context.scene.frame_current
+            spent = time.perf_counter() - started
+            view.rest_until = time.monotonic() + REFINING * spent
     except EXPECTED as error:
-        view.texture = None
+        view.texture, view.signature = None, signature
         view.message = getattr(error, "message", "") or str(error) or "out of memory"
-        view.is_final = True
-    if not view.is_final and not bpy.app.timers.is_registered(_look_again):
-        bpy.app.timers.register(_look_again, first_interval=REST_S)
+        view.is_final, view.due = True, None
+    if view.due is not None and not bpy.app.timers.is_registered(_look_again):
+        bpy.app.timers.register(_look_again, first_interval=max(view.due - now, 0.01))
+
+
+def _keep_frame():
+    """Notes what Blender is about to draw the scene of a view into."""
+    context = bpy.context
+    if not _is_drawing and context.region_data is not None:
+        view = _views.setdefault(context.region.as_pointer(), View())
+        view.frame = gpu.state.active_framebuffer_get()
 
 
 def _draw():
-    """Covers the view that is being drawn."""
+    """Filters the view that was drawn."""
     global _is_drawing
     context = bpy.context
     if _is_drawing or context.region_data is None:
@@ -214,11 +248,16 @@ def _draw():
     _is_drawing = True
     try:
         _update(context, settings, view)
-        if view.texture is not None:
+        started = time.perf_counter()
+        if view.texture is not None and view.is_map:
             viewport_gpu.draw_over(context.region, view.texture)
+        elif view.texture is not None:
+            viewport_gpu.draw_into(view.frame, context.region, view.texture)
         if view.message:
             viewport_gpu.draw_message(view.message)
+        view.seconds["draw"] = time.perf_counter() - started
     finally:
+        view.frame = None
         _is_drawing = False
 
 
@@ -234,11 +273,11 @@ def redraw():
 
 
 def _look_again():
-    """Nothing moved for a while: time for the better picture."""
-    resting = [view for view in _views.values() if not view.is_final]
-    if not resting or _handler is None:
+    """Draws the views that rested for long enough; how long until the next does."""
+    due = [view.due for view in _views.values() if view.due is not None]
+    if not due or not _handlers:
         return None
-    left = max(v.changed_at for v in resting) + REST_S - time.monotonic()
+    left = min(due) - time.monotonic()
     if left > 0:
         return left + 0.01
     redraw()
@@ -263,17 +302,17 @@ CHANGES = ("depsgraph_update_post", "frame_change_post")
 
 def refresh(_settings=None, context=None):
     """Puts the handlers in while the switch is on, and only then."""
-    global _handler
     is_wanted = settings_of(context or bpy.context).enabled
-    if is_wanted and _handler is None:
-        _handler = bpy.types.SpaceView3D.draw_handler_add(
-            _draw, (), "WINDOW", "POST_PIXEL"
-        )
+    if is_wanted and not _handlers:
+        for function, kind in ((_keep_frame, "PRE_VIEW"), (_draw, "POST_PIXEL")):
+            add = bpy.types.SpaceView3D.draw_handler_add
+            _handlers.append(add(function, (), "WINDOW", kind))
         for name in CHANGES:
             getattr(bpy.app.handlers, name).append(_on_change)
-    elif not is_wanted and _handler is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
-        _handler = None
+    elif not is_wanted and _handlers:
+        for handler in _handlers:
+            bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+        _handlers.clear()
         for name in CHANGES:
             handlers = getattr(bpy.app.handlers, name)
             if _on_change in handlers:

@@ -24,12 +24,16 @@ class ViewError(Exception):
     """The view cannot be had; the message is for the user."""
 
 
-class NotReady(ViewError):
-    """The view has nothing to show yet: its shaders are being made."""
+# Overlays that leave a depth where they are drawn.
+WITH_DEPTH = (
+    "show_extras show_bones show_motion_paths show_relationship_lines "
+    "show_outline_selected show_wireframes show_annotation show_cursor "
+    "show_object_origins show_face_orientation show_light_colors"
+).split()
 
 
-def is_foreign(context):
-    """Is the view drawn by an engine whose picture Blender keeps from add-ons?"""
+def _is_foreign(context):
+    """Is the view drawn by an engine that is neither EEVEE nor the Workbench?"""
     if context.space_data.shading.type != "RENDERED":
         return False
     engine = context.scene.render.engine
@@ -37,59 +41,82 @@ def is_foreign(context):
 
 
 @contextlib.contextmanager
-def without_overlays(space):
-    """Grid, outlines and gizmos of a 3D view off: they would be blurred with it."""
-    overlay = space.overlay
-    was_shown = overlay.show_overlays
-    if was_shown:
-        overlay.show_overlays = False
+def _bare(context):
+    """A 3D view without what is not of the scene: it has a depth of its own.
+
+    For engines like Cycles Blender draws a depth only where overlays are on.
+    """
+    overlay = context.space_data.overlay
+    wanted = {"show_overlays": False}
+    if _is_foreign(context):
+        off = (name for name in WITH_DEPTH if hasattr(overlay, name))
+        wanted = {"show_overlays": True, **dict.fromkeys(off, False)}
+    before = {name: getattr(overlay, name) for name in wanted}
+    changed = [name for name in wanted if before[name] != wanted[name]]
     try:
+        for name in changed:
+            setattr(overlay, name, wanted[name])
         yield
     finally:
-        if was_shown:
-            overlay.show_overlays = True
+        for name in changed:
+            setattr(overlay, name, before[name])
+
+
+# ---- out of a view ----------------------------------------------------------------
+
+
+def colour_of(frame, width, height):
+    """What a scene was drawn as: (height, width, 4), premultiplied, rows downwards.
+
+    frame: the frame buffer that Blender draws the scene of a 3D view into, which is
+    active when its PRE_VIEW handlers run: scene-linear and without overlays.
+    """
+    if frame is None:
+        raise ViewError("Blender has not drawn the scene of this view")
+    colour = frame.read_color(0, 0, width, height, 4, 0, "FLOAT")
+    colour.dimensions = width * height * 4  # 3.4 gives false strides
+    return np.asarray(colour).reshape(height, width, 4)[::-1]
+
+
+def shrunk(picture, width, height):
+    """Means of a picture's px, (height, width, 4); not larger than it was."""
+    for axis, n in ((0, height), (1, width)):
+        n_old = picture.shape[axis]
+        starts = np.arange(n) * n_old // n
+        counts = np.diff([*starts, n_old]).astype(np.float32)
+        if n < n_old:
+            picture = np.add.reduceat(picture, starts, axis=axis)
+            picture /= counts[:, None, None] if axis == 0 else counts[:, None]
+    return picture
 
 
 class Grabber:
-    """Draws a 3D view into memory of its own, at one size."""
+    """Draws a 3D view into memory of its own, at one size, for its depth."""
 
     def __init__(self, width, height):
         self.width, self.height = width, height
         self._offscreen = gpu.types.GPUOffScreen(width, height)
 
-    def grab(self, context):
-        """(colour, depth buffer) of the context's view, rows downwards.
-
-        colour: (height, width, 4) as it is shown, display-referred; depth: (height,
-        width) in [0, 1].
-        """
-        if is_foreign(context):
-            raise ViewError(
-                "Blender shows add-ons nothing of this engine's preview: use Material "
-                "Preview, or EEVEE"
-            )
+    def depth(self, context):
+        """Depth buffer of the context's view, (height, width), rows downwards."""
         view = context.region_data
-        with without_overlays(context.space_data):
+        with _bare(context):
             self._offscreen.draw_view3d(
                 context.scene, context.view_layer, context.space_data, context.region,
-                view.view_matrix, view.window_matrix, do_color_management=True,
+                view.view_matrix, view.window_matrix,
             )  # fmt: skip
         with self._offscreen.bind():
             frame = gpu.state.active_framebuffer_get()
-            place = (0, 0, self.width, self.height)
-            colour = frame.read_color(*place, 4, 0, "FLOAT")
-            depth = frame.read_depth(*place)
-        n = self.width * self.height
-        colour.dimensions, depth.dimensions = 4 * n, n  # 3.4 gives them false strides
-        colour = np.asarray(colour).reshape(self.height, self.width, 4)
-        depth = np.asarray(depth).reshape(self.height, self.width)
-        if not depth.any():
-            raise NotReady("the view is not ready yet")
-        return colour[::-1], depth[::-1]
+            depth = frame.read_depth(0, 0, self.width, self.height)
+        depth.dimensions = self.width * self.height
+        return np.asarray(depth).reshape(self.height, self.width)[::-1]
 
     def free(self):
         """Gives the memory back."""
         self._offscreen.free()
+
+
+# ---- onto a view ------------------------------------------------------------------
 
 
 def _texture_of(pixels):
@@ -115,11 +142,25 @@ def to_linear(shown):
 
 
 def to_texture(picture):
+    """A texture for draw_into() of a scene-linear (height, width, 4) picture.
+
+    Rows downwards.
+    """
+    return _texture_of(picture[::-1])
+
+
+def to_shown_texture(picture):
     """A texture for draw_over() of a (height, width, 4) picture as it is to be shown.
 
     Rows downwards.
     """
-    return _texture_of((to_linear(picture) if VIEW_ENCODES else picture)[::-1])
+    return to_texture(to_linear(picture) if VIEW_ENCODES else picture)
+
+
+def draw_into(frame, region, texture):
+    """Puts a texture in the place of the scene, below overlays and view transform."""
+    with frame.bind():
+        _draw_texture(texture, region.width, region.height)
 
 
 def draw_over(region, texture):

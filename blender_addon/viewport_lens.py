@@ -18,7 +18,6 @@ from mathutils import Vector
 from . import lens
 
 LEAST_DISTANCE = 1e-6
-SUMMED_IN_LINEAR_LIGHT = 1 / 2.2  # of values that are shown
 
 
 class Seen(NamedTuple):
@@ -81,7 +80,6 @@ def see(region_data, camera, render, buffer, point=None):
     radius = aperture_radius(own)
     per_unit = abs(matrix[0][0]) * width / 2
     params = {key: own[key] for key in ("blades", "blade_rotation", "aperture_ratio")}
-    params["blend_gamma"] = SUMMED_IN_LINEAR_LIGHT
     if matrix[3][2] != 0:
         near = matrix[2][3] / (matrix[2][2] - 1)
         far = matrix[2][3] / (matrix[2][2] + 1)

@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import shlex
 import subprocess
 import sys
 import time
@@ -223,13 +224,35 @@ class Window:
         assert x >= 0 and y >= 0, at
         return seen[y : y + height, x : x + width]
 
-    def sees(self, want, name="shot"):
-        """Does the window show exactly this? A display may take its time to follow."""
-        end = time.monotonic() + 10
+    def look_until(self, test, look=None):
+        """What is seen as soon as it passes the test; else what is seen at the end.
+
+        look: takes the screenshot, without it the whole window. A display may take its
+        time to follow.
+        """
+        end = time.monotonic() + WAIT_S
         while True:
-            seen = self.look_at_picture(want.shape[1], want.shape[0], name)
-            if numpy.array_equal(seen, want) or time.monotonic() > end:
-                return numpy.array_equal(seen, want)
+            seen = (look or self.look)()
+            if test(seen) or time.monotonic() > end:
+                return seen
+
+    def sees(self, want, name="shot"):
+        """Does the window show exactly this, at last?"""
+        height, width = want.shape[:2]
+        seen = self.look_until(
+            lambda seen: numpy.array_equal(seen, want),
+            lambda: self.look_at_picture(width, height, name),
+        )
+        return numpy.array_equal(seen, want)
+
+    def copied(self):
+        """The command line that the window copies, as words.
+
+        It is that of all that was done before: input is worked off in its order.
+        """
+        self.key("ctrl+c")
+        self.wait_text("said", "copied")
+        return shlex.split(self.printed().strip().splitlines()[-1])
 
     # ---- the end ---------------------------------------------------------------------
 

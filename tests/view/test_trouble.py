@@ -7,7 +7,7 @@ import subprocess
 
 import numpy
 import pytest
-from conftest import DISC, HEIGHT, NEAR, WIDTH, Display, plainexr, read_exr
+from conftest import DISC, HEIGHT, NEAR, WAIT_S, WIDTH, Display, plainexr, read_exr
 
 
 def run(binary, *arguments, environment, code):
@@ -173,13 +173,13 @@ def test_interruption_ends_it(view, passes):
     window = view(passes())
     window.wait_open()
     window.process.terminate()
-    assert window.process.wait(timeout=30) == 143
+    assert window.process.wait(timeout=WAIT_S) == 143
 
 
 def test_benchmark_prints_what_it_measured(view, passes):
     """Figures of any size: how fast it is depends on the machine."""
     window = view(passes(), "--benchmark", "2")
-    assert window.process.wait(timeout=90) == 0
+    assert window.process.wait(timeout=WAIT_S) == 0
     text = window.printed()
     for part in ("updates", "input to picture", "filter", "drawing", "llvmpipe"):
         assert part in text, text

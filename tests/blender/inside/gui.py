@@ -1,16 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A session with a window: enable, render, refocus, pick, cancel, with screenshots.
 
-    blender -P gui.py -- DIST OUT
-
-Runs as steps of a timer, since renders are jobs beside the window's own loop. Writes
-OUT/gui.json: {what: value}, OUT/*.png.
+See stepping.py.
 """
 
-import json
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -18,40 +13,27 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 import common  # noqa: E402
+import stepping  # noqa: E402
 from common import addon, rgba  # noqa: E402
+from stepping import (  # noqa: E402
+    DIST,
+    FOUND,
+    OUT,
+    area_of,
+    hands,
+    override,
+    screenshot,
+    until,
+    window,
+)
 
-DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
-FOUND = {"version": bpy.app.version_string}
+ESCAPE = ("mousemove", 600, 400, "key", "Escape")
 ENDS = []  # times at which renders ended
 
 
 def on_end(*_):
     """A render ended."""
     ENDS.append(time.monotonic())
-
-
-def window():
-    """The main window."""
-    return bpy.context.window_manager.windows[0]
-
-
-def area_of(kind):
-    """The first area of a kind in the window's screen."""
-    return next(a for a in window().screen.areas if a.type == kind)
-
-
-def override(area):
-    """A context for operators: that area."""
-    region = next(r for r in area.regions if r.type == "WINDOW")
-    return bpy.context.temp_override(window=window(), area=area, region=region)
-
-
-def screenshot(name):
-    """The window as a file: the test takes it, since 5.x returns black here."""
-    asked = OUT / f"{name}.shot"
-    asked.touch()
-    while asked.exists():
-        yield 0.02
 
 
 def result(name):
@@ -64,10 +46,14 @@ def result(name):
 
 def wait_for_job():
     """Until the render and what follows it is over."""
-    while not ENDS or bpy.app.is_job_running("RENDER"):
-        yield 0.05
+    yield from until(has_ended, "the end of the render")
     yield 0.4
     ENDS.clear()
+
+
+def has_ended():
+    """Did a render end, and does none run?"""
+    return ENDS and not bpy.app.is_job_running("RENDER")
 
 
 def show_camera():
@@ -175,10 +161,10 @@ def several_views():
     FOUND["views_leave_nothing"] = common.snapshot(scene) == before
     scene.cycles.samples = 40000
     bpy.ops.render.render("INVOKE_DEFAULT")
-    while not addon("views").is_active(scene):
-        yield 0.05
-    yield 1.5
-    (OUT / "press_escape").touch()
+    yield from until(lambda: addon("views").is_active(scene), "the views")
+    while not has_ended():  # a window that is busy may miss a key
+        yield 1.5
+        yield from hands(*ESCAPE)
     yield from wait_for_job()
     FOUND["views_after_escape"] = common.snapshot(scene) == before
     scene.cycles.samples = 16
@@ -207,17 +193,18 @@ def compositor():
     yield from wait_for_job()
     found = addon("passes").rendered(scene).layer("ViewLayer")
     expected = common.filtered(scene, found.colour, found.depth)
-    for _ in range(100):  # the refocus that follows is a job of its own
-        yield 0.1
+
+    def is_filtered():  # the refocus that follows is a job of its own
         if bpy.app.is_job_running("RENDER"):
-            continue
+            return False
         try:
             picture = result("button")
         except RuntimeError:  # a job began meanwhile and holds the Render Result
-            continue
+            return False
         FOUND["button_difference"] = float(np.abs(picture - expected).max())
-        if FOUND["button_difference"] < 0.01:
-            break
+        return FOUND["button_difference"] < 0.01
+
+    yield from until(is_filtered, "the filtered picture", 0.1)
     yield from screenshot("button")
 
 
@@ -225,8 +212,7 @@ def cancel():
     """Esc while the filter runs: how long until it ends, and what is shown."""
     scene = bpy.context.scene
     yield 1.0
-    while bpy.app.is_job_running("RENDER"):
-        yield 0.05
+    yield from until(lambda: not bpy.app.is_job_running("RENDER"), "quiet")
     ENDS.clear()
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1280
     scene.cycles.samples = 1
@@ -236,19 +222,16 @@ def cancel():
     kept = engine._report
 
     def report(self, fraction):
-        if fraction > 0.02 and not begun:  # waits for the key, ten seconds at most
+        if fraction > 0.02 and not begun:  # waits for the key, a minute at most
             begun.append(time.monotonic())
-            while not self.test_break() and time.monotonic() < begun[0] + 10:
+            while not self.test_break() and time.monotonic() < begun[0] + 60:
                 time.sleep(0.005)
         return kept(self, fraction)
 
     engine._report = report
     bpy.ops.render.render("INVOKE_DEFAULT")
-    while not begun and not ENDS:
-        yield 0.02
-    (OUT / "press_escape").touch()  # the test presses the key
-    while (OUT / "press_escape").exists():
-        yield 0.005
+    yield from until(lambda: begun or ENDS, "the filter", 0.02)
+    yield from hands(*ESCAPE)
     pressed = time.monotonic()
     yield from wait_for_cancel(pressed)
     engine._report = kept
@@ -258,34 +241,12 @@ def cancel():
 
 def wait_for_cancel(pressed):
     """Notes the seconds from the key to the end of the job."""
-    while not ENDS or bpy.app.is_job_running("RENDER"):
-        yield 0.02
+    yield from until(has_ended, "the end of the filter", 0.02)
     FOUND["cancel_s"] = ENDS[-1] - pressed
     yield 0.5
     yield from screenshot("cancel")
 
 
-_session = steps()
-
-
-def advance():
-    """One step; at the end or after a failure Blender closes."""
-    try:
-        waits = []
-        if "rack_focus" in dir(bpy.context.scene):
-            addon("writing").write(lambda: waits.append(next(_session)))
-        else:
-            waits.append(next(_session))
-        return waits[0]
-    except StopIteration:
-        FOUND["done"] = True
-    except Exception:
-        FOUND["failure"] = traceback.format_exc()
-    (OUT / "gui.json").write_text(json.dumps(FOUND, indent=1))
-    common.leave()
-
-
-bpy.context.preferences.view.show_splash = False
 for _list in ("render_complete", "render_cancel"):
     getattr(bpy.app.handlers, _list).append(on_end)
-bpy.app.timers.register(advance, first_interval=1.5, persistent=True)
+stepping.play(steps())

@@ -1,44 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A session with 3D views: the switch, orbiting, playback, click to focus, the maps.
+"""A session with 3D views: the switch, the mouse, playback, the maps, every mode.
 
-    blender -P viewport_gui.py -- DIST OUT
-
-Runs as steps of a timer. Writes OUT/viewport.json: {what: value} and OUT/*.png.
+See stepping.py.
 """
 
-import json
 import math
-import os
 import sys
-import time
-import traceback
 from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Euler
 
 sys.path.insert(0, str(Path(__file__).parent))
 import common  # noqa: E402
+import stepping  # noqa: E402
 from common import addon  # noqa: E402
-
-DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
-FOUND = {"version": bpy.app.version_string}
-LONGEST_S = 100
-
-
-def window():
-    """The main window."""
-    return bpy.context.window_manager.windows[0]
+from stepping import (  # noqa: E402
+    DIST,
+    FOUND,
+    OUT,
+    area_of,
+    hands,
+    on_display,
+    override,
+    region_of,
+    screenshot,
+    until,
+)
 
 
 def area():
     """The 3D view."""
-    return next(a for a in window().screen.areas if a.type == "VIEW_3D")
+    return area_of("VIEW_3D")
 
 
 def region():
     """Its main region."""
-    return next(r for r in area().regions if r.type == "WINDOW")
+    return region_of(area())
 
 
 def settings():
@@ -51,23 +50,19 @@ def view():
     return addon("viewport").view_of(region())
 
 
-def screenshot(name):
-    """The window as a file: the test takes it."""
-    asked = OUT / f"{name}.shot"
-    asked.touch()
-    while asked.exists():
-        yield 0.05
+def is_settled():
+    """Is the picture of the view the final one, of what is there?"""
+    area().tag_redraw()
+    return view() and view().is_final and (view().texture or view().message)
 
 
 def settle():
-    """Until the picture of the view is the final one."""
+    """Until the picture of the view is the final one, and shown."""
+    if view():
+        view().is_final = False
     area().tag_redraw()
     yield 0.4
-    ends = time.monotonic() + LONGEST_S
-    while view() is None or not view().is_final:
-        assert time.monotonic() < ends, "no picture came"
-        area().tag_redraw()
-        yield 0.1
+    yield from until(is_settled, "the final picture", 0.1)
     yield 0.2
 
 
@@ -79,8 +74,19 @@ def shown():
     return np.array(data).reshape(height, width, 4).copy()
 
 
+def change(a, b):
+    """The largest difference of two pictures."""
+    return float(np.abs(a - b).max())
+
+
+def planar():
+    """Planar distances that the view shows, (height, width), rows downwards."""
+    matrix = area().spaces.active.region_3d.window_matrix
+    return addon("viewport_lens").planar_depth(matrix, np.array(view().depth))
+
+
 def make_scene():
-    """The cubes of the other tests, some textured floor, an animated camera's focus."""
+    """The cubes of the other tests, larger, one much brighter than white."""
     common.make_base(OUT / "base.blend")
     scene = bpy.context.scene
     for name, item in enumerate(o for o in scene.objects if o.type == "MESH"):
@@ -104,39 +110,25 @@ def steps():
     yield 0.5
     data.view_perspective = "CAMERA"
     yield 1
-    FOUND["handlers_before"] = addon("viewport")._handler is None
+    FOUND["handlers_before"] = len(addon("viewport")._handlers)
     yield from screenshot("off")
     settings().percentage = 100
     settings().enabled = True
     yield from settle()
-    FOUND["camera_seconds"] = view().seconds
     near = shown()
     yield from screenshot("camera_near")
     FOUND["message"] = view().message
-    depth = np.array(view().depth)
-    seen = addon("viewport_lens").planar_depth(data.window_matrix, depth)
-    hits = np.isfinite(seen)
-    FOUND["nearest"], FOUND["farthest"] = float(seen[hits].min()), float(
-        seen[hits].max()
-    )
-    FOUND["background"] = near[5, 5].tolist()
+    distances = planar()
+    hits = distances[np.isfinite(distances)]
+    FOUND["nearest"], FOUND["farthest"] = float(hits.min()), float(hits.max())
+    keep("solid")
     # Another lens.
     scene.camera.data.dof.focus_distance = 9
     bpy.context.view_layer.update()
     yield from settle()
-    far = shown()
-    FOUND["focus_changes"] = float(np.abs(near - far).max())
+    FOUND["focus_changes"] = change(near, shown())
     yield from screenshot("camera_far")
-    # A click: the depth there is that of a ray.
-    rows = np.argwhere(hits & (seen < 2.5))
-    row, column = rows[len(rows) // 2]
-    height, width = depth.shape
-    x, y = (column + 0.5) / width, 1 - (row + 0.5) / height
-    with bpy.context.temp_override(window=window(), area=area(), region=region()):
-        bpy.ops.rack_focus.view_focus(x=x, y=y)
-    FOUND["clicked"] = scene.camera.data.dof.focus_distance
-    FOUND["clicked_depth"] = float(seen[row, column])
-    yield from settle()
+    yield from click(scene)
     for name in ("DEPTH", "COC", "FOCUS"):
         settings().show = name
         yield from settle()
@@ -144,14 +136,45 @@ def steps():
         FOUND[f"std_{name}"] = float(shown()[..., :3].std())
     settings().show = "PICTURE"
     yield from playback(scene)
-    yield from freely(scene, data)
+    yield from freely(data)
     yield from modes(scene, space)
     yield from off()
 
 
-def playback(scene):
-    """The picture follows the animation of the focus."""
+def keep(name):
+    """What was filtered and what came of it, for the command: OUT/NAME.npz."""
+    seen = view()
+    np.savez(
+        OUT / f"{name}.npz", colour=seen.colour, depth=seen.depth, picture=shown()[::-1]
+    )
+    FOUND[f"{name}_params"] = seen.params
+
+
+def click(scene):
+    """A click of the mouse: the focus is on the depth that is seen there."""
+    yield from settle()
+    distances = planar()
+    places = np.argwhere(distances < 2.5)
+    row, column = places[len(places) // 2]
+    height, width = distances.shape
+    x, y = column + 0.5, height - row - 0.5
     dof = scene.camera.data.dof
+    before = dof.focus_distance
+    with override(area()):
+        bpy.ops.rack_focus.view_focus("INVOKE_DEFAULT")
+    yield 0.3
+    yield from hands("mousemove", *on_display(region(), x, y), "sleep", 0.3, "click", 1)
+    yield from until(lambda: dof.focus_distance != before, "the focus of the click")
+    around = distances[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3]
+    FOUND["clicked"] = dof.focus_distance
+    FOUND["clicked_range"] = [float(around.min()), float(around.max())]
+    yield from settle()
+
+
+def playback(scene):
+    """Frames that are played are shown; each is what it is when frames are set."""
+    dof = scene.camera.data.dof
+    scene.frame_start, scene.frame_end = 1, 10
     for frame, distance in ((1, 1.5), (10, 9)):
         dof.focus_distance = distance
         dof.keyframe_insert("focus_distance", frame=frame)
@@ -160,75 +183,95 @@ def playback(scene):
         scene.frame_set(frame)
         yield from settle()
         pictures.append(shown())
-    FOUND["playback_changes"] = float(np.abs(pictures[0] - pictures[1]).max())
+    FOUND["frames_change"] = change(*pictures)
+    focus_of = {}  # frame: focus of the picture that was shown with it
+
+    def has_seen_enough():
+        focus_of[view().frame_shown] = view().params["focus_distance"]
+        return len(focus_of) > 5
+
+    with override(area()):
+        bpy.ops.screen.animation_play()
+    yield from until(has_seen_enough, "the frames that play", 0.02)
+    bpy.ops.screen.animation_cancel(restore_frame=False)
+    errors = []
+    for frame, focus in focus_of.items():
+        scene.frame_set(frame)
+        errors.append(abs(dof.focus_distance - focus))
+    FOUND["frames_played"], FOUND["playback_error"] = len(errors), max(errors)
     scene.camera.data.animation_data_clear()
     dof.focus_distance = 2
 
 
-def freely(scene, data):
-    """Seen freely: orbiting redraws, a click stays in focus from elsewhere."""
+def freely(data):
+    """Seen freely: the mouse turns the view, a point stays in focus from elsewhere."""
     data.view_perspective = "PERSP"
     data.view_location = (0, 3, 0)
     data.view_distance = 4
-    pictures = []
-    for angle in (0.2, 0.6):
-        data.view_rotation = _looking(angle)
-        yield from settle()
-        pictures.append(shown())
-    FOUND["orbit_changes"] = float(np.abs(pictures[0] - pictures[1]).max())
+    data.view_rotation = Euler((math.pi / 2, 0, 0.2)).to_quaternion()
+    yield from settle()
+    before, turned = shown(), data.view_rotation.copy()
+    x, y = on_display(region(), region().width / 2, region().height / 2)
+    yield from hands("mousemove", x, y, "sleep", 0.3, "mousedown", 2)
+    for i in range(1, 9):
+        yield from hands("mousemove", x + 8 * i, y)
+        yield 0.05
+    yield from hands("mouseup", 2)
+    yield from until(lambda: data.view_rotation != turned, "the turn of the view")
+    yield from settle()
+    FOUND["orbit_changes"] = change(before, shown())
     yield from screenshot("free")
     depth = np.array(view().depth)
     rows = np.argwhere(depth < 1)
     row, column = rows[len(rows) // 3]
     height, width = depth.shape
-    with bpy.context.temp_override(window=window(), area=area(), region=region()):
+    with override(area()):
         bpy.ops.rack_focus.view_focus(
             x=(column + 0.5) / width, y=1 - (row + 0.5) / height
         )
     point = settings().point.copy()
-    planar = addon("viewport_lens").planar_depth(data.window_matrix, depth)
     FOUND["point_error"] = abs(
-        -(data.view_matrix @ point).z / float(planar[row, column]) - 1
+        -(data.view_matrix @ point).z / float(planar()[row, column]) - 1
     )
     data.view_perspective = "ORTHO"
     yield from settle()
     FOUND["ortho_message"] = view().message
-    FOUND["ortho_std"] = float(shown()[..., :3].std())
     yield from screenshot("ortho")
     data.view_perspective = "CAMERA"
     settings().has_point = False
 
 
-def _looking(angle):
-    """A rotation that looks along +y, turned by an angle about z."""
-    from mathutils import Euler
-
-    return Euler((math.pi / 2, 0, angle)).to_quaternion()
-
-
 def modes(scene, space):
-    """Material preview and rendered; what Cycles shows cannot be had."""
-    scene.render.engine = (
-        "BLENDER_EEVEE_NEXT"
-        if (4, 2, 0) <= bpy.app.version < (5, 0, 0)
-        else "BLENDER_EEVEE"
-    )
-    settings().percentage = 15
-    for kind in ("MATERIAL", "RENDERED"):
+    """Material Preview and Rendered, by EEVEE and by Cycles."""
+    is_next = (4, 2, 0) <= bpy.app.version < (5, 0, 0)
+    eevee = "BLENDER_EEVEE_NEXT" if is_next else "BLENDER_EEVEE"
+    settings().percentage = 50
+    scene.cycles.preview_samples = 8
+    for name, kind, engine in (
+        ("material", "MATERIAL", eevee),
+        ("rendered", "RENDERED", eevee),
+        ("cycles", "RENDERED", "CYCLES"),
+    ):
+        scene.render.engine = engine
         space.shading.type = kind
-        try:
+        pictures = []
+        for distance in (1.5, 9):
+            scene.camera.data.dof.focus_distance = distance
+            bpy.context.view_layer.update()
             yield from settle()
-        except AssertionError:  # shaders that are still being made
-            FOUND[f"{kind}_message"] = view().message
-            yield from screenshot(kind.lower())
-            continue
-        FOUND[f"{kind}_message"] = view().message
-        FOUND[f"{kind}_std"] = float(shown()[..., :3].std())
-        yield from screenshot(kind.lower())
-    scene.render.engine = "CYCLES"
-    yield from settle()
-    FOUND["cycles_message"] = view().message
-    FOUND["cycles_has_picture"] = view().texture is not None
+            pictures.append(shown())
+        FOUND[f"{name}_message"] = view().message
+        FOUND[f"{name}_std"] = float(pictures[1][..., :3].std())
+        FOUND[f"{name}_changes"] = change(*pictures)
+        FOUND[f"{name}_brightest"] = float(view().colour[..., :3].max())
+        keep(name)
+        yield from screenshot(name)
+        for overlays in (False, True):  # a depth also where overlays are off
+            space.overlay.show_overlays = overlays
+            yield from settle()
+        FOUND[f"{name}_same"] = change(
+            view().depth, np.load(OUT / f"{name}.npz")["depth"]
+        )
     space.shading.type = "SOLID"
 
 
@@ -236,28 +279,10 @@ def off():
     """No handler is left, and the view is as before."""
     settings().enabled = False
     yield 1
-    FOUND["handlers_after"] = addon("viewport")._handler is None
+    FOUND["handlers_after"] = len(addon("viewport")._handlers)
     FOUND["views_after"] = len(addon("viewport")._views)
     FOUND["overlays"] = area().spaces.active.overlay.show_overlays
     yield from screenshot("off_again")
 
 
-_session = steps()
-
-
-def advance():
-    """One step; at the end or after a failure Blender closes."""
-    try:
-        return next(_session)
-    except StopIteration:
-        FOUND["done"] = True
-    except Exception:
-        FOUND["failure"] = traceback.format_exc()
-        print(FOUND["failure"], flush=True)
-    (OUT / "viewport.json").write_text(json.dumps(FOUND, indent=1))
-    sys.stdout.flush()
-    os._exit(0)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(advance, first_interval=1.5, persistent=True)
+stepping.play(steps())

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sessions with a window: steps of a timer, with someone who presses keys and looks.
+
+    blender -P SCRIPT -- DIST OUT
+
+A step is what a generator does until it yields the seconds to wait; renders are jobs
+beside the window's own loop. Writes OUT/found.json: {what: value}, OUT/*.png.
+"""
+
+import json
+import sys
+import time
+import traceback
+from pathlib import Path
+
+import bpy
+import common
+
+DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
+FOUND = {"version": bpy.app.version_string}
+LONGEST_S = 240  # for what takes a second on an idle machine; shaders take a minute
+
+
+def window():
+    """The main window."""
+    return bpy.context.window_manager.windows[0]
+
+
+def area_of(kind):
+    """The first area of a kind in the window's screen."""
+    return next(a for a in window().screen.areas if a.type == kind)
+
+
+def region_of(area):
+    """The main region of an area."""
+    return next(r for r in area.regions if r.type == "WINDOW")
+
+
+def override(area):
+    """A context for operators: that area."""
+    return bpy.context.temp_override(window=window(), area=area, region=region_of(area))
+
+
+def until(test, what, pause_s=0.05):
+    """Waits until test() holds; fails when it never does."""
+    ends = time.monotonic() + LONGEST_S
+    while not test():
+        assert time.monotonic() < ends, f"{what} never came"
+        yield pause_s
+
+
+def screenshot(name):
+    """The window as a file: the test takes it, since 5.x returns black here."""
+    asked = OUT / f"{name}.shot"
+    asked.touch()
+    yield from until(lambda: not asked.exists(), f"the screenshot {name}", 0.02)
+
+
+def hands(*words):
+    """The test's xdotool does this, on the real mouse and keyboard."""
+    asked = OUT / "hands"
+    (OUT / "part_of_hands").write_text(" ".join(map(str, words)))
+    (OUT / "part_of_hands").rename(asked)
+    yield from until(lambda: not asked.exists(), f"xdotool {words}", 0.005)
+
+
+def on_display(region, x, y):
+    """The display's px, rows downwards, of a region's, rows upwards."""
+    return round(region.x + x), round(window().height - 1 - (region.y + y))
+
+
+def play(steps):
+    """Runs the generator; at its end or a failure Blender closes."""
+
+    def advance():
+        try:
+            waits = []
+            if "rack_focus" in dir(bpy.context.scene):
+                writing = common.addon("writing")
+                writing.write(lambda: waits.append(next(steps)))
+            else:
+                waits.append(next(steps))
+            return waits[0]
+        except StopIteration:
+            FOUND["done"] = True
+        except Exception:
+            FOUND["failure"] = traceback.format_exc()
+            print(FOUND["failure"], flush=True)
+        (OUT / "found.json").write_text(json.dumps(FOUND, indent=1))
+        common.leave()
+
+    bpy.context.preferences.view.show_splash = False
+    bpy.app.timers.register(advance, first_interval=1.5, persistent=True)

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Blender with a window under Xvfb, for which someone presses keys and looks."""
+
+import json
+import shlex
+
+import OpenImageIO as oiio
+from conftest import INSIDE, call
+
+# The script inside asks with files: for what xdotool should do, and for screenshots.
+SERVED = """
+(while sleep 0.02; do
+    [ -e {out}/hands ] && xdotool $(cat {out}/hands) && rm {out}/hands
+    for shot in {out}/*.shot; do
+        [ -e $shot ] && import -window root png:{out}/part &&
+            mv {out}/part ${{shot%.shot}}.png && rm $shot # else again
+    done
+done) &
+served=$!
+trap 'kill $served' EXIT
+{blender}
+"""
+
+
+def run(blender, script, dist, out, size, timeout=560):
+    """Runs a script of inside/ with a window; returns what it found, {what: value}.
+
+    out: folder of its files; size: of the display in px.
+    """
+    out.mkdir(exist_ok=True)
+    found = out / "found.json"
+    found.unlink(missing_ok=True)
+    arguments = map(str, ("-P", INSIDE / script, "--", dist, out))
+    geometry = ("-p", "0", "0", *map(str, size))
+    command = blender.command("--factory-startup", *geometry, *arguments)
+    served = SERVED.format(out=out, blender=shlex.join(command))
+    screen = f"-screen 0 {size[0]}x{size[1]}x24"
+    about = {**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"}
+    log = call(
+        "xvfb-run", "-a", "-s", screen, "sh", "-c", served, env=about, timeout=timeout
+    )
+    (out / f"{script}.log").write_text(log)
+    assert "Traceback" not in log, log[-3000:]
+    found = json.loads(found.read_text())
+    assert found.get("done"), found
+    return found
+
+
+def shot(folder, name):
+    """(height, width, 3) of a screenshot."""
+    image = oiio.ImageBuf(str(folder / f"{name}.png"))
+    return image.get_pixels(oiio.FLOAT)[..., :3]
