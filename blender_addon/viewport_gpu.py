@@ -32,25 +32,15 @@ WITH_DEPTH = (
 ).split()
 
 
-def _is_foreign(context):
-    """Is the view drawn by an engine that is neither EEVEE nor the Workbench?"""
-    if context.space_data.shading.type != "RENDERED":
-        return False
-    engine = context.scene.render.engine
-    return not engine.startswith(("BLENDER_EEVEE", "BLENDER_WORKBENCH"))
-
-
 @contextlib.contextmanager
-def _bare(context):
-    """A 3D view without what is not of the scene: it has a depth of its own.
+def _bare(space):
+    """A 3D view without what is not of the scene and has a depth of its own.
 
-    For engines like Cycles Blender draws a depth only where overlays are on.
+    Overlays as such are on: without them EEVEE and Cycles leave no depth.
     """
-    overlay = context.space_data.overlay
-    wanted = {"show_overlays": False}
-    if _is_foreign(context):
-        off = (name for name in WITH_DEPTH if hasattr(overlay, name))
-        wanted = {"show_overlays": True, **dict.fromkeys(off, False)}
+    overlay = space.overlay
+    wanted = {name: False for name in WITH_DEPTH if hasattr(overlay, name)}
+    wanted["show_overlays"] = True
     before = {name: getattr(overlay, name) for name in wanted}
     changed = [name for name in wanted if before[name] != wanted[name]]
     try:
@@ -100,7 +90,7 @@ class Grabber:
     def depth(self, context):
         """Depth buffer of the context's view, (height, width), rows downwards."""
         view = context.region_data
-        with _bare(context):
+        with _bare(context.space_data):
             self._offscreen.draw_view3d(
                 context.scene, context.view_layer, context.space_data, context.region,
                 view.view_matrix, view.window_matrix,

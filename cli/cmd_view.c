@@ -67,6 +67,7 @@ static const struct option options[] = {
      .help =
          "Blender's Mist pass as depth: how it grows from start to end; with --depth "
          "normalised. [default none]"},
+    OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
     {.name = "exposure",
      .kind = OPTION_NUMBER,
      .offset = AT(exposure),
@@ -142,6 +143,50 @@ static bool fail_usage(const char *text)
     return false;
 }
 
+/* Options of rackfocus filter that have no place in a window. */
+static bool check_for_filter(int argc, char **argv)
+{
+    static const struct {
+        const char *option, *why;
+    } list[] = {
+        {"--over", "the window filters one picture; look at each layer alone, save its "
+                   "parameters with Ctrl+P, and put the layers over each other with "
+                   "rackfocus filter --over"},
+        {"--stereo", "the window shows one eye; look at one of them, save the "
+                     "parameters with Ctrl+P, and filter both with rackfocus filter "
+                     "--stereo --params FILE"},
+    };
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
+        for (size_t j = 0; j < sizeof(list) / sizeof(list[0]); j++)
+            if (strcmp(argv[i], list[j].option) == 0) {
+                message("%s: %s", list[j].option, list[j].why);
+                return false;
+            }
+    return true;
+}
+
+/* The picture of the light goes with the method scatter and says the distribution. */
+static bool check_distribution(struct view_call *call)
+{
+    struct settings *settings = &call->settings;
+    const struct rf_params *params = &settings->params;
+    const bool is_image = params->distribution == RF_DISTRIBUTION_IMAGE;
+    const bool is_scatter =
+        params->method == RF_METHOD_SCATTER || call->options.is_demo;
+    if (!call->options.distribution_image)
+        return !is_image || !is_scatter ||
+               fail_usage("--distribution image needs its picture, "
+                          "--distribution-image FILE");
+    if (!is_scatter)
+        return fail_usage("--distribution-image is for the method scatter; add "
+                          "--method scatter");
+    if (settings_origin(settings, "distribution") == ORIGIN_COMMAND_LINE && !is_image)
+        return fail_usage("--distribution-image goes with --distribution image, which "
+                          "can be left out");
+    settings_set(settings, "distribution", "image", NULL);
+    return true;
+}
+
 static bool check_usage(const struct view_options *tool,
                         const struct operands *operands)
 {
@@ -175,6 +220,8 @@ static bool check_usage(const struct view_options *tool,
 int view_parse(int argc, char **argv, struct view_call *call)
 {
     *call = (struct view_call){.options = {.n_views = 1, .demo_width = 960}};
+    if (!check_for_filter(argc, argv))
+        return EXIT_USAGE;
     int code = options_parse(&command_view, argc, argv, &call->options, &call->settings,
                              &call->operands);
     if (code != OPTIONS_GO_ON)
@@ -183,6 +230,8 @@ int view_parse(int argc, char **argv, struct view_call *call)
     if (code == OPTIONS_GO_ON && call->options.params &&
         !params_file_read(call->options.params, &call->settings))
         code = EXIT_FAILED;
+    if (code == OPTIONS_GO_ON && !check_distribution(call))
+        code = EXIT_USAGE;
     if (code != OPTIONS_GO_ON)
         operands_free(&call->operands);
     return code;

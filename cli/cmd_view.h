@@ -16,6 +16,7 @@
 struct view_options {
     const char *output; /* name that saving begins with; NULL: made from the input's */
     const char *depth_file, *depth_channel, *layer;
+    const char *distribution_image;
     const char *reference; /* picture for the difference view */
     const char *params;    /* file of parameters */
     const char *keep;      /* folder for the passes of a POV-Ray scene */

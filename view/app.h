@@ -115,6 +115,8 @@ struct app {
     struct input *source; /* what is filtered, held */
     struct picture reference;
     bool has_reference;
+    struct picture light_picture; /* of --distribution-image */
+    struct rf_image light;
 
     struct state state;
     uint64_t asked_id;  /* of the newest job */
@@ -155,6 +157,9 @@ void app_say(struct app *app, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 void app_act(struct app *app, enum action action);
+
+/* The job that makes what is set; `reference` may be NULL. */
+void app_job(const struct app *app, const struct picture *reference, struct job *job);
 
 /* One pass of the controls over what was put into `input`, which is then used up; asks
  * the worker for what changed. */

@@ -274,6 +274,12 @@ void app_act(struct app *app, enum action action)
  */
 
 /* Tells the worker what is looked at now. */
+void app_job(const struct app *app, const struct picture *reference, struct job *job)
+{
+    state_job(&app->state, app->source, reference, job);
+    job->light = app->light.data ? &app->light : NULL;
+}
+
 static void ask(struct app *app)
 {
     struct job job;
@@ -287,8 +293,7 @@ static void ask(struct app *app)
         return;
     app->asked_id = app->state.id;
     stats_change(&app->stats, app->state.id);
-    state_job(&app->state, app->source, app->has_reference ? &app->reference : NULL,
-              &job);
+    app_job(app, app->has_reference ? &app->reference : NULL, &job);
     worker_ask(app->worker, &job);
 }
 
@@ -418,6 +423,14 @@ static bool prepare(struct app *app)
         return false;
     }
     app->has_reference = options->reference != NULL;
+    const char *light = options->distribution_image;
+    if (light && !picture_read(light, NULL, thread_count(options->n_threads),
+                               &app->light_picture, &error)) {
+        message("%s", error.message);
+        return false;
+    }
+    app->light = rf_image_packed(app->light_picture.samples, app->light_picture.width,
+                                 app->light_picture.height, 3);
     if (options->font)
         snprintf(app->font_path, sizeof(app->font_path), "%s", options->font);
     else if (!font_find(app->font_path, sizeof(app->font_path))) {
@@ -441,6 +454,7 @@ static void close_app(struct app *app)
         free(app->stage);
     }
     picture_free(&app->reference);
+    picture_free(&app->light_picture);
     playlist_close(&app->playlist);
     if (app->trace)
         fclose(app->trace);

@@ -81,7 +81,7 @@ void save_picture(struct app *app)
                               .height = app->state.height};
     snprintf(saving->path, sizeof(saving->path), "%s", app->output);
     struct save save = {.write = finish, .user = saving};
-    state_job(&app->state, app->source, NULL, &save.job);
+    app_job(app, NULL, &save.job);
     save.job.mode = MODE_PICTURE;
     save.job.has_eye = false;
     save.job.eye[0] = save.job.eye[1] = 0;
@@ -132,8 +132,12 @@ void save_command(struct app *app)
     } else {
         char used[4096];
         settings_print_options(&app->state.params, used, sizeof(used));
-        snprintf(text, sizeof(text), "rackfocus filter demo.exr -o %s --type float %s",
-                 app->output, used);
+        const char *light = app->options->distribution_image;
+        const bool has_light = light && stage_uses_light(&app->state.params);
+        snprintf(text, sizeof(text),
+                 "rackfocus filter demo.exr -o %s --type float %s%s%s%s", app->output,
+                 used, has_light ? " --distribution-image '" : "",
+                 has_light ? light : "", has_light ? "'" : "");
     }
     SDL_SetClipboardText(text);
     printf("%s\n", text);

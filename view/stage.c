@@ -343,6 +343,12 @@ static void append_typed(struct line *line, const struct settings *typed)
     }
 }
 
+bool stage_uses_light(const struct rf_params *params)
+{
+    return params->method == RF_METHOD_SCATTER &&
+           params->distribution == RF_DISTRIBUTION_IMAGE;
+}
+
 static void append_input_options(struct line *line, const struct view_options *options)
 {
     const struct {
@@ -404,6 +410,10 @@ void stage_command(const struct stage *stage, const struct settings *typed,
     append(&line, " -o");
     append_word(&line, output);
     append_input_options(&line, stage->options);
+    if (stage->options->distribution_image && stage_uses_light(&typed->params)) {
+        append(&line, " --distribution-image");
+        append_word(&line, stage->options->distribution_image);
+    }
     append_typed(&line, typed);
 }
 

@@ -67,6 +67,9 @@ bool stage_resolve(const struct stage *stage, const struct settings *typed,
                    struct settings *settings, struct rf_params *params, char *text,
                    size_t n_bytes);
 
+/* Is the picture of --distribution-image used with these parameters? */
+bool stage_uses_light(const struct rf_params *params);
+
 /* The command line that makes the picture. */
 void stage_command(const struct stage *stage, const struct settings *typed,
                    const char *output, char *text, size_t n_bytes);

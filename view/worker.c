@@ -180,7 +180,8 @@ static struct rf_params preview_params(const struct job *job)
 
 /* Runs the filter and measures it. `out` may be one of the views. */
 static rf_result run_filter(struct worker *w, const struct rf_params *params,
-                            const struct rf_view *views, int n_views,
+                            const struct rf_image *light, const struct rf_view *views,
+                            int n_views,
                             const struct rf_image *out,
                             const struct rf_progress *progress, double *ms,
                             struct rf_error *error)
@@ -191,7 +192,11 @@ static rf_result run_filter(struct worker *w, const struct rf_params *params,
         rf_filter_create(&filter, w->context, params, out->width, out->height, error);
     if (result != RF_OK)
         return result;
-    result = rf_filter_process(filter, views, n_views, out, progress, error);
+    if (light && params->method == RF_METHOD_SCATTER &&
+        params->distribution == RF_DISTRIBUTION_IMAGE)
+        result = rf_filter_set_distribution(filter, light, error);
+    if (result == RF_OK)
+        result = rf_filter_process(filter, views, n_views, out, progress, error);
     rf_filter_destroy(filter);
     *ms = 1000 * (clock_seconds() - start_s);
     return result;
@@ -298,7 +303,8 @@ static rf_result make_preview(struct worker *w, const struct job *job,
     const struct rf_view view = small_view(w, job, times);
     struct rf_image out = view.colour;
     out.data = w->preview.pixels;
-    result = run_filter(w, &params, &view, 1, &out, NULL, &w->preview.filter_ms, error);
+    result = run_filter(w, &params, job->light, &view, 1, &out, NULL,
+                        &w->preview.filter_ms, error);
     w->preview_ns_px =
         1e6 * w->preview.filter_ms / ((double)out.width * (double)out.height);
     snprintf(w->preview.method, sizeof(w->preview.method), "%s",
@@ -321,8 +327,9 @@ static rf_result make_best(struct worker *w, const struct job *job,
     w->state.is_best = true;
     w->state.fraction = 0;
     pthread_mutex_unlock(&w->lock);
-    const rf_result result = run_filter(w, &job->params, input->views, input->n_views,
-                                        &out, &progress, &w->best.filter_ms, error);
+    const rf_result result =
+        run_filter(w, &job->params, job->light, input->views, input->n_views, &out,
+                   &progress, &w->best.filter_ms, error);
     pthread_mutex_lock(&w->lock);
     w->state.is_best = false;
     if (result == RF_ERROR_CANCELLED) {

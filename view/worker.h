@@ -38,6 +38,7 @@ struct job {
     double eye[2];                    /* lens radii, right and up */
     bool wants_filter, wants_pinhole; /* which of the two pictures is looked at */
     const struct picture *reference;  /* NULL: none; outlives the worker */
+    const struct rf_image *light;     /* for distribution = image; the same */
 };
 
 enum shot_quality { SHOT_PREVIEW, SHOT_BEST };

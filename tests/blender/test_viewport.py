@@ -26,7 +26,7 @@ def found(request, dist):
     blender = get_blender(request.param)
     out = blender.out / "viewport"
     # Small: OpenGL is drawn by the processor here.
-    return session.run(blender, "viewport_gui.py", dist, out, (720, 500), 900), out
+    return session.run(blender, "viewport_gui.py", dist, out, (720, 500), 1500), out
 
 
 def test_off_costs_nothing(found):
