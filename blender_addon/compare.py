@@ -129,7 +129,7 @@ class RACK_FOCUS_OT_compare(bpy.types.Operator):
             pinhole, ours, physical = self._make(scene)
             scores = rackfocus.compare(ours, physical)
             without = rackfocus.compare(pinhole, physical)
-        except (passes.PassesError, lens.CameraError, rackfocus.Error) as error:
+        except engine.EXPECTED as error:
             self.report({"ERROR"}, f"Rack Focus: {error}")
             return {"CANCELLED"}
         pictures = (ours, physical, heat_map(ours, physical))
@@ -157,7 +157,8 @@ class RACK_FOCUS_OT_compare(bpy.types.Operator):
             params = lens.frame_parameters(
                 renderer.camera, settings, renderer.scene.render, (width, height)
             )
-            ours = rackfocus.apply(colour, depth, threads=engine.threads(), **params)
+            params.update(settings.light_keywords(), threads=engine.threads())
+            ours = rackfocus.apply(colour, depth, **params)
             physical, _ = renderer.picture(True)
         finally:
             renderer.close()

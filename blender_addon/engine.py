@@ -8,7 +8,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import compat, keep, lens, passes, setup, views
+from . import compat, keep, lens, passes, pictures, setup, views
 from .library import rackfocus
 
 EXTRA_PASSES = (
@@ -34,6 +34,7 @@ EXPECTED = (
     passes.PassesError,
     lens.CameraError,
     views.ViewsError,
+    pictures.PictureError,
     rackfocus.Error,
     MemoryError,
 )
@@ -262,7 +263,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
         params["method"] = views.method_for(params["method"], found)
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")
         started = time.perf_counter()
-        made = rackfocus.Filter(width, height, threads=threads(), **params)
+        made = rackfocus.Filter(
+            width, height, threads=threads(), **params, **settings.light_keywords()
+        )
         views.process(made, params, found, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()

@@ -11,7 +11,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import setup, writing
+from . import pictures, setup, writing
 from .library import rackfocus
 
 LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
@@ -111,6 +111,12 @@ class CameraSettings(bpy.types.PropertyGroup):
         description="Each view has its own moment of the shutter's time, which gives "
         "motion blur. The views are then rendered one after another",
     )
+    distribution_image: PointerProperty(
+        name="Distribution Image",
+        description="Picture of the aperture, as the camera sees it: the method "
+        "Scatter spreads light by it where Distribution is Image",
+        type=bpy.types.Image,
+    )
     passes_folder: StringProperty(
         name="Keep Passes",
         description="Folder for the passes of every frame and view as EXR files, for "
@@ -125,6 +131,18 @@ class CameraSettings(bpy.types.PropertyGroup):
     def lens_parameters(self):
         """Where on the lens the views are taken, as keywords of rackfocus."""
         return {name: getattr(self, name) for name in LENS_POINTS}
+
+    def light_keywords(self):
+        """Keyword of rackfocus.Filter for the picture that light is spread by, or {}."""
+        params = self.method_parameters()
+        wanted = params["method"], params.get("distribution")
+        if wanted != ("scatter", "image"):
+            return {}
+        if self.distribution_image is None:
+            raise pictures.PictureError(
+                "Distribution “Image” needs a picture: choose a Distribution Image"
+            )
+        return {"distribution_image": pictures.read(self.distribution_image)}
 
     def method_parameters(self):
         """The fields as keywords of rackfocus.Filter."""

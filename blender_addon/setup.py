@@ -156,10 +156,14 @@ def _add_nodes(scene, tree, is_new):
     """Our node for every view layer in the tree; returns names of other new nodes."""
     used = [layer.name for layer in scene.view_layers if layer.use]
     helpers, ours = [], []
-    for source in layer_nodes(tree, scene):
-        node = add_node(tree, scene, source.layer)
-        take_over(tree, source, node)
-        ours.append(node)
+    # Blender renders the scenes that nodes of the tree itself look at; those in groups
+    # then show them too.
+    for one in _with_groups(tree):
+        for source in layer_nodes(one, scene):
+            node = add_node(one, scene, source.layer)
+            take_over(one, source, node)
+            if one == tree:
+                ours.append(node)
     if not ours and used:
         ours.append(add_node(tree, scene, used[0]))
         output = compat.output_socket(tree)
@@ -176,14 +180,15 @@ def _add_nodes(scene, tree, is_new):
 
 def _remove_nodes(scene, record):
     """Takes our nodes out of every tree of the scene and closes the gaps."""
-    ours = filter_scene_of(scene)
     for tree in trees_of(scene):
+        for one in _with_groups(tree):
+            sources = {node.layer: node for node in layer_nodes(one, scene)}
+            for node in layer_nodes(one, filter_scene_of(scene)):
+                source = sources.get(node.layer)
+                if source is not None:
+                    move_links(one, node, source)
+                one.nodes.remove(node)
         sources = {node.layer: node for node in layer_nodes(tree, scene)}
-        for node in layer_nodes(tree, ours):
-            source = sources.get(node.layer)
-            if source is not None:
-                move_links(tree, node, source)
-            tree.nodes.remove(node)
         helpers = [tree.nodes.get(name) for name in record["helpers"]]
         for node in filter(None, helpers):
             tree.nodes.remove(node)

@@ -50,6 +50,8 @@ class CameraPanel:
             for p in method_table():
                 if not _is_main(p) and belongs_to(p) in ("", settings.method):
                     column.prop(settings, p.field)
+            if (settings.method, settings.distribution) == ("scatter", "image"):
+                column.template_ID(settings, "distribution_image", open="image.open")
         if settings.method in views.METHODS:
             self._draw_views(column, settings, scene)
         column.prop(settings, "passes_folder")

@@ -10,6 +10,8 @@ import gpu
 import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
+from .pictures import to_linear
+
 HAS_DPI = bpy.app.version < (4, 0, 0)  # blf.size() takes it
 FONT_PX = 14
 # What is drawn on a view is encoded as sRGB before 5.0 (measured on 3.4 and 5.2; the
@@ -120,15 +122,6 @@ def _texture_of(pixels):
 def _draw_texture(texture, width, height):
     gpu.state.blend_set("NONE")
     draw_texture_2d(texture, (0, 0), width, height)
-
-
-def to_linear(shown):
-    """Inverse of the sRGB encoding, of colour values; alpha stays."""
-    linear = shown.copy()
-    colour = np.clip(shown[..., :3], 0, None)
-    low = colour <= 0.04045
-    linear[..., :3] = np.where(low, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
-    return linear
 
 
 def to_texture(picture):

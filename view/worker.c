@@ -181,8 +181,7 @@ static struct rf_params preview_params(const struct job *job)
 /* Runs the filter and measures it. `out` may be one of the views. */
 static rf_result run_filter(struct worker *w, const struct rf_params *params,
                             const struct rf_image *light, const struct rf_view *views,
-                            int n_views,
-                            const struct rf_image *out,
+                            int n_views, const struct rf_image *out,
                             const struct rf_progress *progress, double *ms,
                             struct rf_error *error)
 {

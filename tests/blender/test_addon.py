@@ -9,7 +9,8 @@ import pytest
 from checked import Checked, names_of, read_rgba
 from conftest import ROOT, call, get_blender
 
-NAMES = [*names_of("picture_checks.py"), *names_of("setup_checks.py")]
+SCRIPTS = ("picture_checks.py", "node_checks.py", "setup_checks.py")
+NAMES = [name for script in SCRIPTS for name in names_of(script)]
 NAMES.append("uninstall_leaves_nothing")
 CHECKED = Checked("checks.py", "results.json")
 

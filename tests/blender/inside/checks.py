@@ -12,6 +12,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
+import node_checks  # noqa: E402
 import picture_checks  # noqa: E402
 import setup_checks  # noqa: E402
 
@@ -29,4 +30,5 @@ def uninstall(report):
     print(common.V)
 
 
-checking.run({**picture_checks.check, **setup_checks.check}, "results.json", uninstall)
+ALL = {**picture_checks.check, **node_checks.check, **setup_checks.check}
+checking.run(ALL, "results.json", uninstall)

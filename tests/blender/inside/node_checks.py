@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of the user's own nodes with ours: File Output, node groups."""
+
+import bpy
+import common
+import numpy as np
+from checking import OUT, Checks
+from common import (
+    addon,
+    filtered,
+    last_message,
+    pinhole,
+    render,
+    rgba,
+    same,
+    start,
+)
+
+check = Checks()
+
+
+def expected(scene):
+    """What the filter makes of the passes of the scene."""
+    sharp = pinhole(scene, OUT / "n_passes.exr")
+    return filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
+
+
+def our_node(tree, scene):
+    """The node that Rack Focus put into a tree."""
+    return addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+
+
+def add_file_output(tree, folder):
+    """A File Output node that writes an EXR of full precision; returns its input."""
+    node = tree.nodes.new("CompositorNodeOutputFile")
+    settings = node.format
+    if hasattr(node, "file_output_items"):  # 5.x
+        node.directory, node.file_name = str(folder), "file"
+        settings.media_type = "IMAGE"
+        node.file_output_items.clear()
+        node.file_output_items.new("RGBA", "picture")
+    else:
+        node.base_path = str(folder)
+        node.file_slots[0].path = "picture"
+    settings.file_format = "OPEN_EXR"
+    settings.color_mode, settings.color_depth = "RGBA", "32"
+    settings.exr_codec = "NONE"
+    return node.inputs[0]
+
+
+@check
+def file_output_nodes():
+    """They write the filtered picture, after a render and after a refocus."""
+    folder = OUT / "file_output"
+    scene, data = start()
+    tree = common.tree_of(scene)
+    target = add_file_output(tree, folder)
+    tree.links.new(our_node(tree, scene).outputs["Image"], target)
+    for distance, call in (
+        (3, bpy.ops.render.render),
+        (1.5, bpy.ops.rack_focus.refocus),
+    ):
+        for old in folder.glob("*.exr"):
+            old.unlink()
+        data.dof.focus_distance = distance
+        call()
+        assert not last_message(scene), last_message(scene)
+        written = list(folder.glob("*.exr"))
+        assert len(written) == 1, written
+        made = rgba(common.read(written[0]))
+        kept = addon("passes").rendered(scene).layer("ViewLayer")
+        same(made, filtered(scene, kept.colour, kept.depth))
+
+
+def group_of(scene, depth):
+    """A group that mirrors its input, inside `depth` - 1 others; its innermost."""
+    inner = None
+    for level in range(depth):
+        group = bpy.data.node_groups.new(f"level{level}", "CompositorNodeTree")
+        if hasattr(group, "interface"):
+            for side in ("INPUT", "OUTPUT"):
+                group.interface.new_socket(
+                    "Image", in_out=side, socket_type="NodeSocketColor"
+                )
+        else:
+            group.inputs.new("NodeSocketColor", "Image")
+            group.outputs.new("NodeSocketColor", "Image")
+        begin, end = (group.nodes.new(f"NodeGroup{x}") for x in ("Input", "Output"))
+        if inner is None:
+            node = group.nodes.new("CompositorNodeFlip")
+            if "Flip X" in node.inputs:  # 4.5 and later
+                node.inputs["Flip X"].default_value = True
+                node.inputs["Flip Y"].default_value = False
+        else:
+            node = group.nodes.new("CompositorNodeGroup")
+            node.node_tree = inner
+        group.links.new(begin.outputs[0], node.inputs[0])
+        group.links.new(node.outputs[0], end.inputs[0])
+        inner = group
+    return inner
+
+
+@check
+def our_picture_through_groups():
+    """A group in a group between our node and the output; off again, it stays."""
+    scene = bpy.context.scene
+    tree, _ = addon("compat").start_compositor(scene)
+    source = addon("setup").layer_nodes(tree, scene)[0]
+    node = tree.nodes.new("CompositorNodeGroup")
+    node.node_tree = group_of(scene, 2)
+    out = addon("compat").output_socket(tree)
+    tree.links.new(source.outputs["Image"], node.inputs[0])
+    tree.links.new(node.outputs[0], out)
+    before = common.snapshot(scene)
+    _, data = start()
+    made = rgba(render(scene, OUT / "n_groups.exr"))
+    same(made, expected(scene)[:, ::-1])
+    data.rack_focus.enabled = False
+    assert common.snapshot(scene)[1:] == before[1:]
+
+
+@check
+def render_layers_in_a_group():
+    """The group's node shows the filtered picture, and is as before when off.
+
+    Up to 4.5 there are none in groups; later Blender renders only what a node outside
+    of groups looks at, so one is there as well.
+    """
+    scene = bpy.context.scene
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    tree, _ = addon("compat").start_compositor(scene)
+    group = bpy.data.node_groups.new("layers", "CompositorNodeTree")
+    inner = group.nodes.new("CompositorNodeRLayers")
+    inner.scene = scene
+    group.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    end = group.nodes.new("NodeGroupOutput")
+    group.links.new(inner.outputs["Image"], end.inputs[0])
+    node = tree.nodes.new("CompositorNodeGroup")
+    node.node_tree = group
+    tree.links.new(node.outputs[0], addon("compat").output_socket(tree))
+    before = sorted(node.name for node in group.nodes)
+    _, data = start()
+    same(rgba(render(scene, OUT / "n_inner.exr")), expected(scene))
+    render(scene, OUT / "n_inner.exr")
+    data.dof.focus_distance = 1.5
+    bpy.ops.rack_focus.refocus()
+    image = bpy.data.images["Render Result"]
+    image.save_render(str(OUT / "n_inner.exr"), scene=scene)
+    same(rgba(common.read(OUT / "n_inner.exr")), expected(scene))
+    data.rack_focus.enabled = False
+    assert sorted(node.name for node in group.nodes) == before
+    assert inner.outputs["Image"].is_linked
+
+
+@check
+def scatter_spreads_light_by_an_image():
+    """The same as with the array; without an image the box and the node say so."""
+    scene, data = start(method="scatter", quality="custom", distribution="image")
+    sharp = pinhole(scene, OUT / "n_passes.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    try:
+        common.set_output(scene, OUT / "n_light.exr")
+        bpy.ops.render.render(write_still=True)
+    except RuntimeError as error:
+        assert "Distribution Image" in str(error), error
+    assert "Distribution Image" in last_message(scene), last_message(scene)
+    light = np.zeros((12, 10, 4), np.float32)
+    light[2:9, 1:4] = light[7:9, 1:8] = (1, 0.5, 0.25, 1)
+    image = bpy.data.images.new("light", 10, 12, float_buffer=True)
+    image.pixels.foreach_set(np.ascontiguousarray(light[::-1]).ravel())
+    data.rack_focus.distribution_image = image
+    made = rgba(render(scene, OUT / "n_light.exr"))
+    assert not last_message(scene), last_message(scene)
+    params = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, depth.shape[::-1]
+    )
+    picture = np.ascontiguousarray(light[..., :3])
+    wanted = addon("library").rackfocus.apply(
+        np.ascontiguousarray(colour), depth, distribution_image=picture, **params
+    )
+    same(made, wanted)
+    data.rack_focus.distribution = "uniform"
+    assert np.abs(made - rgba(render(scene, OUT / "n_light.exr"))).max() > 0.01
+
+
+@check
+def images_of_bytes_are_decoded():
+    """A PNG of 8 bits is sRGB, as for the command."""
+    image = bpy.data.images.new("bytes", 3, 2)
+    image.pixels.foreach_set(np.repeat(np.float32([0, 0.5, 1] * 2), 4))
+    found = addon("pictures").read(image)
+    assert found.shape == (2, 3, 3)
+    assert np.allclose(found[0, :, 1], [0, 0.2140, 1], atol=3e-3), found[0, :, 1]
