@@ -133,7 +133,7 @@ class CameraSettings(bpy.types.PropertyGroup):
         return {name: getattr(self, name) for name in LENS_POINTS}
 
     def light_keywords(self):
-        """Keyword of rackfocus.Filter for the picture that light is spread by, or {}."""
+        """Keyword of rackfocus.Filter: the picture that light is spread by; or {}."""
         params = self.method_parameters()
         wanted = params["method"], params.get("distribution")
         if wanted != ("scatter", "image"):

@@ -119,6 +119,8 @@ static const struct option options[] = {
      .min = 0.1,
      .max = 600,
      .help = "Drag the focus to and fro for so long, print how fast that was, end."},
+    OPTION_FLAG_ROW("benchmark-turn", AT(is_benchmark_turn),
+                    "With --benchmark and --demo: turn the scene instead."),
     {.name = "trace",
      .kind = OPTION_FILE,
      .offset = AT(trace),
@@ -194,6 +196,8 @@ static bool check_usage(const struct view_options *tool,
         return fail_usage("view needs something to show: an EXR file with colour and "
                           "depth, a folder of kept passes, views, a POV-Ray scene, or "
                           "--demo");
+    if (tool->is_benchmark_turn && !(tool->is_demo && tool->benchmark_s > 0))
+        return fail_usage("--benchmark-turn goes with --benchmark and --demo");
     if (tool->is_demo && operands->n > 1)
         return fail_usage("--demo takes one picture at most, an EXR or a PNG");
     if (operands->n > RF_MAX_VIEWS)

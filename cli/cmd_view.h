@@ -28,7 +28,7 @@ struct view_options {
     int32_t n_views;                    /* of a POV-Ray scene */
     int32_t demo_width;                 /* px; the height follows */
     int32_t n_threads;
-    bool is_demo, is_quiet;
+    bool is_demo, is_quiet, is_benchmark_turn;
 };
 
 /* One command line, parsed. */

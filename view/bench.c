@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * --benchmark: drags the slider of the focus distance to and fro as a mouse would, with
- * 60 events a second through SDL's queue, and prints how soon the pictures followed.
+ * --benchmark: drags the slider of the focus distance to and fro, or the demo's scene
+ * around, as a mouse would, with 60 events a second through SDL's queue, and prints how
+ * soon the pictures followed.
  */
 #include <math.h>
 #include <stdio.h>
@@ -37,27 +38,34 @@ static void push_mouse(const struct app *app, Uint32 type, double x, double y)
     SDL_PushEvent(&event);
 }
 
-static const struct area *find_slider(const struct app *app)
+/* Where the mouse is held; false while there is no such place. */
+static bool find_handle(const struct app *app, struct area *area)
 {
+    if (app->options->is_benchmark_turn) {
+        *area = app_picture_area(app);
+        return true;
+    }
     for (int i = 0; i < app->ui.n_controls; i++)
-        if (strcmp(app->ui.controls[i].label, "Focus distance") == 0)
-            return &app->ui.controls[i].area;
-    return NULL;
+        if (strcmp(app->ui.controls[i].label, "Focus distance") == 0) {
+            *area = app->ui.controls[i].area;
+            return true;
+        }
+    return false;
 }
 
 void bench_step(struct app *app)
 {
-    const struct area *slider = find_slider(app);
+    struct area handle;
     const double now_s = clock_seconds();
     struct bench *bench = &app->bench;
-    if (!slider || !app->shot || bench->is_over)
+    if (!find_handle(app, &handle) || !app->shot || bench->is_over)
         return;
-    const double y = slider->y + slider->height / 2.0;
+    const double y = handle.y + handle.height / 2.0;
     if (bench->started_s == 0) {
         bench->started_s = now_s;
         bench->cpu_s = cpu_seconds();
         stats_start(&app->stats, now_s);
-        push_mouse(app, SDL_MOUSEBUTTONDOWN, slider->x + slider->width * 0.5, y);
+        push_mouse(app, SDL_MOUSEBUTTONDOWN, handle.x + handle.width * 0.5, y);
     }
     const double t = now_s - bench->started_s;
     if (now_s - bench->moved_s < 1.0 / EVENTS_A_SECOND)
@@ -71,7 +79,7 @@ void bench_step(struct app *app)
         return;
     }
     const double swing = 0.45 * sin(2 * acos(-1) * t / PERIOD_S);
-    push_mouse(app, SDL_MOUSEMOTION, slider->x + slider->width * (0.5 + swing), y);
+    push_mouse(app, SDL_MOUSEMOTION, handle.x + handle.width * (0.5 + swing), y);
 }
 
 void bench_print(const struct app *app)

@@ -2,6 +2,7 @@
 """No display, no OpenGL, files that go, windows of one px and of 8k."""
 
 import os
+import re
 import shutil
 import subprocess
 
@@ -56,6 +57,7 @@ def test_no_window_in_this_build(binary, passes, tmp_path):
         (["missing.exr"], "missing.exr: No such file", 1),
         ([], "needs something to show", 2),
         (["--demo", "a.exr", "b.exr"], "one picture", 2),
+        (["--demo", "--benchmark-turn"], "--benchmark", 2),
         (["a.exr", "--views", "4"], "POV-Ray", 2),
         (["a.exr", "--params", "missing.params"], "missing.params", 1),
         (["PASSES", "--reference", "missing.png"], "missing.png", 1),
@@ -176,10 +178,13 @@ def test_interruption_ends_it(view, passes):
     assert window.process.wait(timeout=WAIT_S) == 143
 
 
-def test_benchmark_prints_what_it_measured(view, passes):
+@pytest.mark.parametrize("turn", [False, True])
+def test_benchmark_prints_what_it_measured(view, passes, turn):
     """Figures of any size: how fast it is depends on the machine."""
-    window = view(passes(), "--benchmark", "2")
+    what = ["--demo", "--demo-width", 320, "--benchmark-turn"] if turn else [passes()]
+    window = view(*what, "--benchmark", "2")
     assert window.process.wait(timeout=WAIT_S) == 0
     text = window.printed()
     for part in ("updates", "input to picture", "filter", "drawing", "llvmpipe"):
         assert part in text, text
+    assert int(re.search(r"updates (\d+)", text)[1]) > 3, text
