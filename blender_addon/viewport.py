@@ -57,7 +57,8 @@ class View:
         self.depth = None  # buffer, rows downwards
         self.params = None  # keywords of the filter
         self.frame_shown = None  # of the scene, in the texture
-        self.texture = None
+        self.picture = None  # (height, width, 4), rows downwards: filtered, or a map
+        self.texture = None  # of it
         self.is_map = False  # is the texture as shown, or in place of the scene?
         self.message = ""
         self.seconds = {}  # of the steps of the last picture
@@ -183,12 +184,12 @@ def _make(context, settings, view, has_moved, is_final):
     times.append(time.perf_counter())
     if not (view.depth < 1).any():
         return None
-    shown, view.is_map = _picture(context, settings, view, is_final)
+    view.picture, view.is_map = _picture(context, settings, view, is_final)
     times.append(time.perf_counter())
     if view.is_map:
-        texture = viewport_gpu.to_shown_texture(shown)
+        texture = viewport_gpu.to_shown_texture(view.picture)
     else:
-        texture = viewport_gpu.to_texture(shown)
+        texture = viewport_gpu.to_texture(view.picture)
     times.append(time.perf_counter())
     steps = ("shrink", "depth", "filter", "texture")
     view.seconds.update(zip(steps, np.diff(times).tolist(), strict=True))

@@ -10,7 +10,7 @@ import gpu
 import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
-from .pictures import to_linear
+from .pictures import for_view_transform, to_linear
 
 HAS_DPI = bpy.app.version < (4, 0, 0)  # blf.size() takes it
 FONT_PX = 14
@@ -127,9 +127,9 @@ def _draw_texture(texture, width, height):
 def to_texture(picture):
     """A texture for draw_into() of a scene-linear (height, width, 4) picture.
 
-    Rows downwards.
+    Premultiplied, rows downwards.
     """
-    return _texture_of(picture[::-1])
+    return _texture_of(for_view_transform(picture)[::-1])
 
 
 def to_shown_texture(picture):
@@ -137,7 +137,7 @@ def to_shown_texture(picture):
 
     Rows downwards.
     """
-    return to_texture(to_linear(picture) if VIEW_ENCODES else picture)
+    return _texture_of((to_linear(picture) if VIEW_ENCODES else picture)[::-1])
 
 
 def draw_into(frame, region, texture):

@@ -9,6 +9,7 @@ COMMAND is the built `rackfocus`. Needs what tests/view needs.
 import pathlib
 import sys
 import tempfile
+import time
 
 import numpy
 import OpenImageIO as oiio
@@ -68,8 +69,8 @@ def show_posts(command, display, folder):
         window.wait_best(**facts)
         seen.append(window.look_at_picture(*POSTS_SIZE))
     press(window, "b", "s")
-    window.wait_shown(pinhole=True, split=True)
-    window.wait_best(mode=0)
+    window.wait_best(mode=0, split=True)
+    time.sleep(2)  # for the pinhole's half
     seen.append(window.look_at_picture(*POSTS_SIZE))
     write("view-modes.png", sheet(seen, 2))
     window.close()

@@ -14,7 +14,7 @@ def found(request, dist):
     """What the session found in one Blender."""
     blender = get_blender(request.param)
     out = blender.out / "viewport_speed"
-    return session.run(blender, "viewport_speed.py", dist, out, (1280, 900), 1500)
+    return session.run(blender, "viewport_speed.py", dist, out, (960, 640), 1500)
 
 
 @pytest.mark.parametrize("kind", ("SOLID", "MATERIAL", "RENDERED"))

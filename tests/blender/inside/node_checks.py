@@ -192,3 +192,17 @@ def images_of_bytes_are_decoded():
     found = addon("pictures").read(image)
     assert found.shape == (2, 3, 3)
     assert np.allclose(found[0, :, 1], [0, 0.2140, 1], atol=3e-3), found[0, :, 1]
+
+
+@check
+def soft_edges_of_a_view_do_not_shine():
+    """What 3D views encode is alpha times the whole colour; opaque pixels stay."""
+    pictures = addon("pictures")
+    colour = np.float32([[0.18, 0.5, 2.0]])
+    for alpha in (0.1, 0.5, 1):
+        pixel = np.float32([[*(colour[0] * alpha), alpha]])[None]
+        made = pictures.for_view_transform(pixel)
+        wanted = alpha * pictures.to_shown(colour)
+        assert np.allclose(pictures.to_shown(made[0, :, :3]), wanted, rtol=1e-5)
+        assert made[0, 0, 3] == np.float32(alpha)
+    assert np.allclose(pictures.to_linear(pictures.to_shown(colour)), colour, rtol=1e-5)

@@ -67,11 +67,8 @@ def settle():
 
 
 def shown():
-    """The picture on the view, (height, width, 4), rows upwards."""
-    data = view().texture.read()
-    width, height = view().texture.width, view().texture.height
-    data.dimensions = width * height * 4
-    return np.array(data).reshape(height, width, 4).copy()
+    """The picture on the view, (height, width, 4), rows downwards."""
+    return np.array(view().picture)
 
 
 def change(a, b):
@@ -144,9 +141,7 @@ def steps():
 def keep(name):
     """What was filtered and what came of it, for the command: OUT/NAME.npz."""
     seen = view()
-    np.savez(
-        OUT / f"{name}.npz", colour=seen.colour, depth=seen.depth, picture=shown()[::-1]
-    )
+    np.savez(OUT / f"{name}.npz", colour=seen.colour, depth=seen.depth, picture=shown())
     FOUND[f"{name}_params"] = seen.params
 
 

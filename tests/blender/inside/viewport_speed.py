@@ -21,7 +21,7 @@ import stepping  # noqa: E402
 from common import addon  # noqa: E402
 from stepping import DIST, FOUND, OUT, area_of, override, region_of, until  # noqa: E402
 
-N_FRAMES = 24
+N_FRAMES = 10
 STEPS = ("read", "shrink", "depth", "filter", "texture", "draw")
 
 
