@@ -17,27 +17,21 @@ def to_linear(shown):
     return linear
 
 
-def to_shown(linear):
-    """The sRGB encoding of colour values, (..., n), which may exceed 1."""
-    colour = np.clip(linear, 0, None)
-    low = colour <= 0.0031308
-    return np.where(low, colour * 12.92, 1.055 * colour ** (1 / 2.4) - 0.055)
-
-
-def for_view_transform(picture):
+def for_view(picture, alpha_before, background):
     """A premultiplied scene-linear (height, width, 4) picture for Blender's 3D views.
 
-    They encode it without dividing by alpha before, so that half-transparent edges
-    would shine: their colour becomes what is encoded as alpha times the whole colour's.
+    A view shows c + (1 - alpha_before) b, linear light where the view transform is
+    sRGB: the background b stands behind what was drawn before. What should be seen is
+    c + (1 - alpha) b. Where that is darker than b can be, b stays.
+
+    alpha_before: (height, width); background: linear, for broadcasting with (height,
+    width, 3).
     """
-    alpha = picture[..., 3]
-    is_soft = (alpha > 0) & (alpha < 1)
-    if not is_soft.any():
+    more = alpha_before[..., None] - picture[..., 3:]
+    if not more.any():
         return picture
     made = picture.copy()
-    share = alpha[is_soft][:, None]
-    whole = to_shown(picture[is_soft][:, :3] / share)
-    made[is_soft, :3] = to_linear(whole * share)
+    made[..., :3] = np.maximum(picture[..., :3] + more * background, 0)
     return made
 
 

@@ -189,7 +189,8 @@ def _make(context, settings, view, has_moved, is_final):
     if view.is_map:
         texture = viewport_gpu.to_shown_texture(view.picture)
     else:
-        texture = viewport_gpu.to_texture(view.picture)
+        before = view.colour[..., 3]
+        texture = viewport_gpu.to_texture(context, view.picture, before)
     times.append(time.perf_counter())
     steps = ("shrink", "depth", "filter", "texture")
     view.seconds.update(zip(steps, np.diff(times).tolist(), strict=True))

@@ -10,7 +10,7 @@ import gpu
 import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
-from .pictures import for_view_transform, to_linear
+from .pictures import for_view, to_linear
 
 HAS_DPI = bpy.app.version < (4, 0, 0)  # blf.size() takes it
 FONT_PX = 14
@@ -124,12 +124,29 @@ def _draw_texture(texture, width, height):
     draw_texture_2d(texture, (0, 0), width, height)
 
 
-def to_texture(picture):
+def _background(context, height):
+    """What is behind the scene of a 3D view, linear: (3,) or (height, 1, 3)."""
+    shading = context.space_data.shading
+    kind = shading.background_type if shading.type in ("SOLID", "WIREFRAME") else ""
+    if kind == "VIEWPORT":
+        return np.float32(shading.background_color)
+    if kind == "WORLD" and context.scene.world is not None:
+        return np.float32(context.scene.world.color)
+    theme = context.preferences.themes[0].view_3d.space.gradients
+    top = to_linear(np.float32(theme.high_gradient))
+    if theme.background_type != "LINEAR":
+        return top
+    below = np.linspace(0, 1, height, dtype=np.float32)[:, None, None]
+    return top * (1 - below) + to_linear(np.float32(theme.gradient)) * below
+
+
+def to_texture(context, picture, alpha_before):
     """A texture for draw_into() of a scene-linear (height, width, 4) picture.
 
-    Premultiplied, rows downwards.
+    Premultiplied, rows downwards; alpha_before: (height, width) of what it replaces.
     """
-    return _texture_of(for_view_transform(picture)[::-1])
+    behind = _background(context, len(picture))
+    return _texture_of(for_view(picture, alpha_before, behind)[::-1])
 
 
 def to_shown_texture(picture):

@@ -135,7 +135,7 @@ class Blender:
         paths = (str(ROOT), str(BUILD), "/tmp")
         return sid_command(self.sid, command, dict.fromkeys(paths))
 
-    def run(self, script, *args, timeout=400):
+    def run(self, script, *args, timeout=900):
         """Runs a script of inside/ in the background; returns what it printed."""
         if self.is_module:
             command = [self.python, INSIDE / script, "--", *args]

@@ -75,6 +75,39 @@ def test_colours_are_those_of_the_view(found):
     assert abs(off - on).max() < 4 / 255, (off, on)
 
 
+def encoded(light):
+    """sRGB of linear values."""
+    light = np.clip(light, 0, 1)
+    return np.where(
+        light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055
+    )
+
+
+def linear(shown):
+    """The inverse of encoded()."""
+    return np.where(shown < 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+
+
+def test_what_is_shown_is_the_picture_over_the_background(found):
+    """In Solid, encoded as sRGB; where no overlay is in the way, which few px are."""
+    values, folder = found
+    picture = np.load(folder / "solid.npz")["picture"]
+    height, width = picture.shape[:2]
+    x, y = values["place"]
+    seen = session.shot(folder, "camera_near")[y : y + height, x : x + width]
+    behind = linear(session.shot(folder, "off")[y + 120, x + 10])
+    alpha = picture[..., 3:]
+    wanted = encoded(picture[..., :3] + (1 - alpha) * behind)
+    inside = np.zeros((height, width), bool)
+    inside[height // 3 : 2 * height // 3, width // 3 : 2 * width // 3] = True
+    is_soft = inside & (alpha[..., 0] > 0.1) & (alpha[..., 0] < 0.9)
+    off = abs(wanted - seen).max(axis=-1)
+    assert is_soft.sum() > 500
+    print(values["version"], np.percentile(255 * off[is_soft], (50, 80, 95)))
+    assert np.percentile(off[is_soft], 80) < 6 / 255
+    assert np.percentile(off[inside], 80) < 6 / 255
+
+
 def test_maps(found):
     """Depth map, CoC and focus show something."""
     values, _ = found

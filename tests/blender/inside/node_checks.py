@@ -195,14 +195,16 @@ def images_of_bytes_are_decoded():
 
 
 @check
-def soft_edges_of_a_view_do_not_shine():
-    """What 3D views encode is alpha times the whole colour; opaque pixels stay."""
+def soft_edges_of_a_view():
+    """What a view adds up to is the picture over its background, in linear light."""
     pictures = addon("pictures")
-    colour = np.float32([[0.18, 0.5, 2.0]])
-    for alpha in (0.1, 0.5, 1):
-        pixel = np.float32([[*(colour[0] * alpha), alpha]])[None]
-        made = pictures.for_view_transform(pixel)
-        wanted = alpha * pictures.to_shown(colour)
-        assert np.allclose(pictures.to_shown(made[0, :, :3]), wanted, rtol=1e-5)
+    behind, colour = np.float32([0.2, 0.3, 0.4]), np.float32([0.5, 0.6, 2.0])
+    for alpha, before in ((0.2, 0), (0.5, 1), (0.9, 0.3), (1, 1)):
+        pixel = np.float32([[[*(colour * alpha), alpha]]])
+        made = pictures.for_view(pixel, np.float32([[before]]), behind)
+        seen = made[0, 0, :3] + (1 - before) * behind
+        wanted = alpha * colour + (1 - alpha) * behind
+        assert np.allclose(seen, wanted, atol=1e-6), (alpha, before, seen, wanted)
         assert made[0, 0, 3] == np.float32(alpha)
-    assert np.allclose(pictures.to_linear(pictures.to_shown(colour)), colour, rtol=1e-5)
+    black = np.float32([[[0, 0, 0, 1]]])
+    assert not pictures.for_view(black, np.float32([[0]]), behind)[..., :3].any()

@@ -114,6 +114,7 @@ def steps():
     yield from settle()
     near = shown()
     yield from screenshot("camera_near")
+    FOUND["place"] = [*on_display(region(), 0, region().height - 1)]
     FOUND["message"] = view().message
     distances = planar()
     hits = distances[np.isfinite(distances)]
