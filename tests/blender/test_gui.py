@@ -65,8 +65,8 @@ def test_the_cameras_own_dof_is_back(found):
 
 # What docs/blender.md shows: the Blender, and left, right, top, bottom in px.
 SHOWN = {
-    "panel": ("5", 30, 1050, 412, 768),
-    "views": ("5", 30, 1050, 602, 812),
+    "panel": ("5", 30, 1040, 412, 803),
+    "views": ("5", 30, 1040, 602, 812),
     "render": ("5", 150, 900, 180, 690),
     "refocus": ("5", 150, 900, 180, 690),
     "compositor": ("3", 300, 560, 240, 622),
