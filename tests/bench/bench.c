@@ -270,8 +270,8 @@ static int list_cases(const struct options *o, struct bench_case *cases)
     return n;
 }
 
-/* What a case that has not run will take: grows from the last radius as it grew to it.
- */
+/* What a case that has not run will take: grows from the last radius as it grew to it,
+ * at most with the area of the blur. Radius 0 is a copy and tells nothing. */
 static double expect_s(const struct options *o, const struct bench_case *c)
 {
     const struct bench_case *last = c - o->n_threads, *before = last - o->n_threads;
@@ -279,8 +279,10 @@ static double expect_s(const struct options *o, const struct bench_case *c)
         return 0;
     if (last->n_runs == 0)
         return 1e30;
-    double growth = c->radius > 1 ? last->cpu_s / before->cpu_s : 1;
-    return last->cpu_s * fmax(growth, 1);
+    if (c->radius < 2 || o->radii[c->radius - 2] == 0)
+        return last->cpu_s;
+    double to = o->radii[c->radius] / o->radii[c->radius - 1];
+    return last->cpu_s * fmin(fmax(last->cpu_s / before->cpu_s, 1), to * to);
 }
 
 /* The first run asks whether the limit allows it, the others whether any is left. */
