@@ -371,6 +371,7 @@ def static():
         found["clang-tidy"] += re.findall(r"^.*: (?:warning|error): .*$", text, re.M)
         gcc = re.sub(r" -MD| -M[QF] \S+", "", command).split(" -o ")[0]
         gcc = re.sub(r"^(ccache )?\S+", "gcc", gcc)
+        gcc = gcc.replace("-fdiagnostics-color=always", "")
         text = captured(
             "sh", "-c", f"{gcc} -fanalyzer -O1 -c {path} -o /dev/null", cwd=build
         )
