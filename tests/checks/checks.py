@@ -324,6 +324,7 @@ def valgrind():
             "--error-exitcode=9",
             "--leak-check=full",
             "--errors-for-leak-kinds=definite",
+            "--show-leak-kinds=definite",  # not glibc's cache of threads' stacks
             program,
             env=environment,
         )
