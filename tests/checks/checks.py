@@ -133,7 +133,7 @@ def coverage(mode="all"):
     # ThreadSanitizer and others build their own: what is here is for this build only.
     for suite in COVERAGE_PYTEST:
         skipped = ["--deselect", "tests/povray/test_quality.py"]
-        # A process that is stopped may hold the lock of the counts that others wait for.
+        # A stopped process may hold the lock of the counts that others wait for.
         skipped += ["--deselect", "tests/faults/test_faults.py::test_two_writers"]
         print(pytest(f"tests/{suite}", *skipped, environment=environment)[-2000:])
     return report_coverage(build)
