@@ -81,28 +81,42 @@ void rf_shape_extent(const struct rf_shape *shape, double extent[2])
 
 /* ---- parts --------------------------------------------------------------------- */
 
+static bool is_same(const double a[2], const double b[2])
+{
+    return fabs(a[0] - b[0]) + fabs(a[1] - b[1]) < 1e-9;
+}
+
+/* Adds a corner, but for one at the place of its neighbour: its edge has no side. */
+static void add_corner(struct rf_shape *shape, const double corner[2])
+{
+    int n = shape->n_corners;
+    if (n > 0 && is_same(shape->corner[n - 1], corner))
+        return;
+    memcpy(shape->corner[n], corner, sizeof shape->corner[n]);
+    shape->n_corners++;
+}
+
 /* Cuts off what lies beyond normal . (u, v) = limit. */
 static void cut(struct rf_shape *shape, const double normal[2], double limit)
 {
     struct rf_shape whole = *shape;
-    int n = 0;
+    shape->n_corners = 0;
     for (int i = 0; i < whole.n_corners; i++) {
         const double *a = whole.corner[i];
         const double *b = whole.corner[(i + 1) % whole.n_corners];
         double beyond_a = a[0] * normal[0] + a[1] * normal[1] - limit;
         double beyond_b = b[0] * normal[0] + b[1] * normal[1] - limit;
-        if (beyond_a <= 0) {
-            memcpy(shape->corner[n], a, sizeof shape->corner[n]);
-            n++;
-        }
+        if (beyond_a <= 0)
+            add_corner(shape, a);
         if ((beyond_a < 0 && beyond_b > 0) || (beyond_a > 0 && beyond_b < 0)) {
             double t = beyond_a / (beyond_a - beyond_b);
-            for (int k = 0; k < 2; k++)
-                shape->corner[n][k] = a[k] + t * (b[k] - a[k]);
-            n++;
+            add_corner(shape,
+                       (double[]){a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
         }
     }
-    shape->n_corners = n;
+    int n = shape->n_corners;
+    if (n > 1 && is_same(shape->corner[n - 1], shape->corner[0]))
+        shape->n_corners--;
 }
 
 static double area_of(const struct rf_shape *shape, double centroid[2])

@@ -42,7 +42,7 @@
  */
 #include "views.h"
 
-enum { N_PHASES = 4 };
+enum { N_PHASES = 5 }; /* odd: one is the pixel's centre */
 
 static const float LEAST_COUNT = 0.25f;
 /* Of an estimated hidden sample, against those that another view shows. */

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The method views on a plane, where each view is the middle one moved. */
+#include <stdio.h>
+
+#include "physics/frames.h"
+#include "testing.h"
+
+enum { WIDTH = 96, HEIGHT = 72, N_VIEWS = 5, R_PX = 4, MARGIN = 20 };
+
+/* Points of the unit lens at which the plane's picture moves by whole pixels. */
+static const double points[N_VIEWS][2] = {
+    {0, 0}, {0.75, 0}, {-0.5, 0.5}, {0, -0.75}, {0.25, 0.5}};
+
+typedef float (*light_fn)(int x, int y);
+
+static float waves(int x, int y)
+{
+    return 0.5f + 0.2f * sinf((float)x * 0.35f) + 0.2f * cosf((float)y * 0.28f);
+}
+
+/* A lamp of 2 x 2 pixels in the dark. */
+static float lamp(int x, int y)
+{
+    return x / 2 == WIDTH / 4 && y / 2 == HEIGHT / 4 ? 250 : 0;
+}
+
+/* What the n first views make of a plane that the lens blurs by R_PX. */
+static struct frame merged(light_fn light, int n, const struct rf_params *params,
+                           int n_threads)
+{
+    struct frame views[N_VIEWS], result = frame_make(WIDTH, HEIGHT, 3);
+    struct rf_view view[N_VIEWS];
+    for (int j = 0; j < n; j++) {
+        views[j] = frame_make(WIDTH, HEIGHT, 3);
+        int dx = (int)(points[j][0] * R_PX), dy = -(int)(points[j][1] * R_PX);
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = 0; x < WIDTH; x++)
+                for (int c = 0; c < 3; c++)
+                    views[j].colour[(y * WIDTH + x) * 3 + c] = light(x - dx, y - dy);
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            views[j].depth[i] = plain_depth(R_PX);
+        view[j] = (struct rf_view){
+            .colour = rf_image_packed(views[j].colour, WIDTH, HEIGHT, 3),
+            .depth = rf_image_packed(views[j].depth, WIDTH, HEIGHT, 1),
+            .lens_offset = {points[j][0] * 40, points[j][1] * 40},
+            .shear_distance = PLAIN_FOCUS};
+    }
+    struct rf_context_params run = {.size = sizeof run, .n_threads = n_threads};
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_image out = rf_image_packed(result.out, WIDTH, HEIGHT, 3);
+    CHECK(rf_context_create(&context, &run, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, params, WIDTH, HEIGHT, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, view, n, &out, NULL, NULL) == RF_OK);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    for (int j = 0; j < n; j++)
+        frame_free(&views[j]);
+    return result;
+}
+
+/* Largest difference away from the border, where no view shows all that is needed. */
+static double largest_difference(const struct frame *a, const struct frame *b)
+{
+    double most = 0;
+    for (int y = MARGIN; y < HEIGHT - MARGIN; y++)
+        for (int x = MARGIN; x < WIDTH - MARGIN; x++)
+            most = fmax(
+                most, fabs(a->out[(y * WIDTH + x) * 3] - b->out[(y * WIDTH + x) * 3]));
+    return most;
+}
+
+/* The cells of the lens put together are the lens, for any number of views. */
+static void a_plane_is_blurred_as_by_one_view(void)
+{
+    for (int blades = 0; blades <= 5; blades += 5) {
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_VIEWS);
+        params.blades = blades;
+        struct frame one = merged(waves, 1, &params, 1);
+        for (int n = 2; n <= N_VIEWS; n++) {
+            struct frame several = merged(waves, n, &params, 1);
+            printf("# blades %d n %d diff %g\n", blades, n,
+                   largest_difference(&one, &several));
+            CHECK(largest_difference(&one, &several) < 5e-3);
+            frame_free(&several);
+        }
+        frame_free(&one);
+    }
+}
+
+static void a_lamp_keeps_its_light(void)
+{
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_VIEWS);
+    for (int n = 1; n <= N_VIEWS; n++) {
+        struct frame f = merged(lamp, n, &params, 1);
+        double sum = 0;
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            sum += f.out[3 * i];
+        CHECK_NEAR(sum / (4 * 250), 1, 2e-3);
+        frame_free(&f);
+    }
+}
+
+/* Of all views, and stopped down to the place of one; in focus elsewhere. */
+static void same_bits_for_any_threads(void)
+{
+    static const double radii[] = {40, 6}, focus[] = {PLAIN_FOCUS, 0.9 * PLAIN_FOCUS};
+    for (int k = 0; k < 4; k++) {
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_VIEWS);
+        params.lens_radius = radii[k % 2];
+        params.focus_distance = focus[k / 2];
+        struct frame one = merged(waves, N_VIEWS, &params, 1);
+        for (int threads = 2; threads <= 7; threads += 5) {
+            struct frame many = merged(waves, N_VIEWS, &params, threads);
+            CHECK(memcmp(one.out, many.out, frame_bytes(&one)) == 0);
+            frame_free(&many);
+        }
+        frame_free(&one);
+    }
+}
+
+/* Refocused to the plane, it is what the views show there, and nothing is dark. */
+static void refocused_it_is_sharp(void)
+{
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_VIEWS);
+    params.focus_distance = plain_depth(R_PX);
+    struct frame f = merged(waves, N_VIEWS, &params, 2);
+    double most = 0;
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++)
+            most = fmax(most, fabs(f.out[(y * WIDTH + x) * 3] - waves(x, y)));
+    CHECK(most < 0.02);
+    frame_free(&f);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(a_plane_is_blurred_as_by_one_view);
+    TEST(a_lamp_keeps_its_light);
+    TEST(same_bits_for_any_threads);
+    TEST(refocused_it_is_sharp);
+    return testing_end();
+}
