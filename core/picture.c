@@ -363,3 +363,35 @@ void rf_picture_free(struct rf_picture *l)
     rf_free(context, l->surfaces.near);
     rf_areas_free(&l->areas, context);
 }
+
+rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
+                          rf_row_fn row, void *user, struct rf_sample **memory,
+                          struct rf_error *error)
+{
+    const struct rf_context *context = scene->filter->context;
+    struct rf_task *task = scene->task;
+    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
+    if (!start)
+        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
+    start[0] = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int i = 0; i < n_rows; i++)
+        start[i + 1] = rf_task_is_cancelled(task) ? 0 : row(user, i, NULL);
+    for (int i = 0; i < n_rows; i++)
+        start[i + 1] += start[i];
+    rf_task_poll(task);
+    size_t n = start[n_rows], n_first = start[n_visible];
+    struct rf_sample *at = rf_alloc(context, n, sizeof *at);
+    if (at) {
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+        for (int i = 0; i < n_rows; i++)
+            if (!rf_task_is_cancelled(task))
+                row(user, i, at + start[i]);
+        scene->visible = (struct rf_samples){at, n_first};
+        scene->hidden = (struct rf_samples){at + n_first, n - n_first};
+    }
+    *memory = at;
+    rf_free(context, start);
+    rf_task_poll(task);
+    return at ? RF_OK : rf_fail_memory(error, n, sizeof *at);
+}

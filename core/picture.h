@@ -63,4 +63,19 @@ struct rf_sample rf_sample_make(const struct rf_surface *surface, int x, int y,
 void rf_picture_emit(const struct rf_picture *picture, struct rf_sample sample, int x,
                      int y, struct rf_samples *out);
 
+/*
+ * Row i of a scene's samples: returns how many they are and, with `at` not NULL, puts
+ * them there. Called twice for each row, from any thread.
+ */
+typedef size_t (*rf_row_fn)(void *user, int i, struct rf_sample *at);
+
+/*
+ * Collects rows in their order, the first n_visible to scene->visible, the others to
+ * scene->hidden; both lie in *memory, which the caller frees. After a cancel they are
+ * incomplete and RF_OK comes back.
+ */
+rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
+                          rf_row_fn row, void *user, struct rf_sample **memory,
+                          struct rf_error *error);
+
 #endif

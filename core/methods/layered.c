@@ -23,7 +23,7 @@ struct layered {
     struct rf_picture picture;
     struct rf_surface *hidden;
     float *hidden_weight;
-    struct rf_samples samples;
+    struct rf_sample *samples;
 };
 
 struct collector {
@@ -51,44 +51,15 @@ static void collect_hidden(const struct layered *l, int y, struct rf_samples *ou
 }
 
 /* Row y of the visible samples or, from `height` on, of the hidden ones. */
-static size_t collect_row(struct layered *l, int y, struct rf_sample *at)
+static size_t collect_row(void *user, int y, struct rf_sample *at)
 {
+    struct layered *l = user;
     struct collector c = {.l = l, .out = {at, 0}};
     if (y < l->picture.height)
         rf_picture_visit_row(&l->picture, y, collect, &c);
     else
         collect_hidden(l, y - l->picture.height, &c.out);
     return c.out.n;
-}
-
-static rf_result collect_samples(struct layered *l, struct rf_scene *scene,
-                                 struct rf_error *error)
-{
-    const struct rf_context *context = l->picture.filter->context;
-    int height = l->picture.height, n_rows = l->hidden ? 2 * height : height;
-    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
-    if (!start)
-        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
-    start[0] = 0;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int y = 0; y < n_rows; y++)
-        start[y + 1] = collect_row(l, y, NULL);
-    for (int y = 0; y < n_rows; y++)
-        start[y + 1] += start[y];
-    rf_task_poll(scene->task);
-    size_t n = start[n_rows];
-    l->samples.at = rf_alloc(context, n, sizeof *l->samples.at);
-    if (l->samples.at) {
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-        for (int y = 0; y < n_rows; y++)
-            collect_row(l, y, l->samples.at + start[y]);
-        scene->visible = (struct rf_samples){l->samples.at, start[height]};
-        scene->hidden =
-            (struct rf_samples){l->samples.at + start[height], n - start[height]};
-    }
-    rf_free(context, start);
-    rf_task_poll(scene->task);
-    return l->samples.at ? RF_OK : rf_fail_memory(error, n, sizeof *l->samples.at);
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,
@@ -135,7 +106,9 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                              .occluders = &occluders,
                              .task = work->task,
                              .progress_to = 1};
-    result = collect_samples(l, &scene, error);
+    int height = l->picture.height;
+    result = rf_collect_rows(&scene, height, l->hidden ? 2 * height : height,
+                             collect_row, l, &l->samples, error);
     if (result == RF_OK)
         result = rf_composite_crop(&scene, work, error);
     return result;
@@ -148,7 +121,7 @@ rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
     const struct rf_context *context = work->filter->context;
     struct layered l = {.hidden = NULL};
     rf_result result = run(&l, work, error);
-    rf_free(context, l.samples.at);
+    rf_free(context, l.samples);
     rf_free(context, l.hidden_weight);
     rf_free(context, l.hidden);
     rf_picture_free(&l.picture);

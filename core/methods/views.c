@@ -138,7 +138,7 @@ struct cell {
     float centroid[2];
     struct rf_surface *hidden; /* NULL: not asked for */
     float *hidden_weight;
-    struct rf_samples samples;
+    struct rf_sample *samples;
 };
 
 /* What collects the samples of one row of view `view` for a cell. */
@@ -239,8 +239,9 @@ static void collect_hidden(struct collector *c, int y)
  * Row i of the visible samples, then of those of the other views, then of the
  * estimates.
  */
-static size_t collect_row(struct cell *cell, int i, struct rf_sample *at)
+static size_t collect_row(void *user, int i, struct rf_sample *at)
 {
+    struct cell *cell = user;
     struct rf_views *v = cell->v;
     int height = v->pictures[0].height, block = i / height, y = i % height;
     struct collector c = {.cell = cell, .view = cell->own, .out = {at, 0}};
@@ -259,42 +260,6 @@ static size_t collect_row(struct cell *cell, int i, struct rf_sample *at)
             rf_picture_visit_row(&v->pictures[c.view], y, collect_other, &c);
     }
     return c.out.n;
-}
-
-static rf_result collect_samples(struct cell *cell, struct rf_scene *scene,
-                                 struct rf_error *error)
-{
-    const struct rf_work *work = cell->v->work;
-    const struct rf_context *context = work->filter->context;
-    int height = scene->height;
-    int n_rows = (work->n_views + (cell->hidden ? 1 : 0)) * height;
-    int n_visible = (cell->own == ALL_VIEWS ? work->n_views : 1) * height;
-    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
-    if (!start)
-        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
-    start[0] = 0;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int i = 0; i < n_rows; i++)
-        start[i + 1] =
-            rf_task_is_cancelled(work->task) ? 0 : collect_row(cell, i, NULL);
-    for (int i = 0; i < n_rows; i++)
-        start[i + 1] += start[i];
-    rf_task_poll(work->task);
-    size_t n = start[n_rows];
-    cell->samples.at = rf_alloc(context, n, sizeof *cell->samples.at);
-    if (cell->samples.at) {
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-        for (int i = 0; i < n_rows; i++)
-            if (!rf_task_is_cancelled(work->task))
-                collect_row(cell, i, cell->samples.at + start[i]);
-        scene->visible = (struct rf_samples){cell->samples.at, start[n_visible]};
-        scene->hidden =
-            (struct rf_samples){cell->samples.at + start[height], n - start[n_visible]};
-    }
-    rf_free(context, start);
-    rf_task_poll(work->task);
-    return cell->samples.at ? RF_OK
-                            : rf_fail_memory(error, n, sizeof *cell->samples.at);
 }
 
 static rf_result find_hidden(struct cell *cell, double progress_to,
@@ -332,8 +297,12 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
                              .n_views = 1,
                              .task = work->task,
                              .progress_to = progress_to};
+    int height = picture->height, n_views = work->n_views;
+    int n_visible = (cell->own == ALL_VIEWS ? n_views : 1) * height;
+    int n_others = (n_views + (cell->hidden ? 1 : 0)) * height - n_visible;
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
-        result = collect_samples(cell, &scene, error);
+        result = rf_collect_rows(&scene, n_visible, n_visible + n_others, collect_row,
+                                 cell, &cell->samples, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = rf_composite_crop(&scene, work, error);
     return result;
@@ -437,7 +406,7 @@ static rf_result add_cells(struct rf_views *v, int n_colours, float *sum, double
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct cell *cell = &cells[i];
         result = run_cell(cell, from + (0.9 - from) * (i + 1) / n, error);
-        rf_free(context, cell->samples.at);
+        rf_free(context, cell->samples);
         rf_free(context, cell->hidden_weight);
         rf_free(context, cell->hidden);
         if (rf_task_is_cancelled(work->task))

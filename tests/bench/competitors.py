@@ -5,6 +5,7 @@ Each rival times the frame that bench.c dumps (int32 width, height; float larges
 radius; RGBA floats; signed radii) and filters the scenes of tests/quality.
 """
 
+import abc
 import os
 import pathlib
 import shutil
@@ -63,7 +64,7 @@ def write_exr(path, pixels, names):
     out.close()
 
 
-class Rival:
+class Rival(abc.ABC):
     """One program at one quality."""
 
     name = ""
@@ -82,13 +83,13 @@ class Rival:
             for (s, r), cpu in self.cpu_s.items()
         )
 
+    @abc.abstractmethod
     def time(self, raw, folder, threads):
         """Wall and CPU seconds of one frame."""
-        raise NotImplementedError
 
+    @abc.abstractmethod
     def filter_scene(self, references, scene, folder, threads):
         """Its picture of a scene, or None where it has none."""
-        raise NotImplementedError
 
 
 class Defocus(Rival):
