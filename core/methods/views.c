@@ -62,14 +62,21 @@ struct rf_view_place rf_view_place_of(const struct rf_views *v, int j, float x, 
                                   r};
 }
 
+/* floorf() to int, without the call that the C library needs on plain x86-64. */
+static int floor_int(float v)
+{
+    int i = (int)v;
+    return i - (v < (float)i);
+}
+
 bool rf_view_pixel_at(const struct rf_views *v, int j, struct rf_view_place p, int *px,
                       int *py)
 {
     const struct rf_work_view *view = &v->work->views[j];
     const struct rf_surfaces *s = &v->pictures[j].surfaces;
     float shift = shift_of(view, p.r);
-    *px = (int)floorf(p.x + view->lens[0] * shift);
-    *py = (int)floorf(p.y - view->lens[1] * shift);
+    *px = floor_int(p.x + view->lens[0] * shift);
+    *py = floor_int(p.y - view->lens[1] * shift);
     return *px >= 0 && *py >= 0 && *px < s->width && *py < s->height;
 }
 
@@ -191,26 +198,118 @@ static void collect_shared(void *user, struct rf_surface *s, int x, int y, float
     put(c, p, x, y);
 }
 
+/* Where v->unseen speaks of a part of pixel (x, y) of view k. */
+static size_t part_index(const struct rf_views *v, int k, const struct rf_surface *s,
+                         int x, int y)
+{
+    const struct rf_picture *picture = &v->pictures[k];
+    size_t n = (size_t)picture->width * (size_t)picture->height;
+    size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
+    return 2 * (n * (size_t)k + i) + (s != &picture->surfaces.near[i]);
+}
+
 /* What the cell's own view does not see. */
 static void collect_other(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct collector *c = user;
     const struct rf_views *v = c->cell->v;
-    const struct rf_picture *picture = &v->pictures[c->view];
-    struct rf_sample p = rf_sample_make(s, x, y, w);
-    struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
-    bool is_true;
-    float seen = seen_by(v, c->cell->own, place, &is_true);
-    if (is_true && seen >= 0.5f)
+    size_t part = part_index(v, c->view, s, x, y);
+    if (!(v->unseen[part] >> c->cell->own & 1))
         return;
+    struct rf_sample p = rf_sample_make(s, x, y, w);
     if (c->out.at) {
-        bool is_far =
-            s !=
-            &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
+        bool is_true;
+        struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+        float seen = seen_by(v, c->cell->own, place, &is_true);
         p.w = (is_true ? 1 - seen : 1) *
-              rf_view_weight(v, c->view, place, p.w, is_far, true);
+              rf_view_weight(v, c->view, place, p.w, part & 1, true);
     }
     put(c, p, x, y);
+}
+
+enum { BLOCK = 16 };
+
+/* What marks the rows of a view in v->unseen. */
+struct marker {
+    struct rf_views *v;
+    int view, n_x, n_y;
+    /* Per view and block: the least radius in it; -INFINITY where not all is rendered.
+     */
+    float *lowest;
+};
+
+static void find_lowest(const struct marker *m, int j, int by)
+{
+    const struct rf_picture *l = &m->v->pictures[j];
+    const struct rf_surfaces *s = &l->surfaces;
+    float *lowest =
+        m->lowest + ((size_t)j * (size_t)m->n_y + (size_t)by) * (size_t)m->n_x;
+    for (int bx = 0; bx < m->n_x; bx++)
+        lowest[bx] = INFINITY;
+    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, l->height); y++)
+        for (int x = 0; x < l->width; x++) {
+            size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+            float *low = &lowest[x / BLOCK];
+            *low = rf_min_float(rf_min_float(*low, s->far[i].r),
+                                s->share[i] > 0 ? s->near[i].r : INFINITY);
+            if (!rf_view_is_rendered(l, x, y))
+                *low = -INFINITY;
+        }
+}
+
+static void mark_unseen(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    (void)w;
+    const struct marker *m = user;
+    struct rf_views *v = m->v;
+    struct rf_view_place place =
+        rf_view_place_of(v, m->view, (float)x + 0.5f, (float)y + 0.5f, s->r);
+    uint64_t unseen = 0;
+    for (int j = 0; j < v->work->n_views; j++) {
+        bool is_true;
+        int px, py;
+        if (j == m->view)
+            continue;
+        if (rf_view_pixel_at(v, j, place, &px, &py) &&
+            m->lowest[((size_t)j * (size_t)m->n_y + (size_t)(py / BLOCK)) *
+                          (size_t)m->n_x +
+                      (size_t)(px / BLOCK)] >= place.r - RF_OCCLUDED_PX)
+            continue;
+        if (seen_by(v, j, place, &is_true) < 0.5f || !is_true)
+            unseen |= (uint64_t)1 << j;
+    }
+    v->unseen[part_index(v, m->view, s, x, y)] = unseen;
+}
+
+static rf_result find_unseen(struct rf_views *v, struct rf_error *error)
+{
+    const struct rf_picture *picture = &v->pictures[0];
+    const struct rf_context *context = v->work->filter->context;
+    int n_views = v->work->n_views, height = picture->height;
+    size_t n = 2 * (size_t)picture->width * (size_t)height * (size_t)n_views;
+    struct marker all = {.v = v,
+                         .n_x = (picture->width + BLOCK - 1) / BLOCK,
+                         .n_y = (height + BLOCK - 1) / BLOCK};
+    size_t n_blocks = (size_t)all.n_x * (size_t)all.n_y * (size_t)n_views;
+    all.lowest = rf_alloc(context, n_blocks, sizeof *all.lowest);
+    v->unseen = rf_calloc(context, n, sizeof *v->unseen);
+    if (!v->unseen || !all.lowest) {
+        rf_free(context, all.lowest);
+        return rf_fail_memory(error, n, sizeof *v->unseen);
+    }
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 4)
+    for (int i = 0; i < n_views * all.n_y; i++)
+        find_lowest(&all, i / all.n_y, i % all.n_y);
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int i = 0; i < n_views * height; i++) {
+        struct marker m = all;
+        m.view = i / height;
+        if (!rf_task_is_cancelled(v->work->task))
+            rf_picture_visit_row(&v->pictures[m.view], i % height, mark_unseen, &m);
+    }
+    rf_free(context, all.lowest);
+    rf_task_poll(v->work->task);
+    return RF_OK;
 }
 
 /* Estimates count little where a view shows what they stand for. */
@@ -355,6 +454,12 @@ static int middle_view(const struct rf_work *work)
     return best;
 }
 
+/* A cell is a sub-aperture itself and needs fewer of its own: two at the least. */
+static int sub_apertures_of_cell(int whole, int n_views)
+{
+    return rf_max_int(rf_min_int(whole, 2), (2 * whole + n_views - 1) / n_views);
+}
+
 /*
  * Cuts the lens into cells; returns how many there are. One of all views where the lens
  * has been stopped down to the places of less than half of them: the few that are left
@@ -376,6 +481,8 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
                                 &cells[n].filter.shape, centroid);
         if (!(area[n] > 0))
             continue;
+        int *sub_apertures = &cells[n].filter.params.sub_apertures;
+        *sub_apertures = sub_apertures_of_cell(*sub_apertures, work->n_views);
         cells[n].centroid[0] = (float)centroid[0];
         cells[n].centroid[1] = (float)centroid[1];
         sum += area[n];
@@ -401,7 +508,7 @@ static rf_result add_cells(struct rf_views *v, int n_colours, float *sum, double
     if (!cells)
         return rf_fail_memory(error, (size_t)work->n_views, sizeof *cells);
     int n = make_cells(v, cells, area);
-    rf_result result = RF_OK;
+    rf_result result = cells[0].own == ALL_VIEWS ? RF_OK : find_unseen(v, error);
     *total = 0;
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct cell *cell = &cells[i];
@@ -520,6 +627,7 @@ rf_result rf_views_run(struct rf_work *work, struct rf_error *error)
                            : rf_fail_memory(error, n, sizeof *v.pictures);
     for (size_t j = 0; j < n && v.pictures; j++)
         rf_picture_free(&v.pictures[j]);
+    rf_free(context, v.unseen);
     rf_free(context, v.lights.at);
     rf_free(context, v.occluders);
     rf_free(context, v.pictures);

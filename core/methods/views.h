@@ -10,6 +10,11 @@ struct rf_views {
     struct rf_picture *pictures;
     struct rf_occluders *occluders;
     struct rf_samples lights; /* in the centre's view */
+    /*
+     * Per view, pixel, and near (0) or far (1) part: bit j is set where view j does not
+     * show it. NULL where it is not asked for.
+     */
+    uint64_t *unseen;
 };
 
 /* Nearer by this, px of radius, hides. */
