@@ -37,8 +37,8 @@
  * Lights are taken out first and added at the end with exact visibility over the whole
  * lens (views_lights.c, highlight.c).
  *
- * Ours. One view gives the method layered, bit for bit. Memory: 100 bytes per pixel and
- * view. Cost: the sum of the views' layered passes.
+ * Ours. One view gives the method layered, bit for bit. Memory: 175 bytes per pixel and
+ * view. Cost: 11 to 14 layered passes for 8 views.
  */
 #include "views.h"
 
