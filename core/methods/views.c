@@ -431,12 +431,11 @@ static rf_result load(struct rf_views *v, int border, struct rf_error *error)
     return RF_OK;
 }
 
-/* Adds the colours of the work, times `weight`, to planes of width x height. */
-static void add_picture(const struct rf_work *work, int n_colours, double weight,
-                        float *sum)
+/* Adds the planes of the work, times `weight`, to planes of width x height. */
+static void add_picture(const struct rf_work *work, double weight, float *sum)
 {
     int64_t n = (int64_t)work->filter->width * work->filter->height;
-    for (int p = 0; p < n_colours; p++) {
+    for (int p = 0; p < work->n_planes; p++) {
         float *out = sum + n * p;
 #pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
         for (int64_t i = 0; i < n; i++)
@@ -498,7 +497,7 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
 }
 
 /* Adds the cells' pictures by area to `sum`; `total` receives the area of all. */
-static rf_result add_cells(struct rf_views *v, int n_colours, float *sum, double *total,
+static rf_result add_cells(struct rf_views *v, float *sum, double *total,
                            struct rf_error *error)
 {
     struct rf_work *work = v->work;
@@ -519,7 +518,7 @@ static rf_result add_cells(struct rf_views *v, int n_colours, float *sum, double
         if (rf_task_is_cancelled(work->task))
             break;
         if (result == RF_OK)
-            add_picture(work, n_colours, area[i], sum);
+            add_picture(work, area[i], sum);
         *total += area[i];
     }
     rf_free(context, cells);
@@ -551,8 +550,8 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
 }
 
 /* Writes the mean of the cells and the lights to the colours of the work. */
-static void finish(const struct rf_views *v, int n_colours, const float *sum,
-                   double total, const float *lights)
+static void finish(const struct rf_views *v, const float *sum, double total,
+                   const float *lights)
 {
     const struct rf_work *work = v->work;
     const struct rf_picture *picture = &v->pictures[0];
@@ -561,7 +560,7 @@ static void finish(const struct rf_views *v, int n_colours, const float *sum,
     size_t n_padded = (size_t)picture->width * (size_t)picture->height;
 #pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
     for (int y = 0; y < height; y++)
-        for (int p = 0; p < rf_min_int(n_colours, work->n_planes); p++) {
+        for (int p = 0; p < work->n_planes; p++) {
             const float *from = sum + n * (size_t)p + (size_t)y * (size_t)width;
             const float *light =
                 lights + n_padded * (size_t)p +
@@ -583,20 +582,20 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
         result = rf_views_take_lights(v, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
-    size_t n = (size_t)f->width * (size_t)f->height * (size_t)n_colours;
+    size_t n = (size_t)f->width * (size_t)f->height * (size_t)work->n_planes;
     size_t n_padded = (size_t)v->pictures[0].width * (size_t)v->pictures[0].height *
                       (size_t)n_colours;
     float *sum = rf_calloc(f->context, n, sizeof *sum);
     float *lights = rf_calloc(f->context, n_padded, sizeof *lights);
     double total = 0;
-    result = sum && lights ? add_cells(v, n_colours, sum, &total, error)
+    result = sum && lights ? add_cells(v, sum, &total, error)
                            : rf_fail_memory(error, n + n_padded, sizeof *sum);
     for (int j = 0; j < work->n_views && result == RF_OK; j++)
         rf_picture_drop_pixels(&v->pictures[j]);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = add_lights(v, n_colours, lights, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
-        finish(v, n_colours, sum, total, lights);
+        finish(v, sum, total, lights);
     rf_free(f->context, lights);
     rf_free(f->context, sum);
     return result;

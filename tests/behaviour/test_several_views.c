@@ -25,22 +25,23 @@ static float lamp(int x, int y)
 }
 
 /* What the n first views make of a plane that the lens blurs by R_PX. */
-static struct frame merged(light_fn light, int n, const struct rf_params *params,
-                           int n_threads)
+static struct frame merged_channels(light_fn light, int n, int channels,
+                                    const struct rf_params *params, int n_threads)
 {
-    struct frame views[N_VIEWS], result = frame_make(WIDTH, HEIGHT, 3);
+    struct frame views[N_VIEWS], result = frame_make(WIDTH, HEIGHT, channels);
     struct rf_view view[N_VIEWS];
     for (int j = 0; j < n; j++) {
-        views[j] = frame_make(WIDTH, HEIGHT, 3);
+        views[j] = frame_make(WIDTH, HEIGHT, channels);
         int dx = (int)(points[j][0] * R_PX), dy = -(int)(points[j][1] * R_PX);
         for (int y = 0; y < HEIGHT; y++)
             for (int x = 0; x < WIDTH; x++)
-                for (int c = 0; c < 3; c++)
-                    views[j].colour[(y * WIDTH + x) * 3 + c] = light(x - dx, y - dy);
+                for (int c = 0; c < channels; c++)
+                    frame_at(&views[j], views[j].colour, x, y)[c] =
+                        c == 3 ? 1 : light(x - dx, y - dy);
         for (int i = 0; i < WIDTH * HEIGHT; i++)
             views[j].depth[i] = plain_depth(R_PX);
         view[j] = (struct rf_view){
-            .colour = rf_image_packed(views[j].colour, WIDTH, HEIGHT, 3),
+            .colour = rf_image_packed(views[j].colour, WIDTH, HEIGHT, channels),
             .depth = rf_image_packed(views[j].depth, WIDTH, HEIGHT, 1),
             .lens_offset = {points[j][0] * 40, points[j][1] * 40},
             .shear_distance = PLAIN_FOCUS};
@@ -48,7 +49,7 @@ static struct frame merged(light_fn light, int n, const struct rf_params *params
     struct rf_context_params run = {.size = sizeof run, .n_threads = n_threads};
     struct rf_context *context;
     struct rf_filter *filter;
-    struct rf_image out = rf_image_packed(result.out, WIDTH, HEIGHT, 3);
+    struct rf_image out = rf_image_packed(result.out, WIDTH, HEIGHT, channels);
     CHECK(rf_context_create(&context, &run, NULL) == RF_OK);
     CHECK(rf_filter_create(&filter, context, params, WIDTH, HEIGHT, NULL) == RF_OK);
     CHECK(rf_filter_process(filter, view, n, &out, NULL, NULL) == RF_OK);
@@ -57,6 +58,12 @@ static struct frame merged(light_fn light, int n, const struct rf_params *params
     for (int j = 0; j < n; j++)
         frame_free(&views[j]);
     return result;
+}
+
+static struct frame merged(light_fn light, int n, const struct rf_params *params,
+                           int n_threads)
+{
+    return merged_channels(light, n, 3, params, n_threads);
 }
 
 /* Largest difference away from the border, where no view shows all that is needed. */
@@ -101,6 +108,32 @@ static void a_lamp_keeps_its_light(void)
     }
 }
 
+/* Grey and opaque pictures are their colour; so is a lens stopped down. */
+static void grey_and_alpha(void)
+{
+    static const double radii[] = {40, 6};
+    for (int k = 0; k < 4; k++) {
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_VIEWS);
+        params.lens_radius = radii[k % 2];
+        light_fn light = k < 2 ? waves : lamp;
+        struct frame rgb = merged_channels(light, N_VIEWS, 3, &params, 2);
+        struct frame grey = merged_channels(light, N_VIEWS, 1, &params, 2);
+        struct frame rgba = merged_channels(light, N_VIEWS, 4, &params, 2);
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = 0; x < WIDTH; x++) {
+                double v = frame_at(&rgb, rgb.out, x, y)[1];
+                const float *with_alpha = frame_at(&rgba, rgba.out, x, y);
+                CHECK_NEAR(frame_at(&grey, grey.out, x, y)[0], v, 1e-4 * (1 + v));
+                CHECK_NEAR(with_alpha[1], v, 1e-4 * (1 + v));
+                CHECK_NEAR(with_alpha[3], 1, 1e-4);
+            }
+        frame_free(&rgb);
+        frame_free(&grey);
+        frame_free(&rgba);
+    }
+}
+
 /* Of all views, and stopped down to the place of one; in focus elsewhere. */
 static void same_bits_for_any_threads(void)
 {
@@ -140,6 +173,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(a_plane_is_blurred_as_by_one_view);
     TEST(a_lamp_keeps_its_light);
+    TEST(grey_and_alpha);
     TEST(same_bits_for_any_threads);
     TEST(refocused_it_is_sharp);
     return testing_end();
