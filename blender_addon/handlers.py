@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens when renders start and end, files open, and scenes change."""
+"""What happens when renders start and end, files open, and scenes change.
+
+Handlers of a render with a window are called in the render's thread. They write in the
+main thread: writing updates what Blender is just drawing, and without that it crashed
+once in some dozens of renders (5.2, busy processor).
+"""
 
 import functools
 
@@ -17,16 +22,25 @@ def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     _rendering.add(scene.name)
     engine.told.pop(scene.name, None)
+    try:
+        main_thread.run(functools.partial(_begin, scene), BEGIN_S)
+    except main_thread.BusyError as error:
+        engine.tell(scene, error)
+        write(_start, scene)
+
+
+def _begin(scene):
+    """In the main thread."""
     if scene in setup.user_scenes() and not scene.rack_focus.muted:
         try:
-            main_thread.run(functools.partial(_prepare, scene), BEGIN_S)
+            _prepare(scene)
         except Exception as error:
             engine.tell(scene, error)
-    write(_start, scene)
+    _start(scene)
 
 
 def _prepare(scene):
-    """A render, not a refocus, begins; in the main thread."""
+    """A render, not a refocus, begins."""
     setup.refresh(scene)
     if setup.filter_scene_of(scene) is not None:
         views.begin(scene)
@@ -48,36 +62,44 @@ def _start(scene):
 @persistent
 def on_render_end(scene, *_):
     """The camera gets its depth of field back, after a cancelled render too."""
-    write(_end, scene)
-    _rendering.discard(scene.name)
-    if not views.is_active(scene):
-        return
-    task = functools.partial(views.end, scene)
+    task = functools.partial(_finish, scene)
     try:
         main_thread.run(task, END_S)
     except main_thread.BusyError:
         bpy.app.timers.register(task, first_interval=0.05)
+    finally:
+        _rendering.discard(scene.name)
+
+
+def _finish(scene):
+    _end(scene)
+    if views.is_active(scene):
+        views.end(scene)
 
 
 @persistent
 def on_frame(scene, *_):
     """A frame of a render begins."""
     if views.is_active(scene):
-        write(views.prepare_frame, scene)
+        task = functools.partial(views.prepare_frame, scene)
+        main_thread.run_or_here(task, FRAME_S)
 
 
 @persistent
 def on_frame_change_pre(scene, *_):
     """A copy that renders views is about to be evaluated."""
-    if views.is_copy(scene):
-        write(views.shift_time, scene)
+    moment = views.moment_of(scene) if views.is_copy(scene) else None
+    if moment is not None:
+        task = functools.partial(setattr, scene, "frame_float", moment)
+        main_thread.run_or_here(task, FRAME_S)
 
 
 @persistent
 def on_frame_change_post(scene, depsgraph=None):
     """It has been evaluated: its cameras can follow."""
     if depsgraph is not None and views.is_copy(scene):
-        write(views.follow, scene, depsgraph)
+        task = functools.partial(views.follow, scene, depsgraph)
+        main_thread.run_or_here(task, FRAME_S)
 
 
 def _end(scene):
@@ -126,7 +148,7 @@ def on_change(*_):
 
 
 # Seconds that the main thread may take until it comes to a task.
-BEGIN_S, END_S = 20, 3
+BEGIN_S, FRAME_S, END_S = 20, 20, 3
 
 HANDLERS = (
     ("render_init", on_render_start),

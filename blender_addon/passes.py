@@ -6,6 +6,7 @@ The file goes to a memory-backed folder, uncompressed, so that every channel is 
 regular pattern of bytes that NumPy can view in place.
 """
 
+import functools
 import mmap
 import os
 import shutil
@@ -17,14 +18,15 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
+from . import main_thread
 from .compat import MultilayerExr
 from .lens import picture_size
-from .writing import write
 
 MAGIC = 20000630
 MULTIPART_FLAG = 0x1000
 SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
 SHARED_MEMORY = "/dev/shm"
+SAVE_S = 20.0  # that the main thread may take until it comes to saving
 NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
 
 
@@ -225,7 +227,9 @@ class RenderedPasses:
         result = next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
         if result is None:
             raise PassesError("there is no render to filter yet: press F12 first")
-        write(self._write_file, scene, result, path)
+        # Saving in another thread while the main one draws the result locks both (5.2).
+        task = functools.partial(self._write_file, scene, result, path)
+        main_thread.run_or_here(task, SAVE_S)
         for file in path.parent.glob("*.exr"):
             self.files[file.stem[len(path.stem) :]] = read_exr(file)
 

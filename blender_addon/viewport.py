@@ -3,10 +3,10 @@
 
 Two draw handlers: one keeps the frame buffer that Blender draws the scene into, the
 other reads the colour from it when the scene is drawn, filters it and puts it back, so
-that the view transform and the overlays come on top as ever. For the depth the view is
-drawn once more into memory, without overlays, when something moved. While something
-moves it uses a preview method; when nothing has for REST_S, the layered one. Switched
-off there is no handler.
+that the view transform and the overlays come on top as ever. Its depth is there too, but
+for lines of the overlays; where these matter the view is drawn once more into memory,
+without them. While something moves it uses a preview method; when nothing has for
+REST_S, the layered one. Switched off there is no handler.
 """
 
 import time
@@ -55,6 +55,7 @@ class View:
         self.whole = None  # colour of the scene, (height, width, 4), rows downwards
         self.colour = None  # the same, of the size that is filtered
         self.depth = None  # buffer, rows downwards
+        self.is_exact = False  # is that without what overlays left in it?
         self.params = None  # keywords of the filter
         self.frame_shown = None  # of the scene, in the texture
         self.picture = None  # (height, width, 4), rows downwards: filtered, or a map
@@ -63,8 +64,24 @@ class View:
         self.message = ""
         self.seconds = {}  # of the steps of the last picture
 
-    def grab_depth(self, context, size):
-        """The depth buffer of the view at a size, (width, height)."""
+    def find_depth(self, context, size, is_final):
+        """The depth buffer of the view at a size, (width, height).
+
+        Where overlays leave lines in it, thin things are taken out as long as the view
+        moves; of the final picture the view is drawn once more, without them.
+        """
+        space, region = context.space_data, context.region
+        has_lines = viewport_gpu.draws_lines(space)
+        self.is_exact = is_final or not has_lines
+        if not viewport_gpu.leaves_depth(space) or is_final and has_lines:
+            self.depth, self.is_exact = self._grab_depth(context, size), True
+            return
+        depth = viewport_gpu.depth_of(self.frame, region.width, region.height)
+        if has_lines:
+            depth = viewport_gpu.without_lines(depth)
+        self.depth = viewport_gpu.nearest(depth, *size)
+
+    def _grab_depth(self, context, size):
         if self.grabber is None or (self.grabber.width, self.grabber.height) != size:
             self.free()
             self.grabber = viewport_gpu.Grabber(*size)
@@ -179,8 +196,8 @@ def _make(context, settings, view, has_moved, is_final):
     size = max(int(columns * share), 1), max(int(rows * share), 1)
     view.colour = viewport_gpu.shrunk(view.whole, *size)
     times.append(time.perf_counter())
-    if has_moved or view.depth is None:
-        view.depth = view.grab_depth(context, size)
+    if has_moved or view.depth is None or is_final and not view.is_exact:
+        view.find_depth(context, size, is_final)
     times.append(time.perf_counter())
     if not (view.depth < 1).any():
         return None
@@ -214,10 +231,10 @@ def _update(context, settings, view):
             view.due, view.is_final = view.rest_until, False
         elif has_moved or is_refined or is_final and not view.is_final:
             view.signature, view.whole = signature, whole
-            is_best = is_final or settings.method != "automatic"
-            view.is_final = is_best or settings.show != "PICTURE"
-            view.due = None if view.is_final else view.changed_at + REST_S
             view.texture = _make(context, settings, view, has_moved, is_final)
+            is_preview = settings.show == "PICTURE" and settings.method == "automatic"
+            view.is_final = is_final or view.is_exact and not is_preview
+            view.due = None if view.is_final else view.changed_at + REST_S
             view.frame_shown = context.scene.frame_current
             spent = time.perf_counter() - started
             view.rest_until = time.monotonic() + REFINING * spent

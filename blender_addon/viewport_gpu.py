@@ -26,11 +26,12 @@ class ViewError(Exception):
     """The view cannot be had; the message is for the user."""
 
 
-# Overlays that leave a depth where they are drawn.
+# Overlays that leave a depth where they are drawn; the grid does since 5.x.
 WITH_DEPTH = (
     "show_extras show_bones show_motion_paths show_relationship_lines "
     "show_outline_selected show_wireframes show_annotation show_cursor "
-    "show_object_origins show_face_orientation show_light_colors"
+    "show_object_origins show_face_orientation show_light_colors "
+    "show_floor show_ortho_grid show_axis_x show_axis_y show_axis_z"
 ).split()
 
 
@@ -70,16 +71,66 @@ def colour_of(frame, width, height):
     return np.asarray(colour).reshape(height, width, 4)[::-1]
 
 
+def leaves_depth(space):
+    """Is the depth of a 3D view's scene in the buffer that it is drawn into?
+
+    EEVEE, Cycles and other engines only leave it for the overlays.
+    """
+    shading = space.shading
+    if shading.type == "SOLID":
+        return not shading.show_xray
+    return shading.type != "WIREFRAME" and space.overlay.show_overlays
+
+
+def draws_lines(space):
+    """Do overlays of a 3D view leave a depth of their own in that buffer?"""
+    overlay = space.overlay
+    return overlay.show_overlays and any(
+        getattr(overlay, name, False) for name in WITH_DEPTH
+    )
+
+
+def depth_of(frame, width, height):
+    """The depth buffer of colour_of()'s frame, (height, width), rows downwards."""
+    depth = frame.read_depth(0, 0, width, height)
+    depth.dimensions = width * height
+    return np.asarray(depth).reshape(height, width)[::-1]
+
+
+def without_lines(depth):
+    """A depth buffer, (height, width), without what is near and at most 2 px wide."""
+    for extreme in (np.maximum, np.minimum):
+        wide = np.pad(depth, 1, mode="edge")
+        wide = extreme(extreme(wide[:-2], wide[1:-1]), wide[2:])
+        depth = extreme(extreme(wide[:, :-2], wide[:, 1:-1]), wide[:, 2:])
+    return depth
+
+
+def nearest(picture, width, height):
+    """The px of a (height, width) picture at the middles of fewer and larger ones."""
+    rows, columns = (
+        ((np.arange(n) + 0.5) * old / n).astype(int)
+        for n, old in zip((height, width), picture.shape, strict=True)
+    )
+    return picture[np.ix_(rows, columns)]
+
+
 def shrunk(picture, width, height):
     """Means of a picture's px, (height, width, 4); not larger than it was."""
     for axis, n in ((0, height), (1, width)):
         n_old = picture.shape[axis]
-        starts = np.arange(n) * n_old // n
-        counts = np.diff([*starts, n_old]).astype(np.float32)
-        if n < n_old:
-            picture = np.add.reduceat(picture, starts, axis=axis)
-            picture /= counts[:, None, None] if axis == 0 else counts[:, None]
-    return picture
+        if n >= n_old:
+            continue
+        starts = np.arange(n + 1) * n_old // n
+        counts = np.diff(starts)
+        lines = np.moveaxis(picture, axis, 0)
+        sums = lines[starts[:-1]]
+        for k in range(1, counts.max()):  # several times as fast as np.add.reduceat
+            more = np.flatnonzero(counts > k)
+            sums[more] += lines[starts[more] + k]
+        sums /= counts[:, None, None].astype(np.float32)
+        picture = np.moveaxis(sums, 0, axis)
+    return np.ascontiguousarray(picture)
 
 
 class Grabber:

@@ -367,21 +367,20 @@ def _split_samples(scene, copy, n, index):
         ours.seed = (own.seed + 1664525 * index) % 2**31
 
 
-def shift_time(scene):
-    """Moves a copy to its view's moment, before it is evaluated for a frame."""
+def moment_of(scene):
+    """The frame, a float, that a copy shows for its view; None for the scene's own."""
     source = scene.rack_focus.viewed
     session = _sessions.get(source.name) if source is not None else None
     if session is None or not session.is_sequence or session.camera is None:
-        return
+        return None
     settings = session.camera.data.rack_focus
     n = view_count(settings)
     if n < 2 or not is_spread(settings):
-        return
+        return None
     index = session.copy_names.index(scene.name)
     start = compat.shutter_start(source)
     time = _points(session.camera, source, n)[min(index, n - 1)][2]
-    at = source.frame_current + start + source.render.motion_blur_shutter * time
-    scene.frame_float = at
+    return source.frame_current + start + source.render.motion_blur_shutter * time
 
 
 def follow(scene, depsgraph):

@@ -7,6 +7,7 @@
 #include <omp.h>
 
 #include "cli.h"
+#include "exr.h"
 #include "rackfocus/rackfocus.h"
 
 static _Thread_local struct {
@@ -54,6 +55,15 @@ void warning(bool is_quiet, const char *format, ...)
     va_start(arguments, format);
     print("warning: ", format, arguments);
     va_end(arguments);
+}
+
+bool set_error(struct exr_error *error, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->message, sizeof(error->message), format, arguments);
+    va_end(arguments);
+    return false;
 }
 
 void *need_memory(size_t n_items, size_t item_bytes)

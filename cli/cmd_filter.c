@@ -37,9 +37,10 @@ static const struct option options[] = {
         "aperture-at", AT(aperture_at), "X,Y",
         "Several views: where the middle of the aperture is on their lens, scene units "
         "right and up; with a smaller aperture a change of viewpoint. [default 0,0]"),
-    OPTION_INT_ROW("max-memory", AT(max_memory_mib), "MIB", 1, 1 << 30,
-                   "Fail rather than hold more than so many MiB beside the pictures. "
-                   "[default no bound]"),
+    OPTION_INT_ROW(
+        "max-memory", AT(max_memory_mib), "MIB", 1, 1 << 30,
+        "Hold no more than so many MiB: what needs more is filtered in windows, "
+        "to the same pixels, or fails before it takes them. [default no bound]"),
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
     OPTION_FILE_ROW("params", AT(params), "FILE",
                     "Parameters, a line 'key value' each, as rackfocus view saves "

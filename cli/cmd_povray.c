@@ -23,7 +23,7 @@
 #include "settings.h"
 
 struct povray_tool {
-    const char *output, *keep, *focal_point, *frames, *distribution_image;
+    const char *output, *keep, *reference, *focal_point, *frames, *distribution_image;
     double aperture, shutter;
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
     int32_t move;                            /* enum povray_move */
@@ -67,6 +67,8 @@ static const struct option options[] = {
     OPTION_INT_ROW(
         "reference", AT(n_reference), "COUNT", 1, 100000,
         "Also render POV-Ray's own focal blur with so many samples, and compare."),
+    OPTION_FILE_ROW("reference-output", AT(reference), "FILE.exr",
+                    "Also write that focal blur; for rackfocus compare and view."),
     OPTION_TEXT_ROW("frames", AT(frames), "A-B",
                     "Frames of an animation: POV-Ray's +KFIA +KFFB, one picture each."),
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
@@ -136,6 +138,11 @@ static bool check_usage(const struct povray_tool *tool, const struct operands *o
     for (int i = 0; i < operands->n_rest && !tool->frames; i++)
         if (is_final_frame(operands->rest[i]))
             return fail_usage("animations need --frames A-B, the frames to make");
+    if (tool->reference && tool->n_reference == 0)
+        return fail_usage(
+            "--reference-output needs --reference, the number of samples");
+    if (tool->reference && picture_kind(tool->reference) != PICTURE_EXR)
+        return fail_usage("--reference-output takes a file that ends with .exr");
     if (!tool->output)
         return fail_usage("povray needs an output, -o FILE.exr or -o FILE.png");
     if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
@@ -482,10 +489,27 @@ static void print_lens(const struct job *job)
                                     : "the scene's assumed_gamma");
 }
 
+/* Writes POV-Ray's own focal blur, RGBA, where that is asked for. */
+static bool write_reference(const struct job *job, float *rgba, struct exr_error *error)
+{
+    if (!job->tool->reference)
+        return true;
+    struct povray_passes passes = job->passes;
+    passes.colour = rgba;
+    char *path = frame_name(job->tool->reference, job->options.frame);
+    char *made =
+        format_text("POV-Ray's focal blur, %d samples", job->tool->n_reference);
+    const bool is_good = povray_file_write(path, &passes, POVRAY_FILE_RESULT, made,
+                                           job->options.n_threads, error);
+    free(made);
+    free(path);
+    return is_good;
+}
+
 static int compare_reference(struct job *job, const char *output, double own_s)
 {
     struct povray_error error;
-    struct exr_error read_error;
+    struct exr_error file_error;
     struct picture picture;
     struct progress bar;
     float *rgba = NULL;
@@ -496,8 +520,9 @@ static int compare_reference(struct job *job, const char *output, double own_s)
     progress_end(&bar);
     if (!is_rendered)
         return fail_povray(&error);
-    if (!picture_read(output, NULL, job->options.n_threads, &picture, &read_error)) {
-        message("%s", read_error.message);
+    if (!write_reference(job, rgba, &file_error) ||
+        !picture_read(output, NULL, job->options.n_threads, &picture, &file_error)) {
+        message("%s", file_error.message);
         free(rgba);
         return EXIT_FAILED;
     }
@@ -536,25 +561,25 @@ static int make_picture(struct job *job)
     return code;
 }
 
+/* Can the files of the (first) picture be made? */
 static bool prepare_output(const struct povray_tool *tool, const struct frames *frames)
 {
-    struct exr_error error;
-    char *output = frame_name(tool->output, frames->is_animation ? frames->first : -1);
-    const bool is_writable = picture_check_writable(output, &error);
-    free(output);
-    if (!is_writable) {
-        message("%s", error.message);
-        return false;
-    }
-    if (keeps_one_file(tool)) {
-        char *keep = frame_name(tool->keep, frames->is_animation ? frames->first : -1);
-        const bool is_kept = picture_check_writable(keep, &error);
-        free(keep);
-        if (!is_kept)
+    const bool keeps_file = keeps_one_file(tool);
+    const char *const files[] = {tool->output, keeps_file ? tool->keep : NULL,
+                                 tool->reference};
+    for (size_t i = 0; i < sizeof(files) / sizeof(files[0]); i++) {
+        if (!files[i])
+            continue;
+        struct exr_error error;
+        char *name = frame_name(files[i], frames->is_animation ? frames->first : -1);
+        const bool is_writable = picture_check_writable(name, &error);
+        free(name);
+        if (!is_writable) {
             message("%s", error.message);
-        return is_kept;
+            return false;
+        }
     }
-    if (tool->keep && mkdir(tool->keep, 0777) != 0 && errno != EEXIST) {
+    if (tool->keep && !keeps_file && mkdir(tool->keep, 0777) != 0 && errno != EEXIST) {
         message("%s: cannot make the folder: %s", tool->keep, strerror(errno));
         return false;
     }

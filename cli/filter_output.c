@@ -19,9 +19,15 @@ const char *filter_compression(const struct run *run)
 
 /* Attributes that the lens's picture does not have: it is no view, and one merged from
  * a multi-view file is alone in its file. */
-const char *const filter_dropped[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
+static const char *const of_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
 static const char *const of_multi_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view",
                                             "multiView",      "name",          NULL};
+
+/* Of the view of a multi-view file that the result is like; else NULL. */
+static const char *view_name(const struct run *run)
+{
+    return run->has_views ? run->list.items[0].name : run->tool->view;
+}
 
 /* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
 static void drop_view(const char *name, const char *view, char *out, size_t n_bytes)
@@ -36,6 +42,17 @@ static void drop_view(const char *name, const char *view, char *out, size_t n_by
         snprintf(out, n_bytes, "%.*s%s", (int)(at - name), name, at + n + 1);
     else
         snprintf(out, n_bytes, "%s", name);
+}
+
+void filter_drop_view(const struct run *run, struct source_description *to)
+{
+    const char *view = view_name(run);
+    to->output.dropped = view ? of_multi_view : of_view;
+    for (int i = 0; i < to->output.n_channels && view; i++) {
+        char name[sizeof(to->own_names[i])];
+        drop_view(to->own_names[i], view, name, sizeof(name));
+        strcpy(to->own_names[i], name);
+    }
 }
 
 /* The colour with the filtered layers beside it; the colour itself where there are
@@ -54,6 +71,23 @@ static float *add_aovs(const struct run *run, int n_channels)
         memcpy(to + n_colour, aovs->samples + i * n_aovs, n_aovs * sizeof(float));
     }
     return samples;
+}
+
+/* Channels of the size and the place of what was read. */
+static struct exr_output output_of(const struct source *source, int n_channels,
+                                   const char *const *names,
+                                   const enum exr_sample_type *types,
+                                   const float *samples)
+{
+    return (struct exr_output){.width = source->width,
+                               .height = source->height,
+                               .data_window = source->info.data_window,
+                               .display_window = source->info.display_window,
+                               .pixel_aspect = source->info.pixel_aspect,
+                               .n_channels = n_channels,
+                               .channel_names = names,
+                               .types = types,
+                               .samples = samples};
 }
 
 static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
@@ -83,7 +117,7 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
                                  (size_t)n_all,
                              run->tool->is_quiet);
     char own_names[4][256];
-    const char *view = run->has_views ? run->list.items[0].name : run->tool->view;
+    const char *view = view_name(run);
     for (int i = 0; i < n_all; i++) {
         const bool is_aov = i >= n_channels;
         names[i] =
@@ -97,24 +131,14 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
         }
         types[i] = is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT;
     }
-    const struct exr_output output = {
-        .width = source->width,
-        .height = source->height,
-        .data_window = source->info.data_window,
-        .display_window = source->info.display_window,
-        .pixel_aspect = source->info.pixel_aspect,
-        .n_channels = n_all,
-        .channel_names = names,
-        .types = types,
-        .samples = samples,
-        .compression = filter_compression(run),
-        .attributes = filtered,
-        .n_attributes = 1,
-        .dropped = view ? of_multi_view : filter_dropped,
-        .like = source->colour,
-        .like_part = source->part,
-        .pass_through = run->tool->pass_through,
-    };
+    struct exr_output output = output_of(source, n_all, names, types, samples);
+    output.compression = filter_compression(run);
+    output.attributes = filtered;
+    output.n_attributes = 1;
+    output.dropped = view ? of_multi_view : of_view;
+    output.like = source->colour;
+    output.like_part = source->part;
+    output.pass_through = run->tool->pass_through;
     const bool is_written =
         exr_write(run->tool->output, &output, run->n_threads, error);
     if (samples != run->colour)
@@ -143,15 +167,10 @@ bool filter_write_flattened(const struct run *run, struct exr_error *error)
     const char *channels[5];
     for (int i = 0; i < n_channels; i++)
         channels[i] = n_colours == 1 ? grey[i] : i == n_colours ? names[4] : names[i];
-    const struct exr_output output = {.width = source->width,
-                                      .height = source->height,
-                                      .n_channels = n_channels,
-                                      .channel_names = channels,
-                                      .types = types,
-                                      .samples = samples,
-                                      .compression = "zip",
-                                      .like = source->colour,
-                                      .like_part = source->part};
+    struct exr_output output = output_of(source, n_channels, channels, types, samples);
+    output.compression = "zip";
+    output.like = source->colour;
+    output.like_part = source->part;
     const bool is_written =
         exr_write(run->tool->flattened, &output, run->n_threads, error);
     free(samples);
@@ -164,20 +183,10 @@ static bool write_coc(const struct run *run, const struct exr_attribute *filtere
     static const char *const name = "Y";
     static const enum exr_sample_type type = EXR_SAMPLE_FLOAT;
     const struct source *source = &run->source;
-    const struct exr_output output = {
-        .width = source->width,
-        .height = source->height,
-        .data_window = source->info.data_window,
-        .display_window = source->info.display_window,
-        .pixel_aspect = source->info.pixel_aspect,
-        .n_channels = 1,
-        .channel_names = &name,
-        .types = &type,
-        .samples = run->depth,
-        .compression = "zip",
-        .attributes = filtered,
-        .n_attributes = 1,
-    };
+    struct exr_output output = output_of(source, 1, &name, &type, run->depth);
+    output.compression = "zip";
+    output.attributes = filtered;
+    output.n_attributes = 1;
     return exr_write(run->tool->output_coc, &output, run->n_threads, error);
 }
 

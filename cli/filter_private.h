@@ -25,6 +25,7 @@ struct run {
     bool is_deep;
     struct deep_frame deep;
     float *colour, *depth; /* of the first view; colour becomes the result */
+    struct rf_context_params context_params;
     struct rf_context *context;
     struct rf_filter *filter;
     int n_threads;
@@ -32,8 +33,9 @@ struct run {
 
 /* ---- filter_output.c ------------------------------------------------------------- */
 
-/* Attributes that the lens's picture does not have: it is no view. Ended by NULL. */
-extern const char *const filter_dropped[];
+/* Takes from a description what the lens's picture does not have: it is no view, and
+ * has no name among others. */
+void filter_drop_view(const struct run *run, struct source_description *to);
 
 /* What the filter did, for the header. */
 void filter_describe(const struct run *run, char *text, size_t n_bytes);

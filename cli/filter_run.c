@@ -303,19 +303,33 @@ static int read_facts(struct run *run)
 static int make_filter(struct run *run)
 {
     struct rf_error error;
-    const struct rf_context_params context = {
-        .size = sizeof(context),
-        .cpu = getenv("RACKFOCUS_CPU"),
-        .n_threads = run->tool->n_threads,
-        .max_bytes = (size_t)run->tool->max_memory_mib << 20,
-        .log = log_remark,
-        .user = run};
-    if (rf_context_create(&run->context, &context, &error) != RF_OK)
+    run->context_params =
+        (struct rf_context_params){.size = sizeof(run->context_params),
+                                   .cpu = getenv("RACKFOCUS_CPU"),
+                                   .n_threads = run->tool->n_threads,
+                                   .max_bytes = (size_t)run->tool->max_memory_mib << 20,
+                                   .log = log_remark,
+                                   .user = run};
+    if (rf_context_create(&run->context, &run->context_params, &error) != RF_OK)
         return fail_core(run, &error);
     if (rf_filter_create(&run->filter, run->context, &run->params, run->source.width,
                          run->source.height, &error) != RF_OK)
         return fail_core(run, &error);
     return set_distribution(run);
+}
+
+/* Opens the files of several views, places counted from the aperture's middle. */
+static int open_views(struct run *run)
+{
+    struct exr_error error;
+    if (!run->has_views)
+        return EXIT_DONE;
+    if (!views_open(&run->views, &run->source, &run->list, &run->request, &error))
+        return fail_exr(&error);
+    for (int i = 0; i < run->views.n; i++)
+        for (int k = 0; k < 2; k++)
+            run->views.views[i].lens_offset[k] -= run->aperture_at[k];
+    return EXIT_DONE;
 }
 
 /* Samples, and the flat picture, whose colour makes room for the result. */
@@ -402,12 +416,8 @@ static int read_pixels(struct run *run)
     if (run->is_deep)
         return read_deep(run);
     if (run->has_views) {
-        if (!views_read(&run->views, &run->source, &run->list, &run->request,
-                        run->n_threads, &error))
+        if (!views_read_pixels(&run->views, run->n_threads, &error))
             return fail_exr(&error);
-        for (int i = 0; i < run->views.n; i++)
-            for (int k = 0; k < 2; k++)
-                run->views.views[i].lens_offset[k] -= run->aperture_at[k];
         run->colour = run->views.views[0].colour.data;
         run->depth = run->views.views[0].depth.data;
         return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
@@ -488,10 +498,15 @@ static bool needs_windows(const struct run *run)
 {
     const struct filter_options *tool = run->tool;
     const size_t most = (size_t)tool->max_memory_mib << 20;
-    return most && windows_whole_bytes(&run->source) > most && !run->is_deep &&
-           !run->has_views && !tool->view && !tool->output_coc &&
-           !tool->filter_layers && picture_kind(tool->output) == PICTURE_EXR &&
-           windows_are_possible(&run->source, &run->settings->params);
+    const int n_views = run->has_views ? run->views.n : 1;
+    bool is_possible = !run->is_deep && !tool->view && !tool->output_coc &&
+                       !tool->filter_layers &&
+                       picture_kind(tool->output) == PICTURE_EXR;
+    for (int i = 0; i < n_views && is_possible; i++)
+        is_possible =
+            windows_are_possible(run->has_views ? &run->views.sources[i] : &run->source,
+                                 &run->settings->params);
+    return most && is_possible && windows_whole_bytes(&run->source, n_views) > most;
 }
 
 static int filter_in_windows(struct run *run)
@@ -509,21 +524,25 @@ static int filter_in_windows(struct run *run)
                                             .compression = filter_compression(run),
                                             .made = text},
                     &to);
-    to.output.dropped = filter_dropped;
+    filter_drop_view(run, &to);
     to.output.pass_through = tool->pass_through;
     if (run->source.info.is_tiled)
         to.output.tile_size = exr_row_step(run->source.colour, run->source.part);
-    struct windows_job job = {.source = &run->source,
-                              .output = &to.output,
-                              .path = tool->output,
-                              .filter = run->filter,
-                              .mist_falloff = tool->mist_falloff,
-                              .depth_infinity = run->params.depth_infinity,
-                              .n_threads = run->n_threads,
-                              .max_bytes = (size_t)tool->max_memory_mib << 20,
-                              .is_quiet = tool->is_quiet,
-                              .is_in_sequence = tool->is_in_sequence};
-    if (tool->depth_repair != DEPTH_REPAIR_OFF) {
+    struct windows_job job = {
+        .n_views = run->has_views ? run->views.n : 1,
+        .sources = run->has_views ? run->views.sources : &run->source,
+        .places = run->views.views,
+        .output = &to.output,
+        .path = tool->output,
+        .params = &run->params,
+        .context = &run->context_params,
+        .mist_falloff = run->has_views ? MIST_NONE : tool->mist_falloff,
+        .depth_infinity = run->params.depth_infinity,
+        .n_threads = run->n_threads,
+        .max_bytes = (size_t)tool->max_memory_mib << 20,
+        .is_quiet = tool->is_quiet,
+        .is_in_sequence = tool->is_in_sequence};
+    if (tool->depth_repair != DEPTH_REPAIR_OFF && !run->has_views) {
         const int code = windows_measure(&job, &stats);
         if (code != EXIT_DONE)
             return code;
@@ -547,9 +566,9 @@ static int filter_in_windows(struct run *run)
 
 static int run_steps(struct run *run)
 {
-    static int (*const steps[])(struct run *) = {find_layers, read_facts, make_filter,
-                                                 read_pixels, process,    filter_layers,
-                                                 write_output};
+    static int (*const steps[])(struct run *) = {
+        find_layers, read_facts, make_filter,   open_views,
+        read_pixels, process,    filter_layers, write_output};
     struct exr_error error;
     if (!source_check(&run->source, &error) ||
         !picture_check_writable(run->tool->output, &error) ||
@@ -558,11 +577,11 @@ static int run_steps(struct run *run)
         (run->tool->flattened && !picture_check_writable(run->tool->flattened, &error)))
         return fail_exr(&error);
     int code = check_deep(run);
-    for (size_t i = 0; i < 3 && code == EXIT_DONE; i++)
+    for (size_t i = 0; i < 4 && code == EXIT_DONE; i++)
         code = steps[i](run);
     if (code == EXIT_DONE && needs_windows(run))
         return filter_in_windows(run);
-    for (size_t i = 3; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
+    for (size_t i = 4; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
         code = steps[i](run);
     return code;
 }

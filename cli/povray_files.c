@@ -93,15 +93,12 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         types[c] = c < n_colours && kind != POVRAY_FILE_RESULT ? EXR_SAMPLE_HALF
                                                                : EXR_SAMPLE_FLOAT;
     struct exr_attribute facts[MAX_FACTS];
-    const struct exr_box window = {0, 0, passes->width - 1, passes->height - 1};
     const double pixel_width = length(passes->camera.right) / passes->width;
     const double pixel_height = length(passes->camera.up) / passes->height;
     float *samples = pack(passes, has_depth);
     const struct exr_output output = {
         .width = passes->width,
         .height = passes->height,
-        .data_window = window,
-        .display_window = window,
         .pixel_aspect = (float)(pixel_width / pixel_height),
         .n_channels = n_colours + has_depth,
         .channel_names = passes->has_alpha ? names : opaque_names,

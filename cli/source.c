@@ -1,25 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "source.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
 #include "settings.h"
-
-static bool fail(struct exr_error *error, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static bool fail(struct exr_error *error, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(error->message, sizeof(error->message), format, arguments);
-    va_end(arguments);
-    return false;
-}
 
 void source_channel_name(const struct source *source, int i, char *text, size_t n_bytes)
 {
@@ -68,10 +55,11 @@ static bool open_depth(struct source *source, const char *path,
         return true;
     char channels[400];
     source_list_channels(source->depth, channels, sizeof(channels));
-    return fail(error,
-                "%s: there is no depth channel; its channels are %s; name the depth "
-                "with --depth-channel",
-                path, channels);
+    return set_error(
+        error,
+        "%s: there is no depth channel; its channels are %s; name the depth "
+        "with --depth-channel",
+        path, channels);
 }
 
 /* The second file where it is nothing but depth, or where the first has none. With two
@@ -87,10 +75,11 @@ static bool open_second(struct source *source, const struct source_request *requ
         exr_find_layer(source->depth, NULL, NULL, false, &found, error) &&
         found.r != found.g;
     if (source->layer.z >= 0 && has_colour)
-        return fail(error,
-                    "%s: has colour and depth, and so has %s; to take the depth of the "
-                    "one and the colour of the other, say --depth-file",
-                    path, exr_path(source->colour));
+        return set_error(
+            error,
+            "%s: has colour and depth, and so has %s; to take the depth of the "
+            "one and the colour of the other, say --depth-file",
+            path, exr_path(source->colour));
     return true;
 }
 
@@ -200,16 +189,17 @@ static bool check_windows(const struct source *source, struct exr_error *error)
     const int32_t width = depth->max_x - depth->min_x + 1;
     const int32_t height = depth->max_y - depth->min_y + 1;
     if (width != source->width || height != source->height)
-        return fail(error,
-                    "%s: the depth is %d x %d, but the colour in %s is %d x %d; render "
-                    "both in one size",
-                    exr_path(source->depth), width, height, exr_path(source->colour),
-                    source->width, source->height);
-    return fail(error,
-                "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
-                "(%d, %d); write both with one data window",
-                exr_path(source->depth), depth->min_x, depth->min_y,
-                exr_path(source->colour), colour->min_x, colour->min_y);
+        return set_error(
+            error,
+            "%s: the depth is %d x %d, but the colour in %s is %d x %d; render "
+            "both in one size",
+            exr_path(source->depth), width, height, exr_path(source->colour),
+            source->width, source->height);
+    return set_error(error,
+                     "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
+                     "(%d, %d); write both with one data window",
+                     exr_path(source->depth), depth->min_x, depth->min_y,
+                     exr_path(source->colour), colour->min_x, colour->min_y);
 }
 
 bool source_check(const struct source *source, struct exr_error *error)
@@ -217,22 +207,24 @@ bool source_check(const struct source *source, struct exr_error *error)
     char channels[400];
     source_list_channels(source->colour, channels, sizeof(channels));
     if (source->layer.r < 0)
-        return fail(error,
-                    "%s: there is no colour; its channels are %s; give the file of the "
-                    "picture first, and that of the depth with --depth-file",
-                    exr_path(source->colour), channels);
+        return set_error(
+            error,
+            "%s: there is no colour; its channels are %s; give the file of the "
+            "picture first, and that of the depth with --depth-file",
+            exr_path(source->colour), channels);
     if (source->z < 0)
-        return fail(
+        return set_error(
             error,
             "%s: there is no depth channel; its channels are %s; name the depth "
             "with --depth-channel, or give the file that has it with "
             "--depth-file",
             exr_path(source->colour), channels);
     if (source->info.is_deep && source->depth != source->colour)
-        return fail(error,
-                    "%s: holds deep samples, which have depths of their own; leave "
-                    "the file of the depth out",
-                    exr_path(source->colour));
+        return set_error(
+            error,
+            "%s: holds deep samples, which have depths of their own; leave "
+            "the file of the depth out",
+            exr_path(source->colour));
     return check_windows(source, error);
 }
 

@@ -107,27 +107,9 @@ static bool check_like(const struct source *view, const struct source *first,
     return false;
 }
 
-static bool read_view(struct views *views, const struct source *first, const char *name,
-                      int n_threads, struct exr_error *error)
-{
-    const struct source *source = &views->sources[views->n - 1];
-    struct rf_view *view = &views->views[views->n - 1];
-    if (!source_check(source, error) || !check_like(source, first, error))
-        return false;
-    float *colour = source_read_colour(source, n_threads, error);
-    view->colour =
-        rf_image_packed(colour, source->width, source->height, source->n_channels);
-    if (!colour)
-        return false;
-    float *depth = source_read_depth(source, n_threads, error);
-    view->depth = rf_image_packed(depth, source->width, source->height, 1);
-    views_find_place(source->colour, name, view->lens_offset, &view->shear_distance);
-    return depth != NULL;
-}
-
-bool views_read(struct views *views, const struct source *first,
+bool views_open(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
-                int n_threads, struct exr_error *error)
+                struct exr_error *error)
 {
     *views =
         (struct views){.sources = need_memory((size_t)list->n, sizeof(*views->sources)),
@@ -138,13 +120,43 @@ bool views_read(struct views *views, const struct source *first,
         one.paths = path;
         one.n_paths = 1;
         one.view = list->items[i].name;
+        const struct source *source = &views->sources[i];
+        struct rf_view *view = &views->views[i];
         if (!source_open(&views->sources[i], &one, error))
             return false;
         views->n++;
-        if (!read_view(views, first, one.view, n_threads, error))
+        if (!source_check(source, error) || !check_like(source, first, error))
+            return false;
+        views_find_place(source->colour, one.view, view->lens_offset,
+                         &view->shear_distance);
+    }
+    return true;
+}
+
+bool views_read_pixels(struct views *views, int n_threads, struct exr_error *error)
+{
+    for (int i = 0; i < views->n; i++) {
+        const struct source *source = &views->sources[i];
+        struct rf_view *view = &views->views[i];
+        float *colour = source_read_colour(source, n_threads, error);
+        view->colour =
+            rf_image_packed(colour, source->width, source->height, source->n_channels);
+        if (!colour)
+            return false;
+        float *depth = source_read_depth(source, n_threads, error);
+        view->depth = rf_image_packed(depth, source->width, source->height, 1);
+        if (!depth)
             return false;
     }
     return true;
+}
+
+bool views_read(struct views *views, const struct source *first,
+                const struct view_list *list, const struct source_request *request,
+                int n_threads, struct exr_error *error)
+{
+    return views_open(views, first, list, request, error) &&
+           views_read_pixels(views, n_threads, error);
 }
 
 void views_free(struct views *views)

@@ -38,14 +38,19 @@ bool views_list(char *const *paths, int n_paths, struct view_list *list,
                 const char **other, struct exr_error *error);
 void views_list_free(struct view_list *list);
 
-/* Opened files, and their pixels once they are read. */
+/* Opened files, where they were taken, and their pixels once they are read. */
 struct views {
     int n;
     struct source *sources;
     struct rf_view *views; /* point to memory that belongs to this */
 };
 
-/* Reads all views; they must be like `first`, which is the first of them, opened. */
+/* Opens all views; they must be like `first`, which is the first of them, opened. */
+bool views_open(struct views *views, const struct source *first,
+                const struct view_list *list, const struct source_request *request,
+                struct exr_error *error);
+bool views_read_pixels(struct views *views, int n_threads, struct exr_error *error);
+/* Both. */
 bool views_read(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
                 int n_threads, struct exr_error *error);

@@ -11,6 +11,7 @@
  */
 #include "windows.h"
 
+#include <malloc.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,6 +27,7 @@ enum {
     LEAST_SIDE = 32,         /* of what a window is kept of */
     MOST_ROWS = 4096,        /* of a strip */
     CHUNK_BYTES = 8 << 20,   /* of the file, per thread, coming or going */
+    VIEW_BYTES = 2 << 20,    /* of each open file */
     PROGRAM_BYTES = 24 << 20 /* the rest of the program */
 };
 
@@ -40,12 +42,14 @@ struct windows {
     const struct windows_job *job;
     int32_t width, height, n_channels, step; /* strips end at multiples of step */
     struct rows rows;                        /* in memory, from the first on */
-    float *colour, *depth;                   /* of them */
+    float *colour[RF_MAX_VIEWS], *depth[RF_MAX_VIEWS]; /* of them, per view */
     float *repaired; /* depth of one window; room for n_repaired */
     size_t n_repaired;
     float *out; /* of one strip */
-    struct rf_survey survey;
+    struct rf_survey surveys[RF_MAX_VIEWS];
     int32_t kept_width, kept_height; /* of a window */
+    struct rf_context *context;
+    struct rf_filter *filter;
     struct progress bar;
     int64_t n_done, n_windows;
 };
@@ -60,17 +64,18 @@ static int32_t most(int32_t a, int32_t b)
     return a > b ? a : b;
 }
 
-size_t windows_whole_bytes(const struct source *source)
+size_t windows_whole_bytes(const struct source *source, int n_views)
 {
+    const size_t n = (size_t)n_views, n_more = n > 1 ? n : 0;
     return (size_t)source->width * (size_t)source->height *
-               (RF_WINDOW_BYTES_PER_PIXEL +
-                (size_t)(source->n_channels + 1) * sizeof(float)) +
+               (RF_WINDOW_BYTES_PER_PIXEL + n_more * RF_WINDOW_BYTES_PER_VIEW +
+                n * (size_t)(source->n_channels + 1) * sizeof(float)) +
            RF_WINDOW_BYTES;
 }
 
 bool windows_are_possible(const struct source *source, const struct rf_params *params)
 {
-    return params->method == RF_METHOD_LAYERED &&
+    return (params->method == RF_METHOD_LAYERED || params->method == RF_METHOD_VIEWS) &&
            params->quality != RF_QUALITY_PREVIEW && !source->layer.is_chroma &&
            !(source->is_grey && source->n_channels == 4) &&
            source_has_one_window(source);
@@ -82,9 +87,9 @@ static int fail_exr(const struct exr_error *error)
     return EXIT_FAILED;
 }
 
-static int fail_core(const struct windows *w, const struct rf_error *error)
+static int fail_core(const struct windows *w, int view, const struct rf_error *error)
 {
-    const struct source *source = w->job->source;
+    const struct source *source = &w->job->sources[view];
     if (error->code == RF_ERROR_CANCELLED)
         return interrupt_exit_code();
     if (error->code == RF_ERROR_MEMORY)
@@ -100,28 +105,50 @@ static int fail_core(const struct windows *w, const struct rf_error *error)
     return EXIT_FAILED;
 }
 
+/* A filter whose context takes at most max_bytes, in place of the one before. */
+static int open_filter(struct windows *w, size_t max_bytes)
+{
+    struct rf_error error;
+    struct rf_context_params context = *w->job->context;
+    context.max_bytes = max_bytes;
+    rf_filter_destroy(w->filter);
+    rf_context_destroy(w->context);
+    w->filter = NULL;
+    w->context = NULL;
+    if (rf_context_create(&w->context, &context, &error) == RF_OK &&
+        rf_filter_create(&w->filter, w->context, w->job->params, w->width, w->height,
+                         &error) == RF_OK)
+        return EXIT_DONE;
+    return fail_core(w, 0, &error);
+}
+
 /* ---- rows ------------------------------------------------------------------------ */
 
 static void make_room(struct windows *w, int32_t n_rows)
 {
     const size_t n = (size_t)w->width * (size_t)n_rows;
     w->rows = (struct rows){0, 0, n_rows};
-    w->colour = need_memory(n, (size_t)w->n_channels * sizeof(float));
-    w->depth = need_memory(n, sizeof(float));
+    for (int j = 0; j < w->job->n_views; j++) {
+        w->colour[j] = need_memory(n, (size_t)w->n_channels * sizeof(float));
+        w->depth[j] = need_memory(n, sizeof(float));
+    }
 }
 
 static void drop_rows(struct windows *w)
 {
-    free(w->colour);
-    free(w->depth);
-    w->colour = w->depth = NULL;
+    for (int j = 0; j < w->job->n_views; j++) {
+        free(w->colour[j]);
+        free(w->depth[j]);
+        w->colour[j] = w->depth[j] = NULL;
+    }
     w->rows = (struct rows){0, 0, 0};
 }
 
-/* Reads rows behind those in memory. */
-static bool read_rows(struct windows *w, int32_t n, struct exr_error *error)
+/* Reads rows of a view behind those in memory. */
+static bool read_rows(struct windows *w, int view, int32_t n, struct exr_error *error)
 {
-    const struct source *source = w->job->source;
+    const struct source *source = &w->job->sources[view];
+    float *colour = w->colour[view], *depth = w->depth[view];
     const int channels[4] = {source->layer.r, source->layer.g, source->layer.b,
                              source->layer.a};
     const size_t at = (size_t)w->rows.n * (size_t)w->width;
@@ -129,14 +156,12 @@ static bool read_rows(struct windows *w, int32_t n, struct exr_error *error)
     if (n <= 0)
         return true;
     if (!exr_read_rows(source->colour, channels, w->n_channels, rows,
-                       w->colour + at * (size_t)w->n_channels, w->job->n_threads,
-                       error) ||
-        !exr_read_rows(source->depth, &source->z, 1, rows, w->depth + at,
+                       colour + at * (size_t)w->n_channels, w->job->n_threads, error) ||
+        !exr_read_rows(source->depth, &source->z, 1, rows, depth + at,
                        w->job->n_threads, error))
         return false;
-    depth_undo_mist(w->depth + at, (size_t)n * (size_t)w->width,
+    depth_undo_mist(depth + at, (size_t)n * (size_t)w->width,
                     (enum mist_falloff)w->job->mist_falloff);
-    w->rows.n += n;
     return true;
 }
 
@@ -150,26 +175,37 @@ static bool need_rows(struct windows *w, int32_t first, int32_t end,
     const size_t n = (size_t)n_kept * row;
     const size_t from = n_kept ? (size_t)(first - w->rows.first) * row : 0;
     const size_t pixel = (size_t)w->n_channels;
-    if (n_kept) {
-        memmove(w->colour, w->colour + from * pixel, n * pixel * sizeof(float));
-        memmove(w->depth, w->depth + from, n * sizeof(float));
-    }
     w->rows.first = first;
     w->rows.n = n_kept;
-    return read_rows(w, end - first - n_kept, error);
+    for (int j = 0; j < w->job->n_views; j++) {
+        if (n_kept) {
+            memmove(w->colour[j], w->colour[j] + from * pixel,
+                    n * pixel * sizeof(float));
+            memmove(w->depth[j], w->depth[j] + from, n * sizeof(float));
+        }
+        if (!read_rows(w, j, end - first - n_kept, error))
+            return false;
+    }
+    w->rows.n = most(end - first, n_kept);
+    return true;
 }
 
-/* The pixels of a window of the rows in memory, the depth repaired. */
-static struct rf_view view_of(struct windows *w, const struct rf_window *box)
+/* The pixels of a window of a view's rows in memory, the depth repaired. */
+static struct rf_view view_of(struct windows *w, int j, const struct rf_window *box)
 {
     const size_t pixel = (size_t)w->n_channels, row = (size_t)w->width;
     const size_t n = (size_t)box->width * (size_t)box->height;
     const size_t at = (size_t)(box->y - w->rows.first) * row + (size_t)box->x;
     struct rf_view view = {
-        .colour = rf_image_packed(w->colour + at * pixel, w->width, box->height,
+        .colour = rf_image_packed(w->colour[j] + at * pixel, w->width, box->height,
                                   w->n_channels),
-        .depth = rf_image_packed(w->depth + at, w->width, box->height, 1)};
+        .depth = rf_image_packed(w->depth[j] + at, w->width, box->height, 1)};
     view.colour.width = view.depth.width = box->width;
+    if (w->job->n_views > 1) {
+        const struct rf_view *place = &w->job->places[j];
+        memcpy(view.lens_offset, place->lens_offset, sizeof view.lens_offset);
+        view.shear_distance = place->shear_distance;
+    }
     if (!w->job->is_premultiplied && !w->job->is_mixed)
         return view;
     if (n > w->n_repaired) {
@@ -180,9 +216,9 @@ static struct rf_view view_of(struct windows *w, const struct rf_window *box)
     for (int32_t y = 0; y < box->height; y++) {
         const size_t from = at + (size_t)y * row;
         float *to = w->repaired + (size_t)y * (size_t)box->width;
-        memcpy(to, w->depth + from, (size_t)box->width * sizeof(float));
+        memcpy(to, w->depth[j] + from, (size_t)box->width * sizeof(float));
         if (w->job->is_premultiplied)
-            depth_divide_by_alpha(to, w->colour + from * pixel + 3, 4,
+            depth_divide_by_alpha(to, w->colour[j] + from * pixel + 3, 4,
                                   (size_t)box->width);
     }
     if (w->job->is_mixed)
@@ -195,12 +231,14 @@ static struct rf_view view_of(struct windows *w, const struct rf_window *box)
 
 static struct windows windows_of(const struct windows_job *job)
 {
+    const struct source *source = job->sources;
     struct windows w = {.job = job,
-                        .width = job->source->width,
-                        .height = job->source->height,
-                        .n_channels = job->source->n_channels,
-                        .survey = {.size = sizeof(struct rf_survey)}};
-    w.step = exr_row_step(job->source->colour, job->source->part);
+                        .width = source->width,
+                        .height = source->height,
+                        .n_channels = source->n_channels};
+    for (int j = 0; j < job->n_views; j++)
+        w.surveys[j].size = sizeof w.surveys[j];
+    w.step = exr_row_step(source->colour, source->part);
     return w;
 }
 
@@ -217,8 +255,8 @@ int windows_measure(const struct windows_job *job, struct depth_stats *stats)
         const int32_t n = least(n_rows, w.height - y);
         is_good = need_rows(&w, y, y + n, &error);
         if (is_good)
-            depth_tally_add(&tally, w.depth, w.n_channels == 4 ? w.colour + 3 : NULL, 4,
-                            n);
+            depth_tally_add(&tally, w.depth[0],
+                            w.n_channels == 4 ? w.colour[0] + 3 : NULL, 4, n);
     }
     depth_tally_end(&tally, stats);
     drop_rows(&w);
@@ -241,10 +279,12 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
         const int32_t x1 = least(x + columns + RF_SURVEY_MARGIN, w->width);
         const struct rf_window counted = {x, y, columns, n};
         const struct rf_window given = {x0, first, x1 - x0, end - first};
-        const struct rf_view view = view_of(w, &given);
-        if (rf_filter_survey(w->job->filter, &view, &given, &counted, &w->survey,
-                             &core) != RF_OK)
-            return fail_core(w, &core);
+        for (int j = 0; j < w->job->n_views; j++) {
+            const struct rf_view view = view_of(w, j, &given);
+            if (rf_filter_survey(w->filter, &view, &given, &counted, &w->surveys[j],
+                                 &core) != RF_OK)
+                return fail_core(w, j, &core);
+        }
     }
     return EXIT_DONE;
 }
@@ -267,7 +307,7 @@ static int survey_all(struct windows *w)
 /* Largest window needed, over all places, for windows of a size to be kept. */
 struct needed {
     int32_t width, height;
-    size_t n_bytes;
+    size_t n_bytes, window_bytes; /* of all, and of the filter alone */
 };
 
 static bool find_needed(const struct windows *w, int32_t kept_width,
@@ -275,15 +315,15 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
                         struct rf_error *error)
 {
     struct rf_window given;
-    *needed = (struct needed){0, 0, 0};
+    *needed = (struct needed){.width = 0};
     for (int32_t y = 0; y < w->height; y += kept_height)
         for (int32_t x = 0; x < w->width; x += kept_width) {
             const struct rf_window kept = {x, y, least(kept_width, w->width - x),
                                            least(kept_height, w->height - y)};
             if (x > 0 && y > 0) /* as wide as those above, as high as those left */
                 break;
-            if (rf_filter_window(w->job->filter, &w->survey, &kept, &given, error) !=
-                RF_OK)
+            if (rf_filter_window(w->filter, w->surveys, w->job->n_views, &kept, &given,
+                                 error) != RF_OK)
                 return false;
             needed->width = most(needed->width, given.width);
             needed->height = most(needed->height, given.height);
@@ -291,13 +331,17 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
     given = (struct rf_window){0, 0, needed->width, needed->height};
     const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
     const bool is_repaired = w->job->is_premultiplied || w->job->is_mixed;
+    needed->window_bytes =
+        rf_window_bytes(w->filter, w->surveys, w->job->n_views, &given);
     needed->n_bytes =
-        rf_window_bytes(w->job->filter, &w->survey, &given) +
-        (size_t)needed->height * row * (pixel + sizeof(float)) +
+        needed->window_bytes +
+        (size_t)w->job->n_views * (size_t)needed->height * row *
+            (pixel + sizeof(float)) +
         (size_t)kept_height * row * 2 * pixel + /* and as it is compressed */
         (is_repaired ? 2 : 0) * (size_t)needed->width * (size_t)needed->height *
             sizeof(float) +
-        (size_t)w->job->n_threads * CHUNK_BYTES + PROGRAM_BYTES;
+        (size_t)w->job->n_threads * CHUNK_BYTES + (size_t)w->job->n_views * VIEW_BYTES +
+        PROGRAM_BYTES;
     return true;
 }
 
@@ -319,7 +363,7 @@ static int choose_size(struct windows *w, struct needed *chosen)
             struct needed needed;
             const int32_t width = (w->width + n - 1) / n;
             if (!find_needed(w, width, height, &needed, &error))
-                return fail_core(w, &error);
+                return fail_core(w, 0, &error);
             least_bytes = needed.n_bytes < least_bytes ? needed.n_bytes : least_bytes;
             const double work = (double)needed.width * needed.height /
                                 ((double)width * least(height, w->height));
@@ -332,10 +376,13 @@ static int choose_size(struct windows *w, struct needed *chosen)
         }
     if (best < INFINITY)
         return EXIT_DONE;
+    double largest = 0;
+    for (int j = 0; j < w->job->n_views; j++)
+        largest = fmax(w->surveys[j].largest_radius, largest);
     message("--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
             "px; in windows it takes %zu MiB, allow that",
-            w->job->max_bytes >> 20, exr_path(w->job->source->colour), (int)w->width,
-            (int)w->height, ceil(w->survey.largest_radius), (least_bytes >> 20) + 1);
+            w->job->max_bytes >> 20, exr_path(w->job->sources->colour), (int)w->width,
+            (int)w->height, ceil(largest), (least_bytes >> 20) + 1);
     return EXIT_FAILED;
 }
 
@@ -358,14 +405,17 @@ static int filter_window(struct windows *w, const struct rf_window *kept)
     struct rf_image out = rf_image_packed(w->out + (size_t)kept->x * pixel, w->width,
                                           kept->height, w->n_channels);
     out.width = kept->width;
-    if (rf_filter_window(w->job->filter, &w->survey, kept, &given, &core) != RF_OK)
-        return fail_core(w, &core);
+    struct rf_view views[RF_MAX_VIEWS];
+    const int n_views = w->job->n_views;
+    if (rf_filter_window(w->filter, w->surveys, n_views, kept, &given, &core) != RF_OK)
+        return fail_core(w, 0, &core);
     if (!need_rows(w, given.y, given.y + given.height, &error))
         return fail_exr(&error);
-    const struct rf_view view = view_of(w, &given);
-    if (rf_filter_process_window(w->job->filter, &w->survey, &view, &given, kept, &out,
-                                 &progress, &core) != RF_OK)
-        return fail_core(w, &core);
+    for (int j = 0; j < n_views; j++)
+        views[j] = view_of(w, j, &given);
+    if (rf_filter_process_window(w->filter, w->surveys, views, n_views, &given, kept,
+                                 &out, &progress, &core) != RF_OK)
+        return fail_core(w, 0, &core);
     w->n_done++;
     return EXIT_DONE;
 }
@@ -393,6 +443,9 @@ static int filter_all(struct windows *w)
     struct exr_error error;
     struct needed needed = {0};
     int code = choose_size(w, &needed);
+    if (code == EXIT_DONE)
+        code =
+            open_filter(w, w->job->max_bytes - (needed.n_bytes - needed.window_bytes));
     if (code != EXIT_DONE)
         return code;
     if (!exr_write_begin(&writer, w->job->path, w->job->output, w->job->n_threads,
@@ -418,11 +471,19 @@ static int filter_all(struct windows *w)
 int windows_filter(const struct windows_job *job)
 {
     struct windows w = windows_of(job);
+#ifdef M_MMAP_THRESHOLD
+    /* The C library else keeps ever larger freed blocks, in gaps of its heap. */
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
     progress_start(&w.bar, "filtering", job->is_quiet || job->is_in_sequence);
-    int code = survey_all(&w);
+    int code = open_filter(&w, job->max_bytes);
+    if (code == EXIT_DONE)
+        code = survey_all(&w);
     if (code == EXIT_DONE)
         code = filter_all(&w);
     progress_end(&w.bar);
+    rf_filter_destroy(w.filter);
+    rf_context_destroy(w.context);
     free(w.repaired);
     return code;
 }

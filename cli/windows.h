@@ -8,28 +8,31 @@
 #include "source.h"
 
 struct windows_job {
-    const struct source *source;
+    int n_views;
+    const struct source *sources;    /* of the views */
+    const struct rf_view *places;    /* on the lens; of one view not looked at */
     const struct exr_output *output; /* but for its samples */
     const char *path;                /* of the output */
-    const struct rf_filter *filter;
-    int32_t mist_falloff; /* as in depth_repair.h */
+    const struct rf_params *params;
+    const struct rf_context_params *context; /* max_bytes is not looked at */
+    int32_t mist_falloff;                    /* as in depth_repair.h */
     double depth_infinity;
     int n_threads;
     size_t max_bytes; /* to hold at a time */
     bool is_quiet, is_in_sequence;
 
-    /* What windows_measure() led to: repairs of the depth. */
+    /* What windows_measure() led to: repairs of the depth of a lone view. */
     bool is_premultiplied, is_mixed;
 };
 
-/* Bytes that a picture takes when it is filtered whole. */
-size_t windows_whole_bytes(const struct source *source);
+/* Bytes that n views like a source take when they are filtered whole. */
+size_t windows_whole_bytes(const struct source *source, int n_views);
 
 /* Does the way through windows know pictures like this one? */
 bool windows_are_possible(const struct source *source, const struct rf_params *params);
 
-/* What the depth looks like, from a pass over the file. Messages have been printed;
- * returns an exit code. */
+/* What the depth of a lone view looks like, from a pass over the file. Messages have
+ * been printed; returns an exit code. */
 int windows_measure(const struct windows_job *job, struct depth_stats *stats);
 
 /*

@@ -9,6 +9,8 @@
  */
 #include "internal.h"
 
+enum { MIN_LINES = 64, MIN_LINES_OF_PART = 16 };
+
 typedef void (*shape_fn)(struct rf_shape *shape, const struct rf_params *params);
 
 static void put_corner(struct rf_shape *shape, int i, double angle)
@@ -51,7 +53,8 @@ void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
 {
     *shape = (struct rf_shape){.ratio = params->aperture_ratio,
                                .size = {1 / params->aperture_ratio, 1},
-                               .pixel_aspect = params->pixel_aspect};
+                               .pixel_aspect = params->pixel_aspect,
+                               .min_lines = MIN_LINES};
     shapes[params->aperture](shape, params);
     for (int i = 0; i < shape->n_corners; i++)
         shape->corner[i][0] /= shape->ratio;
@@ -162,5 +165,6 @@ double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int
             part->corner[i][k] -= centroid[k];
             part->size[k] = fmax(part->size[k], fabs(part->corner[i][k]));
         }
+    part->min_lines = rf_max_int((int)(part->size[1] * MIN_LINES), MIN_LINES_OF_PART);
     return area / n_same;
 }

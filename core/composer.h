@@ -10,9 +10,10 @@ enum { RF_MAX_LEVEL = 12 };
 
 /* Lists of one tile's samples, ordered by bin. */
 struct rf_tile_list {
-    size_t first; /* in composer.splats */
     int n;
     int *bin; /* n_bins + 1 offsets into the list; NULL where empty */
+    const struct rf_splat *at;
+    bool is_by_rows; /* within each bin */
 };
 
 /* All samples of one level and side of the focus. */
@@ -22,7 +23,7 @@ struct rf_group {
     int width, height, n_x, n_y; /* of the level: pixels, tiles */
     size_t stride, plane;        /* of its planes, which are whole tiles; floats */
     int n_bins, first_bin;
-    size_t first_key; /* of its tiles in the sort */
+    int first_key; /* of its bins among all groups' */
     struct rf_tile_list *tiles;
 };
 
@@ -39,11 +40,10 @@ struct rf_composer {
     const struct rf_context *context;
     const struct rf_kernels *kernels;
     struct rf_canvas canvas;
-    struct rf_footprints footprints;
+    struct rf_footprints *footprints;
     struct rf_accumulator *acc; /* one per thread */
     float *tiles;               /* per thread: t and sums of a tile */
     size_t tile_floats;
-    struct rf_splat *splats;
     unsigned char *needed; /* per footprint: does a splat use it? */
     float split;           /* radius from which the resolution falls, px */
     int n_threads;
@@ -57,7 +57,8 @@ struct rf_groups {
     int n;
     /* Memory of the lists. */
     struct rf_tile_list *tiles;
-    int *bins;
+    size_t chunk_bytes;
+    struct rf_chunk *chunks;
 };
 
 /* Radius of level 0 up to which footprints of a shape are spread in full, px. */
@@ -68,12 +69,13 @@ int rf_level_of(float split, float r);
 struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_near);
 
 /*
- * Sorts samples into the lists of `groups`, their splats into c->splats and notes in
- * c->needed what they need; steps the task once per group and once more.
- * rf_groups_free() in any case.
+ * Sorts samples into the lists of `groups` and notes in c->needed what they need; steps
+ * the task once per tile of full resolution. They come from the source where that
+ * emits. rf_groups_free() in any case.
  */
 rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
-                          const struct rf_samples *samples, double progress_to,
+                          const struct rf_samples *samples,
+                          const struct rf_source *source, double progress_to,
                           struct rf_error *error);
 void rf_groups_free(struct rf_groups *groups, struct rf_composer *c);
 

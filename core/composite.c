@@ -46,7 +46,7 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
     struct rf_task *task = c->scene->task;
     double middle = task->to + 0.1 * (progress_to - task->to);
     rf_result result =
-        rf_footprints_build(&c->footprints, c->needed, task, middle, error);
+        rf_footprints_build(c->footprints, c->needed, task, middle, error);
     int64_t n_steps = 0;
     for (int k = 0; k < n_groups; k++)
         if (has_samples(&groups[k]))
@@ -73,14 +73,15 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
 }
 
 static rf_result run_samples(struct rf_composer *c, const struct rf_samples *samples,
-                             double progress_to, struct rf_error *error)
+                             const struct rf_source *source, double progress_to,
+                             struct rf_error *error)
 {
-    if (samples->n == 0 || rf_task_is_cancelled(c->scene->task))
+    if ((samples->n == 0 && !source->survey) || rf_task_is_cancelled(c->scene->task))
         return RF_OK;
     double from = c->scene->task->to;
     struct rf_groups groups = {.n = 0};
-    rf_result result =
-        rf_groups_build(&groups, c, samples, from + 0.05 * (progress_to - from), error);
+    rf_result result = rf_groups_build(&groups, c, samples, source,
+                                       from + 0.05 * (progress_to - from), error);
     if (result == RF_OK)
         result = run_groups(c, groups.at, groups.n, progress_to, error);
     rf_groups_free(&groups, c);
@@ -150,7 +151,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
         for (int cell = 0; cell < canvas->n_cells; cell++)
-            c->acc[i].share[cell] = (float)c->footprints.cells.share[cell];
+            c->acc[i].share[cell] = (float)c->footprints->cells.share[cell];
     }
     int n_rows = (int)(n / full.stride);
 #pragma omp parallel for num_threads(c->n_threads) schedule(static)
@@ -159,7 +160,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
         for (int cell = 0; cell < canvas->n_cells; cell++)
             for (size_t x = 0; x < full.stride; x++)
                 canvas->t[n * (size_t)cell + row + x] =
-                    (float)c->footprints.cells.share[cell];
+                    (float)c->footprints->cells.share[cell];
         for (int p = 0; p < canvas->n_planes; p++)
             memset(canvas->sum + n * (size_t)p + row, 0,
                    full.stride * sizeof *canvas->sum);
@@ -180,16 +181,19 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
     double from = scene->task->to;
     double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
     c.split = rf_level_split(&filter->shape);
+    struct rf_footprints own;
     rf_result result =
-        rf_footprints_init(&c.footprints, c.context, &filter->shape, c.canvas.n_cells,
-                           c.split + 1, scene->n_phases, error);
+        rf_footprints_get(&c.footprints, &own, c.context, &filter->shape,
+                          c.canvas.n_cells, c.split + 1, scene->n_phases, error);
     if (result == RF_OK)
         result = allocate(&c, error);
     rf_task_poll(scene->task);
     if (result == RF_OK)
-        result = run_samples(&c, &scene->visible, from + 0.6 * room, error);
+        result = run_samples(&c, &scene->visible, &scene->visible_source,
+                             from + 0.6 * room, error);
     if (result == RF_OK)
-        result = run_samples(&c, &scene->hidden, from + (1 - kept) * room, error);
+        result = run_samples(&c, &scene->hidden, &scene->hidden_source,
+                             from + (1 - kept) * room, error);
     if (result == RF_OK)
         finish(&c, planes);
     if (result == RF_OK)
@@ -200,7 +204,7 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
     rf_free(c.context, c.tiles);
     rf_free(c.context, c.canvas.sum);
     rf_free(c.context, c.canvas.t);
-    rf_footprints_free(&c.footprints);
+    rf_footprints_put(c.footprints, &own);
     return result;
 }
 

@@ -24,6 +24,25 @@ struct rf_samples {
     size_t n;
 };
 
+/* What a source has at a pixel. */
+enum rf_emission {
+    RF_NO_SAMPLE,
+    RF_PLAIN_SAMPLE, /* its surface as it is, on the pixel's centre, with weight 1 */
+    RF_OTHER_SAMPLES,
+};
+
+/* Samples that are made when they are needed. Any thread calls. */
+struct rf_source {
+    /* What n pixels from (x, y) on have; NULL: the samples are in an array. */
+    void (*survey)(void *user, int x, int y, int n, unsigned char *emission);
+    /* Puts the other samples of pixel (x, y) into `at`; returns how many. */
+    int (*emit)(void *user, int x, int y, struct rf_sample *at);
+    void *user;
+    const struct rf_surface *surfaces; /* of the plain samples; as the scene, packed */
+    int most_per_pixel;
+    float largest_radius; /* of its samples, without sign */
+};
+
 /* The surfaces of one view, as what may stand before a highlight. */
 struct rf_occluders {
     const struct rf_surfaces *surfaces;
@@ -37,8 +56,9 @@ struct rf_scene {
     int n_colours;     /* 3 or 4: set by rf_composite_crop() */
     bool is_opaque;    /* every alpha is 1: it needs no sums */
     int n_phases; /* sub-pixel positions per axis; 1: samples lie on pixel centres */
-    struct rf_samples visible;    /* spread near to far */
-    struct rf_samples hidden;     /* after all visible ones, fill what is left */
+    struct rf_samples visible; /* spread near to far */
+    struct rf_samples hidden;  /* after all visible ones, fill what is left */
+    struct rf_source visible_source, hidden_source; /* instead of those arrays */
     struct rf_samples highlights; /* light to add, with exact visibility */
     const struct rf_occluders *occluders;
     int n_views; /* of occluders */

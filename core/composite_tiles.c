@@ -17,10 +17,52 @@ static bool has_neighbours(const struct rf_group *g, int tx, int ty)
 
 static bool is_used_up(const float *t, size_t n)
 {
-    float most = 0;
     for (size_t i = 0; i < n; i++)
-        most = t[i] > most ? t[i] : most;
-    return most <= 0;
+        if (t[i] > 0)
+            return false;
+    return true;
+}
+
+static const struct rf_splat *first_from_row(const struct rf_splat *from,
+                                             const struct rf_splat *end, int y)
+{
+    while (from < end) {
+        const struct rf_splat *middle = from + (end - from) / 2;
+        if (middle->y < y)
+            from = middle + 1;
+        else
+            end = middle;
+    }
+    return from;
+}
+
+/* Pixels of the level that footprints of bin b reach at the most. */
+static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b)
+{
+    static const int REACH = 4; /* of the kernel, with the rounding of the radius */
+    int first = g->first_bin + b;
+    float r = 2.0f * (float)rf_max_int(-first, first + 1) / (float)(1 << g->level);
+    double extent = fmax(1 / c->footprints->shape->ratio,
+                         fmax(c->footprints->shape->pixel_aspect, 1));
+    return rf_min_int((int)ceil((double)r * extent) + REACH, RF_TILE_HALO + REACH);
+}
+
+/*
+ * Spreads the part of a list's bin that can reach a tile; lists by rows need not be
+ * read from end to end.
+ */
+static void spread_list(const struct rf_composer *c, const struct rf_tile_list *l,
+                        int b, int x0, int y0, struct rf_accumulator *acc)
+{
+    const struct rf_splat *at = l->at + l->bin[b], *end = l->at + l->bin[b + 1];
+    if (l->is_by_rows) {
+        if (end > at && at->y < y0 - acc->reach)
+            at = first_from_row(at, end, y0 - acc->reach);
+        if (end > at && end[-1].y >= y0 + RF_TILE_H + acc->reach)
+            end = first_from_row(at, end, y0 + RF_TILE_H + acc->reach);
+    }
+    if (end > at)
+        c->kernels->spread(acc, at, (int)(end - at), c->footprints->table, x0, y0);
 }
 
 /* Composites all bins of the samples around a tile into its state. */
@@ -30,14 +72,13 @@ static void composite_tile(const struct rf_composer *c, const struct rf_group *g
 {
     size_t n_t = (size_t)c->canvas.n_cells * RF_TILE_H * RF_TILE_W;
     for (int b = 0; b < g->n_bins; b++) {
+        acc->reach = reach_of(c, g, b);
         for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
             for (int x = rf_max_int(tx - 1, 0); x <= rf_min_int(tx + 1, g->n_x - 1);
                  x++) {
                 const struct rf_tile_list *l = &g->tiles[y * g->n_x + x];
-                if (l->n && l->bin[b + 1] > l->bin[b])
-                    c->kernels->spread(acc, c->splats + l->first + l->bin[b],
-                                       l->bin[b + 1] - l->bin[b], c->footprints.table,
-                                       tx * RF_TILE_W, ty * RF_TILE_H);
+                if (l->n)
+                    spread_list(c, l, b, tx * RF_TILE_W, ty * RF_TILE_H, acc);
             }
         if (acc->last_row < 0)
             continue;

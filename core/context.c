@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <sys/mman.h>
 
-#include "internal.h"
+#include "footprint.h"
 #include "kernels/kernels.h"
 
 enum { RF_ALIGNMENT = 64, RF_MAX_THREADS = 1024, HUGE_PAGE = 2 << 20 };
@@ -38,7 +38,8 @@ static void default_release(void *user, void *memory)
 /*
  * Large blocks are kept when they are given back and serve the next picture: their
  * pages have been touched already. What is in use and what is kept never exceed the
- * most that was in use at once.
+ * most that was in use at once by more than a quarter, nor max_bytes: with no room to
+ * spare the blocks of one step of a picture would drive out those of another.
  */
 enum { POOL_BLOCK = 32 << 10 }; /* bytes from which a block is kept */
 
@@ -87,12 +88,14 @@ static struct head *pool_take(struct rf_pool *pool, size_t n_bytes)
     return best < 0 ? NULL : pool_remove(pool, best);
 }
 
-/* Takes out kept blocks until `room` bytes fit under the peak; returns how many. */
-static int pool_shrink(struct rf_pool *pool, size_t room, void **out)
+/* Takes out kept blocks until `room` bytes fit under the limit; returns how many. */
+static int pool_shrink(struct rf_pool *pool, size_t room, size_t max_bytes, void **out)
 {
+    size_t most = pool->peak_bytes + pool->peak_bytes / 4;
+    if (max_bytes && most > max_bytes)
+        most = max_bytes;
     int n = 0;
-    while (pool->n_kept &&
-           pool->used_bytes + pool->kept_bytes + room > pool->peak_bytes)
+    while (pool->n_kept && pool->used_bytes + pool->kept_bytes + room > most)
         out[n++] = pool_remove(pool, 0);
     return n;
 }
@@ -117,7 +120,8 @@ static void *pool_allocate(const struct rf_context *context, size_t n_bytes)
         return NULL;
     }
     pool->peak_bytes = used > pool->peak_bytes ? used : pool->peak_bytes;
-    int n_excess = block ? 0 : pool_shrink(pool, n_bytes, excess);
+    int n_excess =
+        block ? 0 : pool_shrink(pool, n_bytes, context->params.max_bytes, excess);
     pool->used_bytes = used;
     pool_unlock(pool);
     release_all(context, excess, n_excess);
@@ -218,13 +222,17 @@ rf_result rf_context_create(struct rf_context **context,
     struct {
         struct rf_context context;
         struct rf_pool pool;
-    } *both = p.allocate(p.user, (sizeof *both + RF_ALIGNMENT - 1) / RF_ALIGNMENT *
-                                     RF_ALIGNMENT);
+    } * both;
+    size_t n_bytes = (sizeof *both + rf_shelf_bytes() + RF_ALIGNMENT - 1) /
+                     RF_ALIGNMENT * RF_ALIGNMENT;
+    both = p.allocate(p.user, n_bytes);
     if (!both)
-        return rf_fail_memory(error, 1, sizeof *both);
+        return rf_fail_memory(error, 1, n_bytes);
     struct rf_context *c = &both->context;
     both->pool = (struct rf_pool){.n_kept = 0};
     c->pool = &both->pool;
+    c->shelf = (struct rf_shelf *)(both + 1);
+    memset(c->shelf, 0, rf_shelf_bytes());
     c->params = p;
     c->kernels = kernels;
     c->n_threads = probe_threads(p.n_threads ? p.n_threads : omp_get_num_procs());
@@ -239,6 +247,7 @@ void rf_context_destroy(struct rf_context *context)
 {
     if (!context)
         return;
+    rf_shelf_clear(context);
     release_all(context, context->pool->kept, context->pool->n_kept);
     context->params.release(context->params.user, context);
 }

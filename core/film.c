@@ -48,33 +48,53 @@ static float radius_around(const struct rf_filter *f, const float *radius, int x
     return found;
 }
 
+bool rf_film_is_missing(const struct rf_filter *filter, const float *alpha,
+                        const float *radius, int n)
+{
+    enum rf_film_depth choice = (enum rf_film_depth)filter->params.film_depth;
+    if (choice == RF_FILM_DEPTH_KEEP)
+        return false;
+    float least = least_alpha(choice);
+    float r_nothing = (float)rf_lens_radius_px(&filter->lens, INFINITY);
+    int n_missing = 0;
+    for (int i = 0; i < n; i++)
+        n_missing +=
+            (alpha[i] > least) & (alpha[i] < OPAQUE) & (radius[i] == r_nothing);
+    return n_missing > 0;
+}
+
 rf_result rf_film_fill(const struct rf_filter *filter, const float *alpha,
                        float *radius, bool *is_changed, struct rf_error *error)
 {
     enum rf_film_depth choice = (enum rf_film_depth)filter->params.film_depth;
     if (choice == RF_FILM_DEPTH_KEEP)
         return RF_OK;
-    int64_t n = (int64_t)filter->width * filter->height, n_missing = 0;
+    size_t width = (size_t)filter->width, n = width * (size_t)filter->height;
     float least = least_alpha(choice);
     float r_nothing = (float)rf_lens_radius_px(&filter->lens, INFINITY);
-#pragma omp parallel for num_threads(filter->context->n_threads) reduction(+ : n_missing)
-    for (int64_t i = 0; i < n; i++)
-        n_missing += alpha[i] > least && alpha[i] < OPAQUE && radius[i] == r_nothing;
-    if (n_missing == 0)
+    bool is_missing = false;
+#pragma omp parallel for num_threads(filter->context->n_threads)                       \
+    reduction(||                                                                       \
+              : is_missing)
+    for (int y = 0; y < filter->height; y++)
+        is_missing = rf_film_is_missing(filter, alpha + width * (size_t)y,
+                                        radius + width * (size_t)y, filter->width) ||
+                     is_missing;
+    if (!is_missing)
         return RF_OK;
-    float *filled = rf_alloc(filter->context, (size_t)n, sizeof *filled);
+    float *filled = rf_alloc(filter->context, n, sizeof *filled);
     if (!filled)
-        return rf_fail_memory(error, (size_t)n, sizeof *filled);
+        return rf_fail_memory(error, n, sizeof *filled);
 #pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
     for (int y = 0; y < filter->height; y++)
         for (int x = 0; x < filter->width; x++) {
             size_t i = (size_t)y * (size_t)filter->width + (size_t)x;
-            bool is_missing =
+            bool is_filled =
                 alpha[i] > least && alpha[i] < OPAQUE && radius[i] == r_nothing;
             filled[i] =
-                is_missing ? radius_around(filter, radius, x, y, r_nothing) : radius[i];
+                is_filled ? radius_around(filter, radius, x, y, r_nothing) : radius[i];
         }
-    memcpy(radius, filled, (size_t)n * sizeof *radius);
+    memcpy(radius, filled, n * sizeof *radius);
     *is_changed = true;
     rf_free(filter->context, filled);
     return RF_OK;

@@ -48,7 +48,7 @@ static const struct rf_method_info infos[] = {
         {"recursive-offset", "preview: four shifts in x, four in +, again and again",
          "grows with the number of recursions", THESIS "recursive offset"},
     [RF_METHOD_VIEWS] = {"views", "several views from points of the lens, merged",
-                         "the sum of the views' layered passes", "Rack Focus"},
+                         "about the sum of the views' layered passes", "Rack Focus"},
     [RF_METHOD_ACCUMULATE] = {"accumulate", "the mean of views; needs no depth",
                               "the renders of the views",
                               "OpenGL programming guide; OpenGL wikibook"},
@@ -101,7 +101,7 @@ void rf_task_phase(struct rf_task *task, double to, int64_t n_steps)
 
 bool rf_task_poll(struct rf_task *task)
 {
-    if (!rf_task_is_cancelled(task))
+    if (omp_get_thread_num() == 0 && !rf_task_is_cancelled(task))
         ask(task);
     return !rf_task_is_cancelled(task);
 }
@@ -179,12 +179,12 @@ const struct rf_lens *rf_filter_lens(const struct rf_filter *filter)
  * parallel cameras); with the lens' r = bias + scale / z that is linear in r.
  * Orthographic: u R p (z / D - 1), r = bias + scale z.
  */
-static void set_shift(struct rf_work_view *w, const struct rf_view *view,
-                      const struct rf_lens *lens)
+void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
+                        double shear_distance, const struct rf_lens *lens)
 {
-    double d = view->shear_distance, radius = lens->lens_radius;
-    w->lens[0] = (float)(view->lens_offset[0] / radius);
-    w->lens[1] = (float)(view->lens_offset[1] / radius);
+    double d = shear_distance, radius = lens->lens_radius;
+    w->lens[0] = (float)(lens_offset[0] / radius);
+    w->lens[1] = (float)(lens_offset[1] / radius);
     double slope, base;
     if (lens->projection == RF_PROJECTION_PERSPECTIVE) {
         slope = -radius * lens->focal_length_px;
@@ -197,16 +197,23 @@ static void set_shift(struct rf_work_view *w, const struct rf_view *view,
     w->shift_bias = (float)(base - slope * lens->bias_px / lens->scale);
 }
 
+/* Without sign, floats are in the order of their bits. */
 static float largest_of(const struct rf_filter *f, const float *radius)
 {
     size_t n = (size_t)f->width * (size_t)f->height;
-    float most = 0;
+    int32_t most = 0;
 #pragma omp parallel for num_threads(f->context->n_threads) schedule(static)           \
     reduction(max                                                                      \
               : most)
-    for (size_t i = 0; i < n; i++)
-        most = rf_max_float(fabsf(radius[i]), most);
-    return most;
+    for (size_t i = 0; i < n; i++) {
+        int32_t bits;
+        memcpy(&bits, &radius[i], sizeof bits);
+        bits &= INT32_MAX;
+        most = bits > most ? bits : most;
+    }
+    float largest;
+    memcpy(&largest, &most, sizeof largest);
+    return largest;
 }
 
 rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
@@ -237,8 +244,54 @@ rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
     if (is_filled)
         largest = largest_of(f, memory);
     w->radius = memory;
-    set_shift(w, view, &f->lens);
+    rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
     work->largest_radius = rf_max_float(largest, work->largest_radius);
+    return result;
+}
+
+/* Do two pictures share memory, other than pixel by pixel? */
+static bool is_tangled(const struct rf_image *a, const struct rf_image *b)
+{
+    if (a->data == b->data && a->row_bytes == b->row_bytes)
+        return false;
+    const char *ends[2][2];
+    const struct rf_image *both[] = {a, b};
+    for (int i = 0; i < 2; i++) {
+        const char *first = (const char *)rf_image_at(both[i], 0, 0, 0);
+        const char *last =
+            (const char *)rf_image_at(both[i], 0, both[i]->height - 1, 0);
+        ends[i][0] = first < last ? first : last;
+        ends[i][1] =
+            (first < last ? last : first) + (size_t)both[i]->width * 4 * sizeof(float);
+    }
+    return ends[0][0] < ends[1][1] && ends[1][0] < ends[0][1];
+}
+
+/* May the preview read and write the caller's pixels by itself? */
+static bool can_stream(const struct rf_work *work, const struct rf_view *view,
+                       const struct rf_image *out)
+{
+    const struct rf_params *p = &work->filter->params;
+    return p->method == RF_METHOD_LAYERED && p->quality == RF_QUALITY_PREVIEW &&
+           work->n_views == 1 && rf_image_is_plain(p, &view->colour) &&
+           rf_image_is_plain(p, out) && !is_tangled(&view->colour, out);
+}
+
+/* `memory` holds the radii of a view, which it fills. */
+static rf_result stream(struct rf_work *work, const struct rf_view *view, float *memory,
+                        const struct rf_image *out, bool *is_done,
+                        struct rf_error *error)
+{
+    rf_result result =
+        rf_depth_to_radius(work->filter, &view->depth, memory, NULL, NULL, error);
+    if (result != RF_OK)
+        return result;
+    work->radius = work->views->radius = memory;
+    work->largest_radius = largest_of(work->filter, memory);
+    if (work->largest_radius < RF_SHARP_PX)
+        *is_done = rf_frame_copy(work->filter->context, &view->colour, out);
+    else
+        result = rf_layered_preview_stream(work, &view->colour, out, is_done, error);
     return result;
 }
 
@@ -248,7 +301,15 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
 {
     const struct rf_filter *f = work->filter;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
-    bool is_copied = false;
+    bool is_copied = false, is_done = false;
+    if (can_stream(work, views, out)) {
+        rf_result result = stream(work, views, memory, out, &is_done, error);
+        if (result == RF_OK && is_done && rf_task_is_cancelled(work->task))
+            result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+        if (result != RF_OK || is_done)
+            return result;
+        work->largest_radius = 0;
+    }
     for (int j = 0; j < work->n_views; j++) {
         rf_result result = rf_work_load(work, j, &views[j], memory + n * (size_t)j,
                                         NULL, out, &is_copied, error);
@@ -269,6 +330,16 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
     return result;
 }
 
+rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error)
+{
+    if (isfinite(view->lens_offset[0]) && isfinite(view->lens_offset[1]) &&
+        view->shear_distance >= 0)
+        return RF_OK;
+    return rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
+                   "a view's place on the lens must be finite and its shear distance 0 "
+                   "or more");
+}
+
 static rf_result check_view(const struct rf_filter *f, const struct rf_view *view,
                             const struct rf_image *out, struct rf_error *error)
 {
@@ -280,12 +351,7 @@ static rf_result check_view(const struct rf_filter *f, const struct rf_view *vie
         result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
                          "out has %d channels and colour %d: give both the same",
                          out->channels, view->colour.channels);
-    for (int k = 0; k < 2 && result == RF_OK; k++)
-        if (!isfinite(view->lens_offset[k]) || !(view->shear_distance >= 0))
-            result = rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
-                             "a view's place on the lens must be finite and its shear "
-                             "distance 0 or more");
-    return result;
+    return result == RF_OK ? rf_view_check_place(view, error) : result;
 }
 
 static rf_result check_views(const struct rf_filter *f, const struct rf_view *views,

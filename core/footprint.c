@@ -14,10 +14,9 @@
  * in x. In y the lines are 1/16 px apart or closer. Each cell is scaled to its share of
  * the lens, so that light is neither made nor lost.
  */
-#include "footprint.h"
+#include "kernels/kernels.h"
 
 enum {
-    MIN_LINES = 64,
     LINES_PER_PX = 16,
     MAX_LINES = 4096,
     KERNEL_REACH = 2,
@@ -25,6 +24,13 @@ enum {
 };
 
 static const double MIN_SQUARE = 1e-4; /* px^2, of a footprint's radius */
+static const double BOX = 1.0 / 12; /* px^2, what RF_POSITIVE adds where it is wide */
+static const double CLOSE = 2e-3;   /* of the variance: near enough */
+
+/* Weights that are left out, in parts of the greatest. */
+static const double DUST = 1e-6;
+/* Of the cubic's flat tails where its footprint is wide: they lengthen every row. */
+static const double WIDE_DUST = 4e-3, WIDE_PX = 1;
 
 static double cubic(double t, double height)
 {
@@ -184,9 +190,19 @@ static void measure_variance(const struct rf_shape *shape, double variance[2])
 
 /* ---- one footprint ------------------------------------------------------------- */
 
+/*
+ * Where n lines cut the cells of the aperture, [line][cell]; kept by a thread, since
+ * footprints of one radius have as many.
+ */
+struct lines {
+    int n;
+    struct interval *part;
+};
+
 /* A dense grid of weights, one layer per cell, around the sample's pixel. */
 struct grid {
     const struct kernel *kernel;
+    struct lines *lines;
     int reach_x, reach_y, width, height;
     double *weight; /* [cell][y][x] */
     double *line;   /* width + 1 entries: differences of one line */
@@ -225,26 +241,52 @@ static void add_line(struct grid *g, int cell, double from, double to, double y,
     }
 }
 
-static void fill_grid(struct grid *g, const struct rf_footprints *f, const double r[2],
+/* The middle of line i of n. */
+static double line_at(struct interval range, int i, int n)
+{
+    return range.from + (range.to - range.from) * (i + 0.5) / n;
+}
+
+static bool cut_lines(struct lines *lines, const struct rf_footprints *f,
+                      struct interval range, int n)
+{
+    int n_cells = f->cells.n;
+    if (lines->part && lines->n == n)
+        return true;
+    rf_free(f->context, lines->part);
+    *lines = (struct lines){
+        n, rf_alloc(f->context, (size_t)n * (size_t)n_cells, sizeof *lines->part)};
+    for (int i = 0; i < n && lines->part; i++) {
+        double v = line_at(range, i, n);
+        struct interval cut = cut_aperture(f->shape, v);
+        for (int c = 0; c < n_cells; c++)
+            lines->part[i * n_cells + c] = cut_cell(&f->cells, c, v, cut);
+    }
+    return lines->part != NULL;
+}
+
+/* False: out of memory. */
+static bool fill_grid(struct grid *g, const struct rf_footprints *f, const double r[2],
                       double phase_x, double phase_y)
 {
     const struct rf_shape *shape = f->shape;
     struct interval range = v_range(shape);
     double height_px = (range.to - range.from) * fabs(r[1]) * shape->pixel_aspect;
-    int n_lines =
-        rf_min_int(rf_max_int((int)(height_px * LINES_PER_PX), MIN_LINES), MAX_LINES);
+    int n_lines = rf_min_int(
+        rf_max_int((int)(height_px * LINES_PER_PX), shape->min_lines), MAX_LINES);
+    if (!cut_lines(g->lines, f, range, n_lines))
+        return false;
     for (int i = 0; i < n_lines; i++) {
-        double v = range.from + (range.to - range.from) * (i + 0.5) / n_lines;
-        double y = phase_y - v * r[1] * shape->pixel_aspect;
-        struct interval cut = cut_aperture(shape, v);
+        double y = phase_y - line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
         for (int c = 0; c < f->cells.n; c++) {
-            struct interval part = cut_cell(&f->cells, c, v, cut);
+            struct interval part = g->lines->part[i * f->cells.n + c];
             if (part.to <= part.from)
                 continue;
             double a = phase_x + part.from * r[0], b = phase_x + part.to * r[0];
             add_line(g, c, fmin(a, b), fmax(a, b), y, height_px / n_lines);
         }
     }
+    return true;
 }
 
 /* Radius 0: the sample stays in its pixel (or interpolates between pixels). */
@@ -260,7 +302,7 @@ static void fill_point(struct grid *g, const struct rf_footprints *f, double pha
 }
 
 /* Drops the dust and scales every cell to its share. */
-static void normalise(struct grid *g, const struct rf_lens_cells *cells)
+static void normalise(struct grid *g, const struct rf_lens_cells *cells, double dust)
 {
     size_t n = (size_t)g->width * (size_t)g->height;
     for (int c = 0; c < cells->n; c++) {
@@ -268,7 +310,7 @@ static void normalise(struct grid *g, const struct rf_lens_cells *cells)
         for (size_t i = 0; i < n; i++)
             peak = fmax(peak, w[i]);
         for (size_t i = 0; i < n; i++) {
-            if (fabs(w[i]) < 1e-6 * peak)
+            if (fabs(w[i]) < dust * peak)
                 w[i] = 0;
             sum += w[i];
         }
@@ -308,14 +350,17 @@ static int padded(int n)
 static struct rf_footprint *pack(const struct grid *g, const struct rf_footprints *f,
                                  bool is_common)
 {
-    int n_segments = 0, n_weights = 0, first, last;
+    int n_segments = 0, n_weights = 0, first, last, n_spare = RF_MAX_SIDE_BY_SIDE - 1;
     for (int y = 0; y < g->height; y++)
         for (int c = 0; c < f->cells.n; c++)
             if (row_extent(grid_row(g, c, y), g->width, &first, &last)) {
+                int n = last - first + 1;
                 n_segments++;
-                n_weights += padded(last - first + 1);
+                n_weights += padded(n);
+                n_spare = rf_min_int(n_spare, padded(n) - n);
             }
-    size_t head = 64, body = ((size_t)n_weights * sizeof(float) + 63) / 64 * 64;
+    size_t head = 64 + RF_FOOTPRINT_LANES * sizeof(float),
+           body = ((size_t)n_weights * sizeof(float) + 63) / 64 * 64;
     char *memory = rf_calloc(
         f->context, 1, head + body + (size_t)n_segments * sizeof(struct rf_segment));
     if (!memory)
@@ -325,6 +370,7 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
     p->weights = (float *)(memory + head);
     p->segments = (struct rf_segment *)(memory + head + body);
     p->is_common = is_common;
+    p->n_side_by_side = n_spare + 1;
     p->min_dx = p->min_dy = INT16_MAX;
     p->max_dx = p->max_dy = INT16_MIN;
     n_weights = 0;
@@ -334,11 +380,13 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
             if (!row_extent(row, g->width, &first, &last))
                 continue;
             int dx = first - g->reach_x, dy = y - g->reach_y;
+            int cell = is_common ? f->cells.n : c;
             p->segments[p->n_segments++] = (struct rf_segment){
                 .dx = (int16_t)dx,
                 .dy = (int16_t)dy,
                 .n = (int16_t)padded(last - first + 1),
-                .cell = (int16_t)(is_common ? f->cells.n : c),
+                .cell = (int16_t)cell,
+                .row = cell * RF_TILE_H + dy,
                 .weight = n_weights,
             };
             for (int x = first; x <= last; x++)
@@ -374,9 +422,9 @@ static void grid_variance(const struct grid *g, int n_cells, double variance[2])
  * of the aperture at radius r. The level's averaging and magnifying add to it; so does
  * the box of RF_POSITIVE, by 1/12 px^2 where the footprint is wide and by less where it
  * is narrow, which the secant method finds. Up to 1 px at full resolution the box is
- * left alone: it is the pixel.
+ * left alone: it is the pixel. False: out of memory.
  */
-static void fill_level(struct grid *g, const struct rf_footprints *f, double r,
+static bool fill_level(struct grid *g, const struct rf_footprints *f, double r,
                        bool is_coarse, enum rf_footprint_kind kind,
                        const double phase[2])
 {
@@ -391,16 +439,21 @@ static void fill_level(struct grid *g, const struct rf_footprints *f, double r,
     for (int k = 0; k < 2; k++) {
         target[k] = r * r * unit[k] - loss;
         slope[k] = unit[k];
-        square[k] = fmin(fmax(target[k] / unit[k], MIN_SQUARE), r * r);
+        square[k] = (target[k] - (is_tried ? BOX : 0)) / unit[k];
+        square[k] = fmin(fmax(square[k], MIN_SQUARE), r * r);
     }
     for (int trial = 0; trial <= (is_tried ? N_TRIALS : 0); trial++) {
         for (int k = 0; k < 2; k++)
             radii[k] = copysign(sqrt(square[k]), r);
         memset(g->weight, 0, n * sizeof *g->weight);
-        fill_grid(g, f, radii, phase[0], phase[1]);
+        if (!fill_grid(g, f, radii, phase[0], phase[1]))
+            return false;
         if (!is_tried || trial == N_TRIALS)
             break;
         grid_variance(g, f->cells.n, variance);
+        if (fabs(variance[0] - target[0]) < CLOSE * target[0] &&
+            fabs(variance[1] - target[1]) < CLOSE * target[1])
+            break;
         for (int k = 0; k < 2; k++) {
             double found = step[k] != 0 ? (variance[k] - before[k]) / step[k] : 0;
             if (found > 0.25 * unit[k] && found < 16 * unit[k])
@@ -412,11 +465,12 @@ static void fill_level(struct grid *g, const struct rf_footprints *f, double r,
             square[k] = next;
         }
     }
+    return true;
 }
 
-bool rf_footprint_build(struct rf_footprints *f, size_t slot)
+static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
 {
-    if (f->table[slot])
+    if (__atomic_load_n(&f->table[slot], __ATOMIC_ACQUIRE))
         return true;
     int n_phases = f->n_phases * f->n_phases;
     bool is_coarse = slot % RF_N_LEVEL_CLASSES > 0;
@@ -425,10 +479,12 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
     int phase = (int)(rest / RF_N_KINDS) % n_phases;
     int index = (int)(rest / RF_N_KINDS) / n_phases - f->max_index;
     double r = rf_radius_of_index(index);
-    double width = 1 / f->shape->ratio, height = f->shape->pixel_aspect;
+    const double *size = f->shape->size;
     struct grid g = {.kernel = &kernels[kind],
-                     .reach_x = (int)ceil(fabs(r) * width) + 3,
-                     .reach_y = (int)ceil(fabs(r) * height) + 3};
+                     .lines = lines,
+                     .reach_x = (int)ceil(fabs(r) * size[0]) + 3,
+                     .reach_y =
+                         (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect) + 3};
     g.width = 2 * g.reach_x + 1;
     g.height = 2 * g.reach_y + 1;
     size_t n = (size_t)g.width * (size_t)g.height * (size_t)f->cells.n;
@@ -440,15 +496,28 @@ bool rf_footprint_build(struct rf_footprints *f, size_t slot)
                     (phase / f->n_phases + 0.5) / f->n_phases};
     if (index == 0)
         fill_point(&g, f, at[0], at[1]);
-    else
-        fill_level(&g, f, r, is_coarse, kind, at);
-    normalise(&g, &f->cells);
+    else if (!fill_level(&g, f, r, is_coarse, kind, at)) {
+        rf_free(f->context, g.weight);
+        return false;
+    }
+    normalise(&g, &f->cells, kind == RF_SHARP && fabs(r) >= WIDE_PX ? WIDE_DUST : DUST);
     bool is_common = f->cells.n > 1 && !is_coarse && fabs(r) < RF_COMMON_PX;
     if (is_common)
         join_cells(&g, f->cells.n);
-    f->table[slot] = pack(&g, f, is_common);
+    struct rf_footprint *built = pack(&g, f, is_common), *none = NULL;
     rf_free(f->context, g.weight);
-    return f->table[slot] != NULL;
+    if (built && !__atomic_compare_exchange_n(&f->table[slot], &none, built, false,
+                                              __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE))
+        rf_free(f->context, built); /* another picture was first */
+    return built != NULL;
+}
+
+bool rf_footprint_build(struct rf_footprints *f, size_t slot)
+{
+    struct lines lines = {.n = 0};
+    bool is_built = build(f, slot, &lines);
+    rf_free(f->context, lines.part);
+    return is_built;
 }
 
 rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
@@ -460,15 +529,20 @@ rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *need
     for (int64_t i = 0; i < n; i++)
         n_needed += needed[i] != 0;
     rf_task_phase(task, progress_to, n_needed);
-#pragma omp parallel for num_threads(f->context->n_threads) schedule(dynamic, 4)
-    for (int64_t i = 0; i < n; i++)
-        if (needed[i] && !rf_task_is_cancelled(task)) {
-            if (!rf_footprint_build(f, (size_t)i)) {
+#pragma omp parallel num_threads(f->context->n_threads)
+    {
+        struct lines lines = {.n = 0};
+#pragma omp for schedule(dynamic, 4)
+        for (int64_t i = 0; i < n; i++)
+            if (needed[i] && !rf_task_is_cancelled(task)) {
+                if (!build(f, (size_t)i, &lines)) {
 #pragma omp atomic
-                n_failed++;
+                    n_failed++;
+                }
+                rf_task_step(task);
             }
-            rf_task_step(task);
-        }
+        rf_free(f->context, lines.part);
+    }
     return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
 }
 

@@ -8,6 +8,7 @@
 enum {
     RF_MAX_CELLS = 16,
     RF_FOOTPRINT_LANES = 8, /* segments are padded with zeros to a multiple of this */
+    RF_MAX_SIDE_BY_SIDE = 4,
 };
 
 /* A run of pixels in one row that belong to one sub-aperture. */
@@ -15,6 +16,7 @@ struct rf_segment {
     int16_t dx, dy; /* first pixel, relative to the sample's pixel */
     int16_t n;      /* multiple of RF_FOOTPRINT_LANES */
     int16_t cell;
+    int32_t row;    /* of an accumulator: dy after all rows of the cells before */
     int32_t weight; /* index of the first weight */
 };
 
@@ -28,6 +30,11 @@ struct rf_segment {
 struct rf_footprint {
     int n_segments;
     bool is_common;
+    /*
+     * So many samples side by side can be spread at once: segments end with as many
+     * zeros, but one, and as many stand before the first. 1 to RF_MAX_SIDE_BY_SIDE.
+     */
+    int n_side_by_side;
     int min_dx, max_dx, min_dy, max_dy; /* of the weights above zero */
     struct rf_segment *segments;        /* by rows */
     float *weights;
@@ -75,6 +82,20 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
                              const struct rf_shape *shape, int n_cells,
                              double max_radius, int n_phases, struct rf_error *error);
 void rf_footprints_free(struct rf_footprints *f);
+
+/*
+ * Small footprints of the last few apertures stay with the context (footprint_shelf.c).
+ * Gives those of one that reach max_radius, or new ones in `own`, which is not kept;
+ * rf_footprints_put() in any case, when the picture is done.
+ */
+rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
+                            const struct rf_context *context,
+                            const struct rf_shape *shape, int n_cells,
+                            double max_radius, int n_phases, struct rf_error *error);
+void rf_footprints_put(struct rf_footprints *f, struct rf_footprints *own);
+size_t rf_shelf_bytes(void);
+/* Frees what is kept; no picture is in work. */
+void rf_shelf_clear(const struct rf_context *context);
 
 /*
  * Radii are quantised to 1/32 px below 4 px, 1/16 below 8 px and 1/8 above. A step of
@@ -129,9 +150,7 @@ static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
            (size_t)level_class;
 }
 
-/*
- * Builds one footprint; not for two threads on the same slot. False: out of memory.
- */
+/* Builds one footprint; any thread. False: out of memory. */
 bool rf_footprint_build(struct rf_footprints *f, size_t slot);
 
 /*

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Views of the caller's pixels, and their way into and out of the blend space. */
-#include "internal.h"
+#include "kernels/kernels.h"
 
 rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
                          int height, struct rf_error *error)
@@ -61,6 +61,14 @@ float rf_to_blend_space(const struct rf_params *params, float v)
     return params->blend_gamma == 1 ? v : signed_power(v, 1 / params->blend_gamma);
 }
 
+/* A blend gamma makes infinities of finite values; sums of them come before. */
+static const float MOST_LIGHT = 1e36f;
+
+bool rf_is_light(const struct rf_params *params, float v)
+{
+    return params->blend_gamma == 1 ? isfinite(v) : fabsf(v) <= MOST_LIGHT;
+}
+
 /* Alpha is coverage, not light: the blend gamma leaves it alone. */
 static bool has_gamma(const struct rf_params *params, int plane)
 {
@@ -76,60 +84,23 @@ static int64_t load_row(const struct rf_params *params, const struct rf_image *c
         float *row = planes[c] + (size_t)y * (size_t)colour->width;
         for (int x = 0; x < colour->width; x++) {
             float v = *rf_image_at(colour, x, y, c);
-            if (!isfinite(v)) {
+            if (has_gamma(params, c))
+                v = signed_power(v, power);
+            if (!rf_is_light(params, v)) {
                 if (n_bad++ == 0 || x < *bad_x)
                     *bad_x = x;
                 v = 0;
             }
-            row[x] = has_gamma(params, c) ? signed_power(v, power) : v;
+            row[x] = v;
         }
     }
     return n_bad;
 }
 
-/* Are the pixels RGBA quadruples, in the space that light is summed in? */
-static bool is_plain_rgba(const struct rf_params *params, const struct rf_image *image)
+bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image)
 {
     return image->channels == 4 && image->channel_bytes == sizeof(float) &&
            image->pixel_bytes == 4 * sizeof(float) && params->blend_gamma == 1;
-}
-
-/* Unpacks a row of plain RGBA; false where a value is not finite. */
-static bool load_plain_row(const struct rf_image *colour, int y, float *planes[4])
-{
-    const float *from = rf_image_at(colour, 0, y, 0);
-    size_t at = (size_t)y * (size_t)colour->width;
-    float *restrict r = planes[0] + at, *restrict g = planes[1] + at;
-    float *restrict b = planes[2] + at, *restrict a = planes[3] + at;
-    uint32_t largest = 0; /* bits without sign: those of infinity and above are bad */
-    for (int x = 0; x < colour->width; x++) {
-        r[x] = from[4 * x];
-        g[x] = from[4 * x + 1];
-        b[x] = from[4 * x + 2];
-        a[x] = from[4 * x + 3];
-    }
-    for (int i = 0; i < 4 * colour->width; i++) {
-        uint32_t bits;
-        memcpy(&bits, from + i, sizeof bits);
-        bits &= 0x7fffffffu;
-        largest = bits > largest ? bits : largest;
-    }
-    return largest < 0x7f800000u;
-}
-
-static void store_plain_row(float *const planes[4], size_t stride,
-                            const struct rf_image *out, int y)
-{
-    float *to = (float *)rf_image_at(out, 0, y, 0);
-    size_t at = (size_t)y * stride;
-    const float *r = planes[0] + at, *g = planes[1] + at;
-    const float *b = planes[2] + at, *a = planes[3] + at;
-    for (int x = 0; x < out->width; x++) {
-        to[4 * x] = r[x];
-        to[4 * x + 1] = g[x];
-        to[4 * x + 2] = b[x];
-        to[4 * x + 3] = a[x];
-    }
 }
 
 /* A row of floats copied as it is; false where a value is not finite. */
@@ -178,7 +149,11 @@ rf_result rf_frame_load(const struct rf_context *context,
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
     for (int y = 0; y < height; y++) {
         int bad_x = 0;
-        if (is_plain_rgba(params, colour) && load_plain_row(colour, y, planes))
+        float *rows[4];
+        for (int c = 0; c < colour->channels; c++)
+            rows[c] = planes[c] + (size_t)y * (size_t)colour->width;
+        if (rf_image_is_plain(params, colour) &&
+            context->kernels->unpack(rf_image_at(colour, 0, y, 0), colour->width, rows))
             continue;
         int64_t n = load_row(params, colour, y, planes, &bad_x);
         if (n) {
@@ -194,9 +169,10 @@ rf_result rf_frame_load(const struct rf_context *context,
     }
     if (n_bad)
         return rf_fail(error, RF_ERROR_PIXEL, "colour",
-                       "%lld colour value%s NaN or infinite, the first at pixel (%d, "
-                       "%d): repair the render, the blur would spread them",
+                       "%lld colour value%s NaN or infinite%s, the first at pixel "
+                       "(%d, %d): repair the render, the blur would spread them",
                        (long long)n_bad, n_bad == 1 ? " is" : "s are",
+                       params->blend_gamma == 1 ? "" : " in the blend gamma",
                        first_x + (place ? place->x : 0),
                        first_y + (place ? place->y : 0));
     return RF_OK;
@@ -207,14 +183,17 @@ void rf_frame_store(const struct rf_context *context, const struct rf_params *pa
 {
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
     for (int y = 0; y < out->height; y++) {
-        if (is_plain_rgba(params, out)) {
-            store_plain_row(planes, stride, out, y);
+        const float *rows[4];
+        for (int c = 0; c < out->channels; c++)
+            rows[c] = planes[c] + (size_t)y * stride;
+        if (rf_image_is_plain(params, out)) {
+            context->kernels->pack(rows, out->width,
+                                   (float *)rf_image_at(out, 0, y, 0));
             continue;
         }
         for (int c = 0; c < out->channels; c++) {
-            const float *row = planes[c] + (size_t)y * stride;
             for (int x = 0; x < out->width; x++) {
-                float v = row[x];
+                float v = rows[c][x];
                 if (has_gamma(params, c))
                     v = signed_power(v, params->blend_gamma);
                 *(float *)rf_image_at(out, x, y, c) = v;

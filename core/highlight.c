@@ -42,13 +42,14 @@ static const size_t BATCH_BYTES = 64u << 20;
 struct blockers {
     const struct rf_occluders *occluders;
     float *nearest;   /* per block of 16 x 16: least radius of an occluder */
+    float least;      /* of all blocks */
     double extent[2]; /* of u - a u_j over the part of the lens that asks this view */
 };
 
 struct highlights {
     const struct rf_scene *scene;
     float *const *planes;
-    struct rf_footprints footprints;
+    struct rf_footprints *footprints;
     const struct rf_samples *samples;
     float **mask; /* per highlight of the batch: visibility over its box, or NULL */
     struct blockers *views;
@@ -60,14 +61,14 @@ struct highlights {
 
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 {
-    return rf_footprint_slot(&h->footprints, rf_radius_index(&h->footprints, s->r),
-                             rf_phase_of(&h->footprints, s->x, s->y), RF_POSITIVE, 0);
+    return rf_footprint_slot(h->footprints, rf_radius_index(h->footprints, s->r),
+                             rf_phase_of(h->footprints, s->x, s->y), RF_POSITIVE, 0);
 }
 
 static const struct rf_footprint *footprint_of(const struct highlights *h,
                                                const struct rf_sample *s)
 {
-    return h->footprints.table[slot_of(h, s)];
+    return h->footprints->table[slot_of(h, s)];
 }
 
 /* ---- what stands in the way ---------------------------------------------------- */
@@ -148,9 +149,9 @@ static int lens_cell(float offset, float r, double extent)
 }
 
 /*
- * Blocks the square that pixel (ox, oy), centre view, of radius q casts in view j.
- * Places count from the light's pixel: where the light lies must not decide how they
- * are rounded.
+ * Blocks the square that a pixel of radius q casts in view j; (ox, oy) is its place in
+ * the centre's view. Places count from the light's pixel: where the light lies must not
+ * decide how they are rounded.
  */
 static void block_square(struct mask *m, int j, float ox, float oy, float q,
                          float share)
@@ -160,8 +161,8 @@ static void block_square(struct mask *m, int j, float ox, float oy, float q,
     int lx = (int)floorf(l->x), ly = (int)floorf(l->y);
     float px = l->x - (float)lx, py = l->y - (float)ly; /* the light in its pixel */
     float scale = l->r / (l->r - q);
-    float ax = (ox - l->x) * scale + px, bx = ax + scale;
-    float ay = (oy - l->y) * scale + py, by = ay + scale;
+    float ax = (ox - px) * scale + px, bx = ax + scale;
+    float ay = (oy - py) * scale + py, by = ay + scale;
     float x0 = rf_min_float(ax, bx), x1 = rf_max_float(ax, bx),
           y0 = rf_min_float(ay, by), y1 = rf_max_float(ay, by);
     int left = m->x0 - lx, top = m->y0 - ly;
@@ -198,6 +199,13 @@ static bool is_in_cone(const struct blockers *view, const struct rf_sample *l, f
            fabsf(dy) <= room * (float)view->extent[1] + 1;
 }
 
+/* The blocks that lie within `reach` px of v. */
+static void blocks_within(float v, float reach, int n, int *first, int *last)
+{
+    *first = (int)rf_max_float(floorf((v - reach) / BLOCK), 0);
+    *last = (int)rf_min_float(floorf((v + reach) / BLOCK), (float)(n - 1));
+}
+
 /* Draws the occluders of view j; with m NULL only asks whether there is one. */
 static bool draw_occluders(const struct highlights *h, const struct rf_sample *l, int j,
                            struct mask *m)
@@ -206,10 +214,17 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     const struct rf_occluders *o = view->occluders;
     const struct rf_surfaces *s = o->surfaces;
     float shift = o->shift_scale * l->r + o->shift_bias;
-    float lx = l->x + o->lens[0] * shift, ly = l->y - o->lens[1] * shift;
+    float lx = l->x + rf_snap_px(o->lens[0] * shift);
+    float ly = l->y - rf_snap_px(o->lens[1] * shift);
+    float room = l->r - view->least;
+    int px = (int)floorf(l->x), py = (int)floorf(l->y), first[2], last[2];
+    if (room < NEARER_PX)
+        return false;
+    blocks_within(lx, room * (float)view->extent[0] + 1, h->n_x, &first[0], &last[0]);
+    blocks_within(ly, room * (float)view->extent[1] + 1, h->n_y, &first[1], &last[1]);
     bool is_found = false;
-    for (int by = 0; by < h->n_y; by++)
-        for (int bx = 0; bx < h->n_x; bx++) {
+    for (int by = first[1]; by <= last[1]; by++)
+        for (int bx = first[0]; bx <= last[0]; bx++) {
             float q = view->nearest[by * h->n_x + bx];
             if (!is_in_cone(view, l, block_gap(lx, bx), block_gap(ly, by), q))
                 continue;
@@ -225,8 +240,8 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
                     if (!m)
                         return true;
                     shift = o->shift_scale * q + o->shift_bias;
-                    block_square(m, j, (float)x - o->lens[0] * shift,
-                                 (float)y + o->lens[1] * shift, q, s->share[i]);
+                    block_square(m, j, (float)(x - px) - o->lens[0] * shift,
+                                 (float)(y - py) + o->lens[1] * shift, q, s->share[i]);
                     is_found = true;
                 }
         }
@@ -349,7 +364,7 @@ static rf_result build_footprints(struct highlights *h, double progress_to,
                                   struct rf_error *error)
 {
     const struct rf_context *context = h->scene->filter->context;
-    struct rf_footprints *f = &h->footprints;
+    struct rf_footprints *f = h->footprints;
     size_t n_slots = rf_footprint_count(f);
     unsigned char *needed = rf_calloc(context, n_slots, 1);
     if (!needed)
@@ -382,6 +397,12 @@ static rf_result build_views(struct highlights *h, struct rf_error *error)
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 4)
     for (int i = 0; i < scene->n_views * h->n_y; i++)
         build_blocks(h, &h->views[i / h->n_y], i % h->n_y);
+    for (size_t j = 0; j < n_views; j++) {
+        struct blockers *view = &h->views[j];
+        view->least = INFINITY;
+        for (size_t i = 0; i < n_blocks; i++)
+            view->least = rf_min_float(view->nearest[i], view->least);
+    }
     assign_lens(h);
     return RF_OK;
 }
@@ -426,8 +447,9 @@ rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4]
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(samples->at[i].r));
-    rf_result result = rf_footprints_init(&h.footprints, context, shape, 1, most,
-                                          scene->n_phases, error);
+    struct rf_footprints own;
+    rf_result result = rf_footprints_get(&h.footprints, &own, context, shape, 1, most,
+                                         scene->n_phases, error);
     h.mask = rf_alloc(context, samples->n, sizeof *h.mask);
     if (result == RF_OK && !h.mask)
         result = rf_fail_memory(error, samples->n, sizeof *h.mask);
@@ -437,6 +459,6 @@ rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4]
         rf_free(context, h.views[0].nearest);
     rf_free(context, h.views);
     rf_free(context, h.mask);
-    rf_footprints_free(&h.footprints);
+    rf_footprints_put(h.footprints, &own);
     return result;
 }

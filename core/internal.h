@@ -39,12 +39,14 @@ struct rf_pool {
 
 struct rf_kernels;
 struct rf_filter;
+struct rf_shelf; /* footprint_shelf.c */
 
 struct rf_context {
     struct rf_context_params params;
     int n_threads;
     const struct rf_kernels *kernels;
     struct rf_pool *pool;
+    struct rf_shelf *shelf;
 };
 
 /* 64-byte aligned memory, not cleared; NULL where there is none. Size 0 gives memory.
@@ -72,6 +74,7 @@ struct rf_shape {
     double ratio;
     double size[2];      /* half width and half height of a box around it */
     double pixel_aspect; /* v is multiplied by it to get pixel rows */
+    int min_lines;       /* v = const that a footprint is summed over */
 };
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
@@ -125,6 +128,9 @@ static inline const float *rf_image_at(const struct rf_image *image, int x, int 
                            (ptrdiff_t)c * image->channel_bytes);
 }
 
+/* Are the pixels RGBA quadruples, in the space that light is summed in? */
+bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image);
+
 /*
  * The colour of a view, unpacked to planes of width x height in the space in which
  * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four. `place`
@@ -137,6 +143,9 @@ rf_result rf_frame_load(const struct rf_context *context,
 
 /* One value of light in the space in which light is summed. */
 float rf_to_blend_space(const struct rf_params *params, float v);
+
+/* Can a value of that space be summed up? Not NaN, not infinite or nearly so. */
+bool rf_is_light(const struct rf_params *params, float v);
 
 /*
  * Copies plain pixels; false where they are not packed or not finite, or are the same,
@@ -153,6 +162,10 @@ void rf_frame_store(const struct rf_context *context, const struct rf_params *pa
 void rf_image_copy(const struct rf_image *from, const struct rf_image *to);
 
 /* ---- film.c -------------------------------------------------------------------- */
+
+/* Is one of n pixels partly transparent and without depth, so that it needs that? */
+bool rf_film_is_missing(const struct rf_filter *filter, const float *alpha,
+                        const float *radius, int n);
 
 /* Gives partly transparent pixels without depth that of a surface, as film_depth says.
  */
@@ -180,7 +193,8 @@ void rf_task_end(struct rf_task *task);
 void rf_task_phase(struct rf_task *task, double to, int64_t n_steps);
 /* Counts one tile; true while work goes on. Any thread. */
 bool rf_task_step(struct rf_task *task);
-/* Reports the last fraction again, between two loops; only the caller's thread. */
+/* Reports the last fraction again, if the caller's thread calls it; true while work
+ * goes on. Any thread. */
 bool rf_task_poll(struct rf_task *task);
 bool rf_task_is_cancelled(const struct rf_task *task);
 
@@ -193,8 +207,7 @@ struct rf_filter {
     struct rf_shape shape;
     int width, height; /* of the pixels at hand */
     struct rf_place place;
-    const struct rf_survey *survey; /* of the whole picture; NULL: it is at hand */
-    struct rf_bokeh *bokeh;         /* NULL until one is set */
+    struct rf_bokeh *bokeh; /* NULL until one is set */
 };
 
 /* One view, in the blend space. */
@@ -207,7 +220,24 @@ struct rf_work_view {
      * view, with (x, y) its place in the view of the lens' centre.
      */
     float shift_scale, shift_bias;
+    const struct rf_survey *survey; /* of the whole picture; NULL: it is at hand */
 };
+
+rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error);
+
+/* Sets where a view was taken: `lens` and `shift_*`. */
+void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
+                        double shear_distance, const struct rf_lens *lens);
+
+/*
+ * A displacement to whole 128ths of a pixel. Sums of such are exact in all pictures
+ * that there can be, so no place depends on where the window begins that it lies in.
+ */
+static inline float rf_snap_px(float v)
+{
+    static const float ROUND = 98304; /* 1.5 x 2^16, where floats are that far apart */
+    return (v + ROUND) - ROUND;
+}
 
 /*
  * What a method gets: planes of colour (in the blend space) and the signed radius of
@@ -247,8 +277,26 @@ struct rf_method_entry {
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error);
 rf_result rf_layered_preview_run(struct rf_work *work, struct rf_error *error);
+/*
+ * The preview straight from the caller's pixels, plain RGBA, to his, without the planes
+ * of the picture: work->colour is not used. *is_done is false where the pixels are not
+ * so simple: not finite, or partly transparent without depth.
+ */
+rf_result rf_layered_preview_stream(struct rf_work *work, const struct rf_image *from,
+                                    const struct rf_image *to, bool *is_done,
+                                    struct rf_error *error);
 rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error);
 rf_result rf_views_run(struct rf_work *work, struct rf_error *error);
+/* What a window of several views needs around it. */
+struct rf_margin {
+    int px;     /* how far a pixel of the result looks */
+    int border; /* px that the whole picture is continued by */
+    int level;  /* the coarsest */
+};
+/* `surface_px` is what splitting and highlights need, `hidden_px` what hidden.c does.
+ */
+rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
+                          struct rf_margin *margin, struct rf_error *error);
 rf_result rf_accumulate_run(struct rf_work *work, struct rf_error *error);
 
 /* Index of the calling thread in its parallel region. */

@@ -8,9 +8,23 @@
 #include "picture.h"
 
 static const float BORDER_LUMINANCE = 1;
-static const float BRIGHT = 4; /* times the darkest pixel of 5 x 5 */
+static const float BRIGHT = 4; /* times the darkest pixel of 5 x 5, in focus */
 
 enum { MAX_BORDER = 256 };
+
+/*
+ * What is brighter than this times its surroundings is spread without the cubic's
+ * negative weights. The darkest pixel of 5 x 5 changes fast where an edge passes, and
+ * with it what is spread so: a pan flickers. So the limit grows as the negative weights
+ * lose their strength: beside a step they leave 0.074 of it below zero at r = 0, 0.022
+ * at 1 px, 0.0085 at 2 px, 0.0011 at 8 px. Lamps, far above it, keep the limit that
+ * things in focus have: no ring shows around them.
+ */
+static inline float bright_limit(float r)
+{
+    float r2 = r * r;
+    return BRIGHT + BRIGHT * (r2 < 64 ? r2 : 64);
+}
 
 static size_t padded_size(const struct rf_picture *l)
 {
@@ -198,6 +212,23 @@ static void collect_light(void *user, struct rf_surface *s, int x, int y, float 
     lights->out.n++;
 }
 
+/* May a row hold a highlight, as far as its brightest surface tells? */
+static bool is_bright_row(const struct rf_picture *l, int y, float factor)
+{
+    return rf_is_highlight(l->surfaces.peak[y], INFINITY, factor, 0);
+}
+
+/* The rows of the picture that may hold highlights, without its border. */
+static struct rf_window bright_rows(const struct rf_picture *l)
+{
+    int y0 = 0, y1 = l->filter->height;
+    while (y0 < y1 && !is_bright_row(l, y0 + l->y0, 1))
+        y0++;
+    while (y0 < y1 && !is_bright_row(l, y1 - 1 + l->y0, 1))
+        y1--;
+    return (struct rf_window){0, y0, l->filter->width, y1 - y0};
+}
+
 /* Moves the light of the highlights into `l->highlights`, in the order of rows. */
 static rf_result collect_lights(struct rf_picture *l, float factor, size_t *start,
                                 struct rf_error *error)
@@ -207,7 +238,8 @@ static rf_result collect_lights(struct rf_picture *l, float factor, size_t *star
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int y = 0; y < l->height; y++) {
         struct lights lights = {.l = l, .factor = factor};
-        rf_picture_visit_row(l, y, collect_light, &lights);
+        if (is_bright_row(l, y, factor))
+            rf_picture_visit_row(l, y, collect_light, &lights);
         start[y + 1] = lights.out.n;
     }
     for (int y = 0; y < l->height; y++)
@@ -237,10 +269,12 @@ rf_result rf_picture_take_highlights(struct rf_picture *l,
     if (!start)
         return rf_fail_memory(error, n_rows + 1, sizeof *start);
     struct rf_survey survey = {.n_pixels = 0};
-    if (!f->survey)
-        rf_survey_add(&survey, f, view, n_planes, &l->areas,
-                      &(struct rf_window){0, 0, f->width, f->height});
-    float factor = rf_survey_factor(f->survey ? f->survey : &survey);
+    if (!view->survey) {
+        struct rf_window window = bright_rows(l);
+        rf_survey_add(&survey, f, view, n_planes, &l->areas, &window);
+        survey.n_pixels = (double)f->width * f->height;
+    }
+    float factor = rf_survey_factor(view->survey ? view->survey : &survey);
     rf_result result = collect_lights(l, factor, start, error);
     rf_free(f->context, start);
     return result;
@@ -259,14 +293,50 @@ void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int 
                      struct rf_samples *out)
 {
     float lum = rf_luminance(p.c[0], p.c[1], p.c[2]);
-    float limit = BRIGHT * p.c[3] * rf_plane_row(&l->pixels, l->darkest, y)[x];
-    if (lum > limit) {
+    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
+    float shade = rf_max_float(p.c[3], 0) * darkest;
+    float bright = bright_limit(p.r) * shade;
+    if (lum > bright) {
+        float limit = rf_max_float(4 * bright - 3 * lum, BRIGHT * shade);
         struct rf_sample light = p;
         light.kind = RF_POSITIVE;
         take_light(p.c, light.c, limit / lum);
         put_sample(out, &light);
     }
     put_sample(out, &p);
+}
+
+void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
+                           struct rf_samples *out)
+{
+    const struct rf_surfaces *s = &l->surfaces;
+    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    float share = s->share[i];
+    if (share > 0)
+        rf_picture_emit(l, rf_sample_make(&s->near[i], x, y, share), x, y, out);
+    if (share < 1)
+        rf_picture_emit(l, rf_sample_make(&s->far[i], x, y, 1 - share), x, y, out);
+}
+
+void rf_picture_survey(const struct rf_picture *l, int x, int y, int n,
+                       unsigned char *emission)
+{
+    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width + (size_t)x;
+    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y) + x;
+    /* Highlights may be darker by now: then they are found not to be bright. */
+    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y) + x;
+    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y) + x;
+    for (int i = 0; i < n; i++)
+        emission[i] =
+            ((share[i] < 1) | (luminance[i] > bright_limit(radius[i]) * darkest[i]))
+                ? RF_OTHER_SAMPLES
+                : RF_PLAIN_SAMPLE;
+    if (!l->has_alpha)
+        return;
+    const struct rf_surface *s = l->surfaces.near + (size_t)y * (size_t)l->width + x;
+    for (int i = 0; i < n; i++)
+        if (s[i].c[3] != 1)
+            emission[i] = RF_OTHER_SAMPLES;
 }
 
 /* ---- all ----------------------------------------------------------------------- */
@@ -297,10 +367,11 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
         .near = rf_alloc(context, n, sizeof *l->surfaces.near),
         .far = rf_alloc(context, n, sizeof *l->surfaces.far),
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
+        .peak = rf_alloc(context, (size_t)l->height, sizeof *l->surfaces.peak),
     };
     bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
                        l->darkest && l->surfaces.near && l->surfaces.far &&
-                       l->surfaces.share;
+                       l->surfaces.share && l->surfaces.peak;
     return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
 
@@ -311,7 +382,8 @@ int rf_picture_border(float largest_radius)
 
 rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
                           const struct rf_work_view *view, int n_planes, int border,
-                          struct rf_task *task, struct rf_error *error)
+                          bool keeps_pixels, struct rf_task *task,
+                          struct rf_error *error)
 {
     const struct rf_place *at = &filter->place;
     int x1 = at->x + filter->width, y1 = at->y + filter->height;
@@ -337,17 +409,18 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
         result = rf_split_edges(filter, &l->pixels, &l->surfaces, task, error);
     else if (result == RF_OK)
         rf_split_nothing(filter, &l->pixels, &l->surfaces);
+    if (result == RF_OK && !rf_task_is_cancelled(task))
+        rf_split_end(filter, &l->pixels, &l->surfaces, keeps_pixels);
     return result;
 }
 
 void rf_picture_drop_pixels(struct rf_picture *l)
 {
     const struct rf_context *context = l->filter->context;
-    rf_free(context, l->darkest);
     rf_free(context, l->pixels.radius);
     rf_free(context, l->pixels.luminance);
     rf_free(context, l->pixels.at);
-    l->darkest = l->pixels.radius = l->pixels.luminance = NULL;
+    l->pixels.radius = l->pixels.luminance = NULL;
     l->pixels.at = NULL;
 }
 
@@ -357,7 +430,9 @@ void rf_picture_free(struct rf_picture *l)
         return;
     const struct rf_context *context = l->filter->context;
     rf_picture_drop_pixels(l);
+    rf_free(context, l->darkest);
     rf_free(context, l->highlights.at);
+    rf_free(context, l->surfaces.peak);
     rf_free(context, l->surfaces.share);
     rf_free(context, l->surfaces.far);
     rf_free(context, l->surfaces.near);

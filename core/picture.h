@@ -26,13 +26,14 @@ struct rf_picture {
 /*
  * Loads a view and splits its edges (if the parameters say so); steps `task` once per
  * row of the padded picture. `border` is what rf_picture_border() says for the largest
- * radius in use.
+ * radius in use. Without `keeps_pixels` pixels.at is lost.
  */
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,
                           const struct rf_work_view *view, int n_planes, int border,
-                          struct rf_task *task, struct rf_error *error);
+                          bool keeps_pixels, struct rf_task *task,
+                          struct rf_error *error);
 void rf_picture_free(struct rf_picture *picture);
-/* Frees what only rf_picture_visit_row(), rf_picture_emit() and the highlights need. */
+/* Frees the pixels as they came, once edges are split and highlights taken. */
 void rf_picture_drop_pixels(struct rf_picture *picture);
 
 int rf_picture_border(float largest_radius);
@@ -62,6 +63,14 @@ struct rf_sample rf_sample_make(const struct rf_surface *surface, int x, int y,
  */
 void rf_picture_emit(const struct rf_picture *picture, struct rf_sample sample, int x,
                      int y, struct rf_samples *out);
+
+/* Puts the samples of pixel (x, y) into `out`: at most four. */
+void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
+                           struct rf_samples *out);
+
+/* What n pixels from (x, y) on have as a source of samples, see enum rf_emission. */
+void rf_picture_survey(const struct rf_picture *picture, int x, int y, int n,
+                       unsigned char *emission);
 
 /*
  * Row i of a scene's samples: returns how many they are and, with `at` not NULL, puts

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Samples on their way into tiles: which level each belongs to, a counting sort by
- * level and tile, and the lists of every tile by bins of the radius; at coarse levels
- * the samples of a block and bin become one.
+ * Samples on their way into tiles: the lists of every tile of every level, by bins of
+ * the radius.
+ *
+ * Work goes by tiles of full resolution. The samples of one are sorted by key (level,
+ * side of the focus, bin); those of level 0 become its list, those of a block and bin
+ * of a coarse level become one splat. A tile of a coarse level then joins what the
+ * tiles of full resolution have left for it.
  */
 #include <stdlib.h>
 
@@ -11,7 +15,8 @@
 enum {
     REACH_PX = 8, /* half extent of a footprint from which the resolution falls */
     BIN_PX = 2,
-    N_CHUNKS = 16, /* of the counting sort: fixed, so that order is */
+    N_CHUNKS = 16,          /* of the counting sort: fixed, so that order is */
+    LEAST_CHUNK = 256 << 10 /* bytes of lists */
 };
 
 /* ---- levels -------------------------------------------------------------------- */
@@ -50,75 +55,41 @@ struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_ne
     return g;
 }
 
-/* ---- sorting ------------------------------------------------------------------- */
+/* ---- memory of the lists -------------------------------------------------------- */
 
-struct sorter {
-    const struct rf_composer *c;
-    struct rf_group *groups;
-    int max_level;
-    size_t n_keys;
+/* A piece of memory that tiles take parts of; all are given back together. */
+struct rf_chunk {
+    struct rf_chunk *next;
 };
 
-static size_t sample_key(const struct sorter *s, const struct rf_sample *p)
+/* What a thread has left of its chunk. */
+struct room {
+    char *at, *end;
+};
+
+static void *take(struct rf_groups *groups, const struct rf_context *context,
+                  struct room *room, size_t n_bytes)
 {
-    int level = rf_min_int(rf_level_of(s->c->split, p->r), s->max_level);
-    const struct rf_group *g =
-        &s->groups[p->r < 0 ? s->max_level - level : s->max_level + level];
-    int x = (int)floorf(p->x), y = (int)floorf(p->y);
-    x = rf_min_int(rf_max_int(x, 0), s->c->scene->width - 1) >> level;
-    y = rf_min_int(rf_max_int(y, 0), s->c->scene->height - 1) >> level;
-    return g->first_key + (size_t)(y / RF_TILE_H) * (size_t)g->n_x +
-           (size_t)(x / RF_TILE_W);
+    enum { HEAD = 64 };
+    n_bytes = (n_bytes + 15) / 16 * 16;
+    if (!room->at || n_bytes > (size_t)(room->end - room->at)) {
+        size_t size = n_bytes + HEAD;
+        size = size > groups->chunk_bytes ? size : groups->chunk_bytes;
+        struct rf_chunk *chunk = rf_alloc(context, size, 1);
+        if (!chunk)
+            return NULL;
+        chunk->next = __atomic_load_n(&groups->chunks, __ATOMIC_RELAXED);
+        while (!__atomic_compare_exchange_n(&groups->chunks, &chunk->next, chunk, false,
+                                            __ATOMIC_RELEASE, __ATOMIC_RELAXED))
+            ;
+        *room = (struct room){(char *)chunk + HEAD, (char *)chunk + size};
+    }
+    void *memory = room->at;
+    room->at += n_bytes;
+    return memory;
 }
 
-/*
- * A stable counting sort of the samples by group and tile: start[key] receives where a
- * key begins, `order` the samples' indices. The chunks' number is fixed.
- */
-static rf_result sort_samples(const struct sorter *s, const struct rf_samples *samples,
-                              uint32_t *order, size_t *start, struct rf_error *error)
-{
-    const struct rf_context *context = s->c->context;
-    size_t n_keys = s->n_keys;
-    size_t *count = rf_calloc(context, n_keys * N_CHUNKS, sizeof *count);
-    uint32_t *keys = rf_alloc(context, samples->n, sizeof *keys);
-    if (!count || !keys) {
-        rf_free(context, count);
-        rf_free(context, keys);
-        return rf_fail_memory(error, samples->n, sizeof *keys);
-    }
-#pragma omp parallel for num_threads(s->c->n_threads) schedule(static, 1)
-    for (int chunk = 0; chunk < N_CHUNKS; chunk++) {
-        size_t from = samples->n * (size_t)chunk / N_CHUNKS;
-        size_t to = samples->n * (size_t)(chunk + 1) / N_CHUNKS;
-        for (size_t i = from; i < to; i++) {
-            keys[i] = (uint32_t)sample_key(s, &samples->at[i]);
-            count[(size_t)chunk * n_keys + keys[i]]++;
-        }
-    }
-    size_t sum = 0;
-    for (size_t key = 0; key < n_keys; key++) {
-        start[key] = sum;
-        for (size_t chunk = 0; chunk < N_CHUNKS; chunk++) {
-            size_t n = count[chunk * n_keys + key];
-            count[chunk * n_keys + key] = sum;
-            sum += n;
-        }
-    }
-    start[n_keys] = sum;
-#pragma omp parallel for num_threads(s->c->n_threads) schedule(static, 1)
-    for (int chunk = 0; chunk < N_CHUNKS; chunk++) {
-        size_t from = samples->n * (size_t)chunk / N_CHUNKS;
-        size_t to = samples->n * (size_t)(chunk + 1) / N_CHUNKS;
-        for (size_t i = from; i < to; i++)
-            order[count[(size_t)chunk * n_keys + keys[i]]++] = (uint32_t)i;
-    }
-    rf_free(context, count);
-    rf_free(context, keys);
-    return RF_OK;
-}
-
-/* ---- the samples of one tile --------------------------------------------------- */
+/* ---- what threads work with ----------------------------------------------------- */
 
 /* Sums of the samples of one bin that share a block and a kind. */
 struct block_sum {
@@ -131,27 +102,216 @@ struct reducer {
     int n_touched;
 };
 
-static int bin_of(const struct rf_group *g, float r)
+/* The splats that a tile of full resolution has for one bin of a coarse group. */
+struct run {
+    int key, n;
+    struct rf_splat *at;
+};
+
+struct tile_runs {
+    int n;
+    struct run *at;
+};
+
+struct worker {
+    struct rf_sample *samples; /* of one tile, where a source emits them */
+    uint32_t *index;           /* of its samples, see struct tile_samples */
+    uint32_t *sorted;
+    uint16_t *keys;
+    int *count; /* n_keys + 1 */
+    struct run *runs;
+    struct rf_splat *reduced; /* RF_N_KINDS tiles of them */
+    struct room room;
+    struct reducer reducer;
+};
+
+struct builder {
+    struct rf_composer *c;
+    struct rf_groups *groups;
+    int max_level, n_keys;
+    size_t n_tiles;                 /* of full resolution */
+    size_t most;                    /* samples of one of them */
+    const struct rf_source *source; /* emits; or the sorted samples: */
+    const struct rf_samples *samples;
+    uint32_t *order;
+    size_t *start; /* in `order`, per tile */
+    struct tile_runs *runs;
+    struct worker *workers;
+    char *memory; /* of the workers */
+};
+
+static const struct rf_group *full_group(const struct builder *b)
 {
-    int b = (int)floorf(r / BIN_PX) - g->first_bin;
-    return rf_min_int(rf_max_int(b, 0), g->n_bins - 1);
+    return &b->groups->at[b->max_level];
 }
 
-static int32_t splat_slot(const struct rf_composer *c, float r, int level, int phase,
-                          enum rf_footprint_kind kind)
+static int floor_int(float v)
 {
-    int index = rf_radius_index(&c->footprints, ldexpf(r, -level));
-    return (int32_t)rf_footprint_slot(&c->footprints, index, phase, kind, level);
+    int i = (int)v;
+    return i - (v < (float)i);
+}
+
+static int bin_of(const struct rf_group *g, float r)
+{
+    int bin = floor_int(r / BIN_PX) - g->first_bin;
+    return rf_min_int(rf_max_int(bin, 0), g->n_bins - 1);
+}
+
+static int key_of(const struct builder *b, float r)
+{
+    int level = rf_min_int(rf_level_of(b->c->split, r), b->max_level);
+    const struct rf_group *g = &b->groups->at[b->max_level + (r < 0 ? -level : level)];
+    return g->first_key + bin_of(g, r);
+}
+
+/* ---- samples in an array -------------------------------------------------------- */
+
+static size_t tile_of(const struct builder *b, const struct rf_sample *p)
+{
+    const struct rf_group *g = full_group(b);
+    int x = rf_min_int(rf_max_int(floor_int(p->x), 0), g->width - 1);
+    int y = rf_min_int(rf_max_int(floor_int(p->y), 0), g->height - 1);
+    return (size_t)(y / RF_TILE_H) * (size_t)g->n_x + (size_t)(x / RF_TILE_W);
+}
+
+/*
+ * A stable counting sort of the samples by tile: start[tile] receives where a tile
+ * begins, `order` the samples' indices. The chunks' number is fixed.
+ */
+static rf_result sort_samples(struct builder *b, struct rf_error *error)
+{
+    const struct rf_context *context = b->c->context;
+    size_t n_keys = b->n_tiles, n = b->samples->n;
+    b->start = rf_alloc(context, n_keys + 1, sizeof *b->start);
+    b->order = rf_alloc(context, n, sizeof *b->order);
+    size_t *count = rf_calloc(context, n_keys * N_CHUNKS, sizeof *count);
+    uint32_t *keys = rf_alloc(context, n, sizeof *keys);
+    if (!b->start || !b->order || !count || !keys) {
+        rf_free(context, count);
+        rf_free(context, keys);
+        return rf_fail_memory(error, 2 * n, sizeof *keys);
+    }
+#pragma omp parallel for num_threads(b->c->n_threads) schedule(static, 1)
+    for (int chunk = 0; chunk < N_CHUNKS; chunk++) {
+        size_t from = n * (size_t)chunk / N_CHUNKS;
+        size_t to = n * (size_t)(chunk + 1) / N_CHUNKS;
+        for (size_t i = from; i < to; i++) {
+            keys[i] = (uint32_t)tile_of(b, &b->samples->at[i]);
+            count[(size_t)chunk * n_keys + keys[i]]++;
+        }
+    }
+    size_t sum = 0;
+    for (size_t key = 0; key < n_keys; key++) {
+        b->start[key] = sum;
+        for (size_t chunk = 0; chunk < N_CHUNKS; chunk++) {
+            size_t m = count[chunk * n_keys + key];
+            count[chunk * n_keys + key] = sum;
+            sum += m;
+        }
+        b->most = sum - b->start[key] > b->most ? sum - b->start[key] : b->most;
+    }
+    b->start[n_keys] = sum;
+#pragma omp parallel for num_threads(b->c->n_threads) schedule(static, 1)
+    for (int chunk = 0; chunk < N_CHUNKS; chunk++) {
+        size_t from = n * (size_t)chunk / N_CHUNKS;
+        size_t to = n * (size_t)(chunk + 1) / N_CHUNKS;
+        for (size_t i = from; i < to; i++)
+            b->order[count[(size_t)chunk * n_keys + keys[i]]++] = (uint32_t)i;
+    }
+    rf_free(context, count);
+    rf_free(context, keys);
+    return RF_OK;
+}
+
+/* ---- the samples of one tile ---------------------------------------------------- */
+
+/*
+ * The samples of a tile: at[index[i]], i = 0 .. n - 1, but where index[i] is PLAIN + y
+ * RF_TILE_W + x the surface of pixel (x, y) of the tile.
+ */
+struct tile_samples {
+    const struct rf_sample *at;
+    const uint32_t *index;
+    int n;
+    const struct rf_surface *surfaces; /* of the tile's first pixel */
+    size_t width;                      /* of a row of them */
+    int x0, y0;
+};
+
+#define PLAIN ((uint32_t)1 << 31)
+
+static const struct rf_surface *plain_surface(const struct tile_samples *s, uint32_t at)
+{
+    return s->surfaces + s->width * (at % PLAIN / RF_TILE_W) + at % RF_TILE_W;
+}
+
+static float radius_of(const struct tile_samples *s, uint32_t at)
+{
+    return at & PLAIN ? plain_surface(s, at)->r : s->at[at].r;
+}
+
+/* The samples of a source in n pixels of row y of a tile, after those of other rows. */
+static void survey_row(const struct rf_source *source, struct worker *w, int y, int n,
+                       struct tile_samples *s, int *n_others)
+{
+    unsigned char emission[RF_TILE_W];
+    source->survey(source->user, s->x0, s->y0 + y, n, emission);
+    for (int x = 0; x < n; x++) {
+        if (emission[x] == RF_PLAIN_SAMPLE)
+            w->index[s->n++] = PLAIN + (uint32_t)(y * RF_TILE_W + x);
+        else if (emission[x] == RF_OTHER_SAMPLES) {
+            int end = *n_others + source->emit(source->user, s->x0 + x, s->y0 + y,
+                                               w->samples + *n_others);
+            while (*n_others < end)
+                w->index[s->n++] = (uint32_t)(*n_others)++;
+        }
+    }
+}
+
+static struct tile_samples samples_of(const struct builder *b, struct worker *w,
+                                      int tile)
+{
+    if (!b->source) {
+        size_t from = b->start[tile], to = b->start[tile + 1];
+        return (struct tile_samples){
+            .at = b->samples->at, .index = b->order + from, .n = (int)(to - from)};
+    }
+    const struct rf_group *g = full_group(b);
+    int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H, n_others = 0;
+    size_t width = (size_t)g->width;
+    struct tile_samples s = {.at = w->samples,
+                             .index = w->index,
+                             .surfaces = b->source->surfaces + width * (size_t)y0 + x0,
+                             .width = width,
+                             .x0 = x0,
+                             .y0 = y0};
+    int n_x = rf_min_int(g->width - x0, RF_TILE_W);
+    int n_y = rf_min_int(g->height - y0, RF_TILE_H);
+    for (int y = 0; y < n_y; y++)
+        survey_row(b->source, w, y, n_x, &s, &n_others);
+    return s;
+}
+
+static int32_t splat_slot(const struct rf_composer *c, float r, int phase,
+                          enum rf_footprint_kind kind, int level)
+{
+    int index = rf_radius_index(c->footprints, r);
+    size_t slot = rf_footprint_slot(c->footprints, index, phase, kind, level);
+    /* Threads may find the same footprint at once. */
+    if (!__atomic_load_n(&c->needed[slot], __ATOMIC_RELAXED))
+        __atomic_store_n(&c->needed[slot], 1, __ATOMIC_RELAXED);
+    return (int32_t)slot;
 }
 
 static struct rf_splat full_splat(const struct rf_composer *c,
                                   const struct rf_sample *p)
 {
+    int phase =
+        c->footprints->n_phases == 1 ? 0 : rf_phase_of(c->footprints, p->x, p->y);
     struct rf_splat s = {
-        .x = (int32_t)floorf(p->x),
-        .y = (int32_t)floorf(p->y),
-        .slot =
-            splat_slot(c, p->r, 0, rf_phase_of(&c->footprints, p->x, p->y), p->kind),
+        .x = floor_int(p->x),
+        .y = floor_int(p->y),
+        .slot = splat_slot(c, p->r, phase, p->kind, 0),
         .cover = p->kind == RF_SHARP ? p->w : 0,
     };
     for (int n = 0; n < 4; n++)
@@ -159,42 +319,92 @@ static struct rf_splat full_splat(const struct rf_composer *c,
     return s;
 }
 
-static void reduce_add(struct reducer *reducer, const struct rf_group *g,
-                       const struct rf_sample *p, int x0, int y0)
+/* Makes splats of full resolution of n samples, those at `index`. */
+static void put_splats(const struct rf_composer *c, const struct tile_samples *s,
+                       const uint32_t *index, int n, struct rf_splat *out)
 {
-    int x = ((int)floorf(p->x) >> g->level) - x0;
-    int y = ((int)floorf(p->y) >> g->level) - y0;
-    x = rf_min_int(rf_max_int(x, 0), RF_TILE_W - 1);
-    y = rf_min_int(rf_max_int(y, 0), RF_TILE_H - 1);
-    int block = (y * RF_TILE_W + x) * RF_N_KINDS + (int)p->kind;
+    float last = NAN;
+    int slot = 0;
+    for (int i = 0; i < n; i++, out++) {
+        if (!(index[i] & PLAIN)) {
+            *out = full_splat(c, &s->at[index[i]]);
+            continue;
+        }
+        const struct rf_surface *p = plain_surface(s, index[i]);
+        if (p->r != last) {
+            slot = splat_slot(c, p->r, 0, RF_SHARP, 0);
+            last = p->r;
+        }
+        *out = (struct rf_splat){.x = s->x0 + (int)(index[i] % RF_TILE_W),
+                                 .y = s->y0 + (int)(index[i] % PLAIN / RF_TILE_W),
+                                 .slot = slot,
+                                 .cover = 1};
+        memcpy(out->c, p->c, sizeof out->c);
+    }
+}
+
+/* A tile of full resolution, or the part of a coarser tile that it is. */
+struct part {
+    int x0, y0, width, height; /* pixels of the level */
+};
+
+static struct part part_of(const struct rf_group *full, int tile, int level)
+{
+    int x0 = tile % full->n_x * RF_TILE_W, y0 = tile / full->n_x * RF_TILE_H;
+    return (struct part){x0 >> level, y0 >> level, rf_max_int(RF_TILE_W >> level, 1),
+                         rf_max_int(RF_TILE_H >> level, 1)};
+}
+
+/* Adds a sample of weight w in pixel (x, y) of full resolution. */
+static inline void reduce_add(struct reducer *reducer, const struct part *part,
+                              int level, int x, int y, enum rf_footprint_kind kind,
+                              float w, float r, const float c[4])
+{
+    x = rf_min_int(rf_max_int((x >> level) - part->x0, 0), part->width - 1);
+    y = rf_min_int(rf_max_int((y >> level) - part->y0, 0), part->height - 1);
+    int block = (y * part->width + x) * RF_N_KINDS + (int)kind;
     struct block_sum *b = &reducer->sum[block];
     if (b->w == 0)
         reducer->touched[reducer->n_touched++] = block;
     for (int n = 0; n < 4; n++)
-        b->c[n] += p->w * p->c[n];
-    b->w += p->w;
-    b->rw += p->w * p->r;
+        b->c[n] += w * c[n];
+    b->w += w;
+    b->rw += w * r;
+}
+
+static void reduce_sample(struct reducer *reducer, const struct part *part, int level,
+                          const struct tile_samples *s, uint32_t at)
+{
+    if (at & PLAIN) {
+        const struct rf_surface *p = plain_surface(s, at);
+        reduce_add(reducer, part, level, s->x0 + (int)(at % RF_TILE_W),
+                   s->y0 + (int)(at % PLAIN / RF_TILE_W), RF_SHARP, 1, p->r, p->c);
+    } else {
+        const struct rf_sample *p = &s->at[at];
+        reduce_add(reducer, part, level, floor_int(p->x), floor_int(p->y), p->kind,
+                   p->w, p->r, p->c);
+    }
 }
 
 /* Empties the reducer into splats; returns how many. */
 static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
-                      const struct rf_group *g, int x0, int y0, struct rf_splat *out)
+                      const struct part *part, int level, struct rf_splat *out)
 {
-    int n_phases = c->footprints.n_phases;
+    int n_phases = c->footprints->n_phases;
     int center = n_phases > 1 ? n_phases / 2 * n_phases + n_phases / 2 : 0;
-    float area = (float)(1 << g->level) * (float)(1 << g->level);
+    float size = (float)(1 << level), scale = 1 / (size * size);
     for (int i = 0; i < reducer->n_touched; i++) {
         int block = reducer->touched[i], at = block / RF_N_KINDS;
         enum rf_footprint_kind kind = (enum rf_footprint_kind)(block % RF_N_KINDS);
         struct block_sum *b = &reducer->sum[block];
         out[i] = (struct rf_splat){
-            .x = x0 + at % RF_TILE_W,
-            .y = y0 + at / RF_TILE_W,
-            .slot = splat_slot(c, b->rw / b->w, g->level, center, kind),
-            .cover = kind == RF_SHARP ? b->w / area : 0,
+            .x = part->x0 + at % part->width,
+            .y = part->y0 + at / part->width,
+            .slot = splat_slot(c, b->rw / b->w / size, center, kind, level),
+            .cover = kind == RF_SHARP ? b->w * scale : 0,
         };
         for (int n = 0; n < 4; n++)
-            out[i].c[n] = b->c[n] / area;
+            out[i].c[n] = b->c[n] * scale;
         *b = (struct block_sum){0};
     }
     int n = reducer->n_touched;
@@ -202,140 +412,288 @@ static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
     return n;
 }
 
-/* Orders one tile's samples by bin, merging those of a block at coarse levels. */
-static void build_list(const struct rf_composer *c, const struct rf_group *g, int tile,
-                       const struct rf_sample *samples, uint32_t *order, int n,
-                       uint32_t *scratch, struct reducer *reducer)
+/* Sorts a tile's samples by key: count[key] .. count[key + 1] of w->sorted. */
+static void sort_tile(const struct builder *b, struct worker *w,
+                      const struct tile_samples *s)
+{
+    int *count = w->count;
+    memset(count, 0, ((size_t)b->n_keys + 1) * sizeof *count);
+    float last = NAN;
+    int key = 0;
+    for (int i = 0; i < s->n; i++) {
+        float r = radius_of(s, s->index[i]);
+        if (r != last) {
+            key = key_of(b, r);
+            last = r;
+        }
+        w->keys[i] = (uint16_t)key;
+        count[key + 1]++;
+    }
+    for (int k = 0; k < b->n_keys; k++)
+        count[k + 1] += count[k];
+    for (int i = 0; i < s->n; i++)
+        w->sorted[count[w->keys[i]]++] = s->index[i];
+    for (int k = b->n_keys; k > 0; k--)
+        count[k] = count[k - 1];
+    count[0] = 0;
+}
+
+/* The list of a tile of full resolution; false: out of memory. */
+static bool build_full(const struct builder *b, struct worker *w, int tile,
+                       const struct tile_samples *s)
+{
+    const struct rf_group *g = full_group(b);
+    struct rf_tile_list *list = &g->tiles[tile];
+    int from = w->count[g->first_key], to = w->count[g->first_key + g->n_bins];
+    if (to == from)
+        return true;
+    size_t n = (size_t)(to - from);
+    struct rf_splat *out = take(b->groups, b->c->context, &w->room, n * sizeof *out);
+    list->bin = take(b->groups, b->c->context, &w->room,
+                     ((size_t)g->n_bins + 1) * sizeof *list->bin);
+    if (!out || !list->bin)
+        return false;
+    for (int k = 0; k <= g->n_bins; k++)
+        list->bin[k] = w->count[g->first_key + k] - from;
+    put_splats(b->c, s, w->sorted + from, to - from, out);
+    list->is_by_rows = b->source != NULL;
+    list->at = out;
+    list->n = (int)n;
+    return true;
+}
+
+/* What a tile of full resolution has for the coarse group g. */
+static bool build_runs(const struct builder *b, struct worker *w, int tile,
+                       const struct rf_group *g, const struct tile_samples *s,
+                       int *n_runs)
+{
+    struct part part = part_of(full_group(b), tile, g->level);
+    for (int key = g->first_key; key < g->first_key + g->n_bins; key++) {
+        if (w->count[key] == w->count[key + 1])
+            continue;
+        for (int i = w->count[key]; i < w->count[key + 1]; i++)
+            reduce_sample(&w->reducer, &part, g->level, s, w->sorted[i]);
+        int n = reduce_end(b->c, &w->reducer, &part, g->level, w->reduced);
+        struct run *run = &w->runs[(*n_runs)++];
+        *run = (struct run){
+            key, n,
+            take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *run->at)};
+        if (!run->at)
+            return false;
+        memcpy(run->at, w->reduced, (size_t)n * sizeof *run->at);
+    }
+    return true;
+}
+
+static bool build_tile(const struct builder *b, struct worker *w, int tile)
+{
+    struct tile_samples s = samples_of(b, w, tile);
+    int n_runs = 0;
+    if (s.n == 0)
+        return true;
+    sort_tile(b, w, &s);
+    if (!build_full(b, w, tile, &s))
+        return false;
+    for (int k = 0; k < b->groups->n; k++) {
+        const struct rf_group *g = &b->groups->at[k];
+        if (g->level > 0 &&
+            w->count[g->first_key] < w->count[g->first_key + g->n_bins] &&
+            !build_runs(b, w, tile, g, &s, &n_runs))
+            return false;
+    }
+    struct run *runs =
+        take(b->groups, b->c->context, &w->room, (size_t)n_runs * sizeof *runs);
+    if (!runs)
+        return false;
+    memcpy(runs, w->runs, (size_t)n_runs * sizeof *runs);
+    b->runs[tile] = (struct tile_runs){n_runs, runs};
+    return true;
+}
+
+/* ---- coarse tiles --------------------------------------------------------------- */
+
+/* Calls for the runs of group g in the tiles of full resolution under one of its own:
+ * counts them by bin or, with `out`, moves them to their places. */
+static void visit_runs(const struct builder *b, const struct rf_group *g, int tile,
+                       int *bin, struct rf_splat *out)
+{
+    const struct rf_group *full = full_group(b);
+    int x0 = (tile % g->n_x) << g->level, y0 = (tile / g->n_x) << g->level;
+    int x1 = rf_min_int(x0 + (1 << g->level), full->n_x);
+    int y1 = rf_min_int(y0 + (1 << g->level), full->n_y);
+    for (int y = y0; y < y1; y++)
+        for (int x = x0; x < x1; x++) {
+            const struct tile_runs *runs = &b->runs[y * full->n_x + x];
+            for (int i = 0; i < runs->n; i++) {
+                const struct run *run = &runs->at[i];
+                int k = run->key - g->first_key;
+                if (k < 0 || k >= g->n_bins)
+                    continue;
+                if (out)
+                    memcpy(out + bin[k], run->at, (size_t)run->n * sizeof *out);
+                bin[k] += run->n;
+            }
+        }
+}
+
+/* Joins the list of one tile of a coarse group; false: out of memory. */
+static bool join_runs(const struct builder *b, struct worker *w,
+                      const struct rf_group *g, int tile)
 {
     struct rf_tile_list *list = &g->tiles[tile];
-    int *bin = list->bin;
+    int *bin = w->count;
     memset(bin, 0, ((size_t)g->n_bins + 1) * sizeof *bin);
-    for (int i = 0; i < n; i++)
-        bin[bin_of(g, samples[order[i]].r) + 1]++;
-    for (int b = 0; b < g->n_bins; b++)
-        bin[b + 1] += bin[b];
-    for (int i = 0; i < n; i++)
-        scratch[bin[bin_of(g, samples[order[i]].r)]++] = order[i];
-    for (int b = g->n_bins; b > 0; b--)
-        bin[b] = bin[b - 1];
-    bin[0] = 0;
-    struct rf_splat *out = c->splats + list->first;
-    if (g->level == 0) {
-        for (int i = 0; i < n; i++)
-            out[i] = full_splat(c, &samples[scratch[i]]);
-        list->n = n;
-        return;
-    }
-    int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H, used = 0;
-    for (int b = 0; b < g->n_bins; b++) {
-        for (int i = bin[b]; i < bin[b + 1]; i++)
-            reduce_add(reducer, g, &samples[scratch[i]], x0, y0);
-        bin[b] = used;
-        used += reduce_end(c, reducer, g, x0, y0, out + used);
-    }
-    bin[g->n_bins] = used;
-    list->n = used;
+    visit_runs(b, g, tile, bin + 1, NULL);
+    for (int k = 0; k < g->n_bins; k++)
+        bin[k + 1] += bin[k];
+    int n = bin[g->n_bins];
+    if (n == 0)
+        return true;
+    size_t n_bin = ((size_t)g->n_bins + 1) * sizeof *bin;
+    struct rf_splat *out =
+        take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *out);
+    list->bin = take(b->groups, b->c->context, &w->room, n_bin);
+    if (!out || !list->bin)
+        return false;
+    memcpy(list->bin, bin, n_bin);
+    visit_runs(b, g, tile, bin, out);
+    list->at = out;
+    list->n = n;
+    return true;
 }
 
-/* Threads may find the same footprint at once. */
-static void note_footprints(const struct rf_composer *c,
-                            const struct rf_tile_list *list)
-{
-    for (int i = 0; i < list->n; i++)
-        __atomic_store_n(&c->needed[c->splats[list->first + (size_t)i].slot], 1,
-                         __ATOMIC_RELAXED);
-}
+/* ---- all ------------------------------------------------------------------------ */
 
-/* The sorted samples become the lists of every tile of every group. */
-static rf_result build_lists(struct rf_composer *c, struct sorter *s, int n_groups,
-                             const struct rf_samples *samples, uint32_t *order,
-                             const size_t *start, int *bins, struct rf_error *error)
+static rf_result make_workers(struct builder *b, struct rf_error *error)
 {
-    uint32_t *scratch = rf_alloc(c->context, samples->n, sizeof *scratch);
-    struct reducer *reducers =
-        rf_calloc(c->context, (size_t)c->n_threads, sizeof *reducers);
-    if (!scratch || !reducers) {
-        rf_free(c->context, scratch);
-        rf_free(c->context, reducers);
-        return rf_fail_memory(error, samples->n, sizeof *scratch);
+    const struct rf_context *context = b->c->context;
+    size_t n = b->most, n_reduced = RF_TILE_W * RF_TILE_H * RF_N_KINDS;
+    size_t n_keys = (size_t)b->n_keys + 1;
+    size_t bytes = n * (sizeof(struct rf_sample) + 2 * sizeof(uint32_t)) +
+                   n_keys * (sizeof(int) + sizeof(struct run)) +
+                   n_reduced * sizeof(struct rf_splat) + n * sizeof(uint16_t);
+    bytes = (bytes + 127) / 64 * 64;
+    b->workers = rf_calloc(context, (size_t)b->c->n_threads, sizeof *b->workers);
+    b->memory = rf_alloc(context, (size_t)b->c->n_threads, bytes);
+    if (!b->workers || !b->memory)
+        return rf_fail_memory(error, (size_t)b->c->n_threads, bytes);
+    for (int i = 0; i < b->c->n_threads; i++) {
+        struct worker *w = &b->workers[i];
+        w->runs = (struct run *)(b->memory + bytes * (size_t)i);
+        w->reduced = (struct rf_splat *)(w->runs + n_keys);
+        w->samples = (struct rf_sample *)(w->reduced + n_reduced);
+        w->count = (int *)(w->samples + n);
+        w->index = (uint32_t *)(w->count + n_keys);
+        w->sorted = w->index + n;
+        w->keys = (uint16_t *)(w->sorted + n);
+        if (!take(b->groups, context, &w->room, 0))
+            return rf_fail_memory(error, 1, b->groups->chunk_bytes);
     }
-    for (int k = 0; k < n_groups; k++) {
-        struct rf_group *g = &s->groups[k];
-        int n_tiles = g->n_x * g->n_y;
-#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 4)
-        for (int i = 0; i < n_tiles; i++) {
-            size_t from = start[g->first_key + (size_t)i];
-            size_t to = start[g->first_key + (size_t)i + 1];
-            g->tiles[i] = (struct rf_tile_list){
-                .first = from, .bin = bins + (size_t)i * (size_t)(g->n_bins + 1)};
-            if (to > from)
-                build_list(c, g, i, samples->at, order + from, (int)(to - from),
-                           scratch + from, &reducers[rf_thread_num()]);
-            note_footprints(c, &g->tiles[i]);
-        }
-        bins += (size_t)n_tiles * (size_t)(g->n_bins + 1);
-        rf_task_step(c->scene->task);
-    }
-    rf_free(c->context, scratch);
-    rf_free(c->context, reducers);
     return RF_OK;
 }
 
-static int max_level(const struct rf_composer *c, const struct rf_samples *samples)
+static rf_result build_lists(struct builder *b, struct rf_error *error)
+{
+    struct rf_task *task = b->c->scene->task;
+    bool is_short = false; /* of memory */
+#pragma omp parallel num_threads(b->c->n_threads) reduction(|| : is_short)
+    {
+        struct worker *w = &b->workers[rf_thread_num()];
+#pragma omp for schedule(dynamic, 1)
+        for (int i = 0; i < (int)b->n_tiles; i++)
+            if (!is_short && !rf_task_is_cancelled(task)) {
+                is_short = !build_tile(b, w, i);
+                rf_task_step(task);
+            }
+        for (int k = 0; k < b->groups->n; k++) {
+            const struct rf_group *g = &b->groups->at[k];
+            if (g->level == 0)
+                continue;
+#pragma omp for schedule(dynamic, 1) nowait
+            for (int i = 0; i < g->n_x * g->n_y; i++)
+                if (!is_short && !rf_task_is_cancelled(task))
+                    is_short = !join_runs(b, w, g, i);
+        }
+    }
+    return is_short ? rf_fail_memory(error, b->most, sizeof(struct rf_splat)) : RF_OK;
+}
+
+static float largest_radius(const struct rf_composer *c,
+                            const struct rf_samples *samples)
 {
     float most = 0;
 #pragma omp parallel for num_threads(c->n_threads) schedule(static) reduction(max      \
                                                                               : most)
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(samples->at[i].r));
-    return rf_level_of(c->split, most);
+    return most;
+}
+
+/* Groups without lists. */
+static rf_result make_groups(struct builder *b, struct rf_error *error)
+{
+    struct rf_groups *groups = b->groups;
+    const struct rf_context *context = b->c->context;
+    size_t n_tiles = 0;
+    groups->n = 2 * b->max_level + 1;
+    for (int k = 0; k < groups->n; k++) {
+        struct rf_group *g = &groups->at[k];
+        *g = rf_group_make(b->c, abs(k - b->max_level), k < b->max_level);
+        g->first_key = b->n_keys;
+        b->n_keys += g->n_bins;
+        n_tiles += (size_t)g->n_x * (size_t)g->n_y;
+    }
+    b->n_tiles = (size_t)full_group(b)->n_x * (size_t)full_group(b)->n_y;
+    size_t bytes = b->n_tiles * RF_TILE_W * RF_TILE_H;
+    groups->chunk_bytes = bytes > LEAST_CHUNK ? bytes : LEAST_CHUNK;
+    groups->tiles = rf_calloc(context, n_tiles, sizeof *groups->tiles);
+    b->runs = rf_calloc(context, b->n_tiles, sizeof *b->runs);
+    b->c->needed = rf_calloc(context, rf_footprint_count(b->c->footprints), 1);
+    if (!groups->tiles || !b->runs || !b->c->needed)
+        return rf_fail_memory(error, n_tiles, sizeof *groups->tiles);
+    n_tiles = 0;
+    for (int k = 0; k < groups->n; k++) {
+        struct rf_group *g = &groups->at[k];
+        g->tiles = groups->tiles + n_tiles;
+        n_tiles += (size_t)g->n_x * (size_t)g->n_y;
+    }
+    return RF_OK;
 }
 
 rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
-                          const struct rf_samples *samples, double progress_to,
+                          const struct rf_samples *samples,
+                          const struct rf_source *source, double progress_to,
                           struct rf_error *error)
 {
-    struct sorter s = {
-        .c = c, .groups = groups->at, .max_level = max_level(c, samples)};
-    size_t n_bins = 0;
-    groups->n = 2 * s.max_level + 1;
-    for (int k = 0; k < groups->n; k++) {
-        struct rf_group *g = &groups->at[k];
-        *g = rf_group_make(c, abs(k - s.max_level), k < s.max_level);
-        g->first_key = s.n_keys;
-        size_t n_tiles = (size_t)g->n_x * (size_t)g->n_y;
-        s.n_keys += n_tiles;
-        n_bins += n_tiles * (size_t)(g->n_bins + 1);
-    }
     const struct rf_context *context = c->context;
-    groups->tiles = rf_calloc(context, s.n_keys, sizeof *groups->tiles);
-    groups->bins = rf_alloc(context, n_bins, sizeof *groups->bins);
-    size_t *start = rf_alloc(context, s.n_keys + 1, sizeof *start);
-    uint32_t *order = rf_alloc(context, samples->n, sizeof *order);
-    c->splats = rf_alloc(context, samples->n, sizeof *c->splats);
-    c->needed = rf_calloc(context, rf_footprint_count(&c->footprints), 1);
-    rf_result result =
-        groups->tiles && groups->bins && start && order && c->splats && c->needed
-            ? RF_OK
-            : rf_fail_memory(error, samples->n, sizeof *c->splats);
-    for (int k = 0; k < groups->n; k++)
-        groups->at[k].tiles = groups->tiles + groups->at[k].first_key;
-    rf_task_phase(c->scene->task, progress_to, 1 + groups->n);
+    struct builder b = {.c = c, .groups = groups, .samples = samples};
+    if (source->survey)
+        b.source = source;
+    float largest = b.source ? source->largest_radius : largest_radius(c, samples);
+    b.max_level = rf_level_of(c->split, largest);
+    b.most = (size_t)source->most_per_pixel * RF_TILE_W * RF_TILE_H;
+    rf_result result = make_groups(&b, error);
+    rf_task_phase(c->scene->task, progress_to, (int64_t)b.n_tiles);
+    if (result == RF_OK && !b.source)
+        result = sort_samples(&b, error);
     if (result == RF_OK)
-        result = sort_samples(&s, samples, order, start, error);
-    rf_task_step(c->scene->task);
+        result = make_workers(&b, error);
     if (result == RF_OK)
-        result =
-            build_lists(c, &s, groups->n, samples, order, start, groups->bins, error);
-    rf_free(context, order);
-    rf_free(context, start);
+        result = build_lists(&b, error);
+    rf_free(context, b.memory);
+    rf_free(context, b.workers);
+    rf_free(context, b.order);
+    rf_free(context, b.start);
+    rf_free(context, b.runs);
     return result;
 }
 
 void rf_groups_free(struct rf_groups *groups, struct rf_composer *c)
 {
     rf_free(c->context, c->needed);
-    rf_free(c->context, c->splats);
-    rf_free(c->context, groups->bins);
+    for (struct rf_chunk *next, *chunk = groups->chunks; chunk; chunk = next) {
+        next = chunk->next;
+        rf_free(c->context, chunk);
+    }
     rf_free(c->context, groups->tiles);
 }

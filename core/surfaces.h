@@ -18,8 +18,9 @@ struct rf_surfaces {
     int width, height;
     int x, y; /* of the first pixel, in the whole picture with its border */
     struct rf_surface *near; /* the nearer part of each pixel */
-    struct rf_surface *far;  /* the farther part; equal to near in a pure pixel */
+    struct rf_surface *far;  /* the farther part of mixed ones; else not written */
     float *share;            /* of the near part, 0 to 1; 1 marks a pure pixel */
+    float *peak; /* of each row: no pixel and no surface of it has more luminance */
 };
 
 /*
@@ -51,16 +52,23 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 }
 
 /*
- * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
- * stepped once per row.
+ * Splits mixed pixels into their two surfaces (split.c). Pure pixels receive their
+ * share only: rf_split_end() follows. Any thread count; `task` is stepped once per row.
  */
 rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
                          struct rf_surfaces *out, struct rf_task *task,
                          struct rf_error *error);
 
-/* Pure pixels only: near = far = the pixel. */
+/* The same for pure pixels only. */
 void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pixels,
                       struct rf_surfaces *out);
+
+/*
+ * Gives pure pixels their near part: a copy, or else the pixels change hands and
+ * pixels->at holds nothing any more.
+ */
+void rf_split_end(const struct rf_filter *filter, struct rf_pixels *pixels,
+                  struct rf_surfaces *out, bool keeps_pixels);
 
 /*
  * Estimates what lies behind the near surface of each pixel (hidden.c); weight[i] is 1

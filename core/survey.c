@@ -8,6 +8,7 @@
  * Areas of discs are rounded to whole px^2, so that their sum is exact and the same in
  * any order.
  */
+#include "kernels/kernels.h"
 #include "survey.h"
 
 static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
@@ -27,9 +28,11 @@ static float luminance_at(const struct rf_work_view *view, int n_planes, size_t 
 }
 
 /* Every second pixel of the whole picture counts. */
-static float mean_of_area(const struct rf_areas *a, const struct rf_work_view *view,
-                          int n_planes, int column, int row)
+static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *kernels,
+                          const struct rf_work_view *view, int n_planes, int column,
+                          int row)
 {
+    float logs[AREA * AREA / 4];
     int x0 = rf_max_int((a->first_x + column) * AREA, (a->x + 1) / 2 * 2) - a->x;
     int y0 = rf_max_int((a->first_y + row) * AREA, (a->y + 1) / 2 * 2) - a->y;
     int x1 = rf_min_int((a->first_x + column + 1) * AREA - a->x, a->width);
@@ -37,11 +40,15 @@ static float mean_of_area(const struct rf_areas *a, const struct rf_work_view *v
     int n = 0;
     float sum = 0;
     for (int y = y0; y < y1; y += 2)
-        for (int x = x0; x < x1; x += 2, n++) {
-            float l =
+        for (int x = x0; x < x1; x += 2)
+            logs[n++] =
                 luminance_at(view, n_planes, (size_t)y * (size_t)a->width + (size_t)x);
-            sum += rf_logf((l > 0 ? l : 0) + 1e-3f);
-        }
+    for (int i = n; i % RF_FOOTPRINT_LANES; i++)
+        logs[i] = 0;
+    kernels->log_row(logs, (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES *
+                               RF_FOOTPRINT_LANES);
+    for (int i = 0; i < n; i++)
+        sum += logs[i];
     return n ? rf_expf(sum / (float)n) : 0;
 }
 
@@ -66,7 +73,7 @@ rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filte
     for (int row = 0; row < a.n_y; row++)
         for (int column = 0; column < a.n_x; column++)
             a.mean[(size_t)row * (size_t)a.n_x + (size_t)column] =
-                mean_of_area(&a, view, n_planes, column, row);
+                mean_of_area(&a, filter->context->kernels, view, n_planes, column, row);
     return RF_OK;
 }
 

@@ -169,8 +169,9 @@ struct exr_attribute { /* a number, a string or a v2f to add to a header */
 /* One picture to write. */
 struct exr_output {
     int32_t width, height; /* of the data window */
+    /* All zero: {0, 0, width - 1, height - 1}. */
     struct exr_box data_window, display_window;
-    float pixel_aspect;
+    float pixel_aspect; /* 0: 1 */
     int n_channels;
     const char *const *channel_names; /* n_channels */
     const enum exr_sample_type *types;

@@ -4,6 +4,8 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* Length of the UTF-8 sequence at `text`; 0 for what is none or controls terminals. */
 static size_t printable_length(const char *text)
@@ -48,11 +50,13 @@ bool exr_fail(struct exr_error *error, const char *path, const char *format, ...
 
 static _Thread_local char core_message[400];
 static _Thread_local bool core_lacked_memory;
+static _Thread_local int core_compression = -1;
 
 void exr_core_clear(void)
 {
     core_message[0] = '\0';
     core_lacked_memory = false;
+    core_compression = -1;
 }
 
 bool exr_core_lacked_memory(void)
@@ -60,10 +64,26 @@ bool exr_core_lacked_memory(void)
     return core_lacked_memory;
 }
 
+int exr_core_unknown_compression(void)
+{
+    return core_compression;
+}
+
+/* "Attribute 'compression' (type 'compression'): Invalid value 12 (max allowed 10)". */
+static void note_compression(const char *message)
+{
+    static const char phrase[] = "Invalid value ";
+    const char *value = strstr(message, phrase);
+    if (value && strstr(message, "'compression'"))
+        core_compression = (int)strtol(value + sizeof phrase - 1, NULL, 10);
+}
+
 void exr_core_on_error(exr_const_context_t context, exr_result_t code,
                        const char *message)
 {
     core_lacked_memory |= code == EXR_ERR_OUT_OF_MEMORY;
+    if (message)
+        note_compression(message);
     if (core_message[0] == '\0' && message)
         snprintf(core_message, sizeof core_message, "%s", message);
 }

@@ -119,6 +119,15 @@ static bool open_file(struct exr_input *input, struct exr_error *error)
     return true;
 }
 
+static bool fail_at_compression(const struct exr_input *input, int number,
+                                struct exr_error *error)
+{
+    return exr_fail(error, input->path,
+                    "its compression, number %d, is newer than this program; write the "
+                    "file with zip, piz or another of up to number %d (dwab)",
+                    number, EXR_COMPRESSION_DWAB);
+}
+
 static bool open_context(struct exr_input *input, struct exr_error *error)
 {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -138,7 +147,8 @@ static bool open_context(struct exr_input *input, struct exr_error *error)
     if (result != EXR_ERR_SUCCESS)
         return exr_fail(error, input->path, "damaged header: %s",
                         exr_core_message(result));
-    return true;
+    int unknown = exr_core_unknown_compression();
+    return unknown < 0 || fail_at_compression(input, unknown, error);
 }
 
 static const char *part_text(const struct exr_input *input, int part, const char *name)
@@ -218,9 +228,7 @@ static bool read_part_info(struct exr_input *input, int part,
     info->display_window = to_box(display_window);
     info->compression = exr_compression_name((int)compression);
     if (!info->compression)
-        return exr_fail(error, input->path,
-                        "compression number %d is not known to this version",
-                        (int)compression);
+        return fail_at_compression(input, (int)compression, error);
     return check_part_size(input, part, *list, (int)compression, error);
 }
 

@@ -41,6 +41,9 @@ const char *exr_core_message(exr_result_t fallback);
  * success all the same and give its own values for what it did not keep.
  */
 bool exr_core_lacked_memory(void);
+/* Number of a compression that OpenEXRCore did not know since then, or -1: it reports
+ * such a one and goes on as if it were ZIP. */
+int exr_core_unknown_compression(void);
 /* For exr_context_initializer_t. */
 void exr_core_on_error(exr_const_context_t context, exr_result_t code,
                        const char *message);

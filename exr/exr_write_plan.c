@@ -154,6 +154,14 @@ static bool plan_made(struct writer *w, struct out_part *part, bool is_target)
     return true;
 }
 
+/* A window of the output: its own, or the whole picture where it has none. */
+static struct exr_box window_of(const struct exr_output *output, struct exr_box own)
+{
+    const bool has_own = own.min_x || own.min_y || own.max_x || own.max_y;
+    const struct exr_box whole = {0, 0, output->width - 1, output->height - 1};
+    return has_own ? own : whole;
+}
+
 void writer_plan_windows(const struct exr_output *output, struct out_part *part)
 {
     if (output->like) {
@@ -162,8 +170,10 @@ void writer_plan_windows(const struct exr_output *output, struct out_part *part)
         part->display_window = from_box(&info->display_window);
         part->pixel_aspect = info->pixel_aspect;
     } else {
-        part->data_window = from_box(&output->data_window);
-        part->display_window = from_box(&output->display_window);
+        const struct exr_box data = window_of(output, output->data_window);
+        const struct exr_box display = window_of(output, output->display_window);
+        part->data_window = from_box(&data);
+        part->display_window = from_box(&display);
         part->pixel_aspect = output->pixel_aspect > 0 ? output->pixel_aspect : 1.0f;
     }
 }
@@ -207,12 +217,12 @@ bool writer_plan(struct writer *w)
 bool writer_check(const struct exr_output *output, const char *path,
                   struct exr_error *error)
 {
-    const struct exr_box *box = &output->data_window;
+    struct exr_box box = window_of(output, output->data_window);
     if (output->like) {
         if (output->like_part < 0 || output->like_part >= output->like->n_parts)
             return exr_fail(error, path, "%s has no part %d", exr_path(output->like),
                             output->like_part);
-        box = &output->like->parts[output->like_part].data_window;
+        box = output->like->parts[output->like_part].data_window;
         if (output->pass_through && output->like->parts[output->like_part].is_deep)
             return exr_fail(error, path,
                             "the deep samples of %s cannot be kept beside the flat "
@@ -224,8 +234,8 @@ bool writer_check(const struct exr_output *output, const char *path,
     if (output->tile_size < 0 || output->tile_size > EXR_MAX_SIDE)
         return exr_fail(error, path, "tiles of %d px; take 16 to 4096",
                         (int)output->tile_size);
-    if ((int64_t)box->max_x - box->min_x + 1 != output->width ||
-        (int64_t)box->max_y - box->min_y + 1 != output->height)
+    if ((int64_t)box.max_x - box.min_x + 1 != output->width ||
+        (int64_t)box.max_y - box.min_y + 1 != output->height)
         return exr_fail(error, path,
                         "the picture of %d x %d px does not fit its data window",
                         (int)output->width, (int)output->height);

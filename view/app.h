@@ -82,7 +82,7 @@ struct loader {
 
 /* A run of --benchmark. */
 struct bench {
-    double started_s, moved_s, cpu_s, wall_s;
+    double ready_s, started_s, moved_s, cpu_s, wall_s;
     bool is_over;
 };
 

@@ -287,12 +287,8 @@ bool demo_save_passes(const char *path, const struct input *input, int n_threads
         samples[4 * i + 3] = depth[i];
     }
     struct exr_attribute attributes[N_FACTS];
-    const struct exr_box window = {0, 0, input->width - 1, input->height - 1};
     const struct exr_output output = {.width = input->width,
                                       .height = input->height,
-                                      .data_window = window,
-                                      .display_window = window,
-                                      .pixel_aspect = 1,
                                       .n_channels = 4,
                                       .channel_names = names,
                                       .types = types,
@@ -317,12 +313,8 @@ bool demo_save(const char *path, const float *pixels, int32_t width, int32_t hei
     snprintf(text, sizeof(text), "rackfocus %s %s", rf_version(), used);
     const struct exr_attribute filtered = {
         .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
-    const struct exr_box window = {0, 0, width - 1, height - 1};
     const struct exr_output output = {.width = width,
                                       .height = height,
-                                      .data_window = window,
-                                      .display_window = window,
-                                      .pixel_aspect = 1,
                                       .n_channels = 3,
                                       .channel_names = names,
                                       .types = types,

@@ -14,18 +14,6 @@
 #include "filter_run.h"
 #include "povray_files.h"
 
-static bool fail(struct exr_error *error, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static bool fail(struct exr_error *error, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(error->message, sizeof(error->message), format, arguments);
-    va_end(arguments);
-    return false;
-}
-
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
 
 static bool is_cancelled(void *user)
@@ -99,8 +87,8 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
              stage->files->paths[0]);
     if (stage->options->keep && mkdir(stage->options->keep, 0777) != 0 &&
         errno != EEXIST)
-        return fail(error, "%s: cannot make the folder: %s", stage->options->keep,
-                    strerror(errno));
+        return set_error(error, "%s: cannot make the folder: %s", stage->options->keep,
+                         strerror(errno));
     make_scene_options(stage, typed);
     bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
     if (is_good && stage->options->n_views > 1)
@@ -109,7 +97,7 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     else if (is_good)
         is_good = povray_render(stage->scene, &passes, &povray_error);
     if (!is_good)
-        return fail(error, "%s", povray_error.message);
+        return set_error(error, "%s", povray_error.message);
     if (stage->options->n_views == 1)
         is_good = write_pass(stage, &passes, 0, false, error);
     povray_passes_free(&passes);
@@ -164,10 +152,10 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
         return false;
     if (rf_lens_init(&lens, &params, source->width, source->height, &core_error) !=
         RF_OK)
-        return fail(error, "%s: %s", exr_path(source->colour), core_error.message);
+        return set_error(error, "%s: %s", exr_path(source->colour), core_error.message);
     depth_find(&found, source, &settings, &lens, depth, alpha, 4);
     if (depth_is_refused(&found, text, sizeof(text)))
-        return fail(error, "%s: the depth %s", exr_path(source->depth), text);
+        return set_error(error, "%s: the depth %s", exr_path(source->depth), text);
     if (found.is_premultiplied)
         n_changed += depth_divide_by_alpha(depth, alpha, 4, n);
     if (found.is_mixed)
@@ -213,10 +201,11 @@ static bool open_source(struct stage *stage, const struct source_request *reques
         return false;
     if (!stage->source.info.is_deep)
         return true;
-    return fail(error,
-                "%s: holds deep samples, which the window does not show; rackfocus "
-                "filter --flattened FILE.exr writes the flat picture and its depth",
-                request->paths[0]);
+    return set_error(
+        error,
+        "%s: holds deep samples, which the window does not show; rackfocus "
+        "filter --flattened FILE.exr writes the flat picture and its depth",
+        request->paths[0]);
 }
 
 static bool read_files(struct stage *stage, const struct settings *typed,
@@ -236,10 +225,11 @@ static bool read_files(struct stage *stage, const struct settings *typed,
     stage->has_views = !is_one && !other && list.n > 1;
     bool is_good = stage->has_views || n_paths <= 2;
     if (!is_good)
-        fail(error,
-             "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
-             "; view takes one file of colour and one of depth, or only views",
-             other);
+        set_error(
+            error,
+            "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
+            "; view takes one file of colour and one of depth, or only views",
+            other);
     is_good = is_good && open_source(stage, &request, &list, error);
     if (is_good)
         is_good = stage->has_views ? read_views(stage, &list, &request, error)

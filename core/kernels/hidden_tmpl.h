@@ -4,7 +4,7 @@
 #include "vector.h"
 
 /* Distances from which a block is read at every 2nd and every 4th pixel. */
-enum { STRIDE_2_PX = 4, STRIDE_4_PX = 12 };
+enum { STRIDE_2_PX = 3, STRIDE_4_PX = 7 };
 
 static void log_row(float *v, int n)
 {
@@ -12,26 +12,47 @@ static void log_row(float *v, int n)
         STORE(v + x, vlog(vmax(LOAD(v + x), SPLAT(0)) + SPLAT(1e-3f)));
 }
 
-/* Distance from x to the interval of block b, in px. */
-static inline int gap_to_block(int x, int b)
+/* Distance from the n pixels x, x + 1, .. to those of block b, in px. */
+static inline int gap_to_block(int x, int n, int b)
 {
     int x0 = b * RF_HIDDEN_BLOCK, x1 = x0 + RF_HIDDEN_BLOCK - 1;
-    return x < x0 ? x0 - x : x > x1 ? x - x1 : 0;
+    return x + n - 1 < x0 ? x0 - (x + n - 1) : x > x1 ? x - x1 : 0;
 }
 
-static inline void cast_vote(struct rf_hidden_vote *vote, int d2, float room,
-                             float weight)
+/* How many pixels apart those are that are read of a block at a distance. */
+static inline int stride_at(int gap)
 {
-    int b = (int)(room * 2); /* half a pixel */
-    b = (b < RF_HIDDEN_BINS - 1 ? b : RF_HIDDEN_BINS - 1) + 2;
+    return gap < STRIDE_2_PX ? 1 : gap < STRIDE_4_PX ? 2 : 4;
+}
+
+/* Makes room for votes up to bin b. */
+static inline void open_bins(struct rf_hidden_vote *vote, int b)
+{
     for (; vote->top < b + 1; vote->top++) {
         vote->histogram[vote->top + 1] = 0;
         vote->nearest2[vote->top + 1] = INT32_MAX;
     }
-    float k = 1 / ((float)d2 + 0.5f);
-    vote->histogram[b] += weight * k * k * k;
-    vote->nearest = d2 < vote->nearest ? d2 : vote->nearest;
-    vote->nearest2[b] = d2 < vote->nearest2[b] ? d2 : vote->nearest2[b];
+}
+
+/* The votes of those pixels of a row whose bits are set; d2 in px^2. */
+static inline void cast_votes(struct rf_hidden_vote *vote, unsigned bits, vi d2,
+                              vf room, float weight)
+{
+    vf k = SPLAT(1) / (to_float(d2) + SPLAT(0.5f));
+    vf w = SPLAT(weight) * k * k * k;
+    vi bin = to_int(vmin(room * SPLAT(2), SPLAT(RF_HIDDEN_BINS - 1))) + 2;
+    float weights[LANES];
+    int32_t bins[LANES], distances[LANES];
+    STORE(weights, w);
+    memcpy(bins, &bin, sizeof bins);
+    memcpy(distances, &d2, sizeof distances);
+    for (; bits; bits &= bits - 1) {
+        int l = __builtin_ctz(bits), b = bins[l], d = distances[l];
+        open_bins(vote, b);
+        vote->histogram[b] += weights[l];
+        vote->nearest = d < vote->nearest ? d : vote->nearest;
+        vote->nearest2[b] = d < vote->nearest2[b] ? d : vote->nearest2[b];
+    }
 }
 
 static inline void vote_block(const struct rf_backs *backs,
@@ -39,13 +60,12 @@ static inline void vote_block(const struct rf_backs *backs,
                               const struct rf_hidden_block *block,
                               struct rf_hidden_vote *vote)
 {
-    int gx = gap_to_block(q->x, block->x), gy = gap_to_block(q->y, block->y);
+    int gx = gap_to_block(q->x, 1, block->x), gy = gap_to_block(q->y, 1, block->y);
     float limit = block->highest - q->s;
     float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
     if (limit <= 0 || gap2 >= limit * limit)
         return;
-    int gap = gx > gy ? gx : gy;
-    int stride = gap < STRIDE_2_PX ? 1 : gap < STRIDE_4_PX ? 2 : 4;
+    int stride = stride_at(gx > gy ? gx : gy);
     vi is_read = (lane_numbers() & (stride - 1)) == 0;
     int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
     vi dx = lane_numbers() + (x0 - q->x);
@@ -56,11 +76,8 @@ static inline void vote_block(const struct rf_backs *backs,
         int dy = y0 + y - q->y;
         vf d2 = dx2 + SPLAT((float)(dy * dy) * q->inv_y2);
         unsigned bits = lane_bits(is_read & (room > SPLAT(0)) & (d2 < room * room));
-        for (; bits; bits &= bits - 1) {
-            int l = __builtin_ctz(bits), distance = x0 + l - q->x;
-            cast_vote(vote, distance * distance + dy * dy, room[l],
-                      (float)(stride * stride));
-        }
+        if (bits)
+            cast_votes(vote, bits, dx * dx + dy * dy, room, (float)(stride * stride));
     }
 }
 
@@ -81,6 +98,53 @@ static void vote_blocks(const struct rf_backs *backs, const struct rf_hidden_que
             return;
         vote_block(backs, q, &blocks[i], vote);
     }
+}
+
+/* Distance from x to the pixels of a group that begins at `first`. */
+static inline int gap_to_group(int x, int first)
+{
+    return x < first ? first - x : rf_max_int(x - (first + RF_HIDDEN_GROUP - 1), 0);
+}
+
+/*
+ * What vote_block() reads, seen from the nearest pixel of a group, but not from itself:
+ * every rounding is monotone, so no pixel has a candidate that is not one here.
+ */
+static inline bool block_has_candidate(const struct rf_backs *backs,
+                                       const struct rf_hidden_query *q,
+                                       const struct rf_hidden_block *block)
+{
+    int gx = gap_to_block(q->x, RF_HIDDEN_GROUP, block->x);
+    int gy = gap_to_block(q->y, RF_HIDDEN_GROUP, block->y);
+    float limit = block->highest - q->s;
+    float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
+    if (limit <= 0 || gap2 >= limit * limit)
+        return false;
+    int stride = stride_at(gx > gy ? gx : gy);
+    vi is_read = (lane_numbers() & (stride - 1)) == 0;
+    int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
+    vi before = q->x - (lane_numbers() + x0), after = -before - (RF_HIDDEN_GROUP - 1);
+    vi dx = (before & (before > 0)) | (after & (after > 0));
+    vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
+    const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
+    vf least2 = SPLAT(rf_min_float(q->inv_x2, q->inv_y2));
+    vi is_found = {0};
+    for (int y = 0; y < RF_HIDDEN_BLOCK; y += stride) {
+        vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
+        int dy = gap_to_group(y0 + y, q->y);
+        vf d2 = vmax(dx2 + SPLAT((float)(dy * dy) * q->inv_y2), least2);
+        is_found |= is_read & (room > SPLAT(0)) & (d2 < room * room);
+    }
+    return lane_bits(is_found) != 0;
+}
+
+static bool has_candidate(const struct rf_backs *backs, const struct rf_hidden_query *q,
+                          const struct rf_hidden_block *blocks, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (block_has_candidate(backs, q, &blocks[i]))
+            return true;
+    return false;
 }
 
 /* Every stride-th float from p on. */
@@ -119,8 +183,9 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
             if (!bits)
                 continue;
             t = choose(is_used, t, SPLAT(0)); /* keeps infinities out */
+            vf fade = SPLAT(1) - d2 * SPLAT(1 / (reach * reach));
             d2 += SPLAT(0.5f);
-            vf w = vexp(SPLAT(-0.5f) * t * t) / (d2 * vsqrt(d2));
+            vf w = fade * vexp(SPLAT(-0.5f) * t * t) / (d2 * vsqrt(d2));
             w = choose(is_used, w, SPLAT(0));
             weight_sum += w;
             vf l = load_strided(backs->log_luminance + row + (size_t)x, stride);

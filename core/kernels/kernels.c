@@ -49,9 +49,9 @@ const struct rf_kernels *rf_kernels_find(const char *name)
     for (int i = 0; i < N_LEVELS; i++) {
         if (!is_supported(i))
             continue;
-        if (name && !strcmp(levels[i]->name, name))
+        if (name && strcmp(levels[i]->name, name) == 0)
             return levels[i];
-        if (strcmp(levels[i]->name, "avx512"))
+        if (strcmp(levels[i]->name, "avx512") != 0)
             best = levels[i];
     }
     return name ? NULL : best;

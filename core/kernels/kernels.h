@@ -44,6 +44,7 @@ struct rf_accumulator {
     uint32_t
         common_rows; /* a bit for each row that the common one holds something of */
     float share[RF_MAX_CELLS]; /* of each cell in what is common */
+    int reach;                 /* px that the footprints of the bin reach at the most */
     int first_row,
         last_row; /* rows touched since the last flush; empty: first > last */
 };
@@ -116,8 +117,48 @@ struct rf_kernels {
      */
     void (*extremes)(const float *const *rows, int n_rows, int reach, int n,
                      float *scratch, float *lowest, float *highest);
+    /*
+     * Takes `bit` from those of n pixels whose 3 x 3 values, in the middle of three
+     * rows, lie on one slanted plane: within `tolerance` of the range (highest -
+     * lowest). Reads and writes n rounded up to eight.
+     */
+    void (*keep_edges)(const float *const rows[3], const float *lowest,
+                       const float *highest, float tolerance, int n, unsigned char bit,
+                       unsigned char *flags);
+    /*
+     * Unpacks n pixels of RGBA into planes, or packs them; unpack() returns whether all
+     * values are finite.
+     */
+    bool (*unpack)(const float *rgba, int n, float *const planes[4]);
+    void (*pack)(const float *const planes[4], int n, float *rgba);
+    /*
+     * Means of 2^level columns of n_rows rows, each `stride` after the last, for
+     * n_level pixels; `row` holds 2^level n_level floats.
+     */
+    void (*shrink)(const float *from, size_t stride, int n_rows, int level, int n_level,
+                   float *row, float *out);
+    /*
+     * k = max(1 - scale |radius|, 0) (1 - covered) for n pixels; returns whether one is
+     * above 0.
+     */
+    bool (*detail)(const float *radius, const float *covered, float scale, int n,
+                   float *k);
+    /*
+     * out = blurred + k (at - low), limited to 0 .. most, for n pixels; with k NULL
+     * that of k = 0.
+     */
+    void (*join)(const float *blurred, const float *low, const float *at,
+                 const float *k, float most, int n, float *out);
     /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
     void (*log_row)(float *v, int n);
+    /*
+     * May any of RF_HIDDEN_GROUP x RF_HIDDEN_GROUP queries, the first of them given
+     * with the least radius of all, have a candidate that vote_blocks() finds? None is
+     * one for itself.
+     */
+    bool (*has_candidate)(const struct rf_backs *backs,
+                          const struct rf_hidden_query *query,
+                          const struct rf_hidden_block *blocks, int n);
     /* Lets the candidates of n blocks vote, which are sorted by ring. */
     void (*vote_blocks)(const struct rf_backs *backs,
                         const struct rf_hidden_query *query,

@@ -13,6 +13,7 @@
  * Preconditions: segments are padded with zero weights to eight lanes; a footprint
  * reaches at most RF_TILE_HALO px beyond its pixel.
  */
+#include "frame_tmpl.h"
 #include "hidden_tmpl.h"
 #include "kernels.h"
 #include "vector.h"
@@ -24,49 +25,101 @@
 
 _Static_assert(LANES == RF_FOOTPRINT_LANES, "segments are padded to whole vectors");
 
+/*
+ * Adds a segment of n weights, n > 0 and a multiple of eight, to the row at a: as many
+ * splats side by side as there are values, each with the weights one place further on.
+ */
 static inline __attribute__((always_inline)) void
-spread_one(float *row, const float *weight, int n, const vf value[RF_MAX_PLANES],
-           int n_planes)
+spread_segment(float *a, const float *weight, int n, vf value[][RF_MAX_PLANES],
+               int n_splats, int n_planes)
 {
-    for (int i = 0; i < n; i += LANES) {
-        vf k = LOAD(weight + i);
+    do {
+        vf k[RF_MAX_SIDE_BY_SIDE];
+        for (int i = 0; i < n_splats; i++)
+            k[i] = LOAD(weight - i);
         for (int p = 0; p < n_planes; p++) {
-            float *a = row + p * RF_ACC_STRIDE + i;
-            STORE(a, LOAD(a) + value[p] * k);
+            float *b = a + p * RF_ACC_STRIDE;
+            vf sum = LOAD(b);
+            for (int i = 0; i < n_splats; i++)
+                sum += value[i][p] * k[i];
+            STORE(b, sum);
         }
+        a += LANES;
+        weight += LANES;
+        n -= LANES;
+    } while (n > 0);
+}
+
+/* Spreads n_splats neighbours with one footprint, the first at (x, y) of the tile. */
+static inline __attribute__((always_inline)) void
+spread_splats(float *origin, const struct rf_splat *s, int n_splats,
+              const struct rf_footprint *f, int x, int y, int n_planes)
+{
+    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
+    for (int i = 0; i < n_splats; i++) {
+        for (int p = 0; p < n_planes - 1; p++)
+            value[i][p] = SPLAT(s[i].c[p]);
+        value[i][n_planes - 1] = SPLAT(s[i].cover);
     }
+    float *base = origin + row_size * y + x;
+    const float *weights = f->weights;
+    const struct rf_segment *g = f->segments, *end = g + f->n_segments;
+    if (y + f->min_dy >= 0 && y + f->max_dy < RF_TILE_H)
+        for (; g < end; g++)
+            spread_segment(base + row_size * g->row + g->dx, weights + g->weight, g->n,
+                           value, n_splats, n_planes);
+    else
+        for (; g < end; g++)
+            if ((unsigned)(y + g->dy) < RF_TILE_H)
+                spread_segment(base + row_size * g->row + g->dx, weights + g->weight,
+                               g->n, value, n_splats, n_planes);
+}
+
+/* How many of n splats follow the first one in its row with its footprint, itself
+ * among them, but no more than `most`. */
+static inline int count_neighbours(const struct rf_splat *s, int n, int most)
+{
+    int i = 1;
+    most = n < most ? n : most;
+    while (i < most && s[i].slot == s->slot && s[i].x == s->x + i && s[i].y == s->y)
+        i++;
+    return i;
 }
 
 static inline __attribute__((always_inline)) void
 spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
            struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
-    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    const int reach = acc->reach;
     int first = acc->first_row, last = acc->last_row;
     float *const origin = acc->at + RF_ACC_LEFT;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0, n_splats; i < n; i += n_splats) {
         const struct rf_splat *s = &splats[i];
-        const struct rf_footprint *f = footprints[s->slot];
         int x = s->x - x0, y = s->y - y0;
+        n_splats = 1;
+        if ((unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach ||
+            (unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
+            continue;
+        const struct rf_footprint *f = footprints[s->slot];
         if (x + f->max_dx < 0 || x + f->min_dx >= RF_TILE_W || y + f->max_dy < 0 ||
             y + f->min_dy >= RF_TILE_H)
             continue;
-        vf value[RF_MAX_PLANES];
-        for (int p = 0; p < n_planes - 1; p++)
-            value[p] = SPLAT(s->c[p]);
-        value[n_planes - 1] = SPLAT(s->cover);
         int top = rf_max_int(y + f->min_dy, 0);
         int bottom = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
         first = rf_min_int(first, top);
         last = rf_max_int(last, bottom);
         if (f->is_common)
             acc->common_rows |= (2u << bottom) - (1u << top);
-        float *base = origin + row_size * y + x;
-        const struct rf_segment *end = f->segments + f->n_segments;
-        for (const struct rf_segment *g = f->segments; g < end; g++)
-            if ((unsigned)(y + g->dy) < RF_TILE_H)
-                spread_one(base + row_size * (g->cell * RF_TILE_H + g->dy) + g->dx,
-                           f->weights + g->weight, g->n, value, n_planes);
+        n_splats = count_neighbours(s, n - i, f->n_side_by_side);
+        if (n_splats == 4) {
+            spread_splats(origin, s, 4, f, x, y, n_planes);
+        } else if (n_splats >= 2) {
+            n_splats = 2;
+            spread_splats(origin, s, 2, f, x, y, n_planes);
+        } else {
+            spread_splats(origin, s, 1, f, x, y, n_planes);
+        }
     }
     acc->first_row = first;
     acc->last_row = last;
@@ -185,12 +238,10 @@ static void average(const float *t, size_t stride, int n_rows, int level, int n_
         STORE(row + x, sum);
     }
     float scale = 1.0f / (float)(size * n_rows);
+    sum_columns(row, level, n_level, out);
     for (int x = 0; x < n_level; x++) {
-        float sum = 0;
-        for (int i = 0; i < size; i++)
-            sum += row[(x << level) + i];
-        sum *= scale;
-        out[x] = sum > RF_USED_UP ? sum : 0;
+        float mean = out[x] * scale;
+        out[x] = mean > RF_USED_UP ? mean : 0;
     }
 }
 
@@ -318,6 +369,41 @@ static void extremes(const float *const *rows, int n_rows, int reach, int n,
         extremes_of(rows, n_rows, reach, n, scratch, highest, true);
 }
 
+/* All bits where the least-squares plane of 3 x 3 fits; a step leaves a third of it. */
+static inline vi is_planar(const float *const rows[3], int x, vf most)
+{
+    vf v[9], mean = {0}, slope_x = {0}, slope_y = {0};
+    for (int k = 0; k < 9; k++) {
+        v[k] = LOAD(rows[k / 3] + x + k % 3 - 1);
+        mean += v[k] / SPLAT(9);
+        slope_x += v[k] * SPLAT(k % 3 - 1) / SPLAT(6);
+        slope_y += v[k] * SPLAT(k / 3 - 1) / SPLAT(6);
+    }
+    vi fits = {-1, -1, -1, -1, -1, -1, -1, -1};
+    for (int k = 0; k < 9; k++) {
+        vf d = v[k] - (mean + slope_x * SPLAT(k % 3 - 1) + slope_y * SPLAT(k / 3 - 1));
+        fits &= (d <= most) & (-d <= most);
+    }
+    return fits;
+}
+
+static void keep_edges(const float *const rows[3], const float *lowest,
+                       const float *highest, float tolerance, int n, unsigned char bit,
+                       unsigned char *flags)
+{
+    uint64_t bits = bit * 0x0101010101010101u, eight;
+    for (int x = 0; x < n; x += LANES) {
+        memcpy(&eight, flags + x, sizeof eight);
+        if (!(eight & bits))
+            continue;
+        vf range = LOAD(highest + x) - LOAD(lowest + x);
+        unsigned planar = lane_bits(is_planar(rows, x, SPLAT(tolerance) * range));
+        for (int l = 0; l < LANES; l++)
+            if (planar >> l & 1)
+                flags[x + l] &= (unsigned char)~bit;
+    }
+}
+
 static inline vd radii_of(const struct rf_plain_depth *d, vd value, vl *n_good,
                           vl *n_finite)
 {
@@ -367,7 +453,14 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .magnify = magnify,
     .merge = merge,
     .extremes = extremes,
+    .keep_edges = keep_edges,
+    .unpack = unpack,
+    .pack = pack,
+    .shrink = shrink,
+    .detail = detail,
+    .join = join,
     .log_row = log_row,
+    .has_candidate = has_candidate,
     .vote_blocks = vote_blocks,
     .gather_window = gather_window,
 };

@@ -168,11 +168,12 @@ struct tally {
     float depth;
 };
 
-static bool is_colour_good(const struct rf_deep_sample *s)
+static bool is_colour_good(const struct deep *d, const struct rf_deep_sample *s)
 {
+    struct piece p = whole_piece(d, s);
     bool is_good = s->opacity >= 0;
     for (int n = 0; n < 4; n++)
-        is_good &= isfinite(s->colour[n]) != 0;
+        is_good &= isfinite(s->colour[n]) && rf_is_light(&d->filter->params, p.c[n]);
     return is_good;
 }
 
@@ -191,7 +192,7 @@ static void check_row(const struct deep *d, int y, struct tally *t)
                     t->depth = s->depth;
                 }
             }
-            if (!is_colour_good(s) && t->n_pixel++ == 0)
+            if (!is_colour_good(d, s) && t->n_pixel++ == 0)
                 t->x_pixel = x;
         }
     }
@@ -543,7 +544,7 @@ static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, f->height + 2 * border);
     rf_result result = rf_picture_load(&d->picture, &whole, &view, d->n_planes, border,
-                                       work->task, error);
+                                       false, work->task, error);
     if (result == RF_OK && f->params.fill_hidden)
         result = find_hidden(d, work->task, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))

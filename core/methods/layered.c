@@ -23,43 +23,29 @@ struct layered {
     struct rf_picture picture;
     struct rf_surface *hidden;
     float *hidden_weight;
-    struct rf_sample *samples;
 };
 
-struct collector {
-    const struct layered *l;
-    struct rf_samples out;
-};
-
-static void collect(void *user, struct rf_surface *s, int x, int y, float w)
+static void survey_visible(void *user, int x, int y, int n, unsigned char *emission)
 {
-    struct collector *c = user;
-    rf_picture_emit(&c->l->picture, rf_sample_make(s, x, y, w), x, y, &c->out);
+    const struct layered *l = user;
+    rf_picture_survey(&l->picture, x, y, n, emission);
 }
 
-static void collect_hidden(const struct layered *l, int y, struct rf_samples *out)
+static int emit_visible(void *user, int x, int y, struct rf_sample *at)
 {
-    int width = l->picture.width;
-    for (int x = 0; x < width; x++) {
-        size_t i = (size_t)y * (size_t)width + (size_t)x;
-        if (!(l->hidden_weight[i] > 0))
-            continue;
-        if (out->at)
-            out->at[out->n] = rf_sample_make(&l->hidden[i], x, y, l->hidden_weight[i]);
-        out->n++;
-    }
+    const struct layered *l = user;
+    struct rf_samples out = {at, 0};
+    rf_picture_emit_pixel(&l->picture, x, y, &out);
+    return (int)out.n;
 }
 
-/* Row y of the visible samples or, from `height` on, of the hidden ones. */
-static size_t collect_row(void *user, int y, struct rf_sample *at)
+static void survey_hidden(void *user, int x, int y, int n, unsigned char *emission)
 {
-    struct layered *l = user;
-    struct collector c = {.l = l, .out = {at, 0}};
-    if (y < l->picture.height)
-        rf_picture_visit_row(&l->picture, y, collect, &c);
-    else
-        collect_hidden(l, y - l->picture.height, &c.out);
-    return c.out.n;
+    const struct layered *l = user;
+    const float *w =
+        l->hidden_weight + (size_t)y * (size_t)l->picture.width + (size_t)x;
+    for (int i = 0; i < n; i++)
+        emission[i] = w[i] > 0 ? RF_PLAIN_SAMPLE : RF_NO_SAMPLE;
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,
@@ -84,7 +70,7 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, work->filter->height + 2 * border);
     rf_result result = rf_picture_load(&l->picture, work->filter, view, work->n_planes,
-                                       border, work->task, error);
+                                       border, false, work->task, error);
     if (result == RF_OK && params->exact_highlights)
         result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);
     rf_task_poll(work->task);
@@ -99,19 +85,28 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                              .x0 = l->picture.x0,
                              .y0 = l->picture.y0,
                              .n_phases = 1,
-                             .is_opaque = f->survey ? f->survey->n_transparent == 0
-                                                    : !l->picture.has_alpha,
+                             .is_opaque = view->survey
+                                              ? view->survey->n_transparent == 0
+                                              : !l->picture.has_alpha,
                              .highlights = l->picture.highlights,
                              .n_views = 1,
                              .occluders = &occluders,
                              .task = work->task,
                              .progress_to = 1};
-    int height = l->picture.height;
-    result = rf_collect_rows(&scene, height, l->hidden ? 2 * height : height,
-                             collect_row, l, &l->samples, error);
-    if (result == RF_OK)
-        result = rf_composite_crop(&scene, work, error);
-    return result;
+    scene.visible_source = (struct rf_source){.survey = survey_visible,
+                                              .emit = emit_visible,
+                                              .user = l,
+                                              .surfaces = l->picture.surfaces.near,
+                                              .most_per_pixel = 4,
+                                              .largest_radius = work->largest_radius};
+    if (l->hidden)
+        scene.hidden_source =
+            (struct rf_source){.survey = survey_hidden,
+                               .user = l,
+                               .surfaces = l->hidden,
+                               .most_per_pixel = 1,
+                               .largest_radius = work->largest_radius};
+    return rf_composite_crop(&scene, work, error);
 }
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
@@ -121,7 +116,6 @@ rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
     const struct rf_context *context = work->filter->context;
     struct layered l = {.hidden = NULL};
     rf_result result = run(&l, work, error);
-    rf_free(context, l.samples);
     rf_free(context, l.hidden_weight);
     rf_free(context, l.hidden);
     rf_picture_free(&l.picture);

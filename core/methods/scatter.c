@@ -31,7 +31,7 @@
  */
 #include "../distribution.h"
 
-enum { BAND_ROWS = 32 };
+enum { BAND_ROWS = 32, ROWS_TO_POLL = 8 };
 
 enum { N_DENSITIES = 1024 }; /* steps of the table of D */
 
@@ -282,13 +282,17 @@ static void run_band(const struct scatter *s, int band_index, double *band)
     size_t n = (size_t)(f->width + 1) * (size_t)s->work->n_planes * BAND_ROWS;
     memset(band, 0, n * sizeof *band);
     int from = rf_max_int(y0 - s->reach, 0), to = rf_min_int(y1 + s->reach, f->height);
-    for (int y = from; y < to; y++)
+    for (int y = from; y < to; y++) {
+        /* A band of large radii takes long: who cancels must not wait for its end. */
+        if ((y - from) % ROWS_TO_POLL == 0 && !rf_task_poll(s->work->task))
+            return;
         for (int x = 0; x < f->width; x++) {
             if (s->image)
                 scatter_picture(s, x, y, y0, y1, band, band + n);
             else
                 scatter_pixel(s, x, y, y0, y1, band);
         }
+    }
     finish_band(s, y0, y1, band);
 }
 

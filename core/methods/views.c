@@ -37,100 +37,17 @@
  * Lights are taken out first and added at the end with exact visibility over the whole
  * lens (views_lights.c, highlight.c).
  *
- * Ours. One view gives the method layered, bit for bit. Memory: 175 bytes per pixel and
- * view. Cost: 11 to 14 layered passes for 8 views.
+ * Ours. One view gives the method layered, bit for bit. Memory: 155 bytes per pixel and
+ * view; core/window.c does with less, of a part of the picture at a time. Cost: about 8
+ * layered passes for 8 views at 1920x1080.
  */
+#include "../composer.h"
 #include "views.h"
 
 enum { N_PHASES = 5 }; /* odd: one is the pixel's centre */
 
-static const float LEAST_COUNT = 0.25f;
 /* Of an estimated hidden sample, against those that another view shows. */
 static const float ESTIMATE_WEIGHT = 0.1f;
-
-static float shift_of(const struct rf_work_view *view, float r)
-{
-    return view->shift_scale * r + view->shift_bias;
-}
-
-struct rf_view_place rf_view_place_of(const struct rf_views *v, int j, float x, float y,
-                                      float r)
-{
-    const struct rf_work_view *view = &v->work->views[j];
-    float shift = shift_of(view, r);
-    return (struct rf_view_place){x - view->lens[0] * shift, y + view->lens[1] * shift,
-                                  r};
-}
-
-/* floorf() to int, without the call that the C library needs on plain x86-64. */
-static int floor_int(float v)
-{
-    int i = (int)v;
-    return i - (v < (float)i);
-}
-
-bool rf_view_pixel_at(const struct rf_views *v, int j, struct rf_view_place p, int *px,
-                      int *py)
-{
-    const struct rf_work_view *view = &v->work->views[j];
-    const struct rf_surfaces *s = &v->pictures[j].surfaces;
-    float shift = shift_of(view, p.r);
-    *px = floor_int(p.x + view->lens[0] * shift);
-    *py = floor_int(p.y - view->lens[1] * shift);
-    return *px >= 0 && *py >= 0 && *px < s->width && *py < s->height;
-}
-
-bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
-{
-    return x >= l->border && y >= l->border && x < l->width - l->border &&
-           y < l->height - l->border;
-}
-
-/* How much of a place view j sees, and whether in what was rendered. */
-static float seen_by(const struct rf_views *v, int j, struct rf_view_place p,
-                     bool *is_rendered)
-{
-    const struct rf_surfaces *s = &v->pictures[j].surfaces;
-    int px, py;
-    *is_rendered = false;
-    if (!rf_view_pixel_at(v, j, p, &px, &py))
-        return 0;
-    *is_rendered = rf_view_is_rendered(&v->pictures[j], px, py);
-    size_t i = (size_t)py * (size_t)s->width + (size_t)px;
-    float limit = p.r - RF_OCCLUDED_PX, share = s->share[i];
-    if (share <= 0)
-        return s->far[i].r < limit ? 0 : 1;
-    if (s->near[i].r >= limit)
-        return 1;
-    return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
-}
-
-/* How much of a place the views other than j show. */
-static float shown_by_others(const struct rf_views *v, int j, struct rf_view_place p,
-                             float *continued)
-{
-    float shown = 0;
-    *continued = 0;
-    for (int k = 0; k < v->work->n_views; k++) {
-        bool is_rendered;
-        if (k == j)
-            continue;
-        float seen = seen_by(v, k, p, &is_rendered);
-        *(is_rendered ? &shown : continued) += seen;
-    }
-    return shown;
-}
-
-float rf_view_weight(const struct rf_views *v, int j, struct rf_view_place p,
-                     float share, bool is_far, bool is_rendered)
-{
-    float continued, shown = shown_by_others(v, j, p, &continued);
-    float own = is_far ? share : 1;
-    if (is_rendered)
-        return share / rf_max_float(own + shown, LEAST_COUNT);
-    return share * rf_max_float(1 - shown, 1e-6f) /
-           rf_max_float(own + continued, LEAST_COUNT);
-}
 
 /* ---- one cell of the lens ------------------------------------------------------ */
 
@@ -143,6 +60,7 @@ struct cell {
     int middle;              /* the view to estimate hidden samples from */
     struct rf_filter filter; /* with the part as its aperture */
     float centroid[2];
+    float extent[2]; /* half width and height of what it makes of radius 1, px */
     struct rf_surface *hidden; /* NULL: not asked for */
     float *hidden_weight;
     struct rf_sample *samples;
@@ -160,10 +78,17 @@ static void put(struct collector *c, struct rf_sample p, int x, int y)
     const struct cell *cell = c->cell;
     const struct rf_picture *picture = &cell->v->pictures[c->view];
     struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
-    p.x = place.x + cell->centroid[0] * p.r;
-    p.y = place.y - cell->centroid[1] * p.r;
-    if (p.x >= 0 && p.y >= 0 && p.x < (float)picture->width &&
-        p.y < (float)picture->height)
+    p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
+    p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
+    /* Coarse levels reach farther than the footprint does. */
+    float reach_x = 1.5f * fabsf(p.r) * cell->extent[0] + 8;
+    float reach_y = 1.5f * fabsf(p.r) * cell->extent[1] + 8;
+    float x1 = (float)(picture->x0 + picture->filter->width) + reach_x;
+    float y1 = (float)(picture->y0 + picture->filter->height) + reach_y;
+    if (p.x >= rf_max_float((float)picture->x0 - reach_x, 0) &&
+        p.y >= rf_max_float((float)picture->y0 - reach_y, 0) &&
+        p.x < rf_min_float(x1, (float)picture->width) &&
+        p.y < rf_min_float(y1, (float)picture->height))
         rf_picture_emit(picture, p, x, y, &c->out);
 }
 
@@ -175,7 +100,7 @@ static void collect_own(void *user, struct rf_surface *s, int x, int y, float w)
     if (c->out.at && !rf_view_is_rendered(&v->pictures[c->view], x, y)) {
         float continued;
         struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
-        float shown = shown_by_others(v, c->view, place, &continued);
+        float shown = rf_views_show(v, c->view, place, &continued);
         p.w *= rf_max_float(1 - shown, 1e-6f);
     }
     put(c, p, x, y);
@@ -198,118 +123,31 @@ static void collect_shared(void *user, struct rf_surface *s, int x, int y, float
     put(c, p, x, y);
 }
 
-/* Where v->unseen speaks of a part of pixel (x, y) of view k. */
-static size_t part_index(const struct rf_views *v, int k, const struct rf_surface *s,
-                         int x, int y)
+/* What the cell's own view does not see, in row y of view c->view. */
+static void collect_others(struct collector *c, int y)
 {
-    const struct rf_picture *picture = &v->pictures[k];
-    size_t n = (size_t)picture->width * (size_t)picture->height;
-    size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
-    return 2 * (n * (size_t)k + i) + (s != &picture->surfaces.near[i]);
-}
-
-/* What the cell's own view does not see. */
-static void collect_other(void *user, struct rf_surface *s, int x, int y, float w)
-{
-    struct collector *c = user;
-    const struct rf_views *v = c->cell->v;
-    size_t part = part_index(v, c->view, s, x, y);
-    if (!(v->unseen[part] >> c->cell->own & 1))
-        return;
-    struct rf_sample p = rf_sample_make(s, x, y, w);
-    if (c->out.at) {
-        bool is_true;
-        struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
-        float seen = seen_by(v, c->cell->own, place, &is_true);
-        p.w = (is_true ? 1 - seen : 1) *
-              rf_view_weight(v, c->view, place, p.w, part & 1, true);
-    }
-    put(c, p, x, y);
-}
-
-enum { BLOCK = 16 };
-
-/* What marks the rows of a view in v->unseen. */
-struct marker {
-    struct rf_views *v;
-    int view, n_x, n_y;
-    /* Per view and block: the least radius in it; -INFINITY where not all is rendered.
-     */
-    float *lowest;
-};
-
-static void find_lowest(const struct marker *m, int j, int by)
-{
-    const struct rf_picture *l = &m->v->pictures[j];
-    const struct rf_surfaces *s = &l->surfaces;
-    float *lowest =
-        m->lowest + ((size_t)j * (size_t)m->n_y + (size_t)by) * (size_t)m->n_x;
-    for (int bx = 0; bx < m->n_x; bx++)
-        lowest[bx] = INFINITY;
-    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, l->height); y++)
-        for (int x = 0; x < l->width; x++) {
-            size_t i = (size_t)y * (size_t)l->width + (size_t)x;
-            float *low = &lowest[x / BLOCK];
-            *low = rf_min_float(rf_min_float(*low, s->far[i].r),
-                                s->share[i] > 0 ? s->near[i].r : INFINITY);
-            if (!rf_view_is_rendered(l, x, y))
-                *low = -INFINITY;
+    const struct cell *cell = c->cell;
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *picture = &v->pictures[c->view];
+    const struct rf_unseen_row *row =
+        &v->unseen[(size_t)c->view * (size_t)picture->height + (size_t)y];
+    for (int k = 0; k < row->n; k++) {
+        const struct rf_unseen *u = &row->at[k];
+        if (!(u->views >> cell->own & 1))
+            continue;
+        int x = u->part / 2;
+        size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
+        const struct rf_surface *s =
+            u->part & 1 ? &picture->surfaces.far[i] : &picture->surfaces.near[i];
+        struct rf_sample p = rf_sample_make(s, x, y, u->weight);
+        if (c->out.at) {
+            bool is_true;
+            struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+            float seen = rf_view_sees(v, cell->own, place, &is_true);
+            p.w *= is_true ? 1 - seen : 1;
         }
-}
-
-static void mark_unseen(void *user, struct rf_surface *s, int x, int y, float w)
-{
-    (void)w;
-    const struct marker *m = user;
-    struct rf_views *v = m->v;
-    struct rf_view_place place =
-        rf_view_place_of(v, m->view, (float)x + 0.5f, (float)y + 0.5f, s->r);
-    uint64_t unseen = 0;
-    for (int j = 0; j < v->work->n_views; j++) {
-        bool is_true;
-        int px, py;
-        if (j == m->view)
-            continue;
-        if (rf_view_pixel_at(v, j, place, &px, &py) &&
-            m->lowest[((size_t)j * (size_t)m->n_y + (size_t)(py / BLOCK)) *
-                          (size_t)m->n_x +
-                      (size_t)(px / BLOCK)] >= place.r - RF_OCCLUDED_PX)
-            continue;
-        if (seen_by(v, j, place, &is_true) < 0.5f || !is_true)
-            unseen |= (uint64_t)1 << j;
+        put(c, p, x, y);
     }
-    v->unseen[part_index(v, m->view, s, x, y)] = unseen;
-}
-
-static rf_result find_unseen(struct rf_views *v, struct rf_error *error)
-{
-    const struct rf_picture *picture = &v->pictures[0];
-    const struct rf_context *context = v->work->filter->context;
-    int n_views = v->work->n_views, height = picture->height;
-    size_t n = 2 * (size_t)picture->width * (size_t)height * (size_t)n_views;
-    struct marker all = {.v = v,
-                         .n_x = (picture->width + BLOCK - 1) / BLOCK,
-                         .n_y = (height + BLOCK - 1) / BLOCK};
-    size_t n_blocks = (size_t)all.n_x * (size_t)all.n_y * (size_t)n_views;
-    all.lowest = rf_alloc(context, n_blocks, sizeof *all.lowest);
-    v->unseen = rf_calloc(context, n, sizeof *v->unseen);
-    if (!v->unseen || !all.lowest) {
-        rf_free(context, all.lowest);
-        return rf_fail_memory(error, n, sizeof *v->unseen);
-    }
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 4)
-    for (int i = 0; i < n_views * all.n_y; i++)
-        find_lowest(&all, i / all.n_y, i % all.n_y);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int i = 0; i < n_views * height; i++) {
-        struct marker m = all;
-        m.view = i / height;
-        if (!rf_task_is_cancelled(v->work->task))
-            rf_picture_visit_row(&v->pictures[m.view], i % height, mark_unseen, &m);
-    }
-    rf_free(context, all.lowest);
-    rf_task_poll(v->work->task);
-    return RF_OK;
 }
 
 /* Estimates count little where a view shows what they stand for. */
@@ -327,7 +165,7 @@ static void collect_hidden(struct collector *c, int y)
             float continued;
             struct rf_view_place place =
                 rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
-            float shown = shown_by_others(cell->v, c->view, place, &continued);
+            float shown = rf_views_show(cell->v, c->view, place, &continued);
             p.w *= rf_max_float(1 - shown, ESTIMATE_WEIGHT);
         }
         put(c, p, x, y);
@@ -354,9 +192,7 @@ static size_t collect_row(void *user, int i, struct rf_sample *at)
         rf_picture_visit_row(&v->pictures[c.view], y, collect_own, &c);
     else {
         c.view = block <= cell->own ? block - 1 : block;
-        const struct rf_picture *picture = &v->pictures[c.view];
-        if (y >= picture->border && y < picture->height - picture->border)
-            rf_picture_visit_row(&v->pictures[c.view], y, collect_other, &c);
+        collect_others(&c, y);
     }
     return c.out.n;
 }
@@ -389,8 +225,8 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
     struct rf_scene scene = {.filter = &cell->filter,
                              .width = picture->width,
                              .height = picture->height,
-                             .x0 = picture->border,
-                             .y0 = picture->border,
+                             .x0 = picture->x0,
+                             .y0 = picture->y0,
                              .n_phases = N_PHASES,
                              .occluders = &occluders,
                              .n_views = 1,
@@ -407,41 +243,7 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
     return result;
 }
 
-/* ---- all ----------------------------------------------------------------------- */
-
-static rf_result load(struct rf_views *v, int border, struct rf_error *error)
-{
-    struct rf_work *work = v->work;
-    for (int j = 0; j < work->n_views; j++) {
-        rf_task_phase(work->task, 0.2 * (j + 1) / work->n_views,
-                      work->filter->height + 2 * border);
-        rf_result result =
-            rf_picture_load(&v->pictures[j], work->filter, &work->views[j],
-                            work->n_planes, border, work->task, error);
-        if (result != RF_OK)
-            return result;
-        const struct rf_work_view *view = &work->views[j];
-        v->occluders[j] = (struct rf_occluders){
-            .surfaces = &v->pictures[j].surfaces,
-            .lens = {view->lens[0], view->lens[1]},
-            .shift_scale = view->shift_scale,
-            .shift_bias = view->shift_bias,
-        };
-    }
-    return RF_OK;
-}
-
-/* Adds the planes of the work, times `weight`, to planes of width x height. */
-static void add_picture(const struct rf_work *work, double weight, float *sum)
-{
-    int64_t n = (int64_t)work->filter->width * work->filter->height;
-    for (int p = 0; p < work->n_planes; p++) {
-        float *out = sum + n * p;
-#pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
-        for (int64_t i = 0; i < n; i++)
-            out[i] += (float)weight * work->colour[p][i];
-    }
-}
+/* ---- the cells ------------------------------------------------------------------ */
 
 static int middle_view(const struct rf_work *work)
 {
@@ -457,6 +259,16 @@ static int middle_view(const struct rf_work *work)
 static int sub_apertures_of_cell(int whole, int n_views)
 {
     return rf_max_int(rf_min_int(whole, 2), (2 * whole + n_views - 1) / n_views);
+}
+
+static void measure_cell(struct cell *cell, const double centroid[2])
+{
+    double extent[2];
+    rf_shape_extent(&cell->filter.shape, extent);
+    for (int k = 0; k < 2; k++) {
+        cell->extent[k] = (float)extent[k];
+        cell->centroid[k] = (float)centroid[k];
+    }
 }
 
 /*
@@ -482,8 +294,7 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
             continue;
         int *sub_apertures = &cells[n].filter.params.sub_apertures;
         *sub_apertures = sub_apertures_of_cell(*sub_apertures, work->n_views);
-        cells[n].centroid[0] = (float)centroid[0];
-        cells[n].centroid[1] = (float)centroid[1];
+        measure_cell(&cells[n], centroid);
         sum += area[n];
         squares += area[n] * area[n];
         n++;
@@ -492,23 +303,155 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
         return n;
     cells[0] = (struct cell){
         .v = v, .own = ALL_VIEWS, .middle = middle_view(work), .filter = *work->filter};
+    measure_cell(&cells[0], (double[2]){0, 0});
     area[0] = 1;
     return 1;
 }
 
-/* Adds the cells' pictures by area to `sum`; `total` receives the area of all. */
-static rf_result add_cells(struct rf_views *v, float *sum, double *total,
-                           struct rf_error *error)
+/*
+ * How far beyond the picture lies what the cells can show of it: what their views see,
+ * moved to the cell's place, and its footprint.
+ */
+static float border_of(const struct rf_work *work, const struct cell *cells, int n)
+{
+    float most = 0, largest = work->largest_radius;
+    if (cells[0].own == ALL_VIEWS)
+        return largest;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < 4; k++) {
+            const struct rf_work_view *view = &work->views[cells[i].own];
+            float r = k & 1 ? largest : -largest;
+            float moved = cells[i].centroid[k / 2] * r -
+                          view->lens[k / 2] * rf_view_shift(view, r);
+            most = rf_max_float(most, fabsf(moved) + largest * cells[i].extent[k / 2]);
+        }
+    return rf_min_float(most, largest);
+}
+
+/* ---- windows ------------------------------------------------------------------- */
+
+/* How far a view shifts what is blurred by r or less, px along the longer axis. */
+static float largest_shift(const struct rf_work *work, float r)
+{
+    float most = 0;
+    for (int j = 0; j < work->n_views; j++) {
+        const struct rf_work_view *view = &work->views[j];
+        float lens = rf_max_float(fabsf(view->lens[0]), fabsf(view->lens[1]));
+        float shift =
+            rf_max_float(fabsf(rf_view_shift(view, r)), fabsf(rf_view_shift(view, -r)));
+        most = rf_max_float(lens * shift, most);
+    }
+    return most + 1;
+}
+
+/* What the widest cell needs; see rf_views_margin(). */
+struct widest {
+    float moved, extent, footprint, lens;
+    int level;
+};
+
+static struct widest widest_of(const struct rf_work *work, const struct cell *cells,
+                               int n, float r)
+{
+    struct widest w = {.level = 0};
+    for (int i = 0; i < n; i++)
+        w.level =
+            rf_max_int(w.level, rf_level_of(rf_level_split(&cells[i].filter.shape), r));
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < 2; k++) {
+            float centroid = cells[i].centroid[k], extent = cells[i].extent[k];
+            const struct rf_work_view *view = &work->views[cells[i].middle];
+            float at = fabsf(centroid - view->shift_scale * view->lens[k]);
+            w.moved = rf_max_float(fabsf(centroid) * r, w.moved);
+            w.extent = rf_max_float(extent, w.extent);
+            w.lens = rf_max_float(extent + at, w.lens);
+        }
+    w.footprint = w.extent * r + (float)(4 << w.level);
+    return w;
+}
+
+/*
+ * With M how far the cells' centroids move a sample, U how far a view shifts it, F the
+ * footprint of a cell, E that of the lens and T, H and S of core/window.c: a pixel
+ * depends on samples within T + F, or half of T and H. Each stands for a place within
+ * M, which the views show within U. It also depends on lights within E. They lie within
+ * U of the place where a view shows them, whose depth is looked for on a line as long
+ * as 2 U in the others; what stands before them lies within the cones to their cell, 2
+ * R times its extent from the place that they have in the view.
+ */
+rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
+                          struct rf_margin *margin, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    struct rf_views v = {.work = work};
+    size_t n = (size_t)work->n_views;
+    double area[RF_MAX_VIEWS], extent[2];
+    struct cell *cells = rf_alloc(f->context, n, sizeof *cells);
+    if (!cells)
+        return rf_fail_memory(error, n, sizeof *cells);
+    int n_cells = make_cells(&v, cells, area);
+    float r = work->largest_radius * 1.0001f, shift = largest_shift(work, r);
+    struct widest w = widest_of(work, cells, n_cells, r);
+    rf_shape_extent(&f->shape, extent);
+    float lens = (float)fmax(extent[0], extent[1]);
+    float passes = w.level ? (float)(16 << w.level) : 0;
+    float samples = rf_max_float(passes, passes / 2 + (float)hidden_px) + w.footprint +
+                    w.moved + shift;
+    float lines = 3 * shift + 8, cones = shift + 2 * r * (w.lens + lens / 8) + 2;
+    float lights = lens * r + rf_max_float(lines, cones);
+    *margin =
+        (struct rf_margin){.px = (int)ceilf(rf_max_float(samples, lights)) + surface_px,
+                           .border = rf_picture_border(border_of(work, cells, n_cells)),
+                           .level = w.level};
+    rf_free(f->context, cells);
+    return RF_OK;
+}
+
+/* ---- all ----------------------------------------------------------------------- */
+
+static rf_result load(struct rf_views *v, int border, struct rf_error *error)
+{
+    struct rf_work *work = v->work;
+    for (int j = 0; j < work->n_views; j++) {
+        rf_task_phase(work->task, 0.2 * (j + 1) / work->n_views,
+                      work->filter->height + 2 * border);
+        rf_result result =
+            rf_picture_load(&v->pictures[j], work->filter, &work->views[j],
+                            work->n_planes, border, true, work->task, error);
+        if (result != RF_OK)
+            return result;
+        const struct rf_work_view *view = &work->views[j];
+        v->occluders[j] = (struct rf_occluders){
+            .surfaces = &v->pictures[j].surfaces,
+            .lens = {view->lens[0], view->lens[1]},
+            .shift_scale = view->shift_scale,
+            .shift_bias = view->shift_bias,
+        };
+    }
+    return RF_OK;
+}
+
+/* Adds the planes of the work, times `weight`, to planes of width x height. */
+static void add_picture(const struct rf_work *work, double weight, float *sum)
+{
+    int64_t n = (int64_t)work->filter->width * work->filter->height;
+    for (int p = 0; p < work->n_planes; p++) {
+        float *out = sum + n * p;
+#pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
+        for (int64_t i = 0; i < n; i++)
+            out[i] += (float)weight * work->colour[p][i];
+    }
+}
+
+/* Adds the cells' pictures by area to `sum`. */
+static rf_result add_cells(struct rf_views *v, struct cell *cells, const double *area,
+                           int n, float *sum, struct rf_error *error)
 {
     struct rf_work *work = v->work;
     const struct rf_context *context = work->filter->context;
-    double area[RF_MAX_VIEWS], from = work->task->to;
-    struct cell *cells = rf_alloc(context, (size_t)work->n_views, sizeof *cells);
-    if (!cells)
-        return rf_fail_memory(error, (size_t)work->n_views, sizeof *cells);
-    int n = make_cells(v, cells, area);
-    rf_result result = cells[0].own == ALL_VIEWS ? RF_OK : find_unseen(v, error);
-    *total = 0;
+    double from = work->task->to;
+    rf_result result =
+        cells[0].own == ALL_VIEWS ? RF_OK : rf_views_find_unseen(v, error);
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct cell *cell = &cells[i];
         result = run_cell(cell, from + (0.9 - from) * (i + 1) / n, error);
@@ -519,9 +462,7 @@ static rf_result add_cells(struct rf_views *v, float *sum, double *total,
             break;
         if (result == RF_OK)
             add_picture(work, area[i], sum);
-        *total += area[i];
     }
-    rf_free(context, cells);
     return result;
 }
 
@@ -533,8 +474,8 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
     struct rf_scene scene = {.filter = v->work->filter,
                              .width = picture->width,
                              .height = picture->height,
-                             .x0 = picture->border,
-                             .y0 = picture->border,
+                             .x0 = picture->x0,
+                             .y0 = picture->y0,
                              .n_colours = n_colours,
                              .n_phases = N_PHASES,
                              .highlights = v->lights,
@@ -562,42 +503,61 @@ static void finish(const struct rf_views *v, const float *sum, double total,
     for (int y = 0; y < height; y++)
         for (int p = 0; p < work->n_planes; p++) {
             const float *from = sum + n * (size_t)p + (size_t)y * (size_t)width;
-            const float *light =
-                lights + n_padded * (size_t)p +
-                (size_t)(y + picture->border) * (size_t)picture->width +
-                (size_t)picture->border;
+            const float *light = lights + n_padded * (size_t)p +
+                                 (size_t)(y + picture->y0) * (size_t)picture->width +
+                                 (size_t)picture->x0;
             float *out = work->colour[p] + (size_t)y * (size_t)width;
             for (int x = 0; x < width; x++)
                 out[x] = from[x] / (float)total + light[x];
         }
 }
 
-static rf_result run(struct rf_views *v, struct rf_error *error)
+/* The picture of loaded views whose lights have been taken. */
+static rf_result merge(struct rf_views *v, struct cell *cells, const double *area,
+                       int n_cells, struct rf_error *error)
 {
     struct rf_work *work = v->work;
     const struct rf_filter *f = work->filter;
     int n_colours = work->n_planes == 4 ? 4 : 3;
-    rf_result result = load(v, rf_picture_border(work->largest_radius), error);
-    if (result == RF_OK && f->params.exact_highlights)
-        result = rf_views_take_lights(v, error);
-    if (result != RF_OK || rf_task_is_cancelled(work->task))
-        return result;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)work->n_planes;
     size_t n_padded = (size_t)v->pictures[0].width * (size_t)v->pictures[0].height *
                       (size_t)n_colours;
-    float *sum = rf_calloc(f->context, n, sizeof *sum);
-    float *lights = rf_calloc(f->context, n_padded, sizeof *lights);
+    float *sum = rf_calloc(f->context, n, sizeof *sum), *lights = NULL;
     double total = 0;
-    result = sum && lights ? add_cells(v, sum, &total, error)
-                           : rf_fail_memory(error, n + n_padded, sizeof *sum);
-    for (int j = 0; j < work->n_views && result == RF_OK; j++)
-        rf_picture_drop_pixels(&v->pictures[j]);
-    if (result == RF_OK && !rf_task_is_cancelled(work->task))
-        result = add_lights(v, n_colours, lights, error);
+    for (int i = 0; i < n_cells; i++)
+        total += area[i];
+    rf_result result = sum ? add_cells(v, cells, area, n_cells, sum, error)
+                           : rf_fail_memory(error, n, sizeof *sum);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task)) {
+        lights = rf_calloc(f->context, n_padded, sizeof *lights);
+        result = lights ? add_lights(v, n_colours, lights, error)
+                        : rf_fail_memory(error, n_padded, sizeof *lights);
+    }
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         finish(v, sum, total, lights);
     rf_free(f->context, lights);
     rf_free(f->context, sum);
+    return result;
+}
+
+static rf_result run(struct rf_views *v, struct rf_error *error)
+{
+    struct rf_work *work = v->work;
+    const struct rf_context *context = work->filter->context;
+    double area[RF_MAX_VIEWS];
+    struct cell *cells = rf_alloc(context, (size_t)work->n_views, sizeof *cells);
+    if (!cells)
+        return rf_fail_memory(error, (size_t)work->n_views, sizeof *cells);
+    int n_cells = make_cells(v, cells, area);
+    int border = rf_picture_border(border_of(work, cells, n_cells));
+    rf_result result = load(v, border, error);
+    if (result == RF_OK && work->filter->params.exact_highlights)
+        result = rf_views_take_lights(v, error);
+    for (int j = 0; j < work->n_views && result == RF_OK; j++)
+        rf_picture_drop_pixels(&v->pictures[j]);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = merge(v, cells, area, n_cells, error);
+    rf_free(context, cells);
     return result;
 }
 
@@ -624,9 +584,9 @@ rf_result rf_views_run(struct rf_work *work, struct rf_error *error)
     rf_result result = v.pictures && v.occluders
                            ? run(&v, error)
                            : rf_fail_memory(error, n, sizeof *v.pictures);
+    rf_views_free_unseen(&v);
     for (size_t j = 0; j < n && v.pictures; j++)
         rf_picture_free(&v.pictures[j]);
-    rf_free(context, v.unseen);
     rf_free(context, v.lights.at);
     rf_free(context, v.occluders);
     rf_free(context, v.pictures);

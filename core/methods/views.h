@@ -5,16 +5,24 @@
 
 #include "../picture.h"
 
+/* A piece of surface that some views do not see. */
+struct rf_unseen {
+    int32_t part;   /* 2 x, and 1 more for the far part of the pixel */
+    float weight;   /* rf_view_weight() */
+    uint64_t views; /* bit j: view j does not see it */
+};
+
+struct rf_unseen_row {
+    int n;
+    struct rf_unseen *at;
+};
+
 struct rf_views {
     struct rf_work *work;
     struct rf_picture *pictures;
     struct rf_occluders *occluders;
-    struct rf_samples lights; /* in the centre's view */
-    /*
-     * Per view, pixel, and near (0) or far (1) part: bit j is set where view j does not
-     * show it. NULL where it is not asked for.
-     */
-    uint64_t *unseen;
+    struct rf_samples lights;     /* in the centre's view */
+    struct rf_unseen_row *unseen; /* per view and row; NULL: not asked for */
 };
 
 /* Nearer by this, px of radius, hides. */
@@ -25,16 +33,61 @@ struct rf_view_place {
     float x, y, r;
 };
 
+/* floorf() to int, without the call that the C library needs on plain x86-64. */
+static inline int rf_view_floor(float v)
+{
+    v = v > -1e9f ? v : -1e9f; /* far beyond any picture, and what int can hold */
+    v = v < 1e9f ? v : 1e9f;
+    int i = (int)v;
+    return i - (v < (float)i);
+}
+
+static inline float rf_view_shift(const struct rf_work_view *view, float r)
+{
+    return view->shift_scale * r + view->shift_bias;
+}
+
 /* The place of a point of view j that lies at (x, y) there. */
-struct rf_view_place rf_view_place_of(const struct rf_views *v, int j, float x, float y,
-                                      float r);
+static inline struct rf_view_place rf_view_place_of(const struct rf_views *v, int j,
+                                                    float x, float y, float r)
+{
+    const struct rf_work_view *view = &v->work->views[j];
+    float shift = rf_view_shift(view, r);
+    return (struct rf_view_place){x - rf_snap_px(view->lens[0] * shift),
+                                  y + rf_snap_px(view->lens[1] * shift), r};
+}
 
 /* The pixel of view j that looks at a place; false outside of its padded picture. */
-bool rf_view_pixel_at(const struct rf_views *v, int j, struct rf_view_place p, int *px,
-                      int *py);
+static inline bool rf_view_pixel_at(const struct rf_views *v, int j,
+                                    struct rf_view_place p, int *px, int *py)
+{
+    const struct rf_work_view *view = &v->work->views[j];
+    const struct rf_surfaces *s = &v->pictures[j].surfaces;
+    float shift = rf_view_shift(view, p.r);
+    *px = rf_view_floor(p.x + rf_snap_px(view->lens[0] * shift));
+    *py = rf_view_floor(p.y - rf_snap_px(view->lens[1] * shift));
+    return *px >= 0 && *py >= 0 && *px < s->width && *py < s->height;
+}
 
 /* Was the pixel rendered? The others continue the picture beyond its border. */
-bool rf_view_is_rendered(const struct rf_picture *l, int x, int y);
+static inline bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
+{
+    return x >= l->x0 && y >= l->y0 && x < l->x0 + l->filter->width &&
+           y < l->y0 + l->filter->height;
+}
+
+/* ---- views_sight.c ------------------------------------------------------------- */
+
+/* How much of a place view j sees, and whether in what was rendered. */
+float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
+                   bool *is_rendered);
+
+/*
+ * How much of a place the views other than j show, and how much what continues their
+ * pictures.
+ */
+float rf_views_show(const struct rf_views *v, int j, struct rf_view_place p,
+                    float *continued);
 
 /*
  * The weight of a sample of view j at a place: its share of a pixel, divided among the
@@ -46,9 +99,15 @@ bool rf_view_is_rendered(const struct rf_picture *l, int x, int y);
 float rf_view_weight(const struct rf_views *v, int j, struct rf_view_place p,
                      float share, bool is_far, bool is_rendered);
 
+/* Lists in v->unseen what each view shows that others do not see. */
+rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error);
+void rf_views_free_unseen(struct rf_views *v);
+
+/* ---- views_lights.c ------------------------------------------------------------ */
+
 /*
- * Takes the lights out of all pictures (views_lights.c): each once, the mean of the
- * views that see it whole, its depth one at which the other views show it too.
+ * Takes the lights out of all pictures: each once, the mean of the views that see it
+ * whole, its depth one at which the other views show it too.
  */
 rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error);
 

@@ -3,13 +3,17 @@
  * Lights in several views. Few samples find a lamp's edge, and its depth there may be
  * that of what stands before it: so the views are held against each other.
  */
+#include <stdlib.h>
+
 #include "views.h"
 
 enum { FREE_PX = 3 };
 
 /* What is nearer by this much may be in front. */
 static const float FREE_DEPTH_PX = 1.6f;
-static const float LIT = 0.2f; /* of a light's luminance: the same light */
+static const float SAME_PX = 0.25f; /* of radius: lights of one depth */
+static const float LIT = 0.2f;      /* of a light's luminance: the same light */
+static const float FAR_PX = 1e8f;   /* no disc reaches the picture from there */
 
 /*
  * Is the place free in view k: rendered, with nothing nearer in 7 x 7 pixels? Shares at
@@ -118,7 +122,10 @@ static void try_line(struct depth_search *d, int k)
                               fabsf(other->lens[1] - own->lens[1])) *
                  fabsf(own->shift_scale);
     float most = d->v->work->largest_radius;
-    int n = rf_min_int((int)ceilf(most * pace), l->width + l->height);
+    const struct rf_place *whole = &l->filter->place;
+    int n =
+        (int)fminf(ceilf(most * pace),
+                   (float)(whole->whole_width + whole->whole_height + 4 * l->border));
     for (int i = -n; i <= n && !is_settled(d); i++) {
         float r = most * (float)i / (float)rf_max_int(n, 1);
         int px, py;
@@ -174,6 +181,64 @@ static float light_weight(const struct rf_views *v, int j, const struct rf_sampl
     return rf_view_weight(v, j, place, p->w, true, is_rendered);
 }
 
+/* ---- one light per place ------------------------------------------------------- */
+
+/* The place's half pixel along an axis. */
+static int half_px(float at)
+{
+    return rf_view_floor(2 * at);
+}
+
+/* By rows of half pixels, then by radius; a total order, whatever sorts. */
+static int compare_places(const void *left, const void *right)
+{
+    const struct rf_sample *a = left, *b = right;
+    int rows = half_px(a->y) - half_px(b->y), columns = half_px(a->x) - half_px(b->x);
+    if (rows || columns)
+        return rows ? rows : columns;
+    const float of_a[] = {a->r, a->x, a->y, a->w, a->c[0], a->c[1], a->c[2]};
+    const float of_b[] = {b->r, b->x, b->y, b->w, b->c[0], b->c[1], b->c[2]};
+    for (size_t i = 0; i < sizeof of_a / sizeof of_a[0]; i++)
+        if (of_a[i] != of_b[i])
+            return of_a[i] < of_b[i] ? -1 : 1;
+    return 0;
+}
+
+/*
+ * Makes one light of those that lie in one half pixel at about one depth: the views
+ * show the same piece of a lamp, and each light costs its mask and its disc. The colour
+ * is the sum, place and radius are the means by light. Returns how many are left.
+ */
+static size_t merge_lights(struct rf_sample *at, size_t n)
+{
+    size_t n_out = 0;
+    for (size_t i = 0; i < n;) {
+        struct rf_sample sum = at[i];
+        const float x0 = (float)half_px(sum.x) / 2, y0 = (float)half_px(sum.y) / 2;
+        double x = 0, y = 0, r = 0, total = 0;
+        memset(sum.c, 0, sizeof sum.c);
+        for (size_t first = i; i < n; i++) {
+            const struct rf_sample *p = &at[i];
+            if (half_px(p->x) != half_px(sum.x) || half_px(p->y) != half_px(sum.y) ||
+                p->r - at[first].r > SAME_PX)
+                break;
+            double light = p->w * rf_luminance(p->c[0], p->c[1], p->c[2]);
+            for (int k = 0; k < 4; k++)
+                sum.c[k] += p->w * p->c[k];
+            x += light * (p->x - x0);
+            y += light * (p->y - y0);
+            r += light * p->r;
+            total += light;
+        }
+        sum.x = x0 + rf_snap_px((float)(x / total));
+        sum.y = y0 + rf_snap_px((float)(y / total));
+        sum.r = (float)(r / total);
+        sum.w = 1;
+        at[n_out++] = sum;
+    }
+    return n_out;
+}
+
 rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error)
 {
     const struct rf_context *context = v->work->filter->context;
@@ -198,9 +263,11 @@ rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error)
             p.x = place.x;
             p.y = place.y;
             p.w = light_weight(v, j, &p, is_true);
-            if (p.w > 0)
+            if (p.w > 0 && fmaxf(fabsf(p.x), fabsf(p.y)) < FAR_PX)
                 v->lights.at[v->lights.n++] = p;
         }
     }
+    qsort(v->lights.at, v->lights.n, sizeof *v->lights.at, compare_places);
+    v->lights.n = merge_lights(v->lights.at, v->lights.n);
     return RF_OK;
 }

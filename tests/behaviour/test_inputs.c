@@ -298,6 +298,25 @@ static void nan_and_infinity_name_the_pixel(void)
         }
 }
 
+static void light_too_large_for_the_blend_gamma_names_the_pixel(void)
+{
+    struct frame f = frame_make(20, 15, 4);
+    struct rf_params params;
+    struct rf_error error = {0};
+    scene_params(&params, RF_METHOD_LAYERED);
+    frame_fill_scene(&f, 3);
+    frame_at(&f, f.colour, 7, 4)[1] = 65504;
+    params.blend_gamma = 0.2;
+    CHECK(frame_filter(&f, &params, 2, &error) == RF_OK); /* 1.2e24 */
+    params.blend_gamma = 0.1;
+    CHECK(frame_filter(&f, &params, 2, &error) == RF_ERROR_PIXEL);
+    CHECK_STR(error.field, "colour");
+    CHECK_CONTAINS(error.message, "1 colour value is");
+    CHECK_CONTAINS(error.message, "in the blend gamma");
+    CHECK_CONTAINS(error.message, "(7, 4)");
+    frame_free(&f);
+}
+
 /* Negative colours (wide gamuts, ringing) are input as any other. */
 static void negative_and_huge_colours_pass(void)
 {
@@ -316,6 +335,52 @@ static void negative_and_huge_colours_pass(void)
             CHECK(is_finite);
             frame_free(&f);
         }
+}
+
+/* Renderers' pixel filters write values below zero beside bright things. */
+static void black_beside_negative_changes_little(void)
+{
+    for (size_t m = 0; m < n_methods; m++) {
+        struct frame f = frame_make(40, 30, 3);
+        struct rf_params params;
+        scene_params(&params, (int)m);
+        for (size_t i = 0; i < frame_pixels(&f); i++)
+            f.depth[i] = 20;
+        for (size_t i = 0; i < frame_pixels(&f) * 3; i++)
+            f.colour[i] = 0.5f;
+        memset(frame_at(&f, f.colour, 20, 15), 0, 2 * 3 * sizeof(float));
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        float *black = malloc(frame_bytes(&f));
+        memcpy(black, f.out, frame_bytes(&f));
+        for (int c = 0; c < 3; c++)
+            frame_at(&f, f.colour, 21, 15)[c] = -0.01f;
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        double worst = 0;
+        for (size_t i = 0; i < frame_pixels(&f) * 3; i++)
+            worst = fmax(worst, fabs(f.out[i] - black[i]));
+        CHECK_NEAR(worst, 0, 0.0101);
+        free(black);
+        frame_free(&f);
+    }
+}
+
+/* In a corner, beyond which the picture goes on with nothing else. */
+static void negative_alpha_spreads_no_infinity(void)
+{
+    struct frame f = frame_make(40, 30, 4);
+    struct rf_params params;
+    scene_params(&params, RF_METHOD_LAYERED);
+    frame_fill_scene(&f, 4);
+    frame_at(&f, f.colour, 0, 0)[3] = -1;
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    bool is_finite = true, is_dark = false;
+    for (size_t i = 0; i < frame_pixels(&f) * 4; i++)
+        is_finite = is_finite && isfinite(f.out[i]);
+    for (int x = 0; x < 8; x++)
+        is_dark = is_dark || frame_at(&f, f.out, x, 1)[0] == 0;
+    CHECK(is_finite);
+    CHECK(!is_dark);
+    frame_free(&f);
 }
 
 static void a_failed_frame_leaves_the_filter_usable(void)
@@ -357,7 +422,10 @@ int main(int argc, char **argv)
     TEST(any_strides_between_fences);
     TEST(in_place);
     TEST(nan_and_infinity_name_the_pixel);
+    TEST(light_too_large_for_the_blend_gamma_names_the_pixel);
     TEST(negative_and_huge_colours_pass);
+    TEST(black_beside_negative_changes_little);
+    TEST(negative_alpha_spreads_no_infinity);
     TEST(a_failed_frame_leaves_the_filter_usable);
     return testing_end();
 }

@@ -96,6 +96,18 @@ static void monotone_from_0_to_1_on_the_calling_thread(void)
             }
 }
 
+/* A band of scatter takes long where radii are large: it asks on the way. */
+static void scatter_asks_within_a_band(void)
+{
+    struct bench b;
+    struct record record = record_for(2);
+    REQUIRE(bench_make(&b, RF_METHOD_SCATTER, 1, 9));
+    CHECK(bench_run(&b, &record, NULL) == RF_OK);
+    CHECK(record.n_calls >= 20); /* 110 rows are four bands */
+    CHECK(record.is_monotone && record.is_caller);
+    bench_free(&b);
+}
+
 static void check_cancel(size_t method, int n_threads, double at)
 {
     struct bench b;
@@ -178,6 +190,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     rf_method_list(&n_methods);
     TEST(monotone_from_0_to_1_on_the_calling_thread);
+    TEST(scatter_asks_within_a_band);
     TEST(cancel_at_0_and_on_the_way);
     TEST(cancel_at_1_is_too_late);
     TEST(the_calling_thread_need_not_be_the_main_one);

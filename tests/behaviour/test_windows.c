@@ -114,24 +114,18 @@ static size_t n_different(const struct subject *s, const struct rf_window *kept,
 {
     const struct frame *f = &s->f;
     struct rf_error error = {0};
-    if (rf_filter_window(s->filter, &s->survey, kept, given, &error) != RF_OK)
+    if (rf_filter_window(s->filter, &s->survey, 1, kept, given, &error) != RF_OK)
         return SIZE_MAX;
     struct frame part = frame_make(kept->width, kept->height, f->channels);
     struct rf_view view = view_of(f, given);
     struct rf_image out =
         rf_image_packed(part.out, kept->width, kept->height, f->channels);
-    size_t n = 0;
-    if (rf_filter_process_window(s->filter, &s->survey, &view, given, kept, &out, NULL,
-                                 &error) != RF_OK)
-        n = SIZE_MAX;
-    size_t pixel = (size_t)f->channels * sizeof(float);
-    for (int y = 0; y < kept->height && n != SIZE_MAX; y++)
-        for (int x = 0; x < kept->width; x++)
-            n += memcmp(frame_at(f, f->out, kept->x + x, kept->y + y),
-                        frame_at(&part, part.out, x, y), pixel) != 0;
-    if (n)
-        fprintf(stderr, "# %d x %d px from (%d, %d): %zd differ %s\n", kept->width,
-                kept->height, kept->x, kept->y, (ssize_t)n, error.message);
+    size_t n = SIZE_MAX;
+    if (rf_filter_process_window(s->filter, &s->survey, &view, 1, given, kept, &out,
+                                 NULL, &error) == RF_OK)
+        n = frame_count_different(f, &part, kept->x, kept->y);
+    else
+        fprintf(stderr, "# %s\n", error.message);
     frame_free(&part);
     return n;
 }
@@ -249,8 +243,8 @@ static void memory_is_as_announced(void)
 {
     struct subject s = subject_make(700, 500, 3, 6, NULL);
     struct rf_window kept = {200, 200, 300, 200}, given;
-    REQUIRE(rf_filter_window(s.filter, &s.survey, &kept, &given, NULL) == RF_OK);
-    size_t n_bytes = rf_window_bytes(s.filter, &s.survey, &given);
+    REQUIRE(rf_filter_window(s.filter, &s.survey, 1, &kept, &given, NULL) == RF_OK);
+    size_t n_bytes = rf_window_bytes(s.filter, &s.survey, 1, &given);
     CHECK(n_bytes >= RF_WINDOW_BYTES + (size_t)given.width * (size_t)given.height *
                                            RF_WINDOW_BYTES_PER_PIXEL);
     for (int i = 0; i < 2; i++) {
@@ -268,7 +262,7 @@ static void memory_is_as_announced(void)
         struct frame part = frame_make(kept.width, kept.height, 3);
         struct rf_view view = view_of(&s.f, &given);
         struct rf_image out = rf_image_packed(part.out, kept.width, kept.height, 3);
-        rf_result result = rf_filter_process_window(bounded.filter, &s.survey, &view,
+        rf_result result = rf_filter_process_window(bounded.filter, &s.survey, &view, 1,
                                                     &given, &kept, &out, NULL, &error);
         CHECK(result == (i ? RF_ERROR_MEMORY : RF_OK));
         frame_free(&part);
@@ -287,8 +281,8 @@ static rf_result process(const struct subject *s, const struct rf_survey *survey
                                 least(most(given.height, 1), s->f.height)};
     struct rf_view view = view_of(&s->f, &clipped);
     struct rf_image out = rf_image_packed(part.out, kept.width, kept.height, 3);
-    rf_result result = rf_filter_process_window(s->filter, survey, &view, &given, &kept,
-                                                &out, NULL, error);
+    rf_result result = rf_filter_process_window(s->filter, survey, &view, 1, &given,
+                                                &kept, &out, NULL, error);
     frame_free(&part);
     return result;
 }
@@ -299,7 +293,7 @@ static void bad_windows_are_refused(void)
     struct rf_window kept = {300, 300, 50, 60}, given, wrong;
     struct rf_survey other = s.survey;
     struct rf_error error;
-    REQUIRE(rf_filter_window(s.filter, &s.survey, &kept, &given, NULL) == RF_OK);
+    REQUIRE(rf_filter_window(s.filter, &s.survey, 1, &kept, &given, NULL) == RF_OK);
     CHECK(process(&s, &s.survey, given, kept, &error) == RF_OK);
     wrong = given;
     wrong.x++;
@@ -307,25 +301,26 @@ static void bad_windows_are_refused(void)
     CHECK(process(&s, &s.survey, wrong, kept, &error) == RF_ERROR_ARGUMENT);
     CHECK(strcmp(error.field, "given") == 0);
     wrong = (struct rf_window){580, 0, 30, 30};
-    CHECK(rf_filter_window(s.filter, &s.survey, &wrong, &given, &error) ==
+    CHECK(rf_filter_window(s.filter, &s.survey, 1, &wrong, &given, &error) ==
           RF_ERROR_ARGUMENT);
     CHECK(strstr(error.message, "not within the picture") != NULL);
     wrong = (struct rf_window){0, 0, 0, 30};
-    CHECK(rf_filter_window(s.filter, &s.survey, &wrong, &given, &error) ==
+    CHECK(rf_filter_window(s.filter, &s.survey, 1, &wrong, &given, &error) ==
           RF_ERROR_ARGUMENT);
     wrong = (struct rf_window){INT32_MAX, 0, INT32_MAX, 30};
-    CHECK(rf_filter_window(s.filter, &s.survey, &wrong, &given, &error) ==
+    CHECK(rf_filter_window(s.filter, &s.survey, 1, &wrong, &given, &error) ==
           RF_ERROR_ARGUMENT);
     other.n_pixels--;
-    CHECK(rf_filter_window(s.filter, &other, &kept, &given, &error) ==
+    CHECK(rf_filter_window(s.filter, &other, 1, &kept, &given, &error) ==
           RF_ERROR_ARGUMENT);
     CHECK(strstr(error.message, "has counted 299999 pixels of 300000") != NULL);
     other = (struct rf_survey){.size = sizeof other};
-    CHECK(rf_filter_window(s.filter, &other, &kept, &given, &error) ==
+    CHECK(rf_filter_window(s.filter, &other, 1, &kept, &given, &error) ==
           RF_ERROR_ARGUMENT);
     other = s.survey;
     other.n_hit = 0;
-    CHECK(rf_filter_window(s.filter, &other, &kept, &given, &error) == RF_ERROR_DEPTH);
+    CHECK(rf_filter_window(s.filter, &other, 1, &kept, &given, &error) ==
+          RF_ERROR_DEPTH);
     subject_free(&s);
 }
 
@@ -345,7 +340,8 @@ static void other_methods_are_refused(void)
         REQUIRE(rf_context_create(&s.context, NULL, NULL) == RF_OK);
         REQUIRE(rf_filter_create(&s.filter, s.context, &params, 20, 20, NULL) == RF_OK);
         rf_result result = survey(&s, 20, 20, &found, &error);
-        CHECK(result == (m == RF_METHOD_LAYERED ? RF_OK : RF_ERROR_PARAMETER));
+        bool is_local = m == RF_METHOD_LAYERED || m == RF_METHOD_VIEWS;
+        CHECK(result == (is_local ? RF_OK : RF_ERROR_PARAMETER));
         if (result != RF_OK)
             CHECK(strcmp(error.field, m < n ? "method" : "quality") == 0);
         subject_free(&s);

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "exr_private.h"
+#include "../exr/rgbz.h"
 
 enum { WIDTH = 1920, HEIGHT = 1080, N_CHANNELS = 4, N_PIXELS = WIDTH * HEIGHT };
 
@@ -51,19 +52,9 @@ static void check(bool is_good, const struct exr_error *error)
 static void write_picture(const char *path, const char *compression,
                           const float *samples, int n_threads)
 {
-    static const char *const names[] = {"R", "G", "B", "Z"};
-    static const enum exr_sample_type types[] = {EXR_SAMPLE_HALF, EXR_SAMPLE_HALF,
-                                                 EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT};
     const struct exr_box box = {0, 0, WIDTH - 1, HEIGHT - 1};
-    const struct exr_output output = {.width = WIDTH,
-                                      .height = HEIGHT,
-                                      .data_window = box,
-                                      .display_window = box,
-                                      .n_channels = N_CHANNELS,
-                                      .channel_names = names,
-                                      .types = types,
-                                      .samples = samples,
-                                      .compression = compression};
+    struct exr_output output = rgbz_output(box, compression, 0);
+    output.samples = samples;
     struct exr_error error;
     check(exr_write(path, &output, n_threads, &error), &error);
 }

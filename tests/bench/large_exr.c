@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "exr.h"
+#include "../exr/rgbz.h"
 
 enum { FOCUS = 100, N_CHANNELS = 4 };
 
@@ -60,26 +60,14 @@ static int fail(const struct exr_error *error)
 static int write_scene(const char *path, const struct scene *s, int32_t tile,
                        const char *compression)
 {
-    static const char *const names[] = {"R", "G", "B", "Z"};
-    static const enum exr_sample_type types[] = {EXR_SAMPLE_HALF, EXR_SAMPLE_HALF,
-                                                 EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT};
     static const struct exr_attribute lens[] = {
         {.name = "rackfocus:lensRadius", .number = {40}},
         {.name = "rackfocus:focalLengthPx", .number = {1000}},
         {.name = "rackfocus:focusDistance", .number = {FOCUS}}};
     const struct exr_box box = {0, 0, s->width - 1, s->height - 1};
-    const struct exr_output output = {.width = s->width,
-                                      .height = s->height,
-                                      .data_window = box,
-                                      .display_window = box,
-                                      .pixel_aspect = 1,
-                                      .n_channels = N_CHANNELS,
-                                      .channel_names = names,
-                                      .types = types,
-                                      .compression = compression,
-                                      .attributes = lens,
-                                      .n_attributes = 3,
-                                      .tile_size = tile};
+    struct exr_output output = rgbz_output(box, compression, tile);
+    output.attributes = lens;
+    output.n_attributes = 3;
     struct exr_writer *writer;
     struct exr_error error;
     if (!exr_write_begin(&writer, path, &output, 2, &error))

@@ -6,6 +6,7 @@ What is missing is installed into RACKFOCUS_BUILD/blender and kept there.
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,29 +14,45 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests"))
+from machine import mirror  # noqa: E402
+
 BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build")).resolve()
 WORK = BUILD / "blender"
 INSIDE = Path(__file__).parent / "inside"
 VERSIONS = ("3.4", "4.2", "4.5", "5.0", "newest")
-MIRROR = "http://deb.debian.org/debian"
 SID_PACKAGES = (
     "blender libegl1 libgl1-mesa-dri libegl-mesa0 libgl1 python3-numpy "
     "python3-requests python3-cattr"
 )
 
 
-def call(*command, timeout=600, **about):
-    """Runs a command; its output belongs to the failure."""
-    done = subprocess.run(
+def call(*command, timeout=1500, **about):
+    """Runs a command; its output belongs to the failure.
+
+    timeout: seconds, many times what an idle machine needs; after it nothing that it
+    started goes on, and the failure says what was printed until then.
+    """
+    process = subprocess.Popen(
         [str(part) for part in command],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=timeout,
+        start_new_session=True,
         **about,
     )
-    assert done.returncode == 0, f"{command}\n{done.stdout[-4000:]}"
-    return done.stdout
+    try:
+        printed, _ = process.communicate(timeout=timeout)
+    except BaseException as error:
+        os.killpg(process.pid, signal.SIGKILL)
+        printed, _ = process.communicate()
+        if not isinstance(error, subprocess.TimeoutExpired):
+            raise
+        raise AssertionError(
+            f"{command}\n{printed[-4000:]}\nnot over after {timeout} s"
+        ) from None
+    assert process.returncode == 0, f"{command}\n{printed[-4000:]}"
+    return printed
 
 
 # ---- installing -------------------------------------------------------------------
@@ -50,7 +67,7 @@ def install_bpy(version):
     install = [python, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
     try:
         call(*install, f"bpy=={version}.*")
-    except (AssertionError, subprocess.TimeoutExpired) as error:
+    except AssertionError as error:
         pytest.skip(f"bpy {version} cannot be installed: {error}")
     (python.parents[1] / "done").touch()
     return python
@@ -67,7 +84,7 @@ def install_sid():
         pytest.skip("a folder with Debian sid needs debootstrap")
     script = f"""
         set -e
-        debootstrap --variant=minbase sid {folder} {MIRROR}
+        debootstrap --variant=minbase sid {folder} {mirror()}
         cat /etc/apt/apt.conf.d/* | grep -i -e Check-Valid -e Proxy \
             > {folder}/etc/apt/apt.conf.d/99host || true
         mount --bind /proc {folder}/proc
@@ -77,7 +94,7 @@ def install_sid():
     """
     try:
         call("unshare", "-m", "sh", "-c", script)
-    except (AssertionError, subprocess.TimeoutExpired) as error:
+    except AssertionError as error:
         shutil.rmtree(folder, ignore_errors=True)
         pytest.skip(f"Debian sid cannot be had: {error}")
     return folder
@@ -135,7 +152,7 @@ class Blender:
         paths = (str(ROOT), str(BUILD), "/tmp")
         return sid_command(self.sid, command, dict.fromkeys(paths))
 
-    def run(self, script, *args, timeout=900):
+    def run(self, script, *args):
         """Runs a script of inside/ in the background; returns what it printed."""
         if self.is_module:
             command = [self.python, INSIDE / script, "--", *args]
@@ -143,7 +160,7 @@ class Blender:
             command = self.command(
                 "-b", "--factory-startup", "-P", str(INSIDE / script), "--", *args
             )
-        log = call(*command, timeout=timeout, env=self.environment(), cwd=self.out)
+        log = call(*command, env=self.environment(), cwd=self.out)
         (self.out / f"{script}.log").write_text(log)
         return log
 

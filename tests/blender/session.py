@@ -22,7 +22,7 @@ trap 'kill $served' EXIT
 """
 
 
-def run(blender, script, dist, out, size, timeout=560):
+def run(blender, script, dist, out, size):
     """Runs a script of inside/ with a window; returns what it found, {what: value}.
 
     out: folder of its files; size: of the display in px.
@@ -36,9 +36,7 @@ def run(blender, script, dist, out, size, timeout=560):
     served = SERVED.format(out=out, blender=shlex.join(command))
     screen = f"-screen 0 {size[0]}x{size[1]}x24"
     about = {**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"}
-    log = call(
-        "xvfb-run", "-a", "-s", screen, "sh", "-c", served, env=about, timeout=timeout
-    )
+    log = call("xvfb-run", "-a", "-s", screen, "sh", "-c", served, env=about)
     (out / f"{script}.log").write_text(log)
     assert "Traceback" not in log, log[-3000:]
     found = json.loads(found.read_text())

@@ -15,7 +15,7 @@ def found(request, dist):
     call(
         "xvfb-run", "-a", "-s", "-screen 0 640x480x24",
         *blender.command("-b", "--factory-startup", *map(str, script)),
-        env={**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"}, timeout=240,
+        env={**blender.environment(), "LIBGL_ALWAYS_SOFTWARE": "1"},
     )  # fmt: skip
     return json.loads((blender.out / "eevee.json").read_text())
 

@@ -90,3 +90,12 @@ def test_screenshots_show_something(found, name):
         cut = oiio.ImageBufAlgo.resize(cut, "", 0, oiio.ROI(0, width, 0, height))
         name = "views-panel" if name == "views" else name
         cut.write(str(Path(shots) / f"blender-{name}.png"))
+
+
+def test_data_is_changed_in_the_main_thread(found):
+    """Else Blender crashes or hangs in some of a hundred renders."""
+    threads = found[0]["threads"]
+    assert set(threads) == {
+        "_write_file", "hide_dof", "show_dof", "prepare_frame", "follow"
+    }  # fmt: skip
+    assert all(all(calls) for calls in threads.values()), threads

@@ -25,7 +25,7 @@ SEEDS_LIMIT_DB = 1
 def rendered(dist):
     """(what inside/node_scores.py found, its folder)."""
     blender = get_blender("3.4")
-    blender.run("node_scores.py", dist, blender.out, timeout=1500)
+    blender.run("node_scores.py", dist, blender.out)
     return json.loads((blender.out / "node_scores.json").read_text()), blender.out
 
 

@@ -6,6 +6,7 @@ import json
 import numpy
 import plainexr
 import pytest
+from machine import peak_of
 
 LENS = {
     "rackfocus:lensRadius": 0.2,
@@ -171,10 +172,10 @@ NAMES = ["v00", "v01", "v02"]
 def shared(views, tmp_path):
     """The views in one file of one part, after OpenEXR's multi-view convention."""
 
-    def make(without=None, is_first_bare=False):
+    def make(without=None, is_first_bare=False, **options):
         channels = {}
         attributes = LENS | {"multiView": NAMES}
-        for name, path, place in zip(NAMES, views(), PLACES, strict=True):
+        for name, path, place in zip(NAMES, views(**options), PLACES, strict=True):
             prefix = "" if is_first_bare and name == NAMES[0] else f"{name}."
             for channel, plane in plainexr.read(path)[0].items():
                 channels[prefix + channel] = plane
@@ -242,6 +243,47 @@ def test_the_bound_on_memory_holds(rackfocus, views, tmp_path):
     bounded = out.read_bytes()
     rackfocus("filter", *views(), "-o", out)
     assert bounded == out.read_bytes()
+
+
+TALL = (250, 3201)
+FAST = ("--sub-apertures", 1, "--type", "float")
+
+
+@pytest.mark.parametrize("is_one_file", [False, True])
+def test_views_in_windows_have_the_pixels_of_the_whole(
+    rackfocus, views, shared, tmp_path, is_one_file
+):
+    paths = [shared(size=TALL)] if is_one_file else views(size=TALL)
+    whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
+    place = ("--aperture-at", "0.01,-0.02", "--lens-radius", 0.15)
+    rackfocus("filter", *paths, "-o", whole, *FAST, *place)
+    rackfocus("filter", *paths, "-o", windows, *FAST, *place, "--max-memory", 140)
+    (a, about), (b, of_whole) = plainexr.read(windows), plainexr.read(whole)
+    assert about == of_whole and a.keys() == b.keys()
+    assert all(numpy.array_equal(a[name], b[name]) for name in b)
+    # A PNG is made of a whole picture, for which that memory is not enough.
+    png = tmp_path / "whole.png"
+    done = rackfocus("filter", *paths, "-o", png, *FAST, "--max-memory", 140, code=1)
+    assert "--max-memory: 140 MiB are too few" in done.stderr
+
+
+def test_many_views_of_a_large_picture_keep_the_bound(binary, scene, tmp_path):
+    paths = []
+    for i in range(8):
+        place = (0.19 * numpy.cos(i), 0.19 * numpy.sin(i))
+        attributes = {"rackfocus:lensOffset": place, "rackfocus:shearDistance": 6.0}
+        paths.append(
+            scene(f"v{i:02}.exr", size=(300, 2401), attributes=LENS | attributes)
+        )
+    whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
+    command = (binary, "filter", *paths, *FAST, "--threads", 2)
+    needed, code, said = peak_of(*command, "-o", whole)
+    assert code == 0, said
+    used, code, said = peak_of(*command, "-o", windows, "--max-memory", 250)
+    assert code == 0, said
+    assert used < 250 < 0.5 * needed
+    (a, _), (b, _) = plainexr.read(windows), plainexr.read(whole)
+    assert all(numpy.array_equal(a[name], b[name]) for name in b)
 
 
 @pytest.mark.parametrize("text", ["0.1", "a,b", "0.1,0.2,0.3", "inf,0"])

@@ -32,10 +32,12 @@ class Camera:
 
 
 def grid(camera, n):
-    """Sub-pixel places, n x n in each pixel: arrays of (height, width, n * n)."""
-    at = (np.arange(n) + 0.5) / n
+    """Sub-pixel places, n x n in each pixel or n = (across, down): arrays of
+    (height, width, places).
+    """
+    at_x, at_y = ((np.arange(k) + 0.5) / k for k in (n if np.size(n) == 2 else (n, n)))
     y, x = np.meshgrid(np.arange(camera.height), np.arange(camera.width), indexing="ij")
-    sy, sx = np.meshgrid(at, at, indexing="ij")
+    sy, sx = np.meshgrid(at_y, at_x, indexing="ij")
     px = x[..., None] + sx.ravel()
     py = y[..., None] + sy.ravel()
     return px, py

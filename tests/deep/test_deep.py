@@ -151,6 +151,46 @@ def test_holdout(rackfocus, tmp_path):
     assert alpha.min() < 0.05
 
 
+def lamps(value):
+    """A dark wall with three lamps, a post before them."""
+
+    def wall_colour(x, y):
+        colour = np.full(x.shape + (3,), 0.08)
+        for cx, cy in ((-2.5, -1.2), (0.3, 0.9), (2.4, -0.6)):
+            colour[(x - cx) ** 2 + (y - cy) ** 2 < 0.15**2] = value
+        return colour
+
+    def post(x, y):
+        return (np.abs(x - 0.08) < 0.12).astype(float)
+
+    return [
+        Layer(3.2, plain(0.5, 0.3, 0.1), post),
+        Layer(14, wall_colour, everywhere(1)),
+    ]
+
+
+@pytest.mark.parametrize("value, least", [(10, 40), (100, 29)])
+def test_highlights(rackfocus, tmp_path, value, least):
+    """Lamps keep their light, without dark rings; things before them cut their discs.
+    Exact highlights are for flat frames: here they change no bit.
+    """
+    camera = Camera(64, 44, 75, 0.25, 6)
+    want = reference(camera, lamps(value), n_lens=320, n_pixel=4)
+    path = write_deep(tmp_path / "a.exr", camera, deep_samples(camera, lamps(value), 8))
+    flat, out, both = (tmp_path / name for name in ("f.exr", "o.exr", "b.exr"))
+    lens = [*camera.options(), "--type", "float"]
+    rackfocus("filter", path, "-o", out, "--flattened", flat, *lens)
+    rackfocus("filter", flat, "-o", both, *lens)
+    deep = read(out)[0]
+    assert tpsnr(deep, want) > least
+    assert tpsnr(deep, want) > tpsnr(read(both)[0], want) + 2
+    assert deep[..., :3].sum() == pytest.approx(want[..., :3].sum(), rel=0.02)
+    assert deep[..., :3].min() > 0.075  # of 0.08: 2 of 255 steps as displayed
+    assert deep.max() == pytest.approx(want.max(), rel=0.2)
+    rackfocus("filter", path, "-o", both, *lens, "--exact-highlights", "off")
+    assert (read(both)[0] == deep).all()
+
+
 def over(samples, shape):
     colour, left = np.zeros(shape + (3,)), np.ones(shape)
     for _, coverage, rgb in samples:

@@ -47,9 +47,9 @@ def scene(shift):
     ]
 
 
-def pinhole(layers):
+def pinhole(layers, n_pixel=16):
     """Anti-aliased colour, and the depth of one place in each pixel."""
-    colour, _ = trace(CAMERA, layers, *grid(CAMERA, 16), 0, 0)
+    colour, _ = trace(CAMERA, layers, *grid(CAMERA, n_pixel), 0, 0)
     px, py = grid(CAMERA, 1)
     fx = (px - CAMERA.width / 2) / CAMERA.focal_px
     fy = (py - CAMERA.height / 2) / CAMERA.focal_px
@@ -60,9 +60,12 @@ def pinhole(layers):
     return np.dstack([colour.mean(2), depth[..., 0]]).astype("f4")
 
 
-def write(path, pixels):
-    spec = oiio.ImageSpec(CAMERA.width, CAMERA.height, 4, oiio.FLOAT)
+def write(path, pixels, attributes=()):
+    height, width, _ = pixels.shape
+    spec = oiio.ImageSpec(width, height, 4, oiio.FLOAT)
     spec.channelnames = ("R", "G", "B", "Z")
+    for attribute in attributes:
+        spec.attribute(*attribute)
     output = oiio.ImageOutput.create(str(path))
     assert output.open(str(path), spec) and output.write_image(pixels)
     output.close()

@@ -25,8 +25,6 @@ static bool write_channels(const char *path, const char *const *names, int n,
     const struct exr_output output = {
         .width = WIDTH,
         .height = HEIGHT,
-        .data_window = {0, 0, WIDTH - 1, HEIGHT - 1},
-        .display_window = {0, 0, WIDTH - 1, HEIGHT - 1},
         .n_channels = n,
         .channel_names = names,
         .types = types,
@@ -49,6 +47,11 @@ static void writes_and_reads_back(void)
     const struct exr_part_info *parts = exr_parts(input, &n_parts);
     exr_channels(input, &n);
     CHECK(n_parts == 1 && n == 5);
+    const struct exr_box *boxes[] = {&parts[0].data_window, &parts[0].display_window};
+    for (int i = 0; i < 2; i++) /* neither was named */
+        CHECK(boxes[i]->min_x == 0 && boxes[i]->min_y == 0 &&
+              boxes[i]->max_x == WIDTH - 1 && boxes[i]->max_y == HEIGHT - 1);
+    CHECK(parts[0].pixel_aspect == 1);
     CHECK_STR(parts[0].compression, "zip");
     CHECK(parts[0].data_window.max_x == WIDTH - 1);
     CHECK_STR(exr_path(input), path);
@@ -273,8 +276,6 @@ static void says_when_the_disk_is_full(void)
     }
     const struct exr_output output = {.width = 200,
                                       .height = 200,
-                                      .data_window = {0, 0, 199, 199},
-                                      .display_window = {0, 0, 199, 199},
                                       .n_channels = 1,
                                       .channel_names = names,
                                       .samples = samples};
@@ -347,8 +348,6 @@ static void attributes_come_back(void)
     };
     const struct exr_output output = {.width = 2,
                                       .height = 2,
-                                      .data_window = {0, 0, 1, 1},
-                                      .display_window = {0, 0, 1, 1},
                                       .n_channels = 1,
                                       .channel_names = names,
                                       .samples = samples,
@@ -506,7 +505,6 @@ static void refuses_bad_output(void)
     struct exr_output output = {.width = 2,
                                 .height = 2,
                                 .data_window = {0, 0, 1, 1},
-                                .display_window = {0, 0, 1, 1},
                                 .n_channels = 1,
                                 .channel_names = names,
                                 .samples = samples,

@@ -590,6 +590,18 @@ def test_bit_flips(tmp_path):
     assert n_failed > 40
 
 
+@pytest.mark.parametrize("number", [10, 13, 200])
+def test_newer_compression(tmp_path, number):
+    """HTJ2K and ZSTD of later OpenEXR, which the library itself takes for ZIP."""
+    path = tmp_path / "new.exr"
+    plane = np.zeros((6, 8), "f4")
+    path.write_bytes(hand_made([("Y", 2, 1)], [plane], compression=number))
+    result = run("info", path)
+    assert result.returncode == 1
+    assert f"its compression, number {number}, is newer" in result.stderr
+    assert "write the file with zip" in result.stderr
+
+
 def test_huge_header(tmp_path):
     """A small file that claims a huge picture is refused before any allocation."""
     plane = np.zeros((6, 8), "f4")

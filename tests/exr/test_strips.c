@@ -6,25 +6,14 @@
 #include <sys/resource.h>
 
 #include "exr_private.h"
+#include "rgbz.h"
 
 enum { STRIP_W = 150, STRIP_H = 131 };
 
-static const char *const strip_names[] = {"R", "G", "B", "Z"};
-
 static struct exr_output strip_output(int32_t tile_size, const char *compression)
 {
-    static const enum exr_sample_type types[] = {EXR_SAMPLE_HALF, EXR_SAMPLE_HALF,
-                                                 EXR_SAMPLE_HALF, EXR_SAMPLE_FLOAT};
     const struct exr_box box = {-7, 5, STRIP_W - 8, STRIP_H + 4};
-    return (struct exr_output){.width = STRIP_W,
-                               .height = STRIP_H,
-                               .data_window = box,
-                               .display_window = box,
-                               .n_channels = 4,
-                               .channel_names = strip_names,
-                               .types = types,
-                               .compression = compression,
-                               .tile_size = tile_size};
+    return rgbz_output(box, compression, tile_size);
 }
 
 /* Writes samples in strips of n_steps steps. */

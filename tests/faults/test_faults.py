@@ -13,6 +13,7 @@ import subprocess
 import numpy
 import plainexr
 import pytest
+from machine import peak_of
 
 LENS = ["--focus-distance", "6", "--lens-radius", "0.1", "--focal-length-px", "60"]
 
@@ -135,21 +136,6 @@ def test_no_threads(binary, failing, tmp_path):
     arguments = ["filter", tmp_path / "S.#.exr", "-o", tmp_path / "T.#.exr", *LENS]
     done, _ = run_failing(binary, failing, count, *arguments, "-j2", FAIL_THREAD=1)
     assert done.returncode == 0 and (tmp_path / "T.2.exr").exists()
-
-
-def peak_of(binary, *arguments):
-    """Peak memory of a run in MB, of a process of its own."""
-    script = (
-        "import resource, subprocess, sys\n"
-        "done = subprocess.run(sys.argv[1:], capture_output=True, text=True)\n"
-        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024)\n"
-        "print(done.returncode, done.stderr)\n"
-    )
-    command = ["/usr/bin/python3", "-c", script, binary, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    first, rest = done.stdout.split("\n", 1)
-    code, said = rest.split(" ", 1)
-    return int(first), int(code), said
 
 
 @pytest.mark.parametrize("compression", range(10))

@@ -34,7 +34,7 @@ static struct {
     struct rf_footprint footprints[N_FOOTPRINTS];
     struct rf_footprint *pointers[N_FOOTPRINTS];
     struct rf_segment segments[N_FOOTPRINTS][MAX_SEGMENTS];
-    float weights[N_FOOTPRINTS][MAX_SEGMENTS * 24];
+    float weights[N_FOOTPRINTS][(MAX_SEGMENTS + 1) * 24];
 } given;
 
 static uint32_t seed;
@@ -47,9 +47,10 @@ static float noise(void)
 
 /* Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px. */
 static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
-                           float *weights, int reach)
+                           float *weights, int reach, int n_side_by_side)
 {
     *f = (struct rf_footprint){.is_common = reach < 4,
+                               .n_side_by_side = n_side_by_side,
                                .segments = segments,
                                .weights = weights,
                                .min_dx = -reach,
@@ -59,12 +60,13 @@ static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
     for (int dy = -reach; dy <= reach; dy++) {
         struct rf_segment *g = &segments[f->n_segments];
         int half = (int)sqrt(reach * reach - dy * dy);
-        *g =
-            (struct rf_segment){.dx = (int16_t)-half,
-                                .dy = (int16_t)dy,
-                                .n = (int16_t)((2 * half + 8) / 8 * 8),
-                                .cell = (int16_t)(f->is_common ? 2 : f->n_segments % 2),
-                                .weight = 24 * f->n_segments};
+        *g = (struct rf_segment){
+            .dx = (int16_t)-half,
+            .dy = (int16_t)dy,
+            .n = (int16_t)((2 * half + n_side_by_side + 7) / 8 * 8),
+            .cell = (int16_t)(f->is_common ? 2 : f->n_segments % 2),
+            .row = (f->is_common ? 2 : f->n_segments % 2) * RF_TILE_H + dy,
+            .weight = 24 * (f->n_segments + 1)};
         for (int i = 0; i < g->n; i++)
             weights[g->weight + i] = i <= 2 * half ? noise() - 0.1f : 0;
         f->n_segments++;
@@ -77,7 +79,7 @@ static void make_given(void)
     for (int i = 0; i < N_FOOTPRINTS; i++) {
         given.pointers[i] = &given.footprints[i];
         make_footprint(&given.footprints[i], given.segments[i], given.weights[i],
-                       (const int[]){3, 6, 10}[i]);
+                       (const int[]){3, 6, 10}[i], (const int[]){2, 1, 4}[i]);
     }
     for (int i = 0; i < N_SPLATS; i++) {
         struct rf_splat *s = &given.splats[i];
@@ -87,6 +89,11 @@ static void make_given(void)
                                .cover = i % 7 ? 0.5f + noise() : 0};
         for (int c = 0; c < 4; c++)
             s->c[c] = noise() * (i % 11 ? 1 : 1000);
+        if (i % 8 > 2) { /* six side by side */
+            s->x = s[-1].x + 1;
+            s->y = s[-1].y;
+            s->slot = s[-1].slot;
+        }
     }
 }
 
@@ -96,6 +103,7 @@ static struct rf_accumulator *make_accumulator(struct workspace *w, int n_planes
                                      .n_planes = n_planes,
                                      .at = w->at,
                                      .share = {0.375f, 0.625f},
+                                     .reach = RF_TILE_HALO,
                                      .first_row = RF_TILE_H,
                                      .last_row = -1};
     return &w->acc;
@@ -179,6 +187,66 @@ static void call_extremes(const struct rf_kernels *k, struct workspace *w, int v
                 variant == 2 ? NULL : w->at + 31000);
 }
 
+/* Slanted planes with a step between them, and more noise from left to right. */
+static void call_edges(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[3];
+    unsigned char *flags = (unsigned char *)(w->at + 20000);
+    for (int i = 0; i < 3; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    for (int i = 0; i < 3 * 400; i++) {
+        int x = i % 400;
+        float noise_px = w->at[100 + i] * (float)x / 1000;
+        w->at[100 + i] = noise_px + (float)x * 0.2f + (float)(x / 37);
+    }
+    for (int i = 0; i < 300; i++) {
+        w->at[10000 + i] = 0;
+        w->at[11000 + i] = 0.4f;
+        flags[i] = (unsigned char)(i % 5 + variant);
+    }
+    k->keep_edges(rows, w->at + 10000, w->at + 11000, 0.3f, 250 + variant, 2, flags);
+}
+
+/* One pixel is not finite. */
+static void call_unpack(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    float *planes[4];
+    for (int c = 0; c < 4; c++)
+        planes[c] = w->at + 10000 + 300 * c + variant;
+    if (variant == 2)
+        w->at[4 * 77 + 1] = NAN;
+    w->at[20000] = k->unpack(w->at, 193 + variant, planes);
+}
+
+static void call_pack(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *planes[4];
+    for (int c = 0; c < 4; c++)
+        planes[c] = w->at + 300 * c + variant;
+    k->pack(planes, 193 + variant, w->at + 10000);
+}
+
+static void call_shrink(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    k->shrink(w->at + variant, 512, 1 << variant, variant, 61 >> variant, w->at + 20000,
+              w->at + 24000);
+}
+
+static void call_detail(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    for (int i = 0; i < 200; i += 3)
+        w->at[i] *= -4;
+    w->at[20000] = k->detail(w->at + variant, w->at + 1000, variant < 3 ? 0.75f : 1e9f,
+                             193 + variant, w->at + 10000);
+}
+
+static void call_join(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    k->join(w->at + variant, w->at + 1000, w->at + 2000,
+            variant == 1 ? NULL : w->at + 3000, variant == 2 ? 0.5f : INFINITY,
+            193 + variant, w->at + 10000 + variant);
+}
+
 static void call_log_row(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     w->at[3] = 0;
@@ -206,24 +274,51 @@ static struct rf_backs backs_of(struct workspace *w)
                              .log_luminance = w->at + BACKS_W * BACKS_H};
 }
 
-static void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
+enum { N_BLOCKS = 24 };
+
+static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
 {
-    struct rf_backs backs = backs_of(w);
-    struct rf_hidden_query query = {60 + variant, 30, 4, 1 / 400.0f, 1 / 300.0f};
-    struct rf_hidden_block blocks[24];
-    static struct rf_hidden_vote vote;
     int n = 0;
     for (int ring = 0; ring < 3; ring++)
         for (int i = 0; i < 8; i++)
             blocks[n++] =
                 (struct rf_hidden_block){(int16_t)(7 - ring + i % 3 * ring),
                                          (int16_t)(3 - ring + i / 3 * ring), ring, 25};
+}
+
+static void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    struct rf_hidden_query query = {60 + variant, 30, 4, 1 / 400.0f, 1 / 300.0f};
+    struct rf_hidden_block blocks[N_BLOCKS];
+    static struct rf_hidden_vote vote;
+    int n = N_BLOCKS;
+    list_blocks(blocks);
     memset(&vote, 0, sizeof vote);
     vote.nearest = INT32_MAX;
     for (int i = 0; i < RF_HIDDEN_BINS + 4; i++)
         vote.nearest2[i] = INT32_MAX;
     k->vote_blocks(&backs, &query, blocks, n, &vote);
     memcpy(w->at + 40000, &vote, sizeof vote);
+}
+
+/* A query for the group of 4 x 4 pixels number i, which may find something or not. */
+static struct rf_hidden_query group_query(int i)
+{
+    return (struct rf_hidden_query){40 + i % 12 * 4, 16 + i / 12 * 4,
+                                    14.5f + 0.1f * (float)(i % 7), 1, 1 / 1.5f};
+}
+
+static void call_candidate(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    struct rf_hidden_block blocks[N_BLOCKS];
+    list_blocks(blocks);
+    for (int i = 0; i < 72; i++) {
+        struct rf_hidden_query query = group_query(i);
+        w->at[40000 + i] =
+            k->has_candidate(&backs, &query, blocks, N_BLOCKS - 8 * variant);
+    }
 }
 
 static void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
@@ -254,7 +349,14 @@ static const struct {
     {"magnify", call_magnify, 4, NULL},
     {"merge", call_merge, 4, NULL},
     {"extremes", call_extremes, 4, NULL},
+    {"keep_edges", call_edges, 2, NULL},
+    {"unpack", call_unpack, 4, NULL},
+    {"pack", call_pack, 4, NULL},
+    {"shrink", call_shrink, 4, NULL},
+    {"detail", call_detail, 4, NULL},
+    {"join", call_join, 4, NULL},
     {"log_row", call_log_row, 4, NULL},
+    {"has_candidate", call_candidate, 2, prepare_backs},
     {"vote_blocks", call_vote, 3, prepare_backs},
     {"gather_window", call_window, 2, prepare_backs},
 };
@@ -338,6 +440,39 @@ static void searches_find_something(void)
     CHECK(window->n > 20 && window->weight_sum > 0);
 }
 
+/* A group has a candidate wherever one of its pixels has, and not everywhere. */
+static void groups_have_what_their_pixels_have(void)
+{
+    static struct rf_hidden_vote vote;
+    const struct rf_kernels *k = rf_kernels_at(0);
+    struct rf_hidden_block blocks[N_BLOCKS];
+    int n_groups = 0, n_pixels = 0;
+    prepare(&first, N_KERNELS - 1, 0);
+    for (int i = 0; i < BACKS_W * BACKS_H; i++) /* few stand out */
+        first.at[i] -= i * 7 % 61 ? 12 : 0;
+    struct rf_backs backs = backs_of(&first);
+    list_blocks(blocks);
+    for (int i = 0; i < 72; i++) {
+        struct rf_hidden_query group = group_query(i);
+        bool has_any = k->has_candidate(&backs, &group, blocks, N_BLOCKS);
+        bool has_one = false;
+        for (int p = 0; p < 16; p++) {
+            struct rf_hidden_query query = group;
+            query.x += p % 4;
+            query.y += p / 4;
+            if (backs.r[query.y * BACKS_W + query.x] > query.s)
+                continue; /* it would be one for itself */
+            k->vote_blocks(&backs, &query, blocks, N_BLOCKS, &vote);
+            has_one |= vote.nearest < INT32_MAX;
+        }
+        CHECK(has_any || !has_one);
+        n_groups += has_any;
+        n_pixels += has_one;
+    }
+    CHECK(n_groups < 60 && n_pixels > 10);
+    printf("# %d groups of 72, %d of them with a pixel\n", n_groups, n_pixels);
+}
+
 static void levels_are_found_by_name(void)
 {
     const struct rf_kernels *level;
@@ -393,6 +528,7 @@ int main(int argc, char **argv)
     TEST(every_level_gives_the_same_bits);
     TEST(every_kernel_writes);
     TEST(searches_find_something);
+    TEST(groups_have_what_their_pixels_have);
     TEST(levels_are_found_by_name);
     return testing_end();
 }

@@ -3,9 +3,8 @@
  * The blends and leak control against their formulas, with the generators of models.h.
  * R, S, region and slope are given, so that no default of the core comes in.
  */
-#include <pthread.h>
-
 #include "models.h"
+#include "physics/failing_memory.h"
 
 enum { W = 30, H = 23, N = W * H };
 
@@ -192,55 +191,10 @@ static void same_bits_for_any_number_of_threads(void)
 
 /* ---- memory -------------------------------------------------------------------- */
 
-struct memory {
-    pthread_mutex_t lock;
-    int n_requests, fail_at, n_live;
-};
-
-static void *allocate(void *user, size_t n_bytes)
-{
-    struct memory *m = user;
-    pthread_mutex_lock(&m->lock);
-    void *memory = ++m->n_requests == m->fail_at
-                       ? NULL
-                       : aligned_alloc(64, (n_bytes + 63) / 64 * 64);
-    m->n_live += memory != NULL;
-    pthread_mutex_unlock(&m->lock);
-    if (memory)
-        memset(memory, 0x7f, n_bytes);
-    return memory;
-}
-
-static void release(void *user, void *memory)
-{
-    struct memory *m = user;
-    pthread_mutex_lock(&m->lock);
-    m->n_live -= memory != NULL;
-    pthread_mutex_unlock(&m->lock);
-    free(memory);
-}
-
 static rf_result run(struct frame *f, const struct rf_params *p, struct memory *memory)
 {
-    struct rf_context_params how = {.size = sizeof how,
-                                    .n_threads = 2,
-                                    .allocate = allocate,
-                                    .release = release,
-                                    .user = memory};
-    struct rf_context *context;
-    struct rf_filter *filter;
-    if (rf_context_create(&context, &how, NULL) != RF_OK)
-        return RF_ERROR_MEMORY;
-    rf_result result = rf_filter_create(&filter, context, p, W, H, NULL);
-    if (result == RF_OK) {
-        struct rf_view view = {.colour = rf_image_packed(f->colour, W, H, 3),
-                               .depth = rf_image_packed(f->depth, W, H, 1)};
-        struct rf_image out = rf_image_packed(f->out, W, H, 3);
-        result = rf_filter_process(filter, &view, 1, &out, NULL, NULL);
-        rf_filter_destroy(filter);
-    }
-    rf_context_destroy(context);
-    return result;
+    struct rf_context_params how = memory_context(memory);
+    return frame_filter_by(f, p, &how, NULL);
 }
 
 static void every_allocation_may_fail(void)

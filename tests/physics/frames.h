@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -50,6 +51,22 @@ static inline size_t frame_bytes(const struct frame *f)
 static inline float *frame_at(const struct frame *f, float *samples, int x, int y)
 {
     return samples + ((size_t)y * (size_t)f->width + (size_t)x) * (size_t)f->channels;
+}
+
+/* Pixels of a part's output that differ from those of the whole from (x0, y0) on; says
+ * so where there are any. */
+static inline size_t frame_count_different(const struct frame *whole,
+                                           const struct frame *part, int x0, int y0)
+{
+    size_t n = 0, pixel = (size_t)whole->channels * sizeof(float);
+    for (int y = 0; y < part->height; y++)
+        for (int x = 0; x < part->width; x++)
+            n += memcmp(frame_at(whole, whole->out, x0 + x, y0 + y),
+                        frame_at(part, part->out, x, y), pixel) != 0;
+    if (n)
+        fprintf(stderr, "# %d x %d px from (%d, %d): %zu differ\n", part->width,
+                part->height, x0, y0, n);
+    return n;
 }
 
 /* Numbers in [0, 1), the same on every machine. */
@@ -98,13 +115,13 @@ static inline float plain_depth(double r_px)
     return (float)(40000 / (400 - r_px));
 }
 
-static inline rf_result frame_filter(struct frame *f, const struct rf_params *params,
-                                     int n_threads, struct rf_error *error)
+static inline rf_result frame_filter_by(struct frame *f, const struct rf_params *params,
+                                        const struct rf_context_params *run,
+                                        struct rf_error *error)
 {
-    struct rf_context_params run = {.size = sizeof run, .n_threads = n_threads};
     struct rf_context *context;
     struct rf_filter *filter;
-    rf_result result = rf_context_create(&context, &run, error);
+    rf_result result = rf_context_create(&context, run, error);
     if (result != RF_OK)
         return result;
     result = rf_filter_create(&filter, context, params, f->width, f->height, error);
@@ -118,6 +135,13 @@ static inline rf_result frame_filter(struct frame *f, const struct rf_params *pa
     }
     rf_context_destroy(context);
     return result;
+}
+
+static inline rf_result frame_filter(struct frame *f, const struct rf_params *params,
+                                     int n_threads, struct rf_error *error)
+{
+    struct rf_context_params run = {.size = sizeof run, .n_threads = n_threads};
+    return frame_filter_by(f, params, &run, error);
 }
 
 /* FNV-1a over bytes. */

@@ -14,8 +14,28 @@ import sys
 import tempfile
 import time
 
+#: Where focalblur.pov's camera stands, and which way it looks.
+CAMERA, AHEAD = (50, 10, 30), (-50 / 3400**0.5, 0, -30 / 3400**0.5)
+
 EXAMPLES = pathlib.Path("/usr/share/doc/povray/examples")
 REFERENCES = pathlib.Path(__file__).parents[1] / "quality" / "references" / "povray"
+
+
+def focused_at(distance):
+    """focalblur.pov, small, with its focus elsewhere."""
+    point = (c + distance * a for c, a in zip(CAMERA, AHEAD, strict=True))
+    return (
+        "camera/focalblur.pov",
+        (320, 240),
+        [
+            ("blur_samples 120", "blur_samples 300, 300"),
+            (
+                "focal_point <5,10,5>",
+                "focal_point <{:.5f},{:.5f},{:.5f}>".format(*point),
+            ),
+        ],
+    )
+
 
 #: scene, size, what to replace in it
 SCENES = {
@@ -44,6 +64,10 @@ SCENES = {
             )
         ],
     ),
+    "focalblur_focus_40": focused_at(40),
+    "focalblur_focus_46": focused_at(46),
+    "focalblur_focus_51": focused_at(51.449),
+    "focalblur_focus_58": focused_at(58),
 }
 
 

@@ -36,6 +36,16 @@ def test_focalblur_beats_the_bar(rackfocus, tmp_path):
     assert tpsnr(found) > 36  # the reference itself is grainy at 120 samples
 
 
+def test_the_reference_is_kept(rackfocus, tmp_path):
+    """POV-Ray's own focal blur: what the printed score is about."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    found = rackfocus("povray", "s.pov", "-o", "o.exr", "--reference", "20",
+                      "--reference-output", "lens.exr", "--", *SIZE,
+                      cwd=tmp_path).stdout  # fmt: skip
+    again = rackfocus("compare", "o.exr", "lens.exr", cwd=tmp_path).stdout
+    assert tpsnr(found) == tpsnr(again)
+
+
 def test_kept_passes_refocus(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(SCENE)
     rackfocus(
@@ -117,6 +127,19 @@ def test_alpha(rackfocus, tmp_path):
 def test_bad_usage(rackfocus, arguments, code, words):
     text = rackfocus("povray", *arguments, code=code).stderr
     assert words in text, text
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--reference-output", "lens.exr"], "needs --reference"),
+        (["--reference", "9", "--reference-output", "lens.png"], "ends with .exr"),
+    ],
+)
+def test_where_the_reference_cannot_be_kept(rackfocus, tmp_path, options, word):
+    (tmp_path / "s.pov").write_text(SCENE)
+    found = rackfocus("povray", "s.pov", "-o", "o.exr", *options, cwd=tmp_path, code=2)
+    assert word in found.stderr and not (tmp_path / "o.exr").exists()
 
 
 def test_no_reference_for_orthographic(rackfocus):

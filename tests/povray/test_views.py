@@ -3,6 +3,7 @@
 
 import json
 import re
+import subprocess
 import sys
 
 import numpy
@@ -168,3 +169,40 @@ def test_beats_one_view(rackfocus, tmp_path):
         scores.append(float(re.search(r"tPSNR ([0-9.]+) dB", text).group(1)))
         print(f"{n} views: {scores[-1]:.2f} dB;", done.stdout.splitlines()[-1])
     assert scores[1] >= scores[0]
+
+
+#: Focus distances of references/povray/focalblur_focus_*.exr, scene units.
+CAPTURED, OTHERS = 51.449, (40, 46, 58)
+
+
+@pytest.fixture(scope="module")
+def focalblur_views(binary, tmp_path_factory):
+    """Eight small views of focalblur.pov, from the lens that the scene has."""
+    folder = tmp_path_factory.mktemp("focalblur")
+    path = EXAMPLES / "camera" / "focalblur.pov"
+    subprocess.run(
+        [binary, "povray", path.name, "--views", "8", "-o", folder / "out.exr",
+         "--keep", folder / "kept", "--", "+W320", "+H240"],
+        cwd=path.parent, check=True, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    return sorted((folder / "kept").iterdir())
+
+
+def score_at(rackfocus, views, focus, out):
+    """tPSNR of views refocused to a distance, against POV-Ray's own lens there."""
+    rackfocus("filter", *views, "-o", out, "--focus-distance", focus)
+    reference = REFERENCES / f"focalblur_focus_{int(focus)}.exr"
+    text = rackfocus("compare", out, reference).stdout
+    return float(re.search(r"tPSNR ([0-9.]+) dB", text).group(1))
+
+
+def test_refocused_views_are_what_the_lens_shows(rackfocus, focalblur_views, tmp_path):
+    captured = score_at(rackfocus, focalblur_views, CAPTURED, tmp_path / "o.exr")
+    scores = {
+        focus: score_at(rackfocus, focalblur_views, focus, tmp_path / "o.exr")
+        for focus in OTHERS
+    }
+    print(f"as captured {captured:.2f} dB;", scores)
+    assert captured > 40
+    for focus in OTHERS:
+        assert scores[focus] > captured - 1.5, focus

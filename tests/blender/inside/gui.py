@@ -4,7 +4,9 @@
 See stepping.py.
 """
 
+import functools
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -29,11 +31,37 @@ from stepping import (  # noqa: E402
 
 ESCAPE = ("mousemove", 600, 400, "key", "Escape")
 ENDS = []  # times at which renders ended
+THREADS = {}  # what changes or saves Blender's data: in the main thread, each time?
 
 
 def on_end(*_):
     """A render ended."""
     ENDS.append(time.monotonic())
+
+
+def watch_threads():
+    """Notes the threads of what must not run beside the window's drawing."""
+
+    def watch(owner, name):
+        function = getattr(owner, name)
+
+        @functools.wraps(function)
+        def watched(*args):
+            is_main = threading.current_thread() is threading.main_thread()
+            THREADS.setdefault(name, []).append(is_main)
+            return function(*args)
+
+        setattr(owner, name, staticmethod(watched) if owner is saver else watched)
+
+    saver = addon("passes").RenderedPasses
+    watch(saver, "_write_file")
+    for module, name in (
+        ("setup", "hide_dof"),
+        ("setup", "show_dof"),
+        ("views", "prepare_frame"),
+        ("views", "follow"),
+    ):
+        watch(addon(module), name)
 
 
 def result(name):
@@ -54,6 +82,15 @@ def wait_for_job():
 def has_ended():
     """Did a render end, and does none run?"""
     return ENDS and not bpy.app.is_job_running("RENDER")
+
+
+def escape():
+    """Esc until the render is over: a window that is busy may miss a key."""
+    ends = time.monotonic() + stepping.LONGEST_S
+    while not has_ended():
+        assert time.monotonic() < ends, "Esc did not end the render"
+        yield 1.5
+        yield from hands(*ESCAPE)
 
 
 def show_camera():
@@ -83,6 +120,7 @@ def steps():
     bpy.context.preferences.view.render_display_type = "AREA"
     bpy.context.preferences.view.ui_scale = 0.9
     common.install(DIST)
+    watch_threads()
     common.make_base(OUT / "base.blend")
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 720, 480
@@ -116,6 +154,7 @@ def steps():
     yield from several_views()
     yield from compositor()
     yield from cancel()
+    FOUND["threads"] = THREADS
 
 
 def pick():
@@ -162,9 +201,7 @@ def several_views():
     scene.cycles.samples = 40000
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield from until(lambda: addon("views").is_active(scene), "the views")
-    while not has_ended():  # a window that is busy may miss a key
-        yield 1.5
-        yield from hands(*ESCAPE)
+    yield from escape()
     yield from wait_for_job()
     FOUND["views_after_escape"] = common.snapshot(scene) == before
     scene.cycles.samples = 16

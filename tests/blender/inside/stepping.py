@@ -7,6 +7,7 @@ A step is what a generator does until it yields the seconds to wait; renders are
 beside the window's own loop. Writes OUT/found.json: {what: value}, OUT/*.png.
 """
 
+import faulthandler
 import json
 import sys
 import time
@@ -19,6 +20,7 @@ import common
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
 FOUND = {"version": bpy.app.version_string}
 LONGEST_S = 400  # for what takes a second on an idle machine; shaders take a minute
+STUCK_S = 500  # without a step: every thread then says where it is
 
 
 def window():
@@ -43,10 +45,11 @@ def override(area):
 
 def until(test, what, pause_s=0.05):
     """Waits until test() holds; fails when it never does."""
-    ends = time.monotonic() + LONGEST_S
+    begun = time.monotonic()
     while not test():
-        assert time.monotonic() < ends, f"{what} never came"
+        assert time.monotonic() < begun + LONGEST_S, f"{what} never came"
         yield pause_s
+    print(f"{what}: came after {time.monotonic() - begun:.1f} s", flush=True)
 
 
 def screenshot(name):
@@ -73,6 +76,7 @@ def play(steps):
     """Runs the generator; at its end or a failure Blender closes."""
 
     def advance():
+        faulthandler.dump_traceback_later(STUCK_S, repeat=True)
         try:
             waits = []
             if "rack_focus" in dir(bpy.context.scene):

@@ -199,12 +199,37 @@ def playback(scene):
     dof.focus_distance = 2
 
 
+def watch_depth():
+    """{is final: the depth that was found last}, filled from now on."""
+    found = {}
+    kind = type(view())
+    find = kind.find_depth
+
+    def find_and_note(self, context, size, is_final):
+        find(self, context, size, is_final)
+        found[is_final] = np.array(self.depth)
+
+    kind.find_depth = find_and_note
+    return found
+
+
+def check_depth(found):
+    """While it moved and at rest, against what was drawn, where alpha tells of it."""
+    moving, final = found[False], found[True]
+    is_drawn = np.array(view().colour)[..., 3] > 0
+    FOUND["depth_of_nothing"] = float(((final < 1) & ~is_drawn).mean())
+    FOUND["moving_depth_of_nothing"] = float(((moving < 1) & ~is_drawn).mean())
+    FOUND["moving_depth_same"] = float((abs(moving - final) < 1e-5)[is_drawn].mean())
+    FOUND["share_drawn"] = float(is_drawn.mean())
+
+
 def freely(data):
     """Seen freely: the mouse turns the view, a point stays in focus from elsewhere."""
     data.view_perspective = "PERSP"
     data.view_location = (0, 3, 0)
     data.view_distance = 4
     data.view_rotation = Euler((math.pi / 2, 0, 0.2)).to_quaternion()
+    found = watch_depth()
     yield from settle()
     before, turned = shown(), data.view_rotation.copy()
     x, y = on_display(region(), region().width / 2, region().height / 2)
@@ -216,6 +241,7 @@ def freely(data):
     yield from until(lambda: data.view_rotation != turned, "the turn of the view")
     yield from settle()
     FOUND["orbit_changes"] = change(before, shown())
+    check_depth(found)
     yield from screenshot("free")
     depth = np.array(view().depth)
     rows = np.argwhere(depth < 1)

@@ -8,17 +8,22 @@ WORKDIR/SCENE.N holds what
     cycles_scenes.py -- SCENE WORKDIR/SCENE.N --pass views --count N --samples 64/N
 
 has rendered. The views are given their headers there, merged with four sub-apertures
-and held against tests/quality/references. `--accumulate` scores their plain mean too.
-Prints a Markdown table of tPSNR in dB; a dash is what was not rendered.
+and held against tests/quality/references. `--accumulate` scores their plain mean too,
+`--beside-lamps` leaves out what is white in the reference and 3 px around it. Prints a
+Markdown table of tPSNR in dB; a dash is what was not rendered.
 """
 
 import argparse
 import json
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 from collect_references import camera_header, read_exr, round_depth, write_exr
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import beside_lamps  # noqa: E402
 
 REFERENCES = Path(__file__).parents[1] / "references"
 COUNTS = (2, 4, 8, 16, 32)
@@ -45,11 +50,13 @@ def with_headers(folder, scene):
     return paths
 
 
-def score(command, inputs, folder, scene, *options):
+def score(command, inputs, folder, scene, *options, is_beside_lamps=False):
     """tPSNR of what a command makes of views."""
     out = folder / "out.exr"
     subprocess.run([*command, *inputs, "-o", out, "--quiet", *options], check=True)
     reference = REFERENCES / f"{scene}_reference.exr"
+    if is_beside_lamps:
+        return beside_lamps.score(out, reference)
     compared = subprocess.run(
         [command[0], "compare", "--json", out, reference],
         check=True, text=True, stdout=subprocess.PIPE,
@@ -64,7 +71,9 @@ def main():
     parser.add_argument("scenes", nargs="*")
     parser.add_argument("--count", type=int, nargs="+", default=COUNTS)
     parser.add_argument("--accumulate", action="store_true")
+    parser.add_argument("--beside-lamps", action="store_true")
     args = parser.parse_args()
+    how = {"is_beside_lamps": args.beside_lamps}
     found = (re.fullmatch(r"(.+)\.\d+", path.name) for path in args.workdir.iterdir())
     scenes = args.scenes or sorted({match[1] for match in found if match})
     print("| scene | one view |", *(f"{count} |" for count in args.count))
@@ -73,7 +82,7 @@ def main():
     for scene in scenes:
         one = [REFERENCES / f"{scene}_pinhole.exr"]
         command = [args.rackfocus, "filter"]
-        rows = {scene: [score(command, one, args.workdir, scene, *merge)]}
+        rows = {scene: [score(command, one, args.workdir, scene, *merge, **how)]}
         if args.accumulate:
             rows[f"{scene}, mean"] = [float("nan")]
         for count in args.count:
@@ -84,10 +93,10 @@ def main():
                     row.append(float("nan"))
                 elif name == scene:
                     command = [args.rackfocus, "filter"]
-                    row.append(score(command, paths, folder, scene, *merge))
+                    row.append(score(command, paths, folder, scene, *merge, **how))
                 else:
                     command = [args.rackfocus, "accumulate"]
-                    row.append(score(command, paths, folder, scene))
+                    row.append(score(command, paths, folder, scene, **how))
         for name, row in rows.items():
             cells = ("-" if cell != cell else f"{cell:.2f}" for cell in row)
             print(f"| {name} |", " | ".join(cells), "|", flush=True)

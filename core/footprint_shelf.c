@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Footprints that stay with a context. They depend on the aperture alone, not on the
+ * focus: pictures of a sequence, or of a view whose focus is pulled, need the same ones
+ * again. Kept are tables up to MOST_PX, with samples on the centres of their pixels.
+ */
+#include "footprint.h"
+
+enum { N_KEPT = 4, MOST_PX = 9 };
+
+struct kept {
+    struct rf_shape shape; /* what footprints.shape points to */
+    struct rf_footprints footprints;
+    int n_users; /* pictures in work */
+};
+
+struct rf_shelf {
+    bool lock;
+    int oldest; /* what is replaced next */
+    struct kept *at[N_KEPT];
+};
+
+size_t rf_shelf_bytes(void)
+{
+    return sizeof(struct rf_shelf);
+}
+
+static void lock(struct rf_shelf *shelf)
+{
+    while (__atomic_test_and_set(&shelf->lock, __ATOMIC_ACQUIRE))
+        ;
+}
+
+static void unlock(struct rf_shelf *shelf)
+{
+    __atomic_clear(&shelf->lock, __ATOMIC_RELEASE);
+}
+
+static void free_kept(const struct rf_context *context, struct kept *k)
+{
+    if (!k)
+        return;
+    rf_footprints_free(&k->footprints);
+    rf_free(context, k);
+}
+
+static struct kept *find(const struct rf_shelf *shelf, const struct rf_shape *shape,
+                         int n_cells)
+{
+    for (int i = 0; i < N_KEPT; i++) {
+        struct kept *k = shelf->at[i];
+        if (k && k->footprints.cells.n == n_cells &&
+            memcmp(&k->shape, shape, sizeof *shape) == 0)
+            return k;
+    }
+    return NULL;
+}
+
+/*
+ * Puts `made` on the shelf, where another picture has not put its like meanwhile, and
+ * returns what is there; *excess receives what has to be freed. NULL: all places are in
+ * use.
+ */
+static struct kept *place(struct rf_shelf *shelf, struct kept *made,
+                          struct kept **excess)
+{
+    *excess = made;
+    struct kept *k = find(shelf, &made->shape, made->footprints.cells.n);
+    for (int i = 0; i < N_KEPT && !k; i++) {
+        struct kept **at = &shelf->at[shelf->oldest];
+        shelf->oldest = (shelf->oldest + 1) % N_KEPT;
+        if (*at && (*at)->n_users > 0)
+            continue;
+        *excess = *at;
+        *at = k = made;
+    }
+    if (k)
+        k->n_users++;
+    return k;
+}
+
+static struct kept *make(const struct rf_context *context, const struct rf_shape *shape,
+                         int n_cells, struct rf_error *error)
+{
+    struct kept *k = rf_alloc(context, 1, sizeof *k);
+    if (!k) {
+        rf_fail_memory(error, 1, sizeof *k);
+        return NULL;
+    }
+    k->n_users = 0;
+    memcpy(&k->shape, shape, sizeof *shape);
+    if (rf_footprints_init(&k->footprints, context, &k->shape, n_cells, MOST_PX, 1,
+                           error) == RF_OK)
+        return k;
+    rf_free(context, k);
+    return NULL;
+}
+
+rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
+                            const struct rf_context *context,
+                            const struct rf_shape *shape, int n_cells,
+                            double max_radius, int n_phases, struct rf_error *error)
+{
+    struct rf_shelf *shelf = context->shelf;
+    own->table = NULL;
+    *f = own;
+    if (n_phases > 1 || max_radius > MOST_PX)
+        return rf_footprints_init(own, context, shape, n_cells, max_radius, n_phases,
+                                  error);
+    lock(shelf);
+    struct kept *k = find(shelf, shape, n_cells), *excess = NULL;
+    if (k)
+        k->n_users++;
+    unlock(shelf);
+    if (!k) {
+        struct kept *made = make(context, shape, n_cells, error);
+        if (!made)
+            return RF_ERROR_MEMORY;
+        lock(shelf);
+        k = place(shelf, made, &excess);
+        unlock(shelf);
+        free_kept(context, excess);
+    }
+    if (!k)
+        return rf_footprints_init(own, context, shape, n_cells, max_radius, n_phases,
+                                  error);
+    *f = &k->footprints;
+    return RF_OK;
+}
+
+void rf_footprints_put(struct rf_footprints *f, struct rf_footprints *own)
+{
+    if (f == own) {
+        rf_footprints_free(own);
+        return;
+    }
+    struct kept *k = (struct kept *)((char *)f - offsetof(struct kept, footprints));
+    lock(f->context->shelf);
+    k->n_users--;
+    unlock(f->context->shelf);
+}
+
+void rf_shelf_clear(const struct rf_context *context)
+{
+    for (int i = 0; i < N_KEPT; i++)
+        free_kept(context, context->shelf->at[i]);
+}

@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Inner loops over rows of pixels: in and out, and the previews; part of
+ * kernels_tmpl.c. */
+#include <math.h>
+#include <stdbool.h>
+
+#include "vector.h"
+
+/*
+ * Takes 32 floats as one row and interleaves its halves: the bits of each place turn
+ * left by one, so three turns take r g b a r g b a .. to eight of r, g, b and a.
+ */
+static inline void turn(vf v[4])
+{
+    vf a = INTERLEAVE(v[0], v[2], 0), b = INTERLEAVE(v[0], v[2], 4);
+    vf c = INTERLEAVE(v[1], v[3], 0), d = INTERLEAVE(v[1], v[3], 4);
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+    v[3] = d;
+}
+
+static bool unpack(const float *rgba, int n, float *const planes[4])
+{
+    const vi infinite = (vi)SPLAT(INFINITY), magnitude = ~(vi)SPLAT(-0.0f);
+    vi is_bad = {0};
+    int x = 0;
+    for (; x + LANES <= n; x += LANES) {
+        vf v[4];
+        for (int i = 0; i < 4; i++) {
+            v[i] = LOAD(rgba + 4 * x + LANES * i);
+            is_bad |= ((vi)v[i] & magnitude) >= infinite;
+        }
+        turn(v);
+        turn(v);
+        turn(v);
+        for (int i = 0; i < 4; i++)
+            STORE(planes[i] + x, v[i]);
+    }
+    bool is_good = !lane_bits(is_bad);
+    for (; x < n; x++)
+        for (int i = 0; i < 4; i++) {
+            float v = rgba[4 * x + i];
+            planes[i][x] = v;
+            is_good &= v - v == 0;
+        }
+    return is_good;
+}
+
+static void pack(const float *const planes[4], int n, float *rgba)
+{
+    int x = 0;
+    for (; x + LANES <= n; x += LANES) {
+        vf v[4];
+        for (int i = 0; i < 4; i++)
+            v[i] = LOAD(planes[i] + x);
+        turn(v);
+        turn(v);
+        for (int i = 0; i < 4; i++)
+            STORE(rgba + 4 * x + LANES * i, v[i]);
+    }
+    for (; x < n; x++)
+        for (int i = 0; i < 4; i++)
+            rgba[4 * x + i] = planes[i][x];
+}
+
+/* Sums of 2^level columns for n_level pixels, from the left; out may not be row. */
+static void sum_columns(const float *row, int level, int n_level, float *out)
+{
+    int size = 1 << level, x = 0;
+    for (; level == 2 && x + LANES <= n_level; x += LANES) {
+        vf v[4];
+        for (int i = 0; i < 4; i++)
+            v[i] = LOAD(row + 4 * x + LANES * i);
+        turn(v);
+        turn(v);
+        turn(v);
+        STORE(out + x, v[0] + v[1] + v[2] + v[3]);
+    }
+    for (; x < n_level; x++) {
+        float sum = row[x << level];
+        for (int i = 1; i < size; i++)
+            sum += row[(x << level) + i];
+        out[x] = sum;
+    }
+}
+
+static void shrink(const float *from, size_t stride, int n_rows, int level, int n_level,
+                   float *row, float *out)
+{
+    int x0 = 0;
+    for (; x0 + LANES <= n_level << level; x0 += LANES) {
+        vf sum = LOAD(from + x0);
+        for (int y = 1; y < n_rows; y++)
+            sum += LOAD(from + (size_t)y * stride + x0);
+        STORE(row + x0, sum);
+    }
+    for (; x0 < n_level << level; x0++) {
+        row[x0] = from[x0];
+        for (int y = 1; y < n_rows; y++)
+            row[x0] += from[(size_t)y * stride + x0];
+    }
+    float scale = 1.0f / (float)(n_rows << level);
+    sum_columns(row, level, n_level, out);
+    for (int x = 0; x < n_level; x++)
+        out[x] *= scale;
+}
+
+/* Eight values of a row, of the last ones those that there are. */
+static inline vf load_part(const float *p, int n)
+{
+    float v[LANES] = {0};
+    if (n >= LANES)
+        return LOAD(p);
+    memcpy(v, p, (size_t)n * sizeof *v);
+    return LOAD(v);
+}
+
+static inline void store_part(float *p, int n, vf v)
+{
+    if (n >= LANES)
+        STORE(p, v);
+    else
+        memcpy(p, &v, (size_t)n * sizeof *p);
+}
+
+static bool detail(const float *radius, const float *covered, float scale, int n,
+                   float *out)
+{
+    vi is_any = {0};
+    for (int x = 0; x < n; x += LANES) {
+        vf r = load_part(radius + x, n - x);
+        r = choose(r < SPLAT(0), -r, r);
+        vf k = vmax(SPLAT(1) - r * SPLAT(scale), SPLAT(0));
+        k *= SPLAT(1) - load_part(covered + x, n - x);
+        is_any |= k > SPLAT(0);
+        store_part(out + x, n - x, k);
+    }
+    return lane_bits(is_any);
+}
+
+static void join(const float *blurred, const float *low, const float *at,
+                 const float *k, float most, int n, float *out)
+{
+    for (int x = 0; x < n; x += LANES) {
+        vf v = load_part(blurred + x, n - x);
+        if (k)
+            v += load_part(k + x, n - x) *
+                 (load_part(at + x, n - x) - load_part(low + x, n - x));
+        store_part(out + x, n - x, vmin(vmax(v, SPLAT(0)), SPLAT(most)));
+    }
+}

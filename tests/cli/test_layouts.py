@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One picture in many layouts: whatever a file looks like, the pixels come out the
+same, bit for bit. Files by OpenImageIO; values are exact in half floats.
+"""
+
+import numpy
+import plainexr
+import pytest
+
+oiio = pytest.importorskip("OpenImageIO")
+
+LENS = ["--focus-distance", "6", "--lens-radius", "0.1", "--focal-length-px", "100"]
+PLAIN = ["--type", "float", "--compression", "none"]
+SIZE = (40, 28)
+KINDS = {"half": oiio.HALF, "float": oiio.FLOAT, "uint": oiio.UINT32}
+
+
+def picture(size=SIZE):
+    width, height = size
+    y, x = numpy.mgrid[0:height, 0:width].astype("f4")
+    near = (x - width / 2) ** 2 + (y - height / 2) ** 2 < (height / 4) ** 2
+    stripes = (x // 3 + y // 5) % 2
+    channels = {
+        "R": numpy.where(near, 0.75, 0.25 + 0.5 * stripes),
+        "G": numpy.where(near, 0.375, 0.625 * stripes),
+        "B": numpy.where(near, 0.125, 0.875 - 0.5 * stripes),
+        "Z": numpy.where(near, 3, 8 + numpy.floor(x) / 16),
+    }
+    return {name: values.astype("f4") for name, values in channels.items()}
+
+
+def spec_of(channels, kind="float", tile=0, at=(0, 0), name="", **attributes):
+    height, width = next(iter(channels.values())).shape
+    spec = oiio.ImageSpec(width, height, len(channels), KINDS[kind])
+    spec.channelnames = tuple(channels)
+    spec.tile_width = spec.tile_height = tile
+    spec.x, spec.y = at
+    spec.full_x, spec.full_y = at
+    spec.full_width, spec.full_height = width, height
+    if name:
+        spec["oiio:subimagename"] = name
+    for key, value in attributes.items():
+        spec[key] = value
+    return spec
+
+
+def write(path, *parts):
+    """Each part is (channels, spec)."""
+    file = oiio.ImageOutput.create(str(path))
+    specs = tuple(spec for _, spec in parts)
+    if len(parts) == 1:
+        assert file.open(str(path), specs[0]), file.geterror()
+    else:
+        assert file.open(str(path), specs), file.geterror()
+    for i, (channels, spec) in enumerate(parts):
+        if i:
+            assert file.open(str(path), spec, "AppendSubimage"), file.geterror()
+        assert file.write_image(numpy.dstack(list(channels.values())))
+    assert file.close()
+    return path
+
+
+@pytest.fixture
+def filtered(rackfocus, tmp_path):
+    """Filters a file; its colours in the order R G B, whatever their names."""
+
+    def run(path, names="RGB", *arguments):
+        out = tmp_path / "out.exr"
+        rackfocus("filter", path, "-o", out, *LENS, *PLAIN, *arguments)
+        found = plainexr.read(out)[0]
+        return numpy.dstack([found[name] for name in names])
+
+    return run
+
+
+@pytest.fixture
+def want(filtered, tmp_path):
+    return filtered(plainexr.write(tmp_path / "plain.exr", picture()))
+
+
+@pytest.mark.parametrize("tile", [0, 16, 13])
+@pytest.mark.parametrize("kind", ["half", "float"])
+@pytest.mark.parametrize("compression", ["none", "rle", "zips", "zip", "piz"])
+def test_storage(filtered, want, tmp_path, compression, kind, tile):
+    spec = spec_of(picture(), kind, tile, compression=compression)
+    got = filtered(write(tmp_path / "a.exr", (picture(), spec)))
+    assert (got == want).all()
+
+
+NAMES = {
+    "Blender": ("ViewLayer.Combined.{}", "RGB", "ViewLayer.Depth.Z"),
+    "Blender, a space": ("View Layer.Combined.{}", "RGB", "View Layer.Depth.Z"),
+    "rgba": ("rgba.{}", "RGB", "depth.Z"),
+    "rgba, small": ("rgba.{}", "rgb", "depth.z"),
+    "small": ("{}", "rgb", "z"),
+    "words": ("beauty.{}", ("red", "green", "blue"), "depth.depth"),
+    "Image": ("Image.{}", "RGB", "Depth.V"),
+    "RenderMan": ("Ci.{}", "rgb", "z"),
+    "Redshift": ("{}", "RGB", "Z.R"),
+    "V-Ray": ("{}", "RGB", "VRayZDepth.R"),
+    "Nuke": ("{}", "RGB", "deep.Z"),
+    "Arnold": ("{}", "RGB", "depth"),
+}
+
+
+@pytest.mark.parametrize("layout", NAMES)
+def test_names(filtered, want, tmp_path, layout):
+    pattern, bases, depth = NAMES[layout]
+    names = [pattern.format(base) for base in bases]
+    channels = dict(zip([*names, depth], picture().values(), strict=True))
+    path = write(tmp_path / "a.exr", (channels, spec_of(channels)))
+    assert (filtered(path, names) == want).all()
+
+
+def colour_and_depth():
+    channels = picture()
+    return {n: channels[n] for n in "RGB"}, {"Z": channels["Z"]}
+
+
+@pytest.mark.parametrize("order", ["colour first", "depth first", "normals first"])
+@pytest.mark.parametrize("tile", [0, 16])
+def test_parts(filtered, want, tmp_path, order, tile):
+    """Colour in one part, depth in another."""
+    colour, depth = colour_and_depth()
+    normals = {name: colour["R"] for name in ("N.X", "N.Y", "N.Z")}
+    parts = [
+        (colour, spec_of(colour, "half", tile, name="rgb", compression="piz")),
+        (depth, spec_of(depth, "float", tile, name="depth", compression="zips")),
+        (normals, spec_of(normals, "half", tile, name="normals")),
+    ]
+    first = {"colour first": 0, "depth first": 1, "normals first": 2}[order]
+    path = write(tmp_path / "a.exr", *parts[first:], *parts[:first])
+    assert (filtered(path) == want).all()
+
+
+def test_depth_part_with_a_larger_window(filtered, want, tmp_path):
+    colour, depth = colour_and_depth()
+    depth["Z"] = numpy.pad(depth["Z"], 8, mode="edge")
+    spec = spec_of(depth, name="depth", at=(-8, -8))
+    spec.full_x = spec.full_y = 0
+    spec.full_width, spec.full_height = SIZE
+    first = (colour, spec_of(colour, name="rgb"))
+    assert (filtered(write(tmp_path / "a.exr", first, (depth, spec))) == want).all()
+
+
+@pytest.mark.parametrize("at", [(-10, -7), (1000, 2000)])
+def test_any_origin(filtered, want, tmp_path, at):
+    path = write(tmp_path / "a.exr", (picture(), spec_of(picture(), at=at)))
+    assert (filtered(path) == want).all()
+
+
+def test_whole_numbers(filtered, tmp_path):
+    """32-bit integers as colour and as depth are what they are as floats."""
+    channels = {n: numpy.ceil(v * 8) for n, v in picture().items()}
+    whole = {n: v.astype("u4") for n, v in channels.items()}
+    path = write(tmp_path / "a.exr", (whole, spec_of(whole, "uint")))
+    lens = ["--focus-distance", "50", "--lens-radius", "1"]
+    got = filtered(path, "RGB", *lens)
+    plain = plainexr.write(tmp_path / "b.exr", channels)
+    assert (got == filtered(plain, "RGB", *lens)).all()
+    assert abs(got[..., 0] - channels["R"]).max() > 0.5
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 1), (1, 40), (40, 1), (3, 3)])
+def test_few_pixels(filtered, tmp_path, size):
+    """Nothing but an edge: one colour stays that colour, and all stay near theirs."""
+    channels = picture(size)
+    got = filtered(plainexr.write(tmp_path / "a.exr", channels))
+    assert got.shape == (size[1], size[0], 3)
+    assert got.min() > -0.01 and got.max() < 0.95
+    grey = {n: numpy.full_like(v, 0.5) for n, v in channels.items()}
+    grey["Z"] = channels["Z"]
+    got = filtered(plainexr.write(tmp_path / "a.exr", grey))
+    assert abs(got - 0.5).max() < 1e-4
+
+
+@pytest.mark.parametrize("nothing", [0, -0.0, 1e10, 1e20, 3.4e38])
+def test_many_ways_to_say_that_nothing_was_hit(filtered, tmp_path, nothing):
+    found = []
+    for value in (numpy.inf, nothing):
+        channels = picture()
+        channels["Z"][5:9, 5:12] = value
+        found.append(filtered(plainexr.write(tmp_path / "a.exr", channels)))
+    assert (found[0] == found[1]).all()
+
+
+def test_a_sequence_with_gaps(rackfocus, tmp_path):
+    """Frames that are missing or cut off are named; the others are made."""
+    for frame in (1, 2, 5, 7):
+        plainexr.write(tmp_path / f"a.{frame:04d}.exr", picture())
+    whole = (tmp_path / "a.0007.exr").read_bytes()
+    (tmp_path / "a.0006.exr").write_bytes(whole[: len(whole) // 2])
+    names = [tmp_path / "a.####.exr", "-o", tmp_path / "o.####.exr"]
+    done = rackfocus("filter", *names, "--frames", "1-7", *LENS, code=1)
+    failed = [line for line in done.stderr.splitlines() if "failed: frame" in line]
+    assert [line.split("frame ")[1][0] for line in failed] == ["3", "4", "6"]
+    assert "7 frames: 4 filtered, 0 skipped, 3 failed" in done.stdout
+    made = sorted(path.name for path in tmp_path.glob("o.*.exr"))
+    assert made == [f"o.{frame:04d}.exr" for frame in (1, 2, 5, 7)]
+    done = rackfocus("filter", *names, "--frames", "1-2,5-7x2", *LENS)
+    assert "4 frames: 0 filtered, 4 skipped, 0 failed" in done.stdout
