@@ -66,7 +66,8 @@ def on_render_end(scene, *_):
     try:
         main_thread.run(task, END_S)
     except main_thread.BusyError:
-        bpy.app.timers.register(task, first_interval=0.05)
+        later = functools.partial(write, task)
+        bpy.app.timers.register(later, first_interval=0.05)
     finally:
         _rendering.discard(scene.name)
 
@@ -110,7 +111,7 @@ def _end(scene):
     elif source.name in engine.alone:
         engine.alone.discard(source.name)
         if not bpy.app.background:
-            task = functools.partial(operators.refocus_later, source.name)
+            task = functools.partial(write, operators.refocus_later, source.name)
             bpy.app.timers.register(task, first_interval=0.05)
 
 
@@ -119,6 +120,10 @@ def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
     _rendering.clear()
     passes.forget()
+    write(_mend)
+
+
+def _mend():
     views.clean_up()
     setup.show_dof()
     for scene in setup.user_scenes():
@@ -137,14 +142,18 @@ def on_change(*_):
         return
     _is_busy = True
     try:
-        views.clean_up()
-        for scene in setup.user_scenes():
-            is_changed = setup.refresh(scene)
-            setup.sync(scene)
-            if is_changed:
-                setup.settle(scene)
+        write(_follow)
     finally:
         _is_busy = False
+
+
+def _follow():
+    views.clean_up()
+    for scene in setup.user_scenes():
+        is_changed = setup.refresh(scene)
+        setup.sync(scene)
+        if is_changed:
+            setup.settle(scene)
 
 
 # Seconds that the main thread may take until it comes to a task.

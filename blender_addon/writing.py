@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writing to Blender's data from render threads.
+"""Writing to Blender's data wherever a handler, a timer or a render's thread wants to.
 
 Blender has one switch for the whole process that forbids Python to write to data while
-a panel is drawn. A render thread that gets its turn in the middle of a draw finds it
-set, and handlers may. The callbacks of properties are exempt, so the writing is done in
-the getter of a property, without giving other threads a turn.
+a panel is drawn. A render's thread that gets its turn in the middle of a draw finds it
+set. Worse: Blender puts it back, after each call of a class, to what it was before. A
+call of a render engine that begins in the middle of a draw, and ends after it, leaves
+the switch set for good, for all that runs outside operators: timers and handlers, those
+of the main thread too (3.4 to 5.2). The callbacks of properties are exempt, so the
+writing is done in the getter of a property; in a thread other than the main one without
+giving others a turn.
 """
 
+import contextlib
 import sys
 import threading
 
@@ -16,6 +21,9 @@ from bpy.props import BoolProperty
 NO_TURNS_S = 60.0
 
 _tasks = {}  # thread: (task, list for its exception)
+_lock = threading.Lock()
+_n_without_turns = 0
+_interval_s = sys.getswitchinterval()
 
 
 def _run_task(_self):
@@ -29,18 +37,34 @@ def _run_task(_self):
     return True
 
 
-def write(task, *args):
-    """Runs task(*args), which may write to Blender's data, in any thread."""
-    problems = []
-    _tasks[threading.get_ident()] = (lambda: task(*args)), problems
-    kept = sys.getswitchinterval()
-    sys.setswitchinterval(NO_TURNS_S)
+@contextlib.contextmanager
+def _no_turns():
+    """Other threads run only while this one waits for something."""
+    global _n_without_turns, _interval_s
+    with _lock:
+        if _n_without_turns == 0:
+            _interval_s = sys.getswitchinterval()
+            sys.setswitchinterval(NO_TURNS_S)
+        _n_without_turns += 1
     try:
-        _ = bpy.data.scenes[0].rack_focus.gate
+        yield
     finally:
-        sys.setswitchinterval(kept)
+        with _lock:
+            _n_without_turns -= 1
+            if _n_without_turns == 0:
+                sys.setswitchinterval(_interval_s)
+
+
+def write(task, *args):
+    """Runs task(*args), which may write to Blender's data, in any thread; its result."""
+    problems, results = [], []
+    _tasks[threading.get_ident()] = (lambda: results.append(task(*args))), problems
+    is_main = threading.current_thread() is threading.main_thread()
+    with contextlib.nullcontext() if is_main else _no_turns():
+        _ = bpy.data.scenes[0].rack_focus.gate
     if problems:
         raise problems[0]
+    return results[0]
 
 
 def gate():

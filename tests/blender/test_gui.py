@@ -24,6 +24,11 @@ def test_enabling_makes_one_scene(found):
     assert found[0]["scenes"] == 2
 
 
+def test_the_session_may_not_write(found):
+    """All that follows is done while Blender forbids timers and handlers to write."""
+    assert found[0]["is_forbidden"]
+
+
 def test_refocus_changes_the_picture_and_leaves_the_nodes(found):
     """Another focus, and no node is left muted."""
     values, _ = found

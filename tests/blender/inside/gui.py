@@ -122,6 +122,7 @@ def steps():
     common.install(DIST)
     watch_threads()
     common.make_base(OUT / "base.blend")
+    yield from forbid_writing()
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 720, 480
     scene.cycles.samples = 16

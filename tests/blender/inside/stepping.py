@@ -10,6 +10,7 @@ beside the window's own loop. Writes OUT/found.json: {what: value}, OUT/*.png.
 import faulthandler
 import json
 import sys
+import threading
 import time
 import traceback
 from pathlib import Path
@@ -70,6 +71,46 @@ def hands(*words):
 def on_display(region, x, y):
     """The display's px, rows downwards, of a region's, rows upwards."""
     return round(region.x + x), round(window().height - 1 - (region.y + y))
+
+
+def forbid_writing():
+    """Leaves Blender's switch against writing while it draws set, for good.
+
+    So does Blender itself when a call of a render engine begins in the middle of a draw
+    and ends after it. Only operators and callbacks of properties can write then.
+    """
+    writing = common.addon("writing")
+    inside, drawn = threading.Event(), threading.Event()
+
+    def outlast():
+        inside.set()
+        drawn.wait()
+
+    class Header(bpy.types.Header):
+        bl_idname, bl_space_type = "TEST_HT_forbids", "VIEW_3D"
+
+        def draw(self, _context):
+            if not inside.is_set():
+                threads.append(threading.Thread(target=writing.write, args=[outlast]))
+                threads[0].start()
+                inside.wait()
+
+    def try_to_write():  # a timer of its own: the steps run in the gate
+        try:
+            bpy.context.scene.frame_end = bpy.context.scene.frame_end
+            FOUND["is_forbidden"] = False
+        except AttributeError:
+            FOUND["is_forbidden"] = True
+
+    threads = []
+    bpy.utils.register_class(Header)
+    area_of("VIEW_3D").tag_redraw()
+    yield from until(inside.is_set, "a draw", 0.02)
+    drawn.set()
+    threads[0].join()
+    bpy.utils.unregister_class(Header)
+    bpy.app.timers.register(try_to_write)
+    yield from until(lambda: "is_forbidden" in FOUND, "the attempt", 0.02)
 
 
 def play(steps):

@@ -101,6 +101,7 @@ def make_scene():
 def steps():
     """The session; yields the seconds to wait."""
     common.install(DIST)
+    yield from forbid_writing()
     scene = make_scene()
     space = area().spaces.active
     data = space.region_3d
