@@ -22,6 +22,7 @@ from stepping import (  # noqa: E402
     FOUND,
     OUT,
     area_of,
+    forbid_writing,
     hands,
     override,
     screenshot,

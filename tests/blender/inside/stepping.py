@@ -86,14 +86,11 @@ def forbid_writing():
         inside.set()
         drawn.wait()
 
-    class Header(bpy.types.Header):
-        bl_idname, bl_space_type = "TEST_HT_forbids", "VIEW_3D"
-
-        def draw(self, _context):
-            if not inside.is_set():
-                threads.append(threading.Thread(target=writing.write, args=[outlast]))
-                threads[0].start()
-                inside.wait()
+    def draw(_header, _context):
+        if not inside.is_set():
+            threads.append(threading.Thread(target=writing.write, args=[outlast]))
+            threads[0].start()
+            inside.wait()
 
     def try_to_write():  # a timer of its own: the steps run in the gate
         try:
@@ -103,12 +100,13 @@ def forbid_writing():
             FOUND["is_forbidden"] = True
 
     threads = []
-    bpy.utils.register_class(Header)
-    area_of("VIEW_3D").tag_redraw()
+    bpy.types.VIEW3D_HT_header.append(draw)
+    for region in area_of("VIEW_3D").regions:
+        region.tag_redraw()
     yield from until(inside.is_set, "a draw", 0.02)
     drawn.set()
     threads[0].join()
-    bpy.utils.unregister_class(Header)
+    bpy.types.VIEW3D_HT_header.remove(draw)
     bpy.app.timers.register(try_to_write)
     yield from until(lambda: "is_forbidden" in FOUND, "the attempt", 0.02)
 

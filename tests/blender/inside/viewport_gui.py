@@ -21,6 +21,7 @@ from stepping import (  # noqa: E402
     FOUND,
     OUT,
     area_of,
+    forbid_writing,
     hands,
     on_display,
     override,
