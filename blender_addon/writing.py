@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writing to Blender's data wherever a handler, a timer or a render's thread wants to.
 
-Blender has one switch for the whole process that forbids Python to write to data while
-a panel is drawn. A render's thread that gets its turn in the middle of a draw finds it
-set. Worse: Blender puts it back, after each call of a class, to what it was before. A
-call of a render engine that begins in the middle of a draw, and ends after it, leaves
-the switch set for good, for all that runs outside operators: timers and handlers, those
-of the main thread too (3.4 to 5.2). The callbacks of properties are exempt, so the
-writing is done in the getter of a property; in a thread other than the main one without
-giving others a turn.
+Blender 3.4 has one switch for the whole process that forbids Python to write to data
+while a panel is drawn (5.2 has one for each thread). A render's thread that gets its
+turn in the middle of a draw finds it set. Worse: Blender puts it back, after each call
+of a class, to what it was before. A call of a render engine that begins in the middle of
+a draw, and ends after it, leaves the switch set for good, for all that runs outside
+operators: timers and handlers, those of the main thread too. The callbacks of properties
+are exempt, so the writing is done in the getter of a property; in a thread other than
+the main one without giving others a turn.
 """
 
 import contextlib

@@ -77,7 +77,8 @@ def forbid_writing():
     """Leaves Blender's switch against writing while it draws set, for good.
 
     So does Blender itself when a call of a render engine begins in the middle of a draw
-    and ends after it. Only operators and callbacks of properties can write then.
+    and ends after it (3.4; 5.2 has a switch for each thread). Only operators and
+    callbacks of properties can write then.
     """
     writing = common.addon("writing")
     inside, drawn = threading.Event(), threading.Event()
