@@ -4,11 +4,11 @@
 Blender 3.4 has one switch for the whole process that forbids Python to write to data
 while a panel is drawn (5.2 has one for each thread). A render's thread that gets its
 turn in the middle of a draw finds it set. Worse: Blender puts it back, after each call
-of a class, to what it was before. A call of a render engine that begins in the middle of
-a draw, and ends after it, leaves the switch set for good, for all that runs outside
-operators: timers and handlers, those of the main thread too. The callbacks of properties
-are exempt, so the writing is done in the getter of a property; in a thread other than
-the main one without giving others a turn.
+of a class, to what it was before. A call of a render engine that begins in the middle
+of a draw, and ends after it, leaves the switch set for good, for all that runs outside
+operators: timers and handlers, those of the main thread too. The callbacks of
+properties are exempt, so the writing is done in the getter of a property; in a thread
+other than the main one without giving others a turn.
 """
 
 import contextlib
@@ -56,7 +56,7 @@ def _no_turns():
 
 
 def write(task, *args):
-    """Runs task(*args), which may write to Blender's data, in any thread; its result."""
+    """Runs task(*args), which may write to data, in any thread; returns its result."""
     problems, results = [], []
     _tasks[threading.get_ident()] = (lambda: results.append(task(*args))), problems
     is_main = threading.current_thread() is threading.main_thread()
