@@ -182,13 +182,19 @@ static void build_rows(struct search *search)
 
 /* ---- where candidates may be --------------------------------------------------- */
 
+enum {
+    MOST_RINGS = MAX_REACH / BLOCK + 1,
+    MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
+};
+
 /* What a thread works with. */
 struct scratch {
     struct rf_hidden_vote vote;
     struct rf_hidden_window window;
+    struct rf_hidden_group group;
     int n_blocks;
-    struct rf_hidden_block
-        blocks[(2 * (MAX_REACH / BLOCK + 1) + 1) * (2 * (MAX_REACH / BLOCK + 1) + 1)];
+    struct rf_hidden_block blocks[MOST_BLOCKS];
+    struct rf_hidden_hit hits[MOST_BLOCKS];
 };
 
 /* Squared least distance of two blocks that are d blocks apart, in units of the lens.
@@ -288,15 +294,35 @@ static bool average(const struct search *search, const struct rf_hidden_window *
     return true;
 }
 
+/*
+ * Does the far part of the query's own pixel win the vote? At no distance it has more
+ * votes than all other pixels together could have; *r receives the radius of its bin.
+ */
+static bool wins_by_itself(const struct search *search,
+                           const struct rf_hidden_query *query, float *r)
+{
+    const struct rf_backs *b = &search->backs;
+    float room = b->r[(size_t)query->y * (size_t)b->stride + (size_t)query->x];
+    room -= query->s;
+    if (!(room > 0) || !(room * room > 0))
+        return false;
+    int bin = (int)rf_min_float(room / BIN_PX, RF_HIDDEN_BINS - 1);
+    *r = query->s + ((float)bin + 0.5f) * BIN_PX;
+    return true;
+}
+
 /* Estimates what lies behind a query; `d2` receives how far the hole's rim is. */
 static bool estimate(const struct search *search, const struct rf_hidden_query *query,
                      struct scratch *scratch, struct rf_surface *hidden, int *d2)
 {
     float r;
-    search->kernels->vote_blocks(&search->backs, query, scratch->blocks,
-                                 scratch->n_blocks, &scratch->vote);
-    if (!count_votes(&scratch->vote, query->s, &r, d2))
-        return false;
+    *d2 = 0;
+    if (!wins_by_itself(search, query, &r)) {
+        search->kernels->vote_blocks(&search->backs, &scratch->group, query,
+                                     &scratch->vote);
+        if (!count_votes(&scratch->vote, query->s, &r, d2))
+            return false;
+    }
     float reach = rf_min_float(sqrtf((float)*d2) * 2.5f + 3, MAX_WINDOW);
     search->kernels->gather_window(&search->backs, query, r, reach, &scratch->window);
     return average(search, &scratch->window, hidden);
@@ -371,22 +397,25 @@ static bool share_quad(const struct search *search, size_t first, int x0, int y0
     return true;
 }
 
-/* May anything lie behind one of 4 x 4 pixels? */
-static bool may_hide(const struct search *search, const struct scratch *scratch, int x0,
+/* May anything lie behind one of 4 x 4 pixels? Begins their group. */
+static bool may_hide(const struct search *search, struct scratch *scratch, int x0,
                      int y0)
 {
     const struct rf_surfaces *s = search->s;
     float least = INFINITY;
+    bool is_mixed = false;
     for (int y = y0; y < rf_min_int(y0 + GROUP, s->height); y++)
         for (int x = x0; x < rf_min_int(x0 + GROUP, s->width); x++) {
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            if (s->share[i] > 0 && s->share[i] < 1)
-                return true; /* its far part may be a candidate for it */
+            is_mixed |= s->share[i] > 0 && s->share[i] < 1;
             least = rf_min_float(s->share[i] > 0 ? s->near[i].r : INFINITY, least);
         }
-    struct rf_hidden_query query = query_at(search, x0, y0, least);
-    return search->kernels->has_candidate(&search->backs, &query, scratch->blocks,
-                                          scratch->n_blocks);
+    scratch->group = (struct rf_hidden_group){.query = query_at(search, x0, y0, least),
+                                              .n_blocks = scratch->n_blocks,
+                                              .blocks = scratch->blocks,
+                                              .hits = scratch->hits};
+    /* The far part of a mixed pixel may be a candidate for the near one. */
+    return is_mixed || search->kernels->has_candidate(&search->backs, &scratch->group);
 }
 
 /* Answers 4 x 4 pixels: deep behind a surface they share one answer. */

@@ -37,6 +37,23 @@ struct rf_hidden_block {
     float highest; /* radius in it */
 };
 
+/* A block that may hold candidates of a group. */
+struct rf_hidden_hit {
+    int16_t block;
+    int16_t rows; /* a bit for each row that may */
+};
+
+/*
+ * RF_HIDDEN_GROUP x RF_HIDDEN_GROUP pixels that are searched one after the
+ * other. What one of them has learnt of the blocks serves the next.
+ */
+struct rf_hidden_group {
+    struct rf_hidden_query query; /* of the first pixel, with the least radius of all */
+    int n_blocks, n_seen, n_hits;
+    const struct rf_hidden_block *blocks; /* by ring */
+    struct rf_hidden_hit *hits;           /* of the first n_seen blocks; room for all */
+};
+
 /* Histogram over r - s, in bins of half a pixel, two spare ones at each end. */
 struct rf_hidden_vote {
     float histogram[RF_HIDDEN_BINS + 4];

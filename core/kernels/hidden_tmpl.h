@@ -25,6 +25,12 @@ static inline int stride_at(int gap)
     return gap < STRIDE_2_PX ? 1 : gap < STRIDE_4_PX ? 2 : 4;
 }
 
+/* A bit for each row that is read of a block then. */
+static inline unsigned rows_at(int stride)
+{
+    return stride == 1 ? 0xff : stride == 2 ? 0x55 : 0x11;
+}
+
 /* Makes room for votes up to bin b. */
 static inline void open_bins(struct rf_hidden_vote *vote, int b)
 {
@@ -57,7 +63,7 @@ static inline void cast_votes(struct rf_hidden_vote *vote, unsigned bits, vi d2,
 
 static inline void vote_block(const struct rf_backs *backs,
                               const struct rf_hidden_query *q,
-                              const struct rf_hidden_block *block,
+                              const struct rf_hidden_block *block, unsigned rows,
                               struct rf_hidden_vote *vote)
 {
     int gx = gap_to_block(q->x, 1, block->x), gy = gap_to_block(q->y, 1, block->y);
@@ -71,32 +77,15 @@ static inline void vote_block(const struct rf_backs *backs,
     vi dx = lane_numbers() + (x0 - q->x);
     vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
     const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
-    for (int y = 0; y < RF_HIDDEN_BLOCK; y += stride) {
+    rows &= rows_at(stride);
+    for (; rows; rows &= rows - 1) {
+        int y = __builtin_ctz(rows);
         vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
         int dy = y0 + y - q->y;
         vf d2 = dx2 + SPLAT((float)(dy * dy) * q->inv_y2);
         unsigned bits = lane_bits(is_read & (room > SPLAT(0)) & (d2 < room * room));
         if (bits)
             cast_votes(vote, bits, dx * dx + dy * dy, room, (float)(stride * stride));
-    }
-}
-
-static void vote_blocks(const struct rf_backs *backs, const struct rf_hidden_query *q,
-                        const struct rf_hidden_block *blocks, int n,
-                        struct rf_hidden_vote *vote)
-{
-    vote->top = 1;
-    vote->nearest = INT32_MAX;
-    for (int b = 0; b < 2; b++) {
-        vote->histogram[b] = 0;
-        vote->nearest2[b] = INT32_MAX;
-    }
-    for (int i = 0; i < n; i++) {
-        int gap = (blocks[i].ring - 1) * RF_HIDDEN_BLOCK + 1;
-        if (blocks[i].ring > 1 && vote->nearest < INT32_MAX &&
-            4 * gap * gap > 9 * vote->nearest)
-            return;
-        vote_block(backs, q, &blocks[i], vote);
     }
 }
 
@@ -110,16 +99,16 @@ static inline int gap_to_group(int x, int first)
  * What vote_block() reads, seen from the nearest pixel of a group, but not from itself:
  * every rounding is monotone, so no pixel has a candidate that is not one here.
  */
-static inline bool block_has_candidate(const struct rf_backs *backs,
-                                       const struct rf_hidden_query *q,
-                                       const struct rf_hidden_block *block)
+static inline unsigned candidate_rows(const struct rf_backs *backs,
+                                      const struct rf_hidden_query *q,
+                                      const struct rf_hidden_block *block)
 {
     int gx = gap_to_block(q->x, RF_HIDDEN_GROUP, block->x);
     int gy = gap_to_block(q->y, RF_HIDDEN_GROUP, block->y);
     float limit = block->highest - q->s;
     float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
     if (limit <= 0 || gap2 >= limit * limit)
-        return false;
+        return 0;
     int stride = stride_at(gx > gy ? gx : gy);
     vi is_read = (lane_numbers() & (stride - 1)) == 0;
     int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
@@ -128,23 +117,61 @@ static inline bool block_has_candidate(const struct rf_backs *backs,
     vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
     const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
     vf least2 = SPLAT(rf_min_float(q->inv_x2, q->inv_y2));
-    vi is_found = {0};
+    unsigned rows = 0;
     for (int y = 0; y < RF_HIDDEN_BLOCK; y += stride) {
         vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
         int dy = gap_to_group(y0 + y, q->y);
         vf d2 = vmax(dx2 + SPLAT((float)(dy * dy) * q->inv_y2), least2);
-        is_found |= is_read & (room > SPLAT(0)) & (d2 < room * room);
+        vi is_found = is_read & (room > SPLAT(0)) & (d2 < room * room);
+        rows |= (unsigned)(lane_bits(is_found) != 0) << y;
     }
-    return lane_bits(is_found) != 0;
+    return rows;
 }
 
-static bool has_candidate(const struct rf_backs *backs, const struct rf_hidden_query *q,
-                          const struct rf_hidden_block *blocks, int n)
+/* Is a block so far beyond the nearest candidate that the search ends? */
+static inline bool is_beyond(const struct rf_hidden_block *block, int nearest)
 {
-    for (int i = 0; i < n; i++)
-        if (block_has_candidate(backs, q, &blocks[i]))
+    int gap = (block->ring - 1) * RF_HIDDEN_BLOCK + 1;
+    return block->ring > 1 && nearest < INT32_MAX && 4 * gap * gap > 9 * nearest;
+}
+
+/* Looks for the group's next hit, in blocks that are not beyond; false: there is none.
+ */
+static inline bool find_hit(const struct rf_backs *backs, struct rf_hidden_group *g,
+                            int nearest)
+{
+    while (g->n_seen < g->n_blocks && !is_beyond(&g->blocks[g->n_seen], nearest)) {
+        int i = g->n_seen++;
+        unsigned rows = candidate_rows(backs, &g->query, &g->blocks[i]);
+        if (rows) {
+            g->hits[g->n_hits++] = (struct rf_hidden_hit){(int16_t)i, (int16_t)rows};
             return true;
+        }
+    }
     return false;
+}
+
+static bool has_candidate(const struct rf_backs *backs, struct rf_hidden_group *group)
+{
+    return group->n_hits || find_hit(backs, group, INT32_MAX);
+}
+
+static void vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *group,
+                        const struct rf_hidden_query *q, struct rf_hidden_vote *vote)
+{
+    vote->top = 1;
+    vote->nearest = INT32_MAX;
+    for (int b = 0; b < 2; b++) {
+        vote->histogram[b] = 0;
+        vote->nearest2[b] = INT32_MAX;
+    }
+    for (int i = 0; i < group->n_hits || find_hit(backs, group, vote->nearest); i++) {
+        const struct rf_hidden_hit *hit = &group->hits[i];
+        const struct rf_hidden_block *block = &group->blocks[hit->block];
+        if (is_beyond(block, vote->nearest))
+            return;
+        vote_block(backs, q, block, (unsigned)hit->rows, vote);
+    }
 }
 
 /* Every stride-th float from p on. */

@@ -152,17 +152,13 @@ struct rf_kernels {
     /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
     void (*log_row)(float *v, int n);
     /*
-     * May any of RF_HIDDEN_GROUP x RF_HIDDEN_GROUP queries, the first of them given
-     * with the least radius of all, have a candidate that vote_blocks() finds? None is
-     * one for itself.
+     * May any pixel of a group have a candidate that vote_blocks() finds? None is one
+     * for itself.
      */
-    bool (*has_candidate)(const struct rf_backs *backs,
-                          const struct rf_hidden_query *query,
-                          const struct rf_hidden_block *blocks, int n);
-    /* Lets the candidates of n blocks vote, which are sorted by ring. */
-    void (*vote_blocks)(const struct rf_backs *backs,
+    bool (*has_candidate)(const struct rf_backs *backs, struct rf_hidden_group *group);
+    /* Lets the candidates of a pixel of a group vote. */
+    void (*vote_blocks)(const struct rf_backs *backs, struct rf_hidden_group *group,
                         const struct rf_hidden_query *query,
-                        const struct rf_hidden_block *blocks, int n,
                         struct rf_hidden_vote *vote);
     /* The pixels around a query that show the surface of radius about r. */
     void (*gather_window)(const struct rf_backs *backs,

@@ -286,19 +286,27 @@ static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
                                          (int16_t)(3 - ring + i / 3 * ring), ring, 25};
 }
 
+/* The first n blocks for a group that a query belongs to. */
+static struct rf_hidden_group group_of(const struct rf_hidden_query *query, int n)
+{
+    static struct rf_hidden_block blocks[N_BLOCKS];
+    static struct rf_hidden_hit hits[N_BLOCKS];
+    list_blocks(blocks);
+    return (struct rf_hidden_group){
+        .query = *query, .n_blocks = n, .blocks = blocks, .hits = hits};
+}
+
 static void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_backs backs = backs_of(w);
     struct rf_hidden_query query = {60 + variant, 30, 4, 1 / 400.0f, 1 / 300.0f};
-    struct rf_hidden_block blocks[N_BLOCKS];
+    struct rf_hidden_group group = group_of(&query, N_BLOCKS);
     static struct rf_hidden_vote vote;
-    int n = N_BLOCKS;
-    list_blocks(blocks);
     memset(&vote, 0, sizeof vote);
     vote.nearest = INT32_MAX;
     for (int i = 0; i < RF_HIDDEN_BINS + 4; i++)
         vote.nearest2[i] = INT32_MAX;
-    k->vote_blocks(&backs, &query, blocks, n, &vote);
+    k->vote_blocks(&backs, &group, &query, &vote);
     memcpy(w->at + 40000, &vote, sizeof vote);
 }
 
@@ -312,12 +320,10 @@ static struct rf_hidden_query group_query(int i)
 static void call_candidate(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_backs backs = backs_of(w);
-    struct rf_hidden_block blocks[N_BLOCKS];
-    list_blocks(blocks);
     for (int i = 0; i < 72; i++) {
         struct rf_hidden_query query = group_query(i);
-        w->at[40000 + i] =
-            k->has_candidate(&backs, &query, blocks, N_BLOCKS - 8 * variant);
+        struct rf_hidden_group group = group_of(&query, N_BLOCKS - 8 * variant);
+        w->at[40000 + i] = k->has_candidate(&backs, &group);
     }
 }
 
@@ -440,30 +446,39 @@ static void searches_find_something(void)
     CHECK(window->n > 20 && window->weight_sum > 0);
 }
 
-/* A group has a candidate wherever one of its pixels has, and not everywhere. */
+/* A group has a candidate wherever one of its pixels has, and not everywhere; what it
+ * has learnt for one pixel loses no vote of another. */
 static void groups_have_what_their_pixels_have(void)
 {
-    static struct rf_hidden_vote vote;
+    static struct rf_hidden_vote vote, alone;
     const struct rf_kernels *k = rf_kernels_at(0);
-    struct rf_hidden_block blocks[N_BLOCKS];
     int n_groups = 0, n_pixels = 0;
     prepare(&first, N_KERNELS - 1, 0);
     for (int i = 0; i < BACKS_W * BACKS_H; i++) /* few stand out */
         first.at[i] -= i * 7 % 61 ? 12 : 0;
     struct rf_backs backs = backs_of(&first);
-    list_blocks(blocks);
     for (int i = 0; i < 72; i++) {
-        struct rf_hidden_query group = group_query(i);
-        bool has_any = k->has_candidate(&backs, &group, blocks, N_BLOCKS);
+        struct rf_hidden_query corner = group_query(i);
+        struct rf_hidden_group group = group_of(&corner, N_BLOCKS);
+        bool has_any = k->has_candidate(&backs, &group);
         bool has_one = false;
         for (int p = 0; p < 16; p++) {
-            struct rf_hidden_query query = group;
+            struct rf_hidden_query query = corner;
             query.x += p % 4;
             query.y += p / 4;
             if (backs.r[query.y * BACKS_W + query.x] > query.s)
                 continue; /* it would be one for itself */
-            k->vote_blocks(&backs, &query, blocks, N_BLOCKS, &vote);
+            k->vote_blocks(&backs, &group, &query, &vote);
             has_one |= vote.nearest < INT32_MAX;
+            struct rf_hidden_hit hits[N_BLOCKS];
+            struct rf_hidden_group own = group;
+            own.query = query; /* whose first pixel votes, in a group of its own */
+            own.n_seen = own.n_hits = 0;
+            own.hits = hits;
+            k->vote_blocks(&backs, &own, &query, &alone);
+            size_t n = (size_t)vote.top * sizeof *vote.histogram;
+            CHECK(vote.top == alone.top && vote.nearest == alone.nearest &&
+                  memcmp(vote.histogram, alone.histogram, n) == 0);
         }
         CHECK(has_any || !has_one);
         n_groups += has_any;
