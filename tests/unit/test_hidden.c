@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is estimated behind surfaces: a post in the middle of a wall. */
+#include "surfaces.h"
+#include "testing.h"
+
+enum { SIDE = 32, POST = 12, POST_END = 20, N = SIDE * SIDE };
+
+static const float POST_R = -6, WALL_R = 5;
+static struct rf_surface near[N], far[N], hidden[N];
+static float share[N], weight[N];
+
+/*
+ * The columns to both sides of the post are mixed, `share` its part of them; the wall
+ * has another colour in one row of those.
+ */
+static void search(float wall, float mixed_share, float mixed_wall)
+{
+    static float peak[SIDE];
+    struct rf_params params = {0};
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_task task = {.last = -1};
+    for (int i = 0; i < N; i++) {
+        int x = i % SIDE;
+        bool is_post = x >= POST && x < POST_END;
+        bool is_mixed = x == POST || x == POST_END - 1;
+        near[i] = (struct rf_surface){{0.1f, 0.1f, 0.1f, 1}, is_post ? POST_R : WALL_R};
+        if (!is_post)
+            near[i].c[0] = near[i].c[1] = near[i].c[2] = wall;
+        float back = i / SIDE == SIDE / 2 ? mixed_wall : wall;
+        far[i] = (struct rf_surface){{back, back, back, 1}, WALL_R};
+        share[i] = is_mixed ? mixed_share : 1;
+    }
+    struct rf_surfaces surfaces = {.width = SIDE,
+                                   .height = SIDE,
+                                   .near = near,
+                                   .far = far,
+                                   .share = share,
+                                   .peak = peak};
+    rf_params_init(&params);
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
+    REQUIRE(rf_find_hidden(filter, &surfaces, hidden, weight, &task, NULL) == RF_OK);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
+static const struct rf_surface *at(int x)
+{
+    return &hidden[SIDE / 2 * SIDE + x];
+}
+
+static void the_wall_goes_on_behind_the_post(void)
+{
+    search(0.5f, 0.5f, 0.5f);
+    for (int x = POST; x < POST_END; x++) {
+        CHECK(weight[SIDE / 2 * SIDE + x] == 1);
+        CHECK_NEAR(at(x)->c[0], 0.5, 1e-3);
+        CHECK_NEAR(at(x)->r, WALL_R, 1e-3);
+    }
+    CHECK(weight[SIDE / 2 * SIDE + POST - 1] == 0); /* nothing is behind the wall */
+}
+
+/* Though the wall around it has another colour. */
+static void behind_a_mixed_pixel_is_its_far_part(void)
+{
+    search(0.5f, 0.5f, 0.8f);
+    CHECK(at(POST)->c[0] == 0.8f && at(POST)->r == WALL_R);
+}
+
+/* A far part of which too little is seen is not to be trusted. */
+static void a_sliver_is_not(void)
+{
+    search(0.5f, 0.95f, 0.8f);
+    CHECK_NEAR(at(POST)->c[0], 0.5, 1e-3);
+}
+
+/* Or a lamp at the edge would be seen twice. */
+static void a_hidden_lamp_is_dimmed(void)
+{
+    search(0.5f, 0.5f, 40);
+    CHECK(at(POST)->c[0] > 0.5f && at(POST)->c[0] < 12);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(the_wall_goes_on_behind_the_post);
+    TEST(behind_a_mixed_pixel_is_its_far_part);
+    TEST(a_sliver_is_not);
+    TEST(a_hidden_lamp_is_dimmed);
+    return testing_end();
+}
