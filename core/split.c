@@ -190,138 +190,96 @@ struct edge {
     float gap, lowest, highest;
 };
 
-static bool find_edge(const struct rf_pixels *p, int x, int y, struct edge *e)
-{
-    float sorted[9];
-    struct window w = window_at(p, x, y, 1);
-    int n = 0;
-    float lowest = INFINITY, highest = -INFINITY;
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++) {
-            float r = pixel(p, i, j)->r;
-            lowest = rf_min_float(lowest, r);
-            highest = rf_max_float(highest, r);
-        }
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++)
-            insert_sorted(sorted, n++, pixel(p, i, j)->r);
-    *e = (struct edge){.lowest = lowest, .highest = highest};
-    for (int k = 1; k < n; k++)
-        if (sorted[k] - sorted[k - 1] > e->gap) {
-            e->gap = sorted[k] - sorted[k - 1];
-            e->threshold = 0.5f * (sorted[k] + sorted[k - 1]);
-        }
-    return e->gap >= EDGE_GAP_PX;
-}
-
-enum { AROUND = 2 * WINDOW + 1 };
-
-/*
- * Bit i + WINDOW of row j + WINDOW: does pixel (x + i, y + j) lie behind the edge, and
- * are all of its neighbours on its side?
- */
-struct sides {
-    unsigned far[AROUND], interior[AROUND];
-};
-
-static void find_classes(const struct rf_pixels *p, int x, int y, float threshold,
-                         struct sides *sides)
-{
-    const float *rows[AROUND + 2];
-    unsigned far[AROUND + 2], all_far[AROUND + 2], all_near[AROUND + 2];
-    rf_plane_rows(p, p->radius, y, WINDOW + 1, rows);
-    for (int j = 0; j < AROUND + 2; j++) {
-        const float *r = rows[j] + x - WINDOW - 1;
-        unsigned bits = 0;
-        for (int i = 0; i < AROUND + 2; i++)
-            bits |= (unsigned)(r[i] > threshold) << i;
-        far[j] = bits;
-        all_far[j] = bits & bits >> 1 & bits >> 2;
-        all_near[j] = ~(bits | bits >> 1 | bits >> 2);
-    }
-    for (int j = 0; j < AROUND; j++) {
-        sides->far[j] = far[j + 1] >> 1;
-        sides->interior[j] = (all_far[j] & all_far[j + 1] & all_far[j + 2]) |
-                             (all_near[j] & all_near[j + 1] & all_near[j + 2]);
-    }
-}
+enum { AROUND = RF_SIDES_AROUND, N_AROUND = AROUND * AROUND };
 
 typedef float quad __attribute__((vector_size(16), aligned(4)));
 
-struct mean {
-    quad c;
-    float r, weight;
-};
-
-static void mean_add(struct mean *m, const struct rf_surface *s, float k)
+/* Pixels around (x, y), a bit for each as in struct rf_sides, that lie in the picture.
+ */
+static uint32_t bits_inside(const struct rf_pixels *p, int x, int y)
 {
-    m->c += k * *(const quad *)s->c;
-    m->r += k * s->r;
-    m->weight += k;
+    struct window w = window_at(p, x, y, WINDOW);
+    uint32_t row = (2u << (w.x1 - x + WINDOW)) - (1u << (w.x0 - x + WINDOW)), bits = 0;
+    for (int j = w.y0; j <= w.y1; j++)
+        bits |= row << AROUND * (j - y + WINDOW);
+    return bits;
 }
 
-static struct rf_surface mean_get(const struct mean *m)
+/* The pixel of a bit. */
+static const struct rf_surface *pixel_of(const struct rf_pixels *p, int x, int y,
+                                         int bit)
 {
-    struct rf_surface s = {.r = m->r / m->weight};
-    quad c = m->c / m->weight;
-    memcpy(s.c, &c, sizeof s.c);
-    return s;
+    return pixel(p, x + bit % AROUND - WINDOW, y + bit / AROUND - WINDOW);
+}
+
+/* Mean of the pixels of a set that is not empty. */
+static struct rf_surface mean_of(const struct rf_pixels *p, int x, int y, uint32_t bits)
+{
+    /* 1 / (1/2 + d^2) */
+#define ROW(a, b, c) 1 / (a), 1 / (b), 1 / (c), 1 / (b), 1 / (a)
+    static const float WEIGHTS[N_AROUND] = {
+        ROW(8.5f, 5.5f, 4.5f), ROW(5.5f, 2.5f, 1.5f), ROW(4.5f, 1.5f, 0.5f),
+        ROW(5.5f, 2.5f, 1.5f), ROW(8.5f, 5.5f, 4.5f)};
+#undef ROW
+    quad c = {0};
+    float r = 0, weight = 0;
+    for (; bits; bits &= bits - 1) {
+        int bit = __builtin_ctz(bits);
+        const struct rf_surface *q = pixel_of(p, x, y, bit);
+        float k = WEIGHTS[bit];
+        c += k * *(const quad *)q->c;
+        r += k * q->r;
+        weight += k;
+    }
+    struct rf_surface mean = {.r = r / weight};
+    c /= weight;
+    memcpy(mean.c, &c, sizeof mean.c);
+    return mean;
 }
 
 /* A side without interior is thin: its pixel that differs most from the other side. */
-static void take_most_unlike(const struct rf_pixels *p, int x, int y, float threshold,
-                             bool is_far, const struct rf_surface *other,
-                             struct rf_surface *out)
+static void take_most_unlike(const struct rf_pixels *p, int x, int y, uint32_t bits,
+                             const struct rf_surface *other, struct rf_surface *out)
 {
-    struct window w = window_at(p, x, y, WINDOW);
+    const quad c = *(const quad *)other->c;
     float best = -1;
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++) {
-            const struct rf_surface *q = pixel(p, i, j);
-            if ((q->r > threshold) != is_far)
-                continue;
-            float d = 0;
-            for (int n = 0; n < 4; n++)
-                d += fabsf(q->c[n] - other->c[n]);
-            d /= 1 + 0.3f * (float)((i - x) * (i - x) + (j - y) * (j - y));
-            if (d > best) {
-                best = d;
-                memcpy(out->c, q->c, sizeof out->c);
-            }
+    for (; bits; bits &= bits - 1) {
+        int bit = __builtin_ctz(bits), dx = bit % AROUND - WINDOW;
+        int dy = bit / AROUND - WINDOW;
+        const struct rf_surface *q = pixel(p, x + dx, y + dy);
+        quad e = *(const quad *)q->c - c;
+        float d = fabsf(e[0]) + fabsf(e[1]) + fabsf(e[2]) + fabsf(e[3]);
+        d /= 1 + 0.3f * (float)(dx * dx + dy * dy);
+        if (d > best) {
+            best = d;
+            memcpy(out->c, q->c, sizeof out->c);
         }
+    }
 }
 
 /* Colours and radii of the two surfaces that meet in the pixel; false: only one. */
-static bool find_sides(const struct rf_pixels *p, int x, int y, const struct edge *e,
-                       struct rf_surface *f, struct rf_surface *b)
+static bool find_sides(const struct rf_kernels *kernels, const struct rf_pixels *p,
+                       int x, int y, const struct edge *e, struct rf_surface *f,
+                       struct rf_surface *b)
 {
-    /* 1 / (1/2 + d^2) */
-    static const float weights[] = {2,        1 / 1.5f, 1 / 2.5f, 0,       1 / 4.5f,
-                                    1 / 5.5f, 0,        0,        1 / 8.5f};
-    struct mean all[2] = {{{0}, 0, 0}}, inner[2] = {{{0}, 0, 0}};
-    struct sides sides;
-    find_classes(p, x, y, e->threshold, &sides);
-    struct window w = window_at(p, x, y, WINDOW);
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++) {
-            const struct rf_surface *q = pixel(p, i, j);
-            int bit = i - x + WINDOW, row = j - y + WINDOW;
-            int side = sides.far[row] >> bit & 1;
-            if (side ? q->r > e->highest + e->gap : q->r < e->lowest - e->gap)
-                continue;
-            float k = weights[(i - x) * (i - x) + (j - y) * (j - y)];
-            mean_add(&all[side], q, k);
-            if (sides.interior[row] >> bit & 1)
-                mean_add(&inner[side], q, k);
-        }
-    if (all[0].weight == 0 || all[1].weight == 0)
+    const float *rows[AROUND + 2];
+    struct rf_sides sides;
+    rf_plane_rows(p, p->radius, y, WINDOW + 1, rows);
+    kernels->find_sides(rows, x, e->threshold, e->lowest - e->gap, e->highest + e->gap,
+                        &sides);
+    uint32_t inside = bits_inside(p, x, y);
+    uint32_t near = ~sides.far & inside, far = sides.far & inside;
+    uint32_t near_usual = near & sides.usual, far_usual = far & sides.usual;
+    if (!near_usual || !far_usual)
         return false;
-    *f = mean_get(inner[0].weight > 0 ? &inner[0] : &all[0]);
-    *b = mean_get(inner[1].weight > 0 ? &inner[1] : &all[1]);
-    if (inner[0].weight == 0)
-        take_most_unlike(p, x, y, e->threshold, false, b, f);
-    else if (inner[1].weight == 0)
-        take_most_unlike(p, x, y, e->threshold, true, f, b);
+    uint32_t near_inner = near_usual & sides.interior;
+    uint32_t far_inner = far_usual & sides.interior;
+    *f = mean_of(p, x, y, near_inner ? near_inner : near_usual);
+    *b = mean_of(p, x, y, far_inner ? far_inner : far_usual);
+    if (!near_inner)
+        take_most_unlike(p, x, y, near, b, f);
+    else if (!far_inner)
+        take_most_unlike(p, x, y, far, f, b);
     return true;
 }
 
@@ -345,16 +303,16 @@ static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *
     *share = a;
 }
 
-static bool split_edge(const struct rf_pixels *p, int x, int y, struct rf_surface *near,
+static bool split_edge(const struct rf_kernels *kernels, const struct rf_pixels *p,
+                       int x, int y, const struct edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
 {
-    struct edge e;
     struct rf_surface f, b;
-    if (!find_edge(p, x, y, &e) || !find_sides(p, x, y, &e, &f, &b))
+    if (!find_sides(kernels, p, x, y, e, &f, &b))
         return false;
     const struct rf_surface *c = pixel(p, x, y);
     if (b.c[3] < EMPTY * f.c[3]) {
-        split_by_alpha(c, &f, &e, &b, near, far, share);
+        split_by_alpha(c, &f, e, &b, near, far, share);
         return true;
     }
     float dot = 0, norm = 0, size = 0;
@@ -383,21 +341,24 @@ static bool split_edge(const struct rf_pixels *p, int x, int y, struct rf_surfac
         near->c[n] = ff;
         far->c[n] = bb;
     }
-    bool is_near = c->r <= e.threshold;
+    bool is_near = c->r <= e->threshold;
     near->r = is_near ? c->r : f.r;
     far->r = is_near ? b.r : c->r;
     *share = a;
     return true;
 }
 
-/* Rows of one thread: extremes of the luminance (5 x 5) and the radius (3 x 3). */
+/*
+ * Rows of one thread: extremes of the luminance (5 x 5) and the radius (3 x 3), gaps of
+ * the radius.
+ */
 struct scratch {
     const struct rf_kernels *kernels;
-    float *columns, *darkest, *brightest, *nearest, *farthest;
+    float *columns, *darkest, *brightest, *nearest, *farthest, *gap, *threshold;
     unsigned char *candidates;
 };
 
-enum { N_ROWS = 6 }; /* of floats, for all that */
+enum { N_ROWS = 8 }; /* of floats, for all that */
 
 /* What a pixel may be, as far as extremes tell. */
 enum { MAY_BE_FRINGE = 1, MAY_BE_EDGE = 2 };
@@ -421,13 +382,15 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
     }
     for (int x = p->width; x % 8; x++)
         s->candidates[x] = 0;
-    if (y == 0 || y == p->height - 1)
-        return;
-    int first = s->candidates[0], last = s->candidates[p->width - 1];
-    s->kernels->keep_edges(rows, s->nearest, s->farthest, PLANE_TOLERANCE, p->width,
-                           MAY_BE_EDGE, s->candidates);
-    s->candidates[0] = (unsigned char)first;
-    s->candidates[p->width - 1] = (unsigned char)last;
+    if (y > 0 && y < p->height - 1) {
+        int first = s->candidates[0], last = s->candidates[p->width - 1];
+        s->kernels->keep_edges(rows, s->nearest, s->farthest, PLANE_TOLERANCE, p->width,
+                               MAY_BE_EDGE, s->candidates);
+        s->candidates[0] = (unsigned char)first;
+        s->candidates[p->width - 1] = (unsigned char)last;
+    }
+    s->kernels->find_gaps(rows, EDGE_GAP_PX, p->width, MAY_BE_EDGE, s->candidates,
+                          s->gap, s->threshold);
 }
 
 /* Greatest luminance of the pixels of a row. */
@@ -453,9 +416,13 @@ static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
                         struct rf_surface *far, float *share)
 {
     int candidate = s->candidates[x];
-    return (candidate & MAY_BE_FRINGE && may_be_fringe(pixels, x, y, s->brightest[x]) &&
-            split_fringe(pixels, x, y, near, far, share)) ||
-           (candidate & MAY_BE_EDGE && split_edge(pixels, x, y, near, far, share));
+    if (candidate & MAY_BE_FRINGE && may_be_fringe(pixels, x, y, s->brightest[x]) &&
+        split_fringe(pixels, x, y, near, far, share))
+        return true;
+    const struct edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
+                              s->farthest[x]};
+    return candidate & MAY_BE_EDGE &&
+           split_edge(s->kernels, pixels, x, y, &edge, near, far, share);
 }
 
 /* Share of a pixel whose near part is all of it, but not the pixel as it came. */
@@ -509,7 +476,9 @@ rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels 
                             at + 2 * row,
                             at + 3 * row,
                             at + 4 * row,
-                            (unsigned char *)(at + 5 * row)};
+                            at + 5 * row,
+                            at + 6 * row,
+                            (unsigned char *)(at + 7 * row)};
         split_row(pixels, y, &s, out);
         rf_task_step(task);
     }

@@ -63,6 +63,18 @@ struct rf_tile_state {
     size_t sum_cell_stride; /* 0 where all cells share the sums */
 };
 
+enum { RF_SIDES_AROUND = 5 };
+
+/*
+ * The pixels around one, 5 x 5 of them: a bit for each, i + 5 j for column i of row j
+ * from the top left.
+ */
+struct rf_sides {
+    uint32_t far;      /* beyond the threshold */
+    uint32_t interior; /* all neighbours are on its own side */
+    uint32_t usual;    /* neither below `lowest` nor above `highest` */
+};
+
 /* Planar depth in a perspective: what makes a radius of it. */
 struct rf_plain_depth {
     double factor, offset, infinity; /* params.depth_scale, _offset, _infinity */
@@ -125,6 +137,16 @@ struct rf_kernels {
     void (*keep_edges)(const float *const rows[3], const float *lowest,
                        const float *highest, float tolerance, int n, unsigned char bit,
                        unsigned char *flags);
+    /*
+     * The largest gap between the sorted 3 x 3 values around each of n pixels that has
+     * `bit`, and its middle; takes the bit where the gap is less than `least`. Reads
+     * and writes n rounded up to eight; without the bit the results are undefined.
+     */
+    void (*find_gaps)(const float *const rows[3], float least, int n, unsigned char bit,
+                      unsigned char *flags, float *gap, float *middle);
+    /* What is around pixel x of the middle of seven rows. */
+    void (*find_sides)(const float *const rows[7], int x, float threshold, float lowest,
+                       float highest, struct rf_sides *sides);
     /*
      * Unpacks n pixels of RGBA into planes, or packs them; unpack() returns whether all
      * values are finite.

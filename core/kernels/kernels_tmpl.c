@@ -404,6 +404,72 @@ static void keep_edges(const float *const rows[3], const float *lowest,
     }
 }
 
+/* Sorts nine values: the 25 exchanges of the smallest network. */
+static inline void sort_nine(vf v[9])
+{
+    static const unsigned char EXCHANGES[][2] = {
+        {0, 3}, {1, 7}, {2, 5}, {4, 8}, {0, 7}, {2, 4}, {3, 8}, {5, 6}, {0, 2},
+        {1, 3}, {4, 5}, {7, 8}, {1, 4}, {3, 6}, {5, 7}, {0, 1}, {2, 4}, {3, 5},
+        {6, 8}, {2, 3}, {4, 5}, {6, 7}, {1, 2}, {3, 4}, {5, 6}};
+#pragma GCC unroll 25
+    for (int i = 0; i < 25; i++) {
+        vf a = v[EXCHANGES[i][0]], b = v[EXCHANGES[i][1]];
+        v[EXCHANGES[i][0]] = vmin(a, b);
+        v[EXCHANGES[i][1]] = vmax(b, a);
+    }
+}
+
+static void find_gaps(const float *const rows[3], float least, int n, unsigned char bit,
+                      unsigned char *flags, float *gap, float *middle)
+{
+    uint64_t bits = bit * 0x0101010101010101u, eight;
+    for (int x = 0; x < n; x += LANES) {
+        memcpy(&eight, flags + x, sizeof eight);
+        if (!(eight & bits))
+            continue;
+        vf v[9], widest = {0}, at = {0};
+        for (int k = 0; k < 9; k++)
+            v[k] = LOAD(rows[k / 3] + x + k % 3 - 1);
+        sort_nine(v);
+        for (int k = 1; k < 9; k++) {
+            vf d = v[k] - v[k - 1];
+            vi is_wider = d > widest;
+            widest = choose(is_wider, d, widest);
+            at = choose(is_wider, SPLAT(0.5f) * (v[k] + v[k - 1]), at);
+        }
+        STORE(gap + x, widest);
+        STORE(middle + x, at);
+        unsigned narrow = ~lane_bits(widest >= SPLAT(least));
+        for (int l = 0; l < LANES; l++)
+            if (narrow >> l & 1)
+                flags[x + l] &= (unsigned char)~bit;
+    }
+}
+
+static void find_sides(const float *const rows[7], int x, float threshold, float lowest,
+                       float highest, struct rf_sides *sides)
+{
+    enum { ROW = RF_SIDES_AROUND, MASK = (1 << ROW) - 1 };
+    unsigned far[7], all_far[7], all_near[7];
+    *sides = (struct rf_sides){0, 0, 0};
+    for (int j = 0; j < 7; j++) {
+        vf r = LOAD(rows[j] + x - 3);
+        far[j] = lane_bits(r > SPLAT(threshold));
+        all_far[j] = far[j] & far[j] >> 1 & far[j] >> 2;
+        all_near[j] = ~(far[j] | far[j] >> 1 | far[j] >> 2);
+        if (j == 0 || j == 6)
+            continue;
+        unsigned usual = ~lane_bits((r > SPLAT(highest)) | (r < SPLAT(lowest)));
+        sides->far |= (far[j] >> 1 & MASK) << ROW * (j - 1);
+        sides->usual |= (usual >> 1 & MASK) << ROW * (j - 1);
+    }
+    for (int j = 0; j < ROW; j++) {
+        unsigned is_interior = (all_far[j] & all_far[j + 1] & all_far[j + 2]) |
+                               (all_near[j] & all_near[j + 1] & all_near[j + 2]);
+        sides->interior |= (is_interior & MASK) << ROW * j;
+    }
+}
+
 static inline vd radii_of(const struct rf_plain_depth *d, vd value, vl *n_good,
                           vl *n_finite)
 {
@@ -454,6 +520,8 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .merge = merge,
     .extremes = extremes,
     .keep_edges = keep_edges,
+    .find_gaps = find_gaps,
+    .find_sides = find_sides,
     .unpack = unpack,
     .pack = pack,
     .shrink = shrink,

@@ -207,6 +207,29 @@ static void call_edges(const struct rf_kernels *k, struct workspace *w, int vari
     k->keep_edges(rows, w->at + 10000, w->at + 11000, 0.3f, 250 + variant, 2, flags);
 }
 
+static void call_gaps(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[3];
+    unsigned char *flags = (unsigned char *)(w->at + 20000);
+    for (int i = 0; i < 3; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    for (int i = 0; i < 300; i++)
+        flags[i] = (unsigned char)(i % 5 + variant);
+    for (int i = 160; i < 200; i++) /* groups without the bit are passed over */
+        flags[i] = 0;
+    k->find_gaps(rows, 0.25f, 250 + variant, 2, flags, w->at + 30000, w->at + 31000);
+}
+
+static void call_sides(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[7];
+    for (int i = 0; i < 7; i++)
+        rows[i] = w->at + 100 + 400 * i + variant;
+    for (int x = 0; x < 200; x++)
+        k->find_sides(rows, x, 0.3f, 0.1f, 0.8f + 0.1f * (float)variant,
+                      (struct rf_sides *)(w->at + 20000) + x);
+}
+
 /* One pixel is not finite. */
 static void call_unpack(const struct rf_kernels *k, struct workspace *w, int variant)
 {
@@ -356,6 +379,8 @@ static const struct {
     {"merge", call_merge, 4, NULL},
     {"extremes", call_extremes, 4, NULL},
     {"keep_edges", call_edges, 2, NULL},
+    {"find_gaps", call_gaps, 2, NULL},
+    {"find_sides", call_sides, 2, NULL},
     {"unpack", call_unpack, 4, NULL},
     {"pack", call_pack, 4, NULL},
     {"shrink", call_shrink, 4, NULL},
@@ -488,6 +513,50 @@ static void groups_have_what_their_pixels_have(void)
     printf("# %d groups of 72, %d of them with a pixel\n", n_groups, n_pixels);
 }
 
+/* Against sorting and counting in plain C. */
+static void gaps_and_sides_are_those_of_the_radii(void)
+{
+    const struct rf_kernels *k = rf_kernels_at(0);
+    const float *rows[7];
+    struct rf_sides sides;
+    prepare(&first, 0, 0);
+    memset(first.at + 20000, 2, 256);
+    for (int i = 0; i < 3000; i++) /* where the noise is 0 no side is whole */
+        first.at[i] = first.at[i] > 0 ? first.at[i] : 0.2f + 1e-4f * (float)i;
+    for (int i = 0; i < 7; i++)
+        rows[i] = first.at + 100 + 400 * i;
+    k->find_gaps(rows + 2, 0.25f, 200, 2, (unsigned char *)(first.at + 20000),
+                 first.at + 30000, first.at + 31000);
+    for (int x = 0; x < 200; x++) {
+        float v[9], gap = 0, middle = 0;
+        for (int i = 0; i < 9; i++) {
+            int n = i;
+            for (; n > 0 && v[n - 1] > rows[2 + i / 3][x + i % 3 - 1]; n--)
+                v[n] = v[n - 1];
+            v[n] = rows[2 + i / 3][x + i % 3 - 1];
+        }
+        for (int i = 1; i < 9; i++)
+            if (v[i] - v[i - 1] > gap) {
+                gap = v[i] - v[i - 1];
+                middle = 0.5f * (v[i] + v[i - 1]);
+            }
+        CHECK(first.at[30000 + x] == gap && first.at[31000 + x] == middle);
+        CHECK(((unsigned char *)(first.at + 20000))[x] == (gap >= 0.25f ? 2 : 0));
+        middle = x % 3 ? middle : x % 2 ? 0.03f : 0.95f; /* all on one side, mostly */
+        k->find_sides(rows, x, middle, 0.1f, 0.9f, &sides);
+        for (int bit = 0; bit < 25; bit++) {
+            const float *const *at = rows + 1 + bit / 5;
+            int column = x + bit % 5 - 2, n_far = 0;
+            float r = at[0][column];
+            for (int i = 0; i < 9; i++)
+                n_far += at[i / 3 - 1][column + i % 3 - 1] > middle;
+            CHECK((sides.far >> bit & 1) == (r > middle));
+            CHECK((sides.interior >> bit & 1) == (n_far == 0 || n_far == 9));
+            CHECK((sides.usual >> bit & 1) == (r >= 0.1f && r <= 0.9f));
+        }
+    }
+}
+
 static void levels_are_found_by_name(void)
 {
     const struct rf_kernels *level;
@@ -544,6 +613,7 @@ int main(int argc, char **argv)
     TEST(every_kernel_writes);
     TEST(searches_find_something);
     TEST(groups_have_what_their_pixels_have);
+    TEST(gaps_and_sides_are_those_of_the_radii);
     TEST(levels_are_found_by_name);
     return testing_end();
 }
