@@ -512,14 +512,6 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
     return built != NULL;
 }
 
-bool rf_footprint_build(struct rf_footprints *f, size_t slot)
-{
-    struct lines lines = {.n = 0};
-    bool is_built = build(f, slot, &lines);
-    rf_free(f->context, lines.part);
-    return is_built;
-}
-
 rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
                               struct rf_task *task, double progress_to,
                               struct rf_error *error)

@@ -150,9 +150,6 @@ static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
            (size_t)level_class;
 }
 
-/* Builds one footprint; any thread. False: out of memory. */
-bool rf_footprint_build(struct rf_footprints *f, size_t slot);
-
 /*
  * Builds every slot i with needed[i] != 0 on all threads, as one phase of `task` that
  * ends at `progress_to`. After a cancel the slots are incomplete and RF_OK comes back.

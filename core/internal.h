@@ -324,12 +324,10 @@ static inline float rf_max_float(float a, float b)
 }
 
 /*
- * exp and log of the core: the C library's differ in the last bit between processors
- * and versions, and results must not. Relative error 4e-7 for exp on [-80, 80];
- * absolute error 3e-7 for log of positive normal numbers.
+ * exp of the core: the C library's differs in the last bit between processors and
+ * versions, and results must not. Relative error 4e-7 on [-80, 80].
  */
 float rf_expf(float v);
-float rf_logf(float v);
 
 static inline float rf_luminance(float r, float g, float b)
 {

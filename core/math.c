@@ -25,28 +25,3 @@ float rf_expf(float v)
     memcpy(&scale, &bits, sizeof scale);
     return p * scale;
 }
-
-/*
- * log(v) = e ln 2 + log(m), m in [sqrt(1/2), sqrt(2)), by log(m) = 2 atanh(t) with t =
- * (m - 1) / (m + 1), |t| <= 0.172, to t^9.
- */
-float rf_logf(float v)
-{
-    uint32_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    int e = (int)(bits >> 23) - 127;
-    bits = (bits & 0x7fffffu) | 0x3f800000u;
-    float m;
-    memcpy(&m, &bits, sizeof m);
-    if (m > 1.41421356f) {
-        m *= 0.5f;
-        e++;
-    }
-    float t = (m - 1) / (m + 1), t2 = t * t;
-    float p = 1.0f / 9;
-    p = p * t2 + 1.0f / 7;
-    p = p * t2 + 0.2f;
-    p = p * t2 + 1.0f / 3;
-    p = p * t2 + 1;
-    return 2 * t * p + (float)e * 0.69314718f;
-}

@@ -63,10 +63,10 @@ bool exr_is_lossy(int compression);
 typedef void (*exr_run_fn)(void *user, int channel_in_part, int32_t x, int32_t y,
                            int32_t n, const uint8_t *samples);
 
-/* Decodes all of a part (the full level of a tiled one). Deep parts fail. */
-bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
-                     int n_threads, struct exr_error *error);
-/* Decodes the chunks that hold these rows; `run` gets all rows of those chunks. */
+/*
+ * Decodes the chunks of a part (of its full level) that hold these rows; `run` gets all
+ * rows of those chunks. Deep parts fail.
+ */
 bool exr_decode_rows(struct exr_input *input, int part, struct exr_rows rows,
                      exr_run_fn run, void *user, int n_threads,
                      struct exr_error *error);

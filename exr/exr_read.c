@@ -165,14 +165,6 @@ static exr_result_t decode_chunk(struct decoder *d, int index,
     return exr_decoding_run(d->input->context, d->part, pipeline);
 }
 
-bool exr_decode_part(struct exr_input *input, int part, exr_run_fn run, void *user,
-                     int n_threads, struct exr_error *error)
-{
-    const struct exr_box *box = &input->parts[part].data_window;
-    const struct exr_rows all = {0, box->max_y - box->min_y + 1};
-    return exr_decode_rows(input, part, all, run, user, n_threads, error);
-}
-
 /* The first chunk of these rows, and the one after the last. */
 static void find_range(const struct exr_chunks *c, struct exr_rows rows, int range[2])
 {

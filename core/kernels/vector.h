@@ -148,7 +148,11 @@ static inline vf vexp(vf v)
     return p * (vf)((n + 127) << 23);
 }
 
-/* rf_logf() for normal v > 0. */
+/*
+ * log for normal v > 0, absolute error 3e-7: log(v) = e ln 2 + log(m), m in
+ * [sqrt(1/2), sqrt(2)), by log(m) = 2 atanh(t) with t = (m - 1) / (m + 1), |t| <= 0.172,
+ * to t^9.
+ */
 static inline vf vlog(vf v)
 {
     vi bits = (vi)v;

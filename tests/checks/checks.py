@@ -11,6 +11,7 @@
     tests/checks/checks.py fuzz [S]     fuzz targets, two at a time, S seconds (600)
     tests/checks/checks.py faults       counts of tests/faults and tests/fuzz/corpus
     tests/checks/checks.py openexr      the test files of OpenEXR's source package
+                                        (openexr pypi: of its newer one for Python)
     tests/checks/checks.py table        writes the results into docs/reliability.md
 
 Builds and results (one JSON file per check) go to $RACKFOCUS_CHECKS, build-checks by
@@ -530,32 +531,55 @@ Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg
 """
 
 
-def openexr_files():
-    """OpenEXR's own test files, good and damaged, by apt with lists of its own."""
-    folder = OUT / "openexr"
+def unpack_exr(archive, folder):
+    run("tar", "-xf", archive, "--wildcards", "*.exr", cwd=folder)
+    for path in list(folder.rglob("src/**/*.exr")):
+        path.rename(folder / path.name)
+
+
+def fetch_from_debian(folder):
+    """By apt with lists of its own."""
+    (folder / "lists" / "partial").mkdir(parents=True, exist_ok=True)
+    (folder / "debian.sources").write_text(DEBIAN_SOURCES.format(mirror=mirror()))
+    apt = [
+        "apt-get",
+        "-qq",
+        *("-o", "Dir::Etc::SourceList=/dev/null"),
+        *("-o", f"Dir::Etc::SourceParts={folder}"),
+        *("-o", f"Dir::State::Lists={folder / 'lists'}"),
+    ]
+    run(*apt, "update", cwd=folder)
+    # The tar file alone: all that is wanted, and mirrors may lack the rest.
+    run(*apt, "source", "--download-only", "--tar-only", "openexr", cwd=folder)
+    unpack_exr(next(folder.glob("openexr_*.orig.tar.*z*")), folder)
+
+
+def fetch_from_pypi(folder):
+    """The package for Python has the whole source; pip builds its metadata, minutes."""
+    pip = ["python3", "-m", "pip", "-q", "download", "--no-deps", "--no-binary"]
+    run(*pip, "OpenEXR", "OpenEXR==3.5.3", cwd=folder)
+    unpack_exr(next(folder.glob("openexr-*.tar.gz")), folder)
+
+
+OPENEXR_SOURCES = {
+    "debian": ("openexr", fetch_from_debian),
+    "pypi": ("openexr_pypi", fetch_from_pypi),
+}
+
+
+def openexr_files(source):
+    """OpenEXR's own test files, good and damaged."""
+    name, fetch = OPENEXR_SOURCES[source]
+    folder = OUT / name
+    folder.mkdir(parents=True, exist_ok=True)
     if not list(folder.glob("*.exr")):
-        (folder / "lists" / "partial").mkdir(parents=True, exist_ok=True)
-        (folder / "debian.sources").write_text(DEBIAN_SOURCES.format(mirror=mirror()))
-        apt = [
-            "apt-get",
-            "-qq",
-            *("-o", "Dir::Etc::SourceList=/dev/null"),
-            *("-o", f"Dir::Etc::SourceParts={folder}"),
-            *("-o", f"Dir::State::Lists={folder / 'lists'}"),
-        ]
-        run(*apt, "update", cwd=folder)
-        # The tar file alone: all that is wanted, and mirrors may lack the rest.
-        run(*apt, "source", "--download-only", "--tar-only", "openexr", cwd=folder)
-        archive = next(folder.glob("openexr_*.orig.tar.*z*"))
-        run("tar", "-xf", archive, "--wildcards", "*.exr", cwd=folder)
-        for path in list(folder.rglob("src/test/**/*.exr")):
-            path.rename(folder / path.name)
+        fetch(folder)
     return sorted(folder.glob("*.exr"))
 
 
-def openexr():
+def openexr(source="debian"):
     build = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
-    files = openexr_files()
+    files = openexr_files(source)
     counts = {"files": len(files), "refused": 0, "crashed": 0, "findings": 0}
     for path in files:
         refused, crashed = False, False
@@ -581,7 +605,7 @@ def openexr():
             capture_output=True,
         )
         counts["findings"] += done.returncode != 0
-    save("openexr", **counts)
+    save(OPENEXR_SOURCES[source][0], **counts)
     return 1 if counts["crashed"] or counts["findings"] or not files else 0
 
 
@@ -656,19 +680,27 @@ def mutant_rows(one):
     yield "wrong operators put in", f"{n} mutants", f"{one['caught']} caught"
 
 
-def openexr_rows(one):
+def openexr_rows(one, version="3.1"):
     yield (
-        "test files of OpenEXR's source",
+        f"test files of OpenEXR {version}",
         f"{one['files']}: {one['refused']} refused, the others read",
         f"{one['crashed']} crashes, {one['findings']} findings",
     )
+
+
+def openexr_pypi_rows(one):
+    return openexr_rows(one, "3.5.3")
 
 
 # What makes the rows of a check, and how they begin.
 ROWS = {
     "fuzz": (fuzz_rows, "fuzzing:"),
     "faults": (fault_rows, ("fuzz corpus", "files cut", "k-th", "kill", "all tests")),
-    "openexr": (openexr_rows, "test files"),
+    "openexr": (
+        openexr_rows,
+        ("test files of OpenEXR 3.1 ", "test files of OpenEXR's"),
+    ),
+    "openexr_pypi": (openexr_pypi_rows, "test files of OpenEXR 3.5.3 "),
     "threads": (thread_rows, "ThreadSanitizer"),
     "valgrind": (valgrind_rows, "valgrind"),
     "static": (static_rows, ("clang-tidy", "gcc", "cppcheck")),

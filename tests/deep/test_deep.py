@@ -235,6 +235,37 @@ def test_order_of_samples_and_threads_do_not_matter(rackfocus, tmp_path):
         assert (picture == pictures[0]).all()
 
 
+def test_many_sheets_and_equal_depths_in_any_order(rackfocus, tmp_path):
+    """48 sheets, two at each depth: more than the short sort is for."""
+    colours = [stripes(3, 2, (0.1 * k, 0.5, 1 - 0.1 * k), (0.9, 0, 0)) for k in (2, 7)]
+    sheets = [
+        Layer(8 + k // 2, colours[k % 2], disc(0, 0, 2, 0.05 + 0.1 * (k % 2)))
+        for k in range(48)
+    ]
+    samples = deep_samples(SMALL, [*sheets, wall(40)])
+    pictures = []
+    for name, order in (("a", samples), ("b", samples[::-1])):
+        path = write_deep(tmp_path / f"{name}.exr", SMALL, order)
+        out = tmp_path / f"{name}_out.exr"
+        rackfocus("filter", path, "-o", out, *SMALL.options(), "--type", "float")
+        pictures.append(read(out)[0])
+    assert (pictures[0] == pictures[1]).all()
+
+
+def test_blend_gamma(rackfocus, tmp_path):
+    """A pane of 0.9 before a wall of 0.1: the mean of their roots, not of their light."""
+    pane = Layer(4, plain(0.9, 0.9, 0.9), everywhere(0.25))
+    far = Layer(12, plain(0.1, 0.1, 0.1), everywhere(1))
+    path = write_deep(tmp_path / "a.exr", SMALL, deep_samples(SMALL, [pane, far], 1))
+    for gamma in (1, 2.2):
+        out = tmp_path / f"{gamma}.exr"
+        lens = [*SMALL.options(), "--type", "float", "--blend-gamma", str(gamma)]
+        rackfocus("filter", path, "-o", out, *lens)
+        want = (0.25 * 0.9 ** (1 / gamma) + 0.75 * 0.1 ** (1 / gamma)) ** gamma
+        inner = read(out)[0][8:-8, 8:-8, :3]
+        assert np.abs(inner - want).max() < 1e-5
+
+
 def test_one_opaque_sample_per_pixel_is_the_flat_filter(rackfocus, tmp_path):
     """Nothing but what the flat picture has: the same bits as the method layered."""
     samples = [
