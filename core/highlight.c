@@ -26,8 +26,9 @@
  * nearest radius skip the empty cones.
  */
 #include "composite.h"
+#include "kernels/kernels.h"
 
-enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = 64 };
+enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
 
 static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
 static const float LEAST_SHARE = 0.02f; /* of a pixel, for a surface to count */
@@ -41,7 +42,8 @@ static const size_t BATCH_BYTES = 64u << 20;
 /* A view, and what helps to find its occluders. */
 struct blockers {
     const struct rf_occluders *occluders;
-    float *nearest;   /* per block of 16 x 16: least radius of an occluder */
+    float *radius;    /* per pixel, whole blocks: of an occluder, or INFINITY */
+    float *nearest;   /* per block of 16 x 16: the least of them */
     float least;      /* of all blocks */
     double extent[2]; /* of u - a u_j over the part of the lens that asks this view */
 };
@@ -73,25 +75,23 @@ static const struct rf_footprint *footprint_of(const struct highlights *h,
 
 /* ---- what stands in the way ---------------------------------------------------- */
 
-static bool is_occluder(const struct rf_surfaces *s, size_t i)
-{
-    return s->share[i] > LEAST_SHARE;
-}
-
 static void build_blocks(const struct highlights *h, const struct blockers *view,
                          int row)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     float *nearest = view->nearest + (size_t)row * (size_t)h->n_x;
+    size_t stride = (size_t)h->n_x * BLOCK;
     for (int i = 0; i < h->n_x; i++)
         nearest[i] = INFINITY;
-    for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++)
-        for (int x = 0; x < s->width; x++) {
-            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            float *b = &nearest[x / BLOCK];
-            if (is_occluder(s, i))
-                *b = rf_min_float(*b, s->near[i].r);
+    for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++) {
+        float *radius = view->radius + stride * (size_t)y;
+        for (size_t x = 0; x < stride; x++) {
+            size_t i = (size_t)y * (size_t)s->width + x;
+            bool is_one = x < (size_t)s->width && s->share[i] > LEAST_SHARE;
+            radius[x] = is_one ? s->near[i].r : INFINITY;
+            nearest[x / BLOCK] = rf_min_float(radius[x], nearest[x / BLOCK]);
         }
+    }
 }
 
 /* Which view answers for which part of the lens, and how wide its cones are. */
@@ -125,63 +125,6 @@ static void assign_lens(struct highlights *h)
             h->views[j].extent[k] += 2 * e[k] / LENS_GRID;
 }
 
-/* A mask being drawn: blocked[] over the footprint's box, 1 px margins clipped away. */
-struct mask {
-    const struct highlights *h;
-    const struct rf_sample *light;
-    int x0, y0, width, height; /* box in picture px */
-    float *blocked;
-};
-
-/* Length of the overlap of [a, b] with pixel x. */
-static float overlap(float a, float b, int x)
-{
-    float low = a > (float)x ? a : (float)x;
-    float high = b < (float)(x + 1) ? b : (float)(x + 1);
-    return high > low ? high - low : 0;
-}
-
-/* Cell of the lens grid that a footprint pixel's centre looks through. */
-static int lens_cell(float offset, float r, double extent)
-{
-    int i = (int)((offset / r / (float)extent + 1) * (LENS_GRID / 2.0f));
-    return rf_min_int(rf_max_int(i, 0), LENS_GRID - 1);
-}
-
-/*
- * Blocks the square that a pixel of radius q casts in view j; (ox, oy) is its place in
- * the centre's view. Places count from the light's pixel: where the light lies must not
- * decide how they are rounded.
- */
-static void block_square(struct mask *m, int j, float ox, float oy, float q,
-                         float share)
-{
-    const struct rf_sample *l = m->light;
-    const struct highlights *h = m->h;
-    int lx = (int)floorf(l->x), ly = (int)floorf(l->y);
-    float px = l->x - (float)lx, py = l->y - (float)ly; /* the light in its pixel */
-    float scale = l->r / (l->r - q);
-    float ax = (ox - px) * scale + px, bx = ax + scale;
-    float ay = (oy - py) * scale + py, by = ay + scale;
-    float x0 = rf_min_float(ax, bx), x1 = rf_max_float(ax, bx),
-          y0 = rf_min_float(ay, by), y1 = rf_max_float(ay, by);
-    int left = m->x0 - lx, top = m->y0 - ly;
-    int first_x = rf_max_int((int)floorf(x0), left);
-    int last_x = rf_min_int((int)floorf(x1), left + m->width - 1);
-    int first_y = rf_max_int((int)floorf(y0), top);
-    int last_y = rf_min_int((int)floorf(y1), top + m->height - 1);
-    for (int y = first_y; y <= last_y; y++) {
-        float k = share * overlap(y0, y1, y);
-        float *row = m->blocked + (size_t)(y - top) * (size_t)m->width - left;
-        const unsigned char *views =
-            h->view_at[lens_cell((float)y + 0.5f - py, l->r, h->lens_extent[1])];
-        for (int x = first_x; x <= last_x; x++)
-            if (h->scene->n_views == 1 ||
-                views[lens_cell((float)x + 0.5f - px, l->r, h->lens_extent[0])] == j)
-                row[x] += k * overlap(x0, x1, x);
-    }
-}
-
 /* Distance in px from v to block b. */
 static float block_gap(float v, int b)
 {
@@ -206,23 +149,35 @@ static void blocks_within(float v, float reach, int n, int *first, int *last)
     *last = (int)rf_min_float(floorf((v + reach) / BLOCK), (float)(n - 1));
 }
 
-/* Draws the occluders of view j; with m NULL only asks whether there is one. */
+/* Draws the occluders of view j into the mask's box; without a mask only asks whether
+ * there is one. */
 static bool draw_occluders(const struct highlights *h, const struct rf_sample *l, int j,
-                           struct mask *m)
+                           struct rf_shadows *m)
 {
     const struct blockers *view = &h->views[j];
     const struct rf_occluders *o = view->occluders;
     const struct rf_surfaces *s = o->surfaces;
+    const struct rf_kernels *kernels = h->scene->filter->context->kernels;
     float shift = o->shift_scale * l->r + o->shift_bias;
     float lx = l->x + rf_snap_px(o->lens[0] * shift);
     float ly = l->y - rf_snap_px(o->lens[1] * shift);
     float room = l->r - view->least;
-    int px = (int)floorf(l->x), py = (int)floorf(l->y), first[2], last[2];
+    int first[2], last[2];
     if (room < NEARER_PX)
         return false;
-    blocks_within(lx, room * (float)view->extent[0] + 1, h->n_x, &first[0], &last[0]);
-    blocks_within(ly, room * (float)view->extent[1] + 1, h->n_y, &first[1], &last[1]);
+    m->seen_x = lx;
+    m->seen_y = ly;
+    m->extent_x = (float)view->extent[0];
+    m->extent_y = (float)view->extent[1];
+    m->lens_x = o->lens[0];
+    m->lens_y = o->lens[1];
+    m->shift_scale = o->shift_scale;
+    m->shift_bias = o->shift_bias;
+    m->view = j;
+    blocks_within(lx, room * m->extent_x + 1, h->n_x, &first[0], &last[0]);
+    blocks_within(ly, room * m->extent_y + 1, h->n_y, &first[1], &last[1]);
     bool is_found = false;
+    size_t stride = (size_t)h->n_x * BLOCK;
     for (int by = first[1]; by <= last[1]; by++)
         for (int bx = first[0]; bx <= last[0]; bx++) {
             float q = view->nearest[by * h->n_x + bx];
@@ -230,28 +185,22 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
                 continue;
             int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
             int y1 = rf_min_int((by + 1) * BLOCK, s->height);
-            for (int y = by * BLOCK; y < y1; y++)
-                for (int x = bx * BLOCK; x < x1; x++) {
-                    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-                    q = s->near[i].r;
-                    if (!is_occluder(s, i) || !is_in_cone(view, l, (float)x + 0.5f - lx,
-                                                          (float)y + 0.5f - ly, q))
-                        continue;
-                    if (!m)
-                        return true;
-                    shift = o->shift_scale * q + o->shift_bias;
-                    block_square(m, j, (float)(x - px) - o->lens[0] * shift,
-                                 (float)(y - py) + o->lens[1] * shift, q, s->share[i]);
-                    is_found = true;
-                }
+            for (int y = by * BLOCK; y < y1; y++) {
+                is_found |= kernels->cast_shadows(
+                    m, view->radius + stride * (size_t)y,
+                    s->share + (size_t)s->width * (size_t)y, y, bx * BLOCK, x1);
+                if (is_found && !m->blocked)
+                    return true;
+            }
         }
     return is_found;
 }
 
-static bool is_free(const struct highlights *h, const struct rf_sample *l)
+static bool is_free(const struct highlights *h, const struct rf_sample *l,
+                    struct rf_shadows *m)
 {
     for (int j = 0; j < h->scene->n_views; j++)
-        if (draw_occluders(h, l, j, NULL))
+        if (draw_occluders(h, l, j, m))
             return false;
     return true;
 }
@@ -260,15 +209,23 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
 {
     const struct rf_sample *l = &h->samples->at[index];
     const struct rf_footprint *f = footprint_of(h, l);
+    int x = (int)floorf(l->x), y = (int)floorf(l->y);
+    struct rf_shadows m = {
+        .light_x = l->x - (float)x,
+        .light_y = l->y - (float)y,
+        .light_r = l->r,
+        .x = x,
+        .y = y,
+        .nearer = NEARER_PX,
+        .left = f->min_dx,
+        .top = f->min_dy,
+        .width = f->max_dx - f->min_dx + 1,
+        .height = f->max_dy - f->min_dy + 1,
+        .view_at = h->scene->n_views > 1 ? h->view_at[0] : NULL,
+        .lens_extent = {(float)h->lens_extent[0], (float)h->lens_extent[1]}};
     *mask = NULL;
-    if (is_free(h, l))
+    if (is_free(h, l, &m))
         return;
-    struct mask m = {.h = h,
-                     .light = l,
-                     .x0 = (int)floorf(l->x) + f->min_dx,
-                     .y0 = (int)floorf(l->y) + f->min_dy,
-                     .width = f->max_dx - f->min_dx + 1,
-                     .height = f->max_dy - f->min_dy + 1};
     size_t n = (size_t)m.width * (size_t)m.height;
     m.blocked = rf_calloc(h->scene->filter->context, n, sizeof(float));
     if (!m.blocked) {
@@ -383,16 +340,18 @@ static rf_result build_views(struct highlights *h, struct rf_error *error)
     const struct rf_context *context = scene->filter->context;
     size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y, n_views = (size_t)scene->n_views;
     h->views = rf_calloc(context, n_views, sizeof *h->views);
-    float *nearest = rf_alloc(context, n_blocks * n_views, sizeof *nearest);
-    if (!h->views || !nearest) {
-        rf_free(context, nearest);
+    size_t n_view = n_blocks * (1 + BLOCK * BLOCK);
+    float *memory = rf_alloc(context, n_view * n_views, sizeof *memory);
+    if (!h->views || !memory) {
+        rf_free(context, memory);
         rf_free(context, h->views);
         h->views = NULL;
-        return rf_fail_memory(error, n_blocks * n_views, sizeof *nearest);
+        return rf_fail_memory(error, n_view * n_views, sizeof *memory);
     }
     for (size_t j = 0; j < n_views; j++) {
         h->views[j].occluders = &scene->occluders[j];
-        h->views[j].nearest = nearest + n_blocks * j;
+        h->views[j].radius = memory + n_view * j;
+        h->views[j].nearest = h->views[j].radius + n_blocks * BLOCK * BLOCK;
     }
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 4)
     for (int i = 0; i < scene->n_views * h->n_y; i++)
@@ -456,7 +415,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4]
     if (result == RF_OK)
         result = run(&h, error);
     if (h.views)
-        rf_free(context, h.views[0].nearest);
+        rf_free(context, h.views[0].radius);
     rf_free(context, h.views);
     rf_free(context, h.mask);
     rf_footprints_put(h.footprints, &own);

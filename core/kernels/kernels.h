@@ -75,6 +75,28 @@ struct rf_sides {
     uint32_t usual;    /* neither below `lowest` nor above `highest` */
 };
 
+/*
+ * A highlight and what stands before it, as highlight.c has it. Places count from the
+ * light's pixel: where the light lies must not decide how they are rounded.
+ */
+enum { RF_LENS_GRID = 64 }; /* cells per axis that say which view to ask */
+
+struct rf_shadows {
+    float light_x, light_y, light_r; /* in its pixel; signed radius */
+    int x, y;                        /* the light's pixel */
+    /* Where the view sees the light, and the half extent of the cone per px of r. */
+    float seen_x, seen_y, extent_x, extent_y;
+    float nearer; /* an occluder's radius is less by this much */
+    /* What the view shows of radius q is moved by lens (shift_scale q + shift_bias). */
+    float lens_x, lens_y, shift_scale, shift_bias;
+    int left, top, width, height; /* the mask's box */
+    float *blocked;               /* NULL: only asks */
+    /* With several views: which one each cell of the lens asks, by rows; else NULL. */
+    const unsigned char *view_at;
+    float lens_extent[2];
+    int view;
+};
+
 /* Planar depth in a perspective: what makes a radius of it. */
 struct rf_plain_depth {
     double factor, offset, infinity; /* params.depth_scale, _offset, _infinity */
@@ -147,6 +169,13 @@ struct rf_kernels {
     /* What is around pixel x of the middle of seven rows. */
     void (*find_sides)(const float *const rows[7], int x, float threshold, float lowest,
                        float highest, struct rf_sides *sides);
+    /*
+     * Draws the shadows of pixels x0 to x1 - 1 of row y of a view: radius[x] of their
+     * surfaces, INFINITY where there is none, and share[x]; returns whether there is
+     * one. Without a mask stops at the first. Reads n rounded up to eight radii.
+     */
+    bool (*cast_shadows)(const struct rf_shadows *s, const float *radius,
+                         const float *share, int y, int x0, int x1);
     /*
      * Unpacks n pixels of RGBA into planes, or packs them; unpack() returns whether all
      * values are finite.

@@ -16,6 +16,7 @@
 #include "frame_tmpl.h"
 #include "hidden_tmpl.h"
 #include "kernels.h"
+#include "shadows_tmpl.h"
 #include "vector.h"
 
 #define RF_CONCAT2(a, b) a##b
@@ -522,6 +523,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .keep_edges = keep_edges,
     .find_gaps = find_gaps,
     .find_sides = find_sides,
+    .cast_shadows = cast_shadows,
     .unpack = unpack,
     .pack = pack,
     .shrink = shrink,

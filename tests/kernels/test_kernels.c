@@ -230,6 +230,53 @@ static void call_sides(const struct rf_kernels *k, struct workspace *w, int vari
                       (struct rf_sides *)(w->at + 20000) + x);
 }
 
+enum { SHADOWS_W = 61, SHADOWS_H = 47 };
+
+/* A light at the pixel (40, 30), with one view or two. */
+static struct rf_shadows shadows_of(struct workspace *w, int variant)
+{
+    static unsigned char view_at[RF_LENS_GRID][RF_LENS_GRID];
+    for (int i = 0; i < RF_LENS_GRID * RF_LENS_GRID; i++)
+        view_at[i / RF_LENS_GRID][i % RF_LENS_GRID] = i % RF_LENS_GRID > 20;
+    return (struct rf_shadows){.light_x = 0.25f,
+                               .light_y = 0.75f,
+                               .light_r = 20,
+                               .x = 40,
+                               .y = 30,
+                               .seen_x = 42.5f,
+                               .seen_y = 31,
+                               .extent_x = 0.8f,
+                               .extent_y = 1,
+                               .nearer = 0.5f,
+                               .lens_x = 0.125f * (float)variant,
+                               .lens_y = -0.25f,
+                               .shift_scale = 1,
+                               .shift_bias = 0.5f,
+                               .left = -30,
+                               .top = -20,
+                               .width = SHADOWS_W,
+                               .height = SHADOWS_H,
+                               .blocked = w->at + 40000,
+                               .view_at = variant == 2 ? view_at[0] : NULL,
+                               .lens_extent = {1, 1.2f},
+                               .view = 1};
+}
+
+/* Surfaces from before the light, and none at every fifth pixel. */
+static void prepare_shadows(struct workspace *w)
+{
+    for (int i = 0; i < 64 * 96; i++)
+        w->at[i] = i % 5 ? 24 * w->at[i] - 2 : INFINITY;
+    memset(w->at + 40000, 0, SHADOWS_W * SHADOWS_H * sizeof *w->at);
+}
+
+static void call_shadows(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_shadows s = shadows_of(w, variant);
+    for (int y = 0; y < 64; y++)
+        k->cast_shadows(&s, w->at + 96 * y, w->at + 20000 + 96 * y, y, 3, 83);
+}
+
 /* One pixel is not finite. */
 static void call_unpack(const struct rf_kernels *k, struct workspace *w, int variant)
 {
@@ -381,6 +428,7 @@ static const struct {
     {"keep_edges", call_edges, 2, NULL},
     {"find_gaps", call_gaps, 2, NULL},
     {"find_sides", call_sides, 2, NULL},
+    {"cast_shadows", call_shadows, 3, prepare_shadows},
     {"unpack", call_unpack, 4, NULL},
     {"pack", call_pack, 4, NULL},
     {"shrink", call_shrink, 4, NULL},
@@ -557,6 +605,37 @@ static void gaps_and_sides_are_those_of_the_radii(void)
     }
 }
 
+/* A pixel half as far from the focus as the light casts a square twice as large. */
+static void a_pixel_casts_a_square(void)
+{
+    const struct rf_kernels *k = rf_kernels_at(0);
+    prepare(&first, 0, 0);
+    struct rf_shadows s = shadows_of(&first, 0);
+    s.lens_y = 0;
+    float share[64], radius[64];
+    for (int x = 0; x < 64; x++) {
+        share[x] = 0.5f;
+        radius[x] = x == 42 ? 19.75f : 10;
+    }
+    memset(s.blocked, 0, SHADOWS_W * SHADOWS_H * sizeof(float));
+    CHECK(k->cast_shadows(&s, radius, share, 29, 38, 39));
+    CHECK(!k->cast_shadows(&s, radius, share, 30, 42, 43)); /* too near to the light */
+    float sum = 0, sum_x = 0, sum_y = 0;
+    for (int i = 0; i < SHADOWS_W * SHADOWS_H; i++) {
+        CHECK(s.blocked[i] >= 0 && s.blocked[i] <= 0.5f);
+        sum += s.blocked[i];
+        sum_x += s.blocked[i] * (float)(i % SHADOWS_W + s.left);
+        sum_y += s.blocked[i] * (float)(i / SHADOWS_W + s.top);
+    }
+    CHECK_NEAR(sum, 4 * 0.5, 1e-5);
+    /* The middle of the pixel, seen from the light, and so of the square. */
+    CHECK_NEAR(sum_x / sum + 0.5, (-2 + 0.5 - 0.25) * 2 + 0.25, 1e-4);
+    CHECK_NEAR(sum_y / sum + 0.5, (-1 + 0.5 - 0.75) * 2 + 0.75, 1e-4);
+    s.blocked = NULL;
+    CHECK(k->cast_shadows(&s, radius, share, 29, 38, 39));
+    CHECK(!k->cast_shadows(&s, radius, share, 29, 10, 11)); /* out of the cone */
+}
+
 static void levels_are_found_by_name(void)
 {
     const struct rf_kernels *level;
@@ -614,6 +693,7 @@ int main(int argc, char **argv)
     TEST(searches_find_something);
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);
+    TEST(a_pixel_casts_a_square);
     TEST(levels_are_found_by_name);
     return testing_end();
 }

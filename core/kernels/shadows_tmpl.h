@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Shadows on the disc of a highlight: highlight.c says why; part of kernels_tmpl.c. */
+#include "kernels.h"
+#include "vector.h"
+
+static inline vf vabs(vf v)
+{
+    return (vf)((vi)v & ~(vi)SPLAT(-0.0f));
+}
+
+/* Of numbers that an int holds. */
+static inline vi vfloor(vf v)
+{
+    vi i = to_int(v);
+    return i + (v < to_float(i)); /* true is -1 */
+}
+
+/* Both ends of a square's side, and the pixels of the mask's box that it touches. */
+struct side {
+    float low[LANES], high[LANES];
+    int32_t first[LANES], last[LANES];
+};
+
+static inline void find_side(vf place, vf scale, float light, vi is_used, int from,
+                             int n, struct side *s)
+{
+    vf a = (place - SPLAT(light)) * scale + SPLAT(light), b = a + scale;
+    vf low = choose(is_used, vmin(a, b), SPLAT(0));
+    vf high = choose(is_used, vmax(a, b), SPLAT(0));
+    vi first = vfloor(low), last = vfloor(high), least = first - first + from;
+    vi is_before = first < least, is_after = last > least + (n - 1);
+    first = (least & is_before) | (first & ~is_before);
+    last = ((least + (n - 1)) & is_after) | (last & ~is_after);
+    STORE(s->low, low);
+    STORE(s->high, high);
+    memcpy(s->first, &first, sizeof first);
+    memcpy(s->last, &last, sizeof last);
+}
+
+/* Length of the overlap of [a, b] with pixel x. */
+static inline float overlap(float a, float b, int x)
+{
+    float low = a > (float)x ? a : (float)x;
+    float high = b < (float)(x + 1) ? b : (float)(x + 1);
+    return high > low ? high - low : 0;
+}
+
+/* Cell of the lens grid that a footprint pixel's centre looks through. */
+static inline int lens_cell(float offset, float r, float extent)
+{
+    int i = (int)((offset / r / extent + 1) * (RF_LENS_GRID / 2.0f));
+    return rf_min_int(rf_max_int(i, 0), RF_LENS_GRID - 1);
+}
+
+static inline void draw_square(const struct rf_shadows *s, const struct side *across,
+                               const struct side *down, int l, float share)
+{
+    float x0 = across->low[l], x1 = across->high[l];
+    int first = across->first[l], last = across->last[l];
+    for (int y = down->first[l]; y <= down->last[l]; y++) {
+        float k = share * overlap(down->low[l], down->high[l], y);
+        float *row = s->blocked + (ptrdiff_t)(y - s->top) * s->width - s->left;
+        if (!s->view_at) {
+            for (int x = first; x <= last; x++)
+                row[x] += k * overlap(x0, x1, x);
+            continue;
+        }
+        const unsigned char *views =
+            s->view_at + RF_LENS_GRID * lens_cell((float)y + 0.5f - s->light_y,
+                                                  s->light_r, s->lens_extent[1]);
+        for (int x = first; x <= last; x++)
+            if (views[lens_cell((float)x + 0.5f - s->light_x, s->light_r,
+                                s->lens_extent[0])] == s->view)
+                row[x] += k * overlap(x0, x1, x);
+    }
+}
+
+static bool cast_shadows(const struct rf_shadows *s, const float *radius,
+                         const float *share, int y, int x0, int x1)
+{
+    bool is_found = false;
+    vf dy = SPLAT((float)y + 0.5f - s->seen_y);
+    for (int x = x0; x < x1; x += LANES) {
+        vi at = lane_numbers() + x;
+        vf q = LOAD(radius + x), room = SPLAT(s->light_r) - q;
+        vf dx = to_float(at) + SPLAT(0.5f) - SPLAT(s->seen_x);
+        vi is_used = (at < x1) & (room >= SPLAT(s->nearer)) &
+                     (vabs(dx) <= room * SPLAT(s->extent_x) + SPLAT(1)) &
+                     (vabs(dy) <= room * SPLAT(s->extent_y) + SPLAT(1));
+        unsigned bits = lane_bits(is_used);
+        if (!bits)
+            continue;
+        is_found = true;
+        if (!s->blocked)
+            return true;
+        vf scale = SPLAT(s->light_r) / room;
+        vf shift = SPLAT(s->shift_scale) * q + SPLAT(s->shift_bias);
+        vf ox = to_float(at - s->x) - SPLAT(s->lens_x) * shift;
+        vf oy = SPLAT((float)(y - s->y)) + SPLAT(s->lens_y) * shift;
+        struct side across, down;
+        find_side(ox, scale, s->light_x, is_used, s->left, s->width, &across);
+        find_side(oy, scale, s->light_y, is_used, s->top, s->height, &down);
+        for (; bits; bits &= bits - 1) {
+            int l = __builtin_ctz(bits);
+            draw_square(s, &across, &down, l, share[x + l]);
+        }
+    }
+    return is_found;
+}
