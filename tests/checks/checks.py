@@ -122,6 +122,8 @@ COVERAGE_PYTEST = ["exr", "cli", "deep", "plugin", "methods", "povray"]
 NOT_COUNTED = [
     "tests/povray/test_quality.py",  # long, and reach no other lines
     "tests/deep/test_pan.py",
+    "tests/deep/test_pan_plane.py",
+    "tests/deep/test_pan_hosts.py",
     "tests/povray/test_run.py::test_no_memory_leaves_nothing",
     "tests/povray/test_run.py::test_signals_leave_nothing",
     "tests/povray/test_run.py::test_nohup",

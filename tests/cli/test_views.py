@@ -68,6 +68,25 @@ def test_one_view_is_layered(rackfocus, views, tmp_path):
     assert all(numpy.array_equal(a[name], b[name]) for name in "RGB")
 
 
+def test_a_preview_takes_the_view_nearest_to_the_centre(rackfocus, scene, tmp_path):
+    def darker(channels):
+        channels["R"] *= numpy.float32(0.5)
+
+    paths = [
+        scene(
+            f"v{i}.exr",
+            attributes=LENS | {"rackfocus:lensOffset": place},
+            change=darker if i == 1 else None,
+        )
+        for i, place in enumerate([(0.05, 0.1), (-0.02, 0.01), (0.0, -0.16)])
+    ]
+    preview = ["--quality", "preview", "--type", "float"]
+    rackfocus("filter", *paths, "-o", tmp_path / "all.exr", *preview)
+    rackfocus("filter", paths[1], "-o", tmp_path / "one.exr", *preview)
+    a, b = (plainexr.read(tmp_path / f"{name}.exr")[0] for name in ("all", "one"))
+    assert all(numpy.array_equal(a[name], b[name]) for name in "RGB")
+
+
 def test_another_focus_gives_another_picture(rackfocus, views, tmp_path):
     paths = views()
     pictures = []
