@@ -97,26 +97,26 @@ static void fill_opaque(float *out, const float *coverage, int n)
         out[x] = coverage[x] > 1e-6f ? 1 : 0;
 }
 
-static void finish(const struct rf_composer *c, float *const planes[4])
+static void finish(const struct rf_composer *c, const struct rf_crop *crop)
 {
     const struct rf_scene *scene = c->scene;
-    const float *coverage = c->canvas.sum + c->canvas.plane * (size_t)scene->n_colours;
 #pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int y = 0; y < scene->height; y++) {
-        size_t at = c->canvas.stride * (size_t)y;
-        for (int p = 0; p < scene->n_colours; p++) {
-            const float *sum = c->canvas.sum + c->canvas.plane * (size_t)p + at;
-            float *out = planes[p] + (size_t)y * (size_t)scene->width;
-            for (int x = 0; x < scene->width; x++) {
-                float w = coverage[at + (size_t)x];
+    for (int y = 0; y < crop->height; y++) {
+        const float *sum =
+            c->canvas.sum + c->canvas.stride * (size_t)(y + crop->y) + crop->x;
+        const float *coverage = sum + c->canvas.plane * (size_t)scene->n_colours;
+        for (int p = 0; p < scene->n_colours; p++, sum += c->canvas.plane) {
+            float *out = crop->planes[p] + (size_t)y * (size_t)crop->width;
+            for (int x = 0; x < (crop->planes[p] ? crop->width : 0); x++) {
+                float w = coverage[x];
                 float v = w > 1e-6f ? sum[x] / w : 0;
                 v = v > 0 ? v : 0;
                 out[x] = p == 3 && v > 1 ? 1 : v; /* alpha */
             }
         }
-        if (scene->n_colours == 3 && planes[3])
-            fill_opaque(planes[3] + (size_t)y * (size_t)scene->width, coverage + at,
-                        scene->width);
+        if (scene->n_colours == 3 && crop->planes[3])
+            fill_opaque(crop->planes[3] + (size_t)y * (size_t)crop->width, coverage,
+                        crop->width);
     }
 }
 
@@ -168,9 +168,13 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     return RF_OK;
 }
 
-static rf_result composite(struct rf_scene *scene, float *const planes[4],
-                           struct rf_error *error)
+rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
+                            struct rf_error *error)
 {
+    scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
+    struct rf_crop crop = {scene->x0, scene->y0, work->filter->width,
+                           work->filter->height, {NULL}};
+    memcpy(crop.planes, work->colour, (size_t)work->n_planes * sizeof *crop.planes);
     const struct rf_filter *filter = scene->filter;
     struct rf_composer c = {.scene = scene,
                             .context = filter->context,
@@ -195,9 +199,9 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
         result = run_samples(&c, &scene->hidden, &scene->hidden_source,
                              from + (1 - kept) * room, error);
     if (result == RF_OK)
-        finish(&c, planes);
+        finish(&c, &crop);
     if (result == RF_OK)
-        result = rf_add_highlights(scene, planes, error);
+        result = rf_add_highlights(scene, &crop, error);
     if (c.acc)
         rf_free(c.context, c.acc[0].at);
     rf_free(c.context, c.acc);
@@ -205,31 +209,5 @@ static rf_result composite(struct rf_scene *scene, float *const planes[4],
     rf_free(c.context, c.canvas.sum);
     rf_free(c.context, c.canvas.t);
     rf_footprints_put(c.footprints, &own);
-    return result;
-}
-
-rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
-                            struct rf_error *error)
-{
-    const struct rf_context *context = work->filter->context;
-    size_t n = (size_t)scene->width * (size_t)scene->height;
-    size_t width = (size_t)work->filter->width;
-    size_t n_out = work->n_planes == 4 ? 4 : 3;
-    scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
-    float *memory = rf_alloc(context, n * n_out, sizeof *memory);
-    if (!memory)
-        return rf_fail_memory(error, n * n_out, sizeof *memory);
-    float *planes[4] = {NULL};
-    for (size_t p = 0; p < n_out; p++)
-        planes[p] = memory + n * p;
-    rf_result result = composite(scene, planes, error);
-#pragma omp parallel for num_threads(context->n_threads) schedule(static)
-    for (int y = 0; y < (result == RF_OK ? work->filter->height : 0); y++) {
-        size_t at = (size_t)(y + scene->y0) * (size_t)scene->width;
-        for (int p = 0; p < work->n_planes; p++)
-            memcpy(work->colour[p] + (size_t)y * width,
-                   planes[p] + at + (size_t)scene->x0, width * sizeof(float));
-    }
-    rf_free(context, memory);
     return result;
 }

@@ -73,8 +73,14 @@ struct rf_scene {
 rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error);
 
+/* A part of the scene, as packed planes; NULL: that colour is not wanted. */
+struct rf_crop {
+    int x, y, width, height; /* of the part, in the scene */
+    float *planes[4];
+};
+
 /* Adds the light of the highlights to the finished planes (highlight.c). */
-rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],
+rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *out,
                             struct rf_error *error);
 
 #endif

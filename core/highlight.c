@@ -50,7 +50,7 @@ struct blockers {
 
 struct highlights {
     const struct rf_scene *scene;
-    float *const *planes;
+    const struct rf_crop *out;
     struct rf_footprints *footprints;
     const struct rf_samples *samples;
     float **mask; /* per highlight of the batch: visibility over its box, or NULL */
@@ -242,26 +242,31 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
 
 /* ---- light --------------------------------------------------------------------- */
 
+/* Adds the light of the rows y0 to y1 - 1 of the scene. */
 static void add_light(const struct highlights *h, const struct rf_sample *l,
-                      const float *mask, int band_y0, int band_y1)
+                      const float *mask, int y0, int y1)
 {
-    int width = h->scene->width;
+    const struct rf_crop *crop = h->out;
     const struct rf_footprint *f = footprint_of(h, l);
-    int x = (int)floorf(l->x), y = (int)floorf(l->y);
+    int x = (int)floorf(l->x) - crop->x, y = (int)floorf(l->y);
     int box_width = f->max_dx - f->min_dx + 1;
     for (int k = 0; k < f->n_segments; k++) {
         const struct rf_segment *g = &f->segments[k];
         int row = y + g->dy;
-        if (row < band_y0 || row >= band_y1)
+        if (row < y0 || row >= y1)
             continue;
         const float *weight = f->weights + g->weight;
         const float *seen =
             mask ? mask + (size_t)(g->dy - f->min_dy) * (size_t)box_width - f->min_dx
                  : NULL;
         int from = rf_max_int(0, -(x + g->dx));
-        int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1), width - x - g->dx);
+        int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1),
+                            crop->width - x - g->dx);
         for (int p = 0; p < h->scene->n_colours; p++) {
-            float *out = h->planes[p] + (size_t)row * (size_t)width + x + g->dx;
+            if (!crop->planes[p])
+                continue;
+            float *out = crop->planes[p] + (ptrdiff_t)(row - crop->y) * crop->width +
+                         x + g->dx;
             float c = l->c[p] * l->w;
             for (int i = from; i < to; i++)
                 out[i] += c * weight[i] * (seen ? seen[g->dx + i] : 1);
@@ -271,8 +276,8 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
 
 static void add_band(const struct highlights *h, size_t from, size_t to, int band)
 {
-    int y0 = band * BAND_ROWS;
-    int y1 = rf_min_int(y0 + BAND_ROWS, h->scene->height);
+    int y0 = rf_max_int(band * BAND_ROWS, h->out->y);
+    int y1 = rf_min_int((band + 1) * BAND_ROWS, h->out->y + h->out->height);
     for (size_t i = from; i < to; i++) {
         const struct rf_sample *l = &h->samples->at[i];
         const struct rf_footprint *f = footprint_of(h, l);
@@ -389,7 +394,7 @@ static rf_result run(struct highlights *h, struct rf_error *error)
     return result;
 }
 
-rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4],
+rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *out,
                             struct rf_error *error)
 {
     const struct rf_samples *samples = &scene->highlights;
@@ -398,7 +403,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, float *const planes[4]
     const struct rf_context *context = scene->filter->context;
     const struct rf_shape *shape = &scene->filter->shape;
     struct highlights h = {.scene = scene,
-                           .planes = planes,
+                           .out = out,
                            .samples = samples,
                            .n_x = (scene->width + BLOCK - 1) / BLOCK,
                            .n_y = (scene->height + BLOCK - 1) / BLOCK};

@@ -411,6 +411,10 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
         rf_split_nothing(filter, &l->pixels, &l->surfaces);
     if (result == RF_OK && !rf_task_is_cancelled(task))
         rf_split_end(filter, &l->pixels, &l->surfaces, keeps_pixels);
+    if (!keeps_pixels) { /* what follows may use their memory */
+        rf_free(filter->context, l->pixels.at);
+        l->pixels.at = NULL;
+    }
     return result;
 }
 

@@ -483,11 +483,11 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
                              .n_views = v->work->n_views,
                              .task = v->work->task,
                              .progress_to = 1};
-    float *planes[4];
+    struct rf_crop all = {0, 0, picture->width, picture->height, {NULL}};
     for (int p = 0; p < n_colours; p++)
-        planes[p] =
+        all.planes[p] =
             memory + (size_t)picture->width * (size_t)picture->height * (size_t)p;
-    return rf_add_highlights(&scene, planes, error);
+    return rf_add_highlights(&scene, &all, error);
 }
 
 /* Writes the mean of the cells and the lights to the colours of the work. */
