@@ -27,12 +27,16 @@ struct rf_group {
     struct rf_tile_list *tiles;
 };
 
-/* Full-resolution state of the compositing, in whole tiles. */
+/*
+ * Full-resolution state of the compositing, in whole tiles. What was never begun is not
+ * defined: nothing lies there yet.
+ */
 struct rf_canvas {
     int n_cells, n_planes;
     size_t stride, plane; /* floats */
     float *t;   /* [cell][y][x], what is still uncovered; starts at the cell's share */
     float *sum; /* [plane][y][x], colours and coverage */
+    unsigned char *is_begun; /* of each tile */
 };
 
 struct rf_composer {
@@ -81,6 +85,8 @@ void rf_groups_free(struct rf_groups *groups, struct rf_composer *c);
 
 /* ---- composite_tiles.c --------------------------------------------------------- */
 
+/* Begins all tiles of the canvas that are not yet. */
+void rf_begin_canvas(const struct rf_composer *c);
 /* Composites a tile of level 0 straight into the canvas. */
 void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile);
 /* Composites a coarse level, and adds it to the canvas. */

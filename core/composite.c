@@ -133,11 +133,12 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     c->tile_floats = n_t * (size_t)(canvas->n_planes + 1);
     canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
     canvas->sum = rf_alloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
+    canvas->is_begun = rf_calloc(c->context, (size_t)full.n_x * (size_t)full.n_y, 1);
     c->tiles =
         rf_alloc(c->context, c->tile_floats * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
-    if (!canvas->t || !canvas->sum || !c->tiles || !c->acc || !acc) {
+    if (!canvas->t || !canvas->sum || !canvas->is_begun || !c->tiles || !c->acc || !acc) {
         rf_free(c->context, acc);
         rf_free(c->context, c->acc);
         c->acc = NULL;
@@ -152,18 +153,6 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
                                             .last_row = -1};
         for (int cell = 0; cell < canvas->n_cells; cell++)
             c->acc[i].share[cell] = (float)c->footprints->cells.share[cell];
-    }
-    int n_rows = (int)(n / full.stride);
-#pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int y = 0; y < n_rows; y++) {
-        size_t row = full.stride * (size_t)y;
-        for (int cell = 0; cell < canvas->n_cells; cell++)
-            for (size_t x = 0; x < full.stride; x++)
-                canvas->t[n * (size_t)cell + row + x] =
-                    (float)c->footprints->cells.share[cell];
-        for (int p = 0; p < canvas->n_planes; p++)
-            memset(canvas->sum + n * (size_t)p + row, 0,
-                   full.stride * sizeof *canvas->sum);
     }
     return RF_OK;
 }
@@ -198,14 +187,17 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     if (result == RF_OK)
         result = run_samples(&c, &scene->hidden, &scene->hidden_source,
                              from + (1 - kept) * room, error);
-    if (result == RF_OK)
+    if (result == RF_OK) {
+        rf_begin_canvas(&c);
         finish(&c, &crop);
+    }
     if (result == RF_OK)
         result = rf_add_highlights(scene, &crop, error);
     if (c.acc)
         rf_free(c.context, c.acc[0].at);
     rf_free(c.context, c.acc);
     rf_free(c.context, c.tiles);
+    rf_free(c.context, c.canvas.is_begun);
     rf_free(c.context, c.canvas.sum);
     rf_free(c.context, c.canvas.t);
     rf_footprints_put(c.footprints, &own);

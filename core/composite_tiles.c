@@ -106,6 +106,33 @@ static float *thread_tile(const struct rf_composer *c)
     return c->tiles + c->tile_floats * (size_t)rf_thread_num();
 }
 
+/* A packed tile to which nothing has come. */
+static void begin_tile(const struct rf_composer *c, float *t, float *sum)
+{
+    enum { N = RF_TILE_H * RF_TILE_W };
+    for (int cell = 0; cell < c->canvas.n_cells; cell++)
+        for (int i = 0; i < N; i++)
+            t[cell * N + i] = (float)c->footprints->cells.share[cell];
+    memset(sum, 0, (size_t)c->canvas.n_planes * N * sizeof *sum);
+}
+
+void rf_begin_canvas(const struct rf_composer *c)
+{
+    const struct rf_group g = rf_group_make(c, 0, false);
+    size_t n_t = (size_t)c->canvas.n_cells * RF_TILE_H * RF_TILE_W;
+#pragma omp parallel for num_threads(c->n_threads) schedule(static)
+    for (int i = 0; i < g.n_x * g.n_y; i++) {
+        if (c->canvas.is_begun[i])
+            continue;
+        float *t = thread_tile(c), *sum = t + n_t;
+        begin_tile(c, t, sum);
+        move_planes(c->canvas.t, c->canvas.n_cells, &g, i % g.n_x, i / g.n_x, t, false);
+        move_planes(c->canvas.sum, c->canvas.n_planes, &g, i % g.n_x, i / g.n_x, sum,
+                    false);
+        c->canvas.is_begun[i] = 1;
+    }
+}
+
 /* Level 0: straight into the canvas. */
 void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile)
 {
@@ -115,10 +142,15 @@ void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
     size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
     float *t = thread_tile(c), *sum = t + n_t;
-    move_planes(c->canvas.t, n_cells, g, tx, ty, t, true);
-    if (is_used_up(t, n_t))
-        return;
-    move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, true);
+    if (c->canvas.is_begun[tile]) {
+        move_planes(c->canvas.t, n_cells, g, tx, ty, t, true);
+        if (is_used_up(t, n_t))
+            return;
+        move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, true);
+    } else {
+        begin_tile(c, t, sum);
+        c->canvas.is_begun[tile] = 1;
+    }
     struct rf_tile_state state = {t, sum, 0};
     composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
     move_planes(c->canvas.t, n_cells, g, tx, ty, t, false);
@@ -252,6 +284,7 @@ static void merge_row(const struct rf_composer *c, const struct rf_group *g,
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error)
 {
+    rf_begin_canvas(c);
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
     size_t n_sum = g->plane * (size_t)n_cells * (size_t)n_planes;
     size_t n_rows = c->canvas.stride * N_ROWS;
