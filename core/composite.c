@@ -105,15 +105,10 @@ static void finish(const struct rf_composer *c, const struct rf_crop *crop)
         const float *sum =
             c->canvas.sum + c->canvas.stride * (size_t)(y + crop->y) + crop->x;
         const float *coverage = sum + c->canvas.plane * (size_t)scene->n_colours;
-        for (int p = 0; p < scene->n_colours; p++, sum += c->canvas.plane) {
-            float *out = crop->planes[p] + (size_t)y * (size_t)crop->width;
-            for (int x = 0; x < (crop->planes[p] ? crop->width : 0); x++) {
-                float w = coverage[x];
-                float v = w > 1e-6f ? sum[x] / w : 0;
-                v = v > 0 ? v : 0;
-                out[x] = p == 3 && v > 1 ? 1 : v; /* alpha */
-            }
-        }
+        for (int p = 0; p < scene->n_colours; p++, sum += c->canvas.plane)
+            if (crop->planes[p])
+                c->kernels->divide(sum, coverage, p == 3 ? 1 : INFINITY, crop->width,
+                                   crop->planes[p] + (size_t)y * (size_t)crop->width);
         if (scene->n_colours == 3 && crop->planes[3])
             fill_opaque(crop->planes[3] + (size_t)y * (size_t)crop->width, coverage,
                         crop->width);

@@ -75,34 +75,57 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
 
 /* ---- planes and blocks --------------------------------------------------------- */
 
+static bool is_pure(const float *share)
+{
+    bool is_pure = true;
+    for (int i = 0; i < BLOCK; i++)
+        is_pure &= share[i] >= 1;
+    return is_pure;
+}
+
 static void load_row(struct search *search, int y)
 {
     const struct rf_surfaces *s = search->s;
-    size_t stride = (size_t)search->backs.stride;
+    int width = y < s->height ? s->width : 0;
+    size_t stride = (size_t)search->backs.stride, row = (size_t)y * (size_t)s->width;
     float *r = search->backs.r + stride * (size_t)y;
     float *luminance = search->backs.log_luminance + stride * (size_t)y;
-    for (size_t x = 0; x < stride; x++) {
-        const struct rf_surface *q = NULL;
-        if (y < s->height && x < (size_t)s->width)
-            q = back_surface(s, (size_t)y * (size_t)s->width + x);
+    for (int x = 0; x < width; x++) {
+        if (x % BLOCK == 0 && x + BLOCK <= width && is_pure(s->share + row + x)) {
+            const struct rf_surface *q = s->near + row + x;
+            for (int i = 0; i < BLOCK; i++) {
+                r[x + i] = q[i].r;
+                luminance[x + i] = rf_luminance(q[i].c[0], q[i].c[1], q[i].c[2]);
+            }
+            x += BLOCK - 1;
+            continue;
+        }
+        const struct rf_surface *q = back_surface(s, row + (size_t)x);
         r[x] = q ? q->r : -INFINITY;
         luminance[x] = q ? rf_luminance(q->c[0], q->c[1], q->c[2]) : 0;
+    }
+    for (size_t x = (size_t)width; x < stride; x++) {
+        r[x] = -INFINITY;
+        luminance[x] = 0;
     }
     search->kernels->log_row(luminance, search->backs.stride);
 }
 
+/* What pixels show behind others is the near surface itself where they are pure. */
 static void build_block(struct search *search, int bx, int by)
 {
     const struct rf_surfaces *s = search->s;
     struct block b = {-INFINITY, INFINITY, 0};
-    for (int y = by * BLOCK; y < (by + 1) * BLOCK; y++) {
+    int x0 = bx * BLOCK, x1 = rf_min_int(x0 + BLOCK, s->width);
+    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, s->height); y++) {
         const float *r = search->backs.r + (size_t)y * (size_t)search->backs.stride;
-        for (int x = bx * BLOCK; x < (bx + 1) * BLOCK; x++)
-            b.highest = r[x] > b.highest ? r[x] : b.highest;
-        for (int x = bx * BLOCK; x < rf_min_int((bx + 1) * BLOCK, s->width); x++) {
-            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            if (y < s->height && s->share[i] > 0)
-                b.lowest = s->near[i].r < b.lowest ? s->near[i].r : b.lowest;
+        size_t row = (size_t)y * (size_t)s->width;
+        bool all_pure = x1 - x0 == BLOCK && is_pure(s->share + row + x0);
+        for (int x = x0; x < x1; x++) {
+            b.highest = rf_max_float(r[x], b.highest);
+            if (all_pure || s->share[row + (size_t)x] > 0)
+                b.lowest =
+                    rf_min_float(all_pure ? r[x] : s->near[row + (size_t)x].r, b.lowest);
         }
     }
     search->blocks[by * search->n_x + bx] = b;
@@ -114,29 +137,7 @@ static void build_block(struct search *search, int bx, int by)
  */
 static const float SMOOTH = 0.7f;
 
-/* Does the step from a block's pixels to their neighbours leave the surface? */
-static bool is_rough(const struct search *search, int bx, int by)
-{
-    const struct rf_surfaces *s = search->s;
-    float most_x = SMOOTH / (float)search->extent[0];
-    float most_y = SMOOTH / (float)search->extent[1];
-    int x0 = bx * BLOCK, x1 = rf_min_int(x0 + BLOCK, s->width);
-    int y0 = by * BLOCK, y1 = rf_min_int(y0 + BLOCK, s->height);
-    size_t stride = (size_t)search->backs.stride;
-    bool is_smooth = true;
-    for (int y = y0; y < y1; y++) {
-        const float *r = search->backs.r + stride * (size_t)y;
-        const float *below = y + 1 < s->height ? r + stride : r;
-        const float *share = s->share + (size_t)s->width * (size_t)y;
-        for (int x = x0; x < rf_min_int(x1, s->width - 1); x++)
-            is_smooth &= fabsf(r[x + 1] - r[x]) <= most_x;
-        for (int x = x0; x < x1; x++)
-            is_smooth &= (share[x] >= 1) & (fabsf(below[x] - r[x]) <= most_y);
-    }
-    return !is_smooth;
-}
-
-/* Sums up n_rough of all blocks, which is_rough() filled. */
+/* Sums up n_rough of all blocks, which build_rows() filled. */
 static void sum_rough(struct search *search)
 {
     for (int by = 0; by < search->n_y; by++) {
@@ -176,7 +177,9 @@ static void build_rows(struct search *search)
 #pragma omp parallel for num_threads(search->n_threads) schedule(dynamic, 4)
     for (int by = 0; by < search->n_y; by++)
         for (int bx = 0; bx < search->n_x; bx++)
-            search->blocks[by * search->n_x + bx].n_rough = is_rough(search, bx, by);
+            search->blocks[by * search->n_x + bx].n_rough = search->kernels->is_rough(
+                &search->backs, search->s->share, bx, by,
+                SMOOTH / (float)search->extent[0], SMOOTH / (float)search->extent[1]);
     sum_rough(search);
     for (int i = 0; i < search->n_x * search->n_y; i++)
         search->highest = rf_max_float(search->highest, search->blocks[i].highest);

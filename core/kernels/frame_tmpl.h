@@ -150,3 +150,15 @@ static void join(const float *blurred, const float *low, const float *at,
         store_part(out + x, n - x, vmin(vmax(v, SPLAT(0)), SPLAT(most)));
     }
 }
+
+static void divide(const float *sum, const float *coverage, float most, int n,
+                   float *out)
+{
+    const vf least = SPLAT(1e-6f);
+    for (int x = 0; x < n; x += LANES) {
+        vf w = load_part(coverage + x, n - x);
+        vf v = load_part(sum + x, n - x) / vmax(w, least);
+        v = choose(w > least, vmax(v, SPLAT(0)), SPLAT(0));
+        store_part(out + x, n - x, vmin(v, SPLAT(most)));
+    }
+}

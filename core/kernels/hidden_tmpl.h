@@ -12,6 +12,34 @@ static void log_row(float *v, int n)
         STORE(v + x, vlog(vmax(LOAD(v + x), SPLAT(0)) + SPLAT(1e-3f)));
 }
 
+static inline vi differs(vf a, vf b, float most)
+{
+    return ~(((a - b) <= SPLAT(most)) & ((b - a) <= SPLAT(most)));
+}
+
+static bool is_rough(const struct rf_backs *backs, const float *share, int block_x,
+                     int block_y, float most_x, float most_y)
+{
+    int x0 = block_x * RF_HIDDEN_BLOCK, y0 = block_y * RF_HIDDEN_BLOCK;
+    int n = rf_min_int(backs->width - x0, LANES);
+    int y1 = rf_min_int(y0 + RF_HIDDEN_BLOCK, backs->height);
+    vi is_inside = lane_numbers() < n, is_rough = {0};
+    vi has_right = lane_numbers() + x0 < backs->width - 1;
+    for (int y = y0; y < y1; y++) {
+        const float *row = backs->r + (size_t)y * (size_t)backs->stride + x0;
+        vf r = LOAD(row), a = {0};
+        vf below = y + 1 < backs->height ? LOAD(row + backs->stride) : r;
+        const float *shares = share + (size_t)y * (size_t)backs->width + x0;
+        if (n == LANES)
+            a = LOAD(shares);
+        else
+            memcpy(&a, shares, (size_t)n * sizeof *shares);
+        is_rough |= has_right & differs(LOAD(row + 1), r, most_x);
+        is_rough |= is_inside & (~(a >= SPLAT(1)) | differs(below, r, most_y));
+    }
+    return lane_bits(is_rough) != 0;
+}
+
 /* Distance from the n pixels x, x + 1, .. to those of block b, in px. */
 static inline int gap_to_block(int x, int n, int b)
 {

@@ -200,6 +200,18 @@ struct rf_kernels {
      */
     void (*join)(const float *blurred, const float *low, const float *at,
                  const float *k, float most, int n, float *out);
+    /*
+     * out = sum / coverage for n pixels, limited to 0 .. most; 0 where the coverage is
+     * as good as none.
+     */
+    void (*divide)(const float *sum, const float *coverage, float most, int n,
+                   float *out);
+    /*
+     * Does the radius change by more than most_x to the right or most_y downwards in
+     * one of the pixels of a block, or is one mixed? `share` is packed.
+     */
+    bool (*is_rough)(const struct rf_backs *backs, const float *share, int block_x,
+                     int block_y, float most_x, float most_y);
     /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
     void (*log_row)(float *v, int n);
     /*

@@ -317,6 +317,14 @@ static void call_join(const struct rf_kernels *k, struct workspace *w, int varia
             193 + variant, w->at + 10000 + variant);
 }
 
+static void call_divide(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    for (int i = 0; i < 200; i += 3)
+        w->at[1000 + i] *= i % 2 ? 1e-7f : -1;
+    k->divide(w->at + variant, w->at + 1000, variant == 1 ? 1 : INFINITY, 193 + variant,
+              w->at + 10000 + variant);
+}
+
 static void call_log_row(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     w->at[3] = 0;
@@ -342,6 +350,25 @@ static struct rf_backs backs_of(struct workspace *w)
                              .stride = BACKS_W,
                              .r = w->at,
                              .log_luminance = w->at + BACKS_W * BACKS_H};
+}
+
+/* Whole pixels of one radius but for some, in a picture that ends within a block. */
+static void call_rough(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    backs.width -= 3;
+    backs.height -= 5;
+    for (int i = 0; i < BACKS_W * BACKS_H; i++) {
+        int x = i % BACKS_W;
+        w->at[i] = x >= backs.width || i / BACKS_W >= backs.height ? -INFINITY
+                   : i % 171 == 7                                  ? 5.6f
+                                                                   : 5;
+        w->at[20000 + i] = i % 173 == 5 ? 0.5f : 1;
+    }
+    for (int i = 0; i < BACKS_W / 8 * BACKS_H / 8; i++)
+        w->at[40000 + i] =
+            k->is_rough(&backs, w->at + 20000, i % (BACKS_W / 8), i / (BACKS_W / 8),
+                        variant == 1 ? 0.5f : 0.7f, variant == 2 ? 0.5f : 0.7f);
 }
 
 enum { N_BLOCKS = 24 };
@@ -434,6 +461,8 @@ static const struct {
     {"shrink", call_shrink, 4, NULL},
     {"detail", call_detail, 4, NULL},
     {"join", call_join, 4, NULL},
+    {"divide", call_divide, 4, NULL},
+    {"is_rough", call_rough, 3, prepare_backs},
     {"log_row", call_log_row, 4, NULL},
     {"has_candidate", call_candidate, 2, prepare_backs},
     {"vote_blocks", call_vote, 3, prepare_backs},
@@ -605,6 +634,46 @@ static void gaps_and_sides_are_those_of_the_radii(void)
     }
 }
 
+static void quotients_are_limited(void)
+{
+    static const float sum[] = {1, 2, -1, 3, 3}, coverage[] = {2, 1, 1, 0, 1e-7f};
+    static const float want[] = {0.5f, 1.5f, 0, 0, 0};
+    float out[6] = {-7, -7, -7, -7, -7, -7};
+    rf_kernels_at(0)->divide(sum, coverage, 1.5f, 5, out);
+    for (int i = 0; i < 5; i++)
+        CHECK(out[i] == want[i]);
+    CHECK(out[5] == -7);
+}
+
+/* Of a block or beside it, one pixel that stands out or is mixed. */
+static void blocks_are_rough_where_radii_step(void)
+{
+    enum { SIDE = 20 };
+    static float r[24 * 24 + 8], share[SIDE * SIDE];
+    struct rf_backs backs = {.width = SIDE, .height = SIDE, .stride = 24, .r = r};
+    for (int step = 0; step < SIDE * SIDE; step++) {
+        int step_x = step % SIDE, step_y = step / SIDE;
+        for (int i = 0; i < 24 * 24; i++)
+            r[i] = i % 24 < SIDE && i / 24 < SIDE ? 3 : -INFINITY;
+        for (int i = 0; i < SIDE * SIDE; i++)
+            share[i] = 1;
+        for (int is_mixed = 0; is_mixed < 2; is_mixed++) {
+            r[step_y * 24 + step_x] = is_mixed ? 3 : 4;
+            share[step] = is_mixed ? 0.5f : 1;
+            for (int block = 0; block < 9; block++) {
+                int dx = step_x - block % 3 * 8, dy = step_y - block / 3 * 8;
+                bool is_in = dx >= 0 && dx < 8 && dy >= 0 && dy < 8;
+                bool is_beside = (dx == 8 && dy >= 0 && dy < 8) ||
+                                 (dy == 8 && dx >= 0 && dx < 8);
+                bool is_rough = rf_kernels_at(0)->is_rough(&backs, share, block % 3,
+                                                           block / 3, 0.5f, 0.5f);
+                CHECK(is_rough == (is_in || (is_beside && !is_mixed)));
+            }
+        }
+        share[step] = 1;
+    }
+}
+
 /* A pixel half as far from the focus as the light casts a square twice as large. */
 static void a_pixel_casts_a_square(void)
 {
@@ -694,6 +763,8 @@ int main(int argc, char **argv)
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);
     TEST(a_pixel_casts_a_square);
+    TEST(quotients_are_limited);
+    TEST(blocks_are_rough_where_radii_step);
     TEST(levels_are_found_by_name);
     return testing_end();
 }
