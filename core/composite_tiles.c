@@ -214,17 +214,16 @@ static void run_level_tile(const struct rf_composer *c, const struct rf_group *g
                            const struct level *level, int tile)
 {
     int tx = tile % g->n_x, ty = tile / g->n_x;
-    if (!has_neighbours(g, tx, ty))
-        return;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
     size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
     float *t = thread_tile(c), *sum = t + n_t;
-    move_planes(level->t, n_cells, g, tx, ty, t, true);
-    if (is_used_up(t, n_t))
-        return;
+    bool is_reached = has_neighbours(g, tx, ty);
+    if (is_reached)
+        move_planes(level->t, n_cells, g, tx, ty, t, true);
     memset(sum, 0, n_t * (size_t)n_planes * sizeof *sum);
     struct rf_tile_state state = {t, sum, (size_t)n_planes * RF_TILE_H * RF_TILE_W};
-    composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    if (is_reached && !is_used_up(t, n_t))
+        composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
     move_planes(level->sum, n_cells * n_planes, g, tx, ty, sum, false);
 }
 
@@ -245,6 +244,33 @@ static struct between between_at(int x, int level, int n)
 /* Rows that a thread works with: planes of a level, T, and one of the level's width. */
 enum { N_ROWS = RF_MAX_PLANES + 2 };
 
+/* Is there any T left in n pixels? What is used up is 0. */
+static bool is_open(const float *t, int n)
+{
+    uint32_t any = 0;
+    for (int i = 0; i < n; i++) {
+        uint32_t bits;
+        memcpy(&bits, t + i, sizeof bits);
+        any |= bits;
+    }
+    return any != 0;
+}
+
+/* Pixels that are looked at together, to pass over those that are used up. */
+enum { OPEN_PX = 32 };
+
+/* The first run of open units from x on, which ends at *end; n where there is none. */
+static int find_open(const float *t, int x, int n, int unit, int *end)
+{
+    while (x < n && !is_open(t + x, rf_min_int(unit, n - x)))
+        x += unit;
+    *end = x;
+    while (*end < n && is_open(t + *end, rf_min_int(unit, n - *end)))
+        *end += unit;
+    *end = rf_min_int(*end, n);
+    return rf_min_int(x, n);
+}
+
 /* Adds the sums of a level to one row of the canvas. */
 static void merge_row(const struct rf_composer *c, const struct rf_group *g,
                       const struct level *level, int y, float *rows)
@@ -260,24 +286,32 @@ static void merge_row(const struct rf_composer *c, const struct rf_group *g,
     int n = rf_min_int(n_level * (int)size, (int)(row - first * size));
     n = (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
     size_t at = row * (size_t)y + first * size; /* in the canvas */
+    int unit = rf_max_int(OPEN_PX, (int)size);
     float *sum[RF_MAX_PLANES];
     const float *magnified[RF_MAX_PLANES + 1];
-    for (int p = 0; p < n_planes; p++)
-        sum[p] = c->canvas.sum + c->canvas.plane * (size_t)p + at;
     for (int cell = 0; cell < c->canvas.n_cells; cell++) {
-        for (int p = 0; p <= n_planes; p++) {
-            const float *plane =
-                p < n_planes ? level->sum + g->plane * (size_t)(cell * n_planes + p)
-                             : level->t + g->plane * (size_t)cell;
-            float *out = rows + row * (size_t)(p + 1);
-            c->kernels->magnify(plane + g->stride * (size_t)at_y.low + first,
-                                plane + g->stride * (size_t)at_y.high + first, at_y.k,
-                                n_level, g->level, rows, out, n);
-            magnified[p] = out;
+        float *t = c->canvas.t + c->canvas.plane * (size_t)cell + at;
+        for (int x = 0, end; (x = find_open(t, x, n, unit, &end)) < n; x = end) {
+            /* Of the level, with a column to each side to lie between. */
+            int low = rf_max_int((x >> g->level) - 1, 0);
+            int high = rf_min_int(((end - 1) >> g->level) + 2, n_level);
+            int before = x - (low << g->level);
+            for (int p = 0; p <= n_planes; p++) {
+                const float *plane =
+                    p < n_planes ? level->sum + g->plane * (size_t)(cell * n_planes + p)
+                                 : level->t + g->plane * (size_t)cell;
+                const float *from = plane + first + (size_t)low;
+                float *out = rows + row * (size_t)(p + 1);
+                c->kernels->magnify(from + g->stride * (size_t)at_y.low,
+                                    from + g->stride * (size_t)at_y.high, at_y.k,
+                                    high - low, g->level, rows, out, before + end - x);
+                magnified[p] = out + before;
+            }
+            for (int p = 0; p < n_planes; p++)
+                sum[p] = c->canvas.sum + c->canvas.plane * (size_t)p + at + (size_t)x;
+            c->kernels->merge(t + x, sum, magnified, magnified[n_planes - 1],
+                              magnified[n_planes], n_planes, end - x);
         }
-        c->kernels->merge(c->canvas.t + c->canvas.plane * (size_t)cell + at, sum,
-                          magnified, magnified[n_planes - 1], magnified[n_planes],
-                          n_planes, n);
     }
 }
 
@@ -300,12 +334,8 @@ rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
         {
             float *row = rows + n_rows * (size_t)rf_thread_num();
 #pragma omp for schedule(static)
-            for (int i = 0; i < n_cells * (n_planes + 1); i++) {
-                float *plane = i < n_cells
-                                   ? level.t + g->plane * (size_t)i
-                                   : level.sum + g->plane * (size_t)(i - n_cells);
-                memset(plane, 0, g->plane * sizeof *plane);
-            }
+            for (int i = 0; i < n_cells; i++)
+                memset(level.t + g->plane * (size_t)i, 0, g->plane * sizeof *level.t);
 #pragma omp for schedule(static)
             for (int i = 0; i < n_cells * g->height; i++)
                 average_row(c, g, i / g->height, i % g->height, row, level.t);
