@@ -332,7 +332,7 @@ static void set_number(struct state *state, const char *key, double v)
     if (strcmp(key, "aperture") == 0)
         state->camera.aperture = v;
     if (strcmp(key, "blur_samples") == 0)
-        state->camera.blur_samples = (int32_t)v;
+        state->camera.blur_samples = (int32_t)fmin(fmax(v, 0), INT32_MAX);
     if (strcmp(key, "angle") == 0) {
         state->angle = v;
         if (state->version < 3.5)
