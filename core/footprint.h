@@ -138,6 +138,16 @@ static inline size_t rf_footprint_count(const struct rf_footprints *f)
            RF_N_KINDS * RF_N_LEVEL_CLASSES;
 }
 
+/*
+ * What is built in a slot. Another picture that was late with the same one may still try
+ * to put its own there (and fail): so the read is atomic, too, which costs nothing.
+ */
+static inline const struct rf_footprint *
+rf_footprint_at(struct rf_footprint *const *table, size_t slot)
+{
+    return __atomic_load_n(&table[slot], __ATOMIC_RELAXED);
+}
+
 /* Slot of (radius in pixels of the level, phase, kind, level). */
 static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
                                        int phase, enum rf_footprint_kind kind,

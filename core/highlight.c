@@ -70,7 +70,7 @@ static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 static const struct rf_footprint *footprint_of(const struct highlights *h,
                                                const struct rf_sample *s)
 {
-    return h->footprints->table[slot_of(h, s)];
+    return rf_footprint_at(h->footprints->table, slot_of(h, s));
 }
 
 /* ---- what stands in the way ---------------------------------------------------- */

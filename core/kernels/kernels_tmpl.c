@@ -102,7 +102,7 @@ spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
         if ((unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach ||
             (unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
             continue;
-        const struct rf_footprint *f = footprints[s->slot];
+        const struct rf_footprint *f = rf_footprint_at(footprints, s->slot);
         if (x + f->max_dx < 0 || x + f->min_dx >= RF_TILE_W || y + f->max_dy < 0 ||
             y + f->min_dy >= RF_TILE_H)
             continue;
