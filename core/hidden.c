@@ -20,7 +20,7 @@
  *
  * What is ours for speed: 8 x 8 blocks know their highest radius, and each block lists
  * once which others can hold a candidate for its pixels, in rings from the inside;
- * where no edge lies between them there is nothing to search; the rings end at twice
+ * where no edge lies between them there is nothing to search; the search ends at thrice
  * the nearest candidate; far blocks and wide windows are read at every 2nd, 4th, ..
  * pixel; 2 x 2 pixels of one surface share one answer, and 4 x 4 where the rim of the
  * hole is 3 px away; behind a mixed pixel lies its own far part, unless that is bright.

@@ -3,6 +3,9 @@
 #include "hidden_kernels.h"
 #include "vector.h"
 
+/* Votes from three times as far as the nearest candidate count for nothing; squared. */
+enum { FAR2 = 9 };
+
 /* Distances from which a block is read at every 2nd and every 4th pixel. */
 enum { STRIDE_2_PX = 3, STRIDE_4_PX = 7 };
 
@@ -111,7 +114,12 @@ static inline void vote_block(const struct rf_backs *backs,
         vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
         int dy = y0 + y - q->y;
         vf d2 = dx2 + SPLAT((float)(dy * dy) * q->inv_y2);
-        unsigned bits = lane_bits(is_read & (room > SPLAT(0)) & (d2 < room * room));
+        int most = vote->nearest < INT32_MAX / FAR2 ? FAR2 * vote->nearest : INT32_MAX;
+        if (dy * dy > most)
+            continue;
+        vi is_near = dx * dx <= most - dy * dy;
+        unsigned bits =
+            lane_bits(is_read & is_near & (room > SPLAT(0)) & (d2 < room * room));
         if (bits)
             cast_votes(vote, bits, dx * dx + dy * dy, room, (float)(stride * stride));
     }
