@@ -221,6 +221,9 @@ static inline vf load_strided(const float *p, int stride)
     return v;
 }
 
+/* From this reach on every second row of a window is read, if not fewer. */
+enum { WIDE_WINDOW = 5 };
+
 static void gather_window(const struct rf_backs *backs, const struct rf_hidden_query *q,
                           float r, float reach, struct rf_hidden_window *out)
 {
@@ -231,7 +234,12 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
     x0 = (backs->x + x0 + stride - 1) / stride * stride - backs->x;
     vf log_sum = {0}, weight_sum = {0};
     out->n = 0;
-    for (int y = y0; y <= y1; y += stride) {
+    int step = stride;
+    if (stride == 1 && n >= WIDE_WINDOW) {
+        step = 2;
+        y0 += (q->y - y0) & 1; /* so that mirrored pictures have mirrored windows */
+    }
+    for (int y = y0; y <= y1; y += step) {
         size_t row = (size_t)y * (size_t)backs->stride;
         int dy = y - q->y;
         for (int x = x0; x <= x1; x += LANES * stride) {

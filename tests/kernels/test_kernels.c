@@ -545,7 +545,7 @@ static void searches_find_something(void)
     CHECK(vote->top > 10 && vote->nearest > 0 && vote->nearest < 1000);
     prepare(&first, N_KERNELS - 1, 0);
     call_window(rf_kernels_at(0), &first, 0);
-    CHECK(window->n > 20 && window->weight_sum > 0);
+    CHECK(window->n > 10 && window->weight_sum > 0);
 }
 
 /* A group has a candidate wherever one of its pixels has, and not everywhere; what it
