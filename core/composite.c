@@ -133,7 +133,8 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
         rf_alloc(c->context, c->tile_floats * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
-    if (!canvas->t || !canvas->sum || !canvas->is_begun || !c->tiles || !c->acc || !acc) {
+    if (!canvas->t || !canvas->sum || !canvas->is_begun || !c->tiles || !c->acc ||
+        !acc) {
         rf_free(c->context, acc);
         rf_free(c->context, c->acc);
         c->acc = NULL;

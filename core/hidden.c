@@ -123,9 +123,10 @@ static void build_block(struct search *search, int bx, int by)
         bool all_pure = x1 - x0 == BLOCK && is_pure(s->share + row + x0);
         for (int x = x0; x < x1; x++) {
             b.highest = rf_max_float(r[x], b.highest);
-            if (all_pure || s->share[row + (size_t)x] > 0)
-                b.lowest =
-                    rf_min_float(all_pure ? r[x] : s->near[row + (size_t)x].r, b.lowest);
+            if (all_pure)
+                b.lowest = rf_min_float(r[x], b.lowest);
+            else if (s->share[row + (size_t)x] > 0)
+                b.lowest = rf_min_float(s->near[row + (size_t)x].r, b.lowest);
         }
     }
     search->blocks[by * search->n_x + bx] = b;
