@@ -269,6 +269,20 @@ def mutate(*only):
 # ---- sanitizers and valgrind -------------------------------------------------------
 
 
+def remove_crashes_of_libomp(log):
+    """LLVM 14's libomp, where a tool such as Archer is attached and several threads of
+    the program have teams, sometimes reads no thread at the end of a critical section.
+    """
+    found = [
+        path
+        for path in OUT.glob(f"{log.name}.*")
+        if "in __kmpc_end_critical" in path.read_text(errors="replace")
+    ]
+    for path in found:
+        path.unlink()
+    return len(found)
+
+
 def threads():
     """clang's ThreadSanitizer; Archer tells it what OpenMP orders."""
     build = configure(
@@ -308,7 +322,10 @@ def threads():
         failed += len(re.findall(r"^not ok ", text, re.M))
     for suite in ("deep", "cli/test_sequence.py"):
         names = "threads or storage or any_number or all_frames"
-        text = pytest(f"tests/{suite}", "-k", names, environment=environment)
+        for _ in range(10):
+            text = pytest(f"tests/{suite}", "-k", names, environment=environment)
+            if not remove_crashes_of_libomp(log):
+                break
         n += int((re.findall(r"(\d+) passed", text) or [0])[0])
         failed += int((re.findall(r"(\d+) failed", text) or [0])[0])
     reports = sum(
