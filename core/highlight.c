@@ -10,10 +10,13 @@
  *   p - x = (o - x +- 1/2) r0 / (r0 - q)
  *
  * a square, which is drawn into a mask with the pixel's coverage: thin things cut a
- * bokeh disc exactly as they do in the renderer. What is left, light times footprint
- * times visibility, is added to the finished picture: the caller has left the usual
- * luminance of the place in the ordinary samples and gives only what is above it, so no
- * coverage has to be kept and the light's energy is exact.
+ * bokeh disc exactly as they do in the renderer. Where the next pixel shows the same
+ * surface their common edge has the mean of their radii: squares of different radii
+ * would leave cracks (worth 0.4 dB on macro with one and with eight views, less than
+ * 0.1 on three other scenes). What is left, light times footprint times visibility, is
+ * added to the finished picture: the caller has left the usual luminance of the place
+ * in the ordinary samples and gives only what is above it, so no coverage has to be
+ * kept and the light's energy is exact.
  *
  * With several views each footprint pixel asks the view whose place on the lens is
  * nearest to u. In view j, at u_j, everything of radius q is moved by u_j s(q), s(q) =
@@ -31,10 +34,11 @@
 enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
 
 static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
+static const float JOIN_PX = 1;         /* pixels of one surface differ by less */
 static const float LEAST_SHARE = 0.02f; /* of a pixel, for a surface to count */
 /*
- * What is blocked by more than this is dark: shares are estimates, squares of different
- * radii leave cracks, and of a lamp of 1e4 one thousandth is white.
+ * What is blocked by more than this is dark: shares are estimates, surfaces that slant
+ * along both axes leave cracks, and of a lamp of 1e4 one thousandth is white.
  */
 static const float WHOLE = 0.8f;
 static const size_t BATCH_BYTES = 64u << 20;
@@ -186,8 +190,12 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
             int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
             int y1 = rf_min_int((by + 1) * BLOCK, s->height);
             for (int y = by * BLOCK; y < y1; y++) {
+                const float *row = view->radius + stride * (size_t)y;
+                m->above = y > 0 ? row - stride : NULL;
+                m->below = y + 1 < s->height ? row + stride : NULL;
+                m->row = s->width;
                 is_found |= kernels->cast_shadows(
-                    m, view->radius + stride * (size_t)y,
+                    m, row,
                     s->share + (size_t)s->width * (size_t)y, y, bx * BLOCK, x1);
                 if (is_found && !m->blocked)
                     return true;
@@ -217,6 +225,7 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
         .x = x,
         .y = y,
         .nearer = NEARER_PX,
+        .join = JOIN_PX,
         .left = f->min_dx,
         .top = f->min_dy,
         .width = f->max_dx - f->min_dx + 1,

@@ -87,6 +87,10 @@ struct rf_shadows {
     /* Where the view sees the light, and the half extent of the cone per px of r. */
     float seen_x, seen_y, extent_x, extent_y;
     float nearer; /* an occluder's radius is less by this much */
+    float join;   /* pixels of one surface differ by less */
+    /* The rows around the one that is cast, NULL where there is none; their length. */
+    const float *above, *below;
+    int row;
     /* What the view shows of radius q is moved by lens (shift_scale q + shift_bias). */
     float lens_x, lens_y, shift_scale, shift_bias;
     int left, top, width, height; /* the mask's box */

@@ -15,16 +15,46 @@ static inline vi vfloor(vf v)
     return i + (v < to_float(i)); /* true is -1 */
 }
 
-/* Both ends of a square's side, and the pixels of the mask's box that it touches. */
+/* Both ends of a shadow's side, and the pixels of the mask's box that it touches. */
 struct side {
     float low[LANES], high[LANES];
     int32_t first[LANES], last[LANES];
 };
 
-static inline void find_side(vf place, vf scale, float light, vi is_used, int from,
-                             int n, struct side *s)
+/* Where the edge at `at` of what has radius q falls along one axis. */
+static inline vf cast_edge(const struct rf_shadows *s, vf q, vf at, float lens,
+                           float light)
 {
-    vf a = (place - SPLAT(light)) * scale + SPLAT(light), b = a + scale;
+    vf shift = SPLAT(s->shift_scale) * q + SPLAT(s->shift_bias);
+    vf scale = SPLAT(s->light_r) / (SPLAT(s->light_r) - q);
+    return (at - SPLAT(lens) * shift - SPLAT(light)) * scale + SPLAT(light);
+}
+
+/*
+ * Radius of the edge to a neighbour: the mean where both are of one surface, so that
+ * their shadows meet.
+ */
+static inline vf edge_radius(const struct rf_shadows *s, vf q, vf neighbour)
+{
+    vf mean = SPLAT(0.5f) * (q + neighbour);
+    vi is_one = (vabs(neighbour - q) < SPLAT(s->join)) &
+                (SPLAT(s->light_r) - mean >= SPLAT(s->nearer));
+    return choose(is_one, mean, q);
+}
+
+/* Radii of the pixels x + dx of a row of n, INFINITY beyond it. */
+static inline vf neighbours(const float *row, int x, int dx, int n)
+{
+    float r[LANES];
+    for (int l = 0; l < LANES; l++) {
+        int at = x + l + dx;
+        r[l] = row && at >= 0 && at < n ? row[at] : INFINITY;
+    }
+    return LOAD(r);
+}
+
+static inline void find_side(vf a, vf b, vi is_used, int from, int n, struct side *s)
+{
     vf low = choose(is_used, vmin(a, b), SPLAT(0));
     vf high = choose(is_used, vmax(a, b), SPLAT(0));
     vi first = vfloor(low), last = vfloor(high), least = first - first + from;
@@ -93,13 +123,18 @@ static bool cast_shadows(const struct rf_shadows *s, const float *radius,
         is_found = true;
         if (!s->blocked)
             return true;
-        vf scale = SPLAT(s->light_r) / room;
-        vf shift = SPLAT(s->shift_scale) * q + SPLAT(s->shift_bias);
-        vf ox = to_float(at - s->x) - SPLAT(s->lens_x) * shift;
-        vf oy = SPLAT((float)(y - s->y)) + SPLAT(s->lens_y) * shift;
+        vf left = edge_radius(s, q, neighbours(radius, x, -1, s->row));
+        vf right = edge_radius(s, q, neighbours(radius, x, 1, s->row));
+        vf upper = edge_radius(s, q, neighbours(s->above, x, 0, s->row));
+        vf lower = edge_radius(s, q, neighbours(s->below, x, 0, s->row));
+        vf ox = to_float(at - s->x), oy = SPLAT((float)(y - s->y)), one = SPLAT(1);
         struct side across, down;
-        find_side(ox, scale, s->light_x, is_used, s->left, s->width, &across);
-        find_side(oy, scale, s->light_y, is_used, s->top, s->height, &down);
+        find_side(cast_edge(s, left, ox, s->lens_x, s->light_x),
+                  cast_edge(s, right, ox + one, s->lens_x, s->light_x), is_used,
+                  s->left, s->width, &across);
+        find_side(cast_edge(s, upper, oy, -s->lens_y, s->light_y),
+                  cast_edge(s, lower, oy + one, -s->lens_y, s->light_y), is_used,
+                  s->top, s->height, &down);
         for (; bits; bits &= bits - 1) {
             int l = __builtin_ctz(bits);
             draw_square(s, &across, &down, l, share[x + l]);

@@ -168,6 +168,36 @@ static void a_field_of_lamps(void)
     }
 }
 
+/*
+ * A slanted thing covers the left of a lamp's disc. Its pixels cast shadows of different
+ * sizes, and no light may pass between them.
+ */
+static void a_slanted_thing_has_no_cracks(void)
+{
+    enum { LAMP_X = 90, LAMP_Y = 60, EDGE_X = 80, RADIUS = 20 };
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    struct frame f = frame_make(150, 120, 3);
+    double light[2] = {0, 0};
+    for (int y = 0; y < f.height; y++)
+        for (int x = 0; x < f.width; x++)
+            f.depth[y * f.width + x] =
+                plain_depth(x < EDGE_X ? fmin(-12 + 0.5 * (EDGE_X - x), 15) : RADIUS);
+    for (int n = 0; n < 3; n++)
+        frame_at(&f, f.colour, LAMP_X, LAMP_Y)[n] = 1e4f;
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    for (int y = LAMP_Y - 6; y <= LAMP_Y + 6; y++)
+        for (int dx = 10; dx < RADIUS - 2; dx++) {
+            light[0] += frame_at(&f, f.out, LAMP_X - dx, y)[0];
+            light[1] += frame_at(&f, f.out, LAMP_X + dx, y)[0];
+        }
+    printf("# light of a half that is covered: %g, of the other: %g\n", light[0],
+           light[1]);
+    CHECK(light[1] > 500);
+    CHECK(light[0] < 0.001 * light[1]);
+    frame_free(&f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -179,5 +209,6 @@ int main(int argc, char **argv)
     TEST(highlights_at_any_brightness);
     TEST(every_setting_of_the_method);
     TEST(a_field_of_lamps);
+    TEST(a_slanted_thing_has_no_cracks);
     return testing_end();
 }
