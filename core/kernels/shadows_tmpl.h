@@ -45,6 +45,8 @@ static inline vf edge_radius(const struct rf_shadows *s, vf q, vf neighbour)
 /* Radii of the pixels x + dx of a row of n, INFINITY beyond it. */
 static inline vf neighbours(const float *row, int x, int dx, int n)
 {
+    if (row && x + dx >= 0 && x + dx + LANES <= n)
+        return LOAD(row + x + dx);
     float r[LANES];
     for (int l = 0; l < LANES; l++) {
         int at = x + l + dx;

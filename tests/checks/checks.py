@@ -86,10 +86,14 @@ def pytest(*arguments, environment, **options):
 
 
 def configure(name, *options, source=ROOT, compiler="gcc"):
+    """A build of `source`; one that another checkout left there is made anew."""
     folder = OUT / name
-    if not (folder / "build.ninja").exists():
+    made_from = folder / "made_from"
+    if not made_from.exists() or made_from.read_text() != str(source):
+        shutil.rmtree(folder, ignore_errors=True)
         environment = dict(os.environ, CC=compiler)
         run("meson", "setup", folder, source, *options, env=environment)
+        made_from.write_text(str(source))
     return folder
 
 
@@ -401,6 +405,7 @@ def static():
         if path.relative_to(ROOT).parts[0] in ANALYSED and "-o" in one["command"]:
             seen.add(path)
             sources.append((path, one["command"]))
+    assert sources, f"{build} compiles nothing of {', '.join(ANALYSED)}"
     (build / "compile_commands.json").write_text(json.dumps(commands))
     run("ninja", "-C", build, stdout=subprocess.DEVNULL)
     found = {"clang-tidy": [], "gcc -fanalyzer": [], "cppcheck": []}
