@@ -77,10 +77,10 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
 
 static bool is_pure(const float *share)
 {
-    bool is_pure = true;
+    bool all_pure = true;
     for (int i = 0; i < BLOCK; i++)
-        is_pure &= share[i] >= 1;
-    return is_pure;
+        all_pure &= share[i] >= 1;
+    return all_pure;
 }
 
 static void load_row(struct search *search, int y)

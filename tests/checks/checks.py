@@ -8,7 +8,8 @@
     tests/checks/checks.py threads      ThreadSanitizer over the threaded paths
     tests/checks/checks.py valgrind     the unit suite under memcheck
     tests/checks/checks.py static       clang-tidy, gcc -fanalyzer, cppcheck
-    tests/checks/checks.py fuzz [S]     fuzz targets, two at a time, S seconds (600)
+    tests/checks/checks.py fuzz         fuzz targets, two at a time
+                                        (fuzz S [TARGET...]: S seconds, not 600)
     tests/checks/checks.py faults       counts of tests/faults and tests/fuzz/corpus
     tests/checks/checks.py openexr      the test files of OpenEXR's source package
                                         (openexr pypi: of its newer one for Python)
@@ -32,8 +33,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests"))
 from machine import mirror  # noqa: E402
+from results_table import OUT, read_table, table  # noqa: E402
 
-OUT = Path(os.environ.get("RACKFOCUS_CHECKS", ROOT / "build-checks"))
 PYTHON = "/usr/bin/python3"
 PACKAGES = Path(__file__).with_name("packages")
 
@@ -62,13 +63,6 @@ def save(name, **values):
     values["commit"] = COMMIT
     (OUT / f"{name}.json").write_text(json.dumps(values, indent=1))
     print(json.dumps(values, indent=1))
-
-
-def read_table(name):
-    """Lines of cells parted by " | "; # begins a comment."""
-    for line in Path(__file__).with_name(name).read_text().splitlines():
-        if line and not line.startswith("#"):
-            yield [cell.strip() for cell in line.split(" | ")]
 
 
 def need(*tools):
@@ -460,7 +454,8 @@ def static():
 # ---- fuzzing and faults --------------------------------------------------------------
 
 
-def fuzz(seconds="600"):
+def fuzz(seconds="600", *targets):
+    targets = targets or ("exr", "params", "camera", "filter")
     build = OUT / "fuzzing"
     build.mkdir(parents=True, exist_ok=True)
     script = ROOT / "tests/fuzz/fuzz"
@@ -471,10 +466,10 @@ def fuzz(seconds="600"):
         return captured(script, "run", seconds, target, env=environment)
 
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        text = "\n".join(pool.map(fuzz_one, ["exr", "params", "camera", "filter"]))
+        text = "\n".join(pool.map(fuzz_one, targets))
     rows = re.findall(r"^(\w+): (\d+) s, (\d+) runs, (\d+) findings", text, re.M)
     save("fuzz", targets=[[t, int(s), int(r), int(f)] for t, s, r, f in rows])
-    return 1 if any(int(row[3]) for row in rows) or len(rows) < 4 else 0
+    return 1 if any(int(row[3]) for row in rows) or len(rows) < len(targets) else 0
 
 
 def faults():
@@ -631,154 +626,6 @@ def openexr(source="debian"):
         counts["findings"] += done.returncode != 0
     save(OPENEXR_SOURCES[source][0], **counts)
     return 1 if counts["crashed"] or counts["findings"] or not files else 0
-
-
-# ---- the table ----------------------------------------------------------------------
-
-
-def load(name):
-    path = OUT / f"{name}.json"
-    return json.loads(path.read_text()) if path.exists() else None
-
-
-def how_many(tests, *names):
-    """Failed ones among the tests whose name begins so."""
-    found = [v for k, v in tests.items() if k.startswith(names)]
-    n_failed = sum(v != "passed" for v in found)
-    return f"{n_failed} of {len(found)} tests failed"
-
-
-def fault_rows(one):
-    tests, damaged = one["tests"], one["damaged"]
-    yield "fuzz corpus replayed", f"{one['corpus']} inputs", "0 findings"
-    yield (
-        "files cut off or with flipped bits",
-        f"{damaged['files']}: {damaged['refused']} refused, the others read",
-        f"{damaged['crashed']} crashes",
-    )
-    yield (
-        "k-th allocation fails, command",
-        f"{one['allocations']} runs",
-        how_many(tests, "test_every_allocation"),
-    )
-    yield (
-        "k-th allocation fails, EXR and PNG",
-        f"{one['exr_allocations']} runs",
-        f"{one['exr_failed']} of 1 tests failed",
-    )
-    yield (
-        "kill -9 before each file call of a sequence",
-        f"{one['killed']} kills",
-        how_many(tests, "test_killed"),
-    )
-    yield "all tests of faults", f"{len(tests)} tests", how_many(tests, "test_")
-
-
-def coverage_rows(one):
-    for part, (hit, total) in sorted(one["parts"].items()):
-        percent = 100 * hit / total
-        yield f"lines covered: {part}", f"{hit} of {total}", f"{percent:.1f} %"
-
-
-def static_rows(one):
-    for tool, (n, left) in one["counts"].items():
-        yield tool, f"{one['files']} files", f"{left} warnings, {n - left} excepted"
-
-
-def fuzz_rows(one):
-    for target, seconds, n, findings in one["targets"]:
-        yield f"fuzzing: {target}", f"{n} inputs in {seconds} s", f"{findings} findings"
-
-
-def thread_rows(one):
-    yield "ThreadSanitizer", f"{one['tests']} tests", f"{one['reports']} races"
-
-
-def valgrind_rows(one):
-    programs = f"{one['tests']} tests in {one['programs']} programs"
-    yield "valgrind over the unit suite", programs, f"{one['errors']} errors"
-
-
-def mutant_rows(one):
-    n = len(one["mutants"])
-    yield "wrong operators put in", f"{n} mutants", f"{one['caught']} caught"
-
-
-def openexr_rows(one, version="3.1"):
-    yield (
-        f"test files of OpenEXR {version}",
-        f"{one['files']}: {one['refused']} refused, the others read",
-        f"{one['crashed']} crashes, {one['findings']} findings",
-    )
-
-
-def openexr_pypi_rows(one):
-    return openexr_rows(one, "3.5.3")
-
-
-# What makes the rows of a check, and how they begin.
-ROWS = {
-    "fuzz": (fuzz_rows, "fuzzing:"),
-    "faults": (fault_rows, ("fuzz corpus", "files cut", "k-th", "kill", "all tests")),
-    "openexr": (
-        openexr_rows,
-        ("test files of OpenEXR 3.1 ", "test files of OpenEXR's"),
-    ),
-    "openexr_pypi": (openexr_pypi_rows, "test files of OpenEXR 3.5.3 "),
-    "threads": (thread_rows, "ThreadSanitizer"),
-    "valgrind": (valgrind_rows, "valgrind"),
-    "static": (static_rows, ("clang-tidy", "gcc", "cppcheck")),
-    "mutate": (mutant_rows, "wrong operators"),
-    "coverage": (coverage_rows, "lines covered"),
-}
-
-
-def rows(before):
-    """Rows of the results; a check without any keeps those that it had, as lines."""
-    for name, (make, begins) in ROWS.items():
-        kept = [line for line in before if line.removeprefix("| ").startswith(begins)]
-        if one := load(name):
-            made = [[*row, one["commit"]] for row in make(one)]
-            titles = tuple(f"| {row[0]} |" for row in made)
-            yield from ("| " + " | ".join(row) + " |" for row in made)
-            if name == "coverage":  # some parts only
-                yield from (line for line in kept if not line.startswith(titles))
-        else:
-            yield from kept or [f"| {name} | | not run | |"]
-
-
-def uncovered():
-    """Files with lines that no test reaches, and why."""
-    one = load("coverage") or {"files": []}
-    reasons = dict(read_table("uncovered.txt"))
-    for file, hit, total in one["files"]:
-        yield f"`{file}`", total - hit, reasons.get(file, "")
-
-
-def marks(name):
-    return f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
-
-
-def replace_between(text, name, lines):
-    begin, end = marks(name)
-    head, rest = text.split(begin)
-    return head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1]
-
-
-def table():
-    path = ROOT / "docs/reliability.md"
-    text = path.read_text()
-    begin, end = marks("table")
-    before = text.split(begin)[1].split(end)[0].splitlines()
-    lines = ["| check | how much | result | commit |", "| --- | --- | --- | --- |"]
-    lines += rows(before)
-    text = replace_between(text, "table", lines)
-    if load("coverage"):
-        left = ["| file | lines | what they are |", "| --- | --- | --- |"]
-        left += [f"| {file} | {n} | {why} |" for file, n, why in uncovered()]
-        text = replace_between(text, "uncovered", left)
-    path.write_text(text)
-    print(text.split(begin)[1].split(end)[0])
 
 
 TOOLS = {
