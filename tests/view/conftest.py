@@ -123,6 +123,25 @@ class Window:
     def wait_best(self, **values):
         return self.wait_shown(quality="best", is_newest=True, **values)
 
+    def drag(self, places):
+        """Presses the button at the first place, then waits for a picture at each.
+
+        It is let go when the last one's best picture is there. A machine that is fast
+        enough shows no preview before it: only the counter tells a place's picture from
+        the second one of the place before.
+        """
+        self.press(*places[0])
+        last = max(e["id"] for e in self.events() if e["event"] == "shown")
+        for x, y in places[1:]:
+            self.move(x, y)
+            last = self.wait(
+                lambda e, last=last: e["event"] == "shown" and e["id"] > last,
+                f"a picture newer than {last}",
+            )["id"]
+        self.n_read -= 1  # it may be the best one already
+        self.wait_best()
+        self.release()
+
     def wait_open(self):
         """Until the first best picture is there; finds out where the window lies."""
         shown = self.wait_best()

@@ -64,11 +64,7 @@ def test_drag_the_aperture(window, passes, command_picture):
     At rest comes the best picture.
     """
     x, y = window.control("f-stop")
-    window.press(x, y)
-    for i in range(1, 9):
-        window.move(x - 4 * i, y)
-        window.wait_shown()
-    window.release()
+    window.drag([(x - 4 * i, y) for i in range(9)])
     words = window.copied()
     f_stop = float(words[words.index("--f-stop") + 1])
     assert 2.0 < f_stop < 3.0  # a little left of the middle of 0.5 to 64
