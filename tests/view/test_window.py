@@ -23,9 +23,11 @@ def picture(window, name="shot"):
 
 
 def test_opens_with_the_best_picture(window, passes, command_picture):
-    """First a preview, then what `rackfocus filter` makes, byte for byte."""
-    qualities = [e["quality"] for e in window.events() if e["event"] == "shown"]
-    assert qualities[0] == "preview" and qualities[-1] == "best"
+    """What `rackfocus filter` makes, byte for byte.
+
+    A preview comes first (tests/view/test_worker.c), but nobody sees it where drawing
+    the window for the first time takes longer than the picture.
+    """
     assert window.sees(command_picture(passes()), "view")
     window.quit()
 
