@@ -171,9 +171,9 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
     c.split = rf_level_split(&filter->shape);
     struct rf_footprints own;
-    rf_result result =
-        rf_footprints_get(&c.footprints, &own, c.context, &filter->shape,
-                          c.canvas.n_cells, c.split + 1, scene->n_phases, error);
+    struct rf_footprint_use use = {&filter->shape, scene->drift, c.canvas.n_cells,
+                                   c.split + 1, scene->n_phases};
+    rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
     if (result == RF_OK)
         result = allocate(&c, error);
     rf_task_poll(scene->task);

@@ -38,7 +38,9 @@ struct rf_source {
     /* Puts the other samples of pixel (x, y) into `at`; returns how many. */
     int (*emit)(void *user, int x, int y, struct rf_sample *at);
     void *user;
-    const struct rf_surface *surfaces; /* of the plain samples; as the scene, packed */
+    /* Of the plain samples; as large as the scene, packed, but moved by whole px. */
+    const struct rf_surface *surfaces;
+    int x, y; /* of the first surface, in the scene */
     int most_per_pixel;
     float largest_radius; /* of its samples, without sign */
 };
@@ -56,9 +58,10 @@ struct rf_scene {
     int n_colours;     /* 3 or 4: set by rf_composite_crop() */
     bool is_opaque;    /* every alpha is 1: it needs no sums */
     int n_phases; /* sub-pixel positions per axis; 1: samples lie on pixel centres */
+    struct rf_drift drift; /* of the samples' footprints */
     struct rf_samples visible; /* spread near to far */
     struct rf_samples hidden;  /* after all visible ones, fill what is left */
-    struct rf_source visible_source, hidden_source; /* instead of those arrays */
+    struct rf_source visible_source, hidden_source; /* beside those arrays */
     struct rf_samples highlights; /* light to add, with exact visibility */
     const struct rf_occluders *occluders;
     int n_views; /* of occluders */

@@ -480,11 +480,17 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
     int index = (int)(rest / RF_N_KINDS) / n_phases - f->max_index;
     double r = rf_radius_of_index(index);
     const double *size = f->shape->size;
-    struct grid g = {.kernel = &kernels[kind],
-                     .lines = lines,
-                     .reach_x = (int)ceil(fabs(r) * size[0]) + 3,
-                     .reach_y =
-                         (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect) + 3};
+    const struct rf_drift *drift = &f->drift;
+    double drift_px[2];
+    for (int k = 0; k < 2; k++)
+        drift_px[k] = drift->slope[k] * r + (is_coarse ? 0 : drift->base[k]);
+    struct grid g = {
+        .kernel = &kernels[kind],
+        .lines = lines,
+        .reach_x = (int)ceil(fabs(r) * size[0] + fabs(drift_px[0])) + 3,
+        .reach_y =
+            (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect + fabs(drift_px[1])) +
+            3};
     g.width = 2 * g.reach_x + 1;
     g.height = 2 * g.reach_y + 1;
     size_t n = (size_t)g.width * (size_t)g.height * (size_t)f->cells.n;
@@ -492,8 +498,8 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
     if (!g.weight)
         return false;
     g.line = g.weight + n;
-    double at[2] = {(phase % f->n_phases + 0.5) / f->n_phases,
-                    (phase / f->n_phases + 0.5) / f->n_phases};
+    double at[2] = {(phase % f->n_phases + 0.5) / f->n_phases + drift_px[0],
+                    (phase / f->n_phases + 0.5) / f->n_phases + drift_px[1]};
     if (index == 0)
         fill_point(&g, f, at[0], at[1]);
     else if (!fill_level(&g, f, r, is_coarse, kind, at)) {
@@ -541,15 +547,17 @@ rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *need
 /* ---- the table ----------------------------------------------------------------- */
 
 rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
-                             const struct rf_shape *shape, int n_cells,
-                             double max_radius, int n_phases, struct rf_error *error)
+                             const struct rf_footprint_use *use,
+                             struct rf_error *error)
 {
-    *f = (struct rf_footprints){
-        .context = context, .shape = shape, .n_phases = n_phases};
-    rf_lens_cells_init(&f->cells, shape, n_cells);
-    measure_variance(shape, f->variance);
+    *f = (struct rf_footprints){.context = context,
+                                .shape = use->shape,
+                                .drift = use->drift,
+                                .n_phases = use->n_phases};
+    rf_lens_cells_init(&f->cells, use->shape, use->n_cells);
+    measure_variance(use->shape, f->variance);
     f->max_index = INT32_MAX;
-    f->max_index = rf_radius_index(f, (float)max_radius) + 1;
+    f->max_index = rf_radius_index(f, (float)use->max_radius) + 1;
     size_t n = rf_footprint_count(f);
     f->table = rf_calloc(context, n, sizeof *f->table);
     if (!f->table)

@@ -68,9 +68,18 @@ enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
  */
 enum { RF_N_LEVEL_CLASSES = 2 }; /* full resolution, and all others */
 
+/*
+ * Where footprints lie beside their sample: px right and down per px of radius, and px
+ * of full resolution. (0, 0) for a lens whose middle the view was taken from.
+ */
+struct rf_drift {
+    double slope[2], base[2];
+};
+
 struct rf_footprints {
     const struct rf_context *context;
     const struct rf_shape *shape;
+    struct rf_drift drift;
     double variance[2]; /* of the aperture in u and v, per unit radius */
     struct rf_lens_cells cells;
     int max_index; /* radii from -max_index to max_index, in steps */
@@ -78,20 +87,29 @@ struct rf_footprints {
     struct rf_footprint **table;
 };
 
+/* What footprints are asked for. */
+struct rf_footprint_use {
+    const struct rf_shape *shape;
+    struct rf_drift drift;
+    int n_cells;
+    double max_radius;
+    int n_phases;
+};
+
 rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
-                             const struct rf_shape *shape, int n_cells,
-                             double max_radius, int n_phases, struct rf_error *error);
+                             const struct rf_footprint_use *use,
+                             struct rf_error *error);
 void rf_footprints_free(struct rf_footprints *f);
 
 /*
  * Small footprints of the last few apertures stay with the context (footprint_shelf.c).
- * Gives those of one that reach max_radius, or new ones in `own`, which is not kept;
+ * Gives those of one that reach the radius, or new ones in `own`, which is not kept;
  * rf_footprints_put() in any case, when the picture is done.
  */
 rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
                             const struct rf_context *context,
-                            const struct rf_shape *shape, int n_cells,
-                            double max_radius, int n_phases, struct rf_error *error);
+                            const struct rf_footprint_use *use,
+                            struct rf_error *error);
 void rf_footprints_put(struct rf_footprints *f, struct rf_footprints *own);
 size_t rf_shelf_bytes(void);
 /* Frees what is kept; no picture is in work. */
@@ -130,6 +148,12 @@ static inline int rf_phase_of(const struct rf_footprints *f, float x, float y)
     int n = f->n_phases;
     int px = (int)((x - floorf(x)) * (float)n), py = (int)((y - floorf(y)) * (float)n);
     return rf_min_int(py, n - 1) * n + rf_min_int(px, n - 1);
+}
+
+/* The phase of a sample on its pixel's centre. */
+static inline int rf_centre_phase(const struct rf_footprints *f)
+{
+    return f->n_phases / 2 * f->n_phases + f->n_phases / 2;
 }
 
 static inline size_t rf_footprint_count(const struct rf_footprints *f)

@@ -2,11 +2,11 @@
 /*
  * Footprints that stay with a context. They depend on the aperture alone, not on the
  * focus: pictures of a sequence, or of a view whose focus is pulled, need the same ones
- * again. Kept are tables up to MOST_PX, with samples on the centres of their pixels.
+ * again. Kept are tables of footprints that reach up to MOST_PX.
  */
 #include "footprint.h"
 
-enum { N_KEPT = 4, MOST_PX = 9 };
+enum { N_KEPT = 24, MOST_PX = 9 };
 
 struct kept {
     struct rf_shape shape; /* what footprints.shape points to */
@@ -44,15 +44,21 @@ static void free_kept(const struct rf_context *context, struct kept *k)
     rf_free(context, k);
 }
 
-static struct kept *find(const struct rf_shelf *shelf, const struct rf_shape *shape,
-                         int n_cells)
+static bool serves(const struct kept *k, const struct rf_footprint_use *use)
 {
-    for (int i = 0; i < N_KEPT; i++) {
-        struct kept *k = shelf->at[i];
-        if (k && k->footprints.cells.n == n_cells &&
-            memcmp(&k->shape, shape, sizeof *shape) == 0)
-            return k;
-    }
+    const struct rf_footprints *f = &k->footprints;
+    return f->cells.n == use->n_cells && f->n_phases == use->n_phases &&
+           rf_radius_of_index(f->max_index) > use->max_radius &&
+           memcmp(&f->drift, &use->drift, sizeof f->drift) == 0 &&
+           memcmp(&k->shape, use->shape, sizeof k->shape) == 0;
+}
+
+static struct kept *find(const struct rf_shelf *shelf,
+                         const struct rf_footprint_use *use)
+{
+    for (int i = 0; i < N_KEPT; i++)
+        if (shelf->at[i] && serves(shelf->at[i], use))
+            return shelf->at[i];
     return NULL;
 }
 
@@ -62,10 +68,10 @@ static struct kept *find(const struct rf_shelf *shelf, const struct rf_shape *sh
  * use.
  */
 static struct kept *place(struct rf_shelf *shelf, struct kept *made,
-                          struct kept **excess)
+                          const struct rf_footprint_use *use, struct kept **excess)
 {
     *excess = made;
-    struct kept *k = find(shelf, &made->shape, made->footprints.cells.n);
+    struct kept *k = find(shelf, use);
     for (int i = 0; i < N_KEPT && !k; i++) {
         struct kept **at = &shelf->at[shelf->oldest];
         shelf->oldest = (shelf->oldest + 1) % N_KEPT;
@@ -79,8 +85,8 @@ static struct kept *place(struct rf_shelf *shelf, struct kept *made,
     return k;
 }
 
-static struct kept *make(const struct rf_context *context, const struct rf_shape *shape,
-                         int n_cells, struct rf_error *error)
+static struct kept *make(const struct rf_context *context,
+                         const struct rf_footprint_use *use, struct rf_error *error)
 {
     struct kept *k = rf_alloc(context, 1, sizeof *k);
     if (!k) {
@@ -88,9 +94,11 @@ static struct kept *make(const struct rf_context *context, const struct rf_shape
         return NULL;
     }
     k->n_users = 0;
-    memcpy(&k->shape, shape, sizeof *shape);
-    if (rf_footprints_init(&k->footprints, context, &k->shape, n_cells, MOST_PX, 1,
-                           error) == RF_OK)
+    memcpy(&k->shape, use->shape, sizeof k->shape);
+    struct rf_footprint_use own = *use;
+    own.shape = &k->shape;
+    own.max_radius = fmax(own.max_radius, MOST_PX);
+    if (rf_footprints_init(&k->footprints, context, &own, error) == RF_OK)
         return k;
     rf_free(context, k);
     return NULL;
@@ -98,32 +106,32 @@ static struct kept *make(const struct rf_context *context, const struct rf_shape
 
 rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
                             const struct rf_context *context,
-                            const struct rf_shape *shape, int n_cells,
-                            double max_radius, int n_phases, struct rf_error *error)
+                            const struct rf_footprint_use *use, struct rf_error *error)
 {
     struct rf_shelf *shelf = context->shelf;
+    const struct rf_shape *shape = use->shape;
+    double extent[2];
     own->table = NULL;
     *f = own;
-    if (n_phases > 1 || max_radius > MOST_PX)
-        return rf_footprints_init(own, context, shape, n_cells, max_radius, n_phases,
-                                  error);
+    rf_shape_extent(shape, extent);
+    if (use->max_radius * fmax(extent[0], extent[1]) > MOST_PX)
+        return rf_footprints_init(own, context, use, error);
     lock(shelf);
-    struct kept *k = find(shelf, shape, n_cells), *excess = NULL;
+    struct kept *k = find(shelf, use), *excess = NULL;
     if (k)
         k->n_users++;
     unlock(shelf);
     if (!k) {
-        struct kept *made = make(context, shape, n_cells, error);
+        struct kept *made = make(context, use, error);
         if (!made)
             return RF_ERROR_MEMORY;
         lock(shelf);
-        k = place(shelf, made, &excess);
+        k = place(shelf, made, use, &excess);
         unlock(shelf);
         free_kept(context, excess);
     }
     if (!k)
-        return rf_footprints_init(own, context, shape, n_cells, max_radius, n_phases,
-                                  error);
+        return rf_footprints_init(own, context, use, error);
     *f = &k->footprints;
     return RF_OK;
 }

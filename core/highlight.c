@@ -421,8 +421,9 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(samples->at[i].r));
     struct rf_footprints own;
-    rf_result result = rf_footprints_get(&h.footprints, &own, context, shape, 1, most,
-                                         scene->n_phases, error);
+    struct rf_footprint_use use = {
+        .shape = shape, .n_cells = 1, .max_radius = most, .n_phases = scene->n_phases};
+    rf_result result = rf_footprints_get(&h.footprints, &own, context, &use, error);
     h.mask = rf_alloc(context, samples->n, sizeof *h.mask);
     if (result == RF_OK && !h.mask)
         result = rf_fail_memory(error, samples->n, sizeof *h.mask);

@@ -318,6 +318,17 @@ void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
         rf_picture_emit(l, rf_sample_make(&s->far[i], x, y, 1 - share), x, y, out);
 }
 
+bool rf_picture_is_plain(const struct rf_picture *l, int x, int y)
+{
+    const struct rf_surfaces *s = &l->surfaces;
+    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    const struct rf_surface *p = &s->near[i];
+    if (s->share[i] < 1 || p->c[3] != 1)
+        return false;
+    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
+    return rf_luminance(p->c[0], p->c[1], p->c[2]) <= bright_limit(p->r) * darkest;
+}
+
 void rf_picture_survey(const struct rf_picture *l, int x, int y, int n,
                        unsigned char *emission)
 {

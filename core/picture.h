@@ -68,6 +68,9 @@ void rf_picture_emit(const struct rf_picture *picture, struct rf_sample sample, 
 void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
                            struct rf_samples *out);
 
+/* Does rf_picture_emit_pixel() give one sample, its near surface as it is? */
+bool rf_picture_is_plain(const struct rf_picture *picture, int x, int y);
+
 /* What n pixels from (x, y) on have as a source of samples, see enum rf_emission. */
 void rf_picture_survey(const struct rf_picture *picture, int x, int y, int n,
                        unsigned char *emission);

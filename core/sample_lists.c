@@ -131,7 +131,7 @@ struct builder {
     int max_level, n_keys;
     size_t n_tiles;                 /* of full resolution */
     size_t most;                    /* samples of one of them */
-    const struct rf_source *source; /* emits; or the sorted samples: */
+    const struct rf_source *source; /* emits, if not NULL; beside the samples: */
     const struct rf_samples *samples;
     uint32_t *order;
     size_t *start; /* in `order`, per tile */
@@ -233,8 +233,10 @@ struct tile_samples {
     const struct rf_sample *at;
     const uint32_t *index;
     int n;
-    const struct rf_surface *surfaces; /* of the tile's first pixel */
-    size_t width;                      /* of a row of them */
+    bool is_by_rows;
+    const struct rf_surface *surfaces;
+    ptrdiff_t first; /* of them, in the tile's first pixel */
+    size_t width;    /* of a row of them */
     int x0, y0;
 };
 
@@ -242,7 +244,8 @@ struct tile_samples {
 
 static const struct rf_surface *plain_surface(const struct tile_samples *s, uint32_t at)
 {
-    return s->surfaces + s->width * (at % PLAIN / RF_TILE_W) + at % RF_TILE_W;
+    size_t i = s->width * (at % PLAIN / RF_TILE_W) + at % RF_TILE_W;
+    return &s->surfaces[s->first + (ptrdiff_t)i];
 }
 
 static float radius_of(const struct tile_samples *s, uint32_t at)
@@ -271,17 +274,19 @@ static void survey_row(const struct rf_source *source, struct worker *w, int y, 
 static struct tile_samples samples_of(const struct builder *b, struct worker *w,
                                       int tile)
 {
-    if (!b->source) {
-        size_t from = b->start[tile], to = b->start[tile + 1];
+    size_t from = b->start ? b->start[tile] : 0, to = b->start ? b->start[tile + 1] : 0;
+    if (!b->source)
         return (struct tile_samples){
             .at = b->samples->at, .index = b->order + from, .n = (int)(to - from)};
-    }
     const struct rf_group *g = full_group(b);
     int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H, n_others = 0;
     size_t width = (size_t)g->width;
     struct tile_samples s = {.at = w->samples,
                              .index = w->index,
-                             .surfaces = b->source->surfaces + width * (size_t)y0 + x0,
+                             .is_by_rows = to == from,
+                             .surfaces = b->source->surfaces,
+                             .first = (ptrdiff_t)(y0 - b->source->y) * (ptrdiff_t)width +
+                                      x0 - b->source->x,
                              .width = width,
                              .x0 = x0,
                              .y0 = y0};
@@ -289,6 +294,10 @@ static struct tile_samples samples_of(const struct builder *b, struct worker *w,
     int n_y = rf_min_int(g->height - y0, RF_TILE_H);
     for (int y = 0; y < n_y; y++)
         survey_row(b->source, w, y, n_x, &s, &n_others);
+    for (size_t i = from; i < to; i++) {
+        w->samples[n_others] = b->samples->at[b->order[i]];
+        w->index[s.n++] = (uint32_t)n_others++;
+    }
     return s;
 }
 
@@ -324,7 +333,7 @@ static void put_splats(const struct rf_composer *c, const struct tile_samples *s
                        const uint32_t *index, int n, struct rf_splat *out)
 {
     float last = NAN;
-    int slot = 0;
+    int slot = 0, centre = rf_centre_phase(c->footprints);
     for (int i = 0; i < n; i++, out++) {
         if (!(index[i] & PLAIN)) {
             *out = full_splat(c, &s->at[index[i]]);
@@ -332,7 +341,7 @@ static void put_splats(const struct rf_composer *c, const struct tile_samples *s
         }
         const struct rf_surface *p = plain_surface(s, index[i]);
         if (p->r != last) {
-            slot = splat_slot(c, p->r, 0, RF_SHARP, 0);
+            slot = splat_slot(c, p->r, centre, RF_SHARP, 0);
             last = p->r;
         }
         *out = (struct rf_splat){.x = s->x0 + (int)(index[i] % RF_TILE_W),
@@ -390,8 +399,7 @@ static void reduce_sample(struct reducer *reducer, const struct part *part, int 
 static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
                       const struct part *part, int level, struct rf_splat *out)
 {
-    int n_phases = c->footprints->n_phases;
-    int center = n_phases > 1 ? n_phases / 2 * n_phases + n_phases / 2 : 0;
+    int centre = rf_centre_phase(c->footprints);
     float size = (float)(1 << level), scale = 1 / (size * size);
     for (int i = 0; i < reducer->n_touched; i++) {
         int block = reducer->touched[i], at = block / RF_N_KINDS;
@@ -400,7 +408,7 @@ static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
         out[i] = (struct rf_splat){
             .x = part->x0 + at % part->width,
             .y = part->y0 + at / part->width,
-            .slot = splat_slot(c, b->rw / b->w / size, center, kind, level),
+            .slot = splat_slot(c, b->rw / b->w / size, centre, kind, level),
             .cover = kind == RF_SHARP ? b->w * scale : 0,
         };
         for (int n = 0; n < 4; n++)
@@ -456,7 +464,7 @@ static bool build_full(const struct builder *b, struct worker *w, int tile,
     for (int k = 0; k <= g->n_bins; k++)
         list->bin[k] = w->count[g->first_key + k] - from;
     put_splats(b->c, s, w->sorted + from, to - from, out);
-    list->is_by_rows = b->source != NULL;
+    list->is_by_rows = s->is_by_rows;
     list->at = out;
     list->n = (int)n;
     return true;
@@ -671,11 +679,12 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
         b.source = source;
     float largest = b.source ? source->largest_radius : largest_radius(c, samples);
     b.max_level = rf_level_of(c->split, largest);
-    b.most = (size_t)source->most_per_pixel * RF_TILE_W * RF_TILE_H;
     rf_result result = make_groups(&b, error);
     rf_task_phase(c->scene->task, progress_to, (int64_t)b.n_tiles);
-    if (result == RF_OK && !b.source)
+    if (result == RF_OK && (!b.source || samples->n > 0))
         result = sort_samples(&b, error);
+    if (b.source)
+        b.most += (size_t)source->most_per_pixel * RF_TILE_W * RF_TILE_H;
     if (result == RF_OK)
         result = make_workers(&b, error);
     if (result == RF_OK)

@@ -18,7 +18,9 @@
  *   x = X - u_j s(r) + m_j r
  *
  * and spread as in the method layered, over that cell only; the picture is the mean of
- * the cells' pictures by area. A cell is narrower than the lens by the square root of
+ * the cells' pictures by area. Not the samples are moved, which stay on their view's
+ * pixels, but their footprints: these depend on r alone then, and neighbours are spread
+ * together. A cell is narrower than the lens by the square root of
  * the number of views, and so is what its view cannot see: other views show that, and
  * what none of them saw is estimated (hidden.c). Such samples only fill what the view's
  * own leave uncovered; each has the weight
@@ -45,6 +47,7 @@
 #include "views.h"
 
 enum { N_PHASES = 5 }; /* odd: one is the pixel's centre */
+enum { MOST_SHIFT = 1 << 20 }; /* px, by which a picture is moved as a whole */
 
 /* Of an estimated hidden sample, against those that another view shows. */
 static const float ESTIMATE_WEIGHT = 0.1f;
@@ -61,6 +64,14 @@ struct cell {
     struct rf_filter filter; /* with the part as its aperture */
     float centroid[2];
     float extent[2]; /* half width and height of what it makes of radius 1, px */
+    /*
+     * Of one view, and near its place: samples stay on that view's pixels, moved by
+     * whole px, and footprints lie beside them as far as they would have moved. What
+     * other views show goes to the nearest of those pixels.
+     */
+    bool is_on_grid;
+    int shift[2];
+    struct rf_drift drift;
     struct rf_surface *hidden; /* NULL: not asked for */
     float *hidden_weight;
     struct rf_sample *samples;
@@ -73,16 +84,30 @@ struct collector {
     struct rf_samples out;
 };
 
+/* Moves a place of the centre's view to where the cell has its sample. */
+static void move_to_cell(const struct cell *cell, struct rf_view_place place,
+                         struct rf_sample *p)
+{
+    if (cell->is_on_grid) {
+        const struct rf_work_view *view = &cell->v->work->views[cell->own];
+        float shift = rf_view_shift(view, p->r);
+        p->x = place.x + rf_snap_px(view->lens[0] * shift) + (float)cell->shift[0];
+        p->y = place.y - rf_snap_px(view->lens[1] * shift) + (float)cell->shift[1];
+        return;
+    }
+    p->x = place.x + rf_snap_px(cell->centroid[0] * p->r);
+    p->y = place.y - rf_snap_px(cell->centroid[1] * p->r);
+}
+
 static void put(struct collector *c, struct rf_sample p, int x, int y)
 {
     const struct cell *cell = c->cell;
     const struct rf_picture *picture = &cell->v->pictures[c->view];
-    struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
-    p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
-    p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
+    move_to_cell(cell, rf_view_place_of(cell->v, c->view, p.x, p.y, p.r), &p);
     /* Coarse levels reach farther than the footprint does. */
-    float reach_x = 1.5f * fabsf(p.r) * cell->extent[0] + 8;
-    float reach_y = 1.5f * fabsf(p.r) * cell->extent[1] + 8;
+    float drift_x = (float)cell->drift.slope[0], drift_y = (float)cell->drift.slope[1];
+    float reach_x = fabsf(p.r) * (1.5f * cell->extent[0] + fabsf(drift_x)) + 8;
+    float reach_y = fabsf(p.r) * (1.5f * cell->extent[1] + fabsf(drift_y)) + 8;
     float x1 = (float)(picture->x0 + picture->filter->width) + reach_x;
     float y1 = (float)(picture->y0 + picture->filter->height) + reach_y;
     if (p.x >= rf_max_float((float)picture->x0 - reach_x, 0) &&
@@ -92,16 +117,17 @@ static void put(struct collector *c, struct rf_sample p, int x, int y)
         rf_picture_emit(picture, p, x, y, &c->out);
 }
 
+/* Of what continues a picture, where other views show what is there. */
+static const float CONTINUED_WEIGHT = 1e-6f;
+
 static void collect_own(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct collector *c = user;
     const struct rf_views *v = c->cell->v;
     struct rf_sample p = rf_sample_make(s, x, y, w);
     if (c->out.at && !rf_view_is_rendered(&v->pictures[c->view], x, y)) {
-        float continued;
         struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
-        float shown = rf_views_show(v, c->view, place, &continued);
-        p.w *= rf_max_float(1 - shown, 1e-6f);
+        p.w *= rf_views_leave(v, c->view, place, CONTINUED_WEIGHT);
     }
     put(c, p, x, y);
 }
@@ -162,11 +188,9 @@ static void collect_hidden(struct collector *c, int y)
         if (!(p.w > 0))
             continue;
         if (c->out.at && cell->own != ALL_VIEWS) {
-            float continued;
             struct rf_view_place place =
                 rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
-            float shown = rf_views_show(cell->v, c->view, place, &continued);
-            p.w *= rf_max_float(1 - shown, ESTIMATE_WEIGHT);
+            p.w *= rf_views_leave(cell->v, c->view, place, ESTIMATE_WEIGHT);
         }
         put(c, p, x, y);
     }
@@ -197,6 +221,142 @@ static size_t collect_row(void *user, int i, struct rf_sample *at)
     return c.out.n;
 }
 
+/* ---- cells of one view ---------------------------------------------------------- */
+
+/* Pixels of the scene to those of the view, and the part of n that the view has. */
+struct run {
+    int x, y, first, end;
+};
+
+static struct run run_of(const struct cell *cell, int x, int y, int n)
+{
+    const struct rf_picture *picture = &cell->v->pictures[cell->own];
+    struct run r = {.x = x - cell->shift[0], .y = y - cell->shift[1]};
+    r.first = rf_min_int(rf_max_int(-r.x, 0), n);
+    r.end = rf_max_int(rf_min_int(picture->width - r.x, n), r.first);
+    if (r.y < 0 || r.y >= picture->height)
+        r.end = r.first;
+    return r;
+}
+
+static void survey_own(void *user, int x, int y, int n, unsigned char *emission)
+{
+    const struct cell *cell = user;
+    const struct rf_picture *picture = &cell->v->pictures[cell->own];
+    struct run r = run_of(cell, x, y, n);
+    memset(emission, RF_NO_SAMPLE, (size_t)n);
+    if (r.first == r.end)
+        return;
+    for (int i = r.first; i < r.end; i++)
+        emission[i] = rf_view_is_rendered(picture, r.x + i, r.y) &&
+                              rf_picture_is_plain(picture, r.x + i, r.y)
+                          ? RF_PLAIN_SAMPLE
+                          : RF_OTHER_SAMPLES;
+}
+
+/* Emits a sample of the view's pixel (x, y), moved by whole px. */
+static void emit_moved(const struct cell *cell, struct rf_sample p, int x, int y,
+                       struct rf_samples *out)
+{
+    p.x += (float)cell->shift[0];
+    p.y += (float)cell->shift[1];
+    rf_picture_emit(&cell->v->pictures[cell->own], p, x, y, out);
+}
+
+static int emit_own(void *user, int x, int y, struct rf_sample *at)
+{
+    const struct cell *cell = user;
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *picture = &v->pictures[cell->own];
+    const struct rf_surfaces *s = &picture->surfaces;
+    struct rf_samples out = {at, 0};
+    x -= cell->shift[0];
+    y -= cell->shift[1];
+    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+    const float shares[2] = {s->share[i], 1 - s->share[i]};
+    for (int part = 0; part < 2; part++) {
+        if (!(shares[part] > 0))
+            continue;
+        struct rf_sample p =
+            rf_sample_make(part ? &s->far[i] : &s->near[i], x, y, shares[part]);
+        if (!rf_view_is_rendered(picture, x, y)) {
+            struct rf_view_place place = rf_view_place_of(v, cell->own, p.x, p.y, p.r);
+            p.w *= rf_views_leave(v, cell->own, place, CONTINUED_WEIGHT);
+        }
+        emit_moved(cell, p, x, y, &out);
+    }
+    return (int)out.n;
+}
+
+static void survey_estimates(void *user, int x, int y, int n, unsigned char *emission)
+{
+    const struct cell *cell = user;
+    struct run r = run_of(cell, x, y, n);
+    memset(emission, RF_NO_SAMPLE, (size_t)n);
+    if (r.first == r.end)
+        return;
+    const float *w = cell->hidden_weight +
+                     (size_t)r.y * (size_t)cell->v->pictures[cell->own].width;
+    for (int i = r.first; i < r.end; i++)
+        if (w[r.x + i] > 0)
+            emission[i] = RF_OTHER_SAMPLES;
+}
+
+static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
+{
+    const struct cell *cell = user;
+    struct rf_samples out = {at, 0};
+    x -= cell->shift[0];
+    y -= cell->shift[1];
+    size_t i =
+        (size_t)y * (size_t)cell->v->pictures[cell->own].width + (size_t)x;
+    struct rf_sample p = rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
+    struct rf_view_place place = rf_view_place_of(cell->v, cell->own, p.x, p.y, p.r);
+    p.w *= rf_views_leave(cell->v, cell->own, place, ESTIMATE_WEIGHT);
+    emit_moved(cell, p, x, y, &out);
+    return (int)out.n;
+}
+
+/* Row i of the samples of the other views. */
+static size_t collect_others_row(void *user, int i, struct rf_sample *at)
+{
+    struct cell *cell = user;
+    int height = cell->v->pictures[0].height, block = i / height;
+    struct collector c = {.cell = cell,
+                          .view = block < cell->own ? block : block + 1,
+                          .out = {at, 0}};
+    collect_others(&c, i % height);
+    return c.out.n;
+}
+
+/* The samples of a cell that is on its view's grid. */
+static rf_result set_sources(struct cell *cell, struct rf_scene *scene,
+                             struct rf_error *error)
+{
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *picture = &v->pictures[cell->own];
+    struct rf_source source = {.survey = survey_own,
+                               .emit = emit_own,
+                               .user = cell,
+                               .surfaces = picture->surfaces.near,
+                               .x = cell->shift[0],
+                               .y = cell->shift[1],
+                               .most_per_pixel = 4,
+                               .largest_radius = v->work->largest_radius};
+    scene->drift = cell->drift;
+    scene->visible_source = source;
+    if (cell->hidden) {
+        source.survey = survey_estimates;
+        source.emit = emit_estimate;
+        source.most_per_pixel = 2;
+        scene->hidden_source = source;
+    }
+    return rf_collect_rows(scene, 0, (v->work->n_views - 1) * picture->height,
+                           collect_others_row, cell, &cell->samples, error);
+}
+
+/* ---- all cells ------------------------------------------------------------------ */
+
 static rf_result find_hidden(struct cell *cell, double progress_to,
                              struct rf_error *error)
 {
@@ -210,6 +370,16 @@ static rf_result find_hidden(struct cell *cell, double progress_to,
     rf_task_phase(cell->v->work->task, progress_to, rf_hidden_steps(picture->height));
     return rf_find_hidden(&cell->filter, &picture->surfaces, cell->hidden,
                           cell->hidden_weight, cell->v->work->task, error);
+}
+
+static bool is_opaque(const struct rf_views *v)
+{
+    for (int j = 0; j < v->work->n_views; j++) {
+        const struct rf_survey *survey = v->work->views[j].survey;
+        if (survey ? survey->n_transparent > 0 : v->pictures[j].has_alpha)
+            return false;
+    }
+    return true;
 }
 
 /* The picture through the cell, to the colours of the work. */
@@ -227,7 +397,8 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
                              .height = picture->height,
                              .x0 = picture->x0,
                              .y0 = picture->y0,
-                             .n_phases = N_PHASES,
+                             .n_phases = cell->is_on_grid ? 1 : N_PHASES,
+                             .is_opaque = is_opaque(cell->v),
                              .occluders = &occluders,
                              .n_views = 1,
                              .task = work->task,
@@ -236,8 +407,10 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
     int n_visible = (cell->own == ALL_VIEWS ? n_views : 1) * height;
     int n_others = (n_views + (cell->hidden ? 1 : 0)) * height - n_visible;
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
-        result = rf_collect_rows(&scene, n_visible, n_visible + n_others, collect_row,
-                                 cell, &cell->samples, error);
+        result = cell->is_on_grid
+                     ? set_sources(cell, &scene, error)
+                     : rf_collect_rows(&scene, n_visible, n_visible + n_others,
+                                       collect_row, cell, &cell->samples, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = rf_composite_crop(&scene, work, error);
     return result;
@@ -272,6 +445,30 @@ static void measure_cell(struct cell *cell, const double centroid[2])
 }
 
 /*
+ * Keeps a cell's samples on the pixels of its view, where its place on the lens is near
+ * enough that footprints do not lie far beside them.
+ */
+static void set_grid(struct cell *cell)
+{
+    static const double FAR = 1; /* in extents of the cell */
+    const struct rf_work_view *view = &cell->v->work->views[cell->own];
+    cell->is_on_grid = true;
+    for (int k = 0; k < 2; k++) {
+        double sign = k ? -1 : 1; /* v is up */
+        double slope = cell->centroid[k] - (double)view->lens[k] * view->shift_scale;
+        double base = -sign * rf_snap_px(view->lens[k] * view->shift_bias);
+        if (!(fabs(slope) <= FAR * cell->extent[k] && fabs(base) < MOST_SHIFT))
+            cell->is_on_grid = false;
+        else
+            cell->shift[k] = (int)lrint(base);
+        cell->drift.slope[k] = sign * slope;
+        cell->drift.base[k] = base - cell->shift[k];
+    }
+    if (!cell->is_on_grid)
+        memset(&cell->drift, 0, sizeof cell->drift);
+}
+
+/*
  * Cuts the lens into cells; returns how many there are. One of all views where the lens
  * has been stopped down to the places of less than half of them: the few that are left
  * would waste the others' samples.
@@ -295,6 +492,7 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
         int *sub_apertures = &cells[n].filter.params.sub_apertures;
         *sub_apertures = sub_apertures_of_cell(*sub_apertures, work->n_views);
         measure_cell(&cells[n], centroid);
+        set_grid(&cells[n]);
         sum += area[n];
         squares += area[n] * area[n];
         n++;

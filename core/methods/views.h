@@ -89,6 +89,11 @@ float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
 float rf_views_show(const struct rf_views *v, int j, struct rf_view_place p,
                     float *continued);
 
+/* What the rendered pixels of the views other than j leave of a place; `least` or more.
+ */
+float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
+                     float least);
+
 /*
  * The weight of a sample of view j at a place: its share of a pixel, divided among the
  * views that see the place. A near part counts its own pixel whole, since its share is

@@ -43,6 +43,20 @@ float rf_views_show(const struct rf_views *v, int j, struct rf_view_place p,
     return shown;
 }
 
+float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
+                     float least)
+{
+    float left = 1;
+    for (int k = 0; k < v->work->n_views && left > least; k++) {
+        bool is_rendered;
+        if (k == j)
+            continue;
+        float seen = rf_view_sees(v, k, p, &is_rendered);
+        left -= is_rendered ? seen : 0;
+    }
+    return rf_max_float(left, least);
+}
+
 /* What rf_view_weight() says where the others show so much. */
 static float weight_of(float share, float own, float shown, float continued,
                        bool is_rendered)

@@ -77,13 +77,18 @@ static double largest_difference(const struct frame *a, const struct frame *b)
     return most;
 }
 
-/* The cells of the lens put together are the lens, for any number of views. */
+/*
+ * The cells of the lens put together are the lens, for any number of views; and where
+ * another focus moves the views by parts of a pixel.
+ */
 static void a_plane_is_blurred_as_by_one_view(void)
 {
-    for (int blades = 0; blades <= 5; blades += 5) {
+    for (int k = 0; k < 4; k++) {
         struct rf_params params;
         plain_params(&params, RF_METHOD_VIEWS);
-        params.blades = blades;
+        params.blades = k & 1 ? 5 : 0;
+        if (k & 2)
+            params.focus_distance = plain_depth(1.3);
         struct frame one = merged(waves, 1, &params, 1);
         for (int n = 2; n <= N_VIEWS; n++) {
             struct frame several = merged(waves, n, &params, 1);
