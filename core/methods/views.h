@@ -82,12 +82,8 @@ static inline bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
 float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
                    bool *is_rendered);
 
-/*
- * How much of a place the views other than j show, and how much what continues their
- * pictures.
- */
-float rf_views_show(const struct rf_views *v, int j, struct rf_view_place p,
-                    float *continued);
+/* A set of views: bit j, view j. */
+static const uint64_t RF_ALL_VIEWS = UINT64_MAX;
 
 /* What the rendered pixels of the views other than j leave of a place; `least` or more.
  */
@@ -95,14 +91,22 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
                      float least);
 
 /*
- * The weight of a sample of view j at a place: its share of a pixel, divided among the
- * views that see the place. A near part counts its own pixel whole, since its share is
- * how much of the pixel it covers; a far part counts what the near one leaves to be
- * seen. What continues the picture beyond its border counts where no view shows the
- * place.
+ * How much of a place those of `views` other than j show, and how much what continues
+ * their pictures.
  */
-float rf_view_weight(const struct rf_views *v, int j, struct rf_view_place p,
-                     float share, bool is_far, bool is_rendered);
+float rf_views_show(const struct rf_views *v, uint64_t views, int j,
+                    struct rf_view_place p, float *continued);
+
+/*
+ * The weight of a sample of view j at a place: its share of a pixel, divided among
+ * those of `views` that see the place. A near part counts its own pixel whole, since
+ * its share is how much of the pixel it covers; a far part counts what the near one
+ * leaves to be seen. What continues the picture beyond its border counts where no view
+ * shows the place.
+ */
+float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
+                     struct rf_view_place p, float share, bool is_far,
+                     bool is_rendered);
 
 /* Lists in v->unseen what each view shows that others do not see. */
 rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error);

@@ -28,14 +28,14 @@ float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
     return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
 }
 
-float rf_views_show(const struct rf_views *v, int j, struct rf_view_place p,
-                    float *continued)
+float rf_views_show(const struct rf_views *v, uint64_t views, int j,
+                    struct rf_view_place p, float *continued)
 {
     float shown = 0;
     *continued = 0;
     for (int k = 0; k < v->work->n_views; k++) {
         bool is_rendered;
-        if (k == j)
+        if (k == j || !(views >> k & 1))
             continue;
         float seen = rf_view_sees(v, k, p, &is_rendered);
         *(is_rendered ? &shown : continued) += seen;
@@ -67,10 +67,11 @@ static float weight_of(float share, float own, float shown, float continued,
            rf_max_float(own + continued, LEAST_COUNT);
 }
 
-float rf_view_weight(const struct rf_views *v, int j, struct rf_view_place p,
-                     float share, bool is_far, bool is_rendered)
+float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
+                     struct rf_view_place p, float share, bool is_far,
+                     bool is_rendered)
 {
-    float continued, shown = rf_views_show(v, j, p, &continued);
+    float continued, shown = rf_views_show(v, views, j, p, &continued);
     return weight_of(share, is_far ? share : 1, shown, continued, is_rendered);
 }
 
