@@ -71,9 +71,9 @@ void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
 /* Does rf_picture_emit_pixel() give one sample, its near surface as it is? */
 bool rf_picture_is_plain(const struct rf_picture *picture, int x, int y);
 
-/* What n pixels from (x, y) on have as a source of samples, see enum rf_emission. */
-void rf_picture_survey(const struct rf_picture *picture, int x, int y, int n,
-                       unsigned char *emission);
+/* What n <= 64 pixels from (x, y) on have as a source of samples. */
+struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,
+                                     int n);
 
 /*
  * Row i of a scene's samples: returns how many they are and, with `at` not NULL, puts

@@ -268,19 +268,19 @@ static struct run run_of(const struct cell *cell, int x, int y, int n)
     return r;
 }
 
-static void survey_own(void *user, int x, int y, int n, unsigned char *emission)
+static struct rf_emission survey_own(void *user, int x, int y, int n)
 {
     const struct cell *cell = user;
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     struct run r = run_of(cell, x, y, n);
-    memset(emission, RF_NO_SAMPLE, (size_t)n);
-    if (r.first == r.end)
-        return;
-    for (int i = r.first; i < r.end; i++)
-        emission[i] = rf_view_is_rendered(picture, r.x + i, r.y) &&
-                              rf_picture_is_plain(picture, r.x + i, r.y)
-                          ? RF_PLAIN_SAMPLE
-                          : RF_OTHER_SAMPLES;
+    struct rf_emission e = {0, 0};
+    for (int i = r.first; i < r.end; i++) {
+        bool is_plain = rf_view_is_rendered(picture, r.x + i, r.y) &&
+                        rf_picture_is_plain(picture, r.x + i, r.y);
+        e.plain |= (uint64_t)is_plain << i;
+        e.other |= (uint64_t)!is_plain << i;
+    }
+    return e;
 }
 
 /* Emits a sample of the view's pixel (x, y), moved by whole px. */
@@ -318,18 +318,17 @@ static int emit_own(void *user, int x, int y, struct rf_sample *at)
     return (int)out.n;
 }
 
-static void survey_estimates(void *user, int x, int y, int n, unsigned char *emission)
+static struct rf_emission survey_estimates(void *user, int x, int y, int n)
 {
     const struct cell *cell = user;
     struct run r = run_of(cell, x, y, n);
-    memset(emission, RF_NO_SAMPLE, (size_t)n);
     if (r.first == r.end)
-        return;
-    const float *w = cell->hidden_weight +
-                     (size_t)r.y * (size_t)cell->v->pictures[cell->middle].width;
-    for (int i = r.first; i < r.end; i++)
-        if (w[r.x + i] > 0)
-            emission[i] = RF_OTHER_SAMPLES;
+        return (struct rf_emission){0, 0};
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    const struct rf_kernels *kernels = picture->filter->context->kernels;
+    const float *w = cell->hidden_weight + (size_t)r.y * (size_t)picture->width;
+    uint64_t found = kernels->find_positive(w + r.x + r.first, r.end - r.first);
+    return (struct rf_emission){0, found << r.first};
 }
 
 static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
