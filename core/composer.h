@@ -13,8 +13,7 @@ struct rf_tile_list {
     int n;
     int *bin; /* n_bins + 1 offsets into the list; NULL where empty */
     const struct rf_splat *at;
-    const rf_place *places; /* instead of them, where not NULL: by rows in each bin */
-    struct rf_tile_surfaces surfaces;
+    bool is_by_rows; /* within each bin */
 };
 
 /* All samples of one level and side of the focus. */

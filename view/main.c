@@ -289,10 +289,8 @@ static void ask(struct app *app)
         app->is_demo_due = false;
         app->state.id++;
     }
-    if (!app->has_stage || !app->state.is_valid || app->state.id == app->asked_id) {
-        stats_no_change(&app->stats);
+    if (!app->has_stage || !app->state.is_valid || app->state.id == app->asked_id)
         return;
-    }
     app->asked_id = app->state.id;
     stats_change(&app->stats, app->state.id);
     app_job(app, app->has_reference ? &app->reference : NULL, &job);

@@ -17,7 +17,6 @@
  * pixel; surfaces without slope; bins of 2 px of radius; radii above 8 px at a reduced
  * resolution. Mirrors and glass are blurred by the depth of their surface.
  */
-#include "../kernels/kernels.h"
 #include "../picture.h"
 
 struct layered {
@@ -26,10 +25,10 @@ struct layered {
     float *hidden_weight;
 };
 
-static struct rf_emission survey_visible(void *user, int x, int y, int n)
+static void survey_visible(void *user, int x, int y, int n, unsigned char *emission)
 {
     const struct layered *l = user;
-    return rf_picture_survey(&l->picture, x, y, n);
+    rf_picture_survey(&l->picture, x, y, n, emission);
 }
 
 static int emit_visible(void *user, int x, int y, struct rf_sample *at)
@@ -40,12 +39,13 @@ static int emit_visible(void *user, int x, int y, struct rf_sample *at)
     return (int)out.n;
 }
 
-static struct rf_emission survey_hidden(void *user, int x, int y, int n)
+static void survey_hidden(void *user, int x, int y, int n, unsigned char *emission)
 {
     const struct layered *l = user;
-    const struct rf_kernels *kernels = l->picture.filter->context->kernels;
-    size_t first = (size_t)y * (size_t)l->picture.width + (size_t)x;
-    return (struct rf_emission){kernels->find_positive(l->hidden_weight + first, n), 0};
+    const float *w =
+        l->hidden_weight + (size_t)y * (size_t)l->picture.width + (size_t)x;
+    for (int i = 0; i < n; i++)
+        emission[i] = w[i] > 0 ? RF_PLAIN_SAMPLE : RF_NO_SAMPLE;
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,
