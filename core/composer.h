@@ -13,7 +13,8 @@ struct rf_tile_list {
     int n;
     int *bin; /* n_bins + 1 offsets into the list; NULL where empty */
     const struct rf_splat *at;
-    bool is_by_rows; /* within each bin */
+    const rf_place *places; /* instead of them, where not NULL: by rows in each bin */
+    struct rf_tile_surfaces surfaces;
 };
 
 /* All samples of one level and side of the focus. */

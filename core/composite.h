@@ -24,17 +24,16 @@ struct rf_samples {
     size_t n;
 };
 
-/* What a source has at a pixel. */
-enum rf_emission {
-    RF_NO_SAMPLE,
-    RF_PLAIN_SAMPLE, /* its surface as it is, on the pixel's centre, with weight 1 */
-    RF_OTHER_SAMPLES,
+/* What a source has at up to 64 pixels: a bit for each, in one of the two or none. */
+struct rf_emission {
+    uint64_t plain; /* its surface as it is, on the pixel's centre, with weight 1 */
+    uint64_t other; /* samples that emit() gives */
 };
 
 /* Samples that are made when they are needed. Any thread calls. */
 struct rf_source {
     /* What n pixels from (x, y) on have; NULL: the samples are in an array. */
-    void (*survey)(void *user, int x, int y, int n, unsigned char *emission);
+    struct rf_emission (*survey)(void *user, int x, int y, int n);
     /* Puts the other samples of pixel (x, y) into `at`; returns how many. */
     int (*emit)(void *user, int x, int y, struct rf_sample *at);
     void *user;

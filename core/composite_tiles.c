@@ -23,12 +23,11 @@ static bool is_used_up(const float *t, size_t n)
     return true;
 }
 
-static const struct rf_splat *first_from_row(const struct rf_splat *from,
-                                             const struct rf_splat *end, int y)
+static const rf_place *first_from_row(const rf_place *from, const rf_place *end, int y)
 {
     while (from < end) {
-        const struct rf_splat *middle = from + (end - from) / 2;
-        if (middle->y < y)
+        const rf_place *middle = from + (end - from) / 2;
+        if (rf_place_y(*middle) < y)
             from = middle + 1;
         else
             end = middle;
@@ -52,22 +51,30 @@ static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b
     return (int)ceil(most) + REACH;
 }
 
-/*
- * Spreads the part of a list's bin that can reach a tile; lists by rows need not be
- * read from end to end.
- */
+/* Spreads the part of n places that can reach a tile. */
+static void spread_places(const struct rf_composer *c, const struct rf_tile_list *l,
+                          const rf_place *at, const rf_place *end, int x0, int y0,
+                          struct rf_accumulator *acc)
+{
+    int y = y0 - l->surfaces.y, y1 = y + RF_TILE_H;
+    if (rf_place_y(*at) < y - acc->reach)
+        at = first_from_row(at, end, y - acc->reach);
+    if (end > at && rf_place_y(end[-1]) >= y1 + acc->reach)
+        end = first_from_row(at, end, y1 + acc->reach);
+    if (end > at)
+        c->kernels->spread_places(acc, at, (int)(end - at), &l->surfaces,
+                                  c->footprints->table, x0, y0);
+}
+
+/* Spreads the part of a list's bin that can reach a tile. */
 static void spread_list(const struct rf_composer *c, const struct rf_tile_list *l,
                         int b, int x0, int y0, struct rf_accumulator *acc)
 {
-    const struct rf_splat *at = l->at + l->bin[b], *end = l->at + l->bin[b + 1];
-    if (l->is_by_rows) {
-        if (end > at && at->y < y0 - acc->reach)
-            at = first_from_row(at, end, y0 - acc->reach);
-        if (end > at && end[-1].y >= y0 + RF_TILE_H + acc->reach)
-            end = first_from_row(at, end, y0 + RF_TILE_H + acc->reach);
-    }
-    if (end > at)
-        c->kernels->spread(acc, at, (int)(end - at), c->footprints->table, x0, y0);
+    int from = l->bin[b], to = l->bin[b + 1];
+    if (to > from && l->places)
+        spread_places(c, l, l->places + from, l->places + to, x0, y0, acc);
+    else if (to > from)
+        c->kernels->spread(acc, l->at + from, to - from, c->footprints->table, x0, y0);
 }
 
 /* Composites all bins of the samples around a tile into its state. */

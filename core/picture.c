@@ -8,7 +8,8 @@
 #include "picture.h"
 
 static const float BORDER_LUMINANCE = 1;
-static const float BRIGHT = 4; /* times the darkest pixel of 5 x 5, in focus */
+static const float BRIGHT = 4;   /* times the darkest pixel of 5 x 5, in focus */
+static const float MOST_R2 = 64; /* px^2, from which it is no more */
 
 enum { MAX_BORDER = 256 };
 
@@ -23,7 +24,7 @@ enum { MAX_BORDER = 256 };
 static inline float bright_limit(float r)
 {
     float r2 = r * r;
-    return BRIGHT + BRIGHT * (r2 < 64 ? r2 : 64);
+    return BRIGHT + BRIGHT * (r2 < MOST_R2 ? r2 : MOST_R2);
 }
 
 static size_t padded_size(const struct rf_picture *l)
@@ -289,12 +290,18 @@ static void put_sample(struct rf_samples *out, const struct rf_sample *s)
     out->n++;
 }
 
+/* Luminance that a pixel of that alpha has where it is as dark as its surroundings. */
+static float shade_at(const struct rf_picture *l, float alpha, int x, int y)
+{
+    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
+    return rf_max_float(alpha, 0) * darkest;
+}
+
 void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int y,
                      struct rf_samples *out)
 {
     float lum = rf_luminance(p.c[0], p.c[1], p.c[2]);
-    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
-    float shade = rf_max_float(p.c[3], 0) * darkest;
+    float shade = shade_at(l, p.c[3], x, y);
     float bright = bright_limit(p.r) * shade;
     if (lum > bright) {
         float limit = rf_max_float(4 * bright - 3 * lum, BRIGHT * shade);
@@ -318,41 +325,38 @@ void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
         rf_picture_emit(l, rf_sample_make(&s->far[i], x, y, 1 - share), x, y, out);
 }
 
-bool rf_picture_is_bright(const struct rf_picture *l, const struct rf_surface *p, int x,
-                          int y)
-{
-    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
-    float shade = rf_max_float(p->c[3], 0) * darkest;
-    return rf_luminance(p->c[0], p->c[1], p->c[2]) > bright_limit(p->r) * shade;
-}
-
 bool rf_picture_is_plain(const struct rf_picture *l, int x, int y)
 {
     const struct rf_surfaces *s = &l->surfaces;
     size_t i = (size_t)y * (size_t)l->width + (size_t)x;
     const struct rf_surface *p = &s->near[i];
-    return s->share[i] == 1 && p->c[3] == 1 && !rf_picture_is_bright(l, p, x, y);
+    if (s->share[i] < 1 || p->c[3] != 1)
+        return false;
+    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
+    return rf_luminance(p->c[0], p->c[1], p->c[2]) <= bright_limit(p->r) * darkest;
 }
 
-void rf_picture_survey(const struct rf_picture *l, int x, int y, int n,
-                       unsigned char *emission)
+/* Are there two samples of a pixel that is not opaque? */
+static bool is_bright_film(const struct rf_picture *l, int x, int y)
 {
-    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width + (size_t)x;
-    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y) + x;
+    const struct rf_surface *s =
+        l->surfaces.near + (size_t)y * (size_t)l->width + (size_t)x;
+    return s->c[3] != 1 && rf_luminance(s->c[0], s->c[1], s->c[2]) >
+                               bright_limit(s->r) * shade_at(l, s->c[3], x, y);
+}
+
+struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, int n)
+{
+    size_t first = (size_t)y * (size_t)l->width + (size_t)x;
+    uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */
-    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y) + x;
-    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y) + x;
-    for (int i = 0; i < n; i++)
-        emission[i] =
-            ((share[i] < 1) | (luminance[i] > bright_limit(radius[i]) * darkest[i]))
-                ? RF_OTHER_SAMPLES
-                : RF_PLAIN_SAMPLE;
-    if (!l->has_alpha)
-        return;
-    const struct rf_surface *s = l->surfaces.near + (size_t)y * (size_t)l->width + x;
-    for (int i = 0; i < n; i++)
-        if (s[i].c[3] != 1)
-            emission[i] = RF_OTHER_SAMPLES;
+    uint64_t other = l->filter->context->kernels->find_others(
+        l->surfaces.share + first, rf_plane_row(&l->pixels, l->pixels.luminance, y) + x,
+        rf_plane_row(&l->pixels, l->pixels.radius, y) + x,
+        rf_plane_row(&l->pixels, l->darkest, y) + x, BRIGHT, MOST_R2, n);
+    for (int i = 0; i < n && l->has_alpha; i++)
+        other |= (uint64_t)is_bright_film(l, x + i, y) << i;
+    return (struct rf_emission){all & ~other, other};
 }
 
 /* ---- all ----------------------------------------------------------------------- */
@@ -459,46 +463,31 @@ void rf_picture_free(struct rf_picture *l)
     rf_areas_free(&l->areas, context);
 }
 
-/* Moves rows together that have left room between them; start[i] is where row i is. */
-static void join_rows(struct rf_sample *at, size_t *start, const size_t *n, int n_rows)
-{
-    size_t end = 0;
-    for (int i = 0; i < n_rows; i++) {
-        if (end != start[i])
-            memmove(at + end, at + start[i], n[i] * sizeof *at);
-        start[i] = end;
-        end += n[i];
-    }
-    start[n_rows] = end;
-}
-
 rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
                           rf_row_fn row, void *user, struct rf_sample **memory,
                           struct rf_error *error)
 {
     const struct rf_context *context = scene->filter->context;
     struct rf_task *task = scene->task;
-    size_t *start = rf_alloc(context, 2 * (size_t)n_rows + 1, sizeof *start);
+    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
     if (!start)
-        return rf_fail_memory(error, 2 * (size_t)n_rows + 1, sizeof *start);
-    size_t *n_of = start + n_rows + 1;
+        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
+    start[0] = 0;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int i = 0; i < n_rows; i++)
-        n_of[i] = rf_task_is_cancelled(task) ? 0 : row(user, i, NULL);
-    start[0] = 0;
+        start[i + 1] = rf_task_is_cancelled(task) ? 0 : row(user, i, NULL);
     for (int i = 0; i < n_rows; i++)
-        start[i + 1] = start[i] + n_of[i];
+        start[i + 1] += start[i];
     rf_task_poll(task);
-    size_t n = start[n_rows];
+    size_t n = start[n_rows], n_first = start[n_visible];
     struct rf_sample *at = rf_alloc(context, n, sizeof *at);
     if (at) {
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
         for (int i = 0; i < n_rows; i++)
-            n_of[i] = rf_task_is_cancelled(task) ? 0 : row(user, i, at + start[i]);
-        join_rows(at, start, n_of, n_rows);
-        size_t n_first = start[n_visible];
+            if (!rf_task_is_cancelled(task))
+                row(user, i, at + start[i]);
         scene->visible = (struct rf_samples){at, n_first};
-        scene->hidden = (struct rf_samples){at + n_first, start[n_rows] - n_first};
+        scene->hidden = (struct rf_samples){at + n_first, n - n_first};
     }
     *memory = at;
     rf_free(context, start);

@@ -114,11 +114,12 @@ struct tile_runs {
 };
 
 struct worker {
-    struct rf_sample *samples; /* of one tile, where a source emits them */
-    uint32_t *index;           /* of its samples, see struct tile_samples */
-    uint32_t *sorted;
+    struct rf_sample *samples; /* of one tile: the others that a source emits */
+    struct rf_splat *others;   /* the same as splats of full resolution */
+    uint64_t *items;           /* of its samples, see struct tile_samples */
+    uint64_t *sorted;
     uint16_t *keys;
-    int *count; /* n_keys + 1 */
+    int *count; /* n_keys + 1: where a key ends, later where it begins */
     struct run *runs;
     struct rf_splat *reduced; /* RF_N_KINDS tiles of them */
     struct room room;
@@ -226,78 +227,30 @@ static rf_result sort_samples(struct builder *b, struct rf_error *error)
 /* ---- the samples of one tile ---------------------------------------------------- */
 
 /*
- * The samples of a tile: at[index[i]], i = 0 .. n - 1, but where index[i] is PLAIN + y
- * RF_TILE_W + x the surface of pixel (x, y) of the tile.
+ * The samples of a tile, items: places of a source, whose other samples are `others`,
+ * or samples of an array.
  */
 struct tile_samples {
-    const struct rf_sample *at;
-    const uint32_t *index;
-    int n;
-    bool is_by_rows;
-    const struct rf_surface *surfaces;
-    ptrdiff_t first; /* of them, in the tile's first pixel */
-    size_t width;    /* of a row of them */
-    int x0, y0;
+    int n, n_others;
+    bool has_array;
+    struct rf_tile_surfaces surfaces; /* of a source */
 };
 
-#define PLAIN ((uint32_t)1 << 31)
+/* A sample of an array: its index as the slot of a place outside the tile. */
+enum { ARRAY_ROW = 255 };
 
-static const struct rf_surface *plain_surface(const struct tile_samples *s, uint32_t at)
+static uint64_t array_item(uint32_t i)
 {
-    size_t i = s->width * (at % PLAIN / RF_TILE_W) + at % RF_TILE_W;
-    return &s->surfaces[s->first + (ptrdiff_t)i];
+    return rf_place_make((int32_t)i, 0, ARRAY_ROW, 0);
 }
 
-static float radius_of(const struct tile_samples *s, uint32_t at)
+/* The sample that an item is; NULL: its surface. */
+static const struct rf_sample *sample_of(const struct builder *b,
+                                         const struct worker *w, uint64_t item)
 {
-    return at & PLAIN ? plain_surface(s, at)->r : s->at[at].r;
-}
-
-/* The samples of a source in n pixels of row y of a tile, after those of other rows. */
-static void survey_row(const struct rf_source *source, struct worker *w, int y, int n,
-                       struct tile_samples *s, int *n_others)
-{
-    unsigned char emission[RF_TILE_W];
-    source->survey(source->user, s->x0, s->y0 + y, n, emission);
-    for (int x = 0; x < n; x++) {
-        if (emission[x] == RF_PLAIN_SAMPLE)
-            w->index[s->n++] = PLAIN + (uint32_t)(y * RF_TILE_W + x);
-        else if (emission[x] == RF_OTHER_SAMPLES) {
-            int end = *n_others + source->emit(source->user, s->x0 + x, s->y0 + y,
-                                               w->samples + *n_others);
-            while (*n_others < end)
-                w->index[s->n++] = (uint32_t)(*n_others)++;
-        }
-    }
-}
-
-static struct tile_samples samples_of(const struct builder *b, struct worker *w,
-                                      int tile)
-{
-    size_t from = b->start ? b->start[tile] : 0, to = b->start ? b->start[tile + 1] : 0;
-    if (!b->source)
-        return (struct tile_samples){
-            .at = b->samples->at, .index = b->order + from, .n = (int)(to - from)};
-    const struct rf_group *g = full_group(b);
-    int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H, n_others = 0;
-    ptrdiff_t first_x = x0 - b->source->x, first_y = y0 - b->source->y;
-    struct tile_samples s = {.at = w->samples,
-                             .index = w->index,
-                             .is_by_rows = to == from,
-                             .surfaces = b->source->surfaces,
-                             .first = first_y * g->width + first_x,
-                             .width = (size_t)g->width,
-                             .x0 = x0,
-                             .y0 = y0};
-    int n_x = rf_min_int(g->width - x0, RF_TILE_W);
-    int n_y = rf_min_int(g->height - y0, RF_TILE_H);
-    for (int y = 0; y < n_y; y++)
-        survey_row(b->source, w, y, n_x, &s, &n_others);
-    for (size_t i = from; i < to; i++) {
-        w->samples[n_others] = b->samples->at[b->order[i]];
-        w->index[s.n++] = (uint32_t)n_others++;
-    }
-    return s;
+    if (rf_place_y(item) == ARRAY_ROW)
+        return &b->samples->at[(uint32_t)rf_place_slot(item)];
+    return rf_place_other(item) ? &w->samples[rf_place_other(item) - 1] : NULL;
 }
 
 static int32_t splat_slot(const struct rf_composer *c, float r, int phase,
@@ -327,28 +280,110 @@ static struct rf_splat full_splat(const struct rf_composer *c,
     return s;
 }
 
-/* Makes splats of full resolution of n samples, those at `index`. */
-static void put_splats(const struct rf_composer *c, const struct tile_samples *s,
-                       const uint32_t *index, int n, struct rf_splat *out)
+/* A radius with its key and, at full resolution, its slot: pixels repeat them. */
+struct known_radius {
+    float r;
+    int key;
+    int32_t slot;
+};
+
+static bool is_full_key(const struct rf_group *full, int key)
 {
-    float last = NAN;
-    int slot = 0, centre = rf_centre_phase(c->footprints);
-    for (int i = 0; i < n; i++, out++) {
-        if (!(index[i] & PLAIN)) {
-            *out = full_splat(c, &s->at[index[i]]);
+    return key >= full->first_key && key < full->first_key + full->n_bins;
+}
+
+static void know_radius(const struct builder *b, const struct rf_group *full, float r,
+                        struct known_radius *known)
+{
+    known->r = r;
+    known->key = key_of(b, r);
+    if (is_full_key(full, known->key))
+        known->slot =
+            splat_slot(b->c, r, rf_centre_phase(b->c->footprints), RF_SHARP, 0);
+}
+
+static inline void put_item(struct worker *w, struct tile_samples *s, uint64_t item,
+                            int key)
+{
+    w->items[s->n] = item;
+    w->keys[s->n++] = (uint16_t)key;
+    w->count[key + 1]++;
+}
+
+/* The samples of a pixel that emits others than its surface. */
+static void emit_pixel(const struct builder *b, const struct rf_group *full,
+                       struct worker *w, int x, int y, struct tile_samples *s)
+{
+    const struct rf_source *source = b->source;
+    struct rf_sample *at = w->samples + s->n_others;
+    int n = source->emit(source->user, s->surfaces.x + x, s->surfaces.y + y, at);
+    for (int i = 0; i < n; i++, at++) {
+        struct rf_splat *other = &w->others[s->n_others++];
+        int key = key_of(b, at->r);
+        *other = (struct rf_splat){.slot = 0};
+        if (is_full_key(full, key))
+            *other = full_splat(b->c, at);
+        put_item(w, s, rf_place_make(other->slot, x, y, s->n_others), key);
+    }
+}
+
+/* The samples of a source in n pixels of row y of a tile, after those of other rows. */
+static void survey_row(const struct builder *b, const struct rf_group *full,
+                       struct worker *w, int y, int n, struct known_radius *known,
+                       struct tile_samples *s)
+{
+    const struct rf_tile_surfaces *t = &s->surfaces;
+    struct rf_emission e = b->source->survey(b->source->user, t->x, t->y + y, n);
+    for (uint64_t any = e.plain | e.other; any; any &= any - 1) {
+        int x = __builtin_ctzll(any);
+        if (e.other >> x & 1) {
+            emit_pixel(b, full, w, x, y, s);
             continue;
         }
-        const struct rf_surface *p = plain_surface(s, index[i]);
-        if (p->r != last) {
-            slot = splat_slot(c, p->r, centre, RF_SHARP, 0);
-            last = p->r;
-        }
-        *out = (struct rf_splat){.x = s->x0 + (int)(index[i] % RF_TILE_W),
-                                 .y = s->y0 + (int)(index[i] % PLAIN / RF_TILE_W),
-                                 .slot = slot,
-                                 .cover = 1};
-        memcpy(out->c, p->c, sizeof out->c);
+        float r = rf_tile_surface(t, x, y)->r;
+        if (r != known->r)
+            know_radius(b, full, r, known);
+        put_item(w, s, rf_place_make(known->slot, x, y, 0), known->key);
     }
+}
+
+/* The samples of a source in a tile. */
+static void survey_tile(const struct builder *b, struct worker *w, int tile,
+                        struct tile_samples *s)
+{
+    const struct rf_group *g = full_group(b);
+    const struct rf_source *source = b->source;
+    int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H;
+    struct known_radius known = {.r = NAN};
+    s->surfaces = (struct rf_tile_surfaces){
+        .at = source->surfaces,
+        .first = (ptrdiff_t)(y0 - source->y) * g->width + x0 - source->x,
+        .width = (size_t)g->width,
+        .others = w->others,
+        .x = x0,
+        .y = y0};
+    int n_x = rf_min_int(g->width - x0, RF_TILE_W);
+    int n_y = rf_min_int(g->height - y0, RF_TILE_H);
+    for (int y = 0; y < n_y; y++)
+        survey_row(b, g, w, y, n_x, &known, s);
+}
+
+/* The samples of a tile with their keys, which are counted. */
+static struct tile_samples samples_of(const struct builder *b, struct worker *w,
+                                      int tile)
+{
+    struct tile_samples s = {.n = 0};
+    memset(w->count, 0, ((size_t)b->n_keys + 1) * sizeof *w->count);
+    if (b->source)
+        survey_tile(b, w, tile, &s);
+    if (!b->start)
+        return s;
+    s.has_array = b->start[tile + 1] > b->start[tile];
+    for (size_t i = b->start[tile]; i < b->start[tile + 1]; i++) {
+        uint32_t at = b->order[i];
+        put_item(w, &s, array_item(at), key_of(b, b->samples->at[at].r));
+    }
+    return s;
 }
 
 /* A tile of full resolution, or the part of a coarser tile that it is. */
@@ -380,17 +415,19 @@ static inline void reduce_add(struct reducer *reducer, const struct part *part,
     b->rw += w * r;
 }
 
-static void reduce_sample(struct reducer *reducer, const struct part *part, int level,
-                          const struct tile_samples *s, uint32_t at)
+static void reduce_sample(const struct builder *b, struct worker *w,
+                          const struct part *part, int level,
+                          const struct tile_samples *s, uint64_t item)
 {
-    if (at & PLAIN) {
-        const struct rf_surface *p = plain_surface(s, at);
-        reduce_add(reducer, part, level, s->x0 + (int)(at % RF_TILE_W),
-                   s->y0 + (int)(at % PLAIN / RF_TILE_W), RF_SHARP, 1, p->r, p->c);
-    } else {
-        const struct rf_sample *p = &s->at[at];
-        reduce_add(reducer, part, level, floor_int(p->x), floor_int(p->y), p->kind,
+    const struct rf_sample *p = sample_of(b, w, item);
+    if (p) {
+        reduce_add(&w->reducer, part, level, floor_int(p->x), floor_int(p->y), p->kind,
                    p->w, p->r, p->c);
+    } else {
+        int x = rf_place_x(item), y = rf_place_y(item);
+        const struct rf_surface *q = rf_tile_surface(&s->surfaces, x, y);
+        reduce_add(&w->reducer, part, level, s->surfaces.x + x, s->surfaces.y + y,
+                   RF_SHARP, 1, q->r, q->c);
     }
 }
 
@@ -424,25 +461,57 @@ static void sort_tile(const struct builder *b, struct worker *w,
                       const struct tile_samples *s)
 {
     int *count = w->count;
-    memset(count, 0, ((size_t)b->n_keys + 1) * sizeof *count);
-    float last = NAN;
-    int key = 0;
-    for (int i = 0; i < s->n; i++) {
-        float r = radius_of(s, s->index[i]);
-        if (r != last) {
-            key = key_of(b, r);
-            last = r;
-        }
-        w->keys[i] = (uint16_t)key;
-        count[key + 1]++;
-    }
     for (int k = 0; k < b->n_keys; k++)
         count[k + 1] += count[k];
     for (int i = 0; i < s->n; i++)
-        w->sorted[count[w->keys[i]]++] = s->index[i];
+        w->sorted[count[w->keys[i]]++] = w->items[i];
     for (int k = b->n_keys; k > 0; k--)
         count[k] = count[k - 1];
     count[0] = 0;
+}
+
+/* A copy that lasts as long as the lists; NULL: out of memory. */
+static void *take_copy(const struct builder *b, struct worker *w, const void *from,
+                       size_t n_bytes)
+{
+    void *memory = take(b->groups, b->c->context, &w->room, n_bytes);
+    return memory ? memcpy(memory, from, n_bytes) : NULL;
+}
+
+/* The list of n sorted places of a source. */
+static bool keep_places(const struct builder *b, struct worker *w, const uint64_t *at,
+                        int n, const struct tile_samples *s, struct rf_tile_list *list)
+{
+    list->places = take_copy(b, w, at, (size_t)n * sizeof *at);
+    list->surfaces = s->surfaces;
+    list->surfaces.others =
+        take_copy(b, w, w->others, (size_t)s->n_others * sizeof *w->others);
+    return list->places && list->surfaces.others;
+}
+
+static struct rf_splat plain_splat(const struct tile_samples *s, uint64_t place)
+{
+    int x = rf_place_x(place), y = rf_place_y(place);
+    struct rf_splat splat = {.x = s->surfaces.x + x,
+                             .y = s->surfaces.y + y,
+                             .slot = rf_place_slot(place),
+                             .cover = 1};
+    memcpy(splat.c, rf_tile_surface(&s->surfaces, x, y)->c, sizeof splat.c);
+    return splat;
+}
+
+/* The list of n sorted samples of which some come from an array. */
+static bool keep_splats(const struct builder *b, struct worker *w, const uint64_t *at,
+                        int n, const struct tile_samples *s, struct rf_tile_list *list)
+{
+    struct rf_splat *out =
+        take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *out);
+    for (int i = 0; out && i < n; i++) {
+        const struct rf_sample *p = sample_of(b, w, at[i]);
+        out[i] = p ? full_splat(b->c, p) : plain_splat(s, at[i]);
+    }
+    list->at = out;
+    return out != NULL;
 }
 
 /* The list of a tile of full resolution; false: out of memory. */
@@ -451,21 +520,17 @@ static bool build_full(const struct builder *b, struct worker *w, int tile,
 {
     const struct rf_group *g = full_group(b);
     struct rf_tile_list *list = &g->tiles[tile];
-    int from = w->count[g->first_key], to = w->count[g->first_key + g->n_bins];
-    if (to == from)
+    int from = w->count[g->first_key], n = w->count[g->first_key + g->n_bins] - from;
+    if (n == 0)
         return true;
-    size_t n = (size_t)(to - from);
-    struct rf_splat *out = take(b->groups, b->c->context, &w->room, n * sizeof *out);
-    list->bin = take(b->groups, b->c->context, &w->room,
-                     ((size_t)g->n_bins + 1) * sizeof *list->bin);
-    if (!out || !list->bin)
+    list->bin = take_copy(b, w, w->count + g->first_key,
+                          ((size_t)g->n_bins + 1) * sizeof *list->bin);
+    if (!list->bin ||
+        !(s->has_array ? keep_splats : keep_places)(b, w, w->sorted + from, n, s, list))
         return false;
     for (int k = 0; k <= g->n_bins; k++)
-        list->bin[k] = w->count[g->first_key + k] - from;
-    put_splats(b->c, s, w->sorted + from, to - from, out);
-    list->is_by_rows = s->is_by_rows;
-    list->at = out;
-    list->n = (int)n;
+        list->bin[k] -= from;
+    list->n = n;
     return true;
 }
 
@@ -479,15 +544,13 @@ static bool build_runs(const struct builder *b, struct worker *w, int tile,
         if (w->count[key] == w->count[key + 1])
             continue;
         for (int i = w->count[key]; i < w->count[key + 1]; i++)
-            reduce_sample(&w->reducer, &part, g->level, s, w->sorted[i]);
+            reduce_sample(b, w, &part, g->level, s, w->sorted[i]);
         int n = reduce_end(b->c, &w->reducer, &part, g->level, w->reduced);
         struct run *run = &w->runs[(*n_runs)++];
         *run = (struct run){
-            key, n,
-            take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *run->at)};
+            key, n, take_copy(b, w, w->reduced, (size_t)n * sizeof *run->at)};
         if (!run->at)
             return false;
-        memcpy(run->at, w->reduced, (size_t)n * sizeof *run->at);
     }
     return true;
 }
@@ -508,11 +571,9 @@ static bool build_tile(const struct builder *b, struct worker *w, int tile)
             !build_runs(b, w, tile, g, &s, &n_runs))
             return false;
     }
-    struct run *runs =
-        take(b->groups, b->c->context, &w->room, (size_t)n_runs * sizeof *runs);
+    struct run *runs = take_copy(b, w, w->runs, (size_t)n_runs * sizeof *runs);
     if (!runs)
         return false;
-    memcpy(runs, w->runs, (size_t)n_runs * sizeof *runs);
     b->runs[tile] = (struct tile_runs){n_runs, runs};
     return true;
 }
@@ -576,9 +637,12 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
     const struct rf_context *context = b->c->context;
     size_t n = b->most, n_reduced = RF_TILE_W * RF_TILE_H * RF_N_KINDS;
     size_t n_keys = (size_t)b->n_keys + 1;
-    size_t bytes = n * (sizeof(struct rf_sample) + 2 * sizeof(uint32_t)) +
+    size_t n_others =
+        b->source ? (size_t)b->source->most_per_pixel * RF_TILE_W * RF_TILE_H : 0;
+    size_t bytes = n_others * (sizeof(struct rf_sample) + sizeof(struct rf_splat)) +
+                   n * (2 * sizeof(uint64_t) + sizeof(uint16_t)) +
                    n_keys * (sizeof(int) + sizeof(struct run)) +
-                   n_reduced * sizeof(struct rf_splat) + n * sizeof(uint16_t);
+                   n_reduced * sizeof(struct rf_splat);
     bytes = (bytes + 127) / 64 * 64;
     b->workers = rf_calloc(context, (size_t)b->c->n_threads, sizeof *b->workers);
     b->memory = rf_alloc(context, (size_t)b->c->n_threads, bytes);
@@ -588,11 +652,12 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
         struct worker *w = &b->workers[i];
         w->runs = (struct run *)(b->memory + bytes * (size_t)i);
         w->reduced = (struct rf_splat *)(w->runs + n_keys);
-        w->samples = (struct rf_sample *)(w->reduced + n_reduced);
-        w->count = (int *)(w->samples + n);
-        w->index = (uint32_t *)(w->count + n_keys);
-        w->sorted = w->index + n;
-        w->keys = (uint16_t *)(w->sorted + n);
+        w->others = w->reduced + n_reduced;
+        w->samples = (struct rf_sample *)(w->others + n_others);
+        w->items = (uint64_t *)(w->samples + n_others);
+        w->sorted = w->items + n;
+        w->count = (int *)(w->sorted + n);
+        w->keys = (uint16_t *)(w->count + n_keys);
         if (!take(b->groups, context, &w->room, 0))
             return rf_fail_memory(error, 1, b->groups->chunk_bytes);
     }

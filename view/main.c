@@ -289,8 +289,10 @@ static void ask(struct app *app)
         app->is_demo_due = false;
         app->state.id++;
     }
-    if (!app->has_stage || !app->state.is_valid || app->state.id == app->asked_id)
+    if (!app->has_stage || !app->state.is_valid || app->state.id == app->asked_id) {
+        stats_no_change(&app->stats);
         return;
+    }
     app->asked_id = app->state.id;
     stats_change(&app->stats, app->state.id);
     app_job(app, app->has_reference ? &app->reference : NULL, &job);

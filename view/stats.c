@@ -23,6 +23,11 @@ void stats_change(struct stats *stats, uint64_t id)
     stats->pending_s = 0;
 }
 
+void stats_no_change(struct stats *stats)
+{
+    stats->pending_s = 0;
+}
+
 void stats_shown(struct stats *stats, uint64_t id, double now_s, double filter_ms,
                  double display_ms, bool is_preview, bool is_small)
 {

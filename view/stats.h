@@ -32,6 +32,9 @@ void stats_input(struct stats *stats, double at_s);
 /* The state has this id now: what came since the last one made it so. */
 void stats_change(struct stats *stats, uint64_t id);
 
+/* What came since then changed nothing: a slider that was held still. */
+void stats_no_change(struct stats *stats);
+
 /* A picture of that state is on the screen. */
 void stats_shown(struct stats *stats, uint64_t id, double now_s, double filter_ms,
                  double display_ms, bool is_preview, bool is_small);

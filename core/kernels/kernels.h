@@ -7,6 +7,8 @@
 #ifndef RF_KERNELS_H
 #define RF_KERNELS_H
 
+#include <stddef.h>
+
 #include "../footprint.h"
 #include "hidden_kernels.h"
 
@@ -29,6 +31,55 @@ struct rf_splat {
     float cover; /* 0 for light that belongs to another splat's surface */
     float c[4];  /* colour times weight */
 };
+
+/*
+ * A splat of a pixel's surface as it is: where it lies in its tile. 64 bits, so that
+ * neighbours are told by one sum: slot << 16 | x << 48 | y << 56 | other, where the
+ * last is 0 or, for splats of another kind, 1 + their index.
+ */
+typedef uint64_t rf_place;
+
+static inline rf_place rf_place_make(int32_t slot, int x, int y, int other)
+{
+    return (uint64_t)(uint32_t)slot << 16 | (uint64_t)x << 48 | (uint64_t)y << 56 |
+           (uint64_t)other;
+}
+
+static inline int32_t rf_place_slot(rf_place p)
+{
+    return (int32_t)(p >> 16);
+}
+
+static inline int rf_place_x(rf_place p)
+{
+    return (int)(p >> 48 & 0xff);
+}
+
+static inline int rf_place_y(rf_place p)
+{
+    return (int)(p >> 56);
+}
+
+static inline int rf_place_other(rf_place p)
+{
+    return (int)(p & 0xffff);
+}
+
+/* What the places of a tile stand for. */
+struct rf_tile_surfaces {
+    const struct rf_surface *at;
+    ptrdiff_t first; /* of them, in the tile's first pixel */
+    size_t width;    /* of a row of them */
+    const struct rf_splat *others;
+    int x, y; /* the tile's first pixel */
+};
+
+/* The surface of pixel (x, y) of the tile. */
+static inline const struct rf_surface *
+rf_tile_surface(const struct rf_tile_surfaces *t, int x, int y)
+{
+    return &t->at[t->first + (ptrdiff_t)t->width * y + x];
+}
 
 /*
  * Where samples of one bin gather: per cell and row, the colour planes and, last, the
@@ -121,6 +172,19 @@ struct rf_kernels {
      */
     void (*spread)(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
                    struct rf_footprint *const *footprints, int x0, int y0);
+    /* The same for n places of a tile. */
+    void (*spread_places)(struct rf_accumulator *acc, const rf_place *places, int n,
+                          const struct rf_tile_surfaces *surfaces,
+                          struct rf_footprint *const *footprints, int x0, int y0);
+    /*
+     * A bit for each of n <= 64 pixels that is mixed, share < 1, or has a luminance
+     * above bright (1 + min(radius^2, most_r2)) darkest.
+     */
+    uint64_t (*find_others)(const float *share, const float *luminance,
+                            const float *radius, const float *darkest, float bright,
+                            float most_r2, int n);
+    /* A bit for each of n <= 64 values that is above 0. */
+    uint64_t (*find_positive)(const float *v, int n);
     /*
      * Saturating sum: w = min(coverage, t); sum += colour w / coverage; t -= w. Clears
      * the accumulator.

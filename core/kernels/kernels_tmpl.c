@@ -53,16 +53,10 @@ spread_segment(float *a, const float *weight, int n, vf value[][RF_MAX_PLANES],
 
 /* Spreads n_splats neighbours with one footprint, the first at (x, y) of the tile. */
 static inline __attribute__((always_inline)) void
-spread_splats(float *origin, const struct rf_splat *s, int n_splats,
+spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
               const struct rf_footprint *f, int x, int y, int n_planes)
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
-    vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
-    for (int i = 0; i < n_splats; i++) {
-        for (int p = 0; p < n_planes - 1; p++)
-            value[i][p] = SPLAT(s[i].c[p]);
-        value[i][n_planes - 1] = SPLAT(s[i].cover);
-    }
     float *base = origin + row_size * y + x;
     const float *weights = f->weights;
     const struct rf_segment *g = f->segments, *end = g + f->n_segments;
@@ -77,6 +71,13 @@ spread_splats(float *origin, const struct rf_splat *s, int n_splats,
                                g->n, value, n_splats, n_planes);
 }
 
+/* What is spread: splats, or places and what they stand for. */
+struct spread_list {
+    const struct rf_splat *splats;
+    const rf_place *places;
+    const struct rf_tile_surfaces *surfaces;
+};
+
 /* How many of n splats follow the first one in its row with its footprint, itself
  * among them, but no more than `most`. */
 static inline int count_neighbours(const struct rf_splat *s, int n, int most)
@@ -88,21 +89,94 @@ static inline int count_neighbours(const struct rf_splat *s, int n, int most)
     return i;
 }
 
+/* The same for places: 1, 2 or, where all are surfaces, 4. */
+static inline int count_places(const rf_place *p, int n, int most)
+{
+    const rf_place right = rf_place_make(0, 1, 0, 0);
+    most = n < most ? n : most;
+    if (most >= 4 && !rf_place_other(p[0]) && p[1] == p[0] + right &&
+        p[2] == p[1] + right && p[3] == p[2] + right)
+        return 4;
+    return most >= 2 && p[1] >> 16 == (p[0] + right) >> 16 ? 2 : 1;
+}
+
+/* The first of n places after i that is not before pixel (x, y) of their tile. */
+static inline int skip_places(const rf_place *p, int i, int n, int x, int y)
+{
+    const rf_place least = rf_place_make(0, x, y, 0);
+    int step = 4, end;
+    while (i + step < n && p[i + step] < least) {
+        i += step;
+        step *= 2;
+    }
+    for (end = rf_min_int(i + step, n), i++; i < end;) {
+        int middle = (i + end) / 2;
+        if (p[middle] < least)
+            i = middle + 1;
+        else
+            end = middle;
+    }
+    return i;
+}
+
+/* Spreads n_splats splats or places from the first on. */
 static inline __attribute__((always_inline)) void
-spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
-           struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
+spread_some(const struct spread_list *list, int first, int n_splats, float *origin,
+            const struct rf_footprint *f, int x, int y, int n_planes, bool has_places)
+{
+    const struct rf_splat *s = list->splats + first;
+    const rf_place *places = list->places + first;
+    vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
+    for (int i = 0; i < n_splats; i++) {
+        const float *c = s[i].c;
+        float cover = 1;
+        if (has_places) {
+            const struct rf_tile_surfaces *t = list->surfaces;
+            int other = n_splats == 4 ? 0 : rf_place_other(places[i]);
+            c = rf_tile_surface(t, rf_place_x(places[0]), rf_place_y(places[0]))[i].c;
+            if (other) {
+                c = t->others[other - 1].c;
+                cover = t->others[other - 1].cover;
+            }
+        } else {
+            cover = s[i].cover;
+        }
+        for (int p = 0; p < n_planes - 1; p++)
+            value[i][p] = SPLAT(c[p]);
+        value[i][n_planes - 1] = SPLAT(cover);
+    }
+    spread_values(origin, value, n_splats, f, x, y, n_planes);
+}
+
+static inline __attribute__((always_inline)) void
+spread_all(struct rf_accumulator *acc, const struct spread_list *list, int n,
+           struct rf_footprint *const *footprints, int x0, int y0, int n_planes,
+           bool has_places)
 {
     const int reach = acc->reach;
     int first = acc->first_row, last = acc->last_row;
     float *const origin = acc->at + RF_ACC_LEFT;
+    if (has_places) {
+        x0 -= list->surfaces->x;
+        y0 -= list->surfaces->y;
+    }
     for (int i = 0, n_splats; i < n; i += n_splats) {
-        const struct rf_splat *s = &splats[i];
-        int x = s->x - x0, y = s->y - y0;
+        const struct rf_splat *s = list->splats + i;
+        rf_place place = has_places ? list->places[i] : 0;
+        int x = (has_places ? rf_place_x(place) : s->x) - x0;
+        int y = (has_places ? rf_place_y(place) : s->y) - y0;
         n_splats = 1;
+        if (has_places && (unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach) {
+            int row = rf_place_y(place) + (x >= 0);
+            int column = rf_max_int(x0 - reach, 0);
+            n_splats = skip_places(list->places, i, n, column, row) - i;
+            continue;
+        }
         if ((unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach ||
             (unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
             continue;
-        const struct rf_footprint *f = rf_footprint_at(footprints, s->slot);
+        const struct rf_footprint *f = rf_footprint_at(
+            footprints, (size_t)(has_places ? rf_place_slot(place) : s->slot));
         if (x + f->max_dx < 0 || x + f->min_dx >= RF_TILE_W || y + f->max_dy < 0 ||
             y + f->min_dy >= RF_TILE_H)
             continue;
@@ -112,14 +186,16 @@ spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
         last = rf_max_int(last, bottom);
         if (f->is_common)
             acc->common_rows |= (2u << bottom) - (1u << top);
-        n_splats = count_neighbours(s, n - i, f->n_side_by_side);
+        n_splats = has_places
+                       ? count_places(list->places + i, n - i, f->n_side_by_side)
+                       : count_neighbours(s, n - i, f->n_side_by_side);
         if (n_splats == 4) {
-            spread_splats(origin, s, 4, f, x, y, n_planes);
+            spread_some(list, i, 4, origin, f, x, y, n_planes, has_places);
         } else if (n_splats >= 2) {
             n_splats = 2;
-            spread_splats(origin, s, 2, f, x, y, n_planes);
+            spread_some(list, i, 2, origin, f, x, y, n_planes, has_places);
         } else {
-            spread_splats(origin, s, 1, f, x, y, n_planes);
+            spread_some(list, i, 1, origin, f, x, y, n_planes, has_places);
         }
     }
     acc->first_row = first;
@@ -129,10 +205,45 @@ spread_all(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
 static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
                    struct rf_footprint *const *footprints, int x0, int y0)
 {
+    const struct spread_list list = {.splats = splats};
     if (acc->n_planes == 4)
-        spread_all(acc, splats, n, footprints, x0, y0, 4);
+        spread_all(acc, &list, n, footprints, x0, y0, 4, false);
     else
-        spread_all(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
+        spread_all(acc, &list, n, footprints, x0, y0, RF_MAX_PLANES, false);
+}
+
+static void spread_places(struct rf_accumulator *acc, const rf_place *places, int n,
+                          const struct rf_tile_surfaces *surfaces,
+                          struct rf_footprint *const *footprints, int x0, int y0)
+{
+    const struct spread_list list = {.places = places, .surfaces = surfaces};
+    if (acc->n_planes == 4)
+        spread_all(acc, &list, n, footprints, x0, y0, 4, true);
+    else
+        spread_all(acc, &list, n, footprints, x0, y0, RF_MAX_PLANES, true);
+}
+
+static uint64_t find_others(const float *share, const float *luminance,
+                            const float *radius, const float *darkest, float bright,
+                            float most_r2, int n)
+{
+    uint64_t found = 0;
+    for (int x = 0; x < n; x += LANES) {
+        vf r = load_part(radius + x, n - x), dark = load_part(darkest + x, n - x);
+        vf limit = SPLAT(bright) + SPLAT(bright) * vmin(r * r, SPLAT(most_r2));
+        vi is_other = (load_part(share + x, n - x) < SPLAT(1)) |
+                      (load_part(luminance + x, n - x) > limit * dark);
+        found |= (uint64_t)lane_bits(is_other) << x;
+    }
+    return found & UINT64_MAX >> (64 - n); /* lanes beyond count as mixed */
+}
+
+static uint64_t find_positive(const float *v, int n)
+{
+    uint64_t found = 0;
+    for (int x = 0; x < n; x += LANES)
+        found |= (uint64_t)lane_bits(load_part(v + x, n - x) > SPLAT(0)) << x;
+    return found;
 }
 
 /*
@@ -515,6 +626,9 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .name = RF_TEXT(RF_LEVEL),
     .radii = radii,
     .spread = spread,
+    .spread_places = spread_places,
+    .find_others = find_others,
+    .find_positive = find_positive,
     .flush = flush,
     .average = average,
     .magnify = magnify,

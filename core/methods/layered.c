@@ -17,6 +17,7 @@
  * pixel; surfaces without slope; bins of 2 px of radius; radii above 8 px at a reduced
  * resolution. Mirrors and glass are blurred by the depth of their surface.
  */
+#include "../kernels/kernels.h"
 #include "../picture.h"
 
 struct layered {
@@ -25,10 +26,10 @@ struct layered {
     float *hidden_weight;
 };
 
-static void survey_visible(void *user, int x, int y, int n, unsigned char *emission)
+static struct rf_emission survey_visible(void *user, int x, int y, int n)
 {
     const struct layered *l = user;
-    rf_picture_survey(&l->picture, x, y, n, emission);
+    return rf_picture_survey(&l->picture, x, y, n);
 }
 
 static int emit_visible(void *user, int x, int y, struct rf_sample *at)
@@ -39,13 +40,12 @@ static int emit_visible(void *user, int x, int y, struct rf_sample *at)
     return (int)out.n;
 }
 
-static void survey_hidden(void *user, int x, int y, int n, unsigned char *emission)
+static struct rf_emission survey_hidden(void *user, int x, int y, int n)
 {
     const struct layered *l = user;
-    const float *w =
-        l->hidden_weight + (size_t)y * (size_t)l->picture.width + (size_t)x;
-    for (int i = 0; i < n; i++)
-        emission[i] = w[i] > 0 ? RF_PLAIN_SAMPLE : RF_NO_SAMPLE;
+    const struct rf_kernels *kernels = l->picture.filter->context->kernels;
+    size_t first = (size_t)y * (size_t)l->picture.width + (size_t)x;
+    return (struct rf_emission){kernels->find_positive(l->hidden_weight + first, n), 0};
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,

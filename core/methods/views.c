@@ -12,21 +12,23 @@
  *   rendered with changes a and b only, so the same views can be refocused, stopped
  *   down and opened up
  *
- * The lens is cut into the cells of points that are nearest to each view. What view j
+ * The lens is cut into the cells of points that are nearest to each view; more than
+ * eight views share eight cells, each for those nearest to its middle. What view j
  * sees is moved to the centroid of its cell,
  *
  *   x = X - u_j s(r) + m_j r
  *
  * and spread as in the method layered, over that cell only; the picture is the mean of
- * the cells' pictures by area. Not the samples are moved, which stay on their view's
- * pixels, but their footprints: these depend on r alone then, and neighbours are spread
- * together. A cell is narrower than the lens by the square root of
- * the number of views, and so is what its view cannot see: other views show that, and
- * what none of them saw is estimated (hidden.c). Such samples only fill what the view's
- * own leave uncovered; each has the weight
+ * the cells' pictures by area. Not the samples of a view alone in its cell are moved,
+ * which stay on that view's pixels, but their footprints: these depend on r alone
+ * then, and neighbours are spread together. A cell is narrower than the lens by the square
+ * root of the number of cells, and so is what its views cannot see: other views show
+ * that, and what none of them saw is estimated (hidden.c). Such samples only fill what
+ * the cell's own leave uncovered; each, as those of views that share a cell, has the
+ * weight
  *
- *   w = share / max(1/4, n),  n = own + sum over the other views of how much of the
- *                                 place is not occluded there
+ *   w = share / max(1/4, n),  n = own + sum over the other views (of the cell) of how
+ *                                 much of the place is not occluded there
  *
  * own is 1 for a near part, which looks past nothing, and its share for a far one.
  * Occluded at the nearest pixel: nearer by 0.8 px and pure, 0; nearer but mixed with a
@@ -46,20 +48,22 @@
 #include "../composer.h"
 #include "views.h"
 
-enum { N_PHASES = 5 }; /* odd: one is the pixel's centre */
-enum { MOST_SHIFT = 1 << 20 }; /* px, by which a picture is moved as a whole */
+enum {
+    N_PHASES = 5, /* odd: one is the pixel's centre */
+    MOST_CELLS = 8,
+    MOST_SHIFT = 1 << 20 /* px, by which a picture is moved as a whole */
+};
 
 /* Of an estimated hidden sample, against those that another view shows. */
 static const float ESTIMATE_WEIGHT = 0.1f;
 
 /* ---- one cell of the lens ------------------------------------------------------ */
 
-enum { ALL_VIEWS = -1 };
-
-/* The part of the lens for which view `own` stands; or the whole one for ALL_VIEWS. */
+/* The part of the lens for which some of the views stand. */
 struct cell {
     struct rf_views *v;
-    int own;
+    uint64_t own;            /* those views */
+    bool is_whole;           /* it is all of the lens, and they are all of the views */
     int middle;              /* the view to estimate hidden samples from */
     struct rf_filter filter; /* with the part as its aperture */
     float centroid[2];
@@ -84,33 +88,36 @@ struct collector {
     struct rf_samples out;
 };
 
-/* Does a sample's footprint reach the scene, and does the sample lie in it? */
-static bool is_in_scene(const struct cell *cell, const struct rf_sample *p)
+/* Moves a place of the centre's view to where the cell has its sample. */
+static void move_to_cell(const struct cell *cell, struct rf_view_place place,
+                         struct rf_sample *p)
 {
-    const struct rf_picture *l = &cell->v->pictures[cell->middle];
-    const float at[2] = {p->x, p->y};
-    const int first[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
-    const int rendered[2] = {l->filter->width, l->filter->height};
-    for (int k = 0; k < 2; k++) {
-        /* Coarse levels reach farther than the footprint does. */
-        float reach = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
-        float px = fabsf(p->r) * reach + 8;
-        float from = rf_max_float((float)first[k] - px, 0);
-        float to = rf_min_float((float)(first[k] + rendered[k]) + px, (float)size[k]);
-        if (!(at[k] >= from && at[k] < to))
-            return false;
+    if (cell->is_on_grid) {
+        const struct rf_work_view *view = &cell->v->work->views[cell->middle];
+        float shift = rf_view_shift(view, p->r);
+        p->x = place.x + rf_snap_px(view->lens[0] * shift) + (float)cell->shift[0];
+        p->y = place.y - rf_snap_px(view->lens[1] * shift) + (float)cell->shift[1];
+        return;
     }
-    return true;
+    p->x = place.x + rf_snap_px(cell->centroid[0] * p->r);
+    p->y = place.y - rf_snap_px(cell->centroid[1] * p->r);
 }
 
 static void put(struct collector *c, struct rf_sample p, int x, int y)
 {
     const struct cell *cell = c->cell;
     const struct rf_picture *picture = &cell->v->pictures[c->view];
-    struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
-    p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
-    p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
-    if (is_in_scene(cell, &p))
+    move_to_cell(cell, rf_view_place_of(cell->v, c->view, p.x, p.y, p.r), &p);
+    /* Coarse levels reach farther than the footprint does. */
+    float drift_x = (float)cell->drift.slope[0], drift_y = (float)cell->drift.slope[1];
+    float reach_x = fabsf(p.r) * (1.5f * cell->extent[0] + fabsf(drift_x)) + 8;
+    float reach_y = fabsf(p.r) * (1.5f * cell->extent[1] + fabsf(drift_y)) + 8;
+    float x1 = (float)(picture->x0 + picture->filter->width) + reach_x;
+    float y1 = (float)(picture->y0 + picture->filter->height) + reach_y;
+    if (p.x >= rf_max_float((float)picture->x0 - reach_x, 0) &&
+        p.y >= rf_max_float((float)picture->y0 - reach_y, 0) &&
+        p.x < rf_min_float(x1, (float)picture->width) &&
+        p.y < rf_min_float(y1, (float)picture->height))
         rf_picture_emit(picture, p, x, y, &c->out);
 }
 
@@ -129,7 +136,7 @@ static void collect_own(void *user, struct rf_surface *s, int x, int y, float w)
     put(c, p, x, y);
 }
 
-/* What view c->view adds to a picture of all views. */
+/* What view c->view adds to the cell of several views. */
 static void collect_shared(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct collector *c = user;
@@ -140,13 +147,26 @@ static void collect_shared(void *user, struct rf_surface *s, int x, int y, float
         bool is_far =
             s !=
             &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
-        p.w = rf_view_weight(v, c->view, rf_view_place_of(v, c->view, p.x, p.y, p.r),
-                             p.w, is_far, rf_view_is_rendered(picture, x, y));
+        p.w = rf_view_weight(v, c->cell->own, c->view,
+                             rf_view_place_of(v, c->view, p.x, p.y, p.r), p.w, is_far,
+                             rf_view_is_rendered(picture, x, y));
     }
     put(c, p, x, y);
 }
 
-/* What the cell's own view does not see, in row y of view c->view. */
+/* How much the cell's own views show of a place in what was rendered. */
+static float seen_by_own(const struct cell *cell, struct rf_view_place place)
+{
+    float most = 0;
+    for (uint64_t left = cell->own; left; left &= left - 1) {
+        bool is_true;
+        float seen = rf_view_sees(cell->v, __builtin_ctzll(left), place, &is_true);
+        most = is_true ? rf_max_float(seen, most) : most;
+    }
+    return most;
+}
+
+/* What the cell's own views do not see, in row y of view c->view. */
 static void collect_others(struct collector *c, int y)
 {
     const struct cell *cell = c->cell;
@@ -156,17 +176,17 @@ static void collect_others(struct collector *c, int y)
         &v->unseen[(size_t)c->view * (size_t)picture->height + (size_t)y];
     for (int k = 0; k < row->n; k++) {
         const struct rf_unseen *u = &row->at[k];
-        if (!(u->views >> cell->own & 1))
+        if ((u->views & cell->own) != cell->own)
             continue;
-        int x = u->part / 4;
+        int x = u->part / 2;
         size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
         const struct rf_surface *s =
             u->part & 1 ? &picture->surfaces.far[i] : &picture->surfaces.near[i];
         struct rf_sample p = rf_sample_make(s, x, y, u->weight);
-        bool is_true;
-        struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
-        float seen = rf_view_sees(v, cell->own, place, &is_true);
-        p.w *= is_true ? 1 - seen : 1;
+        if (c->out.at) {
+            struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+            p.w *= 1 - seen_by_own(cell, place);
+        }
         put(c, p, x, y);
     }
 }
@@ -182,13 +202,28 @@ static void collect_hidden(struct collector *c, int y)
             rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
         if (!(p.w > 0))
             continue;
-        if (c->out.at && cell->own != ALL_VIEWS) {
+        if (c->out.at && !cell->is_whole) {
             struct rf_view_place place =
                 rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
             p.w *= rf_views_leave(cell->v, c->view, place, ESTIMATE_WEIGHT);
         }
         put(c, p, x, y);
     }
+}
+
+static int n_own(const struct cell *cell)
+{
+    return __builtin_popcountll(cell->own);
+}
+
+/* The own views come first, then the others. */
+static int view_of_block(const struct cell *cell, int block)
+{
+    bool is_own = block < n_own(cell);
+    int left = is_own ? block : block - n_own(cell), j = 0;
+    for (;; j++)
+        if ((cell->own >> j & 1) == is_own && left-- == 0)
+            return j;
 }
 
 /*
@@ -200,19 +235,18 @@ static size_t collect_row(void *user, int i, struct rf_sample *at)
     struct cell *cell = user;
     struct rf_views *v = cell->v;
     int height = v->pictures[0].height, block = i / height, y = i % height;
-    struct collector c = {.cell = cell, .view = cell->own, .out = {at, 0}};
+    struct collector c = {.cell = cell, .out = {at, 0}};
     if (block == v->work->n_views) {
         c.view = cell->middle;
         collect_hidden(&c, y);
-    } else if (cell->own == ALL_VIEWS) {
-        c.view = block;
-        rf_picture_visit_row(&v->pictures[block], y, collect_shared, &c);
-    } else if (block == 0)
-        rf_picture_visit_row(&v->pictures[c.view], y, collect_own, &c);
-    else {
-        c.view = block <= cell->own ? block - 1 : block;
-        collect_others(&c, y);
+        return c.out.n;
     }
+    c.view = view_of_block(cell, block);
+    if (!(cell->own >> c.view & 1))
+        collect_others(&c, y);
+    else
+        rf_picture_visit_row(&v->pictures[c.view], y,
+                             n_own(cell) > 1 ? collect_shared : collect_own, &c);
     return c.out.n;
 }
 
@@ -225,7 +259,7 @@ struct run {
 
 static struct run run_of(const struct cell *cell, int x, int y, int n)
 {
-    const struct rf_picture *picture = &cell->v->pictures[cell->own];
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     struct run r = {.x = x - cell->shift[0], .y = y - cell->shift[1]};
     r.first = rf_min_int(rf_max_int(-r.x, 0), n);
     r.end = rf_max_int(rf_min_int(picture->width - r.x, n), r.first);
@@ -234,19 +268,19 @@ static struct run run_of(const struct cell *cell, int x, int y, int n)
     return r;
 }
 
-static void survey_own(void *user, int x, int y, int n, unsigned char *emission)
+static struct rf_emission survey_own(void *user, int x, int y, int n)
 {
     const struct cell *cell = user;
-    const struct rf_picture *picture = &cell->v->pictures[cell->own];
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     struct run r = run_of(cell, x, y, n);
-    memset(emission, RF_NO_SAMPLE, (size_t)n);
-    if (r.first == r.end)
-        return;
-    for (int i = r.first; i < r.end; i++)
-        emission[i] = rf_view_is_rendered(picture, r.x + i, r.y) &&
-                              rf_picture_is_plain(picture, r.x + i, r.y)
-                          ? RF_PLAIN_SAMPLE
-                          : RF_OTHER_SAMPLES;
+    struct rf_emission e = {0, 0};
+    for (int i = r.first; i < r.end; i++) {
+        bool is_plain = rf_view_is_rendered(picture, r.x + i, r.y) &&
+                        rf_picture_is_plain(picture, r.x + i, r.y);
+        e.plain |= (uint64_t)is_plain << i;
+        e.other |= (uint64_t)!is_plain << i;
+    }
+    return e;
 }
 
 /* Emits a sample of the view's pixel (x, y), moved by whole px. */
@@ -255,14 +289,14 @@ static void emit_moved(const struct cell *cell, struct rf_sample p, int x, int y
 {
     p.x += (float)cell->shift[0];
     p.y += (float)cell->shift[1];
-    rf_picture_emit(&cell->v->pictures[cell->own], p, x, y, out);
+    rf_picture_emit(&cell->v->pictures[cell->middle], p, x, y, out);
 }
 
 static int emit_own(void *user, int x, int y, struct rf_sample *at)
 {
     const struct cell *cell = user;
     const struct rf_views *v = cell->v;
-    const struct rf_picture *picture = &v->pictures[cell->own];
+    const struct rf_picture *picture = &v->pictures[cell->middle];
     const struct rf_surfaces *s = &picture->surfaces;
     struct rf_samples out = {at, 0};
     x -= cell->shift[0];
@@ -275,26 +309,26 @@ static int emit_own(void *user, int x, int y, struct rf_sample *at)
         struct rf_sample p =
             rf_sample_make(part ? &s->far[i] : &s->near[i], x, y, shares[part]);
         if (!rf_view_is_rendered(picture, x, y)) {
-            struct rf_view_place place = rf_view_place_of(v, cell->own, p.x, p.y, p.r);
-            p.w *= rf_views_leave(v, cell->own, place, CONTINUED_WEIGHT);
+            struct rf_view_place place =
+                rf_view_place_of(v, cell->middle, p.x, p.y, p.r);
+            p.w *= rf_views_leave(v, cell->middle, place, CONTINUED_WEIGHT);
         }
         emit_moved(cell, p, x, y, &out);
     }
     return (int)out.n;
 }
 
-static void survey_estimates(void *user, int x, int y, int n, unsigned char *emission)
+static struct rf_emission survey_estimates(void *user, int x, int y, int n)
 {
     const struct cell *cell = user;
     struct run r = run_of(cell, x, y, n);
-    memset(emission, RF_NO_SAMPLE, (size_t)n);
     if (r.first == r.end)
-        return;
-    const float *w = cell->hidden_weight +
-                     (size_t)r.y * (size_t)cell->v->pictures[cell->own].width;
-    for (int i = r.first; i < r.end; i++)
-        if (w[r.x + i] > 0)
-            emission[i] = RF_OTHER_SAMPLES;
+        return (struct rf_emission){0, 0};
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    const struct rf_kernels *kernels = picture->filter->context->kernels;
+    const float *w = cell->hidden_weight + (size_t)r.y * (size_t)picture->width;
+    uint64_t found = kernels->find_positive(w + r.x + r.first, r.end - r.first);
+    return (struct rf_emission){0, found << r.first};
 }
 
 static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
@@ -303,66 +337,24 @@ static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
     struct rf_samples out = {at, 0};
     x -= cell->shift[0];
     y -= cell->shift[1];
-    size_t i =
-        (size_t)y * (size_t)cell->v->pictures[cell->own].width + (size_t)x;
+    size_t i = (size_t)y * (size_t)cell->v->pictures[cell->middle].width + (size_t)x;
     struct rf_sample p = rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
-    struct rf_view_place place = rf_view_place_of(cell->v, cell->own, p.x, p.y, p.r);
-    p.w *= rf_views_leave(cell->v, cell->own, place, ESTIMATE_WEIGHT);
+    struct rf_view_place place = rf_view_place_of(cell->v, cell->middle, p.x, p.y, p.r);
+    p.w *= rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT);
     emit_moved(cell, p, x, y, &out);
     return (int)out.n;
 }
 
-/* What view `view` shows in one entry of its row y, and the cell's own does not see. */
-static struct rf_sample unseen_sample(const struct cell *cell, int view, int y,
-                                      const struct rf_unseen *u)
-{
-    const struct rf_views *v = cell->v;
-    const struct rf_picture *from = &v->pictures[view], *own = &v->pictures[cell->own];
-    const struct rf_work_view *own_view = &v->work->views[cell->own];
-    int x = u->part / 4;
-    size_t i = (size_t)y * (size_t)from->width + (size_t)x;
-    const struct rf_surface *s =
-        u->part & 1 ? &from->surfaces.far[i] : &from->surfaces.near[i];
-    struct rf_sample p = rf_sample_make(s, x, y, u->weight);
-    struct rf_view_place place = rf_view_place_of(v, view, p.x, p.y, p.r);
-    float shift = rf_view_shift(own_view, p.r);
-    p.x = place.x + rf_snap_px(own_view->lens[0] * shift);
-    p.y = place.y - rf_snap_px(own_view->lens[1] * shift);
-    int px = rf_view_floor(p.x), py = rf_view_floor(p.y);
-    if (rf_view_is_rendered(own, px, py))
-        p.w *= 1 - rf_view_pixel_sees(own, px, py, p.r);
-    p.x += (float)cell->shift[0];
-    p.y += (float)cell->shift[1];
-    return p;
-}
-
-/* Row i of the samples of the other views; counted are those out of reach, too. */
+/* Row i of the samples of the other views. */
 static size_t collect_others_row(void *user, int i, struct rf_sample *at)
 {
     struct cell *cell = user;
-    int height = cell->v->pictures[0].height, block = i / height, y = i % height;
-    int view = block < cell->own ? block : block + 1;
-    const struct rf_unseen_row *row = &cell->v->unseen[(size_t)view * (size_t)height +
-                                                       (size_t)y];
-    struct rf_samples out = {at, 0};
-    for (int k = 0; k < row->n; k++) {
-        const struct rf_unseen *u = &row->at[k];
-        bool is_bright = u->part & 2;
-        if (!(u->views >> cell->own & 1))
-            continue;
-        if (!at) {
-            out.n += is_bright ? 2 : 1;
-            continue;
-        }
-        struct rf_sample p = unseen_sample(cell, view, y, u);
-        if (!is_in_scene(cell, &p))
-            continue;
-        if (is_bright)
-            rf_picture_emit(&cell->v->pictures[view], p, u->part / 4, y, &out);
-        else
-            at[out.n++] = p;
-    }
-    return out.n;
+    int height = cell->v->pictures[0].height, block = i / height;
+    struct collector c = {.cell = cell,
+                          .view = block < cell->middle ? block : block + 1,
+                          .out = {at, 0}};
+    collect_others(&c, i % height);
+    return c.out.n;
 }
 
 /* The samples of a cell that is on its view's grid. */
@@ -370,7 +362,7 @@ static rf_result set_sources(struct cell *cell, struct rf_scene *scene,
                              struct rf_error *error)
 {
     const struct rf_views *v = cell->v;
-    const struct rf_picture *picture = &v->pictures[cell->own];
+    const struct rf_picture *picture = &v->pictures[cell->middle];
     struct rf_source source = {.survey = survey_own,
                                .emit = emit_own,
                                .user = cell,
@@ -440,7 +432,7 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
                              .task = work->task,
                              .progress_to = progress_to};
     int height = picture->height, n_views = work->n_views;
-    int n_visible = (cell->own == ALL_VIEWS ? n_views : 1) * height;
+    int n_visible = n_own(cell) * height;
     int n_others = (n_views + (cell->hidden ? 1 : 0)) * height - n_visible;
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = cell->is_on_grid
@@ -454,14 +446,26 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
 
 /* ---- the cells ------------------------------------------------------------------ */
 
+/* Of some views, the one from the place nearest to (u, v) of the lens. */
+static int nearest_view(const struct rf_work *work, uint64_t views, const double at[2])
+{
+    int best = -1;
+    double least = INFINITY;
+    for (; views; views &= views - 1) {
+        int j = __builtin_ctzll(views);
+        double d =
+            hypot(work->views[j].lens[0] - at[0], work->views[j].lens[1] - at[1]);
+        if (d < least) {
+            least = d;
+            best = j;
+        }
+    }
+    return best;
+}
+
 static int middle_view(const struct rf_work *work)
 {
-    int best = 0;
-    for (int j = 1; j < work->n_views; j++)
-        if (hypotf(work->views[j].lens[0], work->views[j].lens[1]) <
-            hypotf(work->views[best].lens[0], work->views[best].lens[1]))
-            best = j;
-    return best;
+    return nearest_view(work, RF_ALL_VIEWS >> (64 - work->n_views), (double[2]){0, 0});
 }
 
 /* A cell is a sub-aperture itself and needs fewer of its own: two at the least. */
@@ -480,15 +484,126 @@ static void measure_cell(struct cell *cell, const double centroid[2])
     }
 }
 
+/* The views' own parts of the lens. */
+struct parts {
+    double area[RF_MAX_VIEWS];        /* 0: none */
+    double centroid[RF_MAX_VIEWS][2]; /* of the parts, units of the lens */
+};
+
+static void copy_places(const struct rf_work *work, double (*place)[2])
+{
+    for (int j = 0; j < work->n_views; j++)
+        for (int k = 0; k < 2; k++)
+            place[j][k] = work->views[j].lens[k];
+}
+
+static struct parts cut_lens(const struct rf_work *work)
+{
+    struct parts parts = {{0}, {{0}}};
+    double site[RF_MAX_VIEWS][2];
+    copy_places(work, site);
+    for (int j = 0; j < work->n_views; j++) {
+        struct rf_shape unused;
+        parts.area[j] = rf_shape_part(&work->filter->shape, site, work->n_views, j,
+                                      &unused, parts.centroid[j]);
+    }
+    return parts;
+}
+
 /*
- * Keeps a cell's samples on the pixels of its view, where its place on the lens is near
- * enough that footprints do not lie far beside them.
+ * The views of a lens stopped down to the places of less than half of them see it as
+ * one: the few that are left would waste the others' samples.
+ */
+static bool is_stopped_down(const struct parts *parts, int n_views)
+{
+    double sum = 0, squares = 0;
+    for (int j = 0; j < n_views; j++) {
+        sum += parts->area[j];
+        squares += parts->area[j] * parts->area[j];
+    }
+    return !(sum > 0) || 2 * sum * sum < n_views * squares;
+}
+
+static double distance2(const double a[2], const double b[2])
+{
+    return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
+}
+
+static int nearest_site(const double p[2], double (*site)[2], int n)
+{
+    int best = 0;
+    for (int i = 1; i < n; i++)
+        if (distance2(p, site[i]) < distance2(p, site[best]))
+            best = i;
+    return best;
+}
+
+/* Moves each site to the middle of the parts that are nearest to it. */
+static void move_sites(const struct parts *parts, int n_views, double (*site)[2], int n)
+{
+    double sum[RF_MAX_VIEWS][2] = {{0}}, area[RF_MAX_VIEWS] = {0};
+    for (int j = 0; j < n_views; j++) {
+        int i = nearest_site(parts->centroid[j], site, n);
+        area[i] += parts->area[j];
+        for (int k = 0; k < 2 && parts->area[j] > 0; k++)
+            sum[i][k] += parts->area[j] * parts->centroid[j][k];
+    }
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < 2 && area[i] > 0; k++)
+            site[i][k] = sum[i][k] / area[i];
+}
+
+enum { MOVES = 20 }; /* of the sites, when they settle */
+
+/* Sites of n cells that hold about equally many of the views' parts (Lloyd). */
+static void find_sites(const struct parts *parts, int n_views, double (*site)[2], int n)
+{
+    int first = 0;
+    for (int j = 1; j < n_views; j++)
+        if (parts->area[j] > parts->area[first])
+            first = j;
+    memcpy(site[0], parts->centroid[first], sizeof site[0]);
+    for (int i = 1; i < n; i++) { /* the part that is farthest from the others */
+        int best = first;
+        double most = 0;
+        for (int j = 0; j < n_views; j++) {
+            const double *p = parts->centroid[j];
+            double d = parts->area[j] > 0 ? distance2(p, site[nearest_site(p, site, i)])
+                                          : 0;
+            if (d > most) {
+                most = d;
+                best = j;
+            }
+        }
+        memcpy(site[i], parts->centroid[best], sizeof site[i]);
+    }
+    for (int i = 0; i < MOVES; i++)
+        move_sites(parts, n_views, site, n);
+}
+
+/* The views whose part lies in the cell of site i. */
+static uint64_t views_at(const struct parts *parts, int n_views, double (*site)[2],
+                         int n_sites, int i)
+{
+    uint64_t views = 0;
+    if (n_sites == n_views)
+        return (uint64_t)1 << i;
+    for (int j = 0; j < n_views; j++)
+        if (parts->area[j] > 0 &&
+            nearest_site(parts->centroid[j], site, n_sites) == i)
+            views |= (uint64_t)1 << j;
+    return views;
+}
+
+/*
+ * Keeps the samples of a cell of one view on that view's pixels, where its place on the
+ * lens is near enough that footprints do not lie far beside them.
  */
 static void set_grid(struct cell *cell)
 {
     static const double FAR = 1; /* in extents of the cell */
-    const struct rf_work_view *view = &cell->v->work->views[cell->own];
-    cell->is_on_grid = true;
+    const struct rf_work_view *view = &cell->v->work->views[cell->middle];
+    cell->is_on_grid = n_own(cell) == 1;
     for (int k = 0; k < 2; k++) {
         double sign = k ? -1 : 1; /* v is up */
         double slope = cell->centroid[k] - (double)view->lens[k] * view->shift_scale;
@@ -504,42 +619,51 @@ static void set_grid(struct cell *cell)
         memset(&cell->drift, 0, sizeof cell->drift);
 }
 
+static struct cell whole_lens(struct rf_views *v)
+{
+    struct cell cell = {.v = v,
+                        .own = RF_ALL_VIEWS >> (64 - v->work->n_views),
+                        .is_whole = true,
+                        .middle = middle_view(v->work),
+                        .filter = *v->work->filter};
+    measure_cell(&cell, (double[2]){0, 0});
+    return cell;
+}
+
 /*
- * Cuts the lens into cells; returns how many there are. One of all views where the lens
- * has been stopped down to the places of less than half of them: the few that are left
- * would waste the others' samples.
+ * Cuts the lens into cells; returns how many there are. Many views share them: a pixel
+ * of a cell has the samples of its own views alone, and few of them are grain.
  */
 static int make_cells(struct rf_views *v, struct cell *cells, double *area)
 {
     const struct rf_work *work = v->work;
-    double site[RF_MAX_VIEWS][2], sum = 0, squares = 0;
-    int n = 0;
-    for (int j = 0; j < work->n_views; j++)
-        for (int k = 0; k < 2; k++)
-            site[j][k] = work->views[j].lens[k];
-    for (int j = 0; j < work->n_views; j++) {
+    int n_views = work->n_views, n_sites = rf_min_int(n_views, MOST_CELLS), n = 0;
+    double site[RF_MAX_VIEWS][2];
+    struct parts parts = cut_lens(work);
+    if (is_stopped_down(&parts, n_views)) {
+        cells[0] = whole_lens(v);
+        area[0] = 1;
+        return 1;
+    }
+    copy_places(work, site);
+    if (n_sites < n_views)
+        find_sites(&parts, n_views, site, n_sites);
+    for (int i = 0; i < n_sites; i++) {
         double centroid[2];
-        cells[n] =
-            (struct cell){.v = v, .own = j, .middle = j, .filter = *work->filter};
-        area[n] = rf_shape_part(&work->filter->shape, site, work->n_views, j,
+        uint64_t own = views_at(&parts, n_views, site, n_sites, i);
+        cells[n] = (struct cell){.v = v, .own = own, .filter = *work->filter};
+        area[n] = rf_shape_part(&work->filter->shape, site, n_sites, i,
                                 &cells[n].filter.shape, centroid);
-        if (!(area[n] > 0))
+        if (!own || !(area[n] > 0))
             continue;
+        cells[n].middle = nearest_view(work, own, centroid);
         int *sub_apertures = &cells[n].filter.params.sub_apertures;
-        *sub_apertures = sub_apertures_of_cell(*sub_apertures, work->n_views);
+        *sub_apertures = sub_apertures_of_cell(*sub_apertures, n_sites);
         measure_cell(&cells[n], centroid);
         set_grid(&cells[n]);
-        sum += area[n];
-        squares += area[n] * area[n];
         n++;
     }
-    if (n > 0 && 2 * sum * sum >= work->n_views * squares)
-        return n;
-    cells[0] = (struct cell){
-        .v = v, .own = ALL_VIEWS, .middle = middle_view(work), .filter = *work->filter};
-    measure_cell(&cells[0], (double[2]){0, 0});
-    area[0] = 1;
-    return 1;
+    return n;
 }
 
 /*
@@ -549,16 +673,18 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
 static float border_of(const struct rf_work *work, const struct cell *cells, int n)
 {
     float most = 0, largest = work->largest_radius;
-    if (cells[0].own == ALL_VIEWS)
+    if (cells[0].is_whole)
         return largest;
     for (int i = 0; i < n; i++)
-        for (int k = 0; k < 4; k++) {
-            const struct rf_work_view *view = &work->views[cells[i].own];
-            float r = k & 1 ? largest : -largest;
-            float moved = cells[i].centroid[k / 2] * r -
-                          view->lens[k / 2] * rf_view_shift(view, r);
-            most = rf_max_float(most, fabsf(moved) + largest * cells[i].extent[k / 2]);
-        }
+        for (uint64_t left = cells[i].own; left; left &= left - 1)
+            for (int k = 0; k < 4; k++) {
+                const struct rf_work_view *view = &work->views[__builtin_ctzll(left)];
+                float r = k & 1 ? largest : -largest;
+                float moved = cells[i].centroid[k / 2] * r -
+                              view->lens[k / 2] * rf_view_shift(view, r);
+                most =
+                    rf_max_float(most, fabsf(moved) + largest * cells[i].extent[k / 2]);
+            }
     return rf_min_float(most, largest);
 }
 
@@ -594,11 +720,13 @@ static struct widest widest_of(const struct rf_work *work, const struct cell *ce
     for (int i = 0; i < n; i++)
         for (int k = 0; k < 2; k++) {
             float centroid = cells[i].centroid[k], extent = cells[i].extent[k];
-            const struct rf_work_view *view = &work->views[cells[i].middle];
-            float at = fabsf(centroid - view->shift_scale * view->lens[k]);
             w.moved = rf_max_float(fabsf(centroid) * r, w.moved);
             w.extent = rf_max_float(extent, w.extent);
-            w.lens = rf_max_float(extent + at, w.lens);
+            for (uint64_t left = cells[i].own; left; left &= left - 1) {
+                const struct rf_work_view *view = &work->views[__builtin_ctzll(left)];
+                float at = fabsf(centroid - view->shift_scale * view->lens[k]);
+                w.lens = rf_max_float(extent + at, w.lens);
+            }
         }
     w.footprint = w.extent * r + (float)(4 << w.level);
     return w;
@@ -685,7 +813,7 @@ static rf_result add_cells(struct rf_views *v, struct cell *cells, const double 
     const struct rf_context *context = work->filter->context;
     double from = work->task->to;
     rf_result result =
-        cells[0].own == ALL_VIEWS ? RF_OK : rf_views_find_unseen(v, error);
+        cells[0].is_whole ? RF_OK : rf_views_find_unseen(v, error);
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct cell *cell = &cells[i];
         result = run_cell(cell, from + (0.9 - from) * (i + 1) / n, error);

@@ -7,7 +7,7 @@
 
 /* A piece of surface that some views do not see. */
 struct rf_unseen {
-    int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
+    int32_t part;   /* 2 x, and 1 more for the far part of the pixel */
     float weight;   /* rf_view_weight() */
     uint64_t views; /* bit j: view j does not see it */
 };
@@ -76,32 +76,14 @@ static inline bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
            y < l->y0 + l->filter->height;
 }
 
-/* How much pixel (x, y) of a view sees of a place of radius r. */
-static inline float rf_view_pixel_sees(const struct rf_picture *l, int x, int y,
-                                       float r)
-{
-    const struct rf_surfaces *s = &l->surfaces;
-    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-    float limit = r - RF_OCCLUDED_PX, share = s->share[i];
-    if (share <= 0)
-        return s->far[i].r < limit ? 0 : 1;
-    if (s->near[i].r >= limit)
-        return 1;
-    return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
-}
-
 /* ---- views_sight.c ------------------------------------------------------------- */
 
 /* How much of a place view j sees, and whether in what was rendered. */
 float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
                    bool *is_rendered);
 
-/*
- * How much of a place the views other than j show, and how much what continues their
- * pictures.
- */
-float rf_views_show(const struct rf_views *v, int j, struct rf_view_place p,
-                    float *continued);
+/* A set of views: bit j, view j. */
+static const uint64_t RF_ALL_VIEWS = UINT64_MAX;
 
 /* What the rendered pixels of the views other than j leave of a place; `least` or more.
  */
@@ -109,14 +91,22 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
                      float least);
 
 /*
- * The weight of a sample of view j at a place: its share of a pixel, divided among the
- * views that see the place. A near part counts its own pixel whole, since its share is
- * how much of the pixel it covers; a far part counts what the near one leaves to be
- * seen. What continues the picture beyond its border counts where no view shows the
- * place.
+ * How much of a place those of `views` other than j show, and how much what continues
+ * their pictures.
  */
-float rf_view_weight(const struct rf_views *v, int j, struct rf_view_place p,
-                     float share, bool is_far, bool is_rendered);
+float rf_views_show(const struct rf_views *v, uint64_t views, int j,
+                    struct rf_view_place p, float *continued);
+
+/*
+ * The weight of a sample of view j at a place: its share of a pixel, divided among
+ * those of `views` that see the place. A near part counts its own pixel whole, since
+ * its share is how much of the pixel it covers; a far part counts what the near one
+ * leaves to be seen. What continues the picture beyond its border counts where no view
+ * shows the place.
+ */
+float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
+                     struct rf_view_place p, float share, bool is_far,
+                     bool is_rendered);
 
 /* Lists in v->unseen what each view shows that others do not see. */
 rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error);

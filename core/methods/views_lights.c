@@ -178,7 +178,7 @@ static float light_weight(const struct rf_views *v, int j, const struct rf_sampl
         n_free += is_free(v, k, place);
     if (n_free > 0)
         return is_free(v, j, place) ? p->w / (float)n_free : 0;
-    return rf_view_weight(v, j, place, p->w, true, is_rendered);
+    return rf_view_weight(v, RF_ALL_VIEWS, j, place, p->w, true, is_rendered);
 }
 
 /* ---- one light per place ------------------------------------------------------- */

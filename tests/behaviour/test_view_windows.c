@@ -5,7 +5,7 @@
 #include "physics/frames.h"
 #include "testing.h"
 
-enum { MOST_VIEWS = 8 };
+enum { MOST_VIEWS = 13 };
 
 struct setting {
     const char *key, *value;
@@ -186,7 +186,7 @@ static void check_strips(const struct subject *s, int height)
     CHECK(is_smaller);
 }
 
-/* Cells and all views as one, refocused, with lamps and without, one view. */
+/* Cells, shared or not, and all views as one, refocused, with lamps and without, one view. */
 static void every_kind_of_picture(void)
 {
     static const struct {
@@ -197,6 +197,7 @@ static void every_kind_of_picture(void)
         {1, 60, 601, 3, 200, 3, {{NULL, NULL}}},
         {2, 91, 601, 3, 333, 3, {{NULL, NULL}}},
         {8, 61, 603, 3, 300, 4, {{"blades", "5"}, {NULL, NULL}}},
+        {13, 62, 603, 3, 300, 4, {{NULL, NULL}}},
         {5, 70, 607, 4, 301, 3, {{"focus-distance", "98.8"}, {NULL, NULL}}},
         {4, 71, 601, 3, 301, 6, {{"lens-radius", "11"}, {"sub-apertures", "2"}}},
         {3, 69, 603, 1, 300, 4, {{"exact-highlights", "0"}, {"quality", "normal"}}},

@@ -137,6 +137,44 @@ static void call_spread(const struct rf_kernels *k, struct workspace *w, int var
               given.pointers, 100, 50);
 }
 
+enum { PLACES_W = 80, N_PLACES = 400 };
+
+/* Places by rows, runs of one footprint, every 17th of another kind; the tile lies
+ * where some of its pixels reach the one that is spread over and some do not. */
+static void call_places(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    static rf_place places[N_PLACES];
+    const struct rf_surface *pixels = (const void *)(w->at + ACC_FLOATS);
+    int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61;
+    struct rf_tile_surfaces surfaces = {pixels, 0, PLACES_W, given.splats, x, y};
+    for (int i = 0; i < N_PLACES; i++) {
+        int column = i % 40 + i % 40 / 7, row = i / 40 * 3;
+        places[i] = rf_place_make(i / 9 % N_FOOTPRINTS, column, row,
+                                  i % 17 ? 0 : 1 + i % N_SPLATS);
+    }
+    k->spread_places(make_accumulator(w, 4 + variant % 2), places, N_PLACES, &surfaces,
+                     given.pointers, 100, 50);
+}
+
+static void call_others(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
+    for (int i = 0; i < 2000; i++)
+        w->at[20000 + i] = i % 9 ? 1 : w->at[20000 + i];
+    for (int n = 1; n <= 64; n++)
+        out[n] = k->find_others(w->at + 20000 + 3 * n, w->at + variant + n,
+                                w->at + 1000, w->at + 2000, 1, 0.25f, n);
+}
+
+static void call_positive(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
+    for (int i = 0; i < 2000; i++)
+        w->at[i] = i % 3 ? w->at[i] : i % 2 ? 0 : -1;
+    for (int n = 1; n <= 64; n++)
+        out[n] = k->find_positive(w->at + variant + n, n);
+}
+
 static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_accumulator *acc = make_accumulator(w, 4 + variant % 2);
@@ -447,6 +485,9 @@ static const struct {
 } kernels[] = {
     {"radii", call_radii, 6, NULL},
     {"spread", call_spread, 2, NULL},
+    {"spread_places", call_places, 4, NULL},
+    {"find_others", call_others, 4, NULL},
+    {"find_positive", call_positive, 4, NULL},
     {"flush", call_flush, 4, NULL},
     {"average", call_average, 3, NULL},
     {"magnify", call_magnify, 4, NULL},
@@ -532,6 +573,66 @@ static void every_kernel_writes(void)
         CHECK(does_write);
         if (!does_write)
             printf("#     %s\n", kernels[k].name);
+    }
+}
+
+/* What a splat leaves does not depend on how it is told. */
+static void places_spread_as_splats_do(void)
+{
+    static struct rf_splat splats[N_SPLATS];
+    static struct rf_surface surfaces[32 * 64];
+    static rf_place places[N_SPLATS];
+    const struct rf_tile_surfaces tile = {surfaces + 5, -5, 64, given.splats, 100, 50};
+    const struct rf_kernels *k = rf_kernels_at(0);
+    for (int i = 0; i < N_SPLATS; i++) {
+        int x = 2 + i % 16 / 4 * 14 + i % 4, y = 3 + i / 16 * 5;
+        int slot = i / 7 % N_FOOTPRINTS;
+        bool is_other = i % 13 == 4;
+        struct rf_surface *at = &surfaces[64 * y + x];
+        *at = (struct rf_surface){{noise(), noise(), noise(), noise()}, noise()};
+        splats[i] = (struct rf_splat){100 + x, 50 + y, slot, 1, {0}};
+        memcpy(splats[i].c, at->c, sizeof at->c);
+        if (is_other) {
+            splats[i].cover = given.splats[i].cover;
+            memcpy(splats[i].c, given.splats[i].c, sizeof splats[i].c);
+        }
+        places[i] = rf_place_make(slot, x, y, is_other ? i + 1 : 0);
+    }
+    for (int i = 0; i < 6; i++) { /* a tile to the left, about them, to the right */
+        int n_planes = 4 + i % 2, x0 = (const int[]){40, 90, 127}[i / 2];
+        memset(&first, 0, sizeof first);
+        memset(&other, 0, sizeof other);
+        k->spread(make_accumulator(&first, n_planes), splats, N_SPLATS, given.pointers,
+                  x0, 48);
+        k->spread_places(make_accumulator(&other, n_planes), places, N_SPLATS, &tile,
+                         given.pointers, x0, 48);
+        CHECK(is_same("spread_places", "as splats", i));
+    }
+}
+
+/* Bits are where the plain rule says, and none beyond n. */
+static void bits_tell_what_pixels_are(void)
+{
+    const struct rf_kernels *k = rf_kernels_at(0);
+    float share[64], luminance[64], radius[64], darkest[64];
+    uint64_t others = 0, positive = 0;
+    for (int i = 0; i < 64; i++) {
+        share[i] = i % 7 ? 1 : 0.5f;
+        luminance[i] = 8 * noise();
+        radius[i] = 4 * noise() - 2;
+        darkest[i] = noise() - 0.1f;
+        float r2 = radius[i] * radius[i];
+        float limit = 4 + 4 * (r2 < 1 ? r2 : 1);
+        bool is_other = share[i] < 1 || luminance[i] > limit * darkest[i];
+        others |= (uint64_t)is_other << i;
+        positive |= (uint64_t)(darkest[i] > 0) << i;
+    }
+    CHECK(others && ~others && positive && ~positive);
+    for (int n = 1; n <= 64; n++) {
+        uint64_t all = UINT64_MAX >> (64 - n);
+        CHECK(k->find_others(share, luminance, radius, darkest, 4, 1, n) ==
+              (others & all));
+        CHECK(k->find_positive(darkest, n) == (positive & all));
     }
 }
 
@@ -759,6 +860,8 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(every_level_gives_the_same_bits);
     TEST(every_kernel_writes);
+    TEST(places_spread_as_splats_do);
+    TEST(bits_tell_what_pixels_are);
     TEST(searches_find_something);
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);

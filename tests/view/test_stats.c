@@ -35,6 +35,19 @@ static void the_same_state_is_one_update(void)
     CHECK_NEAR(stats_latency_ms(&s, 1), 100, 1e-2);
 }
 
+/* A mouse that moves by less than a step of the slider waits for no picture. */
+static void input_without_effect(void)
+{
+    struct stats s = {0};
+    stats_start(&s, 1);
+    stats_input(&s, 1);
+    stats_no_change(&s);
+    stats_input(&s, 2);
+    stats_change(&s, 1);
+    stats_shown(&s, 1, 2.05, 8, 2, true, false);
+    CHECK_NEAR(stats_latency_ms(&s, 1), 50, 1e-2);
+}
+
 static void shares_of_latency(void)
 {
     struct stats s = {0};
@@ -55,6 +68,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(updates_are_counted);
     TEST(the_same_state_is_one_update);
+    TEST(input_without_effect);
     TEST(shares_of_latency);
     return testing_end();
 }

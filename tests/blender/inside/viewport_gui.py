@@ -230,7 +230,7 @@ def freely(data):
     data.view_perspective = "PERSP"
     data.view_location = (0, 3, 0)
     data.view_distance = 4
-    data.view_rotation = Euler((math.pi / 2, 0, 0.2)).to_quaternion()
+    data.view_rotation = Euler((1.3, 0, 0.2)).to_quaternion()
     found = watch_depth()
     yield from settle()
     before, turned = shown(), data.view_rotation.copy()
