@@ -51,6 +51,7 @@ struct rf_composer {
     size_t tile_floats;
     unsigned char *needed; /* per footprint: does a splat use it? */
     float split;           /* radius from which the resolution falls, px */
+    double reach[2][2];    /* of footprints along each axis: px, and px per px of r */
     int n_threads;
 };
 

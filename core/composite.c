@@ -115,6 +115,17 @@ static void finish(const struct rf_composer *c, const struct rf_crop *crop)
     }
 }
 
+static void set_reach(struct rf_composer *c)
+{
+    const struct rf_footprints *f = c->footprints;
+    double extent[2];
+    rf_shape_extent(f->shape, extent);
+    for (int k = 0; k < 2; k++) {
+        c->reach[k][0] = fabs(f->drift.base[k]);
+        c->reach[k][1] = fmax(extent[k], f->shape->size[k]) + fabs(f->drift.slope[k]);
+    }
+}
+
 static rf_result allocate(struct rf_composer *c, struct rf_error *error)
 {
     struct rf_canvas *canvas = &c->canvas;
@@ -174,8 +185,10 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     struct rf_footprint_use use = {&filter->shape, scene->drift, c.canvas.n_cells,
                                    c.split + 1, scene->n_phases};
     rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
-    if (result == RF_OK)
+    if (result == RF_OK) {
+        set_reach(&c);
         result = allocate(&c, error);
+    }
     rf_task_poll(scene->task);
     if (result == RF_OK)
         result = run_samples(&c, &scene->visible, &scene->visible_source,

@@ -41,13 +41,9 @@ static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b
     static const int REACH = 4; /* of the kernel, with the rounding of the radius */
     int first = g->first_bin + b;
     float r = 2.0f * (float)rf_max_int(-first, first + 1) / (float)(1 << g->level);
-    const struct rf_footprints *f = c->footprints;
-    double extent[2], most = 0;
-    rf_shape_extent(f->shape, extent);
+    double most = 0;
     for (int k = 0; k < 2; k++)
-        most = fmax(most, fabs(f->drift.base[k]) +
-                              r * (fmax(extent[k], f->shape->size[k]) +
-                                   fabs(f->drift.slope[k])));
+        most = fmax(most, c->reach[k][0] + (double)r * c->reach[k][1]);
     return (int)ceil(most) + REACH;
 }
 

@@ -90,13 +90,10 @@ static void load_row(struct search *search, int y)
     size_t stride = (size_t)search->backs.stride, row = (size_t)y * (size_t)s->width;
     float *r = search->backs.r + stride * (size_t)y;
     float *luminance = search->backs.log_luminance + stride * (size_t)y;
+    if (width > 0)
+        search->kernels->unload_row(s->near + row, width, r, luminance);
     for (int x = 0; x < width; x++) {
         if (x % BLOCK == 0 && x + BLOCK <= width && is_pure(s->share + row + x)) {
-            const struct rf_surface *q = s->near + row + x;
-            for (int i = 0; i < BLOCK; i++) {
-                r[x + i] = q[i].r;
-                luminance[x + i] = rf_luminance(q[i].c[0], q[i].c[1], q[i].c[2]);
-            }
             x += BLOCK - 1;
             continue;
         }
@@ -117,17 +114,30 @@ static void build_block(struct search *search, int bx, int by)
     const struct rf_surfaces *s = search->s;
     struct block b = {-INFINITY, INFINITY, 0};
     int x0 = bx * BLOCK, x1 = rf_min_int(x0 + BLOCK, s->width);
+    float high[BLOCK], low[BLOCK]; /* of pure rows, by columns */
+    for (int i = 0; i < BLOCK; i++) {
+        high[i] = -INFINITY;
+        low[i] = INFINITY;
+    }
     for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, s->height); y++) {
         const float *r = search->backs.r + (size_t)y * (size_t)search->backs.stride;
         size_t row = (size_t)y * (size_t)s->width;
-        bool all_pure = x1 - x0 == BLOCK && is_pure(s->share + row + x0);
+        if (x1 - x0 == BLOCK && is_pure(s->share + row + x0)) {
+            for (int i = 0; i < BLOCK; i++) {
+                high[i] = rf_max_float(r[x0 + i], high[i]);
+                low[i] = rf_min_float(r[x0 + i], low[i]);
+            }
+            continue;
+        }
         for (int x = x0; x < x1; x++) {
             b.highest = rf_max_float(r[x], b.highest);
-            if (all_pure)
-                b.lowest = rf_min_float(r[x], b.lowest);
-            else if (s->share[row + (size_t)x] > 0)
+            if (s->share[row + (size_t)x] > 0)
                 b.lowest = rf_min_float(s->near[row + (size_t)x].r, b.lowest);
         }
+    }
+    for (int i = 0; i < BLOCK; i++) {
+        b.highest = rf_max_float(high[i], b.highest);
+        b.lowest = rf_min_float(low[i], b.lowest);
     }
     search->blocks[by * search->n_x + bx] = b;
 }

@@ -89,11 +89,18 @@ static void build_blocks(const struct highlights *h, const struct blockers *view
         nearest[i] = INFINITY;
     for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++) {
         float *radius = view->radius + stride * (size_t)y;
-        for (size_t x = 0; x < stride; x++) {
-            size_t i = (size_t)y * (size_t)s->width + x;
-            bool is_one = x < (size_t)s->width && s->share[i] > LEAST_SHARE;
-            radius[x] = is_one ? s->near[i].r : INFINITY;
-            nearest[x / BLOCK] = rf_min_float(radius[x], nearest[x / BLOCK]);
+        const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
+        const float *share = s->share + (size_t)y * (size_t)s->width;
+        for (int x = 0; x < s->width; x++)
+            radius[x] = share[x] > LEAST_SHARE ? near[x].r : INFINITY;
+        for (size_t x = (size_t)s->width; x < stride; x++)
+            radius[x] = INFINITY;
+        for (int b = 0; b < h->n_x; b++, radius += BLOCK) {
+            float least[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
+            for (int i = 0; i < BLOCK; i++)
+                least[i % 4] = rf_min_float(radius[i], least[i % 4]);
+            nearest[b] = rf_min_float(rf_min_float(least[0], least[1]), nearest[b]);
+            nearest[b] = rf_min_float(rf_min_float(least[2], least[3]), nearest[b]);
         }
     }
 }

@@ -34,16 +34,6 @@ static size_t padded_size(const struct rf_picture *l)
 
 /* ---- border -------------------------------------------------------------------- */
 
-static struct rf_surface load_pixel(const struct rf_work_view *view, int n_planes,
-                                    size_t i)
-{
-    struct rf_surface s = {.r = view->radius[i]};
-    for (int n = 0; n < 3; n++)
-        s.c[n] = view->colour[n_planes == 1 ? 0 : n][i];
-    s.c[3] = n_planes == 4 ? view->colour[3][i] : 1;
-    return s;
-}
-
 /* Repeats the ends of a plane's row in its margins. */
 static void fill_margins(const struct rf_pixels *p, float *row)
 {
@@ -53,31 +43,51 @@ static void fill_margins(const struct rf_pixels *p, float *row)
         row[x] = row[p->width - 1];
 }
 
+/* Dims what continues the picture to white; returns its luminance. */
+static float dim(struct rf_surface *s, float luminance)
+{
+    if (!(luminance > BORDER_LUMINANCE))
+        return luminance;
+    for (int n = 0; n < 3; n++)
+        s->c[n] *= BORDER_LUMINANCE / luminance;
+    return rf_luminance(s->c[0], s->c[1], s->c[2]);
+}
+
+/* Continues a row by pixel `edge` from x0 to x1 - 1. */
+static void continue_row(struct rf_surface *at, float *luminance, float *radius,
+                         int edge, int x0, int x1)
+{
+    struct rf_surface s = at[edge];
+    float dimmed = dim(&s, luminance[edge]);
+    for (int x = x0; x < x1; x++) {
+        at[x] = s;
+        luminance[x] = dimmed;
+        radius[x] = s.r;
+    }
+}
+
 static bool load_row(const struct rf_picture *l, const struct rf_work_view *view,
                      int n_planes, int y)
 {
     const struct rf_filter *f = l->filter;
     const struct rf_pixels *p = &l->pixels;
     int sy = y - l->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
+    int x0 = l->x0, x1 = x0 + f->width;
+    size_t row = (size_t)cy * (size_t)f->width;
     struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
     float *luminance = rf_plane_row(p, p->luminance, y);
     float *radius = rf_plane_row(p, p->radius, y);
-    bool has_alpha = false;
-    for (int x = 0; x < l->width; x++) {
-        int sx = x - l->x0, cx = rf_min_int(rf_max_int(sx, 0), f->width - 1);
-        struct rf_surface s =
-            load_pixel(view, n_planes, (size_t)cy * (size_t)f->width + (size_t)cx);
-        float lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
-        if ((cx != sx || cy != sy) && lum > BORDER_LUMINANCE) {
-            for (int n = 0; n < 3; n++)
-                s.c[n] *= BORDER_LUMINANCE / lum;
-            lum = rf_luminance(s.c[0], s.c[1], s.c[2]);
-        }
-        has_alpha |= s.c[3] != 1;
-        at[x] = s;
-        luminance[x] = lum;
-        radius[x] = s.r;
-    }
+    const float *planes[4];
+    for (int n = 0; n < 3; n++)
+        planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
+    planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
+    bool has_alpha = f->context->kernels->load_row(planes, view->radius + row, f->width,
+                                                   at + x0, luminance + x0);
+    memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
+    for (int x = x0; x < x1 && cy != sy; x++)
+        luminance[x] = dim(&at[x], luminance[x]);
+    continue_row(at, luminance, radius, x0, 0, x0);
+    continue_row(at, luminance, radius, x1 - 1, x1, l->width);
     fill_margins(p, luminance);
     fill_margins(p, radius);
     return has_alpha;
@@ -423,10 +433,14 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
         return result;
     load_pixels(l, view, n_planes);
     rf_task_poll(task);
-    result = find_darkest(l, error);
+    /* Of opaque pixels splitting looks for the same. */
+    float *darkest = filter->params.split_edges && !l->has_alpha ? l->darkest : NULL;
+    if (!darkest)
+        result = find_darkest(l, error);
     rf_task_poll(task);
     if (result == RF_OK && filter->params.split_edges)
-        result = rf_split_edges(filter, &l->pixels, &l->surfaces, task, error);
+        result =
+            rf_split_edges(filter, &l->pixels, &l->surfaces, darkest, task, error);
     else if (result == RF_OK)
         rf_split_nothing(filter, &l->pixels, &l->surfaces);
     if (result == RF_OK && !rf_task_is_cancelled(task))

@@ -457,7 +457,7 @@ static void split_row(const struct rf_pixels *pixels, int y, const struct scratc
 }
 
 rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                         struct rf_surfaces *out, struct rf_task *task,
+                         struct rf_surfaces *out, float *darkest, struct rf_task *task,
                          struct rf_error *error)
 {
     const struct rf_context *context = filter->context;
@@ -472,7 +472,7 @@ rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels 
         float *at = memory + row * N_ROWS * (size_t)rf_thread_num();
         struct scratch s = {context->kernels,
                             at,
-                            at + row,
+                            darkest ? rf_plane_row(pixels, darkest, y) : at + row,
                             at + 2 * row,
                             at + 3 * row,
                             at + 4 * row,

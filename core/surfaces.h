@@ -54,9 +54,11 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 /*
  * Splits mixed pixels into their two surfaces (split.c). Pure pixels receive their
  * share only: rf_split_end() follows. Any thread count; `task` is stepped once per row.
+ * `darkest`, if not NULL, receives the least luminance of the 5 x 5 pixels around each,
+ * as a plane like that of the luminance, without its margins.
  */
 rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                         struct rf_surfaces *out, struct rf_task *task,
+                         struct rf_surfaces *out, float *darkest, struct rf_task *task,
                          struct rf_error *error);
 
 /* The same for pure pixels only. */

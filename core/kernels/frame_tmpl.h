@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "../surfaces.h"
 #include "vector.h"
 
 /*
@@ -18,6 +19,12 @@ static inline void turn(vf v[4])
     v[1] = b;
     v[2] = c;
     v[3] = d;
+}
+
+/* rf_luminance() of planes of colour. */
+static inline vf luminance_of(const vf c[3])
+{
+    return SPLAT(0.2126f) * c[0] + SPLAT(0.7152f) * c[1] + SPLAT(0.0722f) * c[2];
 }
 
 static bool unpack(const float *rgba, int n, float *const planes[4])
@@ -62,6 +69,58 @@ static void pack(const float *const planes[4], int n, float *rgba)
     for (; x < n; x++)
         for (int i = 0; i < 4; i++)
             rgba[4 * x + i] = planes[i][x];
+}
+
+static bool load_row(const float *const planes[4], const float *radius, int n,
+                     struct rf_surface *at, float *luminance)
+{
+    vi has_alpha = {0};
+    int x = 0;
+    for (; x + LANES <= n; x += LANES) {
+        vf v[4];
+        for (int i = 0; i < 3; i++)
+            v[i] = LOAD(planes[i] + x);
+        v[3] = planes[3] ? LOAD(planes[3] + x) : SPLAT(1);
+        has_alpha |= v[3] != SPLAT(1);
+        STORE(luminance + x, luminance_of(v));
+        turn(v);
+        turn(v);
+        for (int i = 0; i < LANES; i++) {
+            memcpy(at[x + i].c, (const float *)&v[i / 2] + i % 2 * 4,
+                   sizeof at[x + i].c);
+            at[x + i].r = radius[x + i];
+        }
+    }
+    bool is_opaque = !lane_bits(has_alpha);
+    for (; x < n; x++) {
+        for (int i = 0; i < 4; i++)
+            at[x].c[i] = planes[i] ? planes[i][x] : 1;
+        at[x].r = radius[x];
+        luminance[x] = rf_luminance(at[x].c[0], at[x].c[1], at[x].c[2]);
+        is_opaque &= at[x].c[3] == 1;
+    }
+    return !is_opaque;
+}
+
+static void unload_row(const struct rf_surface *at, int n, float *radius,
+                       float *luminance)
+{
+    int x = 0;
+    for (; x + LANES <= n; x += LANES) {
+        vf v[4];
+        for (int i = 0; i < LANES; i++) {
+            memcpy((float *)&v[i / 2] + i % 2 * 4, at[x + i].c, sizeof at[x + i].c);
+            radius[x + i] = at[x + i].r;
+        }
+        turn(v);
+        turn(v);
+        turn(v);
+        STORE(luminance + x, luminance_of(v));
+    }
+    for (; x < n; x++) {
+        radius[x] = at[x].r;
+        luminance[x] = rf_luminance(at[x].c[0], at[x].c[1], at[x].c[2]);
+    }
 }
 
 /* Sums of 2^level columns for n_level pixels, from the left; out may not be row. */

@@ -220,6 +220,14 @@ struct rf_kernels {
     void (*extremes)(const float *const *rows, int n_rows, int reach, int n,
                      float *scratch, float *lowest, float *highest);
     /*
+     * Surfaces of n pixels and their luminance from planes of colour, alpha (NULL: 1)
+     * and radius; returns whether any is not opaque. unload_row() is the way back.
+     */
+    bool (*load_row)(const float *const planes[4], const float *radius, int n,
+                     struct rf_surface *at, float *luminance);
+    void (*unload_row)(const struct rf_surface *at, int n, float *radius,
+                       float *luminance);
+    /*
      * Takes `bit` from those of n pixels whose 3 x 3 values, in the middle of three
      * rows, lie on one slanted plane: within `tolerance` of the range (highest -
      * lowest). Reads and writes n rounded up to eight.

@@ -472,13 +472,26 @@ extremes_of(const float *const *rows, int n_rows, int reach, int n, float *scrat
     }
 }
 
-static void extremes(const float *const *rows, int n_rows, int reach, int n,
-                     float *scratch, float *lowest, float *highest)
+static inline __attribute__((always_inline)) void
+both_extremes(const float *const *rows, int n_rows, int reach, int n, float *scratch,
+              float *lowest, float *highest)
 {
     if (lowest)
         extremes_of(rows, n_rows, reach, n, scratch, lowest, false);
     if (highest)
         extremes_of(rows, n_rows, reach, n, scratch, highest, true);
+}
+
+/* The two sizes that are in use are unrolled. */
+static void extremes(const float *const *rows, int n_rows, int reach, int n,
+                     float *scratch, float *lowest, float *highest)
+{
+    if (n_rows == 5 && reach == 2)
+        both_extremes(rows, 5, 2, n, scratch, lowest, highest);
+    else if (n_rows == 3 && reach == 1)
+        both_extremes(rows, 3, 1, n, scratch, lowest, highest);
+    else
+        both_extremes(rows, n_rows, reach, n, scratch, lowest, highest);
 }
 
 /* All bits where the least-squares plane of 3 x 3 fits; a step leaves a third of it. */
@@ -634,6 +647,8 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .magnify = magnify,
     .merge = merge,
     .extremes = extremes,
+    .load_row = load_row,
+    .unload_row = unload_row,
     .keep_edges = keep_edges,
     .find_gaps = find_gaps,
     .find_sides = find_sides,

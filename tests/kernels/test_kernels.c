@@ -334,6 +334,26 @@ static void call_pack(const struct rf_kernels *k, struct workspace *w, int varia
     k->pack(planes, 193 + variant, w->at + 10000);
 }
 
+/* One pixel of the second variant is not opaque; the third has no alpha. */
+static void call_load_row(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *planes[4];
+    for (int c = 0; c < 4; c++)
+        planes[c] = w->at + 300 * c + variant;
+    for (int x = 0; x < 300; x++)
+        w->at[900 + x] = variant == 1 && x == 77 ? 0.5f : 1;
+    planes[3] = variant == 2 ? NULL : planes[3];
+    w->at[20000] = k->load_row(planes, w->at + 2000, 193 + variant,
+                               (struct rf_surface *)(w->at + 10000), w->at + 9000);
+}
+
+static void call_unload_row(const struct rf_kernels *k, struct workspace *w,
+                            int variant)
+{
+    k->unload_row((const struct rf_surface *)(w->at + variant), 193 + variant,
+                  w->at + 10000 + variant, w->at + 11000);
+}
+
 static void call_shrink(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     k->shrink(w->at + variant, 512, 1 << variant, variant, 61 >> variant, w->at + 20000,
@@ -499,6 +519,8 @@ static const struct {
     {"cast_shadows", call_shadows, 3, prepare_shadows},
     {"unpack", call_unpack, 4, NULL},
     {"pack", call_pack, 4, NULL},
+    {"load_row", call_load_row, 4, NULL},
+    {"unload_row", call_unload_row, 4, NULL},
     {"shrink", call_shrink, 4, NULL},
     {"detail", call_detail, 4, NULL},
     {"join", call_join, 4, NULL},
@@ -633,6 +655,33 @@ static void bits_tell_what_pixels_are(void)
         CHECK(k->find_others(share, luminance, radius, darkest, 4, 1, n) ==
               (others & all));
         CHECK(k->find_positive(darkest, n) == (positive & all));
+    }
+}
+
+/* What pixels are made of comes back, and says whether all of it is opaque. */
+static void rows_come_back(void)
+{
+    enum { N = 45 };
+    const struct rf_kernels *k = rf_kernels_at(0);
+    float plane[4][N], radius[N], luminance[N], radii[N], luminances[N];
+    struct rf_surface s[N];
+    for (int i = 0; i < 4 * N; i++)
+        plane[i / N][i % N] = i / N < 3 ? noise() : 1;
+    for (int i = 0; i < N; i++)
+        radius[i] = noise() - 0.5f;
+    for (int odd = -1; odd < N; odd++) { /* the pixel that is not opaque */
+        const float *planes[4] = {plane[0], plane[1], plane[2],
+                                  odd < 0 ? NULL : plane[3]};
+        plane[3][odd < 0 ? 0 : odd] = odd < 0 ? 1 : 0.75f;
+        CHECK(k->load_row(planes, radius, N, s, luminance) == (odd >= 0));
+        k->unload_row(s, N, radii, luminances);
+        for (int i = 0; i < N; i++) {
+            float l = rf_luminance(plane[0][i], plane[1][i], plane[2][i]);
+            CHECK(luminance[i] == l && luminances[i] == l && radii[i] == radius[i]);
+            for (int c = 0; c < 4; c++)
+                CHECK(s[i].c[c] == plane[c][i]);
+        }
+        plane[3][odd < 0 ? 0 : odd] = 1;
     }
 }
 
@@ -862,6 +911,7 @@ int main(int argc, char **argv)
     TEST(every_kernel_writes);
     TEST(places_spread_as_splats_do);
     TEST(bits_tell_what_pixels_are);
+    TEST(rows_come_back);
     TEST(searches_find_something);
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);
