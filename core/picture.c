@@ -335,15 +335,20 @@ void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
         rf_picture_emit(l, rf_sample_make(&s->far[i], x, y, 1 - share), x, y, out);
 }
 
+bool rf_picture_is_bright(const struct rf_picture *l, const struct rf_surface *p, int x,
+                          int y)
+{
+    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
+    float shade = rf_max_float(p->c[3], 0) * darkest;
+    return rf_luminance(p->c[0], p->c[1], p->c[2]) > bright_limit(p->r) * shade;
+}
+
 bool rf_picture_is_plain(const struct rf_picture *l, int x, int y)
 {
     const struct rf_surfaces *s = &l->surfaces;
     size_t i = (size_t)y * (size_t)l->width + (size_t)x;
     const struct rf_surface *p = &s->near[i];
-    if (s->share[i] < 1 || p->c[3] != 1)
-        return false;
-    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
-    return rf_luminance(p->c[0], p->c[1], p->c[2]) <= bright_limit(p->r) * darkest;
+    return s->share[i] == 1 && p->c[3] == 1 && !rf_picture_is_bright(l, p, x, y);
 }
 
 /* Are there two samples of a pixel that is not opaque? */
@@ -477,31 +482,46 @@ void rf_picture_free(struct rf_picture *l)
     rf_areas_free(&l->areas, context);
 }
 
+/* Moves rows together that have left room between them; start[i] is where row i is. */
+static void join_rows(struct rf_sample *at, size_t *start, const size_t *n, int n_rows)
+{
+    size_t end = 0;
+    for (int i = 0; i < n_rows; i++) {
+        if (end != start[i])
+            memmove(at + end, at + start[i], n[i] * sizeof *at);
+        start[i] = end;
+        end += n[i];
+    }
+    start[n_rows] = end;
+}
+
 rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
                           rf_row_fn row, void *user, struct rf_sample **memory,
                           struct rf_error *error)
 {
     const struct rf_context *context = scene->filter->context;
     struct rf_task *task = scene->task;
-    size_t *start = rf_alloc(context, (size_t)n_rows + 1, sizeof *start);
+    size_t *start = rf_alloc(context, 2 * (size_t)n_rows + 1, sizeof *start);
     if (!start)
-        return rf_fail_memory(error, (size_t)n_rows + 1, sizeof *start);
-    start[0] = 0;
+        return rf_fail_memory(error, 2 * (size_t)n_rows + 1, sizeof *start);
+    size_t *n_of = start + n_rows + 1;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int i = 0; i < n_rows; i++)
-        start[i + 1] = rf_task_is_cancelled(task) ? 0 : row(user, i, NULL);
+        n_of[i] = rf_task_is_cancelled(task) ? 0 : row(user, i, NULL);
+    start[0] = 0;
     for (int i = 0; i < n_rows; i++)
-        start[i + 1] += start[i];
+        start[i + 1] = start[i] + n_of[i];
     rf_task_poll(task);
-    size_t n = start[n_rows], n_first = start[n_visible];
+    size_t n = start[n_rows];
     struct rf_sample *at = rf_alloc(context, n, sizeof *at);
     if (at) {
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
         for (int i = 0; i < n_rows; i++)
-            if (!rf_task_is_cancelled(task))
-                row(user, i, at + start[i]);
+            n_of[i] = rf_task_is_cancelled(task) ? 0 : row(user, i, at + start[i]);
+        join_rows(at, start, n_of, n_rows);
+        size_t n_first = start[n_visible];
         scene->visible = (struct rf_samples){at, n_first};
-        scene->hidden = (struct rf_samples){at + n_first, n - n_first};
+        scene->hidden = (struct rf_samples){at + n_first, start[n_rows] - n_first};
     }
     *memory = at;
     rf_free(context, start);

@@ -68,6 +68,10 @@ void rf_picture_emit(const struct rf_picture *picture, struct rf_sample sample, 
 void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
                            struct rf_samples *out);
 
+/* Does rf_picture_emit() put two samples for a surface of pixel (x, y)? */
+bool rf_picture_is_bright(const struct rf_picture *picture,
+                          const struct rf_surface *surface, int x, int y);
+
 /* Does rf_picture_emit_pixel() give one sample, its near surface as it is? */
 bool rf_picture_is_plain(const struct rf_picture *picture, int x, int y);
 
@@ -76,8 +80,8 @@ struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, in
                                      int n);
 
 /*
- * Row i of a scene's samples: returns how many they are and, with `at` not NULL, puts
- * them there. Called twice for each row, from any thread.
+ * Row i of a scene's samples: puts them at `at` and returns how many they are; with
+ * `at` NULL how many at the most. Called twice for each row, from any thread.
  */
 typedef size_t (*rf_row_fn)(void *user, int i, struct rf_sample *at);
 

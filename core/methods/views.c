@@ -74,6 +74,7 @@ struct cell {
      * other views show goes to the nearest of those pixels.
      */
     bool is_on_grid;
+    uint64_t nearer[RF_MAX_VIEWS]; /* per view: the others that are nearer to its own */
     int shift[2];
     struct rf_drift drift;
     struct rf_surface *hidden; /* NULL: not asked for */
@@ -88,36 +89,33 @@ struct collector {
     struct rf_samples out;
 };
 
-/* Moves a place of the centre's view to where the cell has its sample. */
-static void move_to_cell(const struct cell *cell, struct rf_view_place place,
-                         struct rf_sample *p)
+/* Does a sample's footprint reach the scene, and does the sample lie in it? */
+static bool is_in_scene(const struct cell *cell, const struct rf_sample *p)
 {
-    if (cell->is_on_grid) {
-        const struct rf_work_view *view = &cell->v->work->views[cell->middle];
-        float shift = rf_view_shift(view, p->r);
-        p->x = place.x + rf_snap_px(view->lens[0] * shift) + (float)cell->shift[0];
-        p->y = place.y - rf_snap_px(view->lens[1] * shift) + (float)cell->shift[1];
-        return;
+    const struct rf_picture *l = &cell->v->pictures[cell->middle];
+    const float at[2] = {p->x, p->y};
+    const int first[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
+    const int rendered[2] = {l->filter->width, l->filter->height};
+    for (int k = 0; k < 2; k++) {
+        /* Coarse levels reach farther than the footprint does. */
+        float reach = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
+        float px = fabsf(p->r) * reach + 8;
+        float from = rf_max_float((float)first[k] - px, 0);
+        float to = rf_min_float((float)(first[k] + rendered[k]) + px, (float)size[k]);
+        if (!(at[k] >= from && at[k] < to))
+            return false;
     }
-    p->x = place.x + rf_snap_px(cell->centroid[0] * p->r);
-    p->y = place.y - rf_snap_px(cell->centroid[1] * p->r);
+    return true;
 }
 
 static void put(struct collector *c, struct rf_sample p, int x, int y)
 {
     const struct cell *cell = c->cell;
     const struct rf_picture *picture = &cell->v->pictures[c->view];
-    move_to_cell(cell, rf_view_place_of(cell->v, c->view, p.x, p.y, p.r), &p);
-    /* Coarse levels reach farther than the footprint does. */
-    float drift_x = (float)cell->drift.slope[0], drift_y = (float)cell->drift.slope[1];
-    float reach_x = fabsf(p.r) * (1.5f * cell->extent[0] + fabsf(drift_x)) + 8;
-    float reach_y = fabsf(p.r) * (1.5f * cell->extent[1] + fabsf(drift_y)) + 8;
-    float x1 = (float)(picture->x0 + picture->filter->width) + reach_x;
-    float y1 = (float)(picture->y0 + picture->filter->height) + reach_y;
-    if (p.x >= rf_max_float((float)picture->x0 - reach_x, 0) &&
-        p.y >= rf_max_float((float)picture->y0 - reach_y, 0) &&
-        p.x < rf_min_float(x1, (float)picture->width) &&
-        p.y < rf_min_float(y1, (float)picture->height))
+    struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
+    p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
+    p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
+    if (is_in_scene(cell, &p))
         rf_picture_emit(picture, p, x, y, &c->out);
 }
 
@@ -166,6 +164,18 @@ static float seen_by_own(const struct cell *cell, struct rf_view_place place)
     return most;
 }
 
+/*
+ * Does a view's piece of surface, which the cell's own views do not see, stand for it?
+ * Not where RF_N_FILLERS views that are nearer show it: more are no better. `nearer`
+ * are the views that are nearer.
+ */
+static bool fills(const struct rf_unseen *u, const struct cell *cell, uint64_t nearer)
+{
+    uint64_t before = nearer & ~u->views;
+    _Static_assert(RF_N_FILLERS == 2, "no more than one view may come before");
+    return (u->views & cell->own) == cell->own && !(before & (before - 1));
+}
+
 /* What the cell's own views do not see, in row y of view c->view. */
 static void collect_others(struct collector *c, int y)
 {
@@ -176,9 +186,9 @@ static void collect_others(struct collector *c, int y)
         &v->unseen[(size_t)c->view * (size_t)picture->height + (size_t)y];
     for (int k = 0; k < row->n; k++) {
         const struct rf_unseen *u = &row->at[k];
-        if ((u->views & cell->own) != cell->own)
+        if (!fills(u, cell, cell->nearer[c->view]))
             continue;
-        int x = u->part / 2;
+        int x = u->part / 4;
         size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
         const struct rf_surface *s =
             u->part & 1 ? &picture->surfaces.far[i] : &picture->surfaces.near[i];
@@ -345,16 +355,59 @@ static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
     return (int)out.n;
 }
 
-/* Row i of the samples of the other views. */
+/* What view `view` shows in one entry of its row y, and the cell's own does not see. */
+static struct rf_sample unseen_sample(const struct cell *cell, int view, int y,
+                                      const struct rf_unseen *u)
+{
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *from = &v->pictures[view];
+    const struct rf_picture *own = &v->pictures[cell->middle];
+    const struct rf_work_view *own_view = &v->work->views[cell->middle];
+    int x = u->part / 4;
+    size_t i = (size_t)y * (size_t)from->width + (size_t)x;
+    const struct rf_surface *s =
+        u->part & 1 ? &from->surfaces.far[i] : &from->surfaces.near[i];
+    struct rf_sample p = rf_sample_make(s, x, y, u->weight);
+    struct rf_view_place place = rf_view_place_of(v, view, p.x, p.y, p.r);
+    float shift = rf_view_shift(own_view, p.r);
+    p.x = place.x + rf_snap_px(own_view->lens[0] * shift);
+    p.y = place.y - rf_snap_px(own_view->lens[1] * shift);
+    int px = rf_view_floor(p.x), py = rf_view_floor(p.y);
+    if (rf_view_is_rendered(own, px, py))
+        p.w *= 1 - rf_view_pixel_sees(own, px, py, p.r);
+    p.x += (float)cell->shift[0];
+    p.y += (float)cell->shift[1];
+    return p;
+}
+
+/* Row i of the samples of the other views; counted are those out of reach, too. */
 static size_t collect_others_row(void *user, int i, struct rf_sample *at)
 {
     struct cell *cell = user;
-    int height = cell->v->pictures[0].height, block = i / height;
-    struct collector c = {.cell = cell,
-                          .view = block < cell->middle ? block : block + 1,
-                          .out = {at, 0}};
-    collect_others(&c, i % height);
-    return c.out.n;
+    int height = cell->v->pictures[0].height, block = i / height, y = i % height;
+    int view = block < cell->middle ? block : block + 1;
+    const struct rf_unseen_row *row = &cell->v->unseen[(size_t)view * (size_t)height +
+                                                       (size_t)y];
+    struct rf_samples out = {at, 0};
+    uint64_t nearer = cell->nearer[view];
+    for (int k = 0; k < row->n; k++) {
+        const struct rf_unseen *u = &row->at[k];
+        bool is_bright = u->part & 2;
+        if (!fills(u, cell, nearer))
+            continue;
+        if (!at) {
+            out.n += is_bright ? 2 : 1;
+            continue;
+        }
+        struct rf_sample p = unseen_sample(cell, view, y, u);
+        if (!is_in_scene(cell, &p))
+            continue;
+        if (is_bright)
+            rf_picture_emit(&cell->v->pictures[view], p, u->part / 4, y, &out);
+        else
+            at[out.n++] = p;
+    }
+    return out.n;
 }
 
 /* The samples of a cell that is on its view's grid. */
@@ -482,6 +535,25 @@ static void measure_cell(struct cell *cell, const double centroid[2])
         cell->extent[k] = (float)extent[k];
         cell->centroid[k] = (float)centroid[k];
     }
+}
+
+/* Finds which other views are nearer to the cell's middle one than each of them. */
+static void rank_views(struct cell *cell)
+{
+    const struct rf_work *work = cell->v->work;
+    const float *own = work->views[cell->middle].lens;
+    float distance2[RF_MAX_VIEWS];
+    for (int j = 0; j < work->n_views; j++) {
+        const float *lens = work->views[j].lens;
+        float u = lens[0] - own[0], v = lens[1] - own[1];
+        distance2[j] = u * u + v * v;
+    }
+    for (int j = 0; j < work->n_views; j++)
+        for (int k = 0; k < work->n_views; k++)
+            if (!(cell->own >> k & 1) &&
+                (distance2[k] < distance2[j] ||
+                 (distance2[k] == distance2[j] && k < j)))
+                cell->nearer[j] |= (uint64_t)1 << k;
 }
 
 /* The views' own parts of the lens. */
@@ -661,6 +733,7 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
         *sub_apertures = sub_apertures_of_cell(*sub_apertures, n_sites);
         measure_cell(&cells[n], centroid);
         set_grid(&cells[n]);
+        rank_views(&cells[n]);
         n++;
     }
     return n;

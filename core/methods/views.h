@@ -5,10 +5,15 @@
 
 #include "../picture.h"
 
-/* A piece of surface that some views do not see. */
+/*
+ * A piece of surface that some views do not see. In the cell of such a view it counts
+ * for one of the RF_N_FILLERS nearest that do.
+ */
+enum { RF_N_FILLERS = 2 };
+
 struct rf_unseen {
-    int32_t part;   /* 2 x, and 1 more for the far part of the pixel */
-    float weight;   /* rf_view_weight() */
+    int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
+    float weight;   /* rf_view_weight(), were there as many views */
     uint64_t views; /* bit j: view j does not see it */
 };
 
@@ -74,6 +79,20 @@ static inline bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
 {
     return x >= l->x0 && y >= l->y0 && x < l->x0 + l->filter->width &&
            y < l->y0 + l->filter->height;
+}
+
+/* How much pixel (x, y) of a view sees of a place of radius r. */
+static inline float rf_view_pixel_sees(const struct rf_picture *l, int x, int y,
+                                       float r)
+{
+    const struct rf_surfaces *s = &l->surfaces;
+    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+    float limit = r - RF_OCCLUDED_PX, share = s->share[i];
+    if (share <= 0)
+        return s->far[i].r < limit ? 0 : 1;
+    if (s->near[i].r >= limit)
+        return 1;
+    return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
 }
 
 /* ---- views_sight.c ------------------------------------------------------------- */

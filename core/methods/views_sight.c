@@ -2,7 +2,7 @@
 /*
  * Which of several views sees what. Blocks of 8 x 8 pixels know the range of their
  * radii, so most of a picture is known to be seen by all views without a look at its
- * pixels.
+ * pixels; where they slant, the planes that they fit tell.
  */
 #include "views.h"
 
@@ -13,19 +13,22 @@ static const float LEAST_COUNT = 0.25f;
 float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
                    bool *is_rendered)
 {
-    const struct rf_surfaces *s = &v->pictures[j].surfaces;
     int px, py;
     *is_rendered = false;
     if (!rf_view_pixel_at(v, j, p, &px, &py))
         return 0;
     *is_rendered = rf_view_is_rendered(&v->pictures[j], px, py);
-    size_t i = (size_t)py * (size_t)s->width + (size_t)px;
-    float limit = p.r - RF_OCCLUDED_PX, share = s->share[i];
-    if (share <= 0)
-        return s->far[i].r < limit ? 0 : 1;
-    if (s->near[i].r >= limit)
-        return 1;
-    return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
+    return rf_view_pixel_sees(&v->pictures[j], px, py, p.r);
+}
+
+/* The same, of what was rendered. */
+static inline float shows(const struct rf_views *v, int j, struct rf_view_place p)
+{
+    const struct rf_picture *l = &v->pictures[j];
+    int px, py;
+    if (!rf_view_pixel_at(v, j, p, &px, &py) || !rf_view_is_rendered(l, px, py))
+        return 0;
+    return rf_view_pixel_sees(l, px, py, p.r);
 }
 
 float rf_views_show(const struct rf_views *v, uint64_t views, int j,
@@ -47,13 +50,9 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
                      float least)
 {
     float left = 1;
-    for (int k = 0; k < v->work->n_views && left > least; k++) {
-        bool is_rendered;
-        if (k == j)
-            continue;
-        float seen = rf_view_sees(v, k, p, &is_rendered);
-        left -= is_rendered ? seen : 0;
-    }
+    for (int k = 0; k < v->work->n_views && left > least; k++)
+        if (k != j)
+            left -= shows(v, k, p);
     return rf_max_float(left, least);
 }
 
@@ -79,15 +78,25 @@ float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
 
 struct block {
     float lowest, highest; /* radii */
-    bool is_rendered;      /* all of it */
+    /*
+     * The plane that the radii lie on, at the block's middle and per px, and how far
+     * they lie off it.
+     */
+    float level, slope[2], rough;
+    bool is_rendered; /* all of it */
 };
 
-/* The blocks of all views, and which other views may not see all of each. */
+/* Which other views may see a part of a block only, and which see nothing of it. */
+struct doubt {
+    uint64_t partly, blind; /* bit j: view j */
+};
+
+/* The blocks of all views. */
 struct blocks {
     struct rf_views *v;
     int n_x, n_y, n_failed;
     struct block *at;
-    uint64_t *doubtful; /* bit j: view j */
+    struct doubt *doubts;
 };
 
 static size_t block_index(const struct blocks *b, int view, int x, int y)
@@ -95,135 +104,310 @@ static size_t block_index(const struct blocks *b, int view, int x, int y)
     return ((size_t)view * (size_t)b->n_y + (size_t)y) * (size_t)b->n_x + (size_t)x;
 }
 
-static void measure_blocks(const struct blocks *b, int view, int by)
+/* Least and greatest radii of a block's pixels; what lies outside repeats the edge. */
+static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
+                       float *high)
 {
-    const struct rf_picture *l = &b->v->pictures[view];
-    const struct rf_surfaces *s = &l->surfaces;
-    struct block *row = &b->at[block_index(b, view, 0, by)];
-    for (int bx = 0; bx < b->n_x; bx++)
-        row[bx] = (struct block){INFINITY, -INFINITY, true};
-    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, l->height); y++)
-        for (int x = 0; x < l->width; x++) {
-            size_t i = (size_t)y * (size_t)l->width + (size_t)x;
-            struct block *at = &row[x / BLOCK];
+    for (int y = 0; y < BLOCK; y++)
+        for (int x = 0; x < BLOCK; x++) {
+            size_t row = (size_t)rf_min_int(by * BLOCK + y, s->height - 1);
+            size_t i = row * (size_t)s->width +
+                       (size_t)rf_min_int(bx * BLOCK + x, s->width - 1);
             const struct rf_surface *back = s->share[i] < 1 ? &s->far[i] : &s->near[i];
             float far = back->r, near = s->share[i] > 0 ? s->near[i].r : far;
-            at->lowest = rf_min_float(at->lowest, rf_min_float(near, far));
-            at->highest = rf_max_float(at->highest, rf_max_float(near, far));
-            at->is_rendered &= rf_view_is_rendered(l, x, y);
+            low[y * BLOCK + x] = rf_min_float(near, far);
+            high[y * BLOCK + x] = rf_max_float(near, far);
         }
 }
 
-/* Does view j surely see all that a block of another view shows? */
-static bool is_seen(const struct blocks *b, int view, int bx, int by, int j)
+/* A place in a block from its middle, px. */
+static float from_middle(int i)
 {
-    const struct rf_views *v = b->v;
-    const struct block *block = &b->at[block_index(b, view, bx, by)];
-    int first[2] = {INT32_MAX, INT32_MAX}, last[2] = {-1, -1};
-    for (int corner = 0; corner < 4; corner++) {
-        float r = corner & 1 ? block->lowest : block->highest;
-        int end = corner & 2 ? BLOCK : 0, px, py;
-        struct rf_view_place p = rf_view_place_of(v, view, (float)(bx * BLOCK + end),
-                                                  (float)(by * BLOCK + end), r);
-        if (!rf_view_pixel_at(v, j, p, &px, &py))
-            return false;
-        first[0] = rf_min_int(first[0], px / BLOCK);
-        first[1] = rf_min_int(first[1], py / BLOCK);
-        last[0] = rf_max_int(last[0], px / BLOCK);
-        last[1] = rf_max_int(last[1], py / BLOCK);
+    return (float)i - 0.5f * (BLOCK - 1);
+}
+
+/* Fits the plane, by least squares. */
+static void fit_plane(struct block *block, const float *low, const float *high)
+{
+    static const float SQUARES = BLOCK * BLOCK * (BLOCK * BLOCK - 1) / 12.0f;
+    float sum = 0, along[2] = {0, 0}, rough = 0;
+    for (int y = 0; y < BLOCK; y++)
+        for (int x = 0; x < BLOCK; x++) {
+            float r = low[y * BLOCK + x];
+            sum += r;
+            along[0] += from_middle(x) * r;
+            along[1] += from_middle(y) * r;
+        }
+    block->level = sum / (BLOCK * BLOCK);
+    for (int k = 0; k < 2; k++)
+        block->slope[k] = along[k] / SQUARES;
+    for (int y = 0; y < BLOCK; y++)
+        for (int x = 0; x < BLOCK; x++) {
+            float plane = block->level + block->slope[0] * from_middle(x) +
+                          block->slope[1] * from_middle(y);
+            rough = rf_max_float(plane - low[y * BLOCK + x], rough);
+            rough = rf_max_float(high[y * BLOCK + x] - plane, rough);
+        }
+    block->rough = rough;
+}
+
+static void measure_block(const struct blocks *b, int view, int bx, int by)
+{
+    const struct rf_picture *l = &b->v->pictures[view];
+    float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
+    int x1 = rf_min_int((bx + 1) * BLOCK, l->width) - 1;
+    int y1 = rf_min_int((by + 1) * BLOCK, l->height) - 1;
+    struct block block = {.lowest = INFINITY, .highest = -INFINITY};
+    block.is_rendered = rf_view_is_rendered(l, bx * BLOCK, by * BLOCK) &&
+                        rf_view_is_rendered(l, x1, y1);
+    load_block(&l->surfaces, bx, by, low, high);
+    for (int i = 0; i < BLOCK * BLOCK; i++) {
+        block.lowest = rf_min_float(low[i], block.lowest);
+        block.highest = rf_max_float(high[i], block.highest);
     }
+    fit_plane(&block, low, high);
+    b->at[block_index(b, view, bx, by)] = block;
+}
+
+static void measure_blocks(const struct blocks *b, int view, int by)
+{
+    for (int bx = 0; bx < b->n_x; bx++)
+        measure_block(b, view, bx, by);
+}
+
+/* How view j shifts what view `view` shows: px per px of radius, and px. */
+struct parallax {
+    float slope[2], base[2];
+};
+
+static struct parallax parallax_of(const struct rf_views *v, int view, int j)
+{
+    const struct rf_work_view *from = &v->work->views[view], *to = &v->work->views[j];
+    struct parallax p;
+    for (int k = 0; k < 2; k++) {
+        float sign = k ? -1 : 1;
+        p.slope[k] =
+            sign * (to->lens[k] * to->shift_scale - from->lens[k] * from->shift_scale);
+        p.base[k] =
+            sign * (to->lens[k] * to->shift_bias - from->lens[k] * from->shift_bias);
+    }
+    return p;
+}
+
+/*
+ * Does nothing in block (x, y) of another view hide a block, as the planes of both
+ * tell? `block` is block (bx, by) of its own view. Where the one is at x, of radius r,
+ * the other one is looked at within a pixel of x + slope r + base.
+ */
+static bool is_behind(const struct block *other, int x, int y,
+                      const struct block *block, int bx, int by,
+                      const struct parallax *p)
+{
+    static const float ROUNDED_PX = 0.54f; /* the pixel, and snapping */
+    const float *g = other->slope;
+    float to_x = (float)((bx - x) * BLOCK) + p->base[0];
+    float to_y = (float)((by - y) * BLOCK) + p->base[1];
+    /* Of what lies before the block, per px of the block's radius and per px. */
+    float per_r = g[0] * p->slope[0] + g[1] * p->slope[1] - 1;
+    float middle = other->level + g[0] * to_x + g[1] * to_y + per_r * block->level;
+    float along_x = fabsf(g[0] + per_r * block->slope[0]);
+    float along_y = fabsf(g[1] + per_r * block->slope[1]);
+    float least = middle - 0.5f * (BLOCK - 1) * (along_x + along_y) -
+                  ROUNDED_PX * (fabsf(g[0]) + fabsf(g[1])) - other->rough -
+                  fabsf(per_r) * block->rough;
+    return least > -0.95f * RF_OCCLUDED_PX;
+}
+
+/* Is any of the block rendered? */
+static bool is_shown(const struct rf_picture *l, int bx, int by)
+{
+    return (bx + 1) * BLOCK > l->x0 && (by + 1) * BLOCK > l->y0 &&
+           bx * BLOCK < l->x0 + l->filter->width &&
+           by * BLOCK < l->y0 + l->filter->height;
+}
+
+enum sight { SEES_NOTHING, SEES_A_PART, SEES_ALL };
+
+/* What view j surely sees of all that a block of another view shows. */
+static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int j,
+                           const struct parallax *parallax)
+{
+    static const float SNAPPED_PX = 0.04f;
+    const struct rf_views *v = b->v;
+    const struct rf_picture *l = &v->pictures[j];
+    const struct block *block = &b->at[block_index(b, view, bx, by)];
+    const int at[2] = {bx * BLOCK, by * BLOCK}, size[2] = {l->width, l->height};
+    int first[2], last[2]; /* blocks of view j that it may lie in */
+    for (int k = 0; k < 2; k++) {
+        float a = parallax->slope[k] * block->lowest;
+        float z = parallax->slope[k] * block->highest;
+        float from = (float)at[k] + parallax->base[k] - SNAPPED_PX;
+        float to = (float)at[k] + parallax->base[k] + BLOCK + SNAPPED_PX;
+        from += rf_min_float(a, z);
+        to += rf_max_float(a, z);
+        if (!(from >= 0 && to < (float)size[k]))
+            return SEES_A_PART;
+        first[k] = (int)from / BLOCK;
+        last[k] = (int)to / BLOCK;
+    }
+    bool sees_all = true, sees_nothing = true;
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
             const struct block *other = &b->at[block_index(b, j, x, y)];
-            if (!other->is_rendered || other->lowest < block->highest - RF_OCCLUDED_PX)
-                return false;
+            sees_nothing &= !is_shown(l, x, y);
+            sees_all &= other->is_rendered &&
+                        (other->lowest >= block->highest - RF_OCCLUDED_PX ||
+                         is_behind(other, x, y, block, bx, by, parallax));
         }
-    return true;
+    return sees_all ? SEES_ALL : sees_nothing ? SEES_NOTHING : SEES_A_PART;
 }
 
-static void find_doubtful(const struct blocks *b, int view, int by)
+/* What continues a picture has no doubts, as it is not listed. */
+static void find_doubts(const struct blocks *b, int view, int by)
 {
-    for (int bx = 0; bx < b->n_x; bx++) {
-        uint64_t *doubtful = &b->doubtful[block_index(b, view, bx, by)];
-        *doubtful = 0;
-        for (int j = 0; j < b->v->work->n_views; j++)
-            if (j != view && !is_seen(b, view, bx, by, j))
-                *doubtful |= (uint64_t)1 << j;
+    struct doubt *row = &b->doubts[block_index(b, view, 0, by)];
+    memset(row, 0, (size_t)b->n_x * sizeof *row);
+    for (int j = 0; j < b->v->work->n_views; j++) {
+        if (j == view)
+            continue;
+        struct parallax parallax = parallax_of(b->v, view, j);
+        for (int bx = 0; bx < b->n_x; bx++) {
+            if (!is_shown(&b->v->pictures[view], bx, by))
+                continue;
+            enum sight sight = sight_of(b, view, bx, by, j, &parallax);
+            row[bx].partly |= (uint64_t)(sight == SEES_A_PART) << j;
+            row[bx].blind |= (uint64_t)(sight == SEES_NOTHING) << j;
+        }
     }
 }
 
 /* ---- rows ---------------------------------------------------------------------- */
 
-/* Collects a row of one view. */
-struct lister {
-    const struct blocks *blocks;
-    int view;
-    struct rf_unseen *at; /* room for two per pixel */
+/* The parts of a row of a block: of each pixel the near one, the far one, or both. */
+struct parts {
     int n;
+    int x[2 * BLOCK];
+    bool is_far[2 * BLOCK];
+    float share[2 * BLOCK], r[2 * BLOCK];
+    float place_x[2 * BLOCK], place_y[2 * BLOCK];
+    /* How many other views show all of it, the sum of what others show of it. */
+    int n_whole[2 * BLOCK];
+    float shown[2 * BLOCK];
+    uint64_t unseen[2 * BLOCK]; /* by these views */
 };
 
-/* How much of a place view j, which is doubtful, shows in what was rendered. */
-static float shown_by(const struct blocks *b, int j, struct rf_view_place place)
+/* The rendered pixels of row y of a block. */
+static void find_parts(const struct rf_views *v, int view, int bx, int y,
+                       struct parts *parts)
 {
-    int px, py;
-    bool is_rendered;
-    if (!rf_view_pixel_at(b->v, j, place, &px, &py))
-        return 0;
-    const struct block *block = &b->at[block_index(b, j, px / BLOCK, py / BLOCK)];
-    if (block->is_rendered && block->lowest >= place.r - RF_OCCLUDED_PX)
-        return 1;
-    float seen = rf_view_sees(b->v, j, place, &is_rendered);
-    return is_rendered ? seen : 0;
+    const struct rf_picture *l = &v->pictures[view];
+    const struct rf_surfaces *s = &l->surfaces;
+    int first = rf_max_int(bx * BLOCK, l->x0);
+    int end = rf_min_int((bx + 1) * BLOCK, l->x0 + l->filter->width);
+    parts->n = 0;
+    for (int x = first; x < end; x++) {
+        size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+        const float shares[2] = {s->share[i], 1 - s->share[i]};
+        for (int k = 0; k < 2; k++)
+            if (shares[k] > 0) {
+                parts->x[parts->n] = x;
+                parts->is_far[parts->n] = k;
+                parts->share[parts->n] = shares[k];
+                parts->r[parts->n++] = k ? s->far[i].r : s->near[i].r;
+            }
+    }
+    for (int i = 0; i < parts->n; i++) {
+        struct rf_view_place place = rf_view_place_of(
+            v, view, (float)parts->x[i] + 0.5f, (float)y + 0.5f, parts->r[i]);
+        parts->place_x[i] = place.x;
+        parts->place_y[i] = place.y;
+    }
 }
 
-static void list_part(void *user, struct rf_surface *s, int x, int y, float w)
+/* Looks at all parts in view j. */
+static void look_at_parts(const struct rf_views *v, int j, struct parts *parts)
 {
-    struct lister *l = user;
-    const struct blocks *b = l->blocks;
-    const struct rf_views *v = b->v;
-    const struct rf_picture *picture = &v->pictures[l->view];
-    uint64_t left = b->doubtful[block_index(b, l->view, x / BLOCK, y / BLOCK)];
-    if (!left || !rf_view_is_rendered(picture, x, y))
-        return;
-    struct rf_view_place place =
-        rf_view_place_of(v, l->view, (float)x + 0.5f, (float)y + 0.5f, s->r);
-    float shown = (float)(v->work->n_views - 1 - __builtin_popcountll(left));
-    uint64_t views = 0;
-    for (; left; left &= left - 1) {
-        int j = __builtin_ctzll(left);
-        float seen = shown_by(b, j, place);
-        shown += seen;
-        if (seen < 0.5f)
-            views |= (uint64_t)1 << j;
+    const struct rf_work_view *view = &v->work->views[j];
+    const struct rf_picture *l = &v->pictures[j];
+    const float u = view->lens[0], w = view->lens[1];
+    int px[2 * BLOCK], py[2 * BLOCK];
+    for (int i = 0; i < parts->n; i++) { /* as rf_view_pixel_at() has it */
+        float shift = rf_view_shift(view, parts->r[i]);
+        px[i] = rf_view_floor(parts->place_x[i] + rf_snap_px(u * shift));
+        py[i] = rf_view_floor(parts->place_y[i] - rf_snap_px(w * shift));
     }
-    if (!views)
-        return;
-    bool is_far =
-        s != &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
-    l->at[l->n++] =
-        (struct rf_unseen){.part = 2 * x + is_far,
-                           .weight = weight_of(w, is_far ? w : 1, shown, 0, true),
-                           .views = views};
+    for (int i = 0; i < parts->n; i++) {
+        float seen = rf_view_is_rendered(l, px[i], py[i])
+                         ? rf_view_pixel_sees(l, px[i], py[i], parts->r[i])
+                         : 0;
+        if (seen < 1) {
+            parts->n_whole[i]--;
+            parts->shown[i] += seen;
+            parts->unseen[i] |= (uint64_t)(seen < 0.5f) << j;
+        }
+    }
+}
+
+/*
+ * Lists what some views do not see of a row of a block. Those that surely see it have
+ * no say in how sums are rounded.
+ */
+static int list_block(const struct blocks *b, int view, int bx, int y,
+                      const struct doubt *doubt, struct rf_unseen *at)
+{
+    const struct rf_views *v = b->v;
+    const struct rf_picture *l = &v->pictures[view];
+    struct parts parts;
+    find_parts(v, view, bx, y, &parts);
+    int n_sighted = v->work->n_views - 1 - __builtin_popcountll(doubt->blind), n = 0;
+    for (int i = 0; i < parts.n; i++) {
+        parts.n_whole[i] = n_sighted;
+        parts.shown[i] = 0;
+        parts.unseen[i] = doubt->blind;
+    }
+    for (uint64_t left = doubt->partly; left; left &= left - 1)
+        look_at_parts(v, __builtin_ctzll(left), &parts);
+    for (int i = 0; i < parts.n; i++) {
+        if (!parts.unseen[i])
+            continue;
+        int x = parts.x[i], is_far = parts.is_far[i];
+        size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
+        const struct rf_surface *s =
+            is_far ? &l->surfaces.far[pixel] : &l->surfaces.near[pixel];
+        float share = parts.share[i], shown = (float)parts.n_whole[i] + parts.shown[i];
+        int n_seeing = v->work->n_views - __builtin_popcountll(parts.unseen[i]);
+        float fillers = (float)n_seeing / (float)rf_min_int(n_seeing, RF_N_FILLERS);
+        at[n++] = (struct rf_unseen){
+            .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
+            .weight = weight_of(share, is_far ? share : 1, shown, 0, true) * fillers,
+            .views = parts.unseen[i]};
+    }
+    return n;
 }
 
 static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
 {
     struct rf_views *v = b->v;
-    struct rf_picture *picture = &v->pictures[view];
+    const struct rf_picture *picture = &v->pictures[view];
     struct rf_unseen_row *row =
         &v->unseen[(size_t)view * (size_t)picture->height + (size_t)y];
-    struct lister l = {.blocks = b, .view = view, .at = room};
-    rf_picture_visit_row(picture, y, list_part, &l);
-    if (l.n == 0)
+    const struct doubt *doubts = &b->doubts[block_index(b, view, 0, y / BLOCK)];
+    int n = 0;
+    if (y < picture->y0 || y >= picture->y0 + picture->filter->height)
         return;
-    row->at = rf_alloc(v->work->filter->context, (size_t)l.n, sizeof *row->at);
+    for (int bx = 0; bx < b->n_x; bx++)
+        if (doubts[bx].partly | doubts[bx].blind)
+            n += list_block(b, view, bx, y, &doubts[bx], room + n);
+    if (n == 0)
+        return;
+    row->at = rf_alloc(v->work->filter->context, (size_t)n, sizeof *row->at);
     if (!row->at) {
 #pragma omp atomic
         b->n_failed++;
         return;
     }
-    memcpy(row->at, room, (size_t)l.n * sizeof *row->at);
-    row->n = l.n;
+    memcpy(row->at, room, (size_t)n * sizeof *row->at);
+    row->n = n;
 }
 
 static void list_all(struct blocks *b, struct rf_unseen *room)
@@ -239,7 +423,7 @@ static void list_all(struct blocks *b, struct rf_unseen *room)
             measure_blocks(b, i / b->n_y, i % b->n_y);
 #pragma omp for schedule(dynamic, 4)
         for (int i = 0; i < n_views * b->n_y; i++)
-            find_doubtful(b, i / b->n_y, i % b->n_y);
+            find_doubts(b, i / b->n_y, i % b->n_y);
 #pragma omp for schedule(dynamic, 16)
         for (int i = 0; i < n_views * picture->height; i++)
             if (!rf_task_is_cancelled(task))
@@ -260,14 +444,14 @@ rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
     size_t n_rows = (size_t)picture->height * (size_t)v->work->n_views;
     size_t n_room = 2 * (size_t)picture->width * (size_t)context->n_threads;
     b.at = rf_alloc(context, n_blocks, sizeof *b.at);
-    b.doubtful = rf_alloc(context, n_blocks, sizeof *b.doubtful);
+    b.doubts = rf_alloc(context, n_blocks, sizeof *b.doubts);
     struct rf_unseen *room = rf_alloc(context, n_room, sizeof *room);
     v->unseen = rf_calloc(context, n_rows, sizeof *v->unseen);
-    bool is_complete = b.at && b.doubtful && room && v->unseen;
+    bool is_complete = b.at && b.doubts && room && v->unseen;
     if (is_complete)
         list_all(&b, room);
     rf_free(context, room);
-    rf_free(context, b.doubtful);
+    rf_free(context, b.doubts);
     rf_free(context, b.at);
     return is_complete && !b.n_failed ? RF_OK
                                       : rf_fail_memory(error, n_room, sizeof *room);

@@ -176,6 +176,52 @@ static void refocused_it_is_sharp(void)
     frame_free(&f);
 }
 
+/*
+ * A dark post before a slanted floor, on which a bright stripe lies that one of two
+ * views does not see: the other one shows it.
+ */
+static void a_view_shows_what_the_other_does_not(void)
+{
+    static const double lens[2] = {-0.5, 0.5};
+    struct frame views[2], result = frame_make(WIDTH, HEIGHT, 3);
+    struct rf_view view[2];
+    for (int j = 0; j < 2; j++) {
+        views[j] = frame_make(WIDTH, HEIGHT, 3);
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            int y = i / WIDTH;
+            double r = R_PX + 0.1 * (y - HEIGHT / 2), x = i % WIDTH;
+            double on_floor = x - lens[j] * r, on_post = x + lens[j] * R_PX;
+            bool is_post = fabs(on_post - WIDTH / 2) < 4;
+            bool is_lit = !is_post && fabs(on_floor - (WIDTH / 2 - 4)) < 3;
+            for (int c = 0; c < 3; c++)
+                views[j].colour[3 * i + c] = is_lit ? 2 : 0.05f;
+            views[j].depth[i] = plain_depth(is_post ? -R_PX : r);
+        }
+        view[j] = (struct rf_view){
+            .colour = rf_image_packed(views[j].colour, WIDTH, HEIGHT, 3),
+            .depth = rf_image_packed(views[j].depth, WIDTH, HEIGHT, 1),
+            .lens_offset = {lens[j] * 40, 0},
+            .shear_distance = PLAIN_FOCUS};
+    }
+    struct rf_params params;
+    struct rf_filter *filter;
+    struct rf_context *context;
+    struct rf_image out = rf_image_packed(result.out, WIDTH, HEIGHT, 3);
+    plain_params(&params, RF_METHOD_VIEWS);
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &params, WIDTH, HEIGHT, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, view, 2, &out, NULL, NULL) == RF_OK);
+    double sum = 0;
+    for (int x = 0; x < WIDTH; x++)
+        sum += result.out[3 * (HEIGHT / 2 * WIDTH + x)] - 0.05;
+    CHECK(sum > 6); /* 6.3; 5.5 where only one view shows the stripe */
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    for (int j = 0; j < 2; j++)
+        frame_free(&views[j]);
+    frame_free(&result);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -184,5 +230,6 @@ int main(int argc, char **argv)
     TEST(grey_and_alpha);
     TEST(same_bits_for_any_threads);
     TEST(refocused_it_is_sharp);
+    TEST(a_view_shows_what_the_other_does_not);
     return testing_end();
 }
