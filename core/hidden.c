@@ -38,6 +38,8 @@ enum {
     GROUP = RF_HIDDEN_GROUP, /* px a side: pixels that may share one answer */
     FAR_HOLE2 = 3 * 3, /* px^2: if the rim of the hole is as far as this */
     SPARE = 8 * (MAX_WINDOW / RF_HIDDEN_STEPS + 1), /* floats a vector may read on */
+    MOST_RINGS = MAX_REACH / BLOCK + 1,             /* of blocks around one */
+    MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
 };
 
 static const float BIN_PX = 0.5f;
@@ -62,6 +64,7 @@ struct search {
     struct block *blocks;
     float highest;
     double extent[2]; /* half extent of the aperture in px per px of radius */
+    float gap2[2][MOST_RINGS + 1]; /* along each axis, see gap2_of() */
 };
 
 /* The surface that pixel i shows behind others; NULL where it is unreliable. */
@@ -198,11 +201,6 @@ static void build_rows(struct search *search)
 
 /* ---- where candidates may be --------------------------------------------------- */
 
-enum {
-    MOST_RINGS = MAX_REACH / BLOCK + 1,
-    MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
-};
-
 /* What a thread works with. */
 struct scratch {
     struct rf_hidden_vote vote;
@@ -221,6 +219,13 @@ static float gap2_of(int d, double extent)
     return gap * gap;
 }
 
+static void set_gaps(struct search *search)
+{
+    for (int k = 0; k < 2; k++)
+        for (int d = 0; d <= MOST_RINGS; d++)
+            search->gap2[k][d] = gap2_of(d, search->extent[k]);
+}
+
 static void add_block(const struct search *search, struct scratch *scratch, int bx,
                       int by, int dx, int dy, int ring, float lowest)
 {
@@ -228,8 +233,7 @@ static void add_block(const struct search *search, struct scratch *scratch, int 
         return;
     float highest = search->blocks[(by + dy) * search->n_x + bx + dx].highest;
     float room = highest - lowest;
-    if (room > 0 &&
-        gap2_of(dx, search->extent[0]) + gap2_of(dy, search->extent[1]) < room * room)
+    if (room > 0 && search->gap2[0][abs(dx)] + search->gap2[1][abs(dy)] < room * room)
         scratch->blocks[scratch->n_blocks++] = (struct rf_hidden_block){
             (int16_t)(bx + dx), (int16_t)(by + dy), ring, highest};
 }
@@ -511,6 +515,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
             : rf_fail_memory(error, 2 * n_padded, sizeof(float));
     if (result == RF_OK) {
         rf_shape_extent(&filter->shape, search.extent);
+        set_gaps(&search);
         build_rows(&search);
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
         for (int by = 0; by < search.n_y; by++) {

@@ -398,37 +398,54 @@ static struct part part_of(const struct rf_group *full, int tile, int level)
                          rf_max_int(RF_TILE_H >> level, 1)};
 }
 
-/* Adds a sample of weight w in pixel (x, y) of full resolution. */
-static inline void reduce_add(struct reducer *reducer, const struct part *part,
-                              int level, int x, int y, enum rf_footprint_kind kind,
-                              float w, float r, const float c[4])
+/* The sums for samples in pixel (x, y) of full resolution. */
+static inline struct block_sum *block_of(struct reducer *reducer,
+                                         const struct part *part, int level, int x,
+                                         int y, enum rf_footprint_kind kind)
 {
     x = rf_min_int(rf_max_int((x >> level) - part->x0, 0), part->width - 1);
     y = rf_min_int(rf_max_int((y >> level) - part->y0, 0), part->height - 1);
     int block = (y * part->width + x) * RF_N_KINDS + (int)kind;
-    struct block_sum *b = &reducer->sum[block];
-    if (b->w == 0)
+    if (reducer->sum[block].w == 0)
         reducer->touched[reducer->n_touched++] = block;
-    for (int n = 0; n < 4; n++)
-        b->c[n] += w * c[n];
-    b->w += w;
-    b->rw += w * r;
+    return &reducer->sum[block];
 }
 
-static void reduce_sample(const struct builder *b, struct worker *w,
-                          const struct part *part, int level,
-                          const struct tile_samples *s, uint64_t item)
+static inline void add_to_block(struct block_sum *sum, float w, float r,
+                                const float c[4])
 {
-    const struct rf_sample *p = sample_of(b, w, item);
+    for (int n = 0; n < 4; n++)
+        sum->c[n] += w * c[n];
+    sum->w += w;
+    sum->rw += w * r;
+}
+
+/* Adds the first of n items, and with a surface those that follow it in its row and
+ * block; returns how many that were. */
+static int reduce_some(const struct builder *b, struct worker *w,
+                       const struct part *part, int level, const struct tile_samples *s,
+                       const uint64_t *items, int n)
+{
+    const struct rf_sample *p = sample_of(b, w, items[0]);
     if (p) {
-        reduce_add(&w->reducer, part, level, floor_int(p->x), floor_int(p->y), p->kind,
-                   p->w, p->r, p->c);
-    } else {
-        int x = rf_place_x(item), y = rf_place_y(item);
-        const struct rf_surface *q = rf_tile_surface(&s->surfaces, x, y);
-        reduce_add(&w->reducer, part, level, s->surfaces.x + x, s->surfaces.y + y,
-                   RF_SHARP, 1, q->r, q->c);
+        struct block_sum *sum = block_of(&w->reducer, part, level, floor_int(p->x),
+                                         floor_int(p->y), p->kind);
+        add_to_block(sum, p->w, p->r, p->c);
+        return 1;
     }
+    int x = rf_place_x(items[0]), y = rf_place_y(items[0]), i = 0;
+    int end = rf_min_int(((x >> level) + 1) << level, RF_TILE_W);
+    const rf_place after = rf_place_make(0, end, y, 0);
+    const struct rf_surface *row = rf_tile_surface(&s->surfaces, 0, y);
+    struct block_sum *sum = block_of(&w->reducer, part, level, s->surfaces.x + x,
+                                     s->surfaces.y + y, RF_SHARP);
+    struct block_sum own = *sum;
+    for (; i < n && items[i] < after && !rf_place_other(items[i]); i++) {
+        const struct rf_surface *q = &row[rf_place_x(items[i])];
+        add_to_block(&own, 1, q->r, q->c);
+    }
+    *sum = own;
+    return i;
 }
 
 /* Empties the reducer into splats; returns how many. */
@@ -543,8 +560,8 @@ static bool build_runs(const struct builder *b, struct worker *w, int tile,
     for (int key = g->first_key; key < g->first_key + g->n_bins; key++) {
         if (w->count[key] == w->count[key + 1])
             continue;
-        for (int i = w->count[key]; i < w->count[key + 1]; i++)
-            reduce_sample(b, w, &part, g->level, s, w->sorted[i]);
+        for (int i = w->count[key], end = w->count[key + 1]; i < end;)
+            i += reduce_some(b, w, &part, g->level, s, w->sorted + i, end - i);
         int n = reduce_end(b->c, &w->reducer, &part, g->level, w->reduced);
         struct run *run = &w->runs[(*n_runs)++];
         *run = (struct run){

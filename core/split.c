@@ -371,17 +371,10 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
                          s->brightest);
     rf_plane_rows(p, p->radius, y, 1, rows);
     s->kernels->extremes(rows, 3, 1, p->width, s->columns, s->nearest, s->farthest);
-    const float *row = rf_plane_row(p, p->luminance, y);
-    for (int x = 0; x < p->width; x++) {
-        float peak = s->brightest[x];
-        int is_fringe = (peak > HIGHLIGHT_RATIO * (s->darkest[x] + 1e-4f)) &
-                        (peak > HIGHLIGHT_OVER_FRINGE * row[x]);
-        int is_edge = s->farthest[x] - s->nearest[x] >= EDGE_GAP_PX;
-        s->candidates[x] =
-            (unsigned char)(is_fringe * MAY_BE_FRINGE + is_edge * MAY_BE_EDGE);
-    }
-    for (int x = p->width; x % 8; x++)
-        s->candidates[x] = 0;
+    const struct rf_around around = {rf_plane_row(p, p->luminance, y), s->darkest,
+                                     s->brightest, s->nearest, s->farthest};
+    s->kernels->find_mixed(&around, HIGHLIGHT_RATIO, HIGHLIGHT_OVER_FRINGE, EDGE_GAP_PX,
+                           p->width, MAY_BE_FRINGE, MAY_BE_EDGE, s->candidates);
     if (y > 0 && y < p->height - 1) {
         int first = s->candidates[0], last = s->candidates[p->width - 1];
         s->kernels->keep_edges(rows, s->nearest, s->farthest, PLANE_TOLERANCE, p->width,
@@ -425,6 +418,20 @@ static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
            split_edge(s->kernels, pixels, x, y, &edge, near, far, share);
 }
 
+/* The first pixel after x that may be mixed; n or more: there is none. */
+static int next_candidate(const struct scratch *s, int x, int n)
+{
+    for (x++; x < n; x++) {
+        uint64_t eight;
+        memcpy(&eight, s->candidates + x / 8 * 8, sizeof eight);
+        if (!eight)
+            x = x / 8 * 8 + 7;
+        else if (s->candidates[x])
+            return x;
+    }
+    return n;
+}
+
 /* Share of a pixel whose near part is all of it, but not the pixel as it came. */
 static const float WHOLLY_NEAR = 2;
 
@@ -437,17 +444,11 @@ static void split_row(const struct rf_pixels *pixels, int y, const struct scratc
     find_candidates(pixels, y, s);
     for (int x = 0; x < pixels->width; x++)
         out->share[row + (size_t)x] = 1;
-    for (int x = 0; x < pixels->width; x++) {
-        uint64_t eight;
-        memcpy(&eight, s->candidates + x, sizeof eight);
-        if (x % 8 == 0 && !eight) {
-            x += 7;
-            continue;
-        }
+    for (int x = next_candidate(s, -1, pixels->width); x < pixels->width;
+         x = next_candidate(s, x, pixels->width)) {
         size_t i = row + (size_t)x;
         struct rf_surface *near = &out->near[i], *far = &out->far[i];
-        if (!s->candidates[x] ||
-            !split_pixel(pixels, x, y, s, near, far, &out->share[i]))
+        if (!split_pixel(pixels, x, y, s, near, far, &out->share[i]))
             continue;
         peak = rf_max_float(rf_max_float(luminance(near), luminance(far)), peak);
         if (out->share[i] >= 1)

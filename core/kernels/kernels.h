@@ -114,6 +114,12 @@ struct rf_tile_state {
     size_t sum_cell_stride; /* 0 where all cells share the sums */
 };
 
+/* Rows of luminance and of what lies around each pixel, to n rounded up to eight. */
+struct rf_around {
+    const float *luminance, *darkest, *brightest; /* of 5 x 5 pixels */
+    const float *nearest, *farthest;              /* radii of 3 x 3 */
+};
+
 enum { RF_SIDES_AROUND = 5 };
 
 /*
@@ -242,6 +248,15 @@ struct rf_kernels {
      */
     void (*find_gaps)(const float *const rows[3], float least, int n, unsigned char bit,
                       unsigned char *flags, float *gap, float *middle);
+    /*
+     * Bits for each of n pixels, n rounded up to eight: `fringe` where the brightest
+     * value around is more than dark_ratio (darkest + 1/10000) and more than
+     * bright_ratio its own; `edge` where the greatest radius around is `gap` or more
+     * above the least. 0 beyond n.
+     */
+    void (*find_mixed)(const struct rf_around *around, float dark_ratio,
+                       float bright_ratio, float gap, int n, unsigned char fringe,
+                       unsigned char edge, unsigned char *flags);
     /* What is around pixel x of the middle of seven rows. */
     void (*find_sides)(const float *const rows[7], int x, float threshold, float lowest,
                        float highest, struct rf_sides *sides);

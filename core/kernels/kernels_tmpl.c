@@ -494,6 +494,32 @@ static void extremes(const float *const *rows, int n_rows, int reach, int n,
         both_extremes(rows, n_rows, reach, n, scratch, lowest, highest);
 }
 
+/* Eight bytes of 0 or `value`, by the lowest eight bits. */
+static inline uint64_t bytes_of(unsigned bits, unsigned char value)
+{
+    const uint64_t each = 0x0101010101010101u, own = 0x8040201008040201u;
+    uint64_t one = ((bits * each & own) + 0x7f * each) >> 7 & each;
+    return one * value;
+}
+
+static void find_mixed(const struct rf_around *a, float dark_ratio, float bright_ratio,
+                       float gap, int n, unsigned char fringe, unsigned char edge,
+                       unsigned char *flags)
+{
+    for (int x = 0; x < n; x += LANES) {
+        vf peak = LOAD(a->brightest + x), dark = LOAD(a->darkest + x) + SPLAT(1e-4f);
+        vi is_fringe = (peak > SPLAT(dark_ratio) * dark) &
+                       (peak > SPLAT(bright_ratio) * LOAD(a->luminance + x));
+        vi is_edge = (LOAD(a->farthest + x) - LOAD(a->nearest + x)) >= SPLAT(gap);
+        unsigned all = n - x < LANES ? (1u << (n - x)) - 1 : 0xff;
+        uint64_t bytes = 0;
+        if (lane_bits(is_fringe | is_edge))
+            bytes = bytes_of(lane_bits(is_fringe) & all, fringe) +
+                    bytes_of(lane_bits(is_edge) & all, edge);
+        memcpy(flags + x, &bytes, sizeof bytes);
+    }
+}
+
 /* All bits where the least-squares plane of 3 x 3 fits; a step leaves a third of it. */
 static inline vi is_planar(const float *const rows[3], int x, vf most)
 {
@@ -650,6 +676,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .load_row = load_row,
     .unload_row = unload_row,
     .keep_edges = keep_edges,
+    .find_mixed = find_mixed,
     .find_gaps = find_gaps,
     .find_sides = find_sides,
     .cast_shadows = cast_shadows,

@@ -245,6 +245,14 @@ static void call_edges(const struct rf_kernels *k, struct workspace *w, int vari
     k->keep_edges(rows, w->at + 10000, w->at + 11000, 0.3f, 250 + variant, 2, flags);
 }
 
+static void call_mixed(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *at = w->at + variant;
+    const struct rf_around around = {at, at + 300, at + 600, at + 900, at + 1200};
+    k->find_mixed(&around, 1.5f, 1.25f, 0.5f, 250 + variant, 1, 2,
+                  (unsigned char *)(w->at + 20000));
+}
+
 static void call_gaps(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     const float *rows[3];
@@ -514,6 +522,7 @@ static const struct {
     {"merge", call_merge, 4, NULL},
     {"extremes", call_extremes, 4, NULL},
     {"keep_edges", call_edges, 2, NULL},
+    {"find_mixed", call_mixed, 4, NULL},
     {"find_gaps", call_gaps, 2, NULL},
     {"find_sides", call_sides, 2, NULL},
     {"cast_shadows", call_shadows, 3, prepare_shadows},
@@ -656,6 +665,28 @@ static void bits_tell_what_pixels_are(void)
               (others & all));
         CHECK(k->find_positive(darkest, n) == (positive & all));
     }
+}
+
+/* Flags are where the plain rules say, and 0 beyond the row. */
+static void mixed_pixels_are_flagged(void)
+{
+    enum { N = 45, PADDED = 48 };
+    const struct rf_kernels *k = rf_kernels_at(0);
+    float rows[5][PADDED];
+    unsigned char flags[PADDED];
+    int n_flags[4] = {0};
+    for (int i = 0; i < 5 * PADDED; i++)
+        rows[i / PADDED][i % PADDED] = noise();
+    const struct rf_around around = {rows[0], rows[1], rows[2], rows[3], rows[4]};
+    k->find_mixed(&around, 2, 1.3f, 0.1f, N, 1, 4, flags);
+    for (int i = 0; i < PADDED; i++) {
+        bool is_fringe =
+            rows[2][i] > 2 * (rows[1][i] + 1e-4f) && rows[2][i] > 1.3f * rows[0][i];
+        bool is_edge = rows[4][i] - rows[3][i] >= 0.1f;
+        CHECK(flags[i] == (i < N ? is_fringe + 4 * is_edge : 0));
+        n_flags[is_fringe + 2 * is_edge]++;
+    }
+    CHECK(n_flags[0] && n_flags[1] && n_flags[2] && n_flags[3]);
 }
 
 /* What pixels are made of comes back, and says whether all of it is opaque. */
@@ -911,6 +942,7 @@ int main(int argc, char **argv)
     TEST(every_kernel_writes);
     TEST(places_spread_as_splats_do);
     TEST(bits_tell_what_pixels_are);
+    TEST(mixed_pixels_are_flagged);
     TEST(rows_come_back);
     TEST(searches_find_something);
     TEST(groups_have_what_their_pixels_have);
