@@ -335,20 +335,30 @@ void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
         rf_picture_emit(l, rf_sample_make(&s->far[i], x, y, 1 - share), x, y, out);
 }
 
-bool rf_picture_is_bright(const struct rf_picture *l, const struct rf_surface *p, int x,
-                          int y)
+static inline bool is_bright(const struct rf_surface *p, float darkest)
 {
-    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
-    float shade = rf_max_float(p->c[3], 0) * darkest;
+    float shade = rf_max_float(p->c[3], 0) * rf_max_float(darkest, 0);
     return rf_luminance(p->c[0], p->c[1], p->c[2]) > bright_limit(p->r) * shade;
 }
 
-bool rf_picture_is_plain(const struct rf_picture *l, int x, int y)
+bool rf_picture_is_bright(const struct rf_picture *l, const struct rf_surface *p, int x,
+                          int y)
 {
-    const struct rf_surfaces *s = &l->surfaces;
-    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
-    const struct rf_surface *p = &s->near[i];
-    return s->share[i] == 1 && p->c[3] == 1 && !rf_picture_is_bright(l, p, x, y);
+    return is_bright(p, rf_plane_row(&l->pixels, l->darkest, y)[x]);
+}
+
+uint64_t rf_picture_find_plain(const struct rf_picture *l, int x, int y, int n)
+{
+    size_t first = (size_t)y * (size_t)l->width + (size_t)x;
+    const struct rf_surface *near = l->surfaces.near + first;
+    const float *share = l->surfaces.share + first;
+    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y) + x;
+    uint64_t plain = 0;
+    for (int i = 0; i < n; i++)
+        plain |= (uint64_t)((share[i] == 1) & (near[i].c[3] == 1) &
+                            !is_bright(&near[i], darkest[i]))
+                 << i;
+    return plain;
 }
 
 /* Are there two samples of a pixel that is not opaque? */

@@ -72,8 +72,11 @@ void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
 bool rf_picture_is_bright(const struct rf_picture *picture,
                           const struct rf_surface *surface, int x, int y);
 
-/* Does rf_picture_emit_pixel() give one sample, its near surface as it is? */
-bool rf_picture_is_plain(const struct rf_picture *picture, int x, int y);
+/*
+ * Of n <= 64 pixels from (x, y) on, those of which rf_picture_emit_pixel() gives one
+ * sample, the near surface as it is: bit i for the i-th. Needs no pixels as they came.
+ */
+uint64_t rf_picture_find_plain(const struct rf_picture *picture, int x, int y, int n);
 
 /* What n <= 64 pixels from (x, y) on have as a source of samples. */
 struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,

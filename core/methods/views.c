@@ -50,7 +50,6 @@
 
 enum {
     N_PHASES = 5, /* odd: one is the pixel's centre */
-    MOST_CELLS = 8,
     MOST_SHIFT = 1 << 20 /* px, by which a picture is moved as a whole */
 };
 
@@ -62,6 +61,7 @@ static const float ESTIMATE_WEIGHT = 0.1f;
 /* The part of the lens for which some of the views stand. */
 struct cell {
     struct rf_views *v;
+    int index;               /* among the cells */
     uint64_t own;            /* those views */
     bool is_whole;           /* it is all of the lens, and they are all of the views */
     int middle;              /* the view to estimate hidden samples from */
@@ -74,7 +74,6 @@ struct cell {
      * other views show goes to the nearest of those pixels.
      */
     bool is_on_grid;
-    uint64_t nearer[RF_MAX_VIEWS]; /* per view: the others that are nearer to its own */
     int shift[2];
     struct rf_drift drift;
     struct rf_surface *hidden; /* NULL: not asked for */
@@ -164,18 +163,6 @@ static float seen_by_own(const struct cell *cell, struct rf_view_place place)
     return most;
 }
 
-/*
- * Does a view's piece of surface, which the cell's own views do not see, stand for it?
- * Not where RF_N_FILLERS views that are nearer show it: more are no better. `nearer`
- * are the views that are nearer.
- */
-static bool fills(const struct rf_unseen *u, const struct cell *cell, uint64_t nearer)
-{
-    uint64_t before = nearer & ~u->views;
-    _Static_assert(RF_N_FILLERS == 2, "no more than one view may come before");
-    return (u->views & cell->own) == cell->own && !(before & (before - 1));
-}
-
 /* What the cell's own views do not see, in row y of view c->view. */
 static void collect_others(struct collector *c, int y)
 {
@@ -186,7 +173,7 @@ static void collect_others(struct collector *c, int y)
         &v->unseen[(size_t)c->view * (size_t)picture->height + (size_t)y];
     for (int k = 0; k < row->n; k++) {
         const struct rf_unseen *u = &row->at[k];
-        if (!fills(u, cell, cell->nearer[c->view]))
+        if (!(u->cells >> cell->index & 1))
             continue;
         int x = u->part / 4;
         size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
@@ -283,14 +270,17 @@ static struct rf_emission survey_own(void *user, int x, int y, int n)
     const struct cell *cell = user;
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     struct run r = run_of(cell, x, y, n);
-    struct rf_emission e = {0, 0};
-    for (int i = r.first; i < r.end; i++) {
-        bool is_plain = rf_view_is_rendered(picture, r.x + i, r.y) &&
-                        rf_picture_is_plain(picture, r.x + i, r.y);
-        e.plain |= (uint64_t)is_plain << i;
-        e.other |= (uint64_t)!is_plain << i;
-    }
-    return e;
+    if (r.first == r.end)
+        return (struct rf_emission){0, 0};
+    uint64_t all = UINT64_MAX >> (64 - (r.end - r.first)) << r.first, plain = 0;
+    /* What continues the picture has another weight. */
+    int first = rf_max_int(r.first, picture->x0 - r.x);
+    int end = rf_min_int(r.end, picture->x0 + picture->filter->width - r.x);
+    bool is_rendered =
+        r.y >= picture->y0 && r.y < picture->y0 + picture->filter->height;
+    if (is_rendered && first < end)
+        plain = rf_picture_find_plain(picture, r.x + first, r.y, end - first) << first;
+    return (struct rf_emission){plain, all & ~plain};
 }
 
 /* Emits a sample of the view's pixel (x, y), moved by whole px. */
@@ -389,11 +379,10 @@ static size_t collect_others_row(void *user, int i, struct rf_sample *at)
     const struct rf_unseen_row *row = &cell->v->unseen[(size_t)view * (size_t)height +
                                                        (size_t)y];
     struct rf_samples out = {at, 0};
-    uint64_t nearer = cell->nearer[view];
     for (int k = 0; k < row->n; k++) {
         const struct rf_unseen *u = &row->at[k];
         bool is_bright = u->part & 2;
-        if (!fills(u, cell, nearer))
+        if (!(u->cells >> cell->index & 1))
             continue;
         if (!at) {
             out.n += is_bright ? 2 : 1;
@@ -535,25 +524,6 @@ static void measure_cell(struct cell *cell, const double centroid[2])
         cell->extent[k] = (float)extent[k];
         cell->centroid[k] = (float)centroid[k];
     }
-}
-
-/* Finds which other views are nearer to the cell's middle one than each of them. */
-static void rank_views(struct cell *cell)
-{
-    const struct rf_work *work = cell->v->work;
-    const float *own = work->views[cell->middle].lens;
-    float distance2[RF_MAX_VIEWS];
-    for (int j = 0; j < work->n_views; j++) {
-        const float *lens = work->views[j].lens;
-        float u = lens[0] - own[0], v = lens[1] - own[1];
-        distance2[j] = u * u + v * v;
-    }
-    for (int j = 0; j < work->n_views; j++)
-        for (int k = 0; k < work->n_views; k++)
-            if (!(cell->own >> k & 1) &&
-                (distance2[k] < distance2[j] ||
-                 (distance2[k] == distance2[j] && k < j)))
-                cell->nearer[j] |= (uint64_t)1 << k;
 }
 
 /* The views' own parts of the lens. */
@@ -709,7 +679,7 @@ static struct cell whole_lens(struct rf_views *v)
 static int make_cells(struct rf_views *v, struct cell *cells, double *area)
 {
     const struct rf_work *work = v->work;
-    int n_views = work->n_views, n_sites = rf_min_int(n_views, MOST_CELLS), n = 0;
+    int n_views = work->n_views, n_sites = rf_min_int(n_views, RF_MOST_CELLS), n = 0;
     double site[RF_MAX_VIEWS][2];
     struct parts parts = cut_lens(work);
     if (is_stopped_down(&parts, n_views)) {
@@ -733,7 +703,7 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
         *sub_apertures = sub_apertures_of_cell(*sub_apertures, n_sites);
         measure_cell(&cells[n], centroid);
         set_grid(&cells[n]);
-        rank_views(&cells[n]);
+        cells[n].index = n;
         n++;
     }
     return n;
@@ -878,6 +848,38 @@ static void add_picture(const struct rf_work *work, double weight, float *sum)
     }
 }
 
+/* Finds which views the cell asks, and in which order. */
+static void rank_views(const struct cell *cell)
+{
+    const struct rf_work *work = cell->v->work;
+    const float *middle = work->views[cell->middle].lens;
+    struct rf_cell_views *views = &cell->v->cells[cell->index];
+    float distance2[RF_MAX_VIEWS];
+    for (int j = 0; j < work->n_views; j++) {
+        const float *lens = work->views[j].lens;
+        float u = lens[0] - middle[0], v = lens[1] - middle[1];
+        distance2[j] = u * u + v * v;
+    }
+    *views = (struct rf_cell_views){.own = cell->own};
+    for (int j = 0; j < work->n_views; j++)
+        for (int k = 0; k < work->n_views; k++)
+            if (!(cell->own >> k & 1) &&
+                (distance2[k] < distance2[j] ||
+                 (distance2[k] == distance2[j] && k < j)))
+                views->nearer[j] |= (uint64_t)1 << k;
+}
+
+static rf_result find_unseen(struct rf_views *v, const struct cell *cells, int n,
+                             struct rf_error *error)
+{
+    if (cells[0].is_whole)
+        return RF_OK;
+    v->n_cells = n;
+    for (int i = 0; i < n; i++)
+        rank_views(&cells[i]);
+    return rf_views_find_unseen(v, error);
+}
+
 /* Adds the cells' pictures by area to `sum`. */
 static rf_result add_cells(struct rf_views *v, struct cell *cells, const double *area,
                            int n, float *sum, struct rf_error *error)
@@ -885,8 +887,7 @@ static rf_result add_cells(struct rf_views *v, struct cell *cells, const double 
     struct rf_work *work = v->work;
     const struct rf_context *context = work->filter->context;
     double from = work->task->to;
-    rf_result result =
-        cells[0].is_whole ? RF_OK : rf_views_find_unseen(v, error);
+    rf_result result = find_unseen(v, cells, n, error);
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct cell *cell = &cells[i];
         result = run_cell(cell, from + (0.9 - from) * (i + 1) / n, error);
@@ -984,6 +985,7 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
     if (!cells)
         return rf_fail_memory(error, (size_t)work->n_views, sizeof *cells);
     int n_cells = make_cells(v, cells, area);
+    rf_views_measure_range(v);
     int border = rf_picture_border(border_of(work, cells, n_cells));
     rf_result result = load(v, border, error);
     if (result == RF_OK && work->filter->params.exact_highlights)

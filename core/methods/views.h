@@ -5,16 +5,29 @@
 
 #include "../picture.h"
 
-/*
- * A piece of surface that some views do not see. In the cell of such a view it counts
- * for one of the RF_N_FILLERS nearest that do.
- */
-enum { RF_N_FILLERS = 2 };
+enum {
+    RF_MOST_CELLS = 8,
+    /* So many views, the nearest ones, stand for what a cell's own views do not see. */
+    RF_N_FILLERS = 2,
+};
 
+/* Least and greatest shift of a place in any view, right and down: slope r + base, px. */
+struct rf_view_range {
+    float slope[2][2], base[2][2];
+};
+
+/* Which views a cell of the lens asks. */
+struct rf_cell_views {
+    uint64_t own;
+    /* Per view: which others, not among the own, are nearer to the cell's middle one. */
+    uint64_t nearer[RF_MAX_VIEWS];
+};
+
+/* A piece of surface that stands for something in cells whose views do not see it. */
 struct rf_unseen {
     int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
-    float weight;   /* rf_view_weight(), were there as many views */
-    uint64_t views; /* bit j: view j does not see it */
+    float weight;   /* rf_view_weight(), were there as many views as stand for it */
+    uint32_t cells; /* bit i: cell i */
 };
 
 struct rf_unseen_row {
@@ -28,6 +41,9 @@ struct rf_views {
     struct rf_occluders *occluders;
     struct rf_samples lights;     /* in the centre's view */
     struct rf_unseen_row *unseen; /* per view and row; NULL: not asked for */
+    struct rf_view_range range;
+    struct rf_cell_views cells[RF_MOST_CELLS];
+    int n_cells;
 };
 
 /* Nearer by this, px of radius, hides. */
@@ -103,6 +119,9 @@ float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
 
 /* A set of views: bit j, view j. */
 static const uint64_t RF_ALL_VIEWS = UINT64_MAX;
+
+/* Finds v->range, which rf_views_leave() needs. */
+void rf_views_measure_range(struct rf_views *v);
 
 /* What the rendered pixels of the views other than j leave of a place; `least` or more.
  */

@@ -46,10 +46,50 @@ float rf_views_show(const struct rf_views *v, uint64_t views, int j,
     return shown;
 }
 
+void rf_views_measure_range(struct rf_views *v)
+{
+    for (int k = 0; k < 2; k++) {
+        v->range.slope[0][k] = v->range.base[0][k] = INFINITY;
+        v->range.slope[1][k] = v->range.base[1][k] = -INFINITY;
+    }
+    for (int j = 0; j < v->work->n_views; j++)
+        for (int k = 0; k < 2; k++) {
+            const struct rf_work_view *view = &v->work->views[j];
+            float lens = k ? -view->lens[k] : view->lens[k];
+            float slope = lens * view->shift_scale, base = lens * view->shift_bias;
+            struct rf_view_range *r = &v->range;
+            r->slope[0][k] = rf_min_float(slope, r->slope[0][k]);
+            r->slope[1][k] = rf_max_float(slope, r->slope[1][k]);
+            r->base[0][k] = rf_min_float(base, r->base[0][k]);
+            r->base[1][k] = rf_max_float(base, r->base[1][k]);
+        }
+}
+
+/* Does a place lie outside of what was rendered, in all views? */
+static bool is_outside(const struct rf_views *v, struct rf_view_place p)
+{
+    static const float ROUNDED_PX = 1;
+    const struct rf_picture *l = &v->pictures[0];
+    const float at[2] = {p.x, p.y};
+    const int first[2] = {l->x0, l->y0};
+    const int size[2] = {l->filter->width, l->filter->height};
+    int low = p.r < 0; /* whose slope shifts least */
+    for (int k = 0; k < 2; k++) {
+        float least = v->range.slope[low][k] * p.r + v->range.base[0][k];
+        float most = v->range.slope[!low][k] * p.r + v->range.base[1][k];
+        if (at[k] + most < (float)first[k] - ROUNDED_PX ||
+            at[k] + least > (float)(first[k] + size[k]) + ROUNDED_PX)
+            return true;
+    }
+    return false;
+}
+
 float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
                      float least)
 {
     float left = 1;
+    if (is_outside(v, p))
+        return left;
     for (int k = 0; k < v->work->n_views && left > least; k++)
         if (k != j)
             left -= shows(v, k, p);
@@ -104,10 +144,34 @@ static size_t block_index(const struct blocks *b, int view, int x, int y)
     return ((size_t)view * (size_t)b->n_y + (size_t)y) * (size_t)b->n_x + (size_t)x;
 }
 
+/* Is the block within the picture, and its pixels of one surface each? */
+static bool is_pure_block(const struct rf_surfaces *s, int bx, int by)
+{
+    if ((bx + 1) * BLOCK > s->width || (by + 1) * BLOCK > s->height)
+        return false;
+    float least = 1;
+    for (int y = 0; y < BLOCK; y++) {
+        size_t row = (size_t)(by * BLOCK + y) * (size_t)s->width;
+        const float *share = s->share + row + (size_t)bx * BLOCK;
+        for (int x = 0; x < BLOCK; x++)
+            least = rf_min_float(share[x], least);
+    }
+    return least >= 1;
+}
+
 /* Least and greatest radii of a block's pixels; what lies outside repeats the edge. */
 static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
                        float *high)
 {
+    if (is_pure_block(s, bx, by)) {
+        for (int y = 0; y < BLOCK; y++) {
+            size_t row = (size_t)(by * BLOCK + y) * (size_t)s->width;
+            const struct rf_surface *at = s->near + row + (size_t)bx * BLOCK;
+            for (int x = 0; x < BLOCK; x++)
+                low[y * BLOCK + x] = high[y * BLOCK + x] = at[x].r;
+        }
+        return;
+    }
     for (int y = 0; y < BLOCK; y++)
         for (int x = 0; x < BLOCK; x++) {
             size_t row = (size_t)rf_min_int(by * BLOCK + y, s->height - 1);
@@ -349,6 +413,23 @@ static void look_at_parts(const struct rf_views *v, int j, struct parts *parts)
 }
 
 /*
+ * The cells in which a view stands for what their own do not see: not where
+ * RF_N_FILLERS that are nearer show it, since more are no better.
+ */
+static uint32_t cells_of(const struct rf_views *v, int view, uint64_t unseen)
+{
+    _Static_assert(RF_N_FILLERS == 2, "no more than one view may come before");
+    uint32_t cells = 0;
+    for (int i = 0; i < v->n_cells; i++) {
+        const struct rf_cell_views *cell = &v->cells[i];
+        uint64_t before = cell->nearer[view] & ~unseen;
+        bool fills = (unseen & cell->own) == cell->own && !(before & (before - 1));
+        cells |= (uint32_t)fills << i;
+    }
+    return cells;
+}
+
+/*
  * Lists what some views do not see of a row of a block. Those that surely see it have
  * no say in how sums are rounded.
  */
@@ -368,7 +449,8 @@ static int list_block(const struct blocks *b, int view, int bx, int y,
     for (uint64_t left = doubt->partly; left; left &= left - 1)
         look_at_parts(v, __builtin_ctzll(left), &parts);
     for (int i = 0; i < parts.n; i++) {
-        if (!parts.unseen[i])
+        uint32_t cells = parts.unseen[i] ? cells_of(v, view, parts.unseen[i]) : 0;
+        if (!cells)
             continue;
         int x = parts.x[i], is_far = parts.is_far[i];
         size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
@@ -380,7 +462,7 @@ static int list_block(const struct blocks *b, int view, int bx, int y,
         at[n++] = (struct rf_unseen){
             .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
             .weight = weight_of(share, is_far ? share : 1, shown, 0, true) * fillers,
-            .views = parts.unseen[i]};
+            .cells = cells};
     }
     return n;
 }
