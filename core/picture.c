@@ -53,12 +53,12 @@ static float dim(struct rf_surface *s, float luminance)
     return rf_luminance(s->c[0], s->c[1], s->c[2]);
 }
 
-/* Continues a row by pixel `edge` from x0 to x1 - 1. */
+/* Continues a row by pixel `edge`, if that is not dimmed yet, from x0 to x1 - 1. */
 static void continue_row(struct rf_surface *at, float *luminance, float *radius,
-                         int edge, int x0, int x1)
+                         int edge, bool is_dimmed, int x0, int x1)
 {
     struct rf_surface s = at[edge];
-    float dimmed = dim(&s, luminance[edge]);
+    float dimmed = is_dimmed ? luminance[edge] : dim(&s, luminance[edge]);
     for (int x = x0; x < x1; x++) {
         at[x] = s;
         luminance[x] = dimmed;
@@ -86,8 +86,8 @@ static bool load_row(const struct rf_picture *l, const struct rf_work_view *view
     memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
     for (int x = x0; x < x1 && cy != sy; x++)
         luminance[x] = dim(&at[x], luminance[x]);
-    continue_row(at, luminance, radius, x0, 0, x0);
-    continue_row(at, luminance, radius, x1 - 1, x1, l->width);
+    continue_row(at, luminance, radius, x0, cy != sy, 0, x0);
+    continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, l->width);
     fill_margins(p, luminance);
     fill_margins(p, radius);
     return has_alpha;

@@ -114,8 +114,9 @@ struct tile_runs {
 };
 
 struct worker {
-    struct rf_sample *samples; /* of one tile: the others that a source emits */
-    struct rf_splat *others;   /* the same as splats of full resolution */
+    /* What a source emits for one tile, of coarse levels and of full resolution. */
+    struct rf_sample *samples;
+    struct rf_splat *others;
     uint64_t *items;           /* of its samples, see struct tile_samples */
     uint64_t *sorted;
     uint16_t *keys;
@@ -231,7 +232,7 @@ static rf_result sort_samples(struct builder *b, struct rf_error *error)
  * or samples of an array.
  */
 struct tile_samples {
-    int n, n_others;
+    int n, n_samples, n_others; /* of the worker */
     bool has_array;
     struct rf_tile_surfaces surfaces; /* of a source */
 };
@@ -244,7 +245,7 @@ static uint64_t array_item(uint32_t i)
     return rf_place_make((int32_t)i, 0, ARRAY_ROW, 0);
 }
 
-/* The sample that an item is; NULL: its surface. */
+/* The sample that an item of a coarse level is; NULL: its surface. */
 static const struct rf_sample *sample_of(const struct builder *b,
                                          const struct worker *w, uint64_t item)
 {
@@ -315,15 +316,21 @@ static void emit_pixel(const struct builder *b, const struct rf_group *full,
                        struct worker *w, int x, int y, struct tile_samples *s)
 {
     const struct rf_source *source = b->source;
-    struct rf_sample *at = w->samples + s->n_others;
+    struct rf_sample *at = w->samples + s->n_samples;
     int n = source->emit(source->user, s->surfaces.x + x, s->surfaces.y + y, at);
     for (int i = 0; i < n; i++, at++) {
-        struct rf_splat *other = &w->others[s->n_others++];
-        int key = key_of(b, at->r);
-        *other = (struct rf_splat){.slot = 0};
-        if (is_full_key(full, key))
-            *other = full_splat(b->c, at);
-        put_item(w, s, rf_place_make(other->slot, x, y, s->n_others), key);
+        int key = key_of(b, at->r), other;
+        int32_t slot = 0;
+        if (is_full_key(full, key)) {
+            struct rf_splat *splat = &w->others[s->n_others];
+            *splat = full_splat(b->c, at);
+            slot = splat->slot;
+            other = ++s->n_others;
+        } else {
+            w->samples[s->n_samples] = *at;
+            other = ++s->n_samples;
+        }
+        put_item(w, s, rf_place_make(slot, x, y, other), key);
     }
 }
 
@@ -517,15 +524,18 @@ static struct rf_splat plain_splat(const struct tile_samples *s, uint64_t place)
     return splat;
 }
 
-/* The list of n sorted samples of which some come from an array. */
+/* The same as splats, or of samples of which some come from an array. */
 static bool keep_splats(const struct builder *b, struct worker *w, const uint64_t *at,
                         int n, const struct tile_samples *s, struct rf_tile_list *list)
 {
     struct rf_splat *out =
         take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *out);
     for (int i = 0; out && i < n; i++) {
-        const struct rf_sample *p = sample_of(b, w, at[i]);
-        out[i] = p ? full_splat(b->c, p) : plain_splat(s, at[i]);
+        int other = rf_place_other(at[i]);
+        out[i] = rf_place_y(at[i]) == ARRAY_ROW
+                     ? full_splat(b->c, sample_of(b, w, at[i]))
+                 : other ? w->others[other - 1]
+                         : plain_splat(s, at[i]);
     }
     list->at = out;
     return out != NULL;
@@ -540,10 +550,12 @@ static bool build_full(const struct builder *b, struct worker *w, int tile,
     int from = w->count[g->first_key], n = w->count[g->first_key + g->n_bins] - from;
     if (n == 0)
         return true;
+    /* Where most samples are others, splats are the smaller list. */
+    bool has_splats = s->has_array || s->n_others > n / 4 * 3;
     list->bin = take_copy(b, w, w->count + g->first_key,
                           ((size_t)g->n_bins + 1) * sizeof *list->bin);
     if (!list->bin ||
-        !(s->has_array ? keep_splats : keep_places)(b, w, w->sorted + from, n, s, list))
+        !(has_splats ? keep_splats : keep_places)(b, w, w->sorted + from, n, s, list))
         return false;
     for (int k = 0; k <= g->n_bins; k++)
         list->bin[k] -= from;
