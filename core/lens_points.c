@@ -3,6 +3,8 @@
  * Points of the lens for several views.
  *
  *   disc     radius sqrt((i + h) / n), angle g i + a             Vogel 1979
+ *   pair     radius 1/2, angle pi / 4 + pi i: the disc's and the polygon's two, where
+ *            they are not random                                 ours
  *   circle   radius 1, angle 2 pi i / n + a                      OpenGL wikibook
  *   polygon  with (rho, phi) of the disc and k + t = phi N / (2 pi), k whole:
  *            rho ((1 - t) C_k + t C_k+1)                         ours
@@ -95,6 +97,16 @@ static void place_spiral(struct pattern *p, struct rf_lens_point *points)
     for (int i = 0; i < p->n; i++)
         put_on_shape(p, sqrt((i + p->half) / p->n), GOLDEN_ANGLE * i + p->turn,
                      &points[i]);
+}
+
+/*
+ * Two that face each other see more than the spiral's; askew, as most edges are upright
+ * or level. They lie within any polygon.
+ */
+static void place_pair(struct pattern *p, struct rf_lens_point *points)
+{
+    for (int i = 0; i < 2; i++)
+        put_on_disc(p, 0.5, RF_PI / 4 + RF_PI * i, &points[i]);
 }
 
 static void place_circle(struct pattern *p, struct rf_lens_point *points)
@@ -217,6 +229,8 @@ rf_result rf_lens_points(const struct rf_params *params, int32_t n, int32_t fram
         place_circle(&p, points);
     else if (own.lens_pattern == RF_LENS_PATTERN_GRID)
         place_grid(&p, points);
+    else if (n == 2 && !own.lens_random)
+        place_pair(&p, points);
     else
         place_spiral(&p, points);
     place_in_time(&p, own.lens_random, points);

@@ -644,13 +644,17 @@ struct view_job {
     struct fog_runs fogs;
 };
 
-/* Points that cover a disc evenly (Vogel's spiral), in lens radii. */
+/*
+ * Points that cover a disc evenly, in lens radii: Vogel's spiral. Two face each other,
+ * askew, as most edges are upright or level.
+ */
 static void place_on_disc(int i, int n, double place[2])
 {
-    const double golden_angle = 2.39996322972865332;
-    double radius = sqrt((i + 0.5) / n);
-    place[0] = radius * cos(golden_angle * i);
-    place[1] = radius * sin(golden_angle * i);
+    const double golden_angle = 2.39996322972865332, pi = 3.14159265358979324;
+    double radius = n == 2 ? 0.5 : sqrt((i + 0.5) / n);
+    double angle = n == 2 ? pi / 4 + pi * i : golden_angle * i;
+    place[0] = radius * cos(angle);
+    place[1] = radius * sin(angle);
 }
 
 /* Moves the camera over its lens and shears it back to the plane in focus. */

@@ -21,11 +21,11 @@
  * and spread as in the method layered, over that cell only; the picture is the mean of
  * the cells' pictures by area. Not the samples of a view alone in its cell are moved,
  * which stay on that view's pixels, but their footprints: these depend on r alone
- * then, and neighbours are spread together. A cell is narrower than the lens by the square
- * root of the number of cells, and so is what its views cannot see: other views show
- * that, and what none of them saw is estimated (hidden.c). Such samples only fill what
- * the cell's own leave uncovered; each, as those of views that share a cell, has the
- * weight
+ * then, and neighbours are spread together. A cell is narrower than the lens by the
+ * square root of the number of cells, and so is what its views cannot see: other views
+ * show that, and what none of them saw is estimated (hidden.c). Such samples only fill
+ * what the cell's own leave uncovered; each, as those of views that share a cell, has
+ * the weight
  *
  *   w = share / max(1/4, n),  n = own + sum over the other views (of the cell) of how
  *                                 much of the place is not occluded there

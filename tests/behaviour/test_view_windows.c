@@ -186,7 +186,7 @@ static void check_strips(const struct subject *s, int height)
     CHECK(is_smaller);
 }
 
-/* Cells, shared or not, and all views as one, refocused, with lamps and without, one view. */
+/* Cells, shared or not, all views as one, refocused, with lamps and without, one view. */
 static void every_kind_of_picture(void)
 {
     static const struct {

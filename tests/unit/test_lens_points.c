@@ -93,6 +93,28 @@ static void disc_is_vogels_spiral(void)
     }
 }
 
+/* Two see both sides of the lens; random ones still reach all of it. */
+static void two_face_each_other(void)
+{
+    for (int blades = 0; blades < 6; blades += 3) {
+        struct rf_params p = params_of(RF_LENS_PATTERN_AUTO, blades, 17, 1);
+        p.aperture_ratio = 1.5;
+        REQUIRE(make(&p, 2, 0));
+        CHECK_NEAR(points[0].u, sqrt(0.125) / 1.5, 1e-12);
+        CHECK_NEAR(points[0].v, sqrt(0.125), 1e-12);
+        CHECK_NEAR(points[1].u, -points[0].u, 1e-12);
+        CHECK_NEAR(points[1].v, -points[0].v, 1e-12);
+        p.lens_random = true;
+        double most = 0;
+        for (int frame = 0; frame < 40; frame++) {
+            REQUIRE(make(&p, 2, frame));
+            most = fmax(most, hypot(points[0].u * 1.5, points[0].v));
+            most = fmax(most, hypot(points[1].u * 1.5, points[1].v));
+        }
+        CHECK(most > (blades ? 0.6 : 0.9));
+    }
+}
+
 static void circle_is_evenly_on_the_rim(void)
 {
     for (int n = 2; n < 40; n += 9) {
@@ -302,6 +324,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(equal_areas_hold_equally_many);
     TEST(disc_is_vogels_spiral);
+    TEST(two_face_each_other);
     TEST(circle_is_evenly_on_the_rim);
     TEST(polygon_turns);
     TEST(each_cell_of_the_grid_has_one);

@@ -279,7 +279,8 @@ struct rf_lens_point {
  * - disc (Vogel 1979): radius sqrt((i + 1/2) / n), angle g i;
  * - circle: radius 1, angle 2 pi i / n;
  * - polygon: the disc's point, its radius and its place along the circle kept as those
- *   of the corners' triangles, so that equal areas hold equally many;
+ *   of the corners' triangles, so that equal areas hold equally many; two points of the
+ *   disc or the polygon: radius 1/2, angle pi / 4 + pi i;
  * - grid: about sqrt(n) rows of cells of equal area, a random place in each, mapped to
  *   the disc (Shirley and Chiu 1997), from there to the polygon where blades are given.
  * lens_random turns the disc's and the circle's points by a random angle, puts a random

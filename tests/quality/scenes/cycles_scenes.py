@@ -608,9 +608,11 @@ def render_to(path, samples, seed):
 
 
 def lens_offset(facts, index, count):
-    """Point of the lens of one view: (right, up) in scene units, a Vogel spiral."""
+    """Point of the lens of one view: (right, up) in scene units, as rf_lens_points()."""
     rho = math.sqrt((index + 0.5) / count) * facts.lens_radius
     angle = index * GOLDEN_ANGLE_RAD
+    if count == 2:
+        rho, angle = facts.lens_radius / 2, math.pi * (index + 0.25)
     return rho * math.cos(angle) / facts.ratio, rho * math.sin(angle)
 
 
