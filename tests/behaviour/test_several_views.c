@@ -161,6 +161,76 @@ static void same_bits_for_any_threads(void)
     }
 }
 
+/* Numbers that look random, of variance 1. */
+static float noise(uint32_t seed)
+{
+    seed = (seed ^ (seed >> 16)) * 0x7feb352du;
+    seed = (seed ^ (seed >> 15)) * 0x846ca68bu;
+    seed ^= seed >> 16;
+    return ((float)(seed >> 8) * 0x1p-24f - 0.5f) * sqrtf(12);
+}
+
+/*
+ * The deviation of what n views make of a grey plane of radius r_px, each with noise of
+ * variance n: the samples of one picture shared out.
+ */
+static double grain(int n, double r_px)
+{
+    enum { MOST = 32 };
+    static struct rf_lens_point lens[MOST];
+    struct frame views[MOST], result = frame_make(WIDTH, HEIGHT, 3);
+    struct rf_view view[MOST];
+    struct rf_params params;
+    struct rf_image out = rf_image_packed(result.out, WIDTH, HEIGHT, 3);
+    plain_params(&params, RF_METHOD_VIEWS);
+    CHECK(rf_lens_points(&params, n, 0, lens, NULL) == RF_OK);
+    for (int j = 0; j < n; j++) {
+        views[j] = frame_make(WIDTH, HEIGHT, 3);
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            float v = 0.5f + 0.02f * sqrtf((float)n) * noise((uint32_t)(i * MOST + j));
+            for (int c = 0; c < 3; c++)
+                views[j].colour[3 * i + c] = v;
+            views[j].depth[i] = plain_depth(r_px);
+        }
+        view[j] = (struct rf_view){
+            .colour = rf_image_packed(views[j].colour, WIDTH, HEIGHT, 3),
+            .depth = rf_image_packed(views[j].depth, WIDTH, HEIGHT, 1),
+            .lens_offset = {lens[j].u * 40, lens[j].v * 40},
+            .shear_distance = PLAIN_FOCUS};
+    }
+    struct rf_context_params run = {.size = sizeof run, .n_threads = 2};
+    struct rf_context *context;
+    struct rf_filter *filter;
+    CHECK(rf_context_create(&context, &run, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &params, WIDTH, HEIGHT, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, view, n, &out, NULL, NULL) == RF_OK);
+    double squares = 0;
+    for (int y = MARGIN; y < HEIGHT - MARGIN; y++)
+        for (int x = MARGIN; x < WIDTH - MARGIN; x++)
+            squares += pow(result.out[(y * WIDTH + x) * 3] - 0.5, 2);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    for (int j = 0; j < n; j++)
+        frame_free(&views[j]);
+    frame_free(&result);
+    return sqrt(squares / ((WIDTH - 2 * MARGIN) * (HEIGHT - 2 * MARGIN)));
+}
+
+/* 0.2 dB are 2.3 % of the deviation. */
+static void many_views_are_no_grainier(void)
+{
+    static const double radii[] = {0.3, 1, 2, 3.5, 7};
+    for (int k = 0; k < 5; k++) {
+        double eight = grain(8, radii[k]);
+        for (int n = 12; n <= 32; n = n == 12 ? 16 : 2 * n) {
+            double many = grain(n, radii[k]);
+            printf("# radius %g: 8 views %.5f, %d views %.5f\n", radii[k], eight, n,
+                   many);
+            CHECK(many < 1.023 * eight);
+        }
+    }
+}
+
 /* Refocused to the plane, it is what the views show there, and nothing is dark. */
 static void refocused_it_is_sharp(void)
 {
@@ -229,6 +299,7 @@ int main(int argc, char **argv)
     TEST(a_lamp_keeps_its_light);
     TEST(grey_and_alpha);
     TEST(same_bits_for_any_threads);
+    TEST(many_views_are_no_grainier);
     TEST(refocused_it_is_sharp);
     TEST(a_view_shows_what_the_other_does_not);
     return testing_end();
