@@ -102,16 +102,30 @@ static bool load_row(const float *const planes[4], const float *radius, int n,
     return !is_opaque;
 }
 
+/* Four floats from a and four from b, without a way through memory. */
+static inline vf load_halves(const float *a, const float *b)
+{
+#ifdef __AVX__
+    __m256 low = _mm256_castps128_ps256(_mm_loadu_ps(a));
+    return (vf)_mm256_insertf128_ps(low, _mm_loadu_ps(b), 1);
+#else
+    vf v;
+    memcpy(&v, a, 4 * sizeof *a);
+    memcpy((float *)&v + 4, b, 4 * sizeof *b);
+    return v;
+#endif
+}
+
 static void unload_row(const struct rf_surface *at, int n, float *radius,
                        float *luminance)
 {
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
         vf v[4];
-        for (int i = 0; i < LANES; i++) {
-            memcpy((float *)&v[i / 2] + i % 2 * 4, at[x + i].c, sizeof at[x + i].c);
+        for (int i = 0; i < 4; i++)
+            v[i] = load_halves(at[x + 2 * i].c, at[x + 2 * i + 1].c);
+        for (int i = 0; i < LANES; i++)
             radius[x + i] = at[x + i].r;
-        }
         turn(v);
         turn(v);
         turn(v);
