@@ -58,6 +58,7 @@ struct block {
 
 struct search {
     const struct rf_surfaces *s;
+    const struct rf_known *known; /* or NULL */
     const struct rf_kernels *kernels;
     struct rf_backs backs;
     int n_threads, n_x, n_y;
@@ -445,6 +446,20 @@ static bool may_hide(const struct search *search, struct scratch *scratch, int x
     return is_mixed || search->kernels->has_candidate(&search->backs, &scratch->group);
 }
 
+/* Does somebody show what lies behind the first of 4 x 4 pixels? */
+static bool is_known(const struct search *search, struct scratch *scratch, int x, int y)
+{
+    const struct rf_surfaces *s = search->s;
+    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+    if (!search->known || !(s->share[i] > 0))
+        return false;
+    struct rf_surface hidden;
+    struct rf_hidden_query query = query_at(search, x, y, s->near[i].r);
+    int d2;
+    return estimate(search, &query, scratch, &hidden, &d2) &&
+           search->known->is_shown(search->known->user, x, y, &hidden);
+}
+
 /* Answers 4 x 4 pixels: deep behind a surface they share one answer. */
 static void search_group(const struct search *search, struct scratch *scratch, int x0,
                          int y0, struct rf_surface *hidden, float *weight)
@@ -452,7 +467,7 @@ static void search_group(const struct search *search, struct scratch *scratch, i
     const struct rf_surfaces *s = search->s;
     size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
     int d2 = 0;
-    if (!may_hide(search, scratch, x0, y0)) {
+    if (!may_hide(search, scratch, x0, y0) || is_known(search, scratch, x0, y0)) {
         for (int y = y0; y < rf_min_int(y0 + GROUP, s->height); y++)
             memset(weight + (size_t)y * (size_t)s->width + x0, 0,
                    (size_t)rf_min_int(GROUP, s->width - x0) * sizeof *weight);
@@ -486,11 +501,13 @@ static void search_block(const struct search *search, struct scratch *scratch, i
 }
 
 rf_result rf_find_hidden(const struct rf_filter *filter,
-                         const struct rf_surfaces *surfaces, struct rf_surface *hidden,
+                         const struct rf_surfaces *surfaces,
+                         const struct rf_known *known, struct rf_surface *hidden,
                          float *weight, struct rf_task *task, struct rf_error *error)
 {
     const struct rf_context *context = filter->context;
     struct search search = {.s = surfaces,
+                            .known = known,
                             .kernels = context->kernels,
                             .n_threads = context->n_threads,
                             .n_x = (surfaces->width + BLOCK - 1) / BLOCK,

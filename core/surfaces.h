@@ -73,11 +73,22 @@ void rf_split_end(const struct rf_filter *filter, struct rf_pixels *pixels,
                   struct rf_surfaces *out, bool keeps_pixels);
 
 /*
+ * Who knows better than an estimate: does anyone show what lies behind pixel (x, y), if
+ * it is `estimate`? Any thread asks.
+ */
+struct rf_known {
+    bool (*is_shown)(void *user, int x, int y, const struct rf_surface *estimate);
+    void *user;
+};
+
+/*
  * Estimates what lies behind the near surface of each pixel (hidden.c); weight[i] is 1
- * where hidden[i] was found, else 0.
+ * where hidden[i] was found, else 0. Around pixels for which `known` (or NULL) shows
+ * what lies behind nothing is estimated.
  */
 rf_result rf_find_hidden(const struct rf_filter *filter,
-                         const struct rf_surfaces *surfaces, struct rf_surface *hidden,
+                         const struct rf_surfaces *surfaces,
+                         const struct rf_known *known, struct rf_surface *hidden,
                          float *weight, struct rf_task *task, struct rf_error *error);
 
 /* How often rf_find_hidden() steps its task for a picture of that height. */

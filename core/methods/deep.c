@@ -482,7 +482,7 @@ static rf_result find_hidden(struct deep *d, struct rf_task *task,
         return rf_fail_memory(error, n, sizeof *d->hidden);
     set_surfaces(d);
     rf_task_phase(task, 0.4, (d->picture.height + 1) / 2);
-    return rf_find_hidden(f, &d->picture.surfaces, d->hidden, d->hidden_weight, task,
+    return rf_find_hidden(f, &d->picture.surfaces, NULL, d->hidden, d->hidden_weight, task,
                           error);
 }
 

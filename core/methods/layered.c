@@ -58,7 +58,7 @@ static rf_result find_hidden(struct layered *l, struct rf_task *task,
     if (!l->hidden || !l->hidden_weight)
         return rf_fail_memory(error, n, sizeof *l->hidden);
     rf_task_phase(task, 0.4, rf_hidden_steps(l->picture.height));
-    return rf_find_hidden(f, &l->picture.surfaces, l->hidden, l->hidden_weight, task,
+    return rf_find_hidden(f, &l->picture.surfaces, NULL, l->hidden, l->hidden_weight, task,
                           error);
 }
 

@@ -21,11 +21,12 @@
  * and spread as in the method layered, over that cell only; the picture is the mean of
  * the cells' pictures by area. Not the samples of a view alone in its cell are moved,
  * which stay on that view's pixels, but their footprints: these depend on r alone
- * then, and neighbours are spread together. A cell is narrower than the lens by the
- * square root of the number of cells, and so is what its views cannot see: other views
- * show that, and what none of them saw is estimated (hidden.c). Such samples only fill
- * what the cell's own leave uncovered; each, as those of views that share a cell, has
- * the weight
+ * then, and neighbours are spread together.
+ *
+ * A cell is narrower than the lens by the square root of the number of cells, and so is
+ * what its views cannot see. Of the other views, the nearest that does shows that; what
+ * none of them saw is estimated (hidden.c). Such samples only fill what the cell's own
+ * leave uncovered. Those of views that share a cell have the weight
  *
  *   w = share / max(1/4, n),  n = own + sum over the other views (of the cell) of how
  *                                 much of the place is not occluded there
@@ -341,7 +342,10 @@ static int emit_own(void *user, int x, int y, struct rf_sample *at)
         if (!rf_view_is_rendered(picture, x, y)) {
             struct rf_view_place place =
                 rf_view_place_of(v, cell->middle, p.x, p.y, p.r);
-            p.w *= rf_views_leave(v, cell->middle, place, CONTINUED_WEIGHT);
+            float left = rf_views_leave(v, cell->middle, place, CONTINUED_WEIGHT);
+            if (left <= CONTINUED_WEIGHT)
+                continue;
+            p.w *= left;
         }
         emit_moved(cell, p, x, y, &out);
     }
@@ -457,6 +461,16 @@ static rf_result set_sources(struct cell *cell, struct rf_scene *scene,
 
 /* ---- all cells ------------------------------------------------------------------ */
 
+/* Do other views show what may lie behind a pixel of the middle one? */
+static bool is_shown(void *user, int x, int y, const struct rf_surface *hidden)
+{
+    const struct cell *cell = user;
+    struct rf_view_place place = rf_view_place_of(
+        cell->v, cell->middle, (float)x + 0.5f, (float)y + 0.5f, hidden->r);
+    return rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT) <=
+           ESTIMATE_WEIGHT;
+}
+
 static rf_result find_hidden(struct cell *cell, double progress_to,
                              struct rf_error *error)
 {
@@ -468,7 +482,9 @@ static rf_result find_hidden(struct cell *cell, double progress_to,
     if (!cell->hidden || !cell->hidden_weight)
         return rf_fail_memory(error, n, sizeof *cell->hidden);
     rf_task_phase(cell->v->work->task, progress_to, rf_hidden_steps(picture->height));
-    return rf_find_hidden(&cell->filter, &picture->surfaces, cell->hidden,
+    struct rf_known known = {is_shown, cell};
+    return rf_find_hidden(&cell->filter, &picture->surfaces,
+                          cell->is_whole ? NULL : &known, cell->hidden,
                           cell->hidden_weight, cell->v->work->task, error);
 }
 

@@ -5,13 +5,9 @@
 
 #include "../picture.h"
 
-enum {
-    RF_MOST_CELLS = 8,
-    /* So many views, the nearest ones, stand for what a cell's own views do not see. */
-    RF_N_FILLERS = 2,
-};
+enum { RF_MOST_CELLS = 8 };
 
-/* Least and greatest shift of a place in any view, right and down: slope r + base, px. */
+/* Least and greatest shift of a place in any view, right and down: slope r + base. */
 struct rf_view_range {
     float slope[2][2], base[2][2];
 };
@@ -19,14 +15,17 @@ struct rf_view_range {
 /* Which views a cell of the lens asks. */
 struct rf_cell_views {
     uint64_t own;
-    /* Per view: which others, not among the own, are nearer to the cell's middle one. */
+    /* Per view: which others, not among the own, are nearer to the middle one. */
     uint64_t nearer[RF_MAX_VIEWS];
 };
 
-/* A piece of surface that stands for something in cells whose views do not see it. */
+/*
+ * A piece of surface that fills a gap in cells whose views do not see it: those to
+ * which no other view that shows it is nearer.
+ */
 struct rf_unseen {
     int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
-    float weight;   /* rf_view_weight(), were there as many views as stand for it */
+    float weight;   /* its share of a pixel, as rf_view_weight() if alone */
     uint32_t cells; /* bit i: cell i */
 };
 

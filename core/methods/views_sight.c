@@ -413,18 +413,18 @@ static void look_at_parts(const struct rf_views *v, int j, struct parts *parts)
 }
 
 /*
- * The cells in which a view stands for what their own do not see: not where
- * RF_N_FILLERS that are nearer show it, since more are no better.
+ * The cells in which a view stands for what their own do not see: not where one that is
+ * nearer shows it. The mean of two is better by 0.02 dB at the most, that of all by
+ * less than that again, and they are as many samples more.
  */
 static uint32_t cells_of(const struct rf_views *v, int view, uint64_t unseen)
 {
-    _Static_assert(RF_N_FILLERS == 2, "no more than one view may come before");
     uint32_t cells = 0;
     for (int i = 0; i < v->n_cells; i++) {
         const struct rf_cell_views *cell = &v->cells[i];
-        uint64_t before = cell->nearer[view] & ~unseen;
-        bool fills = (unseen & cell->own) == cell->own && !(before & (before - 1));
-        cells |= (uint32_t)fills << i;
+        bool is_gap = (unseen & cell->own) == cell->own;
+        bool is_nearest = !(cell->nearer[view] & ~unseen);
+        cells |= (uint32_t)(is_gap & is_nearest) << i;
     }
     return cells;
 }
@@ -458,10 +458,10 @@ static int list_block(const struct blocks *b, int view, int bx, int y,
             is_far ? &l->surfaces.far[pixel] : &l->surfaces.near[pixel];
         float share = parts.share[i], shown = (float)parts.n_whole[i] + parts.shown[i];
         int n_seeing = v->work->n_views - __builtin_popcountll(parts.unseen[i]);
-        float fillers = (float)n_seeing / (float)rf_min_int(n_seeing, RF_N_FILLERS);
+        float weight = weight_of(share, is_far ? share : 1, shown, 0, true);
         at[n++] = (struct rf_unseen){
             .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
-            .weight = weight_of(share, is_far ? share : 1, shown, 0, true) * fillers,
+            .weight = weight * (float)n_seeing,
             .cells = cells};
     }
     return n;

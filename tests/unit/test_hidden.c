@@ -8,6 +8,7 @@ enum { SIDE = 32, POST = 12, POST_END = 20, N = SIDE * SIDE };
 static const float POST_R = -6, WALL_R = 5;
 static struct rf_surface near[N], far[N], hidden[N];
 static float share[N], weight[N];
+static const struct rf_known *known;
 
 /*
  * The columns to both sides of the post are mixed, `share` its part of them; the wall
@@ -40,7 +41,8 @@ static void search(float wall, float mixed_share, float mixed_wall)
     rf_params_init(&params);
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
-    REQUIRE(rf_find_hidden(filter, &surfaces, hidden, weight, &task, NULL) == RF_OK);
+    REQUIRE(rf_find_hidden(filter, &surfaces, known, hidden, weight, &task, NULL) ==
+            RF_OK);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
 }
@@ -59,6 +61,26 @@ static void the_wall_goes_on_behind_the_post(void)
         CHECK_NEAR(at(x)->r, WALL_R, 1e-3);
     }
     CHECK(weight[SIDE / 2 * SIDE + POST - 1] == 0); /* nothing is behind the wall */
+}
+
+/* Somebody shows the upper half of the wall. */
+static bool is_in_upper_half(void *user, int x, int y,
+                             const struct rf_surface *estimate)
+{
+    (void)user;
+    CHECK(x >= POST && x < POST_END);
+    CHECK_NEAR(estimate->r, WALL_R, 1e-3);
+    return y < SIDE / 2;
+}
+
+static void what_is_shown_is_not_estimated(void)
+{
+    const struct rf_known upper_half = {is_in_upper_half, NULL};
+    known = &upper_half;
+    search(0.5f, 0.5f, 0.5f);
+    known = NULL;
+    for (int y = 0; y < SIDE; y++)
+        CHECK(weight[y * SIDE + POST + 2] == (y < SIDE / 2 ? 0 : 1));
 }
 
 /* Though the wall around it has another colour. */
@@ -86,6 +108,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(the_wall_goes_on_behind_the_post);
+    TEST(what_is_shown_is_not_estimated);
     TEST(behind_a_mixed_pixel_is_its_far_part);
     TEST(a_sliver_is_not);
     TEST(a_hidden_lamp_is_dimmed);
