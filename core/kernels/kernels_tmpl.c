@@ -124,22 +124,22 @@ static inline __attribute__((always_inline)) void
 spread_some(const struct spread_list *list, int first, int n_splats, float *origin,
             const struct rf_footprint *f, int x, int y, int n_planes, bool has_places)
 {
-    const struct rf_splat *s = list->splats + first;
-    const rf_place *places = list->places + first;
     vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
     for (int i = 0; i < n_splats; i++) {
-        const float *c = s[i].c;
+        const float *c;
         float cover = 1;
         if (has_places) {
             const struct rf_tile_surfaces *t = list->surfaces;
-            int other = n_splats == 4 ? 0 : rf_place_other(places[i]);
-            c = rf_tile_surface(t, rf_place_x(places[0]), rf_place_y(places[0]))[i].c;
+            const rf_place *at = list->places + first;
+            int other = n_splats == 4 ? 0 : rf_place_other(at[i]);
+            c = rf_tile_surface(t, rf_place_x(at[0]), rf_place_y(at[0]))[i].c;
             if (other) {
                 c = t->others[other - 1].c;
                 cover = t->others[other - 1].cover;
             }
         } else {
-            cover = s[i].cover;
+            c = list->splats[first + i].c;
+            cover = list->splats[first + i].cover;
         }
         for (int p = 0; p < n_planes - 1; p++)
             value[i][p] = SPLAT(c[p]);
@@ -161,7 +161,7 @@ spread_all(struct rf_accumulator *acc, const struct spread_list *list, int n,
         y0 -= list->surfaces->y;
     }
     for (int i = 0, n_splats; i < n; i += n_splats) {
-        const struct rf_splat *s = list->splats + i;
+        const struct rf_splat *s = has_places ? NULL : list->splats + i;
         rf_place place = has_places ? list->places[i] : 0;
         int x = (has_places ? rf_place_x(place) : s->x) - x0;
         int y = (has_places ? rf_place_y(place) : s->y) - y0;
