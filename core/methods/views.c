@@ -36,9 +36,6 @@
  * far part at or behind r - 0.8, 1 - its share; else 1; outside the picture 0. What
  * continues a picture beyond its border fills only what no view shows.
  *
- * What is almost in focus is the same in all cells that views share: there the samples
- * of all views are the own ones, with that weight.
- *
  * A lens stopped down to the places of less than half of the views is one cell instead,
  * of which the samples of all views are the own ones, with that weight.
  *
@@ -68,7 +65,6 @@ struct cell {
     int index;               /* among the cells */
     uint64_t own;            /* those views */
     bool is_whole;           /* it is all of the lens, and they are all of the views */
-    bool is_shared;          /* there are more views than cells; not the whole lens */
     int middle;              /* the view to estimate hidden samples from */
     struct rf_filter filter; /* with the part as its aperture */
     float centroid[2];
@@ -138,37 +134,20 @@ static void collect_own(void *user, struct rf_surface *s, int x, int y, float w)
     put(c, p, x, y);
 }
 
-/*
- * What is almost in focus belongs to all shared cells, with the samples of all views:
- * its footprints are too small to even out the grain of a few, and what they reach is
- * much the same through all of the lens.
- */
-static const float COMMON_PX = 4;
-
-static bool is_common(const struct cell *cell, float r)
-{
-    return cell->is_shared && fabsf(r) < COMMON_PX;
-}
-
-/* What view c->view adds to a cell that several views may share. */
+/* What view c->view adds to the cell of several views. */
 static void collect_shared(void *user, struct rf_surface *s, int x, int y, float w)
 {
     struct collector *c = user;
     const struct rf_views *v = c->cell->v;
     const struct rf_picture *picture = &v->pictures[c->view];
     struct rf_sample p = rf_sample_make(s, x, y, w);
-    bool is_rendered = rf_view_is_rendered(picture, x, y);
-    bool is_for_all = is_common(c->cell, p.r);
-    if (!(c->cell->own >> c->view & 1) && !(is_for_all && is_rendered))
-        return;
     if (c->out.at) {
         bool is_far =
             s !=
             &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
-        uint64_t views = is_for_all ? RF_ALL_VIEWS : c->cell->own;
-        p.w = rf_view_weight(v, views, c->view,
+        p.w = rf_view_weight(v, c->cell->own, c->view,
                              rf_view_place_of(v, c->view, p.x, p.y, p.r), p.w, is_far,
-                             is_rendered);
+                             rf_view_is_rendered(picture, x, y));
     }
     put(c, p, x, y);
 }
@@ -202,8 +181,6 @@ static void collect_others(struct collector *c, int y)
         const struct rf_surface *s =
             u->part & 1 ? &picture->surfaces.far[i] : &picture->surfaces.near[i];
         struct rf_sample p = rf_sample_make(s, x, y, u->weight);
-        if (is_common(cell, p.r))
-            continue;
         if (c->out.at) {
             struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
             p.w *= 1 - seen_by_own(cell, place);
@@ -237,7 +214,7 @@ static int n_own(const struct cell *cell)
     return __builtin_popcountll(cell->own);
 }
 
-/* The views in the order of their blocks of rows: first those of the cell. */
+/* The own views come first, then the others. */
 static int view_of_block(const struct cell *cell, int block)
 {
     bool is_own = block < n_own(cell);
@@ -245,12 +222,6 @@ static int view_of_block(const struct cell *cell, int block)
     for (;; j++)
         if ((cell->own >> j & 1) == is_own && left-- == 0)
             return j;
-}
-
-/* Views of which a cell has visible samples. */
-static int n_visible_views(const struct cell *cell)
-{
-    return cell->is_shared ? cell->v->work->n_views : n_own(cell);
 }
 
 /*
@@ -262,19 +233,18 @@ static size_t collect_row(void *user, int i, struct rf_sample *at)
     struct cell *cell = user;
     struct rf_views *v = cell->v;
     int height = v->pictures[0].height, block = i / height, y = i % height;
-    int n_visible = n_visible_views(cell), n_others = v->work->n_views - n_own(cell);
     struct collector c = {.cell = cell, .out = {at, 0}};
-    if (block < n_visible) {
-        c.view = view_of_block(cell, block);
-        rf_picture_visit_row(&v->pictures[c.view], y,
-                             n_visible > 1 ? collect_shared : collect_own, &c);
-    } else if (block < n_visible + n_others) {
-        c.view = view_of_block(cell, n_own(cell) + block - n_visible);
-        collect_others(&c, y);
-    } else {
+    if (block == v->work->n_views) {
         c.view = cell->middle;
         collect_hidden(&c, y);
+        return c.out.n;
     }
+    c.view = view_of_block(cell, block);
+    if (!(cell->own >> c.view & 1))
+        collect_others(&c, y);
+    else
+        rf_picture_visit_row(&v->pictures[c.view], y,
+                             n_own(cell) > 1 ? collect_shared : collect_own, &c);
     return c.out.n;
 }
 
@@ -520,8 +490,8 @@ static rf_result run_cell(struct cell *cell, double progress_to, struct rf_error
                              .task = work->task,
                              .progress_to = progress_to};
     int height = picture->height, n_views = work->n_views;
-    int n_visible = n_visible_views(cell) * height;
-    int n_others = (n_views - n_own(cell) + (cell->hidden ? 1 : 0)) * height;
+    int n_visible = n_own(cell) * height;
+    int n_others = (n_views + (cell->hidden ? 1 : 0)) * height - n_visible;
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = cell->is_on_grid
                      ? set_sources(cell, &scene, error)
@@ -691,7 +661,7 @@ static void set_grid(struct cell *cell)
 {
     static const double FAR = 1; /* in extents of the cell */
     const struct rf_work_view *view = &cell->v->work->views[cell->middle];
-    cell->is_on_grid = !cell->is_shared;
+    cell->is_on_grid = n_own(cell) == 1;
     for (int k = 0; k < 2; k++) {
         double sign = k ? -1 : 1; /* v is up */
         double slope = cell->centroid[k] - (double)view->lens[k] * view->shift_scale;
@@ -739,10 +709,7 @@ static int make_cells(struct rf_views *v, struct cell *cells, double *area)
     for (int i = 0; i < n_sites; i++) {
         double centroid[2];
         uint64_t own = views_at(&parts, n_views, site, n_sites, i);
-        cells[n] = (struct cell){.v = v,
-                                 .own = own,
-                                 .is_shared = n_sites < n_views,
-                                 .filter = *work->filter};
+        cells[n] = (struct cell){.v = v, .own = own, .filter = *work->filter};
         area[n] = rf_shape_part(&work->filter->shape, site, n_sites, i,
                                 &cells[n].filter.shape, centroid);
         if (!own || !(area[n] > 0))
