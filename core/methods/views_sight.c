@@ -301,7 +301,7 @@ static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int
     const struct rf_picture *l = &v->pictures[j];
     const struct block *block = &b->at[block_index(b, view, bx, by)];
     const int at[2] = {bx * BLOCK, by * BLOCK}, size[2] = {l->width, l->height};
-    int first[2], last[2]; /* blocks of view j that it may lie in */
+    int first[2] = {0}, last[2] = {0}; /* blocks of view j that it may lie in */
     for (int k = 0; k < 2; k++) {
         float a = parallax->slope[k] * block->lowest;
         float z = parallax->slope[k] * block->highest;

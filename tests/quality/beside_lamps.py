@@ -6,8 +6,15 @@ import OpenImageIO
 
 
 def display(path):
-    """R, G and B of a picture as compared: clipped, gamma 2.2."""
-    pixels = OpenImageIO.ImageBuf(str(path)).get_pixels(OpenImageIO.FLOAT)[..., :3]
+    """R, G and B of a picture as compared: clipped, gamma 2.2.
+
+    Straight from the file: an ImageBuf may show what a file of that name held before, if
+    both were written within a second.
+    """
+    file = OpenImageIO.ImageInput.open(str(path))
+    assert file, OpenImageIO.geterror()
+    pixels = file.read_image(format="float")[..., :3]
+    file.close()
     return numpy.clip(pixels, 0, 1) ** (1 / 2.2)
 
 
