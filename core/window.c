@@ -21,9 +21,9 @@
  * the levels must be those of the whole picture, since sums are in their order: windows
  * begin at multiples of the coarsest one. They may end anywhere.
  *
- * Several views: methods/views.c has the margin (rf_views_margin()). Each is surveyed
- * by itself. Places between pixels are whole 128ths of one (rf_snap_px()), so that they
- * are the same from wherever they are counted.
+ * Several views: methods/views_lens.c has the margin (rf_views_margin()). Each is
+ * surveyed by itself. Places between pixels are whole 128ths of one (rf_snap_px()), so
+ * that they are the same from wherever they are counted.
  */
 #include "composer.h"
 #include "picture.h"

@@ -110,6 +110,66 @@ static inline float rf_view_pixel_sees(const struct rf_picture *l, int x, int y,
     return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
 }
 
+/* ---- cells of the lens --------------------------------------------------------- */
+
+enum { RF_VIEW_PHASES = 5 }; /* places of a sample in a pixel; odd: one is its centre */
+
+/* The part of the lens for which some of the views stand. */
+struct rf_view_cell {
+    struct rf_views *v;
+    int index;               /* among the cells */
+    uint64_t own;            /* those views */
+    bool is_whole;           /* it is all of the lens, and they are all of the views */
+    int middle;              /* the view to estimate hidden samples from */
+    struct rf_filter filter; /* with the part as its aperture */
+    float centroid[2];
+    float extent[2]; /* half width and height of what it makes of radius 1, px */
+    /*
+     * Of one view, and near its place: samples stay on that view's pixels, moved by
+     * whole px, and footprints lie beside them as far as they would have moved. What
+     * other views show goes to the nearest of those pixels.
+     */
+    bool is_on_grid;
+    int shift[2];
+    struct rf_drift drift;
+    struct rf_surface *hidden; /* NULL: not asked for */
+    float *hidden_weight;
+    struct rf_sample *samples;
+};
+
+static inline int rf_view_cell_n_own(const struct rf_view_cell *cell)
+{
+    return __builtin_popcountll(cell->own);
+}
+
+/* ---- views_lens.c -------------------------------------------------------------- */
+
+/* The view from the place nearest to the lens' centre. */
+int rf_views_middle(const struct rf_work *work);
+
+/*
+ * Cuts the lens into cells, as many as views at the most, and their areas; returns how
+ * many there are. Many views share them: a pixel of a cell has the samples of its own
+ * views alone, and few of them are grain.
+ */
+int rf_views_make_cells(struct rf_views *v, struct rf_view_cell *cells, double *area);
+
+/*
+ * How far beyond the picture lies what the cells can show of it, px: what their views
+ * see, moved to the cell's place, and its footprint.
+ */
+float rf_views_border(const struct rf_work *work, const struct rf_view_cell *cells,
+                      int n);
+
+/* ---- views_cell.c -------------------------------------------------------------- */
+
+/*
+ * The picture through the cell, to the colours of the work. Its samples and estimates
+ * are to be freed in any case.
+ */
+rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
+                           struct rf_error *error);
+
 /* ---- views_sight.c ------------------------------------------------------------- */
 
 /* How much of a place view j sees, and whether in what was rendered. */

@@ -1,0 +1,426 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * views: the picture through one cell of the lens, as views.c says: samples of the
+ * cell's own views, those that others show of what these do not see, and estimates.
+ */
+#include "../composer.h"
+#include "views.h"
+
+/* Of an estimated hidden sample, against those that another view shows. */
+static const float ESTIMATE_WEIGHT = 0.1f;
+
+/* What collects the samples of one row of view `view` for a cell. */
+struct collector {
+    const struct rf_view_cell *cell;
+    int view;
+    struct rf_samples out;
+};
+
+/* Does a sample's footprint reach the scene, and does the sample lie in it? */
+static bool is_in_scene(const struct rf_view_cell *cell, const struct rf_sample *p)
+{
+    const struct rf_picture *l = &cell->v->pictures[cell->middle];
+    const float at[2] = {p->x, p->y};
+    const int first[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
+    const int rendered[2] = {l->filter->width, l->filter->height};
+    for (int k = 0; k < 2; k++) {
+        /* Coarse levels reach farther than the footprint does. */
+        float reach = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
+        float px = fabsf(p->r) * reach + 8;
+        float from = rf_max_float((float)first[k] - px, 0);
+        float to = rf_min_float((float)(first[k] + rendered[k]) + px, (float)size[k]);
+        if (!(at[k] >= from && at[k] < to))
+            return false;
+    }
+    return true;
+}
+
+static void put(struct collector *c, struct rf_sample p, int x, int y)
+{
+    const struct rf_view_cell *cell = c->cell;
+    const struct rf_picture *picture = &cell->v->pictures[c->view];
+    struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
+    p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
+    p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
+    if (is_in_scene(cell, &p))
+        rf_picture_emit(picture, p, x, y, &c->out);
+}
+
+/* Of what continues a picture, where other views show what is there. */
+static const float CONTINUED_WEIGHT = 1e-6f;
+
+static void collect_own(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct collector *c = user;
+    const struct rf_views *v = c->cell->v;
+    struct rf_sample p = rf_sample_make(s, x, y, w);
+    if (c->out.at && !rf_view_is_rendered(&v->pictures[c->view], x, y)) {
+        struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+        p.w *= rf_views_leave(v, c->view, place, CONTINUED_WEIGHT);
+    }
+    put(c, p, x, y);
+}
+
+/* What view c->view adds to the cell of several views. */
+static void collect_shared(void *user, struct rf_surface *s, int x, int y, float w)
+{
+    struct collector *c = user;
+    const struct rf_views *v = c->cell->v;
+    const struct rf_picture *picture = &v->pictures[c->view];
+    struct rf_sample p = rf_sample_make(s, x, y, w);
+    if (c->out.at) {
+        bool is_far =
+            s !=
+            &picture->surfaces.near[(size_t)y * (size_t)picture->width + (size_t)x];
+        p.w = rf_view_weight(v, c->cell->own, c->view,
+                             rf_view_place_of(v, c->view, p.x, p.y, p.r), p.w, is_far,
+                             rf_view_is_rendered(picture, x, y));
+    }
+    put(c, p, x, y);
+}
+
+/* How much the cell's own views show of a place in what was rendered. */
+static float seen_by_own(const struct rf_view_cell *cell, struct rf_view_place place)
+{
+    float most = 0;
+    for (uint64_t left = cell->own; left; left &= left - 1) {
+        bool is_true;
+        float seen = rf_view_sees(cell->v, __builtin_ctzll(left), place, &is_true);
+        most = is_true ? rf_max_float(seen, most) : most;
+    }
+    return most;
+}
+
+/* What the cell's own views do not see, in row y of view c->view. */
+static void collect_others(struct collector *c, int y)
+{
+    const struct rf_view_cell *cell = c->cell;
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *picture = &v->pictures[c->view];
+    const struct rf_unseen_row *row =
+        &v->unseen[(size_t)c->view * (size_t)picture->height + (size_t)y];
+    for (int k = 0; k < row->n; k++) {
+        const struct rf_unseen *u = &row->at[k];
+        if (!(u->cells >> cell->index & 1))
+            continue;
+        int x = u->part / 4;
+        size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
+        const struct rf_surface *s =
+            u->part & 1 ? &picture->surfaces.far[i] : &picture->surfaces.near[i];
+        struct rf_sample p = rf_sample_make(s, x, y, u->weight);
+        if (c->out.at) {
+            struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
+            p.w *= 1 - seen_by_own(cell, place);
+        }
+        put(c, p, x, y);
+    }
+}
+
+/* Estimates count little where a view shows what they stand for. */
+static void collect_hidden(struct collector *c, int y)
+{
+    const struct rf_view_cell *cell = c->cell;
+    int width = cell->v->pictures[c->view].width;
+    for (int x = 0; x < width; x++) {
+        size_t i = (size_t)y * (size_t)width + (size_t)x;
+        struct rf_sample p =
+            rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
+        if (!(p.w > 0))
+            continue;
+        if (c->out.at && !cell->is_whole) {
+            struct rf_view_place place =
+                rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
+            p.w *= rf_views_leave(cell->v, c->view, place, ESTIMATE_WEIGHT);
+        }
+        put(c, p, x, y);
+    }
+}
+
+/* The own views come first, then the others. */
+static int view_of_block(const struct rf_view_cell *cell, int block)
+{
+    bool is_own = block < rf_view_cell_n_own(cell);
+    int left = is_own ? block : block - rf_view_cell_n_own(cell), j = 0;
+    for (;; j++)
+        if ((cell->own >> j & 1) == is_own && left-- == 0)
+            return j;
+}
+
+/*
+ * Row i of the visible samples, then of those of the other views, then of the
+ * estimates.
+ */
+static size_t collect_row(void *user, int i, struct rf_sample *at)
+{
+    struct rf_view_cell *cell = user;
+    struct rf_views *v = cell->v;
+    int height = v->pictures[0].height, block = i / height, y = i % height;
+    struct collector c = {.cell = cell, .out = {at, 0}};
+    if (block == v->work->n_views) {
+        c.view = cell->middle;
+        collect_hidden(&c, y);
+        return c.out.n;
+    }
+    c.view = view_of_block(cell, block);
+    if (!(cell->own >> c.view & 1))
+        collect_others(&c, y);
+    else
+        rf_picture_visit_row(
+            &v->pictures[c.view], y,
+            rf_view_cell_n_own(cell) > 1 ? collect_shared : collect_own, &c);
+    return c.out.n;
+}
+
+/* ---- cells of one view ---------------------------------------------------------- */
+
+/* Pixels of the scene to those of the view, and the part of n that the view has. */
+struct run {
+    int x, y, first, end;
+};
+
+static struct run run_of(const struct rf_view_cell *cell, int x, int y, int n)
+{
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    struct run r = {.x = x - cell->shift[0], .y = y - cell->shift[1]};
+    r.first = rf_min_int(rf_max_int(-r.x, 0), n);
+    r.end = rf_max_int(rf_min_int(picture->width - r.x, n), r.first);
+    if (r.y < 0 || r.y >= picture->height)
+        r.end = r.first;
+    return r;
+}
+
+static struct rf_emission survey_own(void *user, int x, int y, int n)
+{
+    const struct rf_view_cell *cell = user;
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    struct run r = run_of(cell, x, y, n);
+    if (r.first == r.end)
+        return (struct rf_emission){0, 0};
+    uint64_t all = UINT64_MAX >> (64 - (r.end - r.first)) << r.first, plain = 0;
+    /* What continues the picture has another weight. */
+    int first = rf_max_int(r.first, picture->x0 - r.x);
+    int end = rf_min_int(r.end, picture->x0 + picture->filter->width - r.x);
+    bool is_rendered =
+        r.y >= picture->y0 && r.y < picture->y0 + picture->filter->height;
+    if (is_rendered && first < end)
+        plain = rf_picture_find_plain(picture, r.x + first, r.y, end - first) << first;
+    return (struct rf_emission){plain, all & ~plain};
+}
+
+/* Emits a sample of the view's pixel (x, y), moved by whole px. */
+static void emit_moved(const struct rf_view_cell *cell, struct rf_sample p, int x,
+                       int y, struct rf_samples *out)
+{
+    p.x += (float)cell->shift[0];
+    p.y += (float)cell->shift[1];
+    rf_picture_emit(&cell->v->pictures[cell->middle], p, x, y, out);
+}
+
+static int emit_own(void *user, int x, int y, struct rf_sample *at)
+{
+    const struct rf_view_cell *cell = user;
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *picture = &v->pictures[cell->middle];
+    const struct rf_surfaces *s = &picture->surfaces;
+    struct rf_samples out = {at, 0};
+    x -= cell->shift[0];
+    y -= cell->shift[1];
+    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+    const float shares[2] = {s->share[i], 1 - s->share[i]};
+    for (int part = 0; part < 2; part++) {
+        if (!(shares[part] > 0))
+            continue;
+        struct rf_sample p =
+            rf_sample_make(part ? &s->far[i] : &s->near[i], x, y, shares[part]);
+        if (!rf_view_is_rendered(picture, x, y)) {
+            struct rf_view_place place =
+                rf_view_place_of(v, cell->middle, p.x, p.y, p.r);
+            float left = rf_views_leave(v, cell->middle, place, CONTINUED_WEIGHT);
+            if (left <= CONTINUED_WEIGHT)
+                continue;
+            p.w *= left;
+        }
+        emit_moved(cell, p, x, y, &out);
+    }
+    return (int)out.n;
+}
+
+static struct rf_emission survey_estimates(void *user, int x, int y, int n)
+{
+    const struct rf_view_cell *cell = user;
+    struct run r = run_of(cell, x, y, n);
+    if (r.first == r.end)
+        return (struct rf_emission){0, 0};
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    const struct rf_kernels *kernels = picture->filter->context->kernels;
+    const float *w = cell->hidden_weight + (size_t)r.y * (size_t)picture->width;
+    uint64_t found = kernels->find_positive(w + r.x + r.first, r.end - r.first);
+    return (struct rf_emission){0, found << r.first};
+}
+
+static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
+{
+    const struct rf_view_cell *cell = user;
+    struct rf_samples out = {at, 0};
+    x -= cell->shift[0];
+    y -= cell->shift[1];
+    size_t i = (size_t)y * (size_t)cell->v->pictures[cell->middle].width + (size_t)x;
+    struct rf_sample p = rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
+    struct rf_view_place place = rf_view_place_of(cell->v, cell->middle, p.x, p.y, p.r);
+    p.w *= rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT);
+    emit_moved(cell, p, x, y, &out);
+    return (int)out.n;
+}
+
+/* What view `view` shows in one entry of its row y, and the cell's own does not see. */
+static struct rf_sample unseen_sample(const struct rf_view_cell *cell, int view, int y,
+                                      const struct rf_unseen *u)
+{
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *from = &v->pictures[view];
+    const struct rf_picture *own = &v->pictures[cell->middle];
+    const struct rf_work_view *own_view = &v->work->views[cell->middle];
+    int x = u->part / 4;
+    size_t i = (size_t)y * (size_t)from->width + (size_t)x;
+    const struct rf_surface *s =
+        u->part & 1 ? &from->surfaces.far[i] : &from->surfaces.near[i];
+    struct rf_sample p = rf_sample_make(s, x, y, u->weight);
+    struct rf_view_place place = rf_view_place_of(v, view, p.x, p.y, p.r);
+    float shift = rf_view_shift(own_view, p.r);
+    p.x = place.x + rf_snap_px(own_view->lens[0] * shift);
+    p.y = place.y - rf_snap_px(own_view->lens[1] * shift);
+    int px = rf_view_floor(p.x), py = rf_view_floor(p.y);
+    if (rf_view_is_rendered(own, px, py))
+        p.w *= 1 - rf_view_pixel_sees(own, px, py, p.r);
+    p.x += (float)cell->shift[0];
+    p.y += (float)cell->shift[1];
+    return p;
+}
+
+/* Row i of the samples of the other views; counted are those out of reach, too. */
+static size_t collect_others_row(void *user, int i, struct rf_sample *at)
+{
+    struct rf_view_cell *cell = user;
+    int height = cell->v->pictures[0].height, block = i / height, y = i % height;
+    int view = block < cell->middle ? block : block + 1;
+    const struct rf_unseen_row *row =
+        &cell->v->unseen[(size_t)view * (size_t)height + (size_t)y];
+    struct rf_samples out = {at, 0};
+    for (int k = 0; k < row->n; k++) {
+        const struct rf_unseen *u = &row->at[k];
+        bool is_bright = u->part & 2;
+        if (!(u->cells >> cell->index & 1))
+            continue;
+        if (!at) {
+            out.n += is_bright ? 2 : 1;
+            continue;
+        }
+        struct rf_sample p = unseen_sample(cell, view, y, u);
+        if (!is_in_scene(cell, &p))
+            continue;
+        if (is_bright)
+            rf_picture_emit(&cell->v->pictures[view], p, u->part / 4, y, &out);
+        else
+            at[out.n++] = p;
+    }
+    return out.n;
+}
+
+/* The samples of a cell that is on its view's grid. */
+static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
+                             struct rf_error *error)
+{
+    const struct rf_views *v = cell->v;
+    const struct rf_picture *picture = &v->pictures[cell->middle];
+    struct rf_source source = {.survey = survey_own,
+                               .emit = emit_own,
+                               .user = cell,
+                               .surfaces = picture->surfaces.near,
+                               .x = cell->shift[0],
+                               .y = cell->shift[1],
+                               .most_per_pixel = 4,
+                               .largest_radius = v->work->largest_radius};
+    scene->drift = cell->drift;
+    scene->visible_source = source;
+    if (cell->hidden) {
+        source.survey = survey_estimates;
+        source.emit = emit_estimate;
+        source.most_per_pixel = 2;
+        scene->hidden_source = source;
+    }
+    return rf_collect_rows(scene, 0, (v->work->n_views - 1) * picture->height,
+                           collect_others_row, cell, &cell->samples, error);
+}
+
+/* ---- all cells ------------------------------------------------------------------ */
+
+/* Do other views show what may lie behind a pixel of the middle one? */
+static bool is_shown(void *user, int x, int y, const struct rf_surface *hidden)
+{
+    const struct rf_view_cell *cell = user;
+    struct rf_view_place place = rf_view_place_of(
+        cell->v, cell->middle, (float)x + 0.5f, (float)y + 0.5f, hidden->r);
+    return rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT) <=
+           ESTIMATE_WEIGHT;
+}
+
+static rf_result find_hidden(struct rf_view_cell *cell, double progress_to,
+                             struct rf_error *error)
+{
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    const struct rf_context *context = cell->filter.context;
+    size_t n = (size_t)picture->width * (size_t)picture->height;
+    cell->hidden = rf_alloc(context, n, sizeof *cell->hidden);
+    cell->hidden_weight = rf_alloc(context, n, sizeof *cell->hidden_weight);
+    if (!cell->hidden || !cell->hidden_weight)
+        return rf_fail_memory(error, n, sizeof *cell->hidden);
+    rf_task_phase(cell->v->work->task, progress_to, rf_hidden_steps(picture->height));
+    struct rf_known known = {is_shown, cell};
+    return rf_find_hidden(&cell->filter, &picture->surfaces,
+                          cell->is_whole ? NULL : &known, cell->hidden,
+                          cell->hidden_weight, cell->v->work->task, error);
+}
+
+static bool is_opaque(const struct rf_views *v)
+{
+    for (int j = 0; j < v->work->n_views; j++) {
+        const struct rf_survey *survey = v->work->views[j].survey;
+        if (survey ? survey->n_transparent > 0 : v->pictures[j].has_alpha)
+            return false;
+    }
+    return true;
+}
+
+rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
+                           struct rf_error *error)
+{
+    struct rf_work *work = cell->v->work;
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    double from = work->task->to;
+    rf_result result = RF_OK;
+    if (work->filter->params.fill_hidden)
+        result = find_hidden(cell, from + 0.2 * (progress_to - from), error);
+    struct rf_occluders occluders = {.surfaces = &picture->surfaces};
+    struct rf_scene scene = {.filter = &cell->filter,
+                             .width = picture->width,
+                             .height = picture->height,
+                             .x0 = picture->x0,
+                             .y0 = picture->y0,
+                             .n_phases = cell->is_on_grid ? 1 : RF_VIEW_PHASES,
+                             .is_opaque = is_opaque(cell->v),
+                             .occluders = &occluders,
+                             .n_views = 1,
+                             .task = work->task,
+                             .progress_to = progress_to};
+    int height = picture->height, n_views = work->n_views;
+    int n_visible = rf_view_cell_n_own(cell) * height;
+    int n_others = (n_views + (cell->hidden ? 1 : 0)) * height - n_visible;
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = cell->is_on_grid
+                     ? set_sources(cell, &scene, error)
+                     : rf_collect_rows(&scene, n_visible, n_visible + n_others,
+                                       collect_row, cell, &cell->samples, error);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = rf_composite_crop(&scene, work, error);
+    return result;
+}
