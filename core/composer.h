@@ -6,7 +6,10 @@
 #include "composite.h"
 #include "kernels/kernels.h"
 
-enum { RF_MAX_LEVEL = 12 };
+enum {
+    RF_MAX_LEVEL = 12,
+    RF_BIN_PX = 2 /* of radius, whose samples a tile spreads together */
+};
 
 /* Lists of one tile's samples, ordered by bin. */
 struct rf_tile_list {
@@ -67,12 +70,16 @@ struct rf_groups {
     struct rf_chunk *chunks;
 };
 
+/* ---- levels.c ------------------------------------------------------------------ */
+
 /* Radius of level 0 up to which footprints of a shape are spread in full, px. */
 float rf_level_split(const struct rf_shape *shape);
 /* The level that spreads samples of radius r. */
 int rf_level_of(float split, float r);
 /* The tiles of a level and side of the focus, without lists. */
 struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_near);
+
+/* ---- sample_lists.c ------------------------------------------------------------ */
 
 /*
  * Sorts samples into the lists of `groups` and notes in c->needed what they need; steps
