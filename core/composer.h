@@ -58,7 +58,7 @@ struct rf_composer {
     int n_threads;
 };
 
-/* ---- sample_lists.c ------------------------------------------------------------ */
+/* ---- lists of samples ---------------------------------------------------------- */
 
 /* All groups of a set of samples: near ones coarse to fine, level 0, far ones. */
 struct rf_groups {
