@@ -105,14 +105,35 @@ static void finish(const struct rf_composer *c, const struct rf_crop *crop)
         const float *sum =
             c->canvas.sum + c->canvas.stride * (size_t)(y + crop->y) + crop->x;
         const float *coverage = sum + c->canvas.plane * (size_t)scene->n_colours;
+        size_t row = crop->stride * (size_t)y;
         for (int p = 0; p < scene->n_colours; p++, sum += c->canvas.plane)
             if (crop->planes[p])
                 c->kernels->divide(sum, coverage, p == 3 ? 1 : INFINITY, crop->width,
-                                   crop->planes[p] + (size_t)y * (size_t)crop->width);
+                                   crop->planes[p] + row);
         if (scene->n_colours == 3 && crop->planes[3])
-            fill_opaque(crop->planes[3] + (size_t)y * (size_t)crop->width, coverage,
-                        crop->width);
+            fill_opaque(crop->planes[3] + row, coverage, crop->width);
     }
+}
+
+/* Where the result goes: the colours of the work, or the sums of the canvas. */
+static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
+{
+    const struct rf_scene *scene = c->scene;
+    struct rf_crop crop = {
+        .x = scene->x0,
+        .y = scene->y0,
+        .width = work->filter->width,
+        .height = work->filter->height,
+        .stride = (size_t)work->filter->width,
+    };
+    if (!work->colour[0]) {
+        crop.stride = work->stride = c->canvas.stride;
+        for (int p = 0; p < work->n_planes; p++)
+            work->colour[p] = c->canvas.sum + c->canvas.plane * (size_t)p +
+                              crop.stride * (size_t)crop.y + crop.x;
+    }
+    memcpy(crop.planes, work->colour, (size_t)work->n_planes * sizeof *crop.planes);
+    return crop;
 }
 
 static void set_reach(struct rf_composer *c)
@@ -168,9 +189,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error)
 {
     scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
-    struct rf_crop crop = {scene->x0, scene->y0, work->filter->width,
-                           work->filter->height, {NULL}};
-    memcpy(crop.planes, work->colour, (size_t)work->n_planes * sizeof *crop.planes);
+    bool gives_canvas = !work->colour[0];
     const struct rf_filter *filter = scene->filter;
     struct rf_composer c = {.scene = scene,
                             .context = filter->context,
@@ -197,11 +216,15 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
         result = run_samples(&c, &scene->hidden, &scene->hidden_source,
                              from + (1 - kept) * room, error);
     if (result == RF_OK) {
+        struct rf_crop crop = crop_of(&c, work);
         rf_begin_canvas(&c);
         finish(&c, &crop);
-    }
-    if (result == RF_OK)
         result = rf_add_highlights(scene, &crop, error);
+    }
+    if (gives_canvas) {
+        work->memory = c.canvas.sum;
+        c.canvas.sum = NULL;
+    }
     if (c.acc)
         rf_free(c.context, c.acc[0].at);
     rf_free(c.context, c.acc);

@@ -249,6 +249,16 @@ rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
     return result;
 }
 
+void rf_work_drop_views(struct rf_work *work)
+{
+    if (!work->memory)
+        return;
+    rf_free(work->filter->context, work->memory);
+    work->memory = NULL;
+    memset(work->colour, 0, sizeof work->colour);
+    work->radius = NULL;
+}
+
 /* Do two pictures share memory, other than pixel by pixel? */
 static bool is_tangled(const struct rf_image *a, const struct rf_image *b)
 {
@@ -295,11 +305,12 @@ static rf_result stream(struct rf_work *work, const struct rf_view *view, float 
     return result;
 }
 
-/* `memory` holds radius and colour of every view; fills them and runs the method. */
-static rf_result run(struct rf_work *work, const struct rf_view *views, float *memory,
+/* Fills radius and colour of every view and runs the method. */
+static rf_result run(struct rf_work *work, const struct rf_view *views,
                      const struct rf_image *out, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
+    float *memory = work->memory;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
     bool is_copied = false, is_done = false;
     if (can_stream(work, views, out)) {
@@ -326,7 +337,7 @@ static rf_result run(struct rf_work *work, const struct rf_view *views, float *m
     if (result == RF_OK && rf_task_is_cancelled(work->task))
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     if (result == RF_OK)
-        rf_frame_store(f->context, &f->params, work->colour, (size_t)f->width, out);
+        rf_frame_store(f->context, &f->params, work->colour, work->stride, out);
     return result;
 }
 
@@ -390,17 +401,17 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
     int n_planes = views->colour.channels;
     size_t n = (size_t)filter->width * (size_t)filter->height;
     n *= (size_t)(n_planes + 1) * (size_t)n_views;
-    float *memory = rf_alloc(context, n, sizeof(float));
-    if (!memory)
-        return rf_fail_memory(error, n, sizeof(float));
     struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
     struct rf_work work = {.filter = filter,
                            .n_planes = n_planes,
+                           .stride = (size_t)filter->width,
+                           .memory = rf_alloc(context, n, sizeof(float)),
                            .n_views = n_views,
                            .views = work_views,
                            .task = &task};
-    result = run(&work, views, memory, out, error);
-    rf_free(context, memory);
+    result = work.memory ? run(&work, views, out, error)
+                         : rf_fail_memory(error, n, sizeof(float));
+    rf_free(context, work.memory);
     if (result == RF_OK)
         rf_task_end(&task);
     return result;

@@ -74,7 +74,7 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
     float a = s->share[i];
     if (a >= 1)
         return &s->near[i];
-    return a > 0.9f ? NULL : &s->far[i];
+    return a > 0.9f ? NULL : rf_far_at(s, i);
 }
 
 /* ---- planes and blocks --------------------------------------------------------- */
@@ -342,7 +342,7 @@ static bool estimate(const struct search *search, const struct rf_hidden_query *
     *d2 = 0;
     if (wins_by_itself(search, query, &r)) {
         const struct rf_surfaces *s = search->s;
-        *hidden = s->far[(size_t)query->y * (size_t)s->width + (size_t)query->x];
+        *hidden = *rf_far_at(s, (size_t)query->y * (size_t)s->width + (size_t)query->x);
         if (rf_luminance(hidden->c[0], hidden->c[1], hidden->c[2]) <= WHITE)
             return true;
     } else {

@@ -281,7 +281,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
         for (int p = 0; p < h->scene->n_colours; p++) {
             if (!crop->planes[p])
                 continue;
-            float *out = crop->planes[p] + (ptrdiff_t)(row - crop->y) * crop->width +
+            float *out = crop->planes[p] + (row - crop->y) * (ptrdiff_t)crop->stride +
                          x + g->dx;
             float c = l->c[p] * l->w;
             for (int i = from; i < to; i++)

@@ -27,14 +27,15 @@ void rf_params_complete(struct rf_params *full, const struct rf_params *params);
 
 /* ---- context.c ----------------------------------------------------------------- */
 
-enum { RF_POOL_BLOCKS = 256 };
+enum { RF_ALIGNMENT = 64 };
 
-/* Memory that the context's pictures share, one after the other. */
+struct rf_block;
+
+/* Memory that the context's pictures share, one after the other (pool.c). */
 struct rf_pool {
     bool lock;
-    int n_kept;
-    void *kept[RF_POOL_BLOCKS];
-    size_t kept_bytes, used_bytes, peak_bytes; /* of blocks that may be kept */
+    struct rf_block *free;
+    size_t total_bytes, used_bytes, peak_bytes; /* of blocks that may be kept */
 };
 
 struct rf_kernels;
@@ -48,6 +49,9 @@ struct rf_context {
     struct rf_pool *pool;
     struct rf_shelf *shelf;
 };
+
+/* Gives back what the pool keeps; nothing of it is in use. */
+void rf_pool_clear(const struct rf_context *context);
 
 /* 64-byte aligned memory, not cleared; NULL where there is none. Size 0 gives memory.
  */
@@ -248,6 +252,9 @@ struct rf_work {
     const struct rf_filter *filter;
     int n_planes; /* 1, 3 or 4; the fourth is alpha */
     float *colour[4];
+    size_t stride; /* floats between the rows of the result */
+    /* Of the planes, where they are the work's own: who loads them frees it. */
+    float *memory;
     const float *radius;
     int n_views;
     struct rf_work_view *views;
@@ -263,6 +270,12 @@ struct rf_work {
 rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
                        float *memory, int64_t *n_hit, const struct rf_image *out,
                        bool *is_copied, struct rf_error *error);
+
+/*
+ * Gives work->memory back, for what comes after the views' planes. rf_composite_crop()
+ * then gives the result planes of its own, in other memory.
+ */
+void rf_work_drop_views(struct rf_work *work);
 
 /* A picture whose every radius is below this is its own blur: half a step of the
  * radius. */

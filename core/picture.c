@@ -198,7 +198,7 @@ void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *
         if (s->share[i] > 0)
             visit(user, &s->near[i], x, y, s->share[i]);
         if (s->share[i] < 1)
-            visit(user, &s->far[i], x, y, 1 - s->share[i]);
+            visit(user, rf_far_at(s, i), x, y, 1 - s->share[i]);
     }
 }
 
@@ -332,7 +332,7 @@ void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
     if (share > 0)
         rf_picture_emit(l, rf_sample_make(&s->near[i], x, y, share), x, y, out);
     if (share < 1)
-        rf_picture_emit(l, rf_sample_make(&s->far[i], x, y, 1 - share), x, y, out);
+        rf_picture_emit(l, rf_sample_make(rf_far_at(s, i), x, y, 1 - share), x, y, out);
 }
 
 static inline bool is_bright(const struct rf_surface *p, float darkest)
@@ -386,7 +386,8 @@ struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, i
 
 /* ---- all ----------------------------------------------------------------------- */
 
-static rf_result allocate(struct rf_picture *l, struct rf_error *error)
+static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
+                          struct rf_error *error)
 {
     const struct rf_context *context = l->filter->context;
     size_t n = padded_size(l);
@@ -409,13 +410,12 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
         .height = l->height,
         .x = place->x + l->border - l->x0,
         .y = place->y + l->border - l->y0,
-        .near = rf_alloc(context, n, sizeof *l->surfaces.near),
-        .far = rf_alloc(context, n, sizeof *l->surfaces.far),
+        .near = keeps_pixels ? rf_alloc(context, n, sizeof *l->surfaces.near) : NULL,
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
         .peak = rf_alloc(context, (size_t)l->height, sizeof *l->surfaces.peak),
     };
     bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
-                       l->darkest && l->surfaces.near && l->surfaces.far &&
+                       l->darkest && (l->surfaces.near || !keeps_pixels) &&
                        l->surfaces.share && l->surfaces.peak;
     return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
@@ -440,7 +440,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     };
     l->width = l->x0 + filter->width + (x1 == at->whole_width ? border : 0);
     l->height = l->y0 + filter->height + (y1 == at->whole_height ? border : 0);
-    rf_result result = allocate(l, error);
+    rf_result result = allocate(l, keeps_pixels, error);
     if (result != RF_OK)
         return result;
     result = rf_areas_measure(&l->areas, filter, view, n_planes, error);
@@ -457,13 +457,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
         result =
             rf_split_edges(filter, &l->pixels, &l->surfaces, darkest, task, error);
     else if (result == RF_OK)
-        rf_split_nothing(filter, &l->pixels, &l->surfaces);
-    if (result == RF_OK && !rf_task_is_cancelled(task))
-        rf_split_end(filter, &l->pixels, &l->surfaces, keeps_pixels);
-    if (!keeps_pixels) { /* what follows may use their memory */
-        rf_free(filter->context, l->pixels.at);
-        l->pixels.at = NULL;
-    }
+        result = rf_split_nothing(filter, &l->pixels, &l->surfaces, error);
     return result;
 }
 
@@ -487,7 +481,7 @@ void rf_picture_free(struct rf_picture *l)
     rf_free(context, l->highlights.at);
     rf_free(context, l->surfaces.peak);
     rf_free(context, l->surfaces.share);
-    rf_free(context, l->surfaces.far);
+    rf_far_free(&l->surfaces, context);
     rf_free(context, l->surfaces.near);
     rf_areas_free(&l->areas, context);
 }

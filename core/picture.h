@@ -26,7 +26,8 @@ struct rf_picture {
 /*
  * Loads a view and splits its edges (if the parameters say so); steps `task` once per
  * row of the padded picture. `border` is what rf_picture_border() says for the largest
- * radius in use. Without `keeps_pixels` pixels.at is lost.
+ * radius in use. Without `keeps_pixels` pixels.at is lost. After a cancel RF_OK comes
+ * back and there are no surfaces.
  */
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,
                           const struct rf_work_view *view, int n_planes, int border,

@@ -432,43 +432,110 @@ static int next_candidate(const struct scratch *s, int x, int n)
     return n;
 }
 
-/* Share of a pixel whose near part is all of it, but not the pixel as it came. */
-static const float WHOLLY_NEAR = 2;
+/* ---- all pixels ---------------------------------------------------------------- */
 
-/* Only near and far parts of split pixels are written: the rest is the pixels'. */
-static void split_row(const struct rf_pixels *pixels, int y, const struct scratch *s,
-                      struct rf_surfaces *out)
+/* A pixel that has been split: it may show its near part alone, but not as it came. */
+struct split {
+    struct rf_surface near, far;
+    int x;
+};
+
+/* The split pixels of one row. */
+struct split_row {
+    int n;
+    struct split *at;
+};
+
+/* A piece of memory that rows take parts of. */
+struct chunk {
+    struct chunk *next;
+};
+
+/* What a thread has left of its chunk. */
+struct room {
+    struct split *at;
+    size_t n;
+};
+
+struct splits {
+    struct split_row *rows;
+    struct chunk *chunks;
+    struct room *rooms; /* of each thread */
+};
+
+/* Room for a row of split pixels, in the thread's chunk or a new one; NULL: none. */
+static struct split *room_for_row(struct splits *splits, const struct rf_filter *filter,
+                                  const struct rf_pixels *pixels)
 {
-    float peak = row_peak(pixels, y);
-    size_t row = (size_t)y * (size_t)pixels->width;
-    find_candidates(pixels, y, s);
-    for (int x = 0; x < pixels->width; x++)
-        out->share[row + (size_t)x] = 1;
-    for (int x = next_candidate(s, -1, pixels->width); x < pixels->width;
-         x = next_candidate(s, x, pixels->width)) {
-        size_t i = row + (size_t)x;
-        struct rf_surface *near = &out->near[i], *far = &out->far[i];
-        if (!split_pixel(pixels, x, y, s, near, far, &out->share[i]))
-            continue;
-        peak = rf_max_float(rf_max_float(luminance(near), luminance(far)), peak);
-        if (out->share[i] >= 1)
-            out->share[i] = WHOLLY_NEAR;
+    enum { HEAD = 64 };
+    struct room *room = &splits->rooms[rf_thread_num()];
+    size_t width = (size_t)pixels->width, n_row = width * sizeof *room->at + HEAD;
+    if (room->n >= width)
+        return room->at;
+    /* As large as those of lists of samples, which take them next. */
+    size_t n_bytes = (width + RF_TILE_W - 1) / RF_TILE_W * RF_TILE_W *
+                     (size_t)((pixels->height + RF_TILE_H - 1) / RF_TILE_H * RF_TILE_H);
+    n_bytes = n_bytes > n_row ? n_bytes : n_row;
+    struct chunk *chunk = rf_alloc(filter->context, n_bytes, 1);
+    if (!chunk)
+        return NULL;
+#pragma omp critical
+    {
+        chunk->next = splits->chunks;
+        splits->chunks = chunk;
     }
-    out->peak[y] = peak;
+    *room = (struct room){(struct split *)((char *)chunk + HEAD),
+                          (n_bytes - HEAD) / sizeof *room->at};
+    return room->at;
 }
 
-rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                         struct rf_surfaces *out, float *darkest, struct rf_task *task,
-                         struct rf_error *error)
+static void set_pure(const struct rf_pixels *pixels, int y, struct rf_surfaces *out)
+{
+    float *share = out->share + (size_t)y * (size_t)pixels->width;
+    for (int x = 0; x < pixels->width; x++)
+        share[x] = 1;
+    out->peak[y] = row_peak(pixels, y);
+}
+
+/* Splits a row; its split pixels go to `at`. Returns how many they are. */
+static int split_row(const struct rf_pixels *pixels, int y, const struct scratch *s,
+                     struct rf_surfaces *out, struct split *at)
+{
+    size_t row = (size_t)y * (size_t)pixels->width;
+    int n = 0;
+    find_candidates(pixels, y, s);
+    set_pure(pixels, y, out);
+    for (int x = next_candidate(s, -1, pixels->width); x < pixels->width;
+         x = next_candidate(s, x, pixels->width)) {
+        struct split *split = &at[n];
+        float *share = &out->share[row + (size_t)x];
+        if (!split_pixel(pixels, x, y, s, &split->near, &split->far, share))
+            continue;
+        float peak = rf_max_float(luminance(&split->near), luminance(&split->far));
+        out->peak[y] = rf_max_float(peak, out->peak[y]);
+        *share = rf_min_float(*share, 1);
+        if (*share < 1)
+            rf_far_mark(out, row + (size_t)x);
+        split->x = x;
+        n++;
+    }
+    return n;
+}
+
+/* Splits all rows; false: out of memory. */
+static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *pixels,
+                       struct rf_surfaces *out, float *darkest, float *memory,
+                       struct splits *splits, struct rf_task *task)
 {
     const struct rf_context *context = filter->context;
-    size_t row = pixels->stride, n = row * N_ROWS * (size_t)context->n_threads;
-    float *memory = rf_alloc(context, n, sizeof *memory);
-    if (!memory)
-        return rf_fail_memory(error, n, sizeof *memory);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
+    size_t row = pixels->stride;
+    bool is_short = false;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)          \
+    reduction(||                                                                       \
+              : is_short)
     for (int y = 0; y < pixels->height; y++) {
-        if (rf_task_is_cancelled(task))
+        splits->rows[y].n = 0;
+        if (is_short || rf_task_is_cancelled(task))
             continue;
         float *at = memory + row * N_ROWS * (size_t)rf_thread_num();
         struct scratch s = {context->kernels,
@@ -480,45 +547,94 @@ rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels 
                             at + 5 * row,
                             at + 6 * row,
                             (unsigned char *)(at + 7 * row)};
-        split_row(pixels, y, &s, out);
+        struct split *to = room_for_row(splits, filter, pixels);
+        is_short = !to;
+        if (is_short)
+            continue;
+        int n = split_row(pixels, y, &s, out, to);
+        splits->rows[y] = (struct split_row){n, to};
+        splits->rooms[rf_thread_num()].at += n;
+        splits->rooms[rf_thread_num()].n -= (size_t)n;
         rf_task_step(task);
     }
-    rf_free(context, memory);
-    return RF_OK;
+    return !is_short;
 }
 
-void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pixels,
+/* Gives pixels that stay whole their near part: a copy, or the pixels change hands. */
+static void keep_pure(const struct rf_filter *filter, struct rf_pixels *pixels,
                       struct rf_surfaces *out)
 {
+    size_t width = (size_t)pixels->width;
+    if (!out->near) {
+        out->near = pixels->at;
+        pixels->at = NULL;
+        return;
+    }
 #pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
-    for (int y = 0; y < pixels->height; y++) {
-        size_t row = (size_t)y * (size_t)pixels->width;
-        for (size_t i = row; i < row + (size_t)pixels->width; i++)
-            out->share[i] = 1;
-        out->peak[y] = row_peak(pixels, y);
+    for (int y = 0; y < pixels->height; y++)
+        memcpy(out->near + width * (size_t)y, pixels->at + width * (size_t)y,
+               width * sizeof *out->near);
+}
+
+/* Puts the split pixels' parts in their places. */
+static void keep_split(const struct rf_filter *filter, const struct splits *splits,
+                       struct rf_surfaces *out)
+{
+#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
+    for (int y = 0; y < out->height; y++) {
+        size_t row = (size_t)y * (size_t)out->width;
+        const struct split_row *r = &splits->rows[y];
+        for (const struct split *p = r->at; p < r->at + r->n; p++) {
+            size_t i = row + (size_t)p->x;
+            out->near[i] = p->near;
+            if (out->share[i] < 1)
+                *rf_far_at(out, i) = p->far;
+        }
     }
 }
 
-void rf_split_end(const struct rf_filter *filter, struct rf_pixels *pixels,
-                  struct rf_surfaces *out, bool keeps_pixels)
+rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
+                         struct rf_surfaces *out, float *darkest, struct rf_task *task,
+                         struct rf_error *error)
 {
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
-    for (int y = 0; y < pixels->height; y++) {
-        size_t row = (size_t)y * (size_t)pixels->width;
-        for (size_t i = row; i < row + (size_t)pixels->width; i++) {
-            if (out->share[i] == 1) {
-                if (keeps_pixels)
-                    out->near[i] = pixels->at[i];
-                continue;
-            }
-            if (!keeps_pixels)
-                pixels->at[i] = out->near[i];
-            out->share[i] = rf_min_float(out->share[i], 1);
-        }
+    const struct rf_context *context = filter->context;
+    size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)pixels->height;
+    size_t n = pixels->stride * N_ROWS * n_threads;
+    float *memory = rf_alloc(context, n, sizeof *memory);
+    struct splits splits = {
+        .rows = rf_alloc(context, n_rows, sizeof *splits.rows),
+        .rooms = rf_calloc(context, n_threads, sizeof *splits.rooms)};
+    rf_result result = memory && splits.rows && splits.rooms
+                           ? rf_far_begin(out, context, error)
+                           : rf_fail_memory(error, n, sizeof *memory);
+    if (result == RF_OK &&
+        !split_rows(filter, pixels, out, darkest, memory, &splits, task))
+        result = rf_fail_memory(error, n_rows, sizeof *splits.rows->at);
+    if (result == RF_OK)
+        result = rf_far_allocate(out, context, error);
+    if (result == RF_OK && !rf_task_is_cancelled(task)) {
+        keep_pure(filter, pixels, out);
+        keep_split(filter, &splits, out);
     }
-    if (keeps_pixels)
-        return;
-    struct rf_surface *pure = pixels->at;
-    pixels->at = out->near;
-    out->near = pure;
+    for (struct chunk *next, *chunk = splits.chunks; chunk; chunk = next) {
+        next = chunk->next;
+        rf_free(context, chunk);
+    }
+    rf_free(context, splits.rooms);
+    rf_free(context, splits.rows);
+    rf_free(context, memory);
+    return result;
+}
+
+rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pixels,
+                           struct rf_surfaces *out, struct rf_error *error)
+{
+    rf_result result = rf_far_begin(out, filter->context, error);
+    if (result != RF_OK)
+        return result;
+#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
+    for (int y = 0; y < pixels->height; y++)
+        set_pure(pixels, y, out);
+    keep_pure(filter, pixels, out);
+    return rf_far_allocate(out, filter->context, error);
 }

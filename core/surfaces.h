@@ -13,15 +13,46 @@ struct rf_surface {
     float r;    /* signed radius, px */
 };
 
+/* Which of 64 pixels in turn have something that others lack. */
+struct rf_marks {
+    uint64_t bits;
+    size_t n_before; /* pixels before them that have it */
+};
+
 /* A picture of surfaces, width x height, packed. */
 struct rf_surfaces {
     int width, height;
     int x, y; /* of the first pixel, in the whole picture with its border */
     struct rf_surface *near; /* the nearer part of each pixel */
-    struct rf_surface *far;  /* the farther part of mixed ones; else not written */
+    struct rf_surface *far;  /* the farther parts of mixed ones: rf_far_at() */
+    struct rf_marks *mixed;  /* of the whole picture: 64 pixels, the next 64, .. */
     float *share;            /* of the near part, 0 to 1; 1 marks a pure pixel */
     float *peak; /* of each row: no pixel and no surface of it has more luminance */
 };
+
+/* The farther part of pixel i, which is mixed. */
+static inline struct rf_surface *rf_far_at(const struct rf_surfaces *s, size_t i)
+{
+    const struct rf_marks *m = &s->mixed[i / 64];
+    uint64_t before = m->bits & (((uint64_t)1 << i % 64) - 1);
+    return s->far + m->n_before + __builtin_popcountll(before);
+}
+
+/*
+ * The farther parts of a picture have room once all mixed pixels are marked, which any
+ * thread does: rf_far_begin(), rf_far_mark(), rf_far_allocate().
+ */
+rf_result rf_far_begin(struct rf_surfaces *s, const struct rf_context *context,
+                       struct rf_error *error);
+
+static inline void rf_far_mark(struct rf_surfaces *s, size_t i)
+{
+    __atomic_fetch_or(&s->mixed[i / 64].bits, (uint64_t)1 << i % 64, __ATOMIC_RELAXED);
+}
+
+rf_result rf_far_allocate(struct rf_surfaces *s, const struct rf_context *context,
+                          struct rf_error *error);
+void rf_far_free(struct rf_surfaces *s, const struct rf_context *context);
 
 /*
  * What the edges of the picture are split from: pixels as they came. The planes repeat
@@ -52,25 +83,18 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 }
 
 /*
- * Splits mixed pixels into their two surfaces (split.c). Pure pixels receive their
- * share only: rf_split_end() follows. Any thread count; `task` is stepped once per row.
- * `darkest`, if not NULL, receives the least luminance of the 5 x 5 pixels around each,
- * as a plane like that of the luminance, without its margins.
+ * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
+ * stepped once per row. Where out->near is NULL the pixels become the near parts, and
+ * pixels->at is lost. `darkest`, if not NULL, receives the least luminance of the 5 x 5
+ * pixels around each, as a plane like that of the luminance, without its margins.
  */
-rf_result rf_split_edges(const struct rf_filter *filter, const struct rf_pixels *pixels,
+rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
                          struct rf_surfaces *out, float *darkest, struct rf_task *task,
                          struct rf_error *error);
 
 /* The same for pure pixels only. */
-void rf_split_nothing(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                      struct rf_surfaces *out);
-
-/*
- * Gives pure pixels their near part: a copy, or else the pixels change hands and
- * pixels->at holds nothing any more.
- */
-void rf_split_end(const struct rf_filter *filter, struct rf_pixels *pixels,
-                  struct rf_surfaces *out, bool keeps_pixels);
+rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pixels,
+                           struct rf_surfaces *out, struct rf_error *error);
 
 /*
  * Who knows better than an estimate: does anyone show what lies behind pixel (x, y), if

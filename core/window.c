@@ -105,20 +105,20 @@ static struct rf_filter filter_of(const struct rf_filter *f,
     return part;
 }
 
-/* Loads the pixels of a window; `memory` is to be freed in any case. */
-static rf_result load(struct rf_work *work, const struct rf_view *views, float **memory,
-                      int64_t *n_hit, struct rf_error *error)
+/* Loads the pixels of a window; work->memory is to be freed in any case. */
+static rf_result load(struct rf_work *work, const struct rf_view *views, int64_t *n_hit,
+                      struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
     size_t n_views = (size_t)work->n_views;
-    *memory = rf_alloc(f->context, n * n_views, sizeof **memory);
-    if (!*memory)
-        return rf_fail_memory(error, n * n_views, sizeof **memory);
+    work->memory = rf_alloc(f->context, n * n_views, sizeof *work->memory);
+    if (!work->memory)
+        return rf_fail_memory(error, n * n_views, sizeof *work->memory);
     rf_result result = RF_OK;
     for (size_t j = 0; j < n_views && result == RF_OK; j++)
-        result = rf_work_load(work, (int)j, &views[j], *memory + n * j, n_hit, NULL,
-                              NULL, error);
+        result = rf_work_load(work, (int)j, &views[j], work->memory + n * j, n_hit,
+                              NULL, NULL, error);
     return result;
 }
 
@@ -148,9 +148,8 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
                            .n_views = 1,
                            .views = &work_view};
     struct rf_areas areas = {.mean = NULL};
-    float *memory;
     int64_t n_hit = 0;
-    result = load(&work, view, &memory, &n_hit, error);
+    result = load(&work, view, &n_hit, error);
     if (result == RF_OK)
         result = rf_areas_measure(&areas, &part, &work_view, work.n_planes, error);
     if (result == RF_OK) {
@@ -163,7 +162,7 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
         survey->shear_distance = view->shear_distance;
     }
     rf_areas_free(&areas, filter->context);
-    rf_free(filter->context, memory);
+    rf_free(filter->context, work.memory);
     return result;
 }
 
@@ -370,8 +369,8 @@ static rf_result run(struct rf_work *work, const struct rf_view *views,
         return result;
     float *planes[4] = {NULL};
     for (int p = 0; p < work->n_planes; p++)
-        planes[p] = work->colour[p] + (size_t)y * (size_t)f->width + (size_t)x;
-    rf_frame_store(f->context, &f->params, planes, (size_t)f->width, out);
+        planes[p] = work->colour[p] + (size_t)y * work->stride + (size_t)x;
+    rf_frame_store(f->context, &f->params, planes, work->stride, out);
     return RF_OK;
 }
 
@@ -404,14 +403,14 @@ rf_filter_process_window(const struct rf_filter *filter,
                            .n_planes = views->colour.channels,
                            .n_views = n_views,
                            .views = work_views,
+                           .stride = (size_t)given->width,
                            .largest_radius = largest_radius(surveys, n_views),
                            .task = &task};
-    float *memory;
     int64_t n_hit;
-    result = load(&work, views, &memory, &n_hit, error);
+    result = load(&work, views, &n_hit, error);
     if (result == RF_OK)
         result = run(&work, views, given, kept, out, error);
-    rf_free(filter->context, memory);
+    rf_free(filter->context, work.memory);
     if (result == RF_OK)
         rf_task_end(&task);
     return result;

@@ -439,36 +439,62 @@ static rf_result collect_samples(struct deep *d, struct rf_task *task,
 
 /* ---- behind opaque pixels ------------------------------------------------------ */
 
-/* The pixels' nearest and next samples take the place of split edges. */
-static void set_surfaces(struct deep *d)
+/* The nearest and the next sample of a pixel; returns the share of the nearest. */
+static float find_parts(struct deep *d, int x, int y, struct rf_surface found[2])
 {
-    struct rf_picture *picture = &d->picture;
-#pragma omp parallel for num_threads(d->filter->context->n_threads) schedule(dynamic, 8)
-    for (int y = 0; y < picture->height; y++)
-        for (int x = 0; x < picture->width; x++) {
-            struct piece *pieces = thread_scratch(d);
-            int sx = rf_max_int(x - picture->border, 0);
-            int sy = rf_max_int(y - picture->border, 0);
-            int n = pieces_of(d, rf_min_int(sx, d->frame->width - 1),
-                              rf_min_int(sy, d->frame->height - 1), pieces);
-            struct rf_surface found[2] = {{.r = d->empty_radius},
-                                          {.r = d->empty_radius}};
-            float share = 1;
-            int n_found = 0;
-            for (int i = 0; i < n && n_found < 2; i++) {
-                if (pieces[i].a <= 0)
-                    continue;
-                for (int k = 0; k < 4; k++)
-                    found[n_found].c[k] = pieces[i].c[k] / pieces[i].a;
-                found[n_found].r = pieces[i].r;
-                if (n_found++ == 0)
-                    share = pieces[i].a >= OPAQUE ? 1 : pieces[i].a;
-            }
-            size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
-            picture->surfaces.near[i] = found[0];
-            picture->surfaces.far[i] = share < 1 ? found[1] : found[0];
-            picture->surfaces.share[i] = share;
+    struct piece *pieces = thread_scratch(d);
+    int sx = rf_max_int(x - d->picture.border, 0);
+    int sy = rf_max_int(y - d->picture.border, 0);
+    int n = pieces_of(d, rf_min_int(sx, d->frame->width - 1),
+                      rf_min_int(sy, d->frame->height - 1), pieces);
+    float share = 1;
+    int n_found = 0;
+    found[0] = found[1] = (struct rf_surface){.r = d->empty_radius};
+    for (int i = 0; i < n && n_found < 2; i++) {
+        if (pieces[i].a <= 0)
+            continue;
+        for (int k = 0; k < 4; k++)
+            found[n_found].c[k] = pieces[i].c[k] / pieces[i].a;
+        found[n_found].r = pieces[i].r;
+        if (n_found++ == 0)
+            share = pieces[i].a >= OPAQUE ? 1 : pieces[i].a;
+    }
+    return share;
+}
+
+/* The pixels' nearest and next samples take the place of split edges. */
+static rf_result set_surfaces(struct deep *d, struct rf_error *error)
+{
+    const struct rf_context *context = d->filter->context;
+    struct rf_surfaces *s = &d->picture.surfaces;
+    rf_far_free(s, context);
+    rf_result result = rf_far_begin(s, context, error);
+    if (result != RF_OK)
+        return result;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++) {
+            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+            struct rf_surface found[2];
+            s->share[i] = find_parts(d, x, y, found);
+            s->near[i] = found[0];
+            if (s->share[i] < 1)
+                rf_far_mark(s, i);
         }
+    result = rf_far_allocate(s, context, error);
+    if (result != RF_OK)
+        return result;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++) {
+            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+            struct rf_surface found[2];
+            if (s->share[i] == 1)
+                continue;
+            find_parts(d, x, y, found);
+            *rf_far_at(s, i) = found[1];
+        }
+    return RF_OK;
 }
 
 static rf_result find_hidden(struct deep *d, struct rf_task *task,
@@ -480,7 +506,9 @@ static rf_result find_hidden(struct deep *d, struct rf_task *task,
     d->hidden_weight = rf_alloc(f->context, n, sizeof *d->hidden_weight);
     if (!d->hidden || !d->hidden_weight)
         return rf_fail_memory(error, n, sizeof *d->hidden);
-    set_surfaces(d);
+    rf_result result = set_surfaces(d, error);
+    if (result != RF_OK)
+        return result;
     rf_task_phase(task, 0.4, (d->picture.height + 1) / 2);
     return rf_find_hidden(f, &d->picture.surfaces, NULL, d->hidden, d->hidden_weight, task,
                           error);

@@ -71,8 +71,11 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
     rf_task_phase(work->task, 0.15, work->filter->height + 2 * border);
     rf_result result = rf_picture_load(&l->picture, work->filter, view, work->n_planes,
                                        border, false, work->task, error);
-    if (result == RF_OK && params->exact_highlights)
+    if (result != RF_OK || rf_task_is_cancelled(work->task))
+        return result;
+    if (params->exact_highlights)
         result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);
+    rf_work_drop_views(work);
     rf_task_poll(work->task);
     if (result == RF_OK && params->fill_hidden)
         result = find_hidden(l, work->task, error);

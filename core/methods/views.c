@@ -58,7 +58,7 @@ static rf_result load(struct rf_views *v, int border, struct rf_error *error)
         rf_result result =
             rf_picture_load(&v->pictures[j], work->filter, &work->views[j],
                             work->n_planes, border, true, work->task, error);
-        if (result != RF_OK)
+        if (result != RF_OK || rf_task_is_cancelled(work->task))
             return result;
         const struct rf_work_view *view = &work->views[j];
         v->occluders[j] = (struct rf_occluders){
@@ -154,7 +154,9 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
                              .n_views = v->work->n_views,
                              .task = v->work->task,
                              .progress_to = 1};
-    struct rf_crop all = {0, 0, picture->width, picture->height, {NULL}};
+    struct rf_crop all = {.width = picture->width,
+                          .height = picture->height,
+                          .stride = (size_t)picture->width};
     for (int p = 0; p < n_colours; p++)
         all.planes[p] =
             memory + (size_t)picture->width * (size_t)picture->height * (size_t)p;
@@ -224,7 +226,11 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
     rf_views_measure_range(v);
     int border = rf_picture_border(rf_views_border(work, cells, n_cells));
     rf_result result = load(v, border, error);
-    if (result == RF_OK && work->filter->params.exact_highlights)
+    if (result != RF_OK || rf_task_is_cancelled(work->task)) {
+        rf_free(context, cells);
+        return result;
+    }
+    if (work->filter->params.exact_highlights)
         result = rf_views_take_lights(v, error);
     for (int j = 0; j < work->n_views && result == RF_OK; j++)
         rf_picture_drop_pixels(&v->pictures[j]);

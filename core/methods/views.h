@@ -104,10 +104,10 @@ static inline float rf_view_pixel_sees(const struct rf_picture *l, int x, int y,
     size_t i = (size_t)y * (size_t)s->width + (size_t)x;
     float limit = r - RF_OCCLUDED_PX, share = s->share[i];
     if (share <= 0)
-        return s->far[i].r < limit ? 0 : 1;
+        return rf_far_at(s, i)->r < limit ? 0 : 1;
     if (s->near[i].r >= limit)
         return 1;
-    return share < 1 && s->far[i].r >= limit ? 1 - share : 0;
+    return share < 1 && rf_far_at(s, i)->r >= limit ? 1 - share : 0;
 }
 
 /* ---- cells of the lens --------------------------------------------------------- */

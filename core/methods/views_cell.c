@@ -106,7 +106,7 @@ static void collect_others(struct collector *c, int y)
         int x = u->part / 4;
         size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
         const struct rf_surface *s =
-            u->part & 1 ? &picture->surfaces.far[i] : &picture->surfaces.near[i];
+            u->part & 1 ? rf_far_at(&picture->surfaces, i) : &picture->surfaces.near[i];
         struct rf_sample p = rf_sample_make(s, x, y, u->weight);
         if (c->out.at) {
             struct rf_view_place place = rf_view_place_of(v, c->view, p.x, p.y, p.r);
@@ -231,7 +231,7 @@ static int emit_own(void *user, int x, int y, struct rf_sample *at)
         if (!(shares[part] > 0))
             continue;
         struct rf_sample p =
-            rf_sample_make(part ? &s->far[i] : &s->near[i], x, y, shares[part]);
+            rf_sample_make(part ? rf_far_at(s, i) : &s->near[i], x, y, shares[part]);
         if (!rf_view_is_rendered(picture, x, y)) {
             struct rf_view_place place =
                 rf_view_place_of(v, cell->middle, p.x, p.y, p.r);
@@ -283,7 +283,7 @@ static struct rf_sample unseen_sample(const struct rf_view_cell *cell, int view,
     int x = u->part / 4;
     size_t i = (size_t)y * (size_t)from->width + (size_t)x;
     const struct rf_surface *s =
-        u->part & 1 ? &from->surfaces.far[i] : &from->surfaces.near[i];
+        u->part & 1 ? rf_far_at(&from->surfaces, i) : &from->surfaces.near[i];
     struct rf_sample p = rf_sample_make(s, x, y, u->weight);
     struct rf_view_place place = rf_view_place_of(v, view, p.x, p.y, p.r);
     float shift = rf_view_shift(own_view, p.r);

@@ -177,7 +177,7 @@ static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
             size_t row = (size_t)rf_min_int(by * BLOCK + y, s->height - 1);
             size_t i = row * (size_t)s->width +
                        (size_t)rf_min_int(bx * BLOCK + x, s->width - 1);
-            const struct rf_surface *back = s->share[i] < 1 ? &s->far[i] : &s->near[i];
+            const struct rf_surface *back = s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
             float far = back->r, near = s->share[i] > 0 ? s->near[i].r : far;
             low[y * BLOCK + x] = rf_min_float(near, far);
             high[y * BLOCK + x] = rf_max_float(near, far);
@@ -377,7 +377,7 @@ static void find_parts(const struct rf_views *v, int view, int bx, int y,
                 parts->x[parts->n] = x;
                 parts->is_far[parts->n] = k;
                 parts->share[parts->n] = shares[k];
-                parts->r[parts->n++] = k ? s->far[i].r : s->near[i].r;
+                parts->r[parts->n++] = k ? rf_far_at(s, i)->r : s->near[i].r;
             }
     }
     for (int i = 0; i < parts->n; i++) {
@@ -455,7 +455,7 @@ static int list_block(const struct blocks *b, int view, int bx, int y,
         int x = parts.x[i], is_far = parts.is_far[i];
         size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
         const struct rf_surface *s =
-            is_far ? &l->surfaces.far[pixel] : &l->surfaces.near[pixel];
+            is_far ? rf_far_at(&l->surfaces, pixel) : &l->surfaces.near[pixel];
         float share = parts.share[i], shown = (float)parts.n_whole[i] + parts.shown[i];
         int n_seeing = v->work->n_views - __builtin_popcountll(parts.unseen[i]);
         float weight = weight_of(share, is_far ? share : 1, shown, 0, true);

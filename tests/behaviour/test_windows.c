@@ -238,7 +238,7 @@ static void a_sharp_picture_is_copied(void)
     subject_free(&s);
 }
 
-/* What was said to be needed is enough, and a third of it is not. */
+/* What was said to be needed is enough, and a sixth of it is not. */
 static void memory_is_as_announced(void)
 {
     struct subject s = subject_make(700, 500, 3, 6, NULL);
@@ -249,7 +249,7 @@ static void memory_is_as_announced(void)
                                            RF_WINDOW_BYTES_PER_PIXEL);
     for (int i = 0; i < 2; i++) {
         struct rf_context_params run = {
-            .size = sizeof run, .n_threads = 2, .max_bytes = i ? n_bytes / 4 : n_bytes};
+            .size = sizeof run, .n_threads = 2, .max_bytes = i ? n_bytes / 6 : n_bytes};
         struct rf_params params;
         struct subject bounded = s;
         struct rf_error error;

@@ -7,6 +7,7 @@ enum { SIDE = 32, POST = 12, POST_END = 20, N = SIDE * SIDE };
 
 static const float POST_R = -6, WALL_R = 5;
 static struct rf_surface near[N], far[N], hidden[N];
+static struct rf_marks mixed[N / 64];
 static float share[N], weight[N];
 static const struct rf_known *known;
 
@@ -31,11 +32,13 @@ static void search(float wall, float mixed_share, float mixed_wall)
         float back = i / SIDE == SIDE / 2 ? mixed_wall : wall;
         far[i] = (struct rf_surface){{back, back, back, 1}, WALL_R};
         share[i] = is_mixed ? mixed_share : 1;
+        mixed[i / 64] = (struct rf_marks){UINT64_MAX, (size_t)i / 64 * 64};
     }
     struct rf_surfaces surfaces = {.width = SIDE,
                                    .height = SIDE,
                                    .near = near,
                                    .far = far,
+                                   .mixed = mixed,
                                    .share = share,
                                    .peak = peak};
     rf_params_init(&params);
