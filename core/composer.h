@@ -50,8 +50,7 @@ struct rf_composer {
     struct rf_canvas canvas;
     struct rf_footprints *footprints;
     struct rf_accumulator *acc; /* one per thread */
-    float *tiles;               /* per thread: t and sums of a tile */
-    size_t tile_floats;
+    float *tiles;          /* per thread: t of a tile of all cells */
     unsigned char *needed; /* per footprint: does a splat use it? */
     float split;           /* radius from which the resolution falls, px */
     double reach[2][2];    /* of footprints along each axis: px, and px per px of r */

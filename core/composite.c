@@ -154,15 +154,13 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     size_t n = full.plane;
     canvas->stride = full.stride;
     canvas->plane = full.plane;
-    size_t n_t = (size_t)canvas->n_cells * RF_TILE_H * RF_TILE_W;
     size_t n_acc = (size_t)rf_accumulator_slots(canvas->n_cells) * RF_TILE_H *
                    RF_ACC_STRIDE * (size_t)canvas->n_planes;
-    c->tile_floats = n_t * (size_t)(canvas->n_planes + 1);
+    size_t n_t = (size_t)canvas->n_cells * RF_TILE_H * RF_TILE_W;
     canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
     canvas->sum = rf_alloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
     canvas->is_begun = rf_calloc(c->context, (size_t)full.n_x * (size_t)full.n_y, 1);
-    c->tiles =
-        rf_alloc(c->context, c->tile_floats * (size_t)c->n_threads, sizeof(float));
+    c->tiles = rf_alloc(c->context, n_t * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
     if (!canvas->t || !canvas->sum || !canvas->is_begun || !c->tiles || !c->acc ||

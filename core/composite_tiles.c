@@ -15,11 +15,16 @@ static bool has_neighbours(const struct rf_group *g, int tx, int ty)
     return false;
 }
 
-static bool is_used_up(const float *t, size_t n)
+/* Has every pixel of the tile been covered? */
+static bool is_used_up(const struct rf_tile_state *s, int n_cells)
 {
-    for (size_t i = 0; i < n; i++)
-        if (t[i] > 0)
-            return false;
+    for (int cell = 0; cell < n_cells; cell++)
+        for (int y = 0; y < RF_TILE_H; y++) {
+            const float *t = s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y;
+            for (int x = 0; x < RF_TILE_W; x++)
+                if (t[x] > 0)
+                    return false;
+        }
     return true;
 }
 
@@ -78,7 +83,6 @@ static void composite_tile(const struct rf_composer *c, const struct rf_group *g
                            int tx, int ty, struct rf_accumulator *acc,
                            const struct rf_tile_state *state)
 {
-    size_t n_t = (size_t)c->canvas.n_cells * RF_TILE_H * RF_TILE_W;
     for (int b = 0; b < g->n_bins; b++) {
         acc->reach = reach_of(c, g, b);
         for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
@@ -91,53 +95,52 @@ static void composite_tile(const struct rf_composer *c, const struct rf_group *g
         if (acc->last_row < 0)
             continue;
         c->kernels->flush(acc, state);
-        if (is_used_up(state->t, n_t))
+        if (is_used_up(state, c->canvas.n_cells))
             return;
     }
 }
 
-/* Copies a tile of n planes between the picture and packed tiles, either way. */
-static void move_planes(float *planes, int n, const struct rf_group *g, int tx, int ty,
-                        float *tiles, bool is_load)
+/* The state of a tile of planes that begin at t and sum. */
+static struct rf_tile_state state_of(const struct rf_group *g, int tile, float *t,
+                                     float *sum)
 {
-    for (int p = 0; p < n; p++) {
-        float *at = planes + g->plane * (size_t)p +
-                    g->stride * (size_t)(ty * RF_TILE_H) + (size_t)(tx * RF_TILE_W);
-        float *tile = tiles + (size_t)p * RF_TILE_H * RF_TILE_W;
-        for (int y = 0; y < RF_TILE_H; y++, at += g->stride, tile += RF_TILE_W)
-            memcpy(is_load ? tile : at, is_load ? at : tile, RF_TILE_W * sizeof *tile);
-    }
+    size_t at = g->stride * (size_t)(tile / g->n_x * RF_TILE_H) +
+                (size_t)(tile % g->n_x * RF_TILE_W);
+    return (struct rf_tile_state){.t = t + at,
+                                  .t_row = g->stride,
+                                  .t_plane = g->plane,
+                                  .sum = sum + at,
+                                  .row = g->stride,
+                                  .plane = g->plane};
 }
 
-static float *thread_tile(const struct rf_composer *c)
+static void fill(float *tile, size_t stride, float value)
 {
-    return c->tiles + c->tile_floats * (size_t)rf_thread_num();
+    for (int y = 0; y < RF_TILE_H; y++, tile += stride)
+        for (int x = 0; x < RF_TILE_W; x++)
+            tile[x] = value;
 }
 
-/* A packed tile to which nothing has come. */
-static void begin_tile(const struct rf_composer *c, float *t, float *sum)
+/* To a tile of the canvas nothing has come. */
+static void begin_tile(const struct rf_composer *c, const struct rf_tile_state *s,
+                       int tile)
 {
-    enum { N = RF_TILE_H * RF_TILE_W };
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
-        for (int i = 0; i < N; i++)
-            t[cell * N + i] = (float)c->footprints->cells.share[cell];
-    memset(sum, 0, (size_t)c->canvas.n_planes * N * sizeof *sum);
+        fill(s->t + s->t_plane * (size_t)cell, s->t_row,
+             (float)c->footprints->cells.share[cell]);
+    for (int p = 0; p < c->canvas.n_planes; p++)
+        fill(s->sum + s->plane * (size_t)p, s->row, 0);
+    c->canvas.is_begun[tile] = 1;
 }
 
 void rf_begin_canvas(const struct rf_composer *c)
 {
     const struct rf_group g = rf_group_make(c, 0, false);
-    size_t n_t = (size_t)c->canvas.n_cells * RF_TILE_H * RF_TILE_W;
 #pragma omp parallel for num_threads(c->n_threads) schedule(static)
     for (int i = 0; i < g.n_x * g.n_y; i++) {
-        if (c->canvas.is_begun[i])
-            continue;
-        float *t = thread_tile(c), *sum = t + n_t;
-        begin_tile(c, t, sum);
-        move_planes(c->canvas.t, c->canvas.n_cells, &g, i % g.n_x, i / g.n_x, t, false);
-        move_planes(c->canvas.sum, c->canvas.n_planes, &g, i % g.n_x, i / g.n_x, sum,
-                    false);
-        c->canvas.is_begun[i] = 1;
+        struct rf_tile_state state = state_of(&g, i, c->canvas.t, c->canvas.sum);
+        if (!c->canvas.is_begun[i])
+            begin_tile(c, &state, i);
     }
 }
 
@@ -147,22 +150,12 @@ void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int
     int tx = tile % g->n_x, ty = tile / g->n_x;
     if (!has_neighbours(g, tx, ty))
         return;
-    int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
-    size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
-    float *t = thread_tile(c), *sum = t + n_t;
-    if (c->canvas.is_begun[tile]) {
-        move_planes(c->canvas.t, n_cells, g, tx, ty, t, true);
-        if (is_used_up(t, n_t))
-            return;
-        move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, true);
-    } else {
-        begin_tile(c, t, sum);
-        c->canvas.is_begun[tile] = 1;
-    }
-    struct rf_tile_state state = {t, sum, 0};
+    struct rf_tile_state state = state_of(g, tile, c->canvas.t, c->canvas.sum);
+    if (!c->canvas.is_begun[tile])
+        begin_tile(c, &state, tile);
+    else if (is_used_up(&state, c->canvas.n_cells))
+        return;
     composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
-    move_planes(c->canvas.t, n_cells, g, tx, ty, t, false);
-    move_planes(c->canvas.sum, n_planes, g, tx, ty, sum, false);
 }
 
 /* ---- coarse levels ------------------------------------------------------------- */
@@ -218,21 +211,34 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g, i
     }
 }
 
+/* Gives a tile a copy of its t, which is asked for again as it was. */
+static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
+{
+    const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
+    float *copy = c->tiles + plane * (size_t)c->canvas.n_cells * (size_t)rf_thread_num();
+    for (int cell = 0; cell < c->canvas.n_cells; cell++)
+        for (int y = 0; y < RF_TILE_H; y++)
+            memcpy(copy + plane * (size_t)cell + (size_t)y * RF_TILE_W,
+                   s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y,
+                   RF_TILE_W * sizeof *copy);
+    s->t = copy;
+    s->t_row = RF_TILE_W;
+    s->t_plane = plane;
+}
+
 static void run_level_tile(const struct rf_composer *c, const struct rf_group *g,
                            const struct level *level, int tile)
 {
     int tx = tile % g->n_x, ty = tile / g->n_x;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
-    size_t n_t = (size_t)n_cells * RF_TILE_H * RF_TILE_W;
-    float *t = thread_tile(c), *sum = t + n_t;
-    bool is_reached = has_neighbours(g, tx, ty);
-    if (is_reached)
-        move_planes(level->t, n_cells, g, tx, ty, t, true);
-    memset(sum, 0, n_t * (size_t)n_planes * sizeof *sum);
-    struct rf_tile_state state = {t, sum, (size_t)n_planes * RF_TILE_H * RF_TILE_W};
-    if (is_reached && !is_used_up(t, n_t))
-        composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
-    move_planes(level->sum, n_cells * n_planes, g, tx, ty, sum, false);
+    struct rf_tile_state state = state_of(g, tile, level->t, level->sum);
+    state.cell = g->plane * (size_t)n_planes;
+    for (int p = 0; p < n_cells * n_planes; p++)
+        fill(state.sum + state.plane * (size_t)p, state.row, 0);
+    if (!has_neighbours(g, tx, ty) || is_used_up(&state, n_cells))
+        return;
+    take_t(c, &state);
+    composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
 }
 
 /* A place between two pixels of the level. */

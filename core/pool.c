@@ -103,8 +103,8 @@ static struct rf_block *take(struct rf_pool *pool, size_t n_bytes)
 {
     struct rf_block *best = NULL;
     for (struct rf_block *b = pool->free; b; b = b->next_free)
-        if (b->n_bytes >= n_bytes && (n_bytes >= LEAST_CUT || b->n_bytes / 2 <= n_bytes) &&
-            (!best || b->n_bytes < best->n_bytes))
+        if (b->n_bytes >= n_bytes && (!best || b->n_bytes < best->n_bytes) &&
+            (n_bytes >= LEAST_CUT || b->n_bytes / 2 <= n_bytes))
             best = b;
     if (!best)
         return NULL;

@@ -107,11 +107,12 @@ static inline int rf_accumulator_slots(int n_cells)
     return n_cells > 1 ? n_cells + 1 : 1;
 }
 
-/* Tile-sized transmittance per cell, and sums per cell or over all cells. */
+/* Transmittance per cell, and sums per cell or over all cells, of a tile of planes. */
 struct rf_tile_state {
-    float *t;               /* [cell][RF_TILE_H][RF_TILE_W] */
-    float *sum;             /* [cell or one][plane][RF_TILE_H][RF_TILE_W] */
-    size_t sum_cell_stride; /* 0 where all cells share the sums */
+    float *t;                /* [cell][row][RF_TILE_W] */
+    size_t t_row, t_plane;   /* floats from one to the next */
+    float *sum;              /* [cell or one][plane][row][RF_TILE_W] */
+    size_t row, plane, cell; /* cell 0 where all share the sums */
 };
 
 /* Rows of luminance and of what lies around each pixel, to n rounded up to eight. */

@@ -279,9 +279,9 @@ gathered(const float *acc, const float *common, float share)
 static inline __attribute__((always_inline)) void flush_row(float *acc,
                                                             const float *common,
                                                             float share, float *t,
-                                                            float *sum, int n_planes)
+                                                            float *sum, size_t plane,
+                                                            int n_planes)
 {
-    const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
     for (int x = 0; x < RF_TILE_W; x += LANES) {
         float *a = acc + RF_ACC_LEFT + x;
         const float *b = common ? common + RF_ACC_LEFT + x : NULL;
@@ -313,15 +313,14 @@ flush_all(struct rf_accumulator *acc, const struct rf_tile_state *state, int n_p
     float *const common = acc->at + row_size * RF_TILE_H * (size_t)acc->n_cells;
     for (int c = 0; c < acc->n_cells; c++)
         for (int y = acc->first_row; y <= acc->last_row; y++) {
-            size_t at = (size_t)c * RF_TILE_H + (size_t)y;
-            float *row = acc->at + at * row_size, *t = state->t + at * RF_TILE_W;
-            float *sum =
-                state->sum + state->sum_cell_stride * (size_t)c + (size_t)y * RF_TILE_W;
+            float *row = acc->at + ((size_t)c * RF_TILE_H + (size_t)y) * row_size;
+            float *t = state->t + state->t_plane * (size_t)c + state->t_row * (size_t)y;
+            float *sum = state->sum + state->cell * (size_t)c + state->row * (size_t)y;
             if (acc->common_rows >> y & 1)
                 flush_row(row, common + row_size * (size_t)y, acc->share[c], t, sum,
-                          n_planes);
+                          state->plane, n_planes);
             else
-                flush_row(row, NULL, 0, t, sum, n_planes);
+                flush_row(row, NULL, 0, t, sum, state->plane, n_planes);
         }
     for (int y = acc->first_row; y <= acc->last_row; y++)
         if (acc->common_rows >> y & 1)

@@ -177,7 +177,8 @@ static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
             size_t row = (size_t)rf_min_int(by * BLOCK + y, s->height - 1);
             size_t i = row * (size_t)s->width +
                        (size_t)rf_min_int(bx * BLOCK + x, s->width - 1);
-            const struct rf_surface *back = s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
+            const struct rf_surface *back =
+                s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
             float far = back->r, near = s->share[i] > 0 ? s->near[i].r : far;
             low[y * BLOCK + x] = rf_min_float(near, far);
             high[y * BLOCK + x] = rf_max_float(near, far);

@@ -180,8 +180,14 @@ static void call_flush(const struct rf_kernels *k, struct workspace *w, int vari
     struct rf_accumulator *acc = make_accumulator(w, 4 + variant % 2);
     float *t = w->at + ACC_FLOATS + 64;
     float *sum = t + 2 * RF_TILE_H * RF_TILE_W + 64;
-    const struct rf_tile_state state = {
-        t, sum, variant < 2 ? 0 : (size_t)RF_MAX_PLANES * RF_TILE_H * RF_TILE_W};
+    const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
+    const struct rf_tile_state state = {.t = t,
+                                        .t_row = RF_TILE_W,
+                                        .t_plane = plane,
+                                        .sum = sum,
+                                        .row = RF_TILE_W,
+                                        .plane = plane,
+                                        .cell = variant < 2 ? 0 : RF_MAX_PLANES * plane};
     acc->first_row = 2;
     acc->last_row = RF_TILE_H - 1 - variant;
     acc->common_rows = 0xa5f0ff0fu;
