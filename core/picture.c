@@ -370,15 +370,31 @@ static bool is_bright_film(const struct rf_picture *l, int x, int y)
                                bright_limit(s->r) * shade_at(l, s->c[3], x, y);
 }
 
+static size_t words_of_row(const struct rf_picture *l)
+{
+    return ((size_t)l->width + 63) / 64;
+}
+
+/* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
+static void note_others(void *user, int y)
+{
+    const struct rf_picture *l = user;
+    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width;
+    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
+    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
+    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
+    uint64_t *others = l->others + words_of_row(l) * (size_t)y;
+    for (int x = 0; x < l->width; x += 64)
+        others[x / 64] = l->filter->context->kernels->find_others(
+            share + x, luminance + x, radius + x, darkest + x, BRIGHT, MOST_R2,
+            rf_min_int(l->width - x, 64));
+}
+
 struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, int n)
 {
-    size_t first = (size_t)y * (size_t)l->width + (size_t)x;
     uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */
-    uint64_t other = l->filter->context->kernels->find_others(
-        l->surfaces.share + first, rf_plane_row(&l->pixels, l->pixels.luminance, y) + x,
-        rf_plane_row(&l->pixels, l->pixels.radius, y) + x,
-        rf_plane_row(&l->pixels, l->darkest, y) + x, BRIGHT, MOST_R2, n);
+    uint64_t other = l->others[words_of_row(l) * (size_t)y + (size_t)x / 64];
     for (int i = 0; i < n && l->has_alpha; i++)
         other |= (uint64_t)is_bright_film(l, x + i, y) << i;
     return (struct rf_emission){all & ~other, other};
@@ -404,6 +420,8 @@ static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
         .radius = rf_alloc(context, n_plane, sizeof(float)),
     };
     l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
+    size_t n_others = keeps_pixels ? 0 : words_of_row(l) * (size_t)l->height;
+    l->others = rf_alloc(context, n_others, sizeof *l->others);
     const struct rf_place *place = &l->filter->place;
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
@@ -415,7 +433,7 @@ static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
         .peak = rf_alloc(context, (size_t)l->height, sizeof *l->surfaces.peak),
     };
     bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
-                       l->darkest && (l->surfaces.near || !keeps_pixels) &&
+                       l->darkest && l->others && (l->surfaces.near || !keeps_pixels) &&
                        l->surfaces.share && l->surfaces.peak;
     return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
@@ -449,15 +467,20 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     load_pixels(l, view, n_planes);
     rf_task_poll(task);
     /* Of opaque pixels splitting looks for the same. */
-    float *darkest = filter->params.split_edges && !l->has_alpha ? l->darkest : NULL;
-    if (!darkest)
+    struct rf_split how = {
+        .darkest = filter->params.split_edges && !l->has_alpha ? l->darkest : NULL,
+        .end_row = keeps_pixels ? NULL : note_others,
+        .user = l};
+    if (!how.darkest)
         result = find_darkest(l, error);
     rf_task_poll(task);
     if (result == RF_OK && filter->params.split_edges)
         result =
-            rf_split_edges(filter, &l->pixels, &l->surfaces, darkest, task, error);
+            rf_split_edges(filter, &l->pixels, &l->surfaces, &how, task, error);
     else if (result == RF_OK)
-        result = rf_split_nothing(filter, &l->pixels, &l->surfaces, error);
+        result = rf_split_nothing(filter, &l->pixels, &l->surfaces, &how, error);
+    if (!keeps_pixels)
+        rf_picture_drop_pixels(l);
     return result;
 }
 
@@ -477,6 +500,7 @@ void rf_picture_free(struct rf_picture *l)
         return;
     const struct rf_context *context = l->filter->context;
     rf_picture_drop_pixels(l);
+    rf_free(context, l->others);
     rf_free(context, l->darkest);
     rf_free(context, l->highlights.at);
     rf_free(context, l->surfaces.peak);

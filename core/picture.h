@@ -18,6 +18,8 @@ struct rf_picture {
     struct rf_pixels pixels;
     struct rf_surfaces surfaces;
     float *darkest; /* plane: least luminance of 5 x 5, premultiplication undone */
+    /* A bit for each pixel that is mixed or bright, rows in whole words. */
+    uint64_t *others;
     bool has_alpha; /* some pixel is not opaque */
     struct rf_areas areas;
     struct rf_samples highlights;
@@ -26,8 +28,8 @@ struct rf_picture {
 /*
  * Loads a view and splits its edges (if the parameters say so); steps `task` once per
  * row of the padded picture. `border` is what rf_picture_border() says for the largest
- * radius in use. Without `keeps_pixels` pixels.at is lost. After a cancel RF_OK comes
- * back and there are no surfaces.
+ * radius in use. Without `keeps_pixels` there are none afterwards. After a cancel RF_OK
+ * comes back and there are no surfaces.
  */
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,
                           const struct rf_work_view *view, int n_planes, int border,
@@ -79,7 +81,10 @@ bool rf_picture_is_bright(const struct rf_picture *picture,
  */
 uint64_t rf_picture_find_plain(const struct rf_picture *picture, int x, int y, int n);
 
-/* What n <= 64 pixels from (x, y) on have as a source of samples. */
+/*
+ * What n <= 64 pixels from (x, y) on have as a source of samples; x is a multiple of
+ * 64, and the picture keeps no pixels.
+ */
 struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,
                                      int n);
 

@@ -524,8 +524,8 @@ static int split_row(const struct rf_pixels *pixels, int y, const struct scratch
 
 /* Splits all rows; false: out of memory. */
 static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                       struct rf_surfaces *out, float *darkest, float *memory,
-                       struct splits *splits, struct rf_task *task)
+                       struct rf_surfaces *out, const struct rf_split *how,
+                       float *memory, struct splits *splits, struct rf_task *task)
 {
     const struct rf_context *context = filter->context;
     size_t row = pixels->stride;
@@ -540,7 +540,8 @@ static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *p
         float *at = memory + row * N_ROWS * (size_t)rf_thread_num();
         struct scratch s = {context->kernels,
                             at,
-                            darkest ? rf_plane_row(pixels, darkest, y) : at + row,
+                            how->darkest ? rf_plane_row(pixels, how->darkest, y)
+                                         : at + row,
                             at + 2 * row,
                             at + 3 * row,
                             at + 4 * row,
@@ -555,6 +556,8 @@ static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *p
         splits->rows[y] = (struct split_row){n, to};
         splits->rooms[rf_thread_num()].at += n;
         splits->rooms[rf_thread_num()].n -= (size_t)n;
+        if (how->end_row)
+            how->end_row(how->user, y);
         rf_task_step(task);
     }
     return !is_short;
@@ -594,8 +597,8 @@ static void keep_split(const struct rf_filter *filter, const struct splits *spli
 }
 
 rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
-                         struct rf_surfaces *out, float *darkest, struct rf_task *task,
-                         struct rf_error *error)
+                         struct rf_surfaces *out, const struct rf_split *how,
+                         struct rf_task *task, struct rf_error *error)
 {
     const struct rf_context *context = filter->context;
     size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)pixels->height;
@@ -608,7 +611,7 @@ rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixel
                            ? rf_far_begin(out, context, error)
                            : rf_fail_memory(error, n, sizeof *memory);
     if (result == RF_OK &&
-        !split_rows(filter, pixels, out, darkest, memory, &splits, task))
+        !split_rows(filter, pixels, out, how, memory, &splits, task))
         result = rf_fail_memory(error, n_rows, sizeof *splits.rows->at);
     if (result == RF_OK)
         result = rf_far_allocate(out, context, error);
@@ -627,14 +630,18 @@ rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixel
 }
 
 rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pixels,
-                           struct rf_surfaces *out, struct rf_error *error)
+                           struct rf_surfaces *out, const struct rf_split *how,
+                           struct rf_error *error)
 {
     rf_result result = rf_far_begin(out, filter->context, error);
     if (result != RF_OK)
         return result;
 #pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
-    for (int y = 0; y < pixels->height; y++)
+    for (int y = 0; y < pixels->height; y++) {
         set_pure(pixels, y, out);
+        if (how->end_row)
+            how->end_row(how->user, y);
+    }
     keep_pure(filter, pixels, out);
     return rf_far_allocate(out, filter->context, error);
 }

@@ -85,16 +85,27 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 /*
  * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
  * stepped once per row. Where out->near is NULL the pixels become the near parts, and
- * pixels->at is lost. `darkest`, if not NULL, receives the least luminance of the 5 x 5
- * pixels around each, as a plane like that of the luminance, without its margins.
+ * pixels->at is lost.
  */
-rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
-                         struct rf_surfaces *out, float *darkest, struct rf_task *task,
-                         struct rf_error *error);
+struct rf_split {
+    /*
+     * If not NULL, receives the least luminance of the 5 x 5 pixels around each, as a
+     * plane like that of the luminance, without its margins.
+     */
+    float *darkest;
+    /* If not NULL, is called once the shares of row y are known. Any thread calls. */
+    void (*end_row)(void *user, int y);
+    void *user;
+};
 
-/* The same for pure pixels only. */
+rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
+                         struct rf_surfaces *out, const struct rf_split *how,
+                         struct rf_task *task, struct rf_error *error);
+
+/* The same for pure pixels only, without `darkest`. */
 rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pixels,
-                           struct rf_surfaces *out, struct rf_error *error);
+                           struct rf_surfaces *out, const struct rf_split *how,
+                           struct rf_error *error);
 
 /*
  * Who knows better than an estimate: does anyone show what lies behind pixel (x, y), if
