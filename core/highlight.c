@@ -57,12 +57,12 @@ struct highlights {
     const struct rf_crop *out;
     struct rf_footprints *footprints;
     const struct rf_samples *samples;
-    float **mask; /* per highlight of the batch: visibility over its box, or NULL */
+    /* Per highlight of the batch: where its visibility over its box goes, or NULL. */
+    float **mask;
     struct blockers *views;
     int n_x, n_y;                                /* blocks */
     unsigned char view_at[LENS_GRID][LENS_GRID]; /* the view to ask, over [-e, e]^2 */
     double lens_extent[2];
-    int n_failed;
 };
 
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
@@ -220,7 +220,18 @@ static bool is_free(const struct highlights *h, const struct rf_sample *l,
     return true;
 }
 
-static void build_mask(struct highlights *h, size_t index, float **mask)
+/* Cells of the lens grid that the centres of n footprint pixels look through. */
+static void find_cells(float offset, float r, float extent, int n, unsigned char *cell)
+{
+    for (int i = 0; i < n; i++) {
+        float at = (offset + (float)i) / r / extent;
+        int c = (int)((at + 1) * (LENS_GRID / 2.0f));
+        cell[i] = (unsigned char)rf_min_int(rf_max_int(c, 0), LENS_GRID - 1);
+    }
+}
+
+/* Writes the mask of a highlight; false where nothing stands before it. */
+static bool build_mask(const struct highlights *h, size_t index, float *mask)
 {
     const struct rf_sample *l = &h->samples->at[index];
     const struct rf_footprint *f = footprint_of(h, l);
@@ -236,24 +247,26 @@ static void build_mask(struct highlights *h, size_t index, float **mask)
         .left = f->min_dx,
         .top = f->min_dy,
         .width = f->max_dx - f->min_dx + 1,
-        .height = f->max_dy - f->min_dy + 1,
-        .view_at = h->scene->n_views > 1 ? h->view_at[0] : NULL,
-        .lens_extent = {(float)h->lens_extent[0], (float)h->lens_extent[1]}};
-    *mask = NULL;
+        .height = f->max_dy - f->min_dy + 1};
     if (is_free(h, l, &m))
-        return;
+        return false;
     size_t n = (size_t)m.width * (size_t)m.height;
-    m.blocked = rf_calloc(h->scene->filter->context, n, sizeof(float));
-    if (!m.blocked) {
-#pragma omp atomic
-        h->n_failed++;
-        return;
+    m.blocked = memset(mask, 0, n * sizeof *mask);
+    if (h->scene->n_views > 1) {
+        unsigned char *cells = (unsigned char *)(mask + n);
+        m.view_at = h->view_at[0];
+        m.cell_x = cells;
+        m.cell_y = cells + m.width;
+        find_cells((float)m.left + 0.5f - m.light_x, l->r, (float)h->lens_extent[0],
+                   m.width, cells);
+        find_cells((float)m.top + 0.5f - m.light_y, l->r, (float)h->lens_extent[1],
+                   m.height, cells + m.width);
     }
     for (int j = 0; j < h->scene->n_views; j++)
         draw_occluders(h, l, j, &m);
     for (size_t i = 0; i < n; i++)
         m.blocked[i] = m.blocked[i] < WHOLE ? 1 - m.blocked[i] : 0;
-    *mask = m.blocked;
+    return true;
 }
 
 /* ---- light --------------------------------------------------------------------- */
@@ -303,30 +316,47 @@ static void add_band(const struct highlights *h, size_t from, size_t to, int ban
     }
 }
 
+/* Of a mask and the cells of its columns and rows, floats. */
+static size_t mask_size(const struct highlights *h, size_t index)
+{
+    const struct rf_footprint *f = footprint_of(h, &h->samples->at[index]);
+    size_t width = (size_t)(f->max_dx - f->min_dx + 1);
+    size_t height = (size_t)(f->max_dy - f->min_dy + 1);
+    return width * height + (width + height + 3) / 4;
+}
+
 /* How many highlights from `from` on fit into one batch of masks. */
 static size_t batch_end(const struct highlights *h, size_t from)
 {
     size_t n_bytes = 0, i = from;
-    for (; i < h->samples->n && (i == from || n_bytes < BATCH_BYTES); i++) {
-        const struct rf_footprint *f = footprint_of(h, &h->samples->at[i]);
-        n_bytes += (size_t)(f->max_dx - f->min_dx + 1) *
-                   (size_t)(f->max_dy - f->min_dy + 1) * sizeof(float);
-    }
+    for (; i < h->samples->n && (i == from || n_bytes < BATCH_BYTES); i++)
+        n_bytes += mask_size(h, i) * sizeof(float);
     return i;
 }
 
-static void run_batch(struct highlights *h, size_t from, size_t to)
+/* Adds a batch; all masks lie in one block, as each by itself would crowd the pool. */
+static rf_result run_batch(struct highlights *h, size_t from, size_t to,
+                           struct rf_error *error)
 {
     const struct rf_scene *scene = h->scene;
     int n_threads = scene->filter->context->n_threads;
     int n_bands = (scene->height + BAND_ROWS - 1) / BAND_ROWS;
+    size_t n = 0;
+    for (size_t i = from; i < to; i++)
+        n += mask_size(h, i);
+    float *memory = rf_alloc(scene->filter->context, n, sizeof *memory);
+    if (!memory)
+        return rf_fail_memory(error, n, sizeof *memory);
+    n = 0;
+    for (size_t i = from; i < to; i++) {
+        h->mask[i - from] = memory + n;
+        n += mask_size(h, i);
+    }
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 4)
     for (size_t i = from; i < to; i++) {
-        h->mask[i - from] = NULL;
-        if (!rf_task_is_cancelled(scene->task)) {
-            build_mask(h, i, &h->mask[i - from]);
-            rf_task_step(scene->task);
-        }
+        if (rf_task_is_cancelled(scene->task) || !build_mask(h, i, h->mask[i - from]))
+            h->mask[i - from] = NULL;
+        rf_task_step(scene->task);
     }
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 1)
     for (int band = 0; band < n_bands; band++)
@@ -334,8 +364,8 @@ static void run_batch(struct highlights *h, size_t from, size_t to)
             add_band(h, from, to, band);
             rf_task_step(scene->task);
         }
-    for (size_t i = from; i < to; i++)
-        rf_free(scene->filter->context, h->mask[i - from]);
+    rf_free(scene->filter->context, memory);
+    return RF_OK;
 }
 
 static rf_result build_footprints(struct highlights *h, double progress_to,
@@ -403,9 +433,7 @@ static rf_result run(struct highlights *h, struct rf_error *error)
     rf_task_phase(task, progress_to, n_steps);
     for (size_t from = 0, to; from < h->samples->n && result == RF_OK; from = to) {
         to = batch_end(h, from);
-        run_batch(h, from, to);
-        if (h->n_failed)
-            result = rf_fail_memory(error, 1, BATCH_BYTES);
+        result = run_batch(h, from, to, error);
     }
     return result;
 }

@@ -153,9 +153,11 @@ struct rf_shadows {
     float lens_x, lens_y, shift_scale, shift_bias;
     int left, top, width, height; /* the mask's box */
     float *blocked;               /* NULL: only asks */
-    /* With several views: which one each cell of the lens asks, by rows; else NULL. */
-    const unsigned char *view_at;
-    float lens_extent[2];
+    /*
+     * With several views: which one each cell of the lens asks, by rows, and the cells
+     * of the mask's columns and rows; else NULL.
+     */
+    const unsigned char *view_at, *cell_x, *cell_y;
     int view;
 };
 

@@ -77,13 +77,6 @@ static inline float overlap(float a, float b, int x)
     return high > low ? high - low : 0;
 }
 
-/* Cell of the lens grid that a footprint pixel's centre looks through. */
-static inline int lens_cell(float offset, float r, float extent)
-{
-    int i = (int)((offset / r / extent + 1) * (RF_LENS_GRID / 2.0f));
-    return rf_min_int(rf_max_int(i, 0), RF_LENS_GRID - 1);
-}
-
 static inline void draw_square(const struct rf_shadows *s, const struct side *across,
                                const struct side *down, int l, float share)
 {
@@ -98,11 +91,9 @@ static inline void draw_square(const struct rf_shadows *s, const struct side *ac
             continue;
         }
         const unsigned char *views =
-            s->view_at + RF_LENS_GRID * lens_cell((float)y + 0.5f - s->light_y,
-                                                  s->light_r, s->lens_extent[1]);
+            s->view_at + RF_LENS_GRID * s->cell_y[y - s->top];
         for (int x = first; x <= last; x++)
-            if (views[lens_cell((float)x + 0.5f - s->light_x, s->light_r,
-                                s->lens_extent[0])] == s->view)
+            if (views[s->cell_x[x - s->left]] == s->view)
                 row[x] += k * overlap(x0, x1, x);
     }
 }

@@ -288,8 +288,13 @@ enum { SHADOWS_W = 61, SHADOWS_H = 47 };
 static struct rf_shadows shadows_of(struct workspace *w, int variant)
 {
     static unsigned char view_at[RF_LENS_GRID][RF_LENS_GRID];
+    static unsigned char cell_x[SHADOWS_W], cell_y[SHADOWS_H];
     for (int i = 0; i < RF_LENS_GRID * RF_LENS_GRID; i++)
         view_at[i / RF_LENS_GRID][i % RF_LENS_GRID] = i % RF_LENS_GRID > 20;
+    for (int x = 0; x < SHADOWS_W; x++)
+        cell_x[x] = (unsigned char)(x * (RF_LENS_GRID - 1) / SHADOWS_W);
+    for (int y = 0; y < SHADOWS_H; y++)
+        cell_y[y] = (unsigned char)(y + 3);
     return (struct rf_shadows){.light_x = 0.25f,
                                .light_y = 0.75f,
                                .light_r = 20,
@@ -310,7 +315,8 @@ static struct rf_shadows shadows_of(struct workspace *w, int variant)
                                .height = SHADOWS_H,
                                .blocked = w->at + 40000,
                                .view_at = variant == 2 ? view_at[0] : NULL,
-                               .lens_extent = {1, 1.2f},
+                               .cell_x = cell_x,
+                               .cell_y = cell_y,
                                .view = 1};
 }
 
