@@ -347,20 +347,6 @@ bool rf_picture_is_bright(const struct rf_picture *l, const struct rf_surface *p
     return is_bright(p, rf_plane_row(&l->pixels, l->darkest, y)[x]);
 }
 
-uint64_t rf_picture_find_plain(const struct rf_picture *l, int x, int y, int n)
-{
-    size_t first = (size_t)y * (size_t)l->width + (size_t)x;
-    const struct rf_surface *near = l->surfaces.near + first;
-    const float *share = l->surfaces.share + first;
-    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y) + x;
-    uint64_t plain = 0;
-    for (int i = 0; i < n; i++)
-        plain |= (uint64_t)((share[i] == 1) & (near[i].c[3] == 1) &
-                            !is_bright(&near[i], darkest[i]))
-                 << i;
-    return plain;
-}
-
 /* Are there two samples of a pixel that is not opaque? */
 static bool is_bright_film(const struct rf_picture *l, int x, int y)
 {
@@ -394,7 +380,12 @@ struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, i
 {
     uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */
-    uint64_t other = l->others[words_of_row(l) * (size_t)y + (size_t)x / 64];
+    const uint64_t *at = l->others + words_of_row(l) * (size_t)y + (size_t)x / 64;
+    int first = x % 64;
+    uint64_t other = at[0] >> first;
+    if (first + n > 64)
+        other |= at[1] << (64 - first);
+    other &= all;
     for (int i = 0; i < n && l->has_alpha; i++)
         other |= (uint64_t)is_bright_film(l, x + i, y) << i;
     return (struct rf_emission){all & ~other, other};
@@ -420,8 +411,8 @@ static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
         .radius = rf_alloc(context, n_plane, sizeof(float)),
     };
     l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
-    size_t n_others = keeps_pixels ? 0 : words_of_row(l) * (size_t)l->height;
-    l->others = rf_alloc(context, n_others, sizeof *l->others);
+    l->others =
+        rf_alloc(context, words_of_row(l) * (size_t)l->height, sizeof *l->others);
     const struct rf_place *place = &l->filter->place;
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
@@ -469,7 +460,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     /* Of opaque pixels splitting looks for the same. */
     struct rf_split how = {
         .darkest = filter->params.split_edges && !l->has_alpha ? l->darkest : NULL,
-        .end_row = keeps_pixels ? NULL : note_others,
+        .end_row = note_others,
         .user = l};
     if (!how.darkest)
         result = find_darkest(l, error);

@@ -75,16 +75,7 @@ void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
 bool rf_picture_is_bright(const struct rf_picture *picture,
                           const struct rf_surface *surface, int x, int y);
 
-/*
- * Of n <= 64 pixels from (x, y) on, those of which rf_picture_emit_pixel() gives one
- * sample, the near surface as it is: bit i for the i-th. Needs no pixels as they came.
- */
-uint64_t rf_picture_find_plain(const struct rf_picture *picture, int x, int y, int n);
-
-/*
- * What n <= 64 pixels from (x, y) on have as a source of samples; x is a multiple of
- * 64, and the picture keeps no pixels.
- */
+/* What n <= 64 pixels from (x, y) on have as a source of samples. */
 struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,
                                      int n);
 

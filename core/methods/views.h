@@ -25,12 +25,13 @@ struct rf_cell_views {
  */
 struct rf_unseen {
     int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
-    float weight;   /* its share of a pixel, as rf_view_weight() if alone */
+    float weight;   /* its share of a pixel */
     uint32_t cells; /* bit i: cell i */
 };
 
 struct rf_unseen_row {
     int n;
+    int n_samples[RF_MOST_CELLS]; /* of each cell, those of bright pieces twice */
     struct rf_unseen *at;
 };
 
@@ -175,6 +176,9 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
 /* How much of a place view j sees, and whether in what was rendered. */
 float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
                    bool *is_rendered);
+
+/* Does a place lie outside of what was rendered, in all views? */
+bool rf_views_are_beside(const struct rf_views *v, struct rf_view_place p);
 
 /* A set of views: bit j, view j. */
 static const uint64_t RF_ALL_VIEWS = UINT64_MAX;

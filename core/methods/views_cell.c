@@ -189,6 +189,30 @@ static struct run run_of(const struct rf_view_cell *cell, int x, int y, int n)
     return r;
 }
 
+/* Those of a run's pixels that were rendered. */
+static uint64_t find_rendered(const struct rf_picture *picture, const struct run *r)
+{
+    int first = rf_max_int(r->first, picture->x0 - r->x);
+    int end = rf_min_int(r->end, picture->x0 + picture->filter->width - r->x);
+    if (r->y < picture->y0 || r->y >= picture->y0 + picture->filter->height ||
+        first >= end)
+        return 0;
+    return UINT64_MAX >> (64 - (end - first)) << first;
+}
+
+/*
+ * Does a pixel that continues the picture, of one surface, count whole? Others have
+ * another weight, as far as other views show what is there.
+ */
+static bool is_alone(const struct rf_view_cell *cell, int x, int y)
+{
+    const struct rf_surfaces *s = &cell->v->pictures[cell->middle].surfaces;
+    float r = s->near[(size_t)y * (size_t)s->width + (size_t)x].r;
+    return rf_views_are_beside(cell->v,
+                               rf_view_place_of(cell->v, cell->middle, (float)x + 0.5f,
+                                                (float)y + 0.5f, r));
+}
+
 static struct rf_emission survey_own(void *user, int x, int y, int n)
 {
     const struct rf_view_cell *cell = user;
@@ -196,14 +220,16 @@ static struct rf_emission survey_own(void *user, int x, int y, int n)
     struct run r = run_of(cell, x, y, n);
     if (r.first == r.end)
         return (struct rf_emission){0, 0};
-    uint64_t all = UINT64_MAX >> (64 - (r.end - r.first)) << r.first, plain = 0;
-    /* What continues the picture has another weight. */
-    int first = rf_max_int(r.first, picture->x0 - r.x);
-    int end = rf_min_int(r.end, picture->x0 + picture->filter->width - r.x);
-    bool is_rendered =
-        r.y >= picture->y0 && r.y < picture->y0 + picture->filter->height;
-    if (is_rendered && first < end)
-        plain = rf_picture_find_plain(picture, r.x + first, r.y, end - first) << first;
+    uint64_t all = UINT64_MAX >> (64 - (r.end - r.first)) << r.first;
+    uint64_t plain =
+        rf_picture_survey(picture, r.x + r.first, r.y, r.end - r.first).plain
+        << r.first;
+    uint64_t beside = plain & ~find_rendered(picture, &r);
+    for (; beside; beside &= beside - 1) {
+        int i = __builtin_ctzll(beside);
+        if (!is_alone(cell, r.x + i, r.y))
+            plain &= ~((uint64_t)1 << i);
+    }
     return (struct rf_emission){plain, all & ~plain};
 }
 
@@ -305,20 +331,17 @@ static size_t collect_others_row(void *user, int i, struct rf_sample *at)
     int view = block < cell->middle ? block : block + 1;
     const struct rf_unseen_row *row =
         &cell->v->unseen[(size_t)view * (size_t)height + (size_t)y];
+    if (!at)
+        return (size_t)row->n_samples[cell->index];
     struct rf_samples out = {at, 0};
     for (int k = 0; k < row->n; k++) {
         const struct rf_unseen *u = &row->at[k];
-        bool is_bright = u->part & 2;
         if (!(u->cells >> cell->index & 1))
             continue;
-        if (!at) {
-            out.n += is_bright ? 2 : 1;
-            continue;
-        }
         struct rf_sample p = unseen_sample(cell, view, y, u);
         if (!is_in_scene(cell, &p))
             continue;
-        if (is_bright)
+        if (u->part & 2)
             rf_picture_emit(&cell->v->pictures[view], p, u->part / 4, y, &out);
         else
             at[out.n++] = p;

@@ -65,8 +65,7 @@ void rf_views_measure_range(struct rf_views *v)
         }
 }
 
-/* Does a place lie outside of what was rendered, in all views? */
-static bool is_outside(const struct rf_views *v, struct rf_view_place p)
+bool rf_views_are_beside(const struct rf_views *v, struct rf_view_place p)
 {
     static const float ROUNDED_PX = 1;
     const struct rf_picture *l = &v->pictures[0];
@@ -88,7 +87,7 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
                      float least)
 {
     float left = 1;
-    if (is_outside(v, p))
+    if (rf_views_are_beside(v, p))
         return left;
     for (int k = 0; k < v->work->n_views && left > least; k++)
         if (k != j)
@@ -131,12 +130,22 @@ struct doubt {
     uint64_t partly, blind; /* bit j: view j */
 };
 
+/*
+ * In which cells a view is listed for what another one does not see, and in which order
+ * to ask: first those that rule out most.
+ */
+struct say {
+    uint32_t cells[RF_MAX_VIEWS]; /* per view: not in these where it sees the place */
+    int order[RF_MAX_VIEWS];      /* all other views */
+};
+
 /* The blocks of all views. */
 struct blocks {
     struct rf_views *v;
     int n_x, n_y, n_failed;
     struct block *at;
     struct doubt *doubts;
+    struct say *says; /* per view */
 };
 
 static size_t block_index(const struct blocks *b, int view, int x, int y)
@@ -191,11 +200,20 @@ static float from_middle(int i)
     return (float)i - 0.5f * (BLOCK - 1);
 }
 
-/* Fits the plane, by least squares. */
+/*
+ * Fits the plane, by least squares; what is nearly level is taken for it, as the steps
+ * of the radius need no more.
+ */
 static void fit_plane(struct block *block, const float *low, const float *high)
 {
     static const float SQUARES = BLOCK * BLOCK * (BLOCK * BLOCK - 1) / 12.0f;
+    static const float LEVEL_PX = 0.05f;
     float sum = 0, along[2] = {0, 0}, rough = 0;
+    if (block->highest - block->lowest < LEVEL_PX) {
+        block->level = 0.5f * (block->lowest + block->highest);
+        block->rough = block->highest - block->lowest;
+        return;
+    }
     for (int y = 0; y < BLOCK; y++)
         for (int x = 0; x < BLOCK; x++) {
             float r = low[y * BLOCK + x];
@@ -327,23 +345,73 @@ static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int
     return sees_all ? SEES_ALL : sees_nothing ? SEES_NOTHING : SEES_A_PART;
 }
 
+/*
+ * Which views have a say: a view stands for what a cell's own views do not see, but not
+ * where one that is nearer shows it. The mean of two is better by 0.02 dB at the most,
+ * that of all by less than that again, and they are as many samples more.
+ */
+static struct say say_of(const struct rf_views *v, int view)
+{
+    struct say say;
+    int n_cells[RF_MAX_VIEWS], n = 0;
+    for (int j = 0; j < v->work->n_views; j++) {
+        say.cells[j] = 0;
+        for (int i = 0; i < v->n_cells; i++) {
+            const struct rf_cell_views *cell = &v->cells[i];
+            say.cells[j] |=
+                (uint32_t)((cell->own | cell->nearer[view]) >> j & 1) << i;
+        }
+        if (j == view)
+            continue;
+        int rules_out = __builtin_popcount(say.cells[j]), k = n++;
+        for (; k > 0 && n_cells[k - 1] < rules_out; k--) {
+            n_cells[k] = n_cells[k - 1];
+            say.order[k] = say.order[k - 1];
+        }
+        n_cells[k] = rules_out;
+        say.order[k] = j;
+    }
+    return say;
+}
+
+/* The cells that the view itself leaves. */
+static uint32_t cells_beside(const struct rf_views *v, const struct say *say, int view)
+{
+    return (((uint32_t)1 << v->n_cells) - 1) & ~say->cells[view];
+}
+
+/* What may be listed of a block: none where the views that surely see it leave no
+ * cell. */
+static struct doubt doubt_of(const struct blocks *b, int view, int bx, int by,
+                             const struct parallax *parallax)
+{
+    const struct say *say = &b->says[view];
+    uint32_t cells = cells_beside(b->v, say, view);
+    struct doubt doubt = {0, 0};
+    for (int i = 0; i < b->v->work->n_views - 1; i++) {
+        int j = say->order[i];
+        enum sight sight = sight_of(b, view, bx, by, j, &parallax[j]);
+        doubt.partly |= (uint64_t)(sight == SEES_A_PART) << j;
+        doubt.blind |= (uint64_t)(sight == SEES_NOTHING) << j;
+        if (sight == SEES_ALL)
+            cells &= ~say->cells[j];
+        if (!cells)
+            return (struct doubt){0, 0};
+    }
+    return doubt;
+}
+
 /* What continues a picture has no doubts, as it is not listed. */
 static void find_doubts(const struct blocks *b, int view, int by)
 {
     struct doubt *row = &b->doubts[block_index(b, view, 0, by)];
+    struct parallax parallax[RF_MAX_VIEWS];
     memset(row, 0, (size_t)b->n_x * sizeof *row);
-    for (int j = 0; j < b->v->work->n_views; j++) {
-        if (j == view)
-            continue;
-        struct parallax parallax = parallax_of(b->v, view, j);
-        for (int bx = 0; bx < b->n_x; bx++) {
-            if (!is_shown(&b->v->pictures[view], bx, by))
-                continue;
-            enum sight sight = sight_of(b, view, bx, by, j, &parallax);
-            row[bx].partly |= (uint64_t)(sight == SEES_A_PART) << j;
-            row[bx].blind |= (uint64_t)(sight == SEES_NOTHING) << j;
-        }
-    }
+    for (int j = 0; j < b->v->work->n_views; j++)
+        parallax[j] = parallax_of(b->v, view, j);
+    for (int bx = 0; bx < b->n_x; bx++)
+        if (is_shown(&b->v->pictures[view], bx, by))
+            row[bx] = doubt_of(b, view, bx, by, parallax);
 }
 
 /* ---- rows ---------------------------------------------------------------------- */
@@ -355,10 +423,7 @@ struct parts {
     bool is_far[2 * BLOCK];
     float share[2 * BLOCK], r[2 * BLOCK];
     float place_x[2 * BLOCK], place_y[2 * BLOCK];
-    /* How many other views show all of it, the sum of what others show of it. */
-    int n_whole[2 * BLOCK];
-    float shown[2 * BLOCK];
-    uint64_t unseen[2 * BLOCK]; /* by these views */
+    uint32_t cells[2 * BLOCK]; /* in which it is listed */
 };
 
 /* The rendered pixels of row y of a block. */
@@ -389,9 +454,14 @@ static void find_parts(const struct rf_views *v, int view, int bx, int y,
     }
 }
 
-/* Looks at all parts in view j. */
-static void look_at_parts(const struct rf_views *v, int j, struct parts *parts)
+/*
+ * How much of each part view j shows. Mostly its block tells, and pixels of many views
+ * are a long way off in memory.
+ */
+static void look_at_parts(const struct blocks *b, int j, const struct parts *parts,
+                          float *seen)
 {
+    const struct rf_views *v = b->v;
     const struct rf_work_view *view = &v->work->views[j];
     const struct rf_picture *l = &v->pictures[j];
     const float u = view->lens[0], w = view->lens[1];
@@ -402,32 +472,62 @@ static void look_at_parts(const struct rf_views *v, int j, struct parts *parts)
         py[i] = rf_view_floor(parts->place_y[i] - rf_snap_px(w * shift));
     }
     for (int i = 0; i < parts->n; i++) {
-        float seen = rf_view_is_rendered(l, px[i], py[i])
-                         ? rf_view_pixel_sees(l, px[i], py[i], parts->r[i])
-                         : 0;
-        if (seen < 1) {
-            parts->n_whole[i]--;
-            parts->shown[i] += seen;
-            parts->unseen[i] |= (uint64_t)(seen < 0.5f) << j;
-        }
+        seen[i] = 0;
+        if (!rf_view_is_rendered(l, px[i], py[i]))
+            continue;
+        const struct block *block =
+            &b->at[block_index(b, j, px[i] / BLOCK, py[i] / BLOCK)];
+        float limit = parts->r[i] - RF_OCCLUDED_PX;
+        if (block->lowest >= limit)
+            seen[i] = 1;
+        else if (block->highest >= limit)
+            seen[i] = rf_view_pixel_sees(l, px[i], py[i], parts->r[i]);
     }
 }
 
-/*
- * The cells in which a view stands for what their own do not see: not where one that is
- * nearer shows it. The mean of two is better by 0.02 dB at the most, that of all by
- * less than that again, and they are as many samples more.
- */
-static uint32_t cells_of(const struct rf_views *v, int view, uint64_t unseen)
+/* Does a view that shows so much of a place not see it? */
+static bool is_blind(float seen)
 {
-    uint32_t cells = 0;
-    for (int i = 0; i < v->n_cells; i++) {
-        const struct rf_cell_views *cell = &v->cells[i];
-        bool is_gap = (unseen & cell->own) == cell->own;
-        bool is_nearest = !(cell->nearer[view] & ~unseen);
-        cells |= (uint32_t)(is_gap & is_nearest) << i;
+    return seen < 0.5f;
+}
+
+/* Keeps the parts that are listed in any cell, and finds in which. */
+static void find_cells(const struct blocks *b, int view, const struct doubt *doubt,
+                       struct parts *parts)
+{
+    const struct rf_views *v = b->v;
+    const struct say *say = &b->says[view];
+    uint32_t all = cells_beside(v, say, view);
+    float seen[2 * BLOCK];
+    int n = 0;
+    for (int i = 0; i < v->work->n_views - 1; i++)
+        if (!((doubt->partly | doubt->blind) >> say->order[i] & 1))
+            all &= ~say->cells[say->order[i]];
+    for (int i = 0; i < parts->n; i++)
+        parts->cells[i] = all;
+    for (int k = 0; k < v->work->n_views - 1 && all; k++) {
+        int j = say->order[k];
+        if (!(doubt->partly >> j & 1) || !(say->cells[j] & all))
+            continue;
+        look_at_parts(b, j, parts, seen);
+        all = 0;
+        for (int i = 0; i < parts->n; i++) {
+            parts->cells[i] &= is_blind(seen[i]) ? UINT32_MAX : ~say->cells[j];
+            all |= parts->cells[i];
+        }
     }
-    return cells;
+    for (int i = 0; i < parts->n && all; i++) {
+        if (!parts->cells[i])
+            continue;
+        parts->x[n] = parts->x[i];
+        parts->is_far[n] = parts->is_far[i];
+        parts->share[n] = parts->share[i];
+        parts->r[n] = parts->r[i];
+        parts->place_x[n] = parts->place_x[i];
+        parts->place_y[n] = parts->place_y[i];
+        parts->cells[n++] = parts->cells[i];
+    }
+    parts->n = n;
 }
 
 /*
@@ -441,31 +541,27 @@ static int list_block(const struct blocks *b, int view, int bx, int y,
     const struct rf_picture *l = &v->pictures[view];
     struct parts parts;
     find_parts(v, view, bx, y, &parts);
-    int n_sighted = v->work->n_views - 1 - __builtin_popcountll(doubt->blind), n = 0;
+    find_cells(b, view, doubt, &parts);
     for (int i = 0; i < parts.n; i++) {
-        parts.n_whole[i] = n_sighted;
-        parts.shown[i] = 0;
-        parts.unseen[i] = doubt->blind;
-    }
-    for (uint64_t left = doubt->partly; left; left &= left - 1)
-        look_at_parts(v, __builtin_ctzll(left), &parts);
-    for (int i = 0; i < parts.n; i++) {
-        uint32_t cells = parts.unseen[i] ? cells_of(v, view, parts.unseen[i]) : 0;
-        if (!cells)
-            continue;
         int x = parts.x[i], is_far = parts.is_far[i];
         size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
         const struct rf_surface *s =
             is_far ? rf_far_at(&l->surfaces, pixel) : &l->surfaces.near[pixel];
-        float share = parts.share[i], shown = (float)parts.n_whole[i] + parts.shown[i];
-        int n_seeing = v->work->n_views - __builtin_popcountll(parts.unseen[i]);
-        float weight = weight_of(share, is_far ? share : 1, shown, 0, true);
-        at[n++] = (struct rf_unseen){
+        at[i] = (struct rf_unseen){
             .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
-            .weight = weight * (float)n_seeing,
-            .cells = cells};
+            .weight = is_far ? rf_min_float(1, 2 * parts.share[i]) : parts.share[i],
+            .cells = parts.cells[i]};
     }
-    return n;
+    return parts.n;
+}
+
+/* How many samples the pieces of a row become, which may be two each. */
+static void count_samples(struct rf_unseen_row *row)
+{
+    memset(row->n_samples, 0, sizeof row->n_samples);
+    for (int i = 0; i < row->n; i++)
+        for (uint32_t left = row->at[i].cells; left; left &= left - 1)
+            row->n_samples[__builtin_ctz(left)] += row->at[i].part & 2 ? 2 : 1;
 }
 
 static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
@@ -491,6 +587,7 @@ static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
     }
     memcpy(row->at, room, (size_t)n * sizeof *row->at);
     row->n = n;
+    count_samples(row);
 }
 
 static void list_all(struct blocks *b, struct rf_unseen *room)
@@ -528,12 +625,16 @@ rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
     size_t n_room = 2 * (size_t)picture->width * (size_t)context->n_threads;
     b.at = rf_alloc(context, n_blocks, sizeof *b.at);
     b.doubts = rf_alloc(context, n_blocks, sizeof *b.doubts);
+    b.says = rf_alloc(context, (size_t)v->work->n_views, sizeof *b.says);
     struct rf_unseen *room = rf_alloc(context, n_room, sizeof *room);
     v->unseen = rf_calloc(context, n_rows, sizeof *v->unseen);
-    bool is_complete = b.at && b.doubts && room && v->unseen;
+    bool is_complete = b.at && b.doubts && b.says && room && v->unseen;
+    for (int j = 0; j < v->work->n_views && b.says; j++)
+        b.says[j] = say_of(v, j);
     if (is_complete)
         list_all(&b, room);
     rf_free(context, room);
+    rf_free(context, b.says);
     rf_free(context, b.doubts);
     rf_free(context, b.at);
     return is_complete && !b.n_failed ? RF_OK
