@@ -23,6 +23,8 @@ from .library import rackfocus
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
 MOST_MERGED = 64
+ENOUGH_SAMPLES = 8  # of a view; docs/views.md has the scores
+FEW_VIEWS = 4  # are worth it with any number of samples
 LOUD_COUNT = 16  # more views are a matter of memory
 BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
 MARK = "rack_focus_view"  # custom property of our cameras
@@ -93,6 +95,8 @@ def describe(settings, scene, n):
         lines.append(f"{n} views of {max(samples // n, 1)} samples")
         if samples < 2 * n:
             lines.append("One sample does not smooth edges")
+        elif samples < ENOUGH_SAMPLES * n and n > FEW_VIEWS:
+            lines.append(f"Fewer views of {ENOUGH_SAMPLES} samples are better")
     if settings.views > n:
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings):
@@ -413,6 +417,7 @@ def _points(camera, scene, n):
     settings = camera.data.rack_focus
     params = lens.aperture_parameters(camera.data.dof)
     params.update(settings.lens_parameters())
+    params["method"] = settings.method
     return rackfocus.lens_points(n, frame=scene.frame_current, **params)
 
 

@@ -357,8 +357,8 @@ static bool render_one(struct job *job, struct povray_error *error)
 static bool render_views(struct job *job, struct povray_error *error)
 {
     double total_s;
-    const bool is_good = povray_render_views(job->scene, job->tool->n_views,
-                                             receive_view, job, &total_s, error);
+    const bool is_good = povray_files_views(job->scene, job->tool->n_views,
+                                            receive_view, job, &total_s, error);
     job->passes.total_s = total_s;
     return is_good;
 }
@@ -674,8 +674,8 @@ const struct command command_povray = {
         "and in a fraction of its time.\n\n"
         "The aperture and the focal point are the scene's unless options give others. "
         "What follows -- goes to POV-Ray: +W640 +H480 +Lpath +A0.1. The colour is "
-        "rendered with +A0.05 +AM2 +R3, views with +A0.1 +AM1 +R2 -J, unless another "
-        "anti-aliasing is given there.",
+        "rendered with +A0.05 +AM2 +R3, views with +A0.1 +AM1 +R3 -J, those of the "
+        "method accumulate with +R2, unless another anti-aliasing is given there.",
     .examples = "rackfocus povray scene.pov -o out.exr -- +W640 +H480\n"
                 "rackfocus povray scene.pov -o out.png --aperture 0.4 "
                 "--focal-point 0,1,0 --keep passes\n"

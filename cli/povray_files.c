@@ -2,6 +2,7 @@
 #include "povray_files.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -109,4 +110,25 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
     const bool is_written = exr_write(path, &output, n_threads, error);
     free(samples);
     return is_written;
+}
+
+bool povray_files_views(struct povray_scene *scene, int n_views, povray_view_fn receive,
+                        void *user, double *total_s, struct povray_error *error)
+{
+    struct rf_lens_point points[RF_MAX_VIEWS];
+    double places[RF_MAX_VIEWS][2];
+    struct rf_params disc;
+    struct rf_error rf_error;
+    rf_params_init(&disc);
+    *total_s = 0;
+    if (rf_lens_points(&disc, n_views, 0, points, &rf_error) != RF_OK) {
+        snprintf(error->message, sizeof(error->message), "%s", rf_error.message);
+        return false;
+    }
+    for (int i = 0; i < n_views; i++) {
+        places[i][0] = points[i].u;
+        places[i][1] = points[i].v;
+    }
+    return povray_render_views(scene, (const double(*)[2])places, n_views, receive,
+                               user, total_s, error);
 }

@@ -19,4 +19,11 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
                        enum povray_file kind, const char *made, int n_threads,
                        struct exr_error *error);
 
+/*
+ * povray_render_views() of 2 to RF_MAX_VIEWS views from rf_lens_points() of a disc,
+ * which POV-Ray's lens is, whatever aperture the filter has.
+ */
+bool povray_files_views(struct povray_scene *scene, int n_views, povray_view_fn receive,
+                        void *user, double *total_s, struct povray_error *error);
+
 #endif

@@ -169,7 +169,7 @@ static bool start_view(struct lens_work *work, struct lens_job *job, int i,
     char *name = text_format("lens%d", i % VIEWS_AT_ONCE);
     bool is_started =
         scene_start_render(scene, &job->colour, name, REWRITE_PINHOLE, "", tail.data,
-                           lens->before ? lens->before : VIEW_OPTIONS, "", error);
+                           lens->before ? lens->before : MEAN_OPTIONS, "", error);
     free(name);
     text_free(&tail);
     return is_started;

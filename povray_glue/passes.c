@@ -644,19 +644,6 @@ struct view_job {
     struct fog_runs fogs;
 };
 
-/*
- * Points that cover a disc evenly, in lens radii: Vogel's spiral. Two face each other,
- * askew, as most edges are upright or level.
- */
-static void place_on_disc(int i, int n, double place[2])
-{
-    const double golden_angle = 2.39996322972865332, pi = 3.14159265358979324;
-    double radius = n == 2 ? 0.5 : sqrt((i + 0.5) / n);
-    double angle = n == 2 ? pi / 4 + pi * i : golden_angle * i;
-    place[0] = radius * cos(angle);
-    place[1] = radius * sin(angle);
-}
-
 /* Moves the camera over its lens and shears it back to the plane in focus. */
 static void move_camera(struct povray_camera *camera, const double offset[2])
 {
@@ -671,12 +658,11 @@ static void move_camera(struct povray_camera *camera, const double offset[2])
 }
 
 static bool start_view(struct povray_scene *scene, struct view_job *job, int view,
-                       int n_views, struct povray_error *error)
+                       const double place[2], struct povray_error *error)
 {
     *job = (struct view_job){.shot = {&job->camera, view}, .camera = scene->camera};
-    place_on_disc(view, n_views, job->offset);
-    job->offset[0] *= scene->camera.aperture / 4;
-    job->offset[1] *= scene->camera.aperture / 4;
+    job->offset[0] = place[0] * scene->camera.aperture / 4;
+    job->offset[1] = place[1] * scene->camera.aperture / 4;
     move_camera(&job->camera, job->offset);
     struct text tail = {0};
     add_camera(&tail, &job->shot);
@@ -709,15 +695,16 @@ static void stop_view(struct view_job *job)
     stop_fogs(&job->fogs);
 }
 
-static bool run_views(struct povray_scene *scene, int n_views, povray_view_fn receive,
-                      void *user, struct povray_error *error)
+static bool run_views(struct povray_scene *scene, const double (*places)[2],
+                      int n_views, povray_view_fn receive, void *user,
+                      struct povray_error *error)
 {
     struct view_job jobs[VIEWS_AT_ONCE] = {0};
     bool is_good = true;
     for (int i = 0; i < n_views + VIEWS_AT_ONCE - 1 && is_good; i++) {
         int done = i - (VIEWS_AT_ONCE - 1);
         if (i < n_views)
-            is_good = start_view(scene, &jobs[i % VIEWS_AT_ONCE], i, n_views, error);
+            is_good = start_view(scene, &jobs[i % VIEWS_AT_ONCE], i, places[i], error);
         if (done < 0 || !is_good)
             continue;
         struct view_job *job = &jobs[done % VIEWS_AT_ONCE];
@@ -734,14 +721,14 @@ static bool run_views(struct povray_scene *scene, int n_views, povray_view_fn re
     return is_good;
 }
 
-bool povray_render_views(struct povray_scene *scene, int n_views,
-                         povray_view_fn receive, void *user, double *total_s,
-                         struct povray_error *error)
+bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
+                         int n_views, povray_view_fn receive, void *user,
+                         double *total_s, struct povray_error *error)
 {
     struct povray_camera camera;
     double started_s = seconds_now(), gamma;
     bool is_good = povray_find_camera(scene, &camera, &gamma, error) &&
-                   run_views(scene, n_views, receive, user, error);
+                   run_views(scene, places, n_views, receive, user, error);
     *total_s = seconds_now() - started_s;
     return is_good;
 }

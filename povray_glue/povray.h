@@ -73,14 +73,14 @@ typedef bool (*povray_view_fn)(void *user, int view, const struct povray_passes 
                                struct povray_error *error);
 
 /*
- * Renders n_views views from points of the lens, spread over its disc, each sheared so
- * that the plane in focus stays; passes->camera is the one in the middle. `receive`
+ * Renders n_views views from `places` on the lens, lens radii right and up, each sheared
+ * so that the plane in focus stays; passes->camera is the one in the middle. `receive`
  * gets them in order, one at a time, and owns nothing of them. *total_s is the time of
  * all.
  */
-bool povray_render_views(struct povray_scene *scene, int n_views,
-                         povray_view_fn receive, void *user, double *total_s,
-                         struct povray_error *error);
+bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
+                         int n_views, povray_view_fn receive, void *user,
+                         double *total_s, struct povray_error *error);
 
 /* A view to render: lens radii right and up of the middle, a part of a pixel right and
  * up, and the moment within the shutter's time, 0 to 1. */
@@ -108,7 +108,7 @@ struct povray_lens {
      * animation, in units of the clock for a still. 0: no motion. */
     double shutter;
     const char
-        *before; /* options for POV-Ray that the user's win over; NULL: as views */
+        *before; /* options for POV-Ray that the user's win over; NULL: the usual */
 };
 
 /*

@@ -9,7 +9,9 @@
 #include "sources.h"
 
 /* A view is one of many: docs/views.md has times and scores. */
-#define VIEW_OPTIONS "+A0.1 +AM1 +R2 -J"
+#define VIEW_OPTIONS "+A0.1 +AM1 +R3 -J"
+/* And one of very many, of which the plain mean is taken. */
+#define MEAN_OPTIONS "+A0.1 +AM1 +R2 -J"
 /* Views that render side by side. */
 #define VIEWS_AT_ONCE 2
 

@@ -92,8 +92,8 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     make_scene_options(stage, typed);
     bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
     if (is_good && stage->options->n_views > 1)
-        is_good = povray_render_views(stage->scene, stage->options->n_views,
-                                      receive_view, stage, &seconds, &povray_error);
+        is_good = povray_files_views(stage->scene, stage->options->n_views,
+                                     receive_view, stage, &seconds, &povray_error);
     else if (is_good)
         is_good = povray_render(stage->scene, &passes, &povray_error);
     if (!is_good)

@@ -115,6 +115,50 @@ static void two_face_each_other(void)
     }
 }
 
+/* Mean square distance of the lens' places from the nearest of n points. */
+static double mean_distance2(int n)
+{
+    enum { GRID = 100 };
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < GRID * GRID; i++) {
+        double u = (i % GRID + 0.5) / GRID * 2 - 1, v = (i / GRID + 0.5) / GRID * 2 - 1;
+        double least = 4;
+        if (hypot(u, v) > 1)
+            continue;
+        for (int j = 0; j < n; j++)
+            least = fmin(least, hypot(points[j].u - u, points[j].v - v));
+        sum += least * least;
+        count++;
+    }
+    return sum / count;
+}
+
+/*
+ * Two to four stand where the rest of the lens is near to one of them, at places of their
+ * own along both axes; a plain mean of them must have the blur of the lens instead.
+ */
+static void few_are_near_to_all_of_the_lens(void)
+{
+    static const double nearest[] = {0.36, 0.20, 0.141}, step[] = {0.7, 0.24, 0.37};
+    for (int n = 2; n <= 4; n++) {
+        struct rf_params p = params_of(RF_LENS_PATTERN_AUTO, 0, 17, 1);
+        REQUIRE(make(&p, n, 0));
+        CHECK(mean_distance2(n) < nearest[n - 2]);
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < i; j++) {
+                CHECK(fabs(points[i].u - points[j].u) > step[n - 2]);
+                CHECK(fabs(points[i].v - points[j].v) > step[n - 2]);
+            }
+        p.method = RF_METHOD_ACCUMULATE;
+        REQUIRE(make(&p, n, 0));
+        double square = 0;
+        for (int i = 0; i < n; i++)
+            square += points[i].u * points[i].u + points[i].v * points[i].v;
+        CHECK_NEAR(square / n, 0.5, 1e-12);
+    }
+}
+
 static void circle_is_evenly_on_the_rim(void)
 {
     for (int n = 2; n < 40; n += 9) {
@@ -325,6 +369,7 @@ int main(int argc, char **argv)
     TEST(equal_areas_hold_equally_many);
     TEST(disc_is_vogels_spiral);
     TEST(two_face_each_other);
+    TEST(few_are_near_to_all_of_the_lens);
     TEST(circle_is_evenly_on_the_rim);
     TEST(polygon_turns);
     TEST(each_cell_of_the_grid_has_one);

@@ -271,16 +271,18 @@ struct rf_lens_point {
 
 /**
  * `n` points (2 to RF_MAX_LENS_POINTS) that share out the lens evenly, for views that
- * are averaged or merged. Of `params` it takes lens_pattern, lens_random, lens_seed and
- * the group aperture. The same arguments give the same points; `frame`, the number of
- * the frame, matters only with lens_random.
+ * are averaged or merged. Of `params` it takes lens_pattern, lens_random, lens_seed,
+ * method and the group aperture. The same arguments give the same points; `frame`, the
+ * number of the frame, matters only with lens_random.
  *
  * Formulas, with i from 0 to n - 1 and g = 2.39996 (the golden angle):
  * - disc (Vogel 1979): radius sqrt((i + 1/2) / n), angle g i;
  * - circle: radius 1, angle 2 pi i / n;
  * - polygon: the disc's point, its radius and its place along the circle kept as those
- *   of the corners' triangles, so that equal areas hold equally many; two points of the
- *   disc or the polygon: radius 1/2, angle pi / 4 + pi i;
+ *   of the corners' triangles, so that equal areas hold equally many;
+ * - two, three and four points of the disc or the polygon, unless the method is
+ *   accumulate or lens_random is set: a ring of radius 0.5, 0.551, 0.6, the first at
+ *   angle pi / 4, pi / 12, -atan(1 / 3); the rest of the lens is near to one of them;
  * - grid: about sqrt(n) rows of cells of equal area, a random place in each, mapped to
  *   the disc (Shirley and Chiu 1997), from there to the polygon where blades are given.
  * lens_random turns the disc's and the circle's points by a random angle, puts a random

@@ -476,6 +476,12 @@ def one_after_another():
     assert result("lost").max() > 0.1  # never black
     lines = addon("views").describe(data.rack_focus, scene, 3)
     assert "The views are rendered one after another" in lines, lines
+    hint = "Fewer views of 8 samples are better"
+    scene.cycles.samples, kept_samples = 64, scene.cycles.samples
+    for n, is_hinted in ((8, False), (9, True), (32, True), (33, False)):
+        lines = addon("views").describe(data.rack_focus, scene, n)
+        assert (hint in lines) == is_hinted, (n, lines)
+    scene.cycles.samples = kept_samples
     before = settings_of(scene)
     bpy.ops.render.render()
     assert not last_message(scene), last_message(scene)

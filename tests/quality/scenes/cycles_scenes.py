@@ -30,6 +30,12 @@ import bpy
 from mathutils import Euler, Vector
 
 GOLDEN_ANGLE_RAD = 2.399963
+# Radius and angle of the first of 2, 3 and 4 views.
+RINGS = {
+    2: (0.5, math.pi / 4),
+    3: (0.551, math.pi / 12),
+    4: (0.6, -math.atan(1 / 3)),
+}
 DEFOCUS_BOKEH = {0: "CIRCLE", 3: "TRIANGLE", 4: "SQUARE", 5: "PENTAGON", 6: "HEXAGON"}
 DEFOCUS_FACTORS = (0.35, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.15, 1.3, 1.6, 2.0, 3.0)
 
@@ -611,8 +617,10 @@ def lens_offset(facts, index, count):
     """Point of the lens of one view: (right, up) in scene units, as rf_lens_points()."""
     rho = math.sqrt((index + 0.5) / count) * facts.lens_radius
     angle = index * GOLDEN_ANGLE_RAD
-    if count == 2:
-        rho, angle = facts.lens_radius / 2, math.pi * (index + 0.25)
+    if count in RINGS:
+        rho, angle = RINGS[count]
+        rho *= facts.lens_radius
+        angle += 2 * math.pi * index / count
     return rho * math.cos(angle) / facts.ratio, rho * math.sin(angle)
 
 
