@@ -89,10 +89,14 @@ static void build_blocks(const struct highlights *h, const struct blockers *view
         nearest[i] = INFINITY;
     for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++) {
         float *radius = view->radius + stride * (size_t)y;
+        const struct rf_occluders *o = view->occluders;
         const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
         const float *share = s->share + (size_t)y * (size_t)s->width;
-        for (int x = 0; x < s->width; x++)
+        const float *plane = o->radius ? o->radius + o->radius_stride * (size_t)y : NULL;
+        for (int x = 0; x < s->width && !plane; x++)
             radius[x] = share[x] > LEAST_SHARE ? near[x].r : INFINITY;
+        for (int x = 0; x < s->width && plane; x++)
+            radius[x] = share[x] > LEAST_SHARE ? plane[x] : INFINITY;
         for (size_t x = (size_t)s->width; x < stride; x++)
             radius[x] = INFINITY;
         for (int b = 0; b < h->n_x; b++, radius += BLOCK) {

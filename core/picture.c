@@ -470,8 +470,10 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
             rf_split_edges(filter, &l->pixels, &l->surfaces, &how, task, error);
     else if (result == RF_OK)
         result = rf_split_nothing(filter, &l->pixels, &l->surfaces, &how, error);
-    if (!keeps_pixels)
-        rf_picture_drop_pixels(l);
+    if (!keeps_pixels) {
+        rf_free(filter->context, l->pixels.luminance);
+        l->pixels.luminance = NULL;
+    }
     return result;
 }
 

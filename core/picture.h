@@ -28,7 +28,8 @@ struct rf_picture {
 /*
  * Loads a view and splits its edges (if the parameters say so); steps `task` once per
  * row of the padded picture. `border` is what rf_picture_border() says for the largest
- * radius in use. Without `keeps_pixels` there are none afterwards. After a cancel RF_OK
+ * radius in use. Without `keeps_pixels` only their radii stay, which are those of the
+ * near parts by then. After a cancel RF_OK
  * comes back and there are no surfaces.
  */
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,

@@ -75,13 +75,18 @@ struct tile_runs {
     struct run *at;
 };
 
+/* Samples in turn that share a key: from that item on to the next run's. */
+struct key_run {
+    int first, key;
+};
+
 struct worker {
     /* What a source emits for one tile, of coarse levels and of full resolution. */
     struct rf_sample *samples;
     struct rf_splat *others;
     uint64_t *items;           /* of its samples, see struct tile_samples */
     uint64_t *sorted;
-    uint16_t *keys;
+    struct key_run *key_runs;
     int *count; /* n_keys + 1: where a key ends, later where it begins */
     struct run *runs;
     struct rf_splat *reduced; /* RF_N_KINDS tiles of them */
@@ -194,7 +199,7 @@ static rf_result sort_samples(struct builder *b, struct rf_error *error)
  * or samples of an array.
  */
 struct tile_samples {
-    int n, n_samples, n_others; /* of the worker */
+    int n, n_key_runs, n_samples, n_others; /* of the worker */
     bool has_array;
     struct rf_tile_surfaces surfaces; /* of a source */
 };
@@ -265,12 +270,18 @@ static void know_radius(const struct builder *b, const struct rf_group *full, fl
             splat_slot(b->c, r, rf_centre_phase(b->c->footprints), RF_SHARP, 0);
 }
 
+/* Of the items that follow. */
+static inline void set_key(struct worker *w, struct tile_samples *s, int key)
+{
+    if (s->n_key_runs == 0 || w->key_runs[s->n_key_runs - 1].key != key)
+        w->key_runs[s->n_key_runs++] = (struct key_run){s->n, key};
+}
+
 static inline void put_item(struct worker *w, struct tile_samples *s, uint64_t item,
                             int key)
 {
-    w->items[s->n] = item;
-    w->keys[s->n++] = (uint16_t)key;
-    w->count[key + 1]++;
+    set_key(w, s, key);
+    w->items[s->n++] = item;
 }
 
 /* The samples of a pixel that emits others than its surface. */
@@ -296,6 +307,40 @@ static void emit_pixel(const struct builder *b, const struct rf_group *full,
     }
 }
 
+/* The radii of n pixels of row y of a tile, those of `plain`, in place or in `own`. */
+static const float *radii_of_row(const struct rf_source *source,
+                                 const struct rf_tile_surfaces *t, int y,
+                                 uint64_t plain, float own[RF_TILE_W])
+{
+    if (source->radius)
+        return source->radius + (ptrdiff_t)source->radius_stride * (t->y + y - source->y) +
+               t->x - source->x;
+    for (; plain; plain &= plain - 1) {
+        int x = __builtin_ctzll(plain);
+        own[x] = rf_tile_surface(t, x, y)->r;
+    }
+    return own;
+}
+
+/* The surfaces of pixels x0 to x1 - 1 of row y of a tile. */
+static void put_plain(const struct builder *b, const struct rf_group *full,
+                      struct worker *w, int x0, int x1, int y, const float *radius,
+                      struct known_radius *known, struct tile_samples *s)
+{
+    uint64_t *items = w->items + s->n - x0, item = rf_place_make(known->slot, 0, y, 0);
+    set_key(w, s, known->key);
+    for (int x = x0; x < x1; x++) {
+        if (radius[x] != known->r) {
+            know_radius(b, full, radius[x], known);
+            item = rf_place_make(known->slot, 0, y, 0);
+            s->n = (int)(items + x - w->items);
+            set_key(w, s, known->key);
+        }
+        items[x] = item | rf_place_make(0, x, 0, 0);
+    }
+    s->n = (int)(items + x1 - w->items);
+}
+
 /* The samples of a source in n pixels of row y of a tile, after those of other rows. */
 static void survey_row(const struct builder *b, const struct rf_group *full,
                        struct worker *w, int y, int n, struct known_radius *known,
@@ -303,16 +348,22 @@ static void survey_row(const struct builder *b, const struct rf_group *full,
 {
     const struct rf_tile_surfaces *t = &s->surfaces;
     struct rf_emission e = b->source->survey(b->source->user, t->x, t->y + y, n);
-    for (uint64_t any = e.plain | e.other; any; any &= any - 1) {
+    float own[RF_TILE_W];
+    const float *radius =
+        e.plain ? radii_of_row(b->source, t, y, e.plain, own) : NULL;
+    for (uint64_t any = e.plain | e.other; any;) {
         int x = __builtin_ctzll(any);
         if (e.other >> x & 1) {
             emit_pixel(b, full, w, x, y, s);
+            any &= any - 1;
             continue;
         }
-        float r = rf_tile_surface(t, x, y)->r;
-        if (r != known->r)
-            know_radius(b, full, r, known);
-        put_item(w, s, rf_place_make(known->slot, x, y, 0), known->key);
+        uint64_t rest = ~(e.plain >> x);
+        int x1 = rest ? x + __builtin_ctzll(rest) : RF_TILE_W;
+        if (radius[x] != known->r)
+            know_radius(b, full, radius[x], known);
+        put_plain(b, full, w, x, x1, y, radius, known, s);
+        any = x1 < 64 ? any >> x1 << x1 : 0;
     }
 }
 
@@ -337,12 +388,11 @@ static void survey_tile(const struct builder *b, struct worker *w, int tile,
         survey_row(b, g, w, y, n_x, &known, s);
 }
 
-/* The samples of a tile with their keys, which are counted. */
+/* The samples of a tile with their keys. */
 static struct tile_samples samples_of(const struct builder *b, struct worker *w,
                                       int tile)
 {
     struct tile_samples s = {.n = 0};
-    memset(w->count, 0, ((size_t)b->n_keys + 1) * sizeof *w->count);
     if (b->source)
         survey_tile(b, w, tile, &s);
     if (!b->start)
@@ -442,20 +492,6 @@ static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
     return n;
 }
 
-/* Sorts a tile's samples by key: count[key] .. count[key + 1] of w->sorted. */
-static void sort_tile(const struct builder *b, struct worker *w,
-                      const struct tile_samples *s)
-{
-    int *count = w->count;
-    for (int k = 0; k < b->n_keys; k++)
-        count[k + 1] += count[k];
-    for (int i = 0; i < s->n; i++)
-        w->sorted[count[w->keys[i]]++] = w->items[i];
-    for (int k = b->n_keys; k > 0; k--)
-        count[k] = count[k - 1];
-    count[0] = 0;
-}
-
 /* A copy that lasts as long as the lists; NULL: out of memory. */
 static void *take_copy(const struct builder *b, struct worker *w, const void *from,
                        size_t n_bytes)
@@ -464,15 +500,34 @@ static void *take_copy(const struct builder *b, struct worker *w, const void *fr
     return memory ? memcpy(memory, from, n_bytes) : NULL;
 }
 
-/* The list of n sorted places of a source. */
-static bool keep_places(const struct builder *b, struct worker *w, const uint64_t *at,
-                        int n, const struct tile_samples *s, struct rf_tile_list *list)
+/* Counts a tile's samples by key: they will be count[key] .. count[key + 1]. */
+static void count_keys(const struct builder *b, struct worker *w,
+                       const struct tile_samples *s)
 {
-    list->places = take_copy(b, w, at, (size_t)n * sizeof *at);
-    list->surfaces = s->surfaces;
-    list->surfaces.others =
-        take_copy(b, w, w->others, (size_t)s->n_others * sizeof *w->others);
-    return list->places && list->surfaces.others;
+    int *count = w->count;
+    memset(count, 0, ((size_t)b->n_keys + 1) * sizeof *count);
+    w->key_runs[s->n_key_runs].first = s->n;
+    for (const struct key_run *r = w->key_runs; r < w->key_runs + s->n_key_runs; r++)
+        count[r->key + 1] += r[1].first - r->first;
+    for (int k = 0; k < b->n_keys; k++)
+        count[k + 1] += count[k];
+}
+
+/* Sorts them, those of full resolution into `places`, the others into w->sorted. */
+static void sort_tile(const struct builder *b, struct worker *w,
+                      const struct tile_samples *s, uint64_t *places)
+{
+    const struct rf_group *full = full_group(b);
+    int *count = w->count, from = count[full->first_key];
+    for (const struct key_run *r = w->key_runs; r < w->key_runs + s->n_key_runs; r++) {
+        int n = r[1].first - r->first, to = count[r->key];
+        uint64_t *out = is_full_key(full, r->key) ? places + (to - from) : w->sorted + to;
+        memcpy(out, w->items + r->first, (size_t)n * sizeof *out);
+        count[r->key] += n;
+    }
+    for (int k = b->n_keys; k > 0; k--)
+        count[k] = count[k - 1];
+    count[0] = 0;
 }
 
 static struct rf_splat plain_splat(const struct tile_samples *s, uint64_t place)
@@ -486,7 +541,7 @@ static struct rf_splat plain_splat(const struct tile_samples *s, uint64_t place)
     return splat;
 }
 
-/* The same as splats, or of samples of which some come from an array. */
+/* The list of n sorted samples as splats; some may come from an array. */
 static bool keep_splats(const struct builder *b, struct worker *w, const uint64_t *at,
                         int n, const struct tile_samples *s, struct rf_tile_list *list)
 {
@@ -503,21 +558,34 @@ static bool keep_splats(const struct builder *b, struct worker *w, const uint64_
     return out != NULL;
 }
 
-/* The list of a tile of full resolution; false: out of memory. */
+/*
+ * Sorts a tile's samples and makes the list of those of full resolution, as places of a
+ * source where that is the smaller list; false: out of memory.
+ */
 static bool build_full(const struct builder *b, struct worker *w, int tile,
                        const struct tile_samples *s)
 {
     const struct rf_group *g = full_group(b);
     struct rf_tile_list *list = &g->tiles[tile];
+    count_keys(b, w, s);
     int from = w->count[g->first_key], n = w->count[g->first_key + g->n_bins] - from;
+    bool has_splats = s->has_array || s->n_others > n / 4 * 3;
+    uint64_t *places = w->sorted + from;
+    if (n > 0 && !has_splats) {
+        places = take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *places);
+        list->places = places;
+        list->surfaces = s->surfaces;
+        list->surfaces.others =
+            take_copy(b, w, w->others, (size_t)s->n_others * sizeof *w->others);
+        if (!places || !list->surfaces.others)
+            return false;
+    }
+    sort_tile(b, w, s, places);
     if (n == 0)
         return true;
-    /* Where most samples are others, splats are the smaller list. */
-    bool has_splats = s->has_array || s->n_others > n / 4 * 3;
     list->bin = take_copy(b, w, w->count + g->first_key,
                           ((size_t)g->n_bins + 1) * sizeof *list->bin);
-    if (!list->bin ||
-        !(has_splats ? keep_splats : keep_places)(b, w, w->sorted + from, n, s, list))
+    if (!list->bin || (has_splats && !keep_splats(b, w, places, n, s, list)))
         return false;
     for (int k = 0; k <= g->n_bins; k++)
         list->bin[k] -= from;
@@ -552,7 +620,6 @@ static bool build_tile(const struct builder *b, struct worker *w, int tile)
     int n_runs = 0;
     if (s.n == 0)
         return true;
-    sort_tile(b, w, &s);
     if (!build_full(b, w, tile, &s))
         return false;
     for (int k = 0; k < b->groups->n; k++) {
@@ -631,7 +698,7 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
     size_t n_others =
         b->source ? (size_t)b->source->most_per_pixel * RF_TILE_W * RF_TILE_H : 0;
     size_t bytes = n_others * (sizeof(struct rf_sample) + sizeof(struct rf_splat)) +
-                   n * (2 * sizeof(uint64_t) + sizeof(uint16_t)) +
+                   n * (2 * sizeof(uint64_t) + sizeof(struct key_run)) + sizeof(struct key_run) +
                    n_keys * (sizeof(int) + sizeof(struct run)) +
                    n_reduced * sizeof(struct rf_splat);
     bytes = (bytes + 127) / 64 * 64;
@@ -647,8 +714,8 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
         w->samples = (struct rf_sample *)(w->others + n_others);
         w->items = (uint64_t *)(w->samples + n_others);
         w->sorted = w->items + n;
-        w->count = (int *)(w->sorted + n);
-        w->keys = (uint16_t *)(w->count + n_keys);
+        w->key_runs = (struct key_run *)(w->sorted + n);
+        w->count = (int *)(w->key_runs + n + 1);
         if (!take(b->groups, context, &w->room, 0))
             return rf_fail_memory(error, 1, b->groups->chunk_bytes);
     }

@@ -579,9 +579,9 @@ static void keep_pure(const struct rf_filter *filter, struct rf_pixels *pixels,
                width * sizeof *out->near);
 }
 
-/* Puts the split pixels' parts in their places. */
+/* Puts the split pixels' parts in their places, and their radii in the plane. */
 static void keep_split(const struct rf_filter *filter, const struct splits *splits,
-                       struct rf_surfaces *out)
+                       const struct rf_pixels *pixels, struct rf_surfaces *out)
 {
 #pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
     for (int y = 0; y < out->height; y++) {
@@ -590,6 +590,7 @@ static void keep_split(const struct rf_filter *filter, const struct splits *spli
         for (const struct split *p = r->at; p < r->at + r->n; p++) {
             size_t i = row + (size_t)p->x;
             out->near[i] = p->near;
+            rf_plane_row(pixels, pixels->radius, y)[p->x] = p->near.r;
             if (out->share[i] < 1)
                 *rf_far_at(out, i) = p->far;
         }
@@ -617,7 +618,7 @@ rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixel
         result = rf_far_allocate(out, context, error);
     if (result == RF_OK && !rf_task_is_cancelled(task)) {
         keep_pure(filter, pixels, out);
-        keep_split(filter, &splits, out);
+        keep_split(filter, &splits, pixels, out);
     }
     for (struct chunk *next, *chunk = splits.chunks; chunk; chunk = next) {
         next = chunk->next;

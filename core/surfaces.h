@@ -84,8 +84,8 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 
 /*
  * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
- * stepped once per row. Where out->near is NULL the pixels become the near parts, and
- * pixels->at is lost.
+ * stepped once per row. The plane of radii becomes that of the near parts; where
+ * out->near is NULL the pixels become them, and pixels->at is lost.
  */
 struct rf_split {
     /*

@@ -81,7 +81,11 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
         result = find_hidden(l, work->task, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
-    struct rf_occluders occluders = {.surfaces = &l->picture.surfaces};
+    const struct rf_pixels *pixels = &l->picture.pixels;
+    const float *radius = rf_plane_row(pixels, pixels->radius, 0);
+    struct rf_occluders occluders = {.surfaces = &l->picture.surfaces,
+                                     .radius = radius,
+                                     .radius_stride = pixels->stride};
     struct rf_scene scene = {.filter = work->filter,
                              .width = l->picture.width,
                              .height = l->picture.height,
@@ -100,6 +104,8 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                                               .emit = emit_visible,
                                               .user = l,
                                               .surfaces = l->picture.surfaces.near,
+                                              .radius = radius,
+                                              .radius_stride = pixels->stride,
                                               .most_per_pixel = 4,
                                               .largest_radius = work->largest_radius};
     if (l->hidden)
