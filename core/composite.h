@@ -40,7 +40,7 @@ struct rf_source {
     /* Of the plain samples; as large as the scene, packed, but moved by whole px. */
     const struct rf_surface *surfaces;
     int x, y; /* of the first surface, in the scene */
-    const float *radius;  /* of the surfaces, by themselves; NULL: they are not at hand */
+    const float *radius;  /* of the plain samples' surfaces; NULL: not at hand */
     size_t radius_stride; /* floats */
     int most_per_pixel;
     float largest_radius; /* of its samples, without sign */
@@ -49,7 +49,11 @@ struct rf_source {
 /* The surfaces of one view, as what may stand before a highlight. */
 struct rf_occluders {
     const struct rf_surfaces *surfaces;
-    const float *radius; /* of the near surfaces, or NULL, as in struct rf_source */
+    /*
+     * Of the near surfaces that stand before others, else INFINITY; RF_ROW_MARGIN
+     * floats may be read after a row. NULL: not at hand; the same for all views.
+     */
+    const float *radius;
     size_t radius_stride;
     float lens[2], shift_scale, shift_bias; /* as in struct rf_work_view */
 };

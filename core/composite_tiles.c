@@ -215,7 +215,8 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g, i
 static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
 {
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
-    float *copy = c->tiles + plane * (size_t)c->canvas.n_cells * (size_t)rf_thread_num();
+    size_t n_t = plane * (size_t)c->canvas.n_cells;
+    float *copy = c->tiles + n_t * (size_t)rf_thread_num();
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
         for (int y = 0; y < RF_TILE_H; y++)
             memcpy(copy + plane * (size_t)cell + (size_t)y * RF_TILE_W,

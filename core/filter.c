@@ -305,22 +305,74 @@ static rf_result stream(struct rf_work *work, const struct rf_view *view, float 
     return result;
 }
 
+/* May the method layered read the caller's pixels by itself? */
+static bool can_read(const struct rf_work *work, const struct rf_view *view)
+{
+    const struct rf_params *p = &work->filter->params;
+    bool is_layered = p->method == RF_METHOD_LAYERED || p->method == RF_METHOD_VIEWS;
+    return is_layered && p->quality != RF_QUALITY_PREVIEW && work->n_views == 1 &&
+           rf_image_is_plain(p, &view->colour);
+}
+
+/*
+ * The method layered, from the caller's pixels; work->memory holds the radii. *is_done
+ * is false where their planes are needed.
+ */
+static rf_result read(struct rf_work *work, const struct rf_view *view,
+                      const struct rf_image *out, bool *is_done, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    struct rf_work_view *w = work->views;
+    rf_result result =
+        rf_depth_to_radius(f, &view->depth, work->memory, NULL, NULL, error);
+    if (result != RF_OK)
+        return result;
+    w->radius = work->radius = work->memory;
+    work->largest_radius = largest_of(f, work->memory);
+    if (work->largest_radius < RF_SHARP_PX) {
+        *is_done = rf_frame_copy(f->context, &view->colour, out);
+        return RF_OK;
+    }
+    w->image = &view->colour;
+    rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
+    result = entries[f->params.method].run(work, error);
+    *is_done = !work->needs_planes;
+    if (result == RF_OK && *is_done && !rf_task_is_cancelled(work->task))
+        rf_frame_store(f->context, &f->params, work->colour, work->stride, out);
+    w->image = NULL;
+    return result;
+}
+
 /* Fills radius and colour of every view and runs the method. */
 static rf_result run(struct rf_work *work, const struct rf_view *views,
                      const struct rf_image *out, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
-    float *memory = work->memory;
-    size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
+    size_t n_pixels = (size_t)f->width * (size_t)f->height;
+    size_t n = n_pixels * (size_t)(work->n_planes + 1);
+    size_t n_all = n * (size_t)work->n_views;
     bool is_copied = false, is_done = false;
-    if (can_stream(work, views, out)) {
-        rf_result result = stream(work, views, memory, out, &is_done, error);
+    bool streams = can_stream(work, views, out), reads = can_read(work, views);
+    work->memory = rf_alloc(f->context, reads ? n_pixels : n_all, sizeof(float));
+    if (!work->memory)
+        return rf_fail_memory(error, reads ? n_pixels : n_all, sizeof(float));
+    if (streams || reads) {
+        rf_result result = streams
+                               ? stream(work, views, work->memory, out, &is_done, error)
+                               : read(work, views, out, &is_done, error);
         if (result == RF_OK && is_done && rf_task_is_cancelled(work->task))
             result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
         if (result != RF_OK || is_done)
             return result;
         work->largest_radius = 0;
     }
+    if (reads) {
+        rf_free(f->context, work->memory);
+        work->memory = rf_alloc(f->context, n_all, sizeof(float));
+        if (!work->memory)
+            return rf_fail_memory(error, n_all, sizeof(float));
+    }
+    float *memory = work->memory;
     for (int j = 0; j < work->n_views; j++) {
         rf_result result = rf_work_load(work, j, &views[j], memory + n * (size_t)j,
                                         NULL, out, &is_copied, error);
@@ -397,21 +449,15 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
     rf_task_begin(&task, progress);
     if (rf_task_is_cancelled(&task))
         return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
-    const struct rf_context *context = filter->context;
-    int n_planes = views->colour.channels;
-    size_t n = (size_t)filter->width * (size_t)filter->height;
-    n *= (size_t)(n_planes + 1) * (size_t)n_views;
     struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
     struct rf_work work = {.filter = filter,
-                           .n_planes = n_planes,
+                           .n_planes = views->colour.channels,
                            .stride = (size_t)filter->width,
-                           .memory = rf_alloc(context, n, sizeof(float)),
                            .n_views = n_views,
                            .views = work_views,
                            .task = &task};
-    result = work.memory ? run(&work, views, out, error)
-                         : rf_fail_memory(error, n, sizeof(float));
-    rf_free(context, work.memory);
+    result = run(&work, views, out, error);
+    rf_free(filter->context, work.memory);
     if (result == RF_OK)
         rf_task_end(&task);
     return result;

@@ -35,7 +35,6 @@ enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
 
 static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
 static const float JOIN_PX = 1;         /* pixels of one surface differ by less */
-static const float LEAST_SHARE = 0.02f; /* of a pixel, for a surface to count */
 /*
  * What is blocked by more than this is dark: shares are estimates, surfaces that slant
  * along both axes leave cracks, and of a lamp of 1e4 one thousandth is white.
@@ -46,10 +45,12 @@ static const size_t BATCH_BYTES = 64u << 20;
 /* A view, and what helps to find its occluders. */
 struct blockers {
     const struct rf_occluders *occluders;
-    float *radius;    /* per pixel, whole blocks: of an occluder, or INFINITY */
-    float *nearest;   /* per block of 16 x 16: the least of them */
-    float least;      /* of all blocks */
-    double extent[2]; /* of u - a u_j over the part of the lens that asks this view */
+    const float *radius; /* per pixel: of an occluder, or INFINITY */
+    size_t stride;       /* of its rows; floats */
+    float *own;          /* whole blocks, where the radii are not at hand; or NULL */
+    float *nearest;      /* per block of 16 x 16: the least of them */
+    float least;         /* of all blocks */
+    double extent[2];    /* of u - a u_j over its part of the lens */
 };
 
 struct highlights {
@@ -60,7 +61,9 @@ struct highlights {
     /* Per highlight of the batch: where its visibility over its box goes, or NULL. */
     float **mask;
     struct blockers *views;
+    float *memory;                               /* of theirs */
     int n_x, n_y;                                /* blocks */
+    size_t stride;                               /* px in whole blocks */
     unsigned char view_at[LENS_GRID][LENS_GRID]; /* the view to ask, over [-e, e]^2 */
     double lens_extent[2];
 };
@@ -79,33 +82,41 @@ static const struct rf_footprint *footprint_of(const struct highlights *h,
 
 /* ---- what stands in the way ---------------------------------------------------- */
 
+/* The radii of a row's occluders, where they are not at hand. */
+static void find_occluders(const struct highlights *h, const struct blockers *view,
+                           int y)
+{
+    const struct rf_surfaces *s = view->occluders->surfaces;
+    const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
+    const float *share = s->share + (size_t)y * (size_t)s->width;
+    float *radius = view->own + h->stride * (size_t)y;
+    for (int x = 0; x < s->width; x++)
+        radius[x] = share[x] > RF_OCCLUDER_SHARE ? near[x].r : INFINITY;
+    for (size_t x = (size_t)s->width; x < h->stride; x++)
+        radius[x] = INFINITY;
+}
+
 static void build_blocks(const struct highlights *h, const struct blockers *view,
                          int row)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     float *nearest = view->nearest + (size_t)row * (size_t)h->n_x;
-    size_t stride = (size_t)h->n_x * BLOCK;
     for (int i = 0; i < h->n_x; i++)
         nearest[i] = INFINITY;
     for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++) {
-        float *radius = view->radius + stride * (size_t)y;
-        const struct rf_occluders *o = view->occluders;
-        const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
-        const float *share = s->share + (size_t)y * (size_t)s->width;
-        const float *plane = o->radius ? o->radius + o->radius_stride * (size_t)y : NULL;
-        for (int x = 0; x < s->width && !plane; x++)
-            radius[x] = share[x] > LEAST_SHARE ? near[x].r : INFINITY;
-        for (int x = 0; x < s->width && plane; x++)
-            radius[x] = share[x] > LEAST_SHARE ? plane[x] : INFINITY;
-        for (size_t x = (size_t)s->width; x < stride; x++)
-            radius[x] = INFINITY;
-        for (int b = 0; b < h->n_x; b++, radius += BLOCK) {
+        if (view->own)
+            find_occluders(h, view, y);
+        const float *radius = view->radius + view->stride * (size_t)y;
+        int n_whole = s->width / BLOCK;
+        for (int b = 0; b < n_whole; b++, radius += BLOCK) {
             float least[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
             for (int i = 0; i < BLOCK; i++)
                 least[i % 4] = rf_min_float(radius[i], least[i % 4]);
             nearest[b] = rf_min_float(rf_min_float(least[0], least[1]), nearest[b]);
             nearest[b] = rf_min_float(rf_min_float(least[2], least[3]), nearest[b]);
         }
+        for (int i = 0; i < s->width % BLOCK; i++)
+            nearest[n_whole] = rf_min_float(radius[i], nearest[n_whole]);
     }
 }
 
@@ -192,7 +203,7 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     blocks_within(lx, room * m->extent_x + 1, h->n_x, &first[0], &last[0]);
     blocks_within(ly, room * m->extent_y + 1, h->n_y, &first[1], &last[1]);
     bool is_found = false;
-    size_t stride = (size_t)h->n_x * BLOCK;
+    size_t stride = view->stride;
     for (int by = first[1]; by <= last[1]; by++)
         for (int bx = first[0]; bx <= last[0]; bx++) {
             float q = view->nearest[by * h->n_x + bx];
@@ -395,18 +406,20 @@ static rf_result build_views(struct highlights *h, struct rf_error *error)
     const struct rf_context *context = scene->filter->context;
     size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y, n_views = (size_t)scene->n_views;
     h->views = rf_calloc(context, n_views, sizeof *h->views);
-    size_t n_view = n_blocks * (1 + BLOCK * BLOCK);
-    float *memory = rf_alloc(context, n_view * n_views, sizeof *memory);
-    if (!h->views || !memory) {
-        rf_free(context, memory);
-        rf_free(context, h->views);
-        h->views = NULL;
-        return rf_fail_memory(error, n_view * n_views, sizeof *memory);
-    }
+    size_t n_view = n_blocks * (scene->occluders->radius ? 1 : 1 + BLOCK * BLOCK);
+    h->memory = rf_alloc(context, n_view * n_views, sizeof *h->memory);
+    if (!h->views || !h->memory)
+        return rf_fail_memory(error, n_view * n_views, sizeof *h->memory);
     for (size_t j = 0; j < n_views; j++) {
-        h->views[j].occluders = &scene->occluders[j];
-        h->views[j].radius = memory + n_view * j;
-        h->views[j].nearest = h->views[j].radius + n_blocks * BLOCK * BLOCK;
+        struct blockers *view = &h->views[j];
+        view->occluders = &scene->occluders[j];
+        view->nearest = h->memory + n_view * j;
+        view->radius = view->occluders->radius;
+        view->stride = view->occluders->radius_stride;
+        if (view->radius)
+            continue;
+        view->radius = view->own = view->nearest + n_blocks;
+        view->stride = h->stride;
     }
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 4)
     for (int i = 0; i < scene->n_views * h->n_y; i++)
@@ -455,6 +468,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
                            .samples = samples,
                            .n_x = (scene->width + BLOCK - 1) / BLOCK,
                            .n_y = (scene->height + BLOCK - 1) / BLOCK};
+    h.stride = (size_t)h.n_x * BLOCK;
     rf_shape_extent(shape, h.lens_extent);
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
@@ -468,8 +482,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         result = rf_fail_memory(error, samples->n, sizeof *h.mask);
     if (result == RF_OK)
         result = run(&h, error);
-    if (h.views)
-        rf_free(context, h.views[0].radius);
+    rf_free(context, h.memory);
     rf_free(context, h.views);
     rf_free(context, h.mask);
     rf_footprints_put(h.footprints, &own);

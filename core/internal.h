@@ -217,6 +217,8 @@ struct rf_filter {
 /* One view, in the blend space. */
 struct rf_work_view {
     float *colour[4];
+    /* Instead of colours: plain pixels, whose rows are read where they are needed. */
+    const struct rf_image *image;
     const float *radius;
     float lens[2]; /* where on the unit lens it was taken, u right and v up */
     /*
@@ -259,6 +261,8 @@ struct rf_work {
     int n_views;
     struct rf_work_view *views;
     float largest_radius; /* of all views, without sign */
+    /* Set by the method layered: an image is not so simple, and planes are needed. */
+    bool needs_planes;
     struct rf_task *task;
 };
 

@@ -66,8 +66,37 @@ static void continue_row(struct rf_surface *at, float *luminance, float *radius,
     }
 }
 
-static bool load_row(const struct rf_picture *l, const struct rf_work_view *view,
-                     int n_planes, int y)
+/* What is found in rows of a view. */
+struct row_kind {
+    bool has_alpha;
+    bool is_refused; /* an image that is not finite, or film without depth */
+};
+
+/* The colours of a row of a view, in place or in `own`. */
+static struct row_kind fetch_row(const struct rf_filter *f,
+                                 const struct rf_work_view *view, int n_planes, int y,
+                                 float *own, const float *planes[4])
+{
+    struct row_kind kind = {false, false};
+    size_t width = (size_t)f->width, row = (size_t)y * width;
+    if (!view->image) {
+        for (int n = 0; n < 3; n++)
+            planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
+        planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
+        return kind;
+    }
+    float *rows[4] = {own, own + width, own + 2 * width, own + 3 * width};
+    const float *rgba = rf_image_at(view->image, 0, y, 0);
+    kind.is_refused = !f->context->kernels->unpack(rgba, f->width, rows) ||
+                      rf_film_is_missing(f, rows[3], view->radius + row, f->width);
+    for (int n = 0; n < 4; n++)
+        planes[n] = rows[n];
+    return kind;
+}
+
+static struct row_kind load_row(const struct rf_picture *l,
+                                const struct rf_work_view *view, int n_planes, int y,
+                                float *own)
 {
     const struct rf_filter *f = l->filter;
     const struct rf_pixels *p = &l->pixels;
@@ -78,10 +107,8 @@ static bool load_row(const struct rf_picture *l, const struct rf_work_view *view
     float *luminance = rf_plane_row(p, p->luminance, y);
     float *radius = rf_plane_row(p, p->radius, y);
     const float *planes[4];
-    for (int n = 0; n < 3; n++)
-        planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
-    planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
-    bool has_alpha = f->context->kernels->load_row(planes, view->radius + row, f->width,
+    struct row_kind kind = fetch_row(f, view, n_planes, cy, own, planes);
+    kind.has_alpha = f->context->kernels->load_row(planes, view->radius + row, f->width,
                                                    at + x0, luminance + x0);
     memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
     for (int x = x0; x < x1 && cy != sy; x++)
@@ -90,19 +117,46 @@ static bool load_row(const struct rf_picture *l, const struct rf_work_view *view
     continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, l->width);
     fill_margins(p, luminance);
     fill_margins(p, radius);
-    return has_alpha;
+    return kind;
 }
 
-static void load_pixels(struct rf_picture *l, const struct rf_work_view *view,
-                        int n_planes)
+/* The rows that a row of areas looks at, and with the first and the last the border. */
+static void rows_of_areas(const struct rf_picture *l, int row, int *y0, int *y1)
 {
-    bool has_alpha = false;
-#pragma omp parallel for num_threads(l->filter->context->n_threads) schedule(static)   \
-    reduction(||                                                                       \
-              : has_alpha)
-    for (int y = 0; y < l->height; y++)
-        has_alpha = load_row(l, view, n_planes, y) || has_alpha;
+    rf_areas_rows(&l->areas, row, y0, y1);
+    *y0 = row == 0 ? 0 : *y0 + l->y0;
+    *y1 = row == l->areas.n_y - 1 ? l->height : *y1 + l->y0;
+}
+
+/* Loads the pixels and measures their areas. */
+static rf_result load_pixels(struct rf_picture *l, const struct rf_work_view *view,
+                             int n_planes, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    const struct rf_pixels *p = &l->pixels;
+    const float *luminance = rf_plane_row(p, p->luminance, l->y0) + l->x0;
+    size_t n_own = 4 * (size_t)l->filter->width;
+    float *own = rf_alloc(context, n_own * (size_t)context->n_threads, sizeof *own);
+    if (!own)
+        return rf_fail_memory(error, n_own, sizeof *own);
+    bool has_alpha = false, is_refused = false;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)          \
+    reduction(|| : has_alpha, is_refused)
+    for (int row = 0; row < l->areas.n_y; row++) {
+        int y0, y1;
+        rows_of_areas(l, row, &y0, &y1);
+        for (int y = y0; y < y1; y++) {
+            struct row_kind kind = load_row(l, view, n_planes, y,
+                                            own + n_own * (size_t)rf_thread_num());
+            has_alpha = has_alpha || kind.has_alpha;
+            is_refused = is_refused || kind.is_refused;
+        }
+        rf_areas_measure_row(&l->areas, context->kernels, luminance, p->stride, row);
+    }
     l->has_alpha = has_alpha;
+    l->is_refused = is_refused;
+    rf_free(context, own);
+    return RF_OK;
 }
 
 /*
@@ -452,10 +506,11 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     rf_result result = allocate(l, keeps_pixels, error);
     if (result != RF_OK)
         return result;
-    result = rf_areas_measure(&l->areas, filter, view, n_planes, error);
-    if (result != RF_OK)
+    result = rf_areas_begin(&l->areas, filter, error);
+    if (result == RF_OK)
+        result = load_pixels(l, view, n_planes, error);
+    if (result != RF_OK || l->is_refused)
         return result;
-    load_pixels(l, view, n_planes);
     rf_task_poll(task);
     /* Of opaque pixels splitting looks for the same. */
     struct rf_split how = {

@@ -312,9 +312,10 @@ static const float *radii_of_row(const struct rf_source *source,
                                  const struct rf_tile_surfaces *t, int y,
                                  uint64_t plain, float own[RF_TILE_W])
 {
+    ptrdiff_t row = t->y + y - source->y;
     if (source->radius)
-        return source->radius + (ptrdiff_t)source->radius_stride * (t->y + y - source->y) +
-               t->x - source->x;
+        return source->radius + (ptrdiff_t)source->radius_stride * row + t->x -
+               source->x;
     for (; plain; plain &= plain - 1) {
         int x = __builtin_ctzll(plain);
         own[x] = rf_tile_surface(t, x, y)->r;
@@ -521,8 +522,8 @@ static void sort_tile(const struct builder *b, struct worker *w,
     int *count = w->count, from = count[full->first_key];
     for (const struct key_run *r = w->key_runs; r < w->key_runs + s->n_key_runs; r++) {
         int n = r[1].first - r->first, to = count[r->key];
-        uint64_t *out = is_full_key(full, r->key) ? places + (to - from) : w->sorted + to;
-        memcpy(out, w->items + r->first, (size_t)n * sizeof *out);
+        uint64_t *out = is_full_key(full, r->key) ? places - from : w->sorted;
+        memcpy(out + to, w->items + r->first, (size_t)n * sizeof *out);
         count[r->key] += n;
     }
     for (int k = b->n_keys; k > 0; k--)
@@ -698,7 +699,7 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
     size_t n_others =
         b->source ? (size_t)b->source->most_per_pixel * RF_TILE_W * RF_TILE_H : 0;
     size_t bytes = n_others * (sizeof(struct rf_sample) + sizeof(struct rf_splat)) +
-                   n * (2 * sizeof(uint64_t) + sizeof(struct key_run)) + sizeof(struct key_run) +
+                   n * 2 * sizeof(uint64_t) + (n + 1) * sizeof(struct key_run) +
                    n_keys * (sizeof(int) + sizeof(struct run)) +
                    n_reduced * sizeof(struct rf_splat);
     bytes = (bytes + 127) / 64 * 64;

@@ -590,7 +590,8 @@ static void keep_split(const struct rf_filter *filter, const struct splits *spli
         for (const struct split *p = r->at; p < r->at + r->n; p++) {
             size_t i = row + (size_t)p->x;
             out->near[i] = p->near;
-            rf_plane_row(pixels, pixels->radius, y)[p->x] = p->near.r;
+            rf_plane_row(pixels, pixels->radius, y)[p->x] =
+                out->share[i] > RF_OCCLUDER_SHARE ? p->near.r : INFINITY;
             if (out->share[i] < 1)
                 *rf_far_at(out, i) = p->far;
         }

@@ -7,6 +7,9 @@
 
 enum { RF_ROW_MARGIN = 8 };
 
+/* Of a pixel, for its near part to count as something that stands before others. */
+static const float RF_OCCLUDER_SHARE = 0.02f;
+
 /* A piece of surface in one pixel. */
 struct rf_surface {
     float c[4]; /* colour, premultiplied; c[3] is alpha, 1 where the picture has none */
@@ -84,8 +87,9 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 
 /*
  * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
- * stepped once per row. The plane of radii becomes that of the near parts; where
- * out->near is NULL the pixels become them, and pixels->at is lost.
+ * stepped once per row. The plane of radii becomes that of the near parts, INFINITY
+ * where their share is not above RF_OCCLUDER_SHARE. Where out->near is NULL the pixels
+ * become the near parts, and pixels->at is lost.
  */
 struct rf_split {
     /*

@@ -20,17 +20,28 @@ enum {
     HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
 };
 
-static float luminance_at(const struct rf_work_view *view, int n_planes, size_t i)
+/* Pixel (x, y) at hand, row by row pixel i. */
+static float luminance_at(const struct rf_work_view *view, int n_planes, int x, int y,
+                          size_t i)
 {
+    if (view->image) {
+        const float *c = rf_image_at(view->image, x, y, 0);
+        return rf_luminance(c[0], c[1], c[2]);
+    }
     if (n_planes == 1)
         return rf_luminance(view->colour[0][i], view->colour[0][i], view->colour[0][i]);
     return rf_luminance(view->colour[0][i], view->colour[1][i], view->colour[2][i]);
 }
 
+void rf_areas_rows(const struct rf_areas *a, int row, int *y0, int *y1)
+{
+    *y0 = rf_max_int((a->first_y + row) * AREA - a->y, 0);
+    *y1 = rf_min_int((a->first_y + row + 1) * AREA - a->y, a->height);
+}
+
 /* Every second pixel of the whole picture counts. */
 static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *kernels,
-                          const struct rf_work_view *view, int n_planes, int column,
-                          int row)
+                          const float *luminance, size_t stride, int column, int row)
 {
     float logs[AREA * AREA / 4];
     int x0 = rf_max_int((a->first_x + column) * AREA, (a->x + 1) / 2 * 2) - a->x;
@@ -41,8 +52,7 @@ static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *ker
     float sum = 0;
     for (int y = y0; y < y1; y += 2)
         for (int x = x0; x < x1; x += 2)
-            logs[n++] =
-                luminance_at(view, n_planes, (size_t)y * (size_t)a->width + (size_t)x);
+            logs[n++] = luminance[stride * (size_t)y + (size_t)x];
     for (int i = n; i % RF_FOOTPRINT_LANES; i++)
         logs[i] = 0;
     kernels->log_row(logs, (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES *
@@ -52,9 +62,8 @@ static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *ker
     return n ? rf_expf(sum / (float)n) : 0;
 }
 
-rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
-                           const struct rf_work_view *view, int n_planes,
-                           struct rf_error *error)
+rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
+                         struct rf_error *error)
 {
     struct rf_areas a = {.x = filter->place.x,
                          .y = filter->place.y,
@@ -67,14 +76,42 @@ rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filte
     size_t n = (size_t)a.n_x * (size_t)a.n_y;
     a.mean = rf_alloc(filter->context, n, sizeof *a.mean);
     *areas = a;
-    if (!a.mean)
-        return rf_fail_memory(error, n, sizeof *a.mean);
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
-    for (int row = 0; row < a.n_y; row++)
-        for (int column = 0; column < a.n_x; column++)
-            a.mean[(size_t)row * (size_t)a.n_x + (size_t)column] =
-                mean_of_area(&a, filter->context->kernels, view, n_planes, column, row);
-    return RF_OK;
+    return a.mean ? RF_OK : rf_fail_memory(error, n, sizeof *a.mean);
+}
+
+void rf_areas_measure_row(const struct rf_areas *a, const struct rf_kernels *kernels,
+                          const float *luminance, size_t stride, int row)
+{
+    for (int column = 0; column < a->n_x; column++)
+        a->mean[(size_t)row * (size_t)a->n_x + (size_t)column] =
+            mean_of_area(a, kernels, luminance, stride, column, row);
+}
+
+rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
+                           const struct rf_work_view *view, int n_planes,
+                           struct rf_error *error)
+{
+    const struct rf_context *context = filter->context;
+    size_t width = (size_t)filter->width, n = width * (size_t)filter->height;
+    rf_result result = rf_areas_begin(areas, filter, error);
+    float *luminance = rf_alloc(context, n, sizeof *luminance);
+    if (result == RF_OK && !luminance)
+        result = rf_fail_memory(error, n, sizeof *luminance);
+    if (result == RF_OK) {
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+        for (int row = 0; row < areas->n_y; row++) {
+            int y0, y1;
+            rf_areas_rows(areas, row, &y0, &y1);
+            for (int y = y0; y < y1; y++)
+                for (int x = 0; x < filter->width; x++) {
+                    size_t i = width * (size_t)y + (size_t)x;
+                    luminance[i] = luminance_at(view, n_planes, x, y, i);
+                }
+            rf_areas_measure_row(areas, context->kernels, luminance, width, row);
+        }
+    }
+    rf_free(context, luminance);
+    return result;
 }
 
 void rf_areas_free(struct rf_areas *areas, const struct rf_context *context)
@@ -114,8 +151,9 @@ static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
     for (int x = window->x; x < window->x + window->width; x++) {
         float r = view->radius[row + (size_t)x];
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
-        survey->n_transparent += n_planes == 4 && view->colour[3][row + (size_t)x] != 1;
-        float l = luminance_at(view, n_planes, row + (size_t)x), factor = 1;
+        if (n_planes == 4 && !view->image)
+            survey->n_transparent += view->colour[3][row + (size_t)x] != 1;
+        float l = luminance_at(view, n_planes, x, y, row + (size_t)x), factor = 1;
         if (!(l > HIGHLIGHT_LUMINANCE))
             continue;
         float usual = rf_usual_luminance(areas, x, y);

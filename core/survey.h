@@ -16,6 +16,16 @@ struct rf_areas {
     float *mean;
 };
 
+/* Areas that are yet to be measured, row by row. */
+rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
+                         struct rf_error *error);
+/* The pixels at hand, y0 to y1 - 1, that a row of areas has. */
+void rf_areas_rows(const struct rf_areas *areas, int row, int *y0, int *y1);
+/* `luminance` is that of the first pixel at hand, in rows of `stride`. */
+void rf_areas_measure_row(const struct rf_areas *areas,
+                          const struct rf_kernels *kernels, const float *luminance,
+                          size_t stride, int row);
+/* All of that, of a view's planes. */
 rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
                            const struct rf_work_view *view, int n_planes,
                            struct rf_error *error);
@@ -32,7 +42,8 @@ bool rf_is_highlight(float luminance, float r, float factor, float usual);
 
 /*
  * Adds the pixels of a window, counted from the first pixel at hand, to the survey. Any
- * order of windows and any threads give the same numbers.
+ * order of windows and any threads give the same numbers. Of a view's image nothing is
+ * transparent.
  */
 void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
                    const struct rf_work_view *view, int n_planes,

@@ -71,7 +71,8 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
     rf_task_phase(work->task, 0.15, work->filter->height + 2 * border);
     rf_result result = rf_picture_load(&l->picture, work->filter, view, work->n_planes,
                                        border, false, work->task, error);
-    if (result != RF_OK || rf_task_is_cancelled(work->task))
+    work->needs_planes = l->picture.is_refused;
+    if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task))
         return result;
     if (params->exact_highlights)
         result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);

@@ -187,7 +187,8 @@ static void call_flush(const struct rf_kernels *k, struct workspace *w, int vari
                                         .sum = sum,
                                         .row = RF_TILE_W,
                                         .plane = plane,
-                                        .cell = variant < 2 ? 0 : RF_MAX_PLANES * plane};
+                                        .cell =
+                                            variant < 2 ? 0 : RF_MAX_PLANES * plane};
     acc->first_row = 2;
     acc->last_row = RF_TILE_H - 1 - variant;
     acc->common_rows = 0xa5f0ff0fu;
