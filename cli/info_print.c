@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "json.h"
@@ -175,6 +176,29 @@ static const char *overruled_by(const struct rf_params *params, const char *key)
     return NULL;
 }
 
+static double param_number(const struct rf_params *params,
+                           const struct rf_param_info *info)
+{
+    const char *member = (const char *)params + info->offset;
+    return info->type == RF_TYPE_FLOAT ? *(const double *)member
+                                       : *(const int32_t *)member;
+}
+
+/* A float of a header in decimals that read back to that float: 2.2, not 2.2000000477.
+ */
+static void shorten_float(double number, char *text, size_t n_bytes)
+{
+    if ((double)(float)number != number)
+        return;
+    for (int digits = 6; digits <= 9; digits++) {
+        snprintf(text, n_bytes, "%.*g", digits, number);
+        if (strtof(text, NULL) == (float)number)
+            break;
+    }
+    for (char *comma = strchr(text, ','); comma; comma = NULL)
+        *comma = '.';
+}
+
 static void print_params(const struct info *info)
 {
     static const char *const titles[] = {"Lens", "Aperture", "Depth", "Method"};
@@ -188,6 +212,9 @@ static void print_params(const struct info *info)
             char value[64], origin[160], both[128];
             const char *key = params[i].key;
             rf_params_get(&info->settings.params, key, value, sizeof(value));
+            if (params[i].type == RF_TYPE_FLOAT)
+                shorten_float(param_number(&info->settings.params, &params[i]), value,
+                              sizeof(value));
             settings_describe_origin(&info->settings, key, origin, sizeof(origin));
             const bool has_unit = params[i].unit[0] && params[i].unit[0] != '1';
             snprintf(both, sizeof(both), "%s%s%s", value, has_unit ? " " : "",
@@ -319,14 +346,6 @@ static void json_file(struct json *json, const struct exr_input *input)
     }
     json_close(json, ']');
     json_close(json, '}');
-}
-
-static double param_number(const struct rf_params *params,
-                           const struct rf_param_info *info)
-{
-    const char *member = (const char *)params + info->offset;
-    return info->type == RF_TYPE_FLOAT ? *(const double *)member
-                                       : *(const int32_t *)member;
 }
 
 static void json_params(struct json *json, const struct settings *settings)

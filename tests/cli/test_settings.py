@@ -2,6 +2,7 @@
 """The command line wins over the header, and the header over the default."""
 
 import json
+import re
 
 import pytest
 
@@ -193,7 +194,8 @@ def test_depth_file_supplies_what_the_colour_lacks(rackfocus, scene):
 
 
 def test_info_reports_the_lens(rackfocus, scene):
-    path = scene(attributes={"rackfocus:focalLengthPx": 1000.0})
+    facts = {"rackfocus:focalLengthPx": 1000.0, "rackfocus:blendGamma": 2.2}
+    path = scene(attributes=facts)
     arguments = ["--focus-distance", "6", "--lens-radius", "0.03"]
     found = json.loads(rackfocus("info", path, "--json", *arguments).stdout)
     scale = 0.03 * 1000
@@ -205,6 +207,9 @@ def test_info_reports_the_lens(rackfocus, scene):
     assert found["depth"]["min"] == 3 and found["depth"]["max"] == 12
     text = rackfocus("info", path, *arguments).stdout
     assert "R (float)" in text and "48 x 32 at (0, 0)" in text
+    # The header holds the nearest float.
+    assert re.search(r"blend-gamma +2\.2 +header", text)
+    assert re.search(r"lens-radius +0\.03 ", text)
 
 
 @pytest.mark.parametrize(
