@@ -144,6 +144,7 @@ double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int
     static const double LEAST_AREA = 1e-6;
     *part = *whole;
     part->is_disc = false;
+    part->is_part = true;
     int n_same = 1;
     for (int k = 0; k < n; k++) {
         double to[2] = {site[k][0] - site[j][0], site[k][1] - site[j][1]};

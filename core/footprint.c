@@ -31,6 +31,8 @@ static const double CLOSE = 2e-3;   /* of the variance: near enough */
 static const double DUST = 1e-6;
 /* Of the cubic's flat tails where its footprint is wide: they lengthen every row. */
 static const double WIDE_DUST = 4e-3, WIDE_PX = 1;
+/* Of a part of the lens: most of its rim is inside, where the next part makes up. */
+static const double PART_DUST = 5e-2;
 
 static double cubic(double t, double height)
 {
@@ -152,6 +154,10 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
     *cells = (struct rf_lens_cells){.n = n};
     for (int i = 0; i < n; i++) {
         double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
+        if (n == 2) { /* side by side */
+            rho = 0.5;
+            theta = RF_PI * i;
+        }
         cells->site[i][0] = rho * cos(theta) * shape->size[0];
         cells->site[i][1] = rho * sin(theta) * shape->size[1];
     }
@@ -299,6 +305,16 @@ static void fill_point(struct grid *g, const struct rf_footprints *f, double pha
                 grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
                     g->kernel->value(x + 0.5 - phase_x, 0) *
                     g->kernel->value(y + 0.5 - phase_y, 0);
+}
+
+/* The weights that a footprint does without, in parts of the greatest. */
+static double dust_of(const struct rf_shape *shape, double r, bool is_coarse,
+                      enum rf_footprint_kind kind)
+{
+    double extent = fmin(shape->size[0], shape->size[1]) * fabs(r);
+    if (kind != RF_SHARP || fabs(r) < WIDE_PX)
+        return DUST;
+    return shape->is_part && (is_coarse || extent >= WIDE_PX) ? PART_DUST : WIDE_DUST;
 }
 
 /* Drops the dust and scales every cell to its share. */
@@ -506,7 +522,7 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
         rf_free(f->context, g.weight);
         return false;
     }
-    normalise(&g, &f->cells, kind == RF_SHARP && fabs(r) >= WIDE_PX ? WIDE_DUST : DUST);
+    normalise(&g, &f->cells, dust_of(f->shape, r, is_coarse, kind));
     bool is_common = f->cells.n > 1 && !is_coarse && fabs(r) < RF_COMMON_PX;
     if (is_common)
         join_cells(&g, f->cells.n);

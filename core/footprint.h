@@ -42,7 +42,8 @@ struct rf_footprint {
 
 /*
  * The sub-apertures: the lens is cut into k cells whose visibility is kept apart. The
- * sites are Vogel's points, a cell is what lies nearest to its site.
+ * sites are Vogel's points, but two stand side by side; a cell is what lies nearest to
+ * its site.
  */
 struct rf_lens_cells {
     int n;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "footprint.h"
 #include "internal.h"
 #include "testing.h"
 
@@ -199,6 +200,47 @@ static void parts_of_places_at_one_point_or_outside(void)
     CHECK(rf_shape_part(&s, site, 3, 2, &part, centroid) == 0);
 }
 
+/* The least weight of the footprint of radius r, in parts of the greatest. */
+static double faintest_weight(const struct rf_shape *shape, float r)
+{
+    struct rf_context *context;
+    struct rf_footprints f;
+    struct rf_footprint_use use = {
+        .shape = shape, .n_cells = 2, .max_radius = 20, .n_phases = 1};
+    struct rf_task task = {.to = 0};
+    double least = INFINITY, most = 0;
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_footprints_init(&f, context, &use, NULL) == RF_OK);
+    CHECK_NEAR(f.cells.share[0], 0.5, 0.05); /* side by side */
+    CHECK_NEAR(f.cells.site[0][1], f.cells.site[1][1], 1e-9);
+    unsigned char *needed = rf_calloc(context, rf_footprint_count(&f), 1);
+    size_t slot = rf_footprint_slot(&f, rf_radius_index(&f, r), 0, RF_SHARP, 0);
+    needed[slot] = 1;
+    CHECK(rf_footprints_build(&f, needed, &task, 1, NULL) == RF_OK);
+    const struct rf_footprint *p = rf_footprint_at(f.table, slot);
+    for (int i = 0; i < p->n_segments; i++)
+        for (int x = 0; x < p->segments[i].n; x++) {
+            double w = fabs(p->weights[p->segments[i].weight + x]);
+            least = w > 0 ? fmin(w, least) : least;
+            most = fmax(w, most);
+        }
+    rf_free(context, needed);
+    rf_footprints_free(&f);
+    rf_context_destroy(context);
+    return least / most;
+}
+
+/* Where they are wide: a sharp one needs them. */
+static void footprints_of_parts_do_without_faint_weights(void)
+{
+    struct rf_shape disc = shape_of(RF_APERTURE_DISC, 0, 0, 1), part;
+    double site[4][2] = {{0.5, 0.5}, {-0.5, 0.5}, {0.5, -0.5}, {-0.5, -0.5}}, middle[2];
+    CHECK(rf_shape_part(&disc, site, 4, 0, &part, middle) > 0 && part.is_part);
+    CHECK(!disc.is_part && faintest_weight(&disc, 12) < 0.03);
+    CHECK(faintest_weight(&part, 12) > 0.045);
+    CHECK(faintest_weight(&part, 1.5f) < 0.03);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -212,5 +254,6 @@ int main(int argc, char **argv)
     TEST(every_aperture_is_convex);
     TEST(parts_share_out_the_aperture);
     TEST(parts_of_places_at_one_point_or_outside);
+    TEST(footprints_of_parts_do_without_faint_weights);
     return testing_end();
 }
