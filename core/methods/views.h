@@ -25,7 +25,7 @@ struct rf_cell_views {
  */
 struct rf_unseen {
     int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
-    float weight;   /* its share of a pixel */
+    float weight;   /* its share of a pixel, a far one twice that or 1 */
     uint32_t cells; /* bit i: cell i */
 };
 
