@@ -89,10 +89,17 @@ struct highlight {
     float r;      /* median radius of its bright pixels */
 };
 
+/* What surroundings of luminance v count as: no darker than black, and never 0. */
+static float shade_of(float v)
+{
+    return rf_max_float(v, 0) + 1e-4f;
+}
+
 /* Does the luminance v around a pixel of luminance l let both stand out from it? */
 static bool is_surrounding(float v, float l, float peak)
 {
-    return (peak > HIGHLIGHT_RATIO * (v + 1e-4f)) & (l > FRINGE_RATIO * (v + 1e-4f));
+    float shade = shade_of(v);
+    return (peak > HIGHLIGHT_RATIO * shade) & (l > FRINGE_RATIO * shade);
 }
 
 /* Would the lower third of the pixels around let the pixel be a fringe of `peak`? */
@@ -129,7 +136,7 @@ static bool find_highlight(const struct rf_pixels *p, int x, int y, struct highl
     for (int j = w.y0; j <= w.y1; j++)
         for (int i = w.x0; i <= w.x1; i++)
             insert_sorted(sorted, n++, luminance(pixel(p, i, j)));
-    h->median = sorted[n / 3] + 1e-4f;
+    h->median = shade_of(sorted[n / 3]);
     n = 0;
     for (int j = w.y0; j <= w.y1; j++)
         for (int i = w.x0; i <= w.x1; i++)

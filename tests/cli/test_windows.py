@@ -53,8 +53,8 @@ def test_windows_have_the_pixels_of_the_whole(
     assert is_tiled(windows) == (tile > 0)
     # A PNG is made of a whole picture, for which that memory is not enough.
     png = tmp_path / "whole.png"
-    done = rackfocus("filter", path, "-o", png, *FAST, "--max-memory", 120, code=1)
-    assert "--max-memory: 120 MiB are too few" in done.stderr
+    done = rackfocus("filter", path, "-o", png, *FAST, "--max-memory", 60, code=1)
+    assert "--max-memory: 60 MiB are too few" in done.stderr
     assert not png.exists()
 
 
