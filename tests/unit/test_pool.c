@@ -48,6 +48,13 @@ static void begin(size_t max_bytes)
     n_held = 0;
 }
 
+/* All blocks have been given back. */
+static void end(void)
+{
+    rf_context_destroy(context);
+    CHECK(n_held == 0);
+}
+
 static char *some(size_t n_mib, int value)
 {
     char *memory = rf_alloc(context, n_mib, MIB);
@@ -77,8 +84,7 @@ static void parts_of_a_block_serve_again(void)
     rf_free(context, c);
     rf_free(context, some(16, 5));
     CHECK(n_asked == 1);
-    rf_context_destroy(context);
-    CHECK(n_held == 0);
+    end();
 }
 
 static void the_smallest_that_holds_it_is_taken(void)
@@ -87,9 +93,12 @@ static void the_smallest_that_holds_it_is_taken(void)
     char *a = some(16, 1), *b = some(5, 2);
     rf_free(context, a);
     rf_free(context, b);
-    CHECK(some(4, 3) == b);
-    CHECK(some(15, 4) == a);
+    char *c = some(4, 3), *d = some(15, 4);
+    CHECK(c == b && d == a);
     CHECK(n_asked == 2);
+    rf_free(context, c);
+    rf_free(context, d);
+    end();
 }
 
 /* What may stay for long does not cut what is large. */
@@ -97,10 +106,13 @@ static void small_blocks_leave_large_ones_whole(void)
 {
     begin(0);
     rf_free(context, some(16, 1));
-    rf_alloc(context, 1, 100 << 10);
+    void *small = rf_alloc(context, 1, 100 << 10);
     CHECK(n_asked == 2);
-    some(16, 2);
+    char *large = some(16, 2);
     CHECK(n_asked == 2);
+    rf_free(context, small);
+    rf_free(context, large);
+    end();
 }
 
 static void no_more_is_held_than_the_bound(void)
@@ -110,8 +122,12 @@ static void no_more_is_held_than_the_bound(void)
     CHECK(a && b && !some(11, 3));
     CHECK(holds(a, 20, 1) && holds(b, 10, 2));
     rf_free(context, a);
-    CHECK(some(25, 4) != NULL);
+    char *c = some(25, 4);
+    CHECK(c != NULL);
     CHECK(n_held < 40 * MIB);
+    rf_free(context, b);
+    rf_free(context, c);
+    end();
 }
 
 /* What is kept is not more than half of what was needed at once. */
@@ -126,6 +142,9 @@ static void the_rest_goes_back(void)
     b = some(30, 4);
     CHECK(b != NULL);
     CHECK(n_held < 83 * MIB);
+    rf_free(context, a);
+    rf_free(context, b);
+    end();
 }
 
 int main(int argc, char **argv)
