@@ -193,6 +193,7 @@ def mutants():
 KILLERS = [
     "unit/test_optics",
     "unit/test_depth",
+    "unit/test_aperture",
     "reference/test_optics",
     "reference/test_layered",
     "physics/test_identity",

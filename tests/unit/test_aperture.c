@@ -238,6 +238,7 @@ static void footprints_of_parts_do_without_faint_weights(void)
     CHECK(rf_shape_part(&disc, site, 4, 0, &part, middle) > 0 && part.is_part);
     CHECK(!disc.is_part && faintest_weight(&disc, 12) < 0.03);
     CHECK(faintest_weight(&part, 12) > 0.045);
+    CHECK(faintest_weight(&part, 6) > 0.045); /* at full resolution */
     CHECK(faintest_weight(&part, 1.5f) < 0.03);
 }
 
