@@ -3,6 +3,7 @@
 #ifndef RF_COMPOSER_H
 #define RF_COMPOSER_H
 
+#include "arena.h"
 #include "composite.h"
 #include "kernels/kernels.h"
 
@@ -65,8 +66,7 @@ struct rf_groups {
     int n;
     /* Memory of the lists. */
     struct rf_tile_list *tiles;
-    size_t chunk_bytes;
-    struct rf_chunk *chunks;
+    struct rf_arena arena;
 };
 
 /* ---- levels.c ------------------------------------------------------------------ */

@@ -12,44 +12,7 @@
 
 #include "composer.h"
 
-enum {
-    N_CHUNKS = 16,          /* of the counting sort: fixed, so that order is */
-    LEAST_CHUNK = 256 << 10 /* bytes of lists */
-};
-
-/* ---- memory of the lists -------------------------------------------------------- */
-
-/* A piece of memory that tiles take parts of; all are given back together. */
-struct rf_chunk {
-    struct rf_chunk *next;
-};
-
-/* What a thread has left of its chunk. */
-struct room {
-    char *at, *end;
-};
-
-static void *take(struct rf_groups *groups, const struct rf_context *context,
-                  struct room *room, size_t n_bytes)
-{
-    enum { HEAD = 64 };
-    n_bytes = (n_bytes + 15) / 16 * 16;
-    if (!room->at || n_bytes > (size_t)(room->end - room->at)) {
-        size_t size = n_bytes + HEAD;
-        size = size > groups->chunk_bytes ? size : groups->chunk_bytes;
-        struct rf_chunk *chunk = rf_alloc(context, size, 1);
-        if (!chunk)
-            return NULL;
-        chunk->next = __atomic_load_n(&groups->chunks, __ATOMIC_RELAXED);
-        while (!__atomic_compare_exchange_n(&groups->chunks, &chunk->next, chunk, false,
-                                            __ATOMIC_RELEASE, __ATOMIC_RELAXED))
-            ;
-        *room = (struct room){(char *)chunk + HEAD, (char *)chunk + size};
-    }
-    void *memory = room->at;
-    room->at += n_bytes;
-    return memory;
-}
+enum { N_CHUNKS = 16 }; /* of the counting sort: fixed, so that order is */
 
 /* ---- what threads work with ----------------------------------------------------- */
 
@@ -90,7 +53,7 @@ struct worker {
     int *count; /* n_keys + 1: where a key ends, later where it begins */
     struct run *runs;
     struct rf_splat *reduced; /* RF_N_KINDS tiles of them */
-    struct room room;
+    struct rf_room room;
     struct reducer reducer;
 };
 
@@ -497,7 +460,7 @@ static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
 static void *take_copy(const struct builder *b, struct worker *w, const void *from,
                        size_t n_bytes)
 {
-    void *memory = take(b->groups, b->c->context, &w->room, n_bytes);
+    void *memory = rf_arena_take(&b->groups->arena, &w->room, n_bytes);
     return memory ? memcpy(memory, from, n_bytes) : NULL;
 }
 
@@ -547,7 +510,7 @@ static bool keep_splats(const struct builder *b, struct worker *w, const uint64_
                         int n, const struct tile_samples *s, struct rf_tile_list *list)
 {
     struct rf_splat *out =
-        take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *out);
+        rf_arena_take(&b->groups->arena, &w->room, (size_t)n * sizeof *out);
     for (int i = 0; out && i < n; i++) {
         int other = rf_place_other(at[i]);
         out[i] = rf_place_y(at[i]) == ARRAY_ROW
@@ -573,7 +536,7 @@ static bool build_full(const struct builder *b, struct worker *w, int tile,
     bool has_splats = s->has_array || s->n_others > n / 4 * 3;
     uint64_t *places = w->sorted + from;
     if (n > 0 && !has_splats) {
-        places = take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *places);
+        places = rf_arena_take(&b->groups->arena, &w->room, (size_t)n * sizeof *places);
         list->places = places;
         list->surfaces = s->surfaces;
         list->surfaces.others =
@@ -678,8 +641,8 @@ static bool join_runs(const struct builder *b, struct worker *w,
         return true;
     size_t n_bin = ((size_t)g->n_bins + 1) * sizeof *bin;
     struct rf_splat *out =
-        take(b->groups, b->c->context, &w->room, (size_t)n * sizeof *out);
-    list->bin = take(b->groups, b->c->context, &w->room, n_bin);
+        rf_arena_take(&b->groups->arena, &w->room, (size_t)n * sizeof *out);
+    list->bin = rf_arena_take(&b->groups->arena, &w->room, n_bin);
     if (!out || !list->bin)
         return false;
     memcpy(list->bin, bin, n_bin);
@@ -717,8 +680,8 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
         w->sorted = w->items + n;
         w->key_runs = (struct key_run *)(w->sorted + n);
         w->count = (int *)(w->key_runs + n + 1);
-        if (!take(b->groups, context, &w->room, 0))
-            return rf_fail_memory(error, 1, b->groups->chunk_bytes);
+        if (!rf_arena_take(&b->groups->arena, &w->room, 0))
+            return rf_fail_memory(error, 1, b->groups->arena.chunk_bytes);
     }
     return RF_OK;
 }
@@ -775,8 +738,7 @@ static rf_result make_groups(struct builder *b, struct rf_error *error)
         n_tiles += (size_t)g->n_x * (size_t)g->n_y;
     }
     b->n_tiles = (size_t)full_group(b)->n_x * (size_t)full_group(b)->n_y;
-    size_t bytes = b->n_tiles * RF_TILE_W * RF_TILE_H;
-    groups->chunk_bytes = bytes > LEAST_CHUNK ? bytes : LEAST_CHUNK;
+    groups->arena = rf_arena_make(context, b->c->scene->width, b->c->scene->height);
     groups->tiles = rf_calloc(context, n_tiles, sizeof *groups->tiles);
     b->runs = rf_calloc(context, b->n_tiles, sizeof *b->runs);
     b->c->needed = rf_calloc(context, rf_footprint_count(b->c->footprints), 1);
@@ -823,9 +785,6 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
 void rf_groups_free(struct rf_groups *groups, struct rf_composer *c)
 {
     rf_free(c->context, c->needed);
-    for (struct rf_chunk *next, *chunk = groups->chunks; chunk; chunk = next) {
-        next = chunk->next;
-        rf_free(c->context, chunk);
-    }
+    rf_arena_free(&groups->arena);
     rf_free(c->context, groups->tiles);
 }

@@ -20,6 +20,7 @@
  * Worth 0.9 to 1.3 dB with one view. Cost: a few comparisons per pixel, 5 x 5 pixels
  * where there is an edge.
  */
+#include "arena.h"
 #include "kernels/kernels.h"
 #include "surfaces.h"
 
@@ -453,48 +454,11 @@ struct split_row {
     struct split *at;
 };
 
-/* A piece of memory that rows take parts of. */
-struct chunk {
-    struct chunk *next;
-};
-
-/* What a thread has left of its chunk. */
-struct room {
-    struct split *at;
-    size_t n;
-};
-
 struct splits {
     struct split_row *rows;
-    struct chunk *chunks;
-    struct room *rooms; /* of each thread */
+    struct rf_arena arena;
+    struct rf_room *rooms; /* of each thread */
 };
-
-/* Room for a row of split pixels, in the thread's chunk or a new one; NULL: none. */
-static struct split *room_for_row(struct splits *splits, const struct rf_filter *filter,
-                                  const struct rf_pixels *pixels)
-{
-    enum { HEAD = 64 };
-    struct room *room = &splits->rooms[rf_thread_num()];
-    size_t width = (size_t)pixels->width, n_row = width * sizeof *room->at + HEAD;
-    if (room->n >= width)
-        return room->at;
-    /* As large as those of lists of samples, which take them next. */
-    size_t n_bytes = (width + RF_TILE_W - 1) / RF_TILE_W * RF_TILE_W *
-                     (size_t)((pixels->height + RF_TILE_H - 1) / RF_TILE_H * RF_TILE_H);
-    n_bytes = n_bytes > n_row ? n_bytes : n_row;
-    struct chunk *chunk = rf_alloc(filter->context, n_bytes, 1);
-    if (!chunk)
-        return NULL;
-#pragma omp critical
-    {
-        chunk->next = splits->chunks;
-        splits->chunks = chunk;
-    }
-    *room = (struct room){(struct split *)((char *)chunk + HEAD),
-                          (n_bytes - HEAD) / sizeof *room->at};
-    return room->at;
-}
 
 static void set_pure(const struct rf_pixels *pixels, int y, struct rf_surfaces *out)
 {
@@ -535,7 +499,7 @@ static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *p
                        float *memory, struct splits *splits, struct rf_task *task)
 {
     const struct rf_context *context = filter->context;
-    size_t row = pixels->stride;
+    size_t row = pixels->stride, n_row = (size_t)pixels->width;
     bool is_short = false;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)          \
     reduction(||                                                                       \
@@ -555,14 +519,14 @@ static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *p
                             at + 5 * row,
                             at + 6 * row,
                             (unsigned char *)(at + 7 * row)};
-        struct split *to = room_for_row(splits, filter, pixels);
+        struct rf_room *room = &splits->rooms[rf_thread_num()];
+        struct split *to = rf_arena_take(&splits->arena, room, n_row * sizeof *to);
         is_short = !to;
         if (is_short)
             continue;
         int n = split_row(pixels, y, &s, out, to);
+        rf_arena_give_back(room, to + n);
         splits->rows[y] = (struct split_row){n, to};
-        splits->rooms[rf_thread_num()].at += n;
-        splits->rooms[rf_thread_num()].n -= (size_t)n;
         if (how->end_row)
             how->end_row(how->user, y);
         rf_task_step(task);
@@ -615,6 +579,7 @@ rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixel
     float *memory = rf_alloc(context, n, sizeof *memory);
     struct splits splits = {
         .rows = rf_alloc(context, n_rows, sizeof *splits.rows),
+        .arena = rf_arena_make(context, pixels->width, pixels->height),
         .rooms = rf_calloc(context, n_threads, sizeof *splits.rooms)};
     rf_result result = memory && splits.rows && splits.rooms
                            ? rf_far_begin(out, context, error)
@@ -628,10 +593,7 @@ rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixel
         keep_pure(filter, pixels, out);
         keep_split(filter, &splits, pixels, out);
     }
-    for (struct chunk *next, *chunk = splits.chunks; chunk; chunk = next) {
-        next = chunk->next;
-        rf_free(context, chunk);
-    }
+    rf_arena_free(&splits.arena);
     rf_free(context, splits.rooms);
     rf_free(context, splits.rows);
     rf_free(context, memory);

@@ -462,6 +462,37 @@ static float find_parts(struct deep *d, int x, int y, struct rf_surface found[2]
     return share;
 }
 
+/* Notes the nearest sample of pixel i and whether there is a farther part. */
+static void set_nearest(struct deep *d, int x, int y, size_t i)
+{
+    struct rf_surfaces *s = &d->picture.surfaces;
+    struct rf_surface found[2];
+    s->share[i] = find_parts(d, x, y, found);
+    s->near[i] = found[0];
+    if (s->share[i] < 1)
+        rf_far_mark(s, i);
+}
+
+static void set_next(struct deep *d, int x, int y, size_t i)
+{
+    struct rf_surfaces *s = &d->picture.surfaces;
+    struct rf_surface found[2];
+    if (s->share[i] == 1)
+        return;
+    find_parts(d, x, y, found);
+    *rf_far_at(s, i) = found[1];
+}
+
+static void visit_pixels(struct deep *d,
+                         void (*visit)(struct deep *d, int x, int y, size_t i))
+{
+    const struct rf_surfaces *s = &d->picture.surfaces;
+#pragma omp parallel for num_threads(d->filter->context->n_threads) schedule(dynamic, 8)
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++)
+            visit(d, x, y, (size_t)y * (size_t)s->width + (size_t)x);
+}
+
 /* The pixels' nearest and next samples take the place of split edges. */
 static rf_result set_surfaces(struct deep *d, struct rf_error *error)
 {
@@ -471,30 +502,11 @@ static rf_result set_surfaces(struct deep *d, struct rf_error *error)
     rf_result result = rf_far_begin(s, context, error);
     if (result != RF_OK)
         return result;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
-    for (int y = 0; y < s->height; y++)
-        for (int x = 0; x < s->width; x++) {
-            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            struct rf_surface found[2];
-            s->share[i] = find_parts(d, x, y, found);
-            s->near[i] = found[0];
-            if (s->share[i] < 1)
-                rf_far_mark(s, i);
-        }
+    visit_pixels(d, set_nearest);
     result = rf_far_allocate(s, context, error);
-    if (result != RF_OK)
-        return result;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
-    for (int y = 0; y < s->height; y++)
-        for (int x = 0; x < s->width; x++) {
-            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            struct rf_surface found[2];
-            if (s->share[i] == 1)
-                continue;
-            find_parts(d, x, y, found);
-            *rf_far_at(s, i) = found[1];
-        }
-    return RF_OK;
+    if (result == RF_OK)
+        visit_pixels(d, set_next);
+    return result;
 }
 
 static rf_result find_hidden(struct deep *d, struct rf_task *task,
