@@ -1,0 +1,507 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "../testing.h"
+
+#include "kernel_calls.h"
+
+struct given given;
+uint32_t seed;
+
+float noise(void)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return (float)(seed >> 8) / 16777216.0f;
+}
+
+/* Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px. */
+static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
+                           float *weights, int reach, int n_side_by_side)
+{
+    *f = (struct rf_footprint){.is_common = reach < 4,
+                               .n_side_by_side = n_side_by_side,
+                               .segments = segments,
+                               .weights = weights,
+                               .min_dx = -reach,
+                               .max_dx = reach,
+                               .min_dy = -reach,
+                               .max_dy = reach};
+    for (int dy = -reach; dy <= reach; dy++) {
+        struct rf_segment *g = &segments[f->n_segments];
+        int half = (int)sqrt(reach * reach - dy * dy);
+        *g = (struct rf_segment){
+            .dx = (int16_t)-half,
+            .dy = (int16_t)dy,
+            .n = (int16_t)((2 * half + n_side_by_side + 7) / 8 * 8),
+            .cell = (int16_t)(f->is_common ? 2 : f->n_segments % 2),
+            .row = (f->is_common ? 2 : f->n_segments % 2) * RF_TILE_H + dy,
+            .weight = 24 * (f->n_segments + 1)};
+        for (int i = 0; i < g->n; i++)
+            weights[g->weight + i] = i <= 2 * half ? noise() - 0.1f : 0;
+        f->n_segments++;
+    }
+}
+
+void make_given(void)
+{
+    seed = 5;
+    for (int i = 0; i < N_FOOTPRINTS; i++) {
+        given.pointers[i] = &given.footprints[i];
+        make_footprint(&given.footprints[i], given.segments[i], given.weights[i],
+                       (const int[]){3, 6, 10}[i], (const int[]){2, 1, 4}[i]);
+    }
+    for (int i = 0; i < N_SPLATS; i++) {
+        struct rf_splat *s = &given.splats[i];
+        *s = (struct rf_splat){.x = 100 + (int)(noise() * 88) - 12,
+                               .y = 50 + (int)(noise() * 56) - 12,
+                               .slot = i % N_FOOTPRINTS,
+                               .cover = i % 7 ? 0.5f + noise() : 0};
+        for (int c = 0; c < 4; c++)
+            s->c[c] = noise() * (i % 11 ? 1 : 1000);
+        if (i % 8 > 2) { /* six side by side */
+            s->x = s[-1].x + 1;
+            s->y = s[-1].y;
+            s->slot = s[-1].slot;
+        }
+    }
+}
+
+struct rf_accumulator *make_accumulator(struct workspace *w, int n_planes)
+{
+    w->acc = (struct rf_accumulator){.n_cells = 2,
+                                     .n_planes = n_planes,
+                                     .at = w->at,
+                                     .share = {0.375f, 0.625f},
+                                     .reach = RF_TILE_HALO,
+                                     .first_row = RF_TILE_H,
+                                     .last_row = -1};
+    return &w->acc;
+}
+
+/* ---- the kernels ------------------------------------------------------------------
+ */
+
+/* Depths of 0 and below, and beyond infinity, are among them. */
+static void call_radii(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_plain_depth depth = {.factor = variant < 4 ? 20 : -20,
+                                   .offset = variant < 2 ? 0 : -1,
+                                   .infinity = 15,
+                                   .bias = 4,
+                                   .scale = -8,
+                                   .most = 5};
+    int64_t n_hit = 3;
+    int n = 501 + variant;
+    w->at[12] = w->at[499 + variant] = 0;
+    bool is_good = k->radii(&depth, w->at + variant, n, w->at + 10001, &n_hit);
+    w->at[20000] = (float)n_hit;
+    w->at[20001] = is_good;
+}
+
+static void call_spread(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    k->spread(make_accumulator(w, 4 + variant % 2), given.splats, N_SPLATS,
+              given.pointers, 100, 50);
+}
+
+enum { PLACES_W = 80, N_PLACES = 400 };
+
+/* Places by rows, runs of one footprint, every 17th of another kind; the tile lies
+ * where some of its pixels reach the one that is spread over and some do not. */
+static void call_places(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    static rf_place places[N_PLACES];
+    const struct rf_surface *pixels = (const void *)(w->at + ACC_FLOATS);
+    int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61;
+    struct rf_tile_surfaces surfaces = {pixels, 0, PLACES_W, given.splats, x, y};
+    for (int i = 0; i < N_PLACES; i++) {
+        int column = i % 40 + i % 40 / 7, row = i / 40 * 3;
+        places[i] = rf_place_make(i / 9 % N_FOOTPRINTS, column, row,
+                                  i % 17 ? 0 : 1 + i % N_SPLATS);
+    }
+    k->spread_places(make_accumulator(w, 4 + variant % 2), places, N_PLACES, &surfaces,
+                     given.pointers, 100, 50);
+}
+
+static void call_others(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
+    for (int i = 0; i < 2000; i++)
+        w->at[20000 + i] = i % 9 ? 1 : w->at[20000 + i];
+    for (int n = 1; n <= 64; n++)
+        out[n] = k->find_others(w->at + 20000 + 3 * n, w->at + variant + n,
+                                w->at + 1000, w->at + 2000, 1, 0.25f, n);
+}
+
+static void call_positive(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
+    for (int i = 0; i < 2000; i++)
+        w->at[i] = i % 3 ? w->at[i] : i % 2 ? 0 : -1;
+    for (int n = 1; n <= 64; n++)
+        out[n] = k->find_positive(w->at + variant + n, n);
+}
+
+static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_accumulator *acc = make_accumulator(w, 4 + variant % 2);
+    float *t = w->at + ACC_FLOATS + 64;
+    float *sum = t + 2 * RF_TILE_H * RF_TILE_W + 64;
+    const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
+    const struct rf_tile_state state = {.t = t,
+                                        .t_row = RF_TILE_W,
+                                        .t_plane = plane,
+                                        .sum = sum,
+                                        .row = RF_TILE_W,
+                                        .plane = plane,
+                                        .cell =
+                                            variant < 2 ? 0 : RF_MAX_PLANES * plane};
+    acc->first_row = 2;
+    acc->last_row = RF_TILE_H - 1 - variant;
+    acc->common_rows = 0xa5f0ff0fu;
+    k->flush(acc, &state);
+}
+
+static void call_average(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int level = 1 + variant, n_level = 61 >> variant;
+    k->average(w->at + variant, 512, 1 << level, level, n_level, w->at + 20000,
+               w->at + 24000);
+}
+
+static void call_magnify(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int level = 1 + variant, n_level = 40;
+    k->magnify(w->at + variant, w->at + 300, 0.25f * (float)variant, n_level, level,
+               w->at + 20000, w->at + 24000, (n_level << level) - 5);
+}
+
+static void call_merge(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int n_planes = 4 + variant % 2, n = 61 + variant;
+    float *sum[RF_MAX_PLANES];
+    const float *colour[RF_MAX_PLANES];
+    for (int p = 0; p < RF_MAX_PLANES; p++) {
+        sum[p] = w->at + 2000 + 200 * p + variant;
+        colour[p] = w->at + 4000 + 200 * p;
+    }
+    k->merge(w->at, sum, colour, w->at + 6000, w->at + 7000, n_planes, n);
+}
+
+static void call_extremes(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[7];
+    int n = 200 + 3 * variant, reach = variant % 3 + 1;
+    for (int i = 0; i < 7; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    k->extremes(rows, 1 + 2 * variant, reach, n, w->at + 20000,
+                variant == 1 ? NULL : w->at + 30000,
+                variant == 2 ? NULL : w->at + 31000);
+}
+
+/* Slanted planes with a step between them, and more noise from left to right. */
+static void call_edges(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[3];
+    unsigned char *flags = (unsigned char *)(w->at + 20000);
+    for (int i = 0; i < 3; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    for (int i = 0; i < 3 * 400; i++) {
+        int x = i % 400;
+        float noise_px = w->at[100 + i] * (float)x / 1000;
+        w->at[100 + i] = noise_px + (float)x * 0.2f + (float)(x / 37);
+    }
+    for (int i = 0; i < 300; i++) {
+        w->at[10000 + i] = 0;
+        w->at[11000 + i] = 0.4f;
+        flags[i] = (unsigned char)(i % 5 + variant);
+    }
+    k->keep_edges(rows, w->at + 10000, w->at + 11000, 0.3f, 250 + variant, 2, flags);
+}
+
+static void call_mixed(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *at = w->at + variant;
+    const struct rf_around around = {at, at + 300, at + 600, at + 900, at + 1200};
+    k->find_mixed(&around, 1.5f, 1.25f, 0.5f, 250 + variant, 1, 2,
+                  (unsigned char *)(w->at + 20000));
+}
+
+static void call_gaps(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[3];
+    unsigned char *flags = (unsigned char *)(w->at + 20000);
+    for (int i = 0; i < 3; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    for (int i = 0; i < 300; i++)
+        flags[i] = (unsigned char)(i % 5 + variant);
+    for (int i = 160; i < 200; i++) /* groups without the bit are passed over */
+        flags[i] = 0;
+    k->find_gaps(rows, 0.25f, 250 + variant, 2, flags, w->at + 30000, w->at + 31000);
+}
+
+static void call_sides(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *rows[7];
+    for (int i = 0; i < 7; i++)
+        rows[i] = w->at + 100 + 400 * i + variant;
+    for (int x = 0; x < 200; x++)
+        k->find_sides(rows, x, 0.3f, 0.1f, 0.8f + 0.1f * (float)variant,
+                      (struct rf_sides *)(w->at + 20000) + x);
+}
+
+struct rf_shadows shadows_of(struct workspace *w, int variant)
+{
+    static unsigned char view_at[RF_LENS_GRID][RF_LENS_GRID];
+    static unsigned char cell_x[SHADOWS_W], cell_y[SHADOWS_H];
+    for (int i = 0; i < RF_LENS_GRID * RF_LENS_GRID; i++)
+        view_at[i / RF_LENS_GRID][i % RF_LENS_GRID] = i % RF_LENS_GRID > 20;
+    for (int x = 0; x < SHADOWS_W; x++)
+        cell_x[x] = (unsigned char)(x * (RF_LENS_GRID - 1) / SHADOWS_W);
+    for (int y = 0; y < SHADOWS_H; y++)
+        cell_y[y] = (unsigned char)(y + 3);
+    return (struct rf_shadows){.light_x = 0.25f,
+                               .light_y = 0.75f,
+                               .light_r = 20,
+                               .x = 40,
+                               .y = 30,
+                               .seen_x = 42.5f,
+                               .seen_y = 31,
+                               .extent_x = 0.8f,
+                               .extent_y = 1,
+                               .nearer = 0.5f,
+                               .lens_x = 0.125f * (float)variant,
+                               .lens_y = -0.25f,
+                               .shift_scale = 1,
+                               .shift_bias = 0.5f,
+                               .left = -30,
+                               .top = -20,
+                               .width = SHADOWS_W,
+                               .height = SHADOWS_H,
+                               .blocked = w->at + 40000,
+                               .view_at = variant == 2 ? view_at[0] : NULL,
+                               .cell_x = cell_x,
+                               .cell_y = cell_y,
+                               .view = 1};
+}
+
+/* Surfaces from before the light, and none at every fifth pixel. */
+static void prepare_shadows(struct workspace *w)
+{
+    for (int i = 0; i < 64 * 96; i++)
+        w->at[i] = i % 5 ? 24 * w->at[i] - 2 : INFINITY;
+    memset(w->at + 40000, 0, SHADOWS_W * SHADOWS_H * sizeof *w->at);
+}
+
+static void call_shadows(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_shadows s = shadows_of(w, variant);
+    for (int y = 0; y < 64; y++)
+        k->cast_shadows(&s, w->at + 96 * y, w->at + 20000 + 96 * y, y, 3, 83);
+}
+
+/* One pixel is not finite. */
+static void call_unpack(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    float *planes[4];
+    for (int c = 0; c < 4; c++)
+        planes[c] = w->at + 10000 + 300 * c + variant;
+    if (variant == 2)
+        w->at[4 * 77 + 1] = NAN;
+    w->at[20000] = k->unpack(w->at, 193 + variant, planes);
+}
+
+static void call_pack(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *planes[4];
+    for (int c = 0; c < 4; c++)
+        planes[c] = w->at + 300 * c + variant;
+    k->pack(planes, 193 + variant, w->at + 10000);
+}
+
+/* One pixel of the second variant is not opaque; the third has no alpha. */
+static void call_load_row(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    const float *planes[4];
+    for (int c = 0; c < 4; c++)
+        planes[c] = w->at + 300 * c + variant;
+    for (int x = 0; x < 300; x++)
+        w->at[900 + x] = variant == 1 && x == 77 ? 0.5f : 1;
+    planes[3] = variant == 2 ? NULL : planes[3];
+    w->at[20000] = k->load_row(planes, w->at + 2000, 193 + variant,
+                               (struct rf_surface *)(w->at + 10000), w->at + 9000);
+}
+
+static void call_unload_row(const struct rf_kernels *k, struct workspace *w,
+                            int variant)
+{
+    k->unload_row((const struct rf_surface *)(w->at + variant), 193 + variant,
+                  w->at + 10000 + variant, w->at + 11000);
+}
+
+static void call_shrink(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    k->shrink(w->at + variant, 512, 1 << variant, variant, 61 >> variant, w->at + 20000,
+              w->at + 24000);
+}
+
+static void call_detail(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    for (int i = 0; i < 200; i += 3)
+        w->at[i] *= -4;
+    w->at[20000] = k->detail(w->at + variant, w->at + 1000, variant < 3 ? 0.75f : 1e9f,
+                             193 + variant, w->at + 10000);
+}
+
+static void call_join(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    k->join(w->at + variant, w->at + 1000, w->at + 2000,
+            variant == 1 ? NULL : w->at + 3000, variant == 2 ? 0.5f : INFINITY,
+            193 + variant, w->at + 10000 + variant);
+}
+
+static void call_divide(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    for (int i = 0; i < 200; i += 3)
+        w->at[1000 + i] *= i % 2 ? 1e-7f : -1;
+    k->divide(w->at + variant, w->at + 1000, variant == 1 ? 1 : INFINITY, 193 + variant,
+              w->at + 10000 + variant);
+}
+
+static void call_log_row(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    w->at[3] = 0;
+    w->at[5] = -2;
+    w->at[6] = 1e30f;
+    w->at[7] = 1e-38f;
+    k->log_row(w->at + variant, 256);
+}
+
+/* Surfaces of 128 x 64 pixels, some of them unreliable. */
+static void prepare_backs(struct workspace *w)
+{
+    for (int i = 0; i < BACKS_W * BACKS_H; i++)
+        w->at[i] = i % 13 ? 20 * w->at[i] : -INFINITY;
+}
+
+struct rf_backs backs_of(struct workspace *w)
+{
+    return (struct rf_backs){.width = BACKS_W,
+                             .height = BACKS_H,
+                             .stride = BACKS_W,
+                             .r = w->at,
+                             .log_luminance = w->at + BACKS_W * BACKS_H};
+}
+
+/* Whole pixels of one radius but for some, in a picture that ends within a block. */
+static void call_rough(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    backs.width -= 3;
+    backs.height -= 5;
+    for (int i = 0; i < BACKS_W * BACKS_H; i++) {
+        int x = i % BACKS_W;
+        w->at[i] = x >= backs.width || i / BACKS_W >= backs.height ? -INFINITY
+                   : i % 171 == 7                                  ? 5.6f
+                                                                   : 5;
+        w->at[20000 + i] = i % 173 == 5 ? 0.5f : 1;
+    }
+    for (int i = 0; i < BACKS_W / 8 * BACKS_H / 8; i++)
+        w->at[40000 + i] =
+            k->is_rough(&backs, w->at + 20000, i % (BACKS_W / 8), i / (BACKS_W / 8),
+                        variant == 1 ? 0.5f : 0.7f, variant == 2 ? 0.5f : 0.7f);
+}
+
+static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
+{
+    int n = 0;
+    for (int ring = 0; ring < 3; ring++)
+        for (int i = 0; i < 8; i++)
+            blocks[n++] =
+                (struct rf_hidden_block){(int16_t)(7 - ring + i % 3 * ring),
+                                         (int16_t)(3 - ring + i / 3 * ring), ring, 25};
+}
+
+struct rf_hidden_group group_of(const struct rf_hidden_query *query, int n)
+{
+    static struct rf_hidden_block blocks[N_BLOCKS];
+    static struct rf_hidden_hit hits[N_BLOCKS];
+    list_blocks(blocks);
+    return (struct rf_hidden_group){
+        .query = *query, .n_blocks = n, .blocks = blocks, .hits = hits};
+}
+
+void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    struct rf_hidden_query query = {60 + variant, 30, 4, 1 / 400.0f, 1 / 300.0f};
+    struct rf_hidden_group group = group_of(&query, N_BLOCKS);
+    static struct rf_hidden_vote vote;
+    memset(&vote, 0, sizeof vote);
+    vote.nearest = INT32_MAX;
+    for (int i = 0; i < RF_HIDDEN_BINS + 4; i++)
+        vote.nearest2[i] = INT32_MAX;
+    k->vote_blocks(&backs, &group, &query, &vote);
+    memcpy(w->at + 40000, &vote, sizeof vote);
+}
+
+struct rf_hidden_query group_query(int i)
+{
+    return (struct rf_hidden_query){40 + i % 12 * 4, 16 + i / 12 * 4,
+                                    14.5f + 0.1f * (float)(i % 7), 1, 1 / 1.5f};
+}
+
+static void call_candidate(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    for (int i = 0; i < 72; i++) {
+        struct rf_hidden_query query = group_query(i);
+        struct rf_hidden_group group = group_of(&query, N_BLOCKS - 8 * variant);
+        w->at[40000 + i] = k->has_candidate(&backs, &group);
+    }
+}
+
+void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_backs backs = backs_of(w);
+    struct rf_hidden_query query = {60, 30 - 20 * variant, 4, 1 / 400.0f, 1 / 300.0f};
+    struct rf_hidden_window *out = (void *)(w->at + 40000);
+    memset(out, 0, sizeof *out);
+    k->gather_window(&backs, &query, 10, 9 + 8 * (float)variant, out);
+    /* What lies beyond the pixels found is not defined. */
+    memset(out->index + out->n, 0,
+           sizeof out->index - sizeof(int32_t) * (size_t)out->n);
+    memset(out->weight + out->n, 0,
+           sizeof out->weight - sizeof(float) * (size_t)out->n);
+}
+
+const struct kernel kernels[] = {
+    {"radii", call_radii, 6, NULL},
+    {"spread", call_spread, 2, NULL},
+    {"spread_places", call_places, 4, NULL},
+    {"find_others", call_others, 4, NULL},
+    {"find_positive", call_positive, 4, NULL},
+    {"flush", call_flush, 4, NULL},
+    {"average", call_average, 3, NULL},
+    {"magnify", call_magnify, 4, NULL},
+    {"merge", call_merge, 4, NULL},
+    {"extremes", call_extremes, 4, NULL},
+    {"keep_edges", call_edges, 2, NULL},
+    {"find_mixed", call_mixed, 4, NULL},
+    {"find_gaps", call_gaps, 2, NULL},
+    {"find_sides", call_sides, 2, NULL},
+    {"cast_shadows", call_shadows, 3, prepare_shadows},
+    {"unpack", call_unpack, 4, NULL},
+    {"pack", call_pack, 4, NULL},
+    {"load_row", call_load_row, 4, NULL},
+    {"unload_row", call_unload_row, 4, NULL},
+    {"shrink", call_shrink, 4, NULL},
+    {"detail", call_detail, 4, NULL},
+    {"join", call_join, 4, NULL},
+    {"divide", call_divide, 4, NULL},
+    {"is_rough", call_rough, 3, prepare_backs},
+    {"log_row", call_log_row, 4, NULL},
+    {"has_candidate", call_candidate, 2, prepare_backs},
+    {"vote_blocks", call_vote, 3, prepare_backs},
+    {"gather_window", call_window, 2, prepare_backs},
+};
+
+const int n_kernels = sizeof kernels / sizeof *kernels;
