@@ -114,19 +114,13 @@ static struct rf_block *take(struct rf_pool *pool, size_t n_bytes)
     return best;
 }
 
-/* Takes whole regions out until `room` bytes fit under the limit; returns their list.
- */
-static struct rf_block *shrink(struct rf_pool *pool, size_t room, size_t max_bytes)
+/* Takes whole regions out until no more than `most` bytes are held; their list. */
+static struct rf_block *shrink(struct rf_pool *pool, size_t most)
 {
-    size_t used = pool->used_bytes + room;
-    size_t most = used > pool->peak_bytes ? used : pool->peak_bytes;
-    most += most / 2;
-    if (max_bytes && most > max_bytes)
-        most = max_bytes;
     struct rf_block *out = NULL;
     for (struct rf_block *next, *b = pool->free; b; b = next) {
         next = b->next_free;
-        if (b->n_bytes < b->region_bytes || pool->total_bytes + room <= most)
+        if (b->n_bytes < b->region_bytes || pool->total_bytes <= most)
             continue;
         unlist(pool, b);
         pool->total_bytes -= b->n_bytes;
@@ -134,6 +128,17 @@ static struct rf_block *shrink(struct rf_pool *pool, size_t room, size_t max_byt
         out = b;
     }
     return out;
+}
+
+/* How much may be held before n_bytes more are asked of the system. */
+static size_t most_before(const struct rf_pool *pool, size_t n_bytes, size_t max_bytes)
+{
+    size_t used = pool->used_bytes + n_bytes;
+    size_t most = used > pool->peak_bytes ? used : pool->peak_bytes;
+    most += most / 2;
+    if (max_bytes && most > max_bytes)
+        most = max_bytes;
+    return most > n_bytes ? most - n_bytes : 0;
 }
 
 static void release_all(const struct rf_context *context, struct rf_block *regions)
@@ -151,12 +156,28 @@ static void use(struct rf_pool *pool, size_t n_bytes)
         pool->peak_bytes = pool->used_bytes;
 }
 
+/* Memory of the system. What is kept and not in use makes room where there is none. */
+static struct rf_block *ask(const struct rf_context *context, size_t n_bytes)
+{
+    const struct rf_context_params *params = &context->params;
+    struct rf_block *block = params->allocate(params->user, n_bytes);
+    if (block)
+        return block;
+    lock(context->pool);
+    struct rf_block *kept = shrink(context->pool, 0);
+    unlock(context->pool);
+    if (!kept)
+        return NULL;
+    release_all(context, kept);
+    return params->allocate(params->user, n_bytes);
+}
+
 /* A block that is a region of its own. */
 static struct rf_block *allocate_region(const struct rf_context *context,
                                         size_t n_bytes)
 {
     struct rf_pool *pool = context->pool;
-    struct rf_block *block = context->params.allocate(context->params.user, n_bytes);
+    struct rf_block *block = ask(context, n_bytes);
     if (block) {
         *block = (struct rf_block){
             .n_bytes = n_bytes, .region = (char *)block, .region_bytes = n_bytes};
@@ -177,7 +198,7 @@ static struct rf_block *pool_allocate(const struct rf_context *context, size_t n
     struct rf_block *block = take(pool, n_bytes), *excess = NULL;
     bool has_room = true;
     if (!block) {
-        excess = shrink(pool, n_bytes, max_bytes);
+        excess = shrink(pool, most_before(pool, n_bytes, max_bytes));
         has_room = !max_bytes || pool->total_bytes + n_bytes <= max_bytes;
         pool->total_bytes += has_room ? n_bytes : 0;
     }
@@ -223,7 +244,7 @@ void *rf_alloc(const struct rf_context *context, size_t count, size_t size)
     if (n_bytes >= LEAST_KEPT) {
         block = pool_allocate(context, n_bytes);
     } else {
-        block = context->params.allocate(context->params.user, n_bytes);
+        block = ask(context, n_bytes);
         if (block)
             block->n_bytes = n_bytes;
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The k-th allocation fails, for every k: a clean error, nothing leaked, no crash. */
+/* Memory ends at the k-th allocation, for every k: a clean error, no leak, no crash. */
 #include <stdio.h>
 
 #include "physics/failing_memory.h"
@@ -64,7 +64,7 @@ static void check_every_k(const struct rf_params *params)
     for (int k = 1; k <= n; k++) {
         struct rf_error error = {0};
         memory.n_requests = 0;
-        memory.fail_at = k;
+        memory.fails_from = k;
         rf_result result = run(&f, params, &memory, &error);
         bool has_failed = memory.n_requests >= k, is_clean = memory.n_live == 0;
         n_failed += has_failed;
@@ -81,7 +81,7 @@ static void check_every_k(const struct rf_params *params)
         memory.n_live = 0;
     }
     CHECK(n_failed > n / 2);
-    memory.n_requests = memory.fail_at = 0;
+    memory.n_requests = memory.fails_from = 0;
     CHECK(run(&f, params, &memory, NULL) == RF_OK);
     CHECK(hash_bytes(0, f.out, frame_bytes(&f)) == want);
     frame_free(&f);
@@ -139,7 +139,7 @@ static void sums_may_fail(void)
     for (int k = 1; k <= n; k++) {
         struct rf_error error = {0};
         memory.n_requests = 0;
-        memory.fail_at = k;
+        memory.fails_from = k;
         CHECK(add_up(&f, &memory, &error) == RF_ERROR_MEMORY);
         CHECK(error.code == RF_ERROR_MEMORY && memory.n_live == 0);
     }

@@ -211,7 +211,7 @@ static void every_allocation_may_fail(void)
             CHECK(memory.n_live == 0 && n > 6);
             for (int k = 1; k <= n; k++) {
                 memory.n_requests = 0;
-                memory.fail_at = k;
+                memory.fails_from = k;
                 CHECK(run(&f, &p, &memory) == RF_ERROR_MEMORY);
                 CHECK(memory.n_live == 0);
             }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Memory for a context whose k-th request fails, and which counts what is not freed. */
+/* Memory for a context that ends at its k-th request, and counts what is not freed. */
 #ifndef FAILING_MEMORY_H
 #define FAILING_MEMORY_H
 
@@ -11,7 +11,7 @@
 
 struct memory {
     pthread_mutex_t lock;
-    int n_requests, fail_at; /* counted from 1; 0: never */
+    int n_requests, fails_from; /* the k-th and all after it; 0: none */
     int n_live;
 };
 
@@ -19,7 +19,7 @@ static inline void *memory_allocate(void *user, size_t n_bytes)
 {
     struct memory *m = user;
     pthread_mutex_lock(&m->lock);
-    bool fails = ++m->n_requests == m->fail_at;
+    bool fails = ++m->n_requests >= m->fails_from && m->fails_from;
     void *memory = fails ? NULL : aligned_alloc(64, (n_bytes + 63) / 64 * 64);
     m->n_live += memory != NULL;
     pthread_mutex_unlock(&m->lock);

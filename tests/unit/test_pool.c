@@ -9,13 +9,15 @@ enum { MIB = 1 << 20 };
 
 static struct rf_context *context;
 static size_t n_asked, n_held; /* regions asked of the system, bytes it has given */
+static size_t most_held;       /* bytes that the system has; 0: no limit */
 static size_t sizes[64];
 static void *regions[64];
 
 static void *give(void *user, size_t n_bytes)
 {
     (void)user;
-    void *memory = n_asked < 64 ? aligned_alloc(RF_ALIGNMENT, n_bytes) : NULL;
+    bool has_room = n_asked < 64 && (!most_held || n_held + n_bytes <= most_held);
+    void *memory = has_room ? aligned_alloc(RF_ALIGNMENT, n_bytes) : NULL;
     if (!memory)
         return NULL;
     regions[n_asked] = memory;
@@ -43,6 +45,7 @@ static void begin(size_t max_bytes)
                                        .release = take_back,
                                        .max_bytes = max_bytes};
     n_asked = 0;
+    most_held = 0;
     REQUIRE(rf_context_create(&context, &params, NULL) == RF_OK);
     n_asked = 0;
     n_held = 0;
@@ -147,6 +150,29 @@ static void the_rest_goes_back(void)
     end();
 }
 
+/* Where the system has no more, blocks that are kept make room. */
+static void what_is_kept_makes_room(void)
+{
+    begin(0);
+    most_held = n_held + 50 * MIB;
+    char *a = some(10, 1), *b = some(10, 2), *c = some(20, 3);
+    CHECK(a && b && c);
+    rf_free(context, b);
+    rf_free(context, c);
+    char *d = some(35, 4);
+    CHECK(d != NULL);
+    CHECK(holds(a, 10, 1));
+    CHECK(!some(10, 5)); /* 45 are in use */
+    rf_free(context, d);
+    most_held = n_held;
+    void *small = rf_alloc(context, 1, 100);
+    CHECK(small != NULL && n_held < 11 * MIB);
+    rf_free(context, small);
+    rf_free(context, some(30, 6));
+    rf_free(context, a);
+    end();
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -155,5 +181,6 @@ int main(int argc, char **argv)
     TEST(small_blocks_leave_large_ones_whole);
     TEST(no_more_is_held_than_the_bound);
     TEST(the_rest_goes_back);
+    TEST(what_is_kept_makes_room);
     return testing_end();
 }
