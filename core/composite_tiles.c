@@ -3,16 +3,25 @@
 #include <stdlib.h>
 
 #include "composer.h"
+#include "kernels/vector.h"
 
 /* ---- tiles --------------------------------------------------------------------- */
 
-static bool has_neighbours(const struct rf_group *g, int tx, int ty)
+/* Has a tile up to `reach` tiles from this one samples? */
+static bool has_near(const struct rf_group *g, int tx, int ty, int reach)
 {
-    for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
-        for (int x = rf_max_int(tx - 1, 0); x <= rf_min_int(tx + 1, g->n_x - 1); x++)
+    int x0 = rf_max_int(tx - reach, 0), x1 = rf_min_int(tx + reach, g->n_x - 1);
+    int y0 = rf_max_int(ty - reach, 0), y1 = rf_min_int(ty + reach, g->n_y - 1);
+    for (int y = y0; y <= y1; y++)
+        for (int x = x0; x <= x1; x++)
             if (g->tiles[y * g->n_x + x].n)
                 return true;
     return false;
+}
+
+static bool has_neighbours(const struct rf_group *g, int tx, int ty)
+{
+    return has_near(g, tx, ty, 1);
 }
 
 /* Has every pixel of the tile been covered? */
@@ -121,6 +130,19 @@ static void fill(float *tile, size_t stride, float value)
             tile[x] = value;
 }
 
+/* Stores that the compiler makes no memset() of, which would be slower for one row. */
+static void clear(float *tile, size_t stride)
+{
+    const vf none = SPLAT(0);
+    for (int y = 0; y < RF_TILE_H; y++, tile += stride)
+        for (int x = 0; x < RF_TILE_W; x += 4 * LANES) {
+            STORE(tile + x, none);
+            STORE(tile + x + LANES, none);
+            STORE(tile + x + 2 * LANES, none);
+            STORE(tile + x + 3 * LANES, none);
+        }
+}
+
 /* To a tile of the canvas nothing has come. */
 static void begin_tile(const struct rf_composer *c, const struct rf_tile_state *s,
                        int tile)
@@ -129,7 +151,7 @@ static void begin_tile(const struct rf_composer *c, const struct rf_tile_state *
         fill(s->t + s->t_plane * (size_t)cell, s->t_row,
              (float)c->footprints->cells.share[cell]);
     for (int p = 0; p < c->canvas.n_planes; p++)
-        fill(s->sum + s->plane * (size_t)p, s->row, 0);
+        clear(s->sum + s->plane * (size_t)p, s->row);
     c->canvas.is_begun[tile] = 1;
 }
 
@@ -160,35 +182,52 @@ void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int
 
 /* ---- coarse levels ------------------------------------------------------------- */
 
-/* Planes of one coarse level: T before it, and per cell the sums of its samples. */
-struct level {
-    float *t;   /* [cell][y][x] */
-    float *sum; /* [cell][plane][y][x] */
-};
-
 /* Tile columns of one row of tiles, or of two, that hold or are reached by samples. */
 struct span {
     int first, end;
 };
 
-static struct span active_tiles(const struct rf_group *g, int ty0, int ty1)
+/*
+ * Planes of one coarse level: T before it, and per cell the sums of its samples. Both
+ * are defined in active tiles and in those beside them.
+ */
+struct level {
+    float *t;         /* [cell][y][x] */
+    float *sum;       /* [cell][plane][y][x] */
+    uint64_t *some;   /* [cell][y][tile]: a bit per pixel, where a sum is not 0 */
+    struct span *row; /* active tiles of each row of tiles */
+};
+
+static struct span active_tiles(const struct rf_group *g, int ty)
 {
     struct span s = {g->n_x, 0};
-    for (int ty = ty0; ty <= ty1; ty++)
-        for (int tx = 0; tx < g->n_x; tx++)
-            if (has_neighbours(g, tx, ty)) {
-                s.first = rf_min_int(s.first, tx);
-                s.end = rf_max_int(s.end, tx + 1);
-            }
+    for (int tx = 0; tx < g->n_x; tx++)
+        if (has_neighbours(g, tx, ty)) {
+            s.first = rf_min_int(s.first, tx);
+            s.end = tx + 1;
+        }
     return s;
+}
+
+static struct span span_of_both(struct span a, struct span b)
+{
+    return (struct span){rf_min_int(a.first, b.first), rf_max_int(a.end, b.end)};
+}
+
+/* Where the bits of a row of the level are. */
+static uint64_t *some_of(const struct rf_group *g, const struct level *level, int cell,
+                         int y)
+{
+    size_t row = (size_t)cell * (size_t)(g->n_y * RF_TILE_H) + (size_t)y;
+    return level->some + row * (size_t)g->n_x;
 }
 
 /* T of the canvas averaged over the blocks of one row of the level, in its active
  * tiles. The last block of a row or column may lie partly outside the picture. */
-static void average_row(const struct rf_composer *c, const struct rf_group *g, int cell,
-                        int y, float *row, float *plane)
+static void average_row(const struct rf_composer *c, const struct rf_group *g,
+                        const struct level *level, int cell, int y, float *row)
 {
-    struct span tiles = active_tiles(g, y / RF_TILE_H, y / RF_TILE_H);
+    struct span tiles = level->row[y / RF_TILE_H];
     if (tiles.first >= tiles.end)
         return;
     int y0 = y << g->level, n_rows = 1 << g->level;
@@ -196,7 +235,7 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g, i
     int x0 = tiles.first * RF_TILE_W, x1 = rf_min_int(tiles.end * RF_TILE_W, g->width);
     const float *t = c->canvas.t + c->canvas.plane * (size_t)cell +
                      c->canvas.stride * (size_t)y0 + ((size_t)x0 << g->level);
-    float *out = plane + g->plane * (size_t)cell + g->stride * (size_t)y + x0;
+    float *out = level->t + g->plane * (size_t)cell + g->stride * (size_t)y + x0;
     int last = rf_min_int(x1, c->scene->width >> g->level); /* whole blocks */
     c->kernels->average(t, c->canvas.stride, n_rows, g->level, last - x0, row, out);
     if (x1 > last) {
@@ -227,6 +266,22 @@ static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
     s->t_plane = plane;
 }
 
+/* Which of a row's n <= 64 pixels have a sum that is not 0. */
+static uint64_t find_some(const float *sum, size_t plane, int n_planes)
+{
+    uint32_t any[RF_TILE_W] = {0};
+    for (int p = 0; p < n_planes; p++)
+        for (int x = 0; x < RF_TILE_W; x++) {
+            uint32_t bits;
+            memcpy(&bits, sum + plane * (size_t)p + x, sizeof bits);
+            any[x] |= bits << 1; /* -0 is nothing, too */
+        }
+    uint64_t some = 0;
+    for (int x = 0; x < RF_TILE_W; x++)
+        some |= (uint64_t)(any[x] != 0) << x;
+    return some;
+}
+
 static void run_level_tile(const struct rf_composer *c, const struct rf_group *g,
                            const struct level *level, int tile)
 {
@@ -234,12 +289,20 @@ static void run_level_tile(const struct rf_composer *c, const struct rf_group *g
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
     struct rf_tile_state state = state_of(g, tile, level->t, level->sum);
     state.cell = g->plane * (size_t)n_planes;
+    if (!has_near(g, tx, ty, 2))
+        return;
     for (int p = 0; p < n_cells * n_planes; p++)
-        fill(state.sum + state.plane * (size_t)p, state.row, 0);
+        clear(state.sum + state.plane * (size_t)p, state.row);
     if (!has_neighbours(g, tx, ty) || is_used_up(&state, n_cells))
         return;
     take_t(c, &state);
     composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    for (int i = 0; i < n_cells * RF_TILE_H; i++) {
+        int cell = i / RF_TILE_H, y = i % RF_TILE_H;
+        some_of(g, level, cell, ty * RF_TILE_H + y)[tx] =
+            find_some(state.sum + state.cell * (size_t)cell + state.row * (size_t)y,
+                      state.plane, n_planes);
+    }
 }
 
 /* A place between two pixels of the level. */
@@ -274,16 +337,43 @@ static bool is_open(const float *t, int n)
 /* Pixels that are looked at together, to pass over those that are used up. */
 enum { OPEN_PX = 32 };
 
-/* The first run of open units from x on, which ends at *end; n where there is none. */
-static int find_open(const float *t, int x, int n, int unit, int *end)
+/* A row of the canvas that a level is added to, from its first active tile on. */
+struct merged_row {
+    int n, unit, level; /* pixels, those looked at together */
+    const float *t;
+    const uint64_t *some[2]; /* of the two rows of the level that it lies between */
+    int n_words;
+};
+
+/* Has the level anything for a unit? Its sums lie a pixel farther when magnified. */
+static bool has_some(const struct merged_row *m, int x)
 {
-    while (x < n && !is_open(t + x, rf_min_int(unit, n - x)))
-        x += unit;
+    int low = x >> m->level, high = (x + m->unit - 1) >> m->level, word = low / 64;
+    uint64_t before = 0, at = m->some[0][word] | m->some[1][word], after = 0;
+    if (word > 0)
+        before = m->some[0][word - 1] | m->some[1][word - 1];
+    if (word + 1 < m->n_words)
+        after = m->some[0][word + 1] | m->some[1][word + 1];
+    at |= at << 1 | at >> 1 | before >> 63 | after << 63;
+    return at << (63 - high % 64) >> (63 - high % 64) >> low % 64 != 0;
+}
+
+static bool is_wanted(const struct merged_row *m, int x)
+{
+    return has_some(m, x) && is_open(m->t + x, rf_min_int(m->unit, m->n - x));
+}
+
+/* The first run of units from x on to which the level adds, which ends at *end; n
+ * where there is none. */
+static int find_wanted(const struct merged_row *m, int x, int *end)
+{
+    while (x < m->n && !is_wanted(m, x))
+        x += m->unit;
     *end = x;
-    while (*end < n && is_open(t + *end, rf_min_int(unit, n - *end)))
-        *end += unit;
-    *end = rf_min_int(*end, n);
-    return rf_min_int(x, n);
+    while (*end < m->n && is_wanted(m, *end))
+        *end += m->unit;
+    *end = rf_min_int(*end, m->n);
+    return rf_min_int(x, m->n);
 }
 
 /* Adds the sums of a level to one row of the canvas. */
@@ -293,7 +383,8 @@ static void merge_row(const struct rf_composer *c, const struct rf_group *g,
     int n_planes = c->canvas.n_planes;
     size_t row = c->canvas.stride, size = (size_t)1 << g->level;
     struct between at_y = between_at(y, g->level, g->height);
-    struct span tiles = active_tiles(g, at_y.low / RF_TILE_H, at_y.high / RF_TILE_H);
+    struct span tiles = span_of_both(level->row[at_y.low / RF_TILE_H],
+                                     level->row[at_y.high / RF_TILE_H]);
     if (tiles.first >= tiles.end)
         return;
     size_t first = (size_t)tiles.first * RF_TILE_W; /* column of the level */
@@ -301,12 +392,18 @@ static void merge_row(const struct rf_composer *c, const struct rf_group *g,
     int n = rf_min_int(n_level * (int)size, (int)(row - first * size));
     n = (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
     size_t at = row * (size_t)y + first * size; /* in the canvas */
-    int unit = rf_max_int(OPEN_PX, (int)size);
+    struct merged_row m = {.n = n,
+                           .unit = rf_max_int(OPEN_PX, (int)size),
+                           .level = g->level,
+                           .n_words = tiles.end - tiles.first};
     float *sum[RF_MAX_PLANES];
     const float *magnified[RF_MAX_PLANES + 1];
     for (int cell = 0; cell < c->canvas.n_cells; cell++) {
         float *t = c->canvas.t + c->canvas.plane * (size_t)cell + at;
-        for (int x = 0, end; (x = find_open(t, x, n, unit, &end)) < n; x = end) {
+        m.t = t;
+        m.some[0] = some_of(g, level, cell, at_y.low) + tiles.first;
+        m.some[1] = some_of(g, level, cell, at_y.high) + tiles.first;
+        for (int x = 0, end; (x = find_wanted(&m, x, &end)) < n; x = end) {
             /* Of the level, with a column to each side to lie between. */
             int low = rf_max_int((x >> g->level) - 1, 0);
             int high = rf_min_int(((end - 1) >> g->level) + 2, n_level);
@@ -330,30 +427,63 @@ static void merge_row(const struct rf_composer *c, const struct rf_group *g,
     }
 }
 
+static bool allocate_level(const struct rf_composer *c, const struct rf_group *g,
+                           struct level *level)
+{
+    size_t n_cells = (size_t)c->canvas.n_cells, n_planes = (size_t)c->canvas.n_planes;
+    size_t n_words = (size_t)(g->n_x * g->n_y) * RF_TILE_H * n_cells;
+    *level = (struct level){
+        .t = rf_alloc(c->context, g->plane * n_cells, sizeof(float)),
+        .sum = rf_alloc(c->context, g->plane * n_cells * n_planes, sizeof(float)),
+        .some = rf_calloc(c->context, n_words, sizeof *level->some),
+        .row = rf_alloc(c->context, (size_t)g->n_y, sizeof *level->row)};
+    if (!level->t || !level->sum || !level->some || !level->row)
+        return false;
+    for (int ty = 0; ty < g->n_y; ty++)
+        level->row[ty] = active_tiles(g, ty);
+    return true;
+}
+
+static void free_level(const struct rf_composer *c, struct level *level)
+{
+    rf_free(c->context, level->row);
+    rf_free(c->context, level->some);
+    rf_free(c->context, level->sum);
+    rf_free(c->context, level->t);
+}
+
+/* A tile without samples near it is not looked at. */
+static void clear_t(const struct rf_composer *c, const struct rf_group *g,
+                    const struct level *level, int tile)
+{
+    struct rf_tile_state state = state_of(g, tile, level->t, level->sum);
+    if (has_near(g, tile % g->n_x, tile / g->n_x, 2))
+        for (int cell = 0; cell < c->canvas.n_cells; cell++)
+            clear(state.t + state.t_plane * (size_t)cell, state.t_row);
+}
+
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error)
 {
     rf_begin_canvas(c);
-    int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
-    size_t n_sum = g->plane * (size_t)n_cells * (size_t)n_planes;
+    int n_cells = c->canvas.n_cells;
     size_t n_rows = c->canvas.stride * N_ROWS;
-    struct level level = {
-        .t = rf_alloc(c->context, g->plane * (size_t)n_cells, sizeof(float)),
-        .sum = rf_alloc(c->context, n_sum, sizeof(float))};
+    struct level level;
+    bool has_level = allocate_level(c, g, &level);
     float *rows = rf_alloc(c->context, n_rows * (size_t)c->n_threads, sizeof *rows);
-    rf_result result = level.t && level.sum && rows
-                           ? RF_OK
-                           : rf_fail_memory(error, n_sum, sizeof(float));
+    rf_result result = RF_OK;
+    if (!has_level || !rows)
+        result = rf_fail_memory(error, g->plane * (size_t)n_cells, sizeof(float));
     if (result == RF_OK) {
 #pragma omp parallel num_threads(c->n_threads)
         {
             float *row = rows + n_rows * (size_t)rf_thread_num();
 #pragma omp for schedule(static)
-            for (int i = 0; i < n_cells; i++)
-                memset(level.t + g->plane * (size_t)i, 0, g->plane * sizeof *level.t);
+            for (int i = 0; i < g->n_x * g->n_y; i++)
+                clear_t(c, g, &level, i);
 #pragma omp for schedule(static)
             for (int i = 0; i < n_cells * g->height; i++)
-                average_row(c, g, i / g->height, i % g->height, row, level.t);
+                average_row(c, g, &level, i / g->height, i % g->height, row);
 #pragma omp for schedule(dynamic, 1)
             for (int i = 0; i < g->n_x * g->n_y; i++)
                 if (!rf_task_is_cancelled(c->scene->task)) {
@@ -369,7 +499,6 @@ rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
         }
     }
     rf_free(c->context, rows);
-    rf_free(c->context, level.sum);
-    rf_free(c->context, level.t);
+    free_level(c, &level);
     return result;
 }

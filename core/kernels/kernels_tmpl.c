@@ -298,12 +298,20 @@ static inline __attribute__((always_inline)) void flush_row(float *acc,
             vf c = gathered(a + p * RF_ACC_STRIDE,
                             common ? b + p * RF_ACC_STRIDE : NULL, share);
             STORE(s, LOAD(s) + q * choose(has_surface, c, vmax(c, SPLAT(0))));
+            STORE(a + p * RF_ACC_STRIDE, SPLAT(0));
         }
+        STORE(a + last, SPLAT(0));
         float *covered = sum + plane * (size_t)(n_planes - 1) + x;
         STORE(covered, LOAD(covered) + m);
         STORE(t + x, still_open(left - m));
     }
-    memset(acc, 0, (size_t)n_planes * RF_ACC_STRIDE * sizeof *acc);
+    for (int p = 0; p < n_planes; p++) {
+        float *margin = acc + p * RF_ACC_STRIDE;
+        for (int x = 0; x < RF_ACC_LEFT; x += LANES)
+            STORE(margin + x, SPLAT(0));
+        for (int x = RF_ACC_LEFT + RF_TILE_W; x < RF_ACC_STRIDE; x += LANES)
+            STORE(margin + x, SPLAT(0));
+    }
 }
 
 static inline __attribute__((always_inline)) void
