@@ -153,6 +153,7 @@ def race_table(data):
 
 def quality_of(data, name):
     """Mean over the scenes that every one of the race has, so that means compare."""
+    name = name.removesuffix(", next picture")
     raced = {r["name"] for r in data["race"]} & set(data["quality"])
     if name not in raced:
         return None
