@@ -175,6 +175,36 @@ static void blocks_within(float v, float reach, int n, int *first, int *last)
     *last = (int)rf_min_float(floorf((v + reach) / BLOCK), (float)(n - 1));
 }
 
+static bool is_block_in_cone(const struct highlights *h, const struct blockers *view,
+                             const struct rf_sample *l, float lx, float ly, int bx,
+                             int by)
+{
+    return is_in_cone(view, l, block_gap(lx, bx), block_gap(ly, by),
+                      view->nearest[by * h->n_x + bx]);
+}
+
+/* Draws the occluders of the blocks from bx to end - 1 of a row of blocks, or asks. */
+static bool cast_blocks(const struct highlights *h, const struct blockers *view,
+                        struct rf_shadows *m, int bx, int end, int by)
+{
+    const struct rf_surfaces *s = view->occluders->surfaces;
+    const struct rf_kernels *kernels = h->scene->filter->context->kernels;
+    int x1 = rf_min_int(end * BLOCK, s->width);
+    int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+    bool is_found = false;
+    for (int y = by * BLOCK; y < y1; y++) {
+        const float *row = view->radius + view->stride * (size_t)y;
+        m->above = y > 0 ? row - view->stride : NULL;
+        m->below = y + 1 < s->height ? row + view->stride : NULL;
+        m->row = s->width;
+        is_found |= kernels->cast_shadows(
+            m, row, s->share + (size_t)s->width * (size_t)y, y, bx * BLOCK, x1);
+        if (is_found && !m->blocked)
+            return true;
+    }
+    return is_found;
+}
+
 /* Draws the occluders of view j into the mask's box; without a mask only asks whether
  * there is one. */
 static bool draw_occluders(const struct highlights *h, const struct rf_sample *l, int j,
@@ -182,8 +212,6 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
 {
     const struct blockers *view = &h->views[j];
     const struct rf_occluders *o = view->occluders;
-    const struct rf_surfaces *s = o->surfaces;
-    const struct rf_kernels *kernels = h->scene->filter->context->kernels;
     float shift = o->shift_scale * l->r + o->shift_bias;
     float lx = l->x + rf_snap_px(o->lens[0] * shift);
     float ly = l->y - rf_snap_px(o->lens[1] * shift);
@@ -203,25 +231,16 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     blocks_within(lx, room * m->extent_x + 1, h->n_x, &first[0], &last[0]);
     blocks_within(ly, room * m->extent_y + 1, h->n_y, &first[1], &last[1]);
     bool is_found = false;
-    size_t stride = view->stride;
     for (int by = first[1]; by <= last[1]; by++)
-        for (int bx = first[0]; bx <= last[0]; bx++) {
-            float q = view->nearest[by * h->n_x + bx];
-            if (!is_in_cone(view, l, block_gap(lx, bx), block_gap(ly, by), q))
-                continue;
-            int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
-            int y1 = rf_min_int((by + 1) * BLOCK, s->height);
-            for (int y = by * BLOCK; y < y1; y++) {
-                const float *row = view->radius + stride * (size_t)y;
-                m->above = y > 0 ? row - stride : NULL;
-                m->below = y + 1 < s->height ? row + stride : NULL;
-                m->row = s->width;
-                is_found |= kernels->cast_shadows(
-                    m, row,
-                    s->share + (size_t)s->width * (size_t)y, y, bx * BLOCK, x1);
-                if (is_found && !m->blocked)
-                    return true;
-            }
+        for (int bx = first[0], end; bx <= last[0]; bx = end) {
+            end = bx;
+            while (end <= last[0] && is_block_in_cone(h, view, l, lx, ly, end, by))
+                end++;
+            if (end > bx)
+                is_found |= cast_blocks(h, view, m, bx, end, by);
+            end += end == bx;
+            if (is_found && !m->blocked)
+                return true;
         }
     return is_found;
 }
@@ -268,7 +287,7 @@ static bool build_mask(const struct highlights *h, size_t index, float *mask)
     size_t n = (size_t)m.width * (size_t)m.height;
     m.blocked = memset(mask, 0, n * sizeof *mask);
     if (h->scene->n_views > 1) {
-        unsigned char *cells = (unsigned char *)(mask + n);
+        unsigned char *cells = (unsigned char *)(mask + n + RF_SHADOW_MARGIN);
         m.view_at = h->view_at[0];
         m.cell_x = cells;
         m.cell_y = cells + m.width;
@@ -331,13 +350,14 @@ static void add_band(const struct highlights *h, size_t from, size_t to, int ban
     }
 }
 
-/* Of a mask and the cells of its columns and rows, floats. */
+/* Of a mask, what vectors touch after it, and the cells of its columns and rows,
+ * floats. */
 static size_t mask_size(const struct highlights *h, size_t index)
 {
     const struct rf_footprint *f = footprint_of(h, &h->samples->at[index]);
     size_t width = (size_t)(f->max_dx - f->min_dx + 1);
     size_t height = (size_t)(f->max_dy - f->min_dy + 1);
-    return width * height + (width + height + 3) / 4;
+    return width * height + RF_SHADOW_MARGIN + (width + height + 3) / 4;
 }
 
 /* How many highlights from `from` on fit into one batch of masks. */

@@ -138,6 +138,7 @@ struct rf_sides {
  * light's pixel: where the light lies must not decide how they are rounded.
  */
 enum { RF_LENS_GRID = 64 }; /* cells per axis that say which view to ask */
+enum { RF_SHADOW_MARGIN = 8 }; /* floats after a mask that are read and written back */
 
 struct rf_shadows {
     float light_x, light_y, light_r; /* in its pixel; signed radius */

@@ -77,31 +77,83 @@ static inline float overlap(float a, float b, int x)
     return high > low ? high - low : 0;
 }
 
-static inline void draw_square(const struct rf_shadows *s, const struct side *across,
-                               const struct side *down, int l, float share)
+/*
+ * The shadow of one pixel, or of several side by side that meet at their edges and
+ * reach from one height to one other, as those of a wall or a post do.
+ */
+struct shadow {
+    float x0, x1, y0, y1, share; /* px; share 0: there is none yet */
+    int first_x, last_x, first_y, last_y;
+};
+
+/* Of several views only those pixels that ask this one. */
+static inline void draw_for_view(const struct rf_shadows *s, const struct shadow *d)
 {
-    float x0 = across->low[l], x1 = across->high[l];
-    int first = across->first[l], last = across->last[l];
-    for (int y = down->first[l]; y <= down->last[l]; y++) {
-        float k = share * overlap(down->low[l], down->high[l], y);
+    for (int y = d->first_y; y <= d->last_y; y++) {
+        float k = d->share * overlap(d->y0, d->y1, y);
         float *row = s->blocked + (ptrdiff_t)(y - s->top) * s->width - s->left;
-        if (!s->view_at) {
-            for (int x = first; x <= last; x++)
-                row[x] += k * overlap(x0, x1, x);
-            continue;
-        }
         const unsigned char *views =
             s->view_at + RF_LENS_GRID * s->cell_y[y - s->top];
-        for (int x = first; x <= last; x++)
+        for (int x = d->first_x; x <= d->last_x; x++)
             if (views[s->cell_x[x - s->left]] == s->view)
-                row[x] += k * overlap(x0, x1, x);
+                row[x] += k * overlap(d->x0, d->x1, x);
     }
+}
+
+/* Draws LANES columns from x on, of which those after the last are left as they are. */
+static inline void draw_columns(const struct rf_shadows *s, const struct shadow *d,
+                                int x)
+{
+    vi at = lane_numbers() + x;
+    vf low = vmax(SPLAT(d->x0), to_float(at));
+    vf high = vmin(SPLAT(d->x1), to_float(at + 1));
+    vf width = choose((high > low) & (at <= d->last_x), high - low, SPLAT(0));
+    for (int y = d->first_y; y <= d->last_y; y++) {
+        float k = d->share * overlap(d->y0, d->y1, y);
+        float *to = s->blocked + (ptrdiff_t)(y - s->top) * s->width - s->left + x;
+        STORE(to, LOAD(to) + SPLAT(k) * width);
+    }
+}
+
+static inline void draw_shadow(const struct rf_shadows *s, const struct shadow *d)
+{
+    if (s->view_at)
+        draw_for_view(s, d);
+    else
+        for (int x = d->first_x; x <= d->last_x; x += LANES)
+            draw_columns(s, d, x);
+}
+
+static inline struct shadow shadow_of(const struct side *across,
+                                      const struct side *down, int l, float share)
+{
+    return (struct shadow){across->low[l],  across->high[l],  down->low[l],
+                           down->high[l],   share,            across->first[l],
+                           across->last[l], down->first[l],   down->last[l]};
+}
+
+/* Makes a shadow longer by that of the next pixel, if it has its height and share. */
+static inline bool join_shadows(struct shadow *d, const struct shadow *next)
+{
+    if (d->share != next->share || d->y0 != next->y0 || d->y1 != next->y1)
+        return false;
+    if (d->x1 == next->x0) {
+        d->x1 = next->x1;
+        d->last_x = next->last_x;
+        return true;
+    }
+    if (d->x0 != next->x1)
+        return false;
+    d->x0 = next->x0;
+    d->first_x = next->first_x;
+    return true;
 }
 
 static bool cast_shadows(const struct rf_shadows *s, const float *radius,
                          const float *share, int y, int x0, int x1)
 {
     bool is_found = false;
+    struct shadow shadow = {.share = 0};
     vf dy = SPLAT((float)y + 0.5f - s->seen_y);
     for (int x = x0; x < x1; x += LANES) {
         vi at = lane_numbers() + x;
@@ -116,7 +168,8 @@ static bool cast_shadows(const struct rf_shadows *s, const float *radius,
         is_found = true;
         if (!s->blocked)
             return true;
-        vf left = edge_radius(s, q, neighbours(radius, x, -1, s->row));
+        vf before = neighbours(radius, x, -1, s->row);
+        vf left = edge_radius(s, q, before);
         vf right = edge_radius(s, q, neighbours(radius, x, 1, s->row));
         vf upper = edge_radius(s, q, neighbours(s->above, x, 0, s->row));
         vf lower = edge_radius(s, q, neighbours(s->below, x, 0, s->row));
@@ -128,10 +181,18 @@ static bool cast_shadows(const struct rf_shadows *s, const float *radius,
         find_side(cast_edge(s, upper, oy, -s->lens_y, s->light_y),
                   cast_edge(s, lower, oy + one, -s->lens_y, s->light_y), is_used,
                   s->top, s->height, &down);
+        unsigned same = lane_bits(before == q);
         for (; bits; bits &= bits - 1) {
             int l = __builtin_ctz(bits);
-            draw_square(s, &across, &down, l, share[x + l]);
+            struct shadow next = shadow_of(&across, &down, l, share[x + l]);
+            if (same >> l & 1 && join_shadows(&shadow, &next))
+                continue;
+            if (shadow.share > 0)
+                draw_shadow(s, &shadow);
+            shadow = next;
         }
     }
+    if (shadow.share > 0)
+        draw_shadow(s, &shadow);
     return is_found;
 }

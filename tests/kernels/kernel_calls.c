@@ -283,11 +283,11 @@ struct rf_shadows shadows_of(struct workspace *w, int variant)
                                .view = 1};
 }
 
-/* Surfaces from before the light, and none at every fifth pixel. */
+/* Surfaces from before the light, some of them in runs, and none at every fifth pixel. */
 static void prepare_shadows(struct workspace *w)
 {
     for (int i = 0; i < 64 * 96; i++)
-        w->at[i] = i % 5 ? 24 * w->at[i] - 2 : INFINITY;
+        w->at[i] = i % 40 < 15 ? 9 : i % 5 ? 24 * w->at[i] - 2 : INFINITY;
     memset(w->at + 40000, 0, SHADOWS_W * SHADOWS_H * sizeof *w->at);
 }
 

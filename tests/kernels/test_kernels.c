@@ -361,6 +361,40 @@ static void a_pixel_casts_a_square(void)
     CHECK(!k->cast_shadows(&s, radius, share, 29, 10, 11)); /* out of the cone */
 }
 
+/* Pixels of one surface, which are drawn together, cast what they cast one by one. */
+static void a_run_casts_what_its_pixels_do(void)
+{
+    enum { N = SHADOWS_W * SHADOWS_H };
+    const struct rf_kernels *k = rf_kernels_at(0);
+    static float whole[N];
+    for (int variant = 0; variant < 12; variant++) {
+        prepare(&first, 0, 0);
+        struct rf_shadows s = shadows_of(&first, variant % 3);
+        float share[64], radius[64];
+        s.light_r = variant < 6 ? 20 : -5; /* behind the focus, before it */
+        s.extent_x = 4;
+        s.extent_y = 4;
+        for (int x = 0; x < 64; x++) {
+            share[x] = x < 50 ? 0.75f : 0.5f;
+            radius[x] = s.light_r - (x < 40 ? 12 : x < 44 ? 9 : 11);
+        }
+        memset(s.blocked, 0, N * sizeof(float));
+        CHECK(k->cast_shadows(&s, radius, share, 33, 35, 56));
+        memcpy(whole, s.blocked, sizeof whole);
+        memset(s.blocked, 0, N * sizeof(float));
+        float sum = 0;
+        s.blocked[N] = 7;
+        for (int x = 35; x < 56; x++)
+            CHECK(k->cast_shadows(&s, radius, share, 33, x, x + 1));
+        for (int i = 0; i < N; i++) {
+            CHECK_NEAR(whole[i], s.blocked[i], 1e-5);
+            sum += whole[i];
+        }
+        CHECK(sum > 1);
+        CHECK(s.blocked[N] == 7);
+    }
+}
+
 static void levels_are_found_by_name(void)
 {
     const struct rf_kernels *level;
@@ -423,6 +457,7 @@ int main(int argc, char **argv)
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);
     TEST(a_pixel_casts_a_square);
+    TEST(a_run_casts_what_its_pixels_do);
     TEST(quotients_are_limited);
     TEST(blocks_are_rough_where_radii_step);
     TEST(levels_are_found_by_name);
