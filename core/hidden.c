@@ -234,9 +234,11 @@ static void add_block(const struct search *search, struct scratch *scratch, int 
         return;
     float highest = search->blocks[(by + dy) * search->n_x + bx + dx].highest;
     float room = highest - lowest;
-    if (room > 0 && search->gap2[0][abs(dx)] + search->gap2[1][abs(dy)] < room * room)
+    float gap2 = search->gap2[0][abs(dx)] + search->gap2[1][abs(dy)];
+    if (room > 0 && gap2 < room * room)
         scratch->blocks[scratch->n_blocks++] = (struct rf_hidden_block){
-            (int16_t)(bx + dx), (int16_t)(by + dy), ring, highest};
+            (int16_t)(bx + dx), (int16_t)(by + dy), ring, highest,
+            highest - sqrtf(gap2) + 1e-6f * fabsf(highest) + 1e-3f};
 }
 
 /* Blocks that hold candidates for a pixel of block (bx, by), in rings from the inside.
@@ -267,31 +269,36 @@ static void list_blocks(const struct search *search, int bx, int by,
     }
     if (!has_rough(search, bx, by, farthest))
         scratch->n_blocks = 0;
+    for (int i = scratch->n_blocks - 2; i >= 0; i--)
+        scratch->blocks[i].most =
+            rf_max_float(scratch->blocks[i].most, scratch->blocks[i + 1].most);
 }
 
 /* ---- the answer ---------------------------------------------------------------- */
 
-/* Radius of the winning surface and the squared distance to it; false: none. */
-static bool count_votes(const struct rf_hidden_vote *vote, float s, float *r, int *d2)
+/*
+ * Radius of the winning surface and the squared distance to it; false: none. Clears the
+ * histogram.
+ */
+static bool count_votes(struct rf_hidden_vote *vote, float s, float *r, int *d2)
 {
-    float best = 0;
+    float best = 0, *h = vote->histogram;
     int winner = 0;
-    const float *h = vote->histogram;
-    for (int b = 2; b < vote->top; b++) {
+    for (int b = rf_max_int(vote->first - 1, 2); b <= vote->last; b++) {
         float v = 0.5f * h[b - 1] + h[b] + 0.5f * h[b + 1];
         if (v > best) {
             best = v;
             winner = b;
         }
     }
-    if (best <= 0)
-        return false;
     *r = s + ((float)(winner - 2) + 0.5f) * BIN_PX;
     *d2 = INT32_MAX;
-    for (int b = winner - 2; b <= winner + 2; b++)
-        if (b >= 2 && b <= vote->top)
+    for (int b = rf_max_int(winner - 2, 2); b <= winner + 2; b++)
+        if (h[b] > 0)
             *d2 = rf_min_int(*d2, vote->nearest2[b]);
-    return *d2 < INT32_MAX;
+    for (int b = vote->first; b <= vote->last; b++)
+        h[b] = 0;
+    return best > 0 && *d2 < INT32_MAX;
 }
 
 typedef float quad __attribute__((vector_size(16), aligned(4)));
@@ -525,7 +532,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
         .log_luminance = rf_alloc(context, n_padded + SPARE, sizeof(float))};
     search.blocks = rf_alloc(context, n_blocks, sizeof *search.blocks);
     struct scratch *scratch =
-        rf_alloc(context, (size_t)context->n_threads, sizeof *scratch);
+        rf_calloc(context, (size_t)context->n_threads, sizeof *scratch);
     rf_result result =
         search.backs.r && search.backs.log_luminance && search.blocks && scratch
             ? RF_OK

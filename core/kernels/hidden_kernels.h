@@ -35,6 +35,11 @@ struct rf_hidden_block {
     int16_t x, y;
     int ring;      /* distance in blocks from the queries' block */
     float highest; /* radius in it */
+    /*
+     * Neither this block nor one that follows has candidates for a pixel of that radius
+     * or of more.
+     */
+    float most;
 };
 
 /* A block that may hold candidates of a group. */
@@ -54,11 +59,15 @@ struct rf_hidden_group {
     struct rf_hidden_hit *hits;           /* of the first n_seen blocks; room for all */
 };
 
-/* Histogram over r - s, in bins of half a pixel, two spare ones at each end. */
+/*
+ * Histogram over r - s, in bins of half a pixel, two spare ones at each end. Bins before
+ * `first` and after `last` are 0 if they were so before the first vote.
+ */
 struct rf_hidden_vote {
     float histogram[RF_HIDDEN_BINS + 4];
-    int nearest2[RF_HIDDEN_BINS + 4]; /* squared distance of the nearest candidate */
-    int top;                          /* highest bin in use */
+    int nearest2[RF_HIDDEN_BINS + 4]; /* squared distance of the nearest candidate, of
+                                         bins that are not 0 */
+    int first, last;                  /* bins in use; first > last: none */
     int nearest;                      /* squared distance of the nearest of all */
 };
 

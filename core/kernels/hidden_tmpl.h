@@ -62,15 +62,6 @@ static inline unsigned rows_at(int stride)
     return stride == 1 ? 0xff : stride == 2 ? 0x55 : 0x11;
 }
 
-/* Makes room for votes up to bin b. */
-static inline void open_bins(struct rf_hidden_vote *vote, int b)
-{
-    for (; vote->top < b + 1; vote->top++) {
-        vote->histogram[vote->top + 1] = 0;
-        vote->nearest2[vote->top + 1] = INT32_MAX;
-    }
-}
-
 /* The votes of those pixels of a row whose bits are set; d2 in px^2. */
 static inline void cast_votes(struct rf_hidden_vote *vote, unsigned bits, vi d2,
                               vf room, float weight)
@@ -85,10 +76,12 @@ static inline void cast_votes(struct rf_hidden_vote *vote, unsigned bits, vi d2,
     memcpy(distances, &d2, sizeof distances);
     for (; bits; bits &= bits - 1) {
         int l = __builtin_ctz(bits), b = bins[l], d = distances[l];
-        open_bins(vote, b);
-        vote->histogram[b] += weights[l];
         vote->nearest = d < vote->nearest ? d : vote->nearest;
-        vote->nearest2[b] = d < vote->nearest2[b] ? d : vote->nearest2[b];
+        if (vote->histogram[b] == 0 || d < vote->nearest2[b])
+            vote->nearest2[b] = d;
+        vote->histogram[b] += weights[l];
+        vote->first = b < vote->first ? b : vote->first;
+        vote->last = b > vote->last ? b : vote->last;
     }
 }
 
@@ -171,12 +164,15 @@ static inline bool is_beyond(const struct rf_hidden_block *block, int nearest)
     return block->ring > 1 && nearest < INT32_MAX && 4 * gap * gap > 9 * nearest;
 }
 
-/* Looks for the group's next hit, in blocks that are not beyond; false: there is none.
+/*
+ * Looks for the group's next hit for a pixel of radius s, in blocks that are not beyond;
+ * false: there is none.
  */
 static inline bool find_hit(const struct rf_backs *backs, struct rf_hidden_group *g,
-                            int nearest)
+                            float s, int nearest)
 {
-    while (g->n_seen < g->n_blocks && !is_beyond(&g->blocks[g->n_seen], nearest)) {
+    while (g->n_seen < g->n_blocks && s < g->blocks[g->n_seen].most &&
+           !is_beyond(&g->blocks[g->n_seen], nearest)) {
         int i = g->n_seen++;
         unsigned rows = candidate_rows(backs, &g->query, &g->blocks[i]);
         if (rows) {
@@ -189,22 +185,20 @@ static inline bool find_hit(const struct rf_backs *backs, struct rf_hidden_group
 
 static bool has_candidate(const struct rf_backs *backs, struct rf_hidden_group *group)
 {
-    return group->n_hits || find_hit(backs, group, INT32_MAX);
+    return group->n_hits || find_hit(backs, group, group->query.s, INT32_MAX);
 }
 
 static void vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *group,
                         const struct rf_hidden_query *q, struct rf_hidden_vote *vote)
 {
-    vote->top = 1;
+    vote->first = RF_HIDDEN_BINS + 4;
+    vote->last = -1;
     vote->nearest = INT32_MAX;
-    for (int b = 0; b < 2; b++) {
-        vote->histogram[b] = 0;
-        vote->nearest2[b] = INT32_MAX;
-    }
-    for (int i = 0; i < group->n_hits || find_hit(backs, group, vote->nearest); i++) {
+    for (int i = 0;
+         i < group->n_hits || find_hit(backs, group, q->s, vote->nearest); i++) {
         const struct rf_hidden_hit *hit = &group->hits[i];
         const struct rf_hidden_block *block = &group->blocks[hit->block];
-        if (is_beyond(block, vote->nearest))
+        if (is_beyond(block, vote->nearest) || q->s >= block->most)
             return;
         vote_block(backs, q, block, (unsigned)hit->rows, vote);
     }

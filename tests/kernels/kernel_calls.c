@@ -417,7 +417,7 @@ static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
         for (int i = 0; i < 8; i++)
             blocks[n++] =
                 (struct rf_hidden_block){(int16_t)(7 - ring + i % 3 * ring),
-                                         (int16_t)(3 - ring + i / 3 * ring), ring, 25};
+                                         (int16_t)(3 - ring + i / 3 * ring), ring, 25, 25};
 }
 
 struct rf_hidden_group group_of(const struct rf_hidden_query *query, int n)
@@ -436,9 +436,6 @@ void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
     struct rf_hidden_group group = group_of(&query, N_BLOCKS);
     static struct rf_hidden_vote vote;
     memset(&vote, 0, sizeof vote);
-    vote.nearest = INT32_MAX;
-    for (int i = 0; i < RF_HIDDEN_BINS + 4; i++)
-        vote.nearest2[i] = INT32_MAX;
     k->vote_blocks(&backs, &group, &query, &vote);
     memcpy(w->at + 40000, &vote, sizeof vote);
 }

@@ -198,7 +198,7 @@ static void searches_find_something(void)
     const struct rf_hidden_window *window = (const void *)(first.at + 40000);
     prepare(&first, n_kernels - 1, 0);
     call_vote(rf_kernels_at(0), &first, 0);
-    CHECK(vote->top > 10 && vote->nearest > 0 && vote->nearest < 1000);
+    CHECK(vote->last > vote->first + 10 && vote->nearest > 0 && vote->nearest < 1000);
     prepare(&first, n_kernels - 1, 0);
     call_window(rf_kernels_at(0), &first, 0);
     CHECK(window->n > 10 && window->weight_sum > 0);
@@ -226,6 +226,7 @@ static void groups_have_what_their_pixels_have(void)
             query.y += p / 4;
             if (backs.r[query.y * BACKS_W + query.x] > query.s)
                 continue; /* it would be one for itself */
+            memset(&vote, 0, sizeof vote);
             k->vote_blocks(&backs, &group, &query, &vote);
             has_one |= vote.nearest < INT32_MAX;
             struct rf_hidden_hit hits[N_BLOCKS];
@@ -233,10 +234,11 @@ static void groups_have_what_their_pixels_have(void)
             own.query = query; /* whose first pixel votes, in a group of its own */
             own.n_seen = own.n_hits = 0;
             own.hits = hits;
+            memset(&alone, 0, sizeof alone);
             k->vote_blocks(&backs, &own, &query, &alone);
-            size_t n = (size_t)vote.top * sizeof *vote.histogram;
-            CHECK(vote.top == alone.top && vote.nearest == alone.nearest &&
-                  memcmp(vote.histogram, alone.histogram, n) == 0);
+            CHECK(vote.first == alone.first && vote.last == alone.last &&
+                  vote.nearest == alone.nearest &&
+                  memcmp(vote.histogram, alone.histogram, sizeof vote.histogram) == 0);
         }
         CHECK(has_any || !has_one);
         n_groups += has_any;
