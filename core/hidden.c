@@ -63,6 +63,8 @@ struct search {
     struct rf_backs backs;
     int n_threads, n_x, n_y;
     struct block *blocks;
+    uint32_t *rough; /* bits of rough blocks: words of 32 in rows of n_words, one more */
+    int n_words;
     float highest;
     double extent[2]; /* half extent of the aperture in px per px of radius */
     float gap2[2][MOST_RINGS + 1]; /* along each axis, see gap2_of() */
@@ -152,13 +154,15 @@ static void build_block(struct search *search, int bx, int by)
  */
 static const float SMOOTH = 0.7f;
 
-/* Sums up n_rough of all blocks, which build_rows() filled. */
+/* Sums up n_rough of all blocks, which build_rows() filled, and notes which they are. */
 static void sum_rough(struct search *search)
 {
     for (int by = 0; by < search->n_y; by++) {
         struct block *b = search->blocks + (size_t)by * (size_t)search->n_x;
+        uint32_t *bits = search->rough + (size_t)by * (size_t)search->n_words;
         int row = 0;
         for (int bx = 0; bx < search->n_x; bx++) {
+            bits[bx / 32] |= (uint32_t)b[bx].n_rough << bx % 32;
             row += b[bx].n_rough;
             b[bx].n_rough = row + (by > 0 ? b[bx - search->n_x].n_rough : 0);
         }
@@ -207,8 +211,8 @@ struct scratch {
     struct rf_hidden_vote vote;
     struct rf_hidden_window window;
     struct rf_hidden_group group;
-    int n_blocks;
-    struct rf_hidden_block blocks[MOST_BLOCKS];
+    int n_blocks, n_of_ring[MOST_RINGS + 1];
+    struct rf_hidden_block found[MOST_BLOCKS], blocks[MOST_BLOCKS]; /* by rows, rings */
     struct rf_hidden_hit hits[MOST_BLOCKS];
 };
 
@@ -227,21 +231,49 @@ static void set_gaps(struct search *search)
             search->gap2[k][d] = gap2_of(d, search->extent[k]);
 }
 
+/* Lists block (bx, by) of a ring if it can have candidates, in the ring's turn. */
 static void add_block(const struct search *search, struct scratch *scratch, int bx,
-                      int by, int dx, int dy, int ring, float lowest)
+                      int by, int dx, int dy, float lowest)
 {
-    if (bx + dx < 0 || bx + dx >= search->n_x)
-        return;
     float highest = search->blocks[(by + dy) * search->n_x + bx + dx].highest;
     float room = highest - lowest;
     float gap2 = search->gap2[0][abs(dx)] + search->gap2[1][abs(dy)];
-    if (room > 0 && gap2 < room * room)
-        scratch->blocks[scratch->n_blocks++] = (struct rf_hidden_block){
-            (int16_t)(bx + dx), (int16_t)(by + dy), ring, highest,
-            highest - sqrtf(gap2) + 1e-6f * fabsf(highest) + 1e-3f};
+    if (!(room > 0) || !(gap2 < room * room))
+        return;
+    int ring = rf_max_int(abs(dx), abs(dy));
+    scratch->found[scratch->n_blocks++] = (struct rf_hidden_block){
+        (int16_t)(bx + dx), (int16_t)(by + dy), ring, highest,
+        highest - sqrtf(gap2) + 1e-6f * fabsf(highest) + 1e-3f};
+    scratch->n_of_ring[ring]++;
 }
 
-/* Blocks that hold candidates for a pixel of block (bx, by), in rings from the inside.
+/* Sorts what was found by rings from the inside. */
+static void sort_blocks(struct scratch *scratch, int n_rings)
+{
+    int start[MOST_RINGS + 1], n = 0;
+    for (int ring = 0; ring < n_rings; ring++) {
+        start[ring] = n;
+        n += scratch->n_of_ring[ring];
+    }
+    for (int i = 0; i < n; i++)
+        scratch->blocks[start[scratch->found[i].ring]++] = scratch->found[i];
+    for (int i = n - 2; i >= 0; i--)
+        scratch->blocks[i].most =
+            rf_max_float(scratch->blocks[i].most, scratch->blocks[i + 1].most);
+}
+
+/* The bits of rough blocks bx, bx + 1, .. of a row, of which that many exist. */
+static uint32_t rough_from(const struct search *search, int bx, int by, int n)
+{
+    const uint32_t *bits = search->rough + by * search->n_words + bx / 32;
+    uint64_t two = bits[0] | (uint64_t)bits[1] << 32;
+    return (uint32_t)(two >> bx % 32) & (((uint32_t)1 << n) - 1);
+}
+
+/*
+ * Blocks that hold the nearest candidate for a pixel of block (bx, by), in rings from
+ * the inside. They are rough: where no edge lies between, the next pixel on the way is
+ * a candidate, too.
  */
 static void list_blocks(const struct search *search, int bx, int by,
                         struct scratch *scratch)
@@ -252,26 +284,19 @@ static void list_blocks(const struct search *search, int bx, int by,
     if (!(room > 0))
         return;
     double reach_px = room * fmax(search->extent[0], search->extent[1]);
-    int reach = (int)fmin(ceil(reach_px), MAX_REACH) / BLOCK + 1, farthest = 0;
+    int reach = (int)fmin(ceil(reach_px), MAX_REACH) / BLOCK + 1;
     if (!has_rough(search, bx, by, reach))
         return;
-    for (int ring = 0; ring <= reach; ring++) {
-        int y0 = rf_max_int(-ring, -by);
-        int y1 = rf_min_int(ring, search->n_y - 1 - by);
-        for (int dy = y0; dy <= y1; dy++) {
-            bool is_side = abs(dy) == ring;
-            int step = is_side ? 1 : 2 * ring;
-            for (int dx = -ring; dx <= ring; dx += step)
-                add_block(search, scratch, bx, by, dx, dy, ring, lowest);
-        }
-        if (scratch->n_blocks && scratch->blocks[scratch->n_blocks - 1].ring == ring)
-            farthest = ring;
-    }
-    if (!has_rough(search, bx, by, farthest))
-        scratch->n_blocks = 0;
-    for (int i = scratch->n_blocks - 2; i >= 0; i--)
-        scratch->blocks[i].most =
-            rf_max_float(scratch->blocks[i].most, scratch->blocks[i + 1].most);
+    memset(scratch->n_of_ring, 0, sizeof scratch->n_of_ring);
+    int x0 = rf_max_int(bx - reach, 0);
+    int n = rf_min_int(bx + reach + 1, search->n_x) - x0;
+    int y0 = rf_max_int(by - reach, 0);
+    int y1 = rf_min_int(by + reach + 1, search->n_y);
+    for (int y = y0; y < y1; y++)
+        for (uint32_t bits = rough_from(search, x0, y, n); bits; bits &= bits - 1)
+            add_block(search, scratch, bx, by, x0 + __builtin_ctz(bits) - bx, y - by,
+                      lowest);
+    sort_blocks(scratch, reach + 1);
 }
 
 /* ---- the answer ---------------------------------------------------------------- */
@@ -531,10 +556,13 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
         .r = rf_alloc(context, n_padded + SPARE, sizeof(float)),
         .log_luminance = rf_alloc(context, n_padded + SPARE, sizeof(float))};
     search.blocks = rf_alloc(context, n_blocks, sizeof *search.blocks);
+    search.n_words = search.n_x / 32 + 2;
+    search.rough = rf_calloc(context, (size_t)search.n_words * (size_t)search.n_y,
+                             sizeof *search.rough);
     struct scratch *scratch =
         rf_calloc(context, (size_t)context->n_threads, sizeof *scratch);
     rf_result result =
-        search.backs.r && search.backs.log_luminance && search.blocks && scratch
+        search.backs.r && search.backs.log_luminance && search.blocks && search.rough && scratch
             ? RF_OK
             : rf_fail_memory(error, 2 * n_padded, sizeof(float));
     if (result == RF_OK) {
@@ -552,6 +580,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
         }
     }
     rf_free(context, scratch);
+    rf_free(context, search.rough);
     rf_free(context, search.blocks);
     rf_free(context, search.backs.log_luminance);
     rf_free(context, search.backs.r);

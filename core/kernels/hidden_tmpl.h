@@ -28,18 +28,23 @@ static bool is_rough(const struct rf_backs *backs, const float *share, int block
     int y1 = rf_min_int(y0 + RF_HIDDEN_BLOCK, backs->height);
     vi is_inside = lane_numbers() < n, is_rough = {0};
     vi has_right = lane_numbers() + x0 < backs->width - 1;
-    for (int y = y0; y < y1; y++) {
-        const float *row = backs->r + (size_t)y * (size_t)backs->stride + x0;
+    const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
+    vf above = y0 > 0 ? LOAD(row - backs->stride) : LOAD(row);
+    for (int y = y0; y < y1; y++, row += backs->stride) {
         vf r = LOAD(row), a = {0};
-        vf below = y + 1 < backs->height ? LOAD(row + backs->stride) : r;
+        vf left = x0 > 0 ? LOAD(row - 1) : r;
         const float *shares = share + (size_t)y * (size_t)backs->width + x0;
         if (n == LANES)
             a = LOAD(shares);
         else
             memcpy(&a, shares, (size_t)n * sizeof *shares);
         is_rough |= has_right & differs(LOAD(row + 1), r, most_x);
-        is_rough |= is_inside & (~(a >= SPLAT(1)) | differs(below, r, most_y));
+        is_rough |= is_inside & (~(a >= SPLAT(1)) | differs(above, r, most_y));
+        is_rough |= is_inside & differs(left, r, most_x) & (lane_numbers() == 0);
+        above = r;
     }
+    if (y1 < backs->height)
+        is_rough |= is_inside & differs(LOAD(row), above, most_y);
     return lane_bits(is_rough) != 0;
 }
 
