@@ -413,7 +413,8 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
                        int y0, struct rf_surface *hidden, float *weight)
 {
     const struct rf_surfaces *s = search->s;
-    size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
+    size_t found = 0; /* the last pixel that has an answer to share */
+    bool has_found = false;
     int d2 = 0, first_d2 = 0;
     for (int k = 0; k < 4; k++) {
         int x = x0 + (k & 1), y = y0 + (k >> 1);
@@ -421,9 +422,9 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
             continue;
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
         weight[i] = 0;
-        if (first_d2 > 0 && is_same_surface(s, first, i)) {
+        if (has_found && is_same_surface(s, found, i)) {
             weight[i] = 1;
-            hidden[i] = hidden[first];
+            hidden[i] = hidden[found];
             continue;
         }
         if (!(s->share[i] > 0))
@@ -431,8 +432,12 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
         struct rf_hidden_query query = query_at(search, x, y, s->near[i].r);
         bool is_found = estimate(search, &query, scratch, &hidden[i], &d2);
         weight[i] = is_found ? 1 : 0;
-        if (k == 0 && is_found) /* nothing is not shared: a pixel on there may be */
+        if (k == 0 && is_found)
             first_d2 = rf_max_int(d2, 1);
+        if (is_found) { /* nothing is not shared: a pixel on there may be */
+            found = i;
+            has_found = true;
+        }
     }
     return first_d2;
 }

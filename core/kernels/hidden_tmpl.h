@@ -90,6 +90,12 @@ static inline void cast_votes(struct rf_hidden_vote *vote, unsigned bits, vi d2,
     }
 }
 
+/* Squared distance from which votes count for nothing. */
+static inline int farthest2(const struct rf_hidden_vote *vote)
+{
+    return vote->nearest < INT32_MAX / FAR2 ? FAR2 * vote->nearest : INT32_MAX;
+}
+
 static inline void vote_block(const struct rf_backs *backs,
                               const struct rf_hidden_query *q,
                               const struct rf_hidden_block *block, unsigned rows,
@@ -98,7 +104,7 @@ static inline void vote_block(const struct rf_backs *backs,
     int gx = gap_to_block(q->x, 1, block->x), gy = gap_to_block(q->y, 1, block->y);
     float limit = block->highest - q->s;
     float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
-    if (limit <= 0 || gap2 >= limit * limit)
+    if (limit <= 0 || gap2 >= limit * limit || gx * gx + gy * gy > farthest2(vote))
         return;
     int stride = stride_at(gx > gy ? gx : gy);
     vi is_read = (lane_numbers() & (stride - 1)) == 0;
@@ -112,7 +118,7 @@ static inline void vote_block(const struct rf_backs *backs,
         vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
         int dy = y0 + y - q->y;
         vf d2 = dx2 + SPLAT((float)(dy * dy) * q->inv_y2);
-        int most = vote->nearest < INT32_MAX / FAR2 ? FAR2 * vote->nearest : INT32_MAX;
+        int most = farthest2(vote);
         if (dy * dy > most)
             continue;
         vi is_near = dx * dx <= most - dy * dy;
