@@ -60,8 +60,8 @@ struct rf_hidden_group {
 };
 
 /*
- * Histogram over r - s, in bins of half a pixel, two spare ones at each end. Bins before
- * `first` and after `last` are 0 if they were so before the first vote.
+ * Histogram over r - s, in bins of half a pixel, two spare ones at each end. It is 0
+ * before the first vote, and then before `first` and after `last`.
  */
 struct rf_hidden_vote {
     float histogram[RF_HIDDEN_BINS + 4];

@@ -176,8 +176,8 @@ static inline bool is_beyond(const struct rf_hidden_block *block, int nearest)
 }
 
 /*
- * Looks for the group's next hit for a pixel of radius s, in blocks that are not beyond;
- * false: there is none.
+ * Looks for the group's next hit for a pixel of radius s, in blocks that are not
+ * beyond; false: there is none.
  */
 static inline bool find_hit(const struct rf_backs *backs, struct rf_hidden_group *g,
                             float s, int nearest)

@@ -302,8 +302,8 @@ struct rf_kernels {
     void (*divide)(const float *sum, const float *coverage, float most, int n,
                    float *out);
     /*
-     * Does the radius change by more than most_x to the right or most_y downwards in
-     * one of the pixels of a block, or is one mixed? `share` is packed.
+     * Does the radius change by more than most_x or most_y between one of the pixels of
+     * a block and its neighbour in a row or column, or is one mixed? `share` is packed.
      */
     bool (*is_rough)(const struct rf_backs *backs, const float *share, int block_x,
                      int block_y, float most_x, float most_y);
@@ -314,7 +314,7 @@ struct rf_kernels {
      * for itself.
      */
     bool (*has_candidate)(const struct rf_backs *backs, struct rf_hidden_group *group);
-    /* Lets the candidates of a pixel of a group vote. */
+    /* Lets the candidates of a pixel of a group vote; the histogram is 0 before. */
     void (*vote_blocks)(const struct rf_backs *backs, struct rf_hidden_group *group,
                         const struct rf_hidden_query *query,
                         struct rf_hidden_vote *vote);

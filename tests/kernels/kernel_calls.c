@@ -415,9 +415,9 @@ static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
     int n = 0;
     for (int ring = 0; ring < 3; ring++)
         for (int i = 0; i < 8; i++)
-            blocks[n++] =
-                (struct rf_hidden_block){(int16_t)(7 - ring + i % 3 * ring),
-                                         (int16_t)(3 - ring + i / 3 * ring), ring, 25, 25};
+            blocks[n++] = (struct rf_hidden_block){
+                (int16_t)(7 - ring + i % 3 * ring), (int16_t)(3 - ring + i / 3 * ring),
+                ring, 25, 25};
 }
 
 struct rf_hidden_group group_of(const struct rf_hidden_query *query, int n)

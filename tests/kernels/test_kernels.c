@@ -241,6 +241,21 @@ static void groups_have_what_their_pixels_have(void)
                   memcmp(vote.histogram, alone.histogram, sizeof vote.histogram) == 0);
         }
         CHECK(has_any || !has_one);
+        /* Blocks from which on none has a candidate for its radius are not asked. */
+        struct rf_hidden_block blocks[N_BLOCKS];
+        memcpy(blocks, group.blocks, sizeof blocks);
+        for (int b = 12; b < N_BLOCKS; b++)
+            blocks[b].most = corner.s;
+        struct rf_hidden_hit hits[N_BLOCKS];
+        struct rf_hidden_group some = group_of(&corner, 12), all = some;
+        all.n_blocks = N_BLOCKS;
+        all.blocks = blocks;
+        all.hits = hits;
+        memset(&vote, 0, sizeof vote);
+        memset(&alone, 0, sizeof alone);
+        k->vote_blocks(&backs, &some, &corner, &vote);
+        k->vote_blocks(&backs, &all, &corner, &alone);
+        CHECK(memcmp(vote.histogram, alone.histogram, sizeof vote.histogram) == 0);
         n_groups += has_any;
         n_pixels += has_one;
     }
@@ -321,8 +336,8 @@ static void blocks_are_rough_where_radii_step(void)
             for (int block = 0; block < 9; block++) {
                 int dx = step_x - block % 3 * 8, dy = step_y - block / 3 * 8;
                 bool is_in = dx >= 0 && dx < 8 && dy >= 0 && dy < 8;
-                bool is_beside = (dx == 8 && dy >= 0 && dy < 8) ||
-                                 (dy == 8 && dx >= 0 && dx < 8);
+                bool is_beside = ((dx == 8 || dx == -1) && dy >= 0 && dy < 8) ||
+                                 ((dy == 8 || dy == -1) && dx >= 0 && dx < 8);
                 bool is_rough = rf_kernels_at(0)->is_rough(&backs, share, block % 3,
                                                            block / 3, 0.5f, 0.5f);
                 CHECK(is_rough == (is_in || (is_beside && !is_mixed)));
