@@ -369,26 +369,51 @@ static bool wins_by_itself(const struct search *search,
     return true;
 }
 
-/* Estimates what lies behind a query; `d2` receives how far the hole's rim is. */
-static bool estimate(const struct search *search, const struct rf_hidden_query *query,
-                     struct scratch *scratch, struct rf_surface *hidden, int *d2)
-{
+/* What is known of the surface behind a query before its colour is. */
+struct guess {
     float r;
-    *d2 = 0;
-    if (wins_by_itself(search, query, &r)) {
+    int d2;       /* to the hole's rim, px^2 */
+    bool is_own; /* it is the far part of the query's pixel */
+};
+
+static bool guess_radius(const struct search *search,
+                         const struct rf_hidden_query *query, struct scratch *scratch,
+                         struct guess *guess)
+{
+    *guess = (struct guess){.d2 = 0};
+    guess->is_own = wins_by_itself(search, query, &guess->r);
+    if (guess->is_own)
+        return true;
+    search->kernels->vote_blocks(&search->backs, &scratch->group, query,
+                                 &scratch->vote);
+    return count_votes(&scratch->vote, query->s, &guess->r, &guess->d2);
+}
+
+/* The surface of a guess. */
+static bool fill_in(const struct search *search, const struct rf_hidden_query *query,
+                    struct scratch *scratch, const struct guess *guess,
+                    struct rf_surface *hidden)
+{
+    float r = guess->r;
+    if (guess->is_own) {
         const struct rf_surfaces *s = search->s;
         *hidden = *rf_far_at(s, (size_t)query->y * (size_t)s->width + (size_t)query->x);
         if (rf_luminance(hidden->c[0], hidden->c[1], hidden->c[2]) <= WHITE)
             return true;
-    } else {
-        search->kernels->vote_blocks(&search->backs, &scratch->group, query,
-                                     &scratch->vote);
-        if (!count_votes(&scratch->vote, query->s, &r, d2))
-            return false;
     }
-    float reach = rf_min_float(sqrtf((float)*d2) * 2.5f + 3, MAX_WINDOW);
+    float reach = rf_min_float(sqrtf((float)guess->d2) * 2.5f + 3, MAX_WINDOW);
     search->kernels->gather_window(&search->backs, query, r, reach, &scratch->window);
     return average(search, &scratch->window, hidden);
+}
+
+/* Estimates what lies behind a query; `d2` receives how far the hole's rim is. */
+static bool estimate(const struct search *search, const struct rf_hidden_query *query,
+                     struct scratch *scratch, struct rf_surface *hidden, int *d2)
+{
+    struct guess guess;
+    bool is_found = guess_radius(search, query, scratch, &guess);
+    *d2 = guess.d2;
+    return is_found && fill_in(search, query, scratch, &guess, hidden);
 }
 
 /* ---- all pixels ---------------------------------------------------------------- */
@@ -486,41 +511,70 @@ static bool may_hide(const struct search *search, struct scratch *scratch, int x
     return is_mixed || search->kernels->has_candidate(&search->backs, &scratch->group);
 }
 
-/* Does somebody show what lies behind the first of 4 x 4 pixels? */
-static bool is_known(const struct search *search, struct scratch *scratch, int x, int y)
+enum answer { NONE, OWN, SHOWN };
+
+/* The nearest of 4 x 4 pixels. */
+static size_t nearest_of(const struct rf_surfaces *s, int x0, int y0)
 {
-    const struct rf_surfaces *s = search->s;
-    size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-    if (!search->known || !(s->share[i] > 0))
-        return false;
-    struct rf_surface hidden;
-    struct rf_hidden_query query = query_at(search, x, y, s->near[i].r);
-    int d2;
-    return estimate(search, &query, scratch, &hidden, &d2) &&
-           search->known->is_shown(search->known->user, x, y, &hidden);
+    size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0, best = first;
+    float least = INFINITY;
+    for (int y = 0; y < rf_min_int(GROUP, s->height - y0); y++)
+        for (int x = 0; x < rf_min_int(GROUP, s->width - x0); x++) {
+            size_t i = first + (size_t)y * (size_t)s->width + (size_t)x;
+            if (s->share[i] > 0 && s->near[i].r < least) {
+                least = s->near[i].r;
+                best = i;
+            }
+        }
+    return best;
 }
 
-/* Answers 4 x 4 pixels: deep behind a surface they share one answer. */
+/* Estimates what lies behind pixel i where somebody may show it. */
+static enum answer ask(const struct search *search, struct scratch *scratch, size_t i,
+                       struct rf_surface *hidden)
+{
+    const struct rf_surfaces *s = search->s;
+    int x = (int)(i % (size_t)s->width), y = (int)(i / (size_t)s->width);
+    if (!(s->share[i] > 0))
+        return NONE;
+    struct rf_hidden_query query = query_at(search, x, y, s->near[i].r);
+    struct guess guess;
+    if (!guess_radius(search, &query, scratch, &guess))
+        return NONE;
+    if (search->known->is_shown(search->known->user, x, y, guess.r))
+        return SHOWN;
+    return fill_in(search, &query, scratch, &guess, &hidden[i]) ? OWN : NONE;
+}
+
+/*
+ * Answers 4 x 4 pixels: deep behind a surface they share one answer, and everywhere
+ * where other pictures show most of what is hidden.
+ */
 static void search_group(const struct search *search, struct scratch *scratch, int x0,
                          int y0, struct rf_surface *hidden, float *weight)
 {
     const struct rf_surfaces *s = search->s;
     size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
-    int d2 = 0;
-    if (!may_hide(search, scratch, x0, y0) || is_known(search, scratch, x0, y0)) {
+    bool may_be = may_hide(search, scratch, x0, y0);
+    enum answer answer = NONE;
+    if (may_be && search->known) {
+        first = nearest_of(s, x0, y0);
+        answer = ask(search, scratch, first, hidden);
+    }
+    if (!may_be || answer == SHOWN) {
         for (int y = y0; y < rf_min_int(y0 + GROUP, s->height); y++)
             memset(weight + (size_t)y * (size_t)s->width + x0, 0,
                    (size_t)rf_min_int(GROUP, s->width - x0) * sizeof *weight);
         return;
     }
+    bool is_shared = answer == OWN;
     for (int k = 0; k < 4; k++) {
         int x = x0 + 2 * (k & 1), y = y0 + 2 * (k >> 1);
-        if (x >= s->width || y >= s->height)
+        if (x >= s->width || y >= s->height ||
+            (is_shared && share_quad(search, first, x, y, hidden, weight)))
             continue;
-        if (k == 0)
-            d2 = search_quad(search, scratch, x, y, hidden, weight);
-        else if (d2 < FAR_HOLE2 || !share_quad(search, first, x, y, hidden, weight))
-            search_quad(search, scratch, x, y, hidden, weight);
+        int d2 = search_quad(search, scratch, x, y, hidden, weight);
+        is_shared |= k == 0 && d2 >= FAR_HOLE2;
     }
 }
 

@@ -535,10 +535,9 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
 void rf_picture_drop_pixels(struct rf_picture *l)
 {
     const struct rf_context *context = l->filter->context;
-    rf_free(context, l->pixels.radius);
     rf_free(context, l->pixels.luminance);
     rf_free(context, l->pixels.at);
-    l->pixels.radius = l->pixels.luminance = NULL;
+    l->pixels.luminance = NULL;
     l->pixels.at = NULL;
 }
 
@@ -548,6 +547,7 @@ void rf_picture_free(struct rf_picture *l)
         return;
     const struct rf_context *context = l->filter->context;
     rf_picture_drop_pixels(l);
+    rf_free(context, l->pixels.radius);
     rf_free(context, l->others);
     rf_free(context, l->darkest);
     rf_free(context, l->highlights.at);

@@ -38,7 +38,10 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *fi
                           bool keeps_pixels, struct rf_task *task,
                           struct rf_error *error);
 void rf_picture_free(struct rf_picture *picture);
-/* Frees the pixels as they came, once edges are split and highlights taken. */
+/*
+ * Frees the pixels as they came, once edges are split and highlights taken; the radii of
+ * the near parts stay.
+ */
 void rf_picture_drop_pixels(struct rf_picture *picture);
 
 int rf_picture_border(float largest_radius);

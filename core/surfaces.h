@@ -113,10 +113,10 @@ rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pix
 
 /*
  * Who knows better than an estimate: does anyone show what lies behind pixel (x, y), if
- * it is `estimate`? Any thread asks.
+ * it is of radius r? Any thread asks.
  */
 struct rf_known {
-    bool (*is_shown)(void *user, int x, int y, const struct rf_surface *estimate);
+    bool (*is_shown)(void *user, int x, int y, float r);
     void *user;
 };
 

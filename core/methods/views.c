@@ -61,8 +61,11 @@ static rf_result load(struct rf_views *v, int border, struct rf_error *error)
         if (result != RF_OK || rf_task_is_cancelled(work->task))
             return result;
         const struct rf_work_view *view = &work->views[j];
+        const struct rf_pixels *pixels = &v->pictures[j].pixels;
         v->occluders[j] = (struct rf_occluders){
             .surfaces = &v->pictures[j].surfaces,
+            .radius = rf_plane_row(pixels, pixels->radius, 0),
+            .radius_stride = pixels->stride,
             .lens = {view->lens[0], view->lens[1]},
             .shift_scale = view->shift_scale,
             .shift_bias = view->shift_bias,

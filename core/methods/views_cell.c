@@ -355,12 +355,15 @@ static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
 {
     const struct rf_views *v = cell->v;
     const struct rf_picture *picture = &v->pictures[cell->middle];
+    const struct rf_pixels *pixels = &picture->pixels;
     struct rf_source source = {.survey = survey_own,
                                .emit = emit_own,
                                .user = cell,
                                .surfaces = picture->surfaces.near,
                                .x = cell->shift[0],
                                .y = cell->shift[1],
+                               .radius = rf_plane_row(pixels, pixels->radius, 0),
+                               .radius_stride = pixels->stride,
                                .most_per_pixel = 4,
                                .largest_radius = v->work->largest_radius};
     scene->drift = cell->drift;
@@ -378,11 +381,11 @@ static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
 /* ---- all cells ------------------------------------------------------------------ */
 
 /* Do other views show what may lie behind a pixel of the middle one? */
-static bool is_shown(void *user, int x, int y, const struct rf_surface *hidden)
+static bool is_shown(void *user, int x, int y, float r)
 {
     const struct rf_view_cell *cell = user;
     struct rf_view_place place = rf_view_place_of(
-        cell->v, cell->middle, (float)x + 0.5f, (float)y + 0.5f, hidden->r);
+        cell->v, cell->middle, (float)x + 0.5f, (float)y + 0.5f, r);
     return rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT) <=
            ESTIMATE_WEIGHT;
 }
