@@ -72,25 +72,36 @@ struct row_kind {
     bool is_refused; /* an image that is not finite, or film without depth */
 };
 
-/* The colours of a row of a view, in place or in `own`. */
+/* The alphas of a row of plain pixels. */
+static void copy_alphas(const float *rgba, int n, float *alpha)
+{
+    for (int x = 0; x < n; x++)
+        alpha[x] = rgba[4 * x + 3];
+}
+
+/* The surfaces of row y of a view; `own` has room for a row. */
 static struct row_kind fetch_row(const struct rf_filter *f,
                                  const struct rf_work_view *view, int n_planes, int y,
-                                 float *own, const float *planes[4])
+                                 float *own, struct rf_surface *at, float *luminance)
 {
-    struct row_kind kind = {false, false};
-    size_t width = (size_t)f->width, row = (size_t)y * width;
+    const struct rf_kernels *kernels = f->context->kernels;
+    size_t row = (size_t)y * (size_t)f->width;
+    const float *radius = view->radius + row, *planes[4] = {NULL};
     if (!view->image) {
         for (int n = 0; n < 3; n++)
             planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
         planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
-        return kind;
+        return (struct row_kind){
+            .has_alpha = kernels->load_row(planes, radius, f->width, at, luminance)};
     }
-    float *rows[4] = {own, own + width, own + 2 * width, own + 3 * width};
     const float *rgba = rf_image_at(view->image, 0, y, 0);
-    kind.is_refused = !f->context->kernels->unpack(rgba, f->width, rows) ||
-                      rf_film_is_missing(f, rows[3], view->radius + row, f->width);
-    for (int n = 0; n < 4; n++)
-        planes[n] = rows[n];
+    unsigned found = kernels->load_rgba(rgba, radius, f->width, at, luminance);
+    struct row_kind kind = {.has_alpha = found & RF_ROW_FILM,
+                            .is_refused = found & RF_ROW_INFINITE};
+    if (kind.has_alpha && !kind.is_refused) {
+        copy_alphas(rgba, f->width, own);
+        kind.is_refused = rf_film_is_missing(f, own, radius, f->width);
+    }
     return kind;
 }
 
@@ -106,10 +117,8 @@ static struct row_kind load_row(const struct rf_picture *l,
     struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
     float *luminance = rf_plane_row(p, p->luminance, y);
     float *radius = rf_plane_row(p, p->radius, y);
-    const float *planes[4];
-    struct row_kind kind = fetch_row(f, view, n_planes, cy, own, planes);
-    kind.has_alpha = f->context->kernels->load_row(planes, view->radius + row, f->width,
-                                                   at + x0, luminance + x0);
+    struct row_kind kind =
+        fetch_row(f, view, n_planes, cy, own, at + x0, luminance + x0);
     memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
     for (int x = x0; x < x1 && cy != sy; x++)
         luminance[x] = dim(&at[x], luminance[x]);
@@ -135,7 +144,7 @@ static rf_result load_pixels(struct rf_picture *l, const struct rf_work_view *vi
     const struct rf_context *context = l->filter->context;
     const struct rf_pixels *p = &l->pixels;
     const float *luminance = rf_plane_row(p, p->luminance, l->y0) + l->x0;
-    size_t n_own = 4 * (size_t)l->filter->width;
+    size_t n_own = (size_t)l->filter->width;
     float *own = rf_alloc(context, n_own * (size_t)context->n_threads, sizeof *own);
     if (!own)
         return rf_fail_memory(error, n_own, sizeof *own);

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 
 #include "../surfaces.h"
+#include "kernels.h"
 #include "vector.h"
 
 /*
@@ -100,6 +101,43 @@ static bool load_row(const float *const planes[4], const float *radius, int n,
         is_opaque &= at[x].c[3] == 1;
     }
     return !is_opaque;
+}
+
+static unsigned load_rgba(const float *rgba, const float *radius, int n,
+                          struct rf_surface *at, float *luminance)
+{
+    const vi infinite = (vi)SPLAT(INFINITY), magnitude = ~(vi)SPLAT(-0.0f);
+    const vi alphas = {0, 0, 0, -1, 0, 0, 0, -1};
+    vi is_bad = {0}, is_film = {0};
+    int x = 0;
+    for (; x + LANES <= n; x += LANES) {
+        vf v[4];
+        for (int i = 0; i < 4; i++) {
+            v[i] = LOAD(rgba + 4 * x + LANES * i);
+            is_bad |= ((vi)v[i] & magnitude) >= infinite;
+            is_film |= v[i] != SPLAT(1);
+        }
+        for (int i = 0; i < LANES; i++) {
+            memcpy(at[x + i].c, rgba + 4 * (x + i), sizeof at[x + i].c);
+            at[x + i].r = radius[x + i];
+        }
+        turn(v);
+        turn(v);
+        turn(v);
+        STORE(luminance + x, luminance_of(v));
+    }
+    unsigned kind = (lane_bits(is_film & alphas) ? RF_ROW_FILM : 0) |
+                    (lane_bits(is_bad) ? RF_ROW_INFINITE : 0);
+    for (; x < n; x++) {
+        const float *c = rgba + 4 * x;
+        memcpy(at[x].c, c, sizeof at[x].c);
+        at[x].r = radius[x];
+        luminance[x] = rf_luminance(c[0], c[1], c[2]);
+        kind |= c[3] != 1 ? RF_ROW_FILM : 0;
+        for (int i = 0; i < 4; i++)
+            kind |= c[i] - c[i] == 0 ? 0 : RF_ROW_INFINITE;
+    }
+    return kind;
 }
 
 /* Four floats from a and four from b, without a way through memory. */

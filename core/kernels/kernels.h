@@ -162,6 +162,12 @@ struct rf_shadows {
     int view;
 };
 
+/* What pixels of a row have that others lack. */
+enum rf_row_kind {
+    RF_ROW_FILM = 1,    /* alpha other than 1 */
+    RF_ROW_INFINITE = 2 /* values that are not finite */
+};
+
 /* Planar depth in a perspective: what makes a radius of it. */
 struct rf_plain_depth {
     double factor, offset, infinity; /* params.depth_scale, _offset, _infinity */
@@ -237,6 +243,12 @@ struct rf_kernels {
                      struct rf_surface *at, float *luminance);
     void (*unload_row)(const struct rf_surface *at, int n, float *radius,
                        float *luminance);
+    /*
+     * The same from RGBA quadruples; returns enum rf_row_kind. What is not finite has
+     * no defined surface.
+     */
+    unsigned (*load_rgba)(const float *rgba, const float *radius, int n,
+                          struct rf_surface *at, float *luminance);
     /*
      * Takes `bit` from those of n pixels whose 3 x 3 values, in the middle of three
      * rows, lie on one slanted plane: within `tolerance` of the range (highest -

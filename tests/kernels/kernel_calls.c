@@ -330,6 +330,18 @@ static void call_load_row(const struct rf_kernels *k, struct workspace *w, int v
                                (struct rf_surface *)(w->at + 10000), w->at + 9000);
 }
 
+/* Pixels that are opaque, film, not finite, and both of that. */
+static void call_load_rgba(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    float *rgba = w->at + variant;
+    for (int x = 0; x < 200; x++)
+        rgba[4 * x + 3] = variant & 1 && x == 77 ? 0.5f : 1;
+    if (variant & 2)
+        rgba[4 * 190 + 1] = INFINITY;
+    w->at[20000] = (float)k->load_rgba(rgba, w->at + 2000, 193 + variant,
+                                       (struct rf_surface *)(w->at + 10000), w->at + 9000);
+}
+
 static void call_unload_row(const struct rf_kernels *k, struct workspace *w,
                             int variant)
 {
@@ -490,6 +502,7 @@ const struct kernel kernels[] = {
     {"pack", call_pack, 4, NULL},
     {"load_row", call_load_row, 4, NULL},
     {"unload_row", call_unload_row, 4, NULL},
+    {"load_rgba", call_load_rgba, 4, NULL},
     {"shrink", call_shrink, 4, NULL},
     {"detail", call_detail, 4, NULL},
     {"join", call_join, 4, NULL},

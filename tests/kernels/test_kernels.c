@@ -191,6 +191,33 @@ static void rows_come_back(void)
     }
 }
 
+/* Quadruples become the surfaces that planes of the same pixels do. */
+static void quadruples_are_planes(void)
+{
+    enum { N = 45 };
+    const struct rf_kernels *k = rf_kernels_at(0);
+    float rgba[4 * N], plane[4][N], radius[N], luminance[2][N];
+    struct rf_surface s[2][N];
+    for (int i = 0; i < 4 * N; i++)
+        rgba[i] = plane[i % 4][i / 4] = i % 4 < 3 ? noise() : 1;
+    for (int i = 0; i < N; i++)
+        radius[i] = noise() - 0.5f;
+    const float *planes[4] = {plane[0], plane[1], plane[2], plane[3]};
+    k->load_row(planes, radius, N, s[0], luminance[0]);
+    CHECK(k->load_rgba(rgba, radius, N, s[1], luminance[1]) == 0);
+    CHECK(memcmp(s[0], s[1], sizeof s[0]) == 0);
+    CHECK(memcmp(luminance[0], luminance[1], sizeof luminance[0]) == 0);
+    const float odd[] = {0.5f, INFINITY, -INFINITY, NAN};
+    for (int i = 0; i < 4 * N; i++)
+        for (int j = 0; j < 4; j++) {
+            float was = rgba[i];
+            rgba[i] = odd[j];
+            unsigned kind = (i % 4 == 3 ? RF_ROW_FILM : 0) | (j > 0 ? RF_ROW_INFINITE : 0);
+            CHECK(k->load_rgba(rgba, radius, N, s[1], luminance[1]) == kind);
+            rgba[i] = was;
+        }
+}
+
 /* The searches clear their results themselves, so they are asked for more. */
 static void searches_find_something(void)
 {
@@ -470,6 +497,7 @@ int main(int argc, char **argv)
     TEST(bits_tell_what_pixels_are);
     TEST(mixed_pixels_are_flagged);
     TEST(rows_come_back);
+    TEST(quadruples_are_planes);
     TEST(searches_find_something);
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);
