@@ -129,43 +129,18 @@ static struct row_kind load_row(const struct rf_picture *l,
     return kind;
 }
 
-/* The rows that a row of areas looks at, and with the first and the last the border. */
-static void rows_of_areas(const struct rf_picture *l, int row, int *y0, int *y1)
+/* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
+static void note_others(const struct rf_picture *l, int y)
 {
-    rf_areas_rows(&l->areas, row, y0, y1);
-    *y0 = row == 0 ? 0 : *y0 + l->y0;
-    *y1 = row == l->areas.n_y - 1 ? l->height : *y1 + l->y0;
-}
-
-/* Loads the pixels and measures their areas. */
-static rf_result load_pixels(struct rf_picture *l, const struct rf_work_view *view,
-                             int n_planes, struct rf_error *error)
-{
-    const struct rf_context *context = l->filter->context;
-    const struct rf_pixels *p = &l->pixels;
-    const float *luminance = rf_plane_row(p, p->luminance, l->y0) + l->x0;
-    size_t n_own = (size_t)l->filter->width;
-    float *own = rf_alloc(context, n_own * (size_t)context->n_threads, sizeof *own);
-    if (!own)
-        return rf_fail_memory(error, n_own, sizeof *own);
-    bool has_alpha = false, is_refused = false;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)          \
-    reduction(|| : has_alpha, is_refused)
-    for (int row = 0; row < l->areas.n_y; row++) {
-        int y0, y1;
-        rows_of_areas(l, row, &y0, &y1);
-        for (int y = y0; y < y1; y++) {
-            struct row_kind kind = load_row(l, view, n_planes, y,
-                                            own + n_own * (size_t)rf_thread_num());
-            has_alpha = has_alpha || kind.has_alpha;
-            is_refused = is_refused || kind.is_refused;
-        }
-        rf_areas_measure_row(&l->areas, context->kernels, luminance, p->stride, row);
-    }
-    l->has_alpha = has_alpha;
-    l->is_refused = is_refused;
-    rf_free(context, own);
-    return RF_OK;
+    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width;
+    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
+    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
+    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
+    uint64_t *others = l->others + rf_row_words(l->width) * (size_t)y;
+    for (int x = 0; x < l->width; x += 64)
+        others[x / 64] = l->filter->context->kernels->find_others(
+            share + x, luminance + x, radius + x, darkest + x, BRIGHT, MOST_R2,
+            rf_min_int(l->width - x, 64));
 }
 
 /*
@@ -183,6 +158,7 @@ static void undo_alpha_row(const struct rf_picture *l, int y, float *out)
     fill_margins(&l->pixels, out);
 }
 
+/* The darkest pixels around each, and what is mixed or bright by them. */
 static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
 {
     const struct rf_context *context = l->filter->context;
@@ -208,6 +184,7 @@ static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
                 context->kernels->extremes(
                     rows, 5, 2, l->width, scratch + p->stride * (size_t)rf_thread_num(),
                     rf_plane_row(p, l->darkest, y), NULL);
+                note_others(l, y);
             }
         }
     }
@@ -266,41 +243,49 @@ void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *
 }
 
 struct lights {
-    struct rf_picture *l;
     float factor;
     struct rf_samples out; /* at NULL: only count */
 };
 
-static void collect_light(void *user, struct rf_surface *s, int x, int y, float w)
+static void take_if_highlight(struct rf_picture *l, struct rf_surface *s, int x, int y,
+                              float w, struct lights *lights)
 {
-    struct lights *lights = user;
-    if (!is_highlight(lights->l, s, x, y, lights->factor))
+    if (!is_highlight(l, s, x, y, lights->factor))
         return;
     if (lights->out.at) {
         struct rf_sample *light = &lights->out.at[lights->out.n];
         *light = rf_sample_make(s, x, y, w);
         take_light(s->c, light->c,
-                   usual_luminance(lights->l, x, y) /
-                       rf_luminance(s->c[0], s->c[1], s->c[2]));
+                   usual_luminance(l, x, y) / rf_luminance(s->c[0], s->c[1], s->c[2]));
     }
     lights->out.n++;
 }
 
-/* May a row hold a highlight, as far as its brightest surface tells? */
-static bool is_bright_row(const struct rf_picture *l, int y, float factor)
+static void collect_light(struct rf_picture *l, int x, int y, void *user)
 {
-    return rf_is_highlight(l->surfaces.peak[y], INFINITY, factor, 0);
+    struct rf_surfaces *s = &l->surfaces;
+    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    float share = s->share[i];
+    if (share > 0)
+        take_if_highlight(l, &s->near[i], x, y, share, user);
+    if (share < 1)
+        take_if_highlight(l, rf_far_at(s, i), x, y, 1 - share, user);
 }
 
-/* The rows of the picture that may hold highlights, without its border. */
-static struct rf_window bright_rows(const struct rf_picture *l)
+/* Calls for the pixels of row y that may be highlights. */
+static void visit_shining(struct rf_picture *l, int y,
+                          void (*visit)(struct rf_picture *l, int x, int y, void *user),
+                          void *user)
 {
-    int y0 = 0, y1 = l->filter->height;
-    while (y0 < y1 && !is_bright_row(l, y0 + l->y0, 1))
-        y0++;
-    while (y0 < y1 && !is_bright_row(l, y1 - 1 + l->y0, 1))
-        y1--;
-    return (struct rf_window){0, y0, l->filter->width, y1 - y0};
+    const uint64_t *row = l->shining + rf_row_words(l->width) * (size_t)y;
+    for (int x = 0; x < l->width; x += 64)
+        for (uint64_t bits = row[x / 64]; bits; bits &= bits - 1)
+            visit(l, x + __builtin_ctzll(bits), y, user);
+}
+
+static void want_area(struct rf_picture *l, int x, int y, void *wanted)
+{
+    ((unsigned char *)wanted)[rf_area_of(&l->areas, x - l->x0, y - l->y0)] = 1;
 }
 
 /* Moves the light of the highlights into `l->highlights`, in the order of rows. */
@@ -311,9 +296,8 @@ static rf_result collect_lights(struct rf_picture *l, float factor, size_t *star
     start[0] = 0;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int y = 0; y < l->height; y++) {
-        struct lights lights = {.l = l, .factor = factor};
-        if (is_bright_row(l, y, factor))
-            rf_picture_visit_row(l, y, collect_light, &lights);
+        struct lights lights = {.factor = factor};
+        visit_shining(l, y, collect_light, &lights);
         start[y + 1] = lights.out.n;
     }
     for (int y = 0; y < l->height; y++)
@@ -325,12 +309,49 @@ static rf_result collect_lights(struct rf_picture *l, float factor, size_t *star
     l->highlights.n = n;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int y = 0; y < l->height; y++) {
-        struct lights lights = {
-            .l = l, .factor = factor, .out = {l->highlights.at + start[y], 0}};
+        struct lights lights = {.factor = factor,
+                                .out = {l->highlights.at + start[y], 0}};
         if (start[y + 1] > start[y])
-            rf_picture_visit_row(l, y, collect_light, &lights);
+            visit_shining(l, y, collect_light, &lights);
     }
     return RF_OK;
+}
+
+/* What the survey of a view's lights needs and finds. */
+struct tally {
+    const struct rf_work_view *view;
+    int n_planes;
+    struct rf_survey survey;
+};
+
+static void count_light(struct rf_picture *l, int x, int y, void *user)
+{
+    struct tally *tally = user;
+    const struct rf_filter *f = l->filter;
+    x -= l->x0;
+    y -= l->y0;
+    if (x >= 0 && x < f->width)
+        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes, &l->areas, x, y,
+                            (size_t)y * (size_t)f->width + (size_t)x);
+}
+
+/* Surveys the view without its border. */
+static struct rf_survey survey_lights(struct rf_picture *l,
+                                      const struct rf_work_view *view, int n_planes)
+{
+    const struct rf_filter *f = l->filter;
+    struct rf_survey all = {.n_pixels = (double)f->width * f->height};
+#pragma omp parallel num_threads(f->context->n_threads)
+    {
+        struct tally own = {.view = view, .n_planes = n_planes};
+#pragma omp for schedule(dynamic, 16)
+        for (int y = l->y0; y < l->y0 + f->height; y++)
+            visit_shining(l, y, count_light, &own);
+#pragma omp critical
+        for (int i = 0; i < RF_SURVEY_FACTORS; i++)
+            all.disc_area[i] += own.survey.disc_area[i];
+    }
+    return all;
 }
 
 rf_result rf_picture_take_highlights(struct rf_picture *l,
@@ -342,14 +363,9 @@ rf_result rf_picture_take_highlights(struct rf_picture *l,
     size_t *start = rf_alloc(f->context, n_rows + 1, sizeof *start);
     if (!start)
         return rf_fail_memory(error, n_rows + 1, sizeof *start);
-    struct rf_survey survey = {.n_pixels = 0};
-    if (!view->survey) {
-        struct rf_window window = bright_rows(l);
-        rf_survey_add(&survey, f, view, n_planes, &l->areas, &window);
-        survey.n_pixels = (double)f->width * f->height;
-    }
-    float factor = rf_survey_factor(view->survey ? view->survey : &survey);
-    rf_result result = collect_lights(l, factor, start, error);
+    struct rf_survey survey =
+        view->survey ? *view->survey : survey_lights(l, view, n_planes);
+    rf_result result = collect_lights(l, rf_survey_factor(&survey), start, error);
     rf_free(f->context, start);
     return result;
 }
@@ -419,31 +435,11 @@ static bool is_bright_film(const struct rf_picture *l, int x, int y)
                                bright_limit(s->r) * shade_at(l, s->c[3], x, y);
 }
 
-static size_t words_of_row(const struct rf_picture *l)
-{
-    return ((size_t)l->width + 63) / 64;
-}
-
-/* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
-static void note_others(void *user, int y)
-{
-    const struct rf_picture *l = user;
-    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width;
-    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
-    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
-    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
-    uint64_t *others = l->others + words_of_row(l) * (size_t)y;
-    for (int x = 0; x < l->width; x += 64)
-        others[x / 64] = l->filter->context->kernels->find_others(
-            share + x, luminance + x, radius + x, darkest + x, BRIGHT, MOST_R2,
-            rf_min_int(l->width - x, 64));
-}
-
 struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, int n)
 {
     uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */
-    const uint64_t *at = l->others + words_of_row(l) * (size_t)y + (size_t)x / 64;
+    const uint64_t *at = l->others + rf_row_words(l->width) * (size_t)y + (size_t)x / 64;
     int first = x % 64;
     uint64_t other = at[0] >> first;
     if (first + n > 64)
@@ -452,6 +448,142 @@ struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, i
     for (int i = 0; i < n && l->has_alpha; i++)
         other |= (uint64_t)is_bright_film(l, x + i, y) << i;
     return (struct rf_emission){all & ~other, other};
+}
+
+/* ---- one walk over the rows ----------------------------------------------------- */
+
+/*
+ * Rows that a thread loads and splits in turn, so that what splitting looks at is still
+ * in its cache. Those beside another's rows are split when all are loaded.
+ */
+enum { BAND_ROWS = 32 };
+
+struct walk {
+    struct rf_picture *l;
+    const struct rf_work_view *view;
+    int n_planes;
+    struct rf_splitter splitter;
+    struct rf_task *task;
+    float *own; /* a row for each thread */
+    bool is_short;  /* of memory; atomic, as all flags */
+    bool has_alpha, is_refused;
+};
+
+static void set_flag(bool *flag)
+{
+    __atomic_store_n(flag, true, __ATOMIC_RELAXED);
+}
+
+static bool is_set(const bool *flag)
+{
+    return __atomic_load_n(flag, __ATOMIC_RELAXED);
+}
+
+/* Is there no use in going on? */
+static bool is_over(const struct walk *walk)
+{
+    return is_set(&walk->is_short) || is_set(&walk->is_refused) ||
+           rf_task_is_cancelled(walk->task);
+}
+
+/* Do all rows that splitting row y looks at lie in its band? */
+static bool is_inner(const struct rf_picture *l, int y)
+{
+    int first = rf_max_int(y - RF_SPLIT_REACH, 0);
+    int last = rf_min_int(y + RF_SPLIT_REACH, l->height - 1);
+    return first / BAND_ROWS == last / BAND_ROWS;
+}
+
+/* Splits a row, and of opaque pixels notes what is known by then. */
+static void end_row(struct walk *walk, int y)
+{
+    if (!rf_split_row(&walk->splitter, y))
+        set_flag(&walk->is_short);
+    else if (walk->l->filter->params.split_edges)
+        note_others(walk->l, y);
+    rf_task_step(walk->task);
+}
+
+static void walk_band(struct walk *walk, int band)
+{
+    struct rf_picture *l = walk->l;
+    int y1 = rf_min_int((band + 1) * BAND_ROWS, l->height);
+    float *own = walk->own + (size_t)l->filter->width * (size_t)rf_thread_num();
+    for (int y = band * BAND_ROWS, next = y; y < y1 && !is_over(walk); y++) {
+        struct row_kind kind = load_row(l, walk->view, walk->n_planes, y, own);
+        if (kind.has_alpha)
+            set_flag(&walk->has_alpha);
+        if (kind.is_refused) {
+            set_flag(&walk->is_refused);
+            return;
+        }
+        for (; next <= (y + 1 < l->height ? y - RF_SPLIT_REACH : y); next++)
+            if (is_inner(l, next))
+                end_row(walk, next);
+    }
+}
+
+/* Loads all rows and splits them. */
+static void walk_rows(struct walk *walk)
+{
+    struct rf_picture *l = walk->l;
+    int n_bands = (l->height + BAND_ROWS - 1) / BAND_ROWS;
+#pragma omp parallel num_threads(l->filter->context->n_threads)
+    {
+#pragma omp for schedule(dynamic, 1)
+        for (int band = 0; band < n_bands; band++)
+            walk_band(walk, band);
+#pragma omp for schedule(dynamic, 2 * RF_SPLIT_REACH)
+        for (int y = 0; y < l->height; y++)
+            if (!is_inner(l, y) && !is_over(walk))
+                end_row(walk, y);
+    }
+    l->has_alpha = walk->has_alpha;
+    l->is_refused = walk->is_refused;
+}
+
+/* Measures the areas that tell what is a highlight. */
+static rf_result measure_areas(struct rf_picture *l, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    size_t n = (size_t)l->areas.n_x * (size_t)l->areas.n_y;
+    unsigned char *wanted = rf_calloc(context, n, 1);
+    if (!wanted)
+        return rf_fail_memory(error, n, 1);
+    for (int y = 0; y < l->height; y++)
+        visit_shining(l, y, want_area, wanted);
+    rf_areas_measure_some(&l->areas, context, wanted,
+                          rf_plane_row(&l->pixels, l->pixels.luminance, l->y0) + l->x0,
+                          l->pixels.stride);
+    rf_free(context, wanted);
+    return RF_OK;
+}
+
+/* Loads and splits the pixels, measures the areas; the walk is over after it. */
+static rf_result run_walk(struct walk *walk, struct rf_error *error)
+{
+    struct rf_picture *l = walk->l;
+    const struct rf_context *context = l->filter->context;
+    size_t n_own = (size_t)l->filter->width * (size_t)context->n_threads;
+    walk->own = rf_alloc(context, n_own, sizeof *walk->own);
+    rf_result result = walk->own ? rf_split_begin(&walk->splitter, error)
+                                 : rf_fail_memory(error, n_own, sizeof *walk->own);
+    if (result == RF_OK)
+        walk_rows(walk);
+    if (walk->is_short)
+        result = rf_fail_memory(error, (size_t)l->width, sizeof *l->pixels.at);
+    if (result == RF_OK && !is_over(walk))
+        result = measure_areas(l, error);
+    /* Of opaque pixels splitting has looked for the same. */
+    if (result == RF_OK && !is_over(walk) &&
+        (l->has_alpha || !l->filter->params.split_edges))
+        result = find_darkest(l, error);
+    rf_task_poll(walk->task);
+    if (result == RF_OK && !is_over(walk))
+        result = rf_split_end(&walk->splitter, error);
+    rf_split_free(&walk->splitter);
+    rf_free(context, walk->own);
+    return result;
 }
 
 /* ---- all ----------------------------------------------------------------------- */
@@ -474,8 +606,9 @@ static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
         .radius = rf_alloc(context, n_plane, sizeof(float)),
     };
     l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
-    l->others =
-        rf_alloc(context, words_of_row(l) * (size_t)l->height, sizeof *l->others);
+    size_t n_words = rf_row_words(l->width) * (size_t)l->height;
+    l->others = rf_alloc(context, n_words, sizeof *l->others);
+    l->shining = rf_alloc(context, n_words, sizeof *l->shining);
     const struct rf_place *place = &l->filter->place;
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
@@ -484,11 +617,10 @@ static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
         .y = place->y + l->border - l->y0,
         .near = keeps_pixels ? rf_alloc(context, n, sizeof *l->surfaces.near) : NULL,
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
-        .peak = rf_alloc(context, (size_t)l->height, sizeof *l->surfaces.peak),
     };
     bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
                        l->darkest && l->others && (l->surfaces.near || !keeps_pixels) &&
-                       l->surfaces.share && l->surfaces.peak;
+                       l->surfaces.share && l->shining;
     return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
 
@@ -516,24 +648,18 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     if (result != RF_OK)
         return result;
     result = rf_areas_begin(&l->areas, filter, error);
+    struct walk walk = {.l = l,
+                        .view = view,
+                        .n_planes = n_planes,
+                        .splitter = {.filter = filter,
+                                     .pixels = &l->pixels,
+                                     .out = &l->surfaces,
+                                     .darkest = l->darkest,
+                                     .shining = l->shining,
+                                     .bright = rf_least_highlight()},
+                        .task = task};
     if (result == RF_OK)
-        result = load_pixels(l, view, n_planes, error);
-    if (result != RF_OK || l->is_refused)
-        return result;
-    rf_task_poll(task);
-    /* Of opaque pixels splitting looks for the same. */
-    struct rf_split how = {
-        .darkest = filter->params.split_edges && !l->has_alpha ? l->darkest : NULL,
-        .end_row = note_others,
-        .user = l};
-    if (!how.darkest)
-        result = find_darkest(l, error);
-    rf_task_poll(task);
-    if (result == RF_OK && filter->params.split_edges)
-        result =
-            rf_split_edges(filter, &l->pixels, &l->surfaces, &how, task, error);
-    else if (result == RF_OK)
-        result = rf_split_nothing(filter, &l->pixels, &l->surfaces, &how, error);
+        result = run_walk(&walk, error);
     if (!keeps_pixels) {
         rf_free(filter->context, l->pixels.luminance);
         l->pixels.luminance = NULL;
@@ -558,9 +684,9 @@ void rf_picture_free(struct rf_picture *l)
     rf_picture_drop_pixels(l);
     rf_free(context, l->pixels.radius);
     rf_free(context, l->others);
+    rf_free(context, l->shining);
     rf_free(context, l->darkest);
     rf_free(context, l->highlights.at);
-    rf_free(context, l->surfaces.peak);
     rf_free(context, l->surfaces.share);
     rf_far_free(&l->surfaces, context);
     rf_free(context, l->surfaces.near);

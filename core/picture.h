@@ -20,6 +20,7 @@ struct rf_picture {
     float *darkest; /* plane: least luminance of 5 x 5, premultiplication undone */
     /* A bit for each pixel that is mixed or bright, rows in whole words. */
     uint64_t *others;
+    uint64_t *shining; /* the same for those that may be highlights */
     bool has_alpha;  /* some pixel is not opaque */
     bool is_refused; /* the view's image needs planes: there are no surfaces */
     struct rf_areas areas;

@@ -20,7 +20,6 @@
  * Worth 0.9 to 1.3 dB with one view. Cost: a few comparisons per pixel, 5 x 5 pixels
  * where there is an edge.
  */
-#include "arena.h"
 #include "kernels/kernels.h"
 #include "surfaces.h"
 
@@ -35,7 +34,7 @@ static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
 static const float LEAST_SHARE = 1e-6f; /* smaller ones are none: colours are divided */
 static const float EMPTY = 0.02f;       /* alpha behind an edge, of that before it */
 
-enum { WINDOW = 2, BASE_WINDOW = 3 };
+enum { WINDOW = 2, BASE_WINDOW = RF_SPLIT_REACH };
 
 struct window {
     int x0, x1, y0, y1; /* inclusive, clipped to the picture */
@@ -366,7 +365,7 @@ struct scratch {
     unsigned char *candidates;
 };
 
-enum { N_ROWS = 8 }; /* of floats, for all that */
+enum { N_ROWS = 7 }; /* of floats, for all that */
 
 /* What a pixel may be, as far as extremes tell. */
 enum { MAY_BE_FRINGE = 1, MAY_BE_EDGE = 2 };
@@ -392,23 +391,6 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
     }
     s->kernels->find_gaps(rows, EDGE_GAP_PX, p->width, MAY_BE_EDGE, s->candidates,
                           s->gap, s->threshold);
-}
-
-/* Greatest luminance of the pixels of a row. */
-static float row_peak(const struct rf_pixels *pixels, int y)
-{
-    enum { N = 8 };
-    const float *row = rf_plane_row(pixels, pixels->luminance, y);
-    float peaks[N] = {0};
-    int x = 0;
-    for (; x + N <= pixels->width; x += N)
-        for (int i = 0; i < N; i++)
-            peaks[i] = rf_max_float(row[x + i], peaks[i]);
-    for (; x < pixels->width; x++)
-        peaks[0] = rf_max_float(row[x], peaks[0]);
-    for (int i = 1; i < N; i++)
-        peaks[0] = rf_max_float(peaks[i], peaks[0]);
-    return peaks[0];
 }
 
 /* Splits a pixel that may be mixed; false: it is pure. */
@@ -449,41 +431,48 @@ struct split {
 };
 
 /* The split pixels of one row. */
-struct split_row {
+struct rf_split_row {
     int n;
     struct split *at;
 };
 
-struct splits {
-    struct split_row *rows;
-    struct rf_arena arena;
-    struct rf_room *rooms; /* of each thread */
-};
-
-static void set_pure(const struct rf_pixels *pixels, int y, struct rf_surfaces *out)
+/* As if all pixels of a row stayed whole. */
+static void set_pure(const struct rf_splitter *s, int y)
 {
-    float *share = out->share + (size_t)y * (size_t)pixels->width;
-    for (int x = 0; x < pixels->width; x++)
+    const struct rf_pixels *p = s->pixels;
+    float *share = s->out->share + (size_t)y * (size_t)p->width;
+    const float *row = rf_plane_row(p, p->luminance, y);
+    uint64_t *shining = s->shining + rf_row_words(p->width) * (size_t)y;
+    for (int x = 0; x < p->width; x++)
         share[x] = 1;
-    out->peak[y] = row_peak(pixels, y);
+    for (int x = 0; x < p->width; x += 64)
+        shining[x / 64] = s->filter->context->kernels->find_above(
+            row + x, s->bright, rf_min_int(p->width - x, 64));
+}
+
+static bool is_shining(const struct rf_splitter *s, const struct split *split)
+{
+    return luminance(&split->near) > s->bright || luminance(&split->far) > s->bright;
 }
 
 /* Splits a row; its split pixels go to `at`. Returns how many they are. */
-static int split_row(const struct rf_pixels *pixels, int y, const struct scratch *s,
-                     struct rf_surfaces *out, struct split *at)
+static int split_row(const struct rf_splitter *splitter, int y, const struct scratch *s,
+                     struct split *at)
 {
+    const struct rf_pixels *pixels = splitter->pixels;
+    struct rf_surfaces *out = splitter->out;
     size_t row = (size_t)y * (size_t)pixels->width;
+    uint64_t *shining = splitter->shining + rf_row_words(pixels->width) * (size_t)y;
     int n = 0;
     find_candidates(pixels, y, s);
-    set_pure(pixels, y, out);
     for (int x = next_candidate(s, -1, pixels->width); x < pixels->width;
          x = next_candidate(s, x, pixels->width)) {
         struct split *split = &at[n];
         float *share = &out->share[row + (size_t)x];
         if (!split_pixel(pixels, x, y, s, &split->near, &split->far, share))
             continue;
-        float peak = rf_max_float(luminance(&split->near), luminance(&split->far));
-        out->peak[y] = rf_max_float(peak, out->peak[y]);
+        if (is_shining(splitter, split))
+            shining[x / 64] |= (uint64_t)1 << x % 64;
         *share = rf_min_float(*share, 1);
         if (*share < 1)
             rf_far_mark(out, row + (size_t)x);
@@ -493,45 +482,50 @@ static int split_row(const struct rf_pixels *pixels, int y, const struct scratch
     return n;
 }
 
-/* Splits all rows; false: out of memory. */
-static bool split_rows(const struct rf_filter *filter, const struct rf_pixels *pixels,
-                       struct rf_surfaces *out, const struct rf_split *how,
-                       float *memory, struct splits *splits, struct rf_task *task)
+/* What the calling thread works with for row y. */
+static struct scratch scratch_of(const struct rf_splitter *s, int y)
 {
-    const struct rf_context *context = filter->context;
-    size_t row = pixels->stride, n_row = (size_t)pixels->width;
-    bool is_short = false;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)          \
-    reduction(||                                                                       \
-              : is_short)
-    for (int y = 0; y < pixels->height; y++) {
-        splits->rows[y].n = 0;
-        if (is_short || rf_task_is_cancelled(task))
-            continue;
-        float *at = memory + row * N_ROWS * (size_t)rf_thread_num();
-        struct scratch s = {context->kernels,
+    size_t row = s->pixels->stride;
+    float *at = s->rows + row * N_ROWS * (size_t)rf_thread_num();
+    return (struct scratch){s->filter->context->kernels,
                             at,
-                            how->darkest ? rf_plane_row(pixels, how->darkest, y)
-                                         : at + row,
+                            rf_plane_row(s->pixels, s->darkest, y),
+                            at + row,
                             at + 2 * row,
                             at + 3 * row,
                             at + 4 * row,
                             at + 5 * row,
-                            at + 6 * row,
-                            (unsigned char *)(at + 7 * row)};
-        struct rf_room *room = &splits->rooms[rf_thread_num()];
-        struct split *to = rf_arena_take(&splits->arena, room, n_row * sizeof *to);
-        is_short = !to;
-        if (is_short)
-            continue;
-        int n = split_row(pixels, y, &s, out, to);
-        rf_arena_give_back(room, to + n);
-        splits->rows[y] = (struct split_row){n, to};
-        if (how->end_row)
-            how->end_row(how->user, y);
-        rf_task_step(task);
-    }
-    return !is_short;
+                            (unsigned char *)(at + 6 * row)};
+}
+
+rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
+{
+    const struct rf_context *context = s->filter->context;
+    size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)s->pixels->height;
+    size_t n = s->pixels->stride * N_ROWS * n_threads;
+    s->arena = rf_arena_make(context, s->pixels->width, s->pixels->height);
+    s->rows = rf_alloc(context, n, sizeof *s->rows);
+    s->splits = rf_calloc(context, n_rows, sizeof *s->splits);
+    s->rooms = rf_calloc(context, n_threads, sizeof *s->rooms);
+    return s->rows && s->splits && s->rooms ? rf_far_begin(s->out, context, error)
+                                            : rf_fail_memory(error, n, sizeof *s->rows);
+}
+
+bool rf_split_row(struct rf_splitter *s, int y)
+{
+    set_pure(s, y);
+    if (!s->filter->params.split_edges)
+        return true;
+    struct scratch scratch = scratch_of(s, y);
+    struct rf_room *room = &s->rooms[rf_thread_num()];
+    struct split *to =
+        rf_arena_take(&s->arena, room, (size_t)s->pixels->width * sizeof *to);
+    if (!to)
+        return false;
+    int n = split_row(s, y, &scratch, to);
+    rf_arena_give_back(room, to + n);
+    s->splits[y] = (struct rf_split_row){n, to};
+    return true;
 }
 
 /* Gives pixels that stay whole their near part: a copy, or the pixels change hands. */
@@ -551,13 +545,14 @@ static void keep_pure(const struct rf_filter *filter, struct rf_pixels *pixels,
 }
 
 /* Puts the split pixels' parts in their places, and their radii in the plane. */
-static void keep_split(const struct rf_filter *filter, const struct splits *splits,
-                       const struct rf_pixels *pixels, struct rf_surfaces *out)
+static void keep_split(const struct rf_splitter *s)
 {
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
+    const struct rf_pixels *pixels = s->pixels;
+    struct rf_surfaces *out = s->out;
+#pragma omp parallel for num_threads(s->filter->context->n_threads) schedule(static)
     for (int y = 0; y < out->height; y++) {
         size_t row = (size_t)y * (size_t)out->width;
-        const struct split_row *r = &splits->rows[y];
+        const struct rf_split_row *r = &s->splits[y];
         for (const struct split *p = r->at; p < r->at + r->n; p++) {
             size_t i = row + (size_t)p->x;
             out->near[i] = p->near;
@@ -569,50 +564,21 @@ static void keep_split(const struct rf_filter *filter, const struct splits *spli
     }
 }
 
-rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
-                         struct rf_surfaces *out, const struct rf_split *how,
-                         struct rf_task *task, struct rf_error *error)
+rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error)
 {
-    const struct rf_context *context = filter->context;
-    size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)pixels->height;
-    size_t n = pixels->stride * N_ROWS * n_threads;
-    float *memory = rf_alloc(context, n, sizeof *memory);
-    struct splits splits = {
-        .rows = rf_alloc(context, n_rows, sizeof *splits.rows),
-        .arena = rf_arena_make(context, pixels->width, pixels->height),
-        .rooms = rf_calloc(context, n_threads, sizeof *splits.rooms)};
-    rf_result result = memory && splits.rows && splits.rooms
-                           ? rf_far_begin(out, context, error)
-                           : rf_fail_memory(error, n, sizeof *memory);
-    if (result == RF_OK &&
-        !split_rows(filter, pixels, out, how, memory, &splits, task))
-        result = rf_fail_memory(error, n_rows, sizeof *splits.rows->at);
-    if (result == RF_OK)
-        result = rf_far_allocate(out, context, error);
-    if (result == RF_OK && !rf_task_is_cancelled(task)) {
-        keep_pure(filter, pixels, out);
-        keep_split(filter, &splits, pixels, out);
-    }
-    rf_arena_free(&splits.arena);
-    rf_free(context, splits.rooms);
-    rf_free(context, splits.rows);
-    rf_free(context, memory);
-    return result;
-}
-
-rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pixels,
-                           struct rf_surfaces *out, const struct rf_split *how,
-                           struct rf_error *error)
-{
-    rf_result result = rf_far_begin(out, filter->context, error);
+    rf_result result = rf_far_allocate(s->out, s->filter->context, error);
     if (result != RF_OK)
         return result;
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
-    for (int y = 0; y < pixels->height; y++) {
-        set_pure(pixels, y, out);
-        if (how->end_row)
-            how->end_row(how->user, y);
-    }
-    keep_pure(filter, pixels, out);
-    return rf_far_allocate(out, filter->context, error);
+    keep_pure(s->filter, s->pixels, s->out);
+    keep_split(s);
+    return RF_OK;
+}
+
+void rf_split_free(struct rf_splitter *s)
+{
+    const struct rf_context *context = s->filter->context;
+    rf_arena_free(&s->arena);
+    rf_free(context, s->rooms);
+    rf_free(context, s->splits);
+    rf_free(context, s->rows);
 }

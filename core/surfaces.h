@@ -3,6 +3,7 @@
 #ifndef RF_SURFACES_H
 #define RF_SURFACES_H
 
+#include "arena.h"
 #include "internal.h"
 
 enum { RF_ROW_MARGIN = 8 };
@@ -30,7 +31,6 @@ struct rf_surfaces {
     struct rf_surface *far;  /* the farther parts of mixed ones: rf_far_at() */
     struct rf_marks *mixed;  /* of the whole picture: 64 pixels, the next 64, .. */
     float *share;            /* of the near part, 0 to 1; 1 marks a pure pixel */
-    float *peak; /* of each row: no pixel and no surface of it has more luminance */
 };
 
 /* The farther part of pixel i, which is mixed. */
@@ -86,30 +86,48 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
 }
 
 /*
- * Splits mixed pixels into their two surfaces (split.c). Any thread count; `task` is
- * stepped once per row. The plane of radii becomes that of the near parts, INFINITY
- * where their share is not above RF_OCCLUDER_SHARE. Where out->near is NULL the pixels
- * become the near parts, and pixels->at is lost.
+ * Splits mixed pixels into their two surfaces (split.c), if the parameters say so, row
+ * by row: a row may be split once the RF_SPLIT_REACH rows to both sides of it are
+ * loaded. rf_split_begin(), rf_split_row() for each row, any thread, rf_split_end();
+ * rf_split_free() in any case. The pixels stay as they are until the end.
  */
-struct rf_split {
+struct rf_splitter {
+    const struct rf_filter *filter;
+    struct rf_pixels *pixels;
+    struct rf_surfaces *out;
     /*
-     * If not NULL, receives the least luminance of the 5 x 5 pixels around each, as a
-     * plane like that of the luminance, without its margins.
+     * Receives the least luminance of the 5 x 5 pixels around each, as a plane like
+     * that of the luminance, without its margins; if edges are split.
      */
     float *darkest;
-    /* If not NULL, is called once the shares of row y are known. Any thread calls. */
-    void (*end_row)(void *user, int y);
-    void *user;
+    /* Receives a bit for each pixel that shows more luminance than `bright`. */
+    uint64_t *shining;
+    float bright;
+    /* Its own: */
+    float *rows;
+    struct rf_split_row *splits;
+    struct rf_arena arena;
+    struct rf_room *rooms;
 };
 
-rf_result rf_split_edges(const struct rf_filter *filter, struct rf_pixels *pixels,
-                         struct rf_surfaces *out, const struct rf_split *how,
-                         struct rf_task *task, struct rf_error *error);
+enum { RF_SPLIT_REACH = 3 };
 
-/* The same for pure pixels only, without `darkest`. */
-rf_result rf_split_nothing(const struct rf_filter *filter, struct rf_pixels *pixels,
-                           struct rf_surfaces *out, const struct rf_split *how,
-                           struct rf_error *error);
+rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error);
+/* False: out of memory. */
+bool rf_split_row(struct rf_splitter *s, int y);
+/*
+ * The plane of radii becomes that of the near parts, INFINITY where their share is not
+ * above RF_OCCLUDER_SHARE. Where out->near is NULL the pixels become the near parts,
+ * and pixels->at is lost.
+ */
+rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error);
+void rf_split_free(struct rf_splitter *s);
+
+/* A bit for each pixel of a row, in whole words: how many. */
+static inline size_t rf_row_words(int width)
+{
+    return ((size_t)width + 63) / 64;
+}
 
 /*
  * Who knows better than an estimate: does anyone show what lies behind pixel (x, y), if

@@ -33,12 +33,6 @@ static float luminance_at(const struct rf_work_view *view, int n_planes, int x, 
     return rf_luminance(view->colour[0][i], view->colour[1][i], view->colour[2][i]);
 }
 
-void rf_areas_rows(const struct rf_areas *a, int row, int *y0, int *y1)
-{
-    *y0 = rf_max_int((a->first_y + row) * AREA - a->y, 0);
-    *y1 = rf_min_int((a->first_y + row + 1) * AREA - a->y, a->height);
-}
-
 /* Every second pixel of the whole picture counts. */
 static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *kernels,
                           const float *luminance, size_t stride, int column, int row)
@@ -79,12 +73,36 @@ rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
     return a.mean ? RF_OK : rf_fail_memory(error, n, sizeof *a.mean);
 }
 
-void rf_areas_measure_row(const struct rf_areas *a, const struct rf_kernels *kernels,
-                          const float *luminance, size_t stride, int row)
+int rf_area_of(const struct rf_areas *a, int x, int y)
 {
-    for (int column = 0; column < a->n_x; column++)
-        a->mean[(size_t)row * (size_t)a->n_x + (size_t)column] =
-            mean_of_area(a, kernels, luminance, stride, column, row);
+    x = rf_min_int(rf_max_int(x, 0), a->width - 1);
+    y = rf_min_int(rf_max_int(y, 0), a->height - 1);
+    int ax = (a->x + x) / AREA - a->first_x, ay = (a->y + y) / AREA - a->first_y;
+    return ay * a->n_x + ax;
+}
+
+/* Is an area or one around it wanted? */
+static bool is_wanted(const struct rf_areas *a, const unsigned char *wanted, int column,
+                      int row)
+{
+    for (int j = rf_max_int(row - 1, 0); j <= rf_min_int(row + 1, a->n_y - 1); j++)
+        for (int i = rf_max_int(column - 1, 0); i <= rf_min_int(column + 1, a->n_x - 1);
+             i++)
+            if (wanted[j * a->n_x + i])
+                return true;
+    return false;
+}
+
+void rf_areas_measure_some(struct rf_areas *a, const struct rf_context *context,
+                           const unsigned char *wanted, const float *luminance,
+                           size_t stride)
+{
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int i = 0; i < a->n_x * a->n_y; i++) {
+        int column = i % a->n_x, row = i / a->n_x;
+        if (!wanted || is_wanted(a, wanted, column, row))
+            a->mean[i] = mean_of_area(a, context->kernels, luminance, stride, column, row);
+    }
 }
 
 rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
@@ -99,16 +117,12 @@ rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filte
         result = rf_fail_memory(error, n, sizeof *luminance);
     if (result == RF_OK) {
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
-        for (int row = 0; row < areas->n_y; row++) {
-            int y0, y1;
-            rf_areas_rows(areas, row, &y0, &y1);
-            for (int y = y0; y < y1; y++)
-                for (int x = 0; x < filter->width; x++) {
-                    size_t i = width * (size_t)y + (size_t)x;
-                    luminance[i] = luminance_at(view, n_planes, x, y, i);
-                }
-            rf_areas_measure_row(areas, context->kernels, luminance, width, row);
-        }
+        for (int y = 0; y < filter->height; y++)
+            for (int x = 0; x < filter->width; x++) {
+                size_t i = width * (size_t)y + (size_t)x;
+                luminance[i] = luminance_at(view, n_planes, x, y, i);
+            }
+        rf_areas_measure_some(areas, context, NULL, luminance, width);
     }
     rf_free(context, luminance);
     return result;
@@ -123,9 +137,7 @@ void rf_areas_free(struct rf_areas *areas, const struct rf_context *context)
 float rf_usual_luminance(const struct rf_areas *a, int x, int y)
 {
     float sorted[9];
-    x = rf_min_int(rf_max_int(x, 0), a->width - 1);
-    y = rf_min_int(rf_max_int(y, 0), a->height - 1);
-    int n = 0, ax = (a->x + x) / AREA - a->first_x, ay = (a->y + y) / AREA - a->first_y;
+    int area = rf_area_of(a, x, y), ax = area % a->n_x, ay = area / a->n_x, n = 0;
     for (int j = rf_max_int(ay - 1, 0); j <= rf_min_int(ay + 1, a->n_y - 1); j++)
         for (int i = rf_max_int(ax - 1, 0); i <= rf_min_int(ax + 1, a->n_x - 1); i++) {
             float mean = a->mean[(size_t)j * (size_t)a->n_x + (size_t)i];
@@ -143,6 +155,26 @@ bool rf_is_highlight(float luminance, float r, float factor, float usual)
            luminance > HIGHLIGHT_OVER_AREA * factor * usual;
 }
 
+float rf_least_highlight(void)
+{
+    return HIGHLIGHT_LUMINANCE;
+}
+
+void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *view,
+                         int n_planes, const struct rf_areas *areas, int x, int y,
+                         size_t i)
+{
+    float r = view->radius[i], l = luminance_at(view, n_planes, x, y, i), factor = 1;
+    if (!(l > HIGHLIGHT_LUMINANCE))
+        return;
+    float usual = rf_usual_luminance(areas, x, y);
+    double disc = floor(RF_PI * (double)r * r + 0.5);
+    for (int k = 0; k < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual); k++) {
+        survey->disc_area[k] += disc;
+        factor *= 2;
+    }
+}
+
 static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
                     const struct rf_work_view *view, int n_planes,
                     const struct rf_areas *areas, const struct rf_window *window, int y)
@@ -151,18 +183,9 @@ static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
     for (int x = window->x; x < window->x + window->width; x++) {
         float r = view->radius[row + (size_t)x];
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
-        if (n_planes == 4 && !view->image)
+        if (n_planes == 4)
             survey->n_transparent += view->colour[3][row + (size_t)x] != 1;
-        float l = luminance_at(view, n_planes, x, y, row + (size_t)x), factor = 1;
-        if (!(l > HIGHLIGHT_LUMINANCE))
-            continue;
-        float usual = rf_usual_luminance(areas, x, y);
-        double disc = floor(RF_PI * (double)r * r + 0.5);
-        for (int i = 0; i < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual);
-             i++) {
-            survey->disc_area[i] += disc;
-            factor *= 2;
-        }
+        rf_survey_add_light(survey, view, n_planes, areas, x, y, row + (size_t)x);
     }
 }
 

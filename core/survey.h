@@ -16,16 +16,20 @@ struct rf_areas {
     float *mean;
 };
 
-/* Areas that are yet to be measured, row by row. */
+/* Areas that are yet to be measured. */
 rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
                          struct rf_error *error);
-/* The pixels at hand, y0 to y1 - 1, that a row of areas has. */
-void rf_areas_rows(const struct rf_areas *areas, int row, int *y0, int *y1);
-/* `luminance` is that of the first pixel at hand, in rows of `stride`. */
-void rf_areas_measure_row(const struct rf_areas *areas,
-                          const struct rf_kernels *kernels, const float *luminance,
-                          size_t stride, int row);
-/* All of that, of a view's planes. */
+/* The area of pixel (x, y) of those at hand, or of the nearest to it. */
+int rf_area_of(const struct rf_areas *areas, int x, int y);
+/*
+ * Measures the areas around those of which `wanted` is not 0: all that
+ * rf_usual_luminance() needs of them. `luminance` is that of the first pixel at hand,
+ * in rows of `stride`; wanted == NULL: all areas.
+ */
+void rf_areas_measure_some(struct rf_areas *areas, const struct rf_context *context,
+                           const unsigned char *wanted, const float *luminance,
+                           size_t stride);
+/* Areas with all that, of a view's planes. */
 rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
                            const struct rf_work_view *view, int n_planes,
                            struct rf_error *error);
@@ -42,12 +46,19 @@ bool rf_is_highlight(float luminance, float r, float factor, float usual);
 
 /*
  * Adds the pixels of a window, counted from the first pixel at hand, to the survey. Any
- * order of windows and any threads give the same numbers. Of a view's image nothing is
- * transparent.
+ * order of windows and any threads give the same numbers.
  */
 void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
                    const struct rf_work_view *view, int n_planes,
                    const struct rf_areas *areas, const struct rf_window *window);
+
+/* Adds one pixel's disc, as rf_survey_add() does; i is its number, row by row. */
+void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *view,
+                         int n_planes, const struct rf_areas *areas, int x, int y,
+                         size_t i);
+
+/* A pixel with less luminance is no highlight. */
+float rf_least_highlight(void);
 
 /* The least factor, a power of two, at which the highlights' discs fit into a budget.
  */

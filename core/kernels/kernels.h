@@ -199,8 +199,8 @@ struct rf_kernels {
     uint64_t (*find_others)(const float *share, const float *luminance,
                             const float *radius, const float *darkest, float bright,
                             float most_r2, int n);
-    /* A bit for each of n <= 64 values that is above 0. */
-    uint64_t (*find_positive)(const float *v, int n);
+    /* A bit for each of n <= 64 values that is above a limit of 0 or more. */
+    uint64_t (*find_above)(const float *v, float limit, int n);
     /*
      * Saturating sum: w = min(coverage, t); sum += colour w / coverage; t -= w. Clears
      * the accumulator.

@@ -238,11 +238,11 @@ static uint64_t find_others(const float *share, const float *luminance,
     return found & UINT64_MAX >> (64 - n); /* lanes beyond count as mixed */
 }
 
-static uint64_t find_positive(const float *v, int n)
+static uint64_t find_above(const float *v, float limit, int n)
 {
     uint64_t found = 0;
     for (int x = 0; x < n; x += LANES)
-        found |= (uint64_t)lane_bits(load_part(v + x, n - x) > SPLAT(0)) << x;
+        found |= (uint64_t)lane_bits(load_part(v + x, n - x) > SPLAT(limit)) << x;
     return found;
 }
 
@@ -674,7 +674,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .spread = spread,
     .spread_places = spread_places,
     .find_others = find_others,
-    .find_positive = find_positive,
+    .find_above = find_above,
     .flush = flush,
     .average = average,
     .magnify = magnify,

@@ -45,7 +45,7 @@ static struct rf_emission survey_hidden(void *user, int x, int y, int n)
     const struct layered *l = user;
     const struct rf_kernels *kernels = l->picture.filter->context->kernels;
     size_t first = (size_t)y * (size_t)l->picture.width + (size_t)x;
-    return (struct rf_emission){kernels->find_positive(l->hidden_weight + first, n), 0};
+    return (struct rf_emission){kernels->find_above(l->hidden_weight + first, 0, n), 0};
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,

@@ -280,7 +280,7 @@ static struct rf_emission survey_estimates(void *user, int x, int y, int n)
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     const struct rf_kernels *kernels = picture->filter->context->kernels;
     const float *w = cell->hidden_weight + (size_t)r.y * (size_t)picture->width;
-    uint64_t found = kernels->find_positive(w + r.x + r.first, r.end - r.first);
+    uint64_t found = kernels->find_above(w + r.x + r.first, 0, r.end - r.first);
     return (struct rf_emission){0, found << r.first};
 }
 

@@ -131,13 +131,13 @@ static void call_others(const struct rf_kernels *k, struct workspace *w, int var
                                 w->at + 1000, w->at + 2000, 1, 0.25f, n);
 }
 
-static void call_positive(const struct rf_kernels *k, struct workspace *w, int variant)
+static void call_above(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
     for (int i = 0; i < 2000; i++)
         w->at[i] = i % 3 ? w->at[i] : i % 2 ? 0 : -1;
     for (int n = 1; n <= 64; n++)
-        out[n] = k->find_positive(w->at + variant + n, n);
+        out[n] = k->find_above(w->at + variant + n, 0.1f * (float)variant, n);
 }
 
 static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
@@ -487,7 +487,7 @@ const struct kernel kernels[] = {
     {"spread", call_spread, 2, NULL},
     {"spread_places", call_places, 4, NULL},
     {"find_others", call_others, 4, NULL},
-    {"find_positive", call_positive, 4, NULL},
+    {"find_above", call_above, 4, NULL},
     {"flush", call_flush, 4, NULL},
     {"average", call_average, 3, NULL},
     {"magnify", call_magnify, 4, NULL},

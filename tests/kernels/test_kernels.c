@@ -138,7 +138,7 @@ static void bits_tell_what_pixels_are(void)
         uint64_t all = UINT64_MAX >> (64 - n);
         CHECK(k->find_others(share, luminance, radius, darkest, 4, 1, n) ==
               (others & all));
-        CHECK(k->find_positive(darkest, n) == (positive & all));
+        CHECK(k->find_above(darkest, 0, n) == (positive & all));
     }
 }
 

@@ -17,7 +17,6 @@ static const struct rf_known *known;
  */
 static void search(float wall, float mixed_share, float mixed_wall)
 {
-    static float peak[SIDE];
     struct rf_params params = {0};
     struct rf_context *context;
     struct rf_filter *filter;
@@ -39,8 +38,7 @@ static void search(float wall, float mixed_share, float mixed_wall)
                                    .near = near,
                                    .far = far,
                                    .mixed = mixed,
-                                   .share = share,
-                                   .peak = peak};
+                                   .share = share};
     rf_params_init(&params);
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
