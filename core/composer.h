@@ -51,8 +51,9 @@ struct rf_composer {
     struct rf_canvas canvas;
     struct rf_footprints *footprints;
     struct rf_accumulator *acc; /* one per thread */
-    float *tiles;          /* per thread: t of a tile of all cells */
-    unsigned char *needed; /* per footprint: does a splat use it? */
+    float *tiles;          /* per thread n_tile floats: t of a tile, its sums */
+    size_t n_tile;
+    unsigned char *needed; /* per footprint: does a splat use it? Of a set */
     float split;           /* radius from which the resolution falls, px */
     double reach[2][2];    /* of footprints along each axis: px, and px per px of r */
     int n_threads;
@@ -83,13 +84,13 @@ struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_ne
 /*
  * Sorts samples into the lists of `groups` and notes in c->needed what they need; steps
  * the task once per tile of full resolution. They come from the source where that
- * emits. rf_groups_free() in any case.
+ * emits. rf_groups_free() in any case, and c->needed is to be freed.
  */
 rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
                           const struct rf_samples *samples,
                           const struct rf_source *source, double progress_to,
                           struct rf_error *error);
-void rf_groups_free(struct rf_groups *groups, struct rf_composer *c);
+void rf_groups_free(struct rf_groups *groups, const struct rf_composer *c);
 
 /* ---- composite_tiles.c --------------------------------------------------------- */
 
@@ -97,6 +98,9 @@ void rf_groups_free(struct rf_groups *groups, struct rf_composer *c);
 void rf_begin_canvas(const struct rf_composer *c);
 /* Composites a tile of level 0 straight into the canvas. */
 void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile);
+/* Two sets of samples in a tile of level 0, without a canvas: the thread's state. */
+struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
+                                      const struct rf_group *const sets[2], int tile);
 /* Composites a coarse level, and adds it to the canvas. */
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error);

@@ -44,9 +44,7 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
                             int n_groups, double progress_to, struct rf_error *error)
 {
     struct rf_task *task = c->scene->task;
-    double middle = task->to + 0.1 * (progress_to - task->to);
-    rf_result result =
-        rf_footprints_build(c->footprints, c->needed, task, middle, error);
+    rf_result result = RF_OK;
     int64_t n_steps = 0;
     for (int k = 0; k < n_groups; k++)
         if (has_samples(&groups[k]))
@@ -72,19 +70,40 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
     return result;
 }
 
-static rf_result run_samples(struct rf_composer *c, const struct rf_samples *samples,
-                             const struct rf_source *source, double progress_to,
-                             struct rf_error *error)
+/* A set of samples, and its lists once there are some. */
+struct set {
+    const struct rf_samples *samples;
+    const struct rf_source *source;
+    struct rf_groups groups;
+};
+
+/* Builds the lists of a set and the footprints that they need. */
+static rf_result build_set(struct rf_composer *c, struct set *set, double lists_to,
+                           double footprints_to, struct rf_error *error)
 {
-    if ((samples->n == 0 && !source->survey) || rf_task_is_cancelled(c->scene->task))
+    struct rf_task *task = c->scene->task;
+    set->groups.n = 0;
+    if ((set->samples->n == 0 && !set->source->survey) || rf_task_is_cancelled(task))
         return RF_OK;
-    double from = c->scene->task->to;
-    struct rf_groups groups = {.n = 0};
-    rf_result result = rf_groups_build(&groups, c, samples, source,
-                                       from + 0.05 * (progress_to - from), error);
+    rf_result result =
+        rf_groups_build(&set->groups, c, set->samples, set->source, lists_to, error);
     if (result == RF_OK)
-        result = run_groups(c, groups.at, groups.n, progress_to, error);
-    rf_groups_free(&groups, c);
+        result =
+            rf_footprints_build(c->footprints, c->needed, task, footprints_to, error);
+    rf_free(c->context, c->needed);
+    c->needed = NULL;
+    return result;
+}
+
+static rf_result run_set(struct rf_composer *c, struct set *set, double progress_to,
+                         struct rf_error *error)
+{
+    double from = c->scene->task->to, room = progress_to - from;
+    rf_result result =
+        build_set(c, set, from + 0.05 * room, from + 0.145 * room, error);
+    if (result == RF_OK && set->groups.n > 0)
+        result = run_groups(c, set->groups.at, set->groups.n, progress_to, error);
+    rf_groups_free(&set->groups, c);
     return result;
 }
 
@@ -97,25 +116,49 @@ static void fill_opaque(float *out, const float *coverage, int n)
         out[x] = coverage[x] > 1e-6f ? 1 : 0;
 }
 
-static void finish(const struct rf_composer *c, const struct rf_crop *crop)
+/* Finished pixels of row y of the part, n from x on. */
+static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, int x,
+                       int y, int n, const float *sum, size_t plane)
 {
-    const struct rf_scene *scene = c->scene;
-#pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int y = 0; y < crop->height; y++) {
-        const float *sum =
-            c->canvas.sum + c->canvas.stride * (size_t)(y + crop->y) + crop->x;
-        const float *coverage = sum + c->canvas.plane * (size_t)scene->n_colours;
-        size_t row = crop->stride * (size_t)y;
-        for (int p = 0; p < scene->n_colours; p++, sum += c->canvas.plane)
-            if (crop->planes[p])
-                c->kernels->divide(sum, coverage, p == 3 ? 1 : INFINITY, crop->width,
-                                   crop->planes[p] + row);
-        if (scene->n_colours == 3 && crop->planes[3])
-            fill_opaque(crop->planes[3] + row, coverage, crop->width);
+    int n_colours = c->scene->n_colours;
+    const float *coverage = sum + plane * (size_t)n_colours, *sums[4] = {NULL};
+    ptrdiff_t at = crop->stride * y + x;
+    for (int p = 0; p < n_colours; p++)
+        sums[p] = sum + plane * (size_t)p;
+    if (crop->rgba) {
+        c->kernels->divide_rgba(sums, coverage, n, crop->rgba + at + 3 * x);
+        return;
     }
+    for (int p = 0; p < n_colours; p++)
+        if (crop->planes[p])
+            c->kernels->divide(sums[p], coverage, p == 3 ? 1 : INFINITY, n,
+                               crop->planes[p] + at);
+    if (n_colours == 3 && crop->planes[3])
+        fill_opaque(crop->planes[3] + at, coverage, n);
 }
 
-/* Where the result goes: the colours of the work, or the sums of the canvas. */
+static void finish(const struct rf_composer *c, const struct rf_crop *crop)
+{
+#pragma omp parallel for num_threads(c->n_threads) schedule(static)
+    for (int y = 0; y < crop->height; y++)
+        finish_row(c, crop, 0, y, crop->width,
+                   c->canvas.sum + c->canvas.stride * (size_t)(y + crop->y) + crop->x,
+                   c->canvas.plane);
+}
+
+/* The part of a tile at (x0, y0) of the scene that is wanted. */
+static void finish_tile(const struct rf_composer *c, const struct rf_crop *crop,
+                        const struct rf_tile_state *s, int x0, int y0)
+{
+    int from = rf_max_int(x0, crop->x);
+    int to = rf_min_int(x0 + RF_TILE_W, crop->x + crop->width);
+    int end = rf_min_int(y0 + RF_TILE_H, crop->y + crop->height);
+    for (int y = rf_max_int(y0, crop->y); y < end && from < to; y++)
+        finish_row(c, crop, from - crop->x, y - crop->y, to - from,
+                   s->sum + s->row * (size_t)(y - y0) + (from - x0), s->plane);
+}
+
+/* Where the result goes: the image or colours of the work, or the canvas' sums. */
 static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
 {
     const struct rf_scene *scene = c->scene;
@@ -124,16 +167,61 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
         .y = scene->y0,
         .width = work->filter->width,
         .height = work->filter->height,
-        .stride = (size_t)work->filter->width,
+        .stride = work->filter->width,
     };
+    if (work->out) {
+        crop.rgba = (float *)rf_image_at(work->out, 0, 0, 0);
+        crop.stride = work->out->row_bytes / (ptrdiff_t)sizeof(float);
+        work->is_stored = true;
+        return crop;
+    }
     if (!work->colour[0]) {
-        crop.stride = work->stride = c->canvas.stride;
+        crop.stride = (ptrdiff_t)c->canvas.stride;
+        work->stride = c->canvas.stride;
         for (int p = 0; p < work->n_planes; p++)
             work->colour[p] = c->canvas.sum + c->canvas.plane * (size_t)p +
-                              crop.stride * (size_t)crop.y + crop.x;
+                              crop.stride * crop.y + crop.x;
     }
     memcpy(crop.planes, work->colour, (size_t)work->n_planes * sizeof *crop.planes);
     return crop;
+}
+
+/* Is none of a set's samples of a coarse level? */
+static bool is_fine(const struct rf_composer *c, const struct set *set)
+{
+    return set->source->survey
+               ? rf_level_of(c->split, set->source->largest_radius) == 0
+               : set->samples->n == 0;
+}
+
+/* Sets without coarse levels: every tile is finished at once, without a canvas. */
+static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
+                           const struct rf_crop *crop, double progress_to,
+                           struct rf_error *error)
+{
+    struct rf_task *task = c->scene->task;
+    double from = task->to, room = progress_to - from;
+    const struct rf_group *at[2], g = rf_group_make(c, 0, false);
+    rf_result result = RF_OK;
+    for (int k = 0; k < 2 && result == RF_OK; k++) {
+        double lists_to = from + (0.1 * k + 0.05) * room;
+        result = build_set(c, &sets[k], lists_to, lists_to + 0.05 * room, error);
+        at[k] = sets[k].groups.n > 0 ? sets[k].groups.at : NULL;
+    }
+    rf_task_phase(task, progress_to, (int64_t)g.n_x * g.n_y);
+    if (result == RF_OK) {
+#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 1)
+        for (int i = 0; i < g.n_x * g.n_y; i++) {
+            if (rf_task_is_cancelled(task))
+                continue;
+            struct rf_tile_state state = rf_run_lone_tile(c, at, i);
+            finish_tile(c, crop, &state, i % g.n_x * RF_TILE_W, i / g.n_x * RF_TILE_H);
+            rf_task_step(task);
+        }
+    }
+    for (int k = 0; k < 2; k++)
+        rf_groups_free(&sets[k].groups, c);
+    return result;
 }
 
 static void set_reach(struct rf_composer *c)
@@ -147,29 +235,39 @@ static void set_reach(struct rf_composer *c)
     }
 }
 
-static rf_result allocate(struct rf_composer *c, struct rf_error *error)
+/* Planes of the whole scene. */
+static rf_result allocate_canvas(struct rf_composer *c, struct rf_error *error)
 {
     struct rf_canvas *canvas = &c->canvas;
     struct rf_group full = rf_group_make(c, 0, false);
     size_t n = full.plane;
     canvas->stride = full.stride;
     canvas->plane = full.plane;
-    size_t n_acc = (size_t)rf_accumulator_slots(canvas->n_cells) * RF_TILE_H *
-                   RF_ACC_STRIDE * (size_t)canvas->n_planes;
-    size_t n_t = (size_t)canvas->n_cells * RF_TILE_H * RF_TILE_W;
     canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
     canvas->sum = rf_alloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
     canvas->is_begun = rf_calloc(c->context, (size_t)full.n_x * (size_t)full.n_y, 1);
-    c->tiles = rf_alloc(c->context, n_t * (size_t)c->n_threads, sizeof(float));
+    return canvas->t && canvas->sum && canvas->is_begun
+               ? RF_OK
+               : rf_fail_memory(error, n * (size_t)(canvas->n_cells + canvas->n_planes),
+                                sizeof(float));
+}
+
+/* What the threads work with. */
+static rf_result allocate(struct rf_composer *c, struct rf_error *error)
+{
+    const struct rf_canvas *canvas = &c->canvas;
+    size_t n_acc = (size_t)rf_accumulator_slots(canvas->n_cells) * RF_TILE_H *
+                   RF_ACC_STRIDE * (size_t)canvas->n_planes;
+    c->n_tile =
+        (size_t)(canvas->n_cells + canvas->n_planes) * RF_TILE_H * RF_TILE_W;
+    c->tiles = rf_alloc(c->context, c->n_tile * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
-    if (!canvas->t || !canvas->sum || !canvas->is_begun || !c->tiles || !c->acc ||
-        !acc) {
+    if (!c->tiles || !c->acc || !acc) {
         rf_free(c->context, acc);
         rf_free(c->context, c->acc);
         c->acc = NULL;
-        return rf_fail_memory(error, n * (size_t)(canvas->n_cells + canvas->n_planes),
-                              sizeof(float));
+        return rf_fail_memory(error, n_acc * (size_t)c->n_threads, sizeof(float));
     }
     for (int i = 0; i < c->n_threads; i++) {
         c->acc[i] = (struct rf_accumulator){.n_cells = canvas->n_cells,
@@ -183,11 +281,25 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     return RF_OK;
 }
 
+/* Both sets, one after the other, on a canvas. */
+static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
+                            double visible_to, double hidden_to, struct rf_error *error)
+{
+    rf_result result = allocate_canvas(c, error);
+    if (result == RF_OK)
+        result = run_set(c, &sets[0], visible_to, error);
+    if (result == RF_OK)
+        result = run_set(c, &sets[1], hidden_to, error);
+    if (result == RF_OK)
+        rf_begin_canvas(c);
+    return result;
+}
+
 rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error)
 {
     scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
-    bool gives_canvas = !work->colour[0];
+    bool gives_canvas = !work->colour[0] && !work->out;
     const struct rf_filter *filter = scene->filter;
     struct rf_composer c = {.scene = scene,
                             .context = filter->context,
@@ -207,18 +319,22 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
         result = allocate(&c, error);
     }
     rf_task_poll(scene->task);
+    struct set sets[2] = {
+        {.samples = &scene->visible, .source = &scene->visible_source},
+        {.samples = &scene->hidden, .source = &scene->hidden_source}};
+    bool is_local = !gives_canvas && is_fine(&c, &sets[0]) && is_fine(&c, &sets[1]);
+    double most = from + (1 - kept) * room;
+    if (result == RF_OK && !is_local)
+        result = run_canvas(&c, sets, from + 0.6 * room, most, error);
+    struct rf_crop crop = {.x = 0};
     if (result == RF_OK)
-        result = run_samples(&c, &scene->visible, &scene->visible_source,
-                             from + 0.6 * room, error);
-    if (result == RF_OK)
-        result = run_samples(&c, &scene->hidden, &scene->hidden_source,
-                             from + (1 - kept) * room, error);
-    if (result == RF_OK) {
-        struct rf_crop crop = crop_of(&c, work);
-        rf_begin_canvas(&c);
+        crop = crop_of(&c, work);
+    if (result == RF_OK && is_local)
+        result = run_tiles(&c, sets, &crop, most, error);
+    else if (result == RF_OK)
         finish(&c, &crop);
+    if (result == RF_OK)
         result = rf_add_highlights(scene, &crop, error);
-    }
     if (gives_canvas) {
         work->memory = c.canvas.sum;
         c.canvas.sum = NULL;

@@ -77,9 +77,9 @@ struct rf_scene {
 };
 
 /*
- * Composites the scene, crops the border and writes the colours of `work`, or gives it
- * planes where it has none (rf_work_drop_views()). Where nothing reached a pixel it
- * is 0.
+ * Composites the scene, crops the border and writes the image of `work`, its colours,
+ * or gives it planes where it has neither (rf_work_drop_views()). Where nothing reached
+ * a pixel it is 0.
  */
 rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error);
@@ -87,8 +87,9 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
 /* A part of the scene, as planes; NULL: that colour is not wanted. */
 struct rf_crop {
     int x, y, width, height; /* of the part, in the scene */
-    size_t stride;           /* floats */
+    ptrdiff_t stride;        /* floats */
     float *planes[4];
+    float *rgba; /* instead of planes: quadruples, all wanted */
 };
 
 /* Adds the light of the highlights to the finished planes (highlight.c). */

@@ -24,16 +24,26 @@ static bool has_neighbours(const struct rf_group *g, int tx, int ty)
     return has_near(g, tx, ty, 1);
 }
 
+/* Is there any T left in n pixels? What is used up is 0. */
+static bool is_open(const float *t, int n)
+{
+    uint32_t any = 0;
+    for (int i = 0; i < n; i++) {
+        uint32_t bits;
+        memcpy(&bits, t + i, sizeof bits);
+        any |= bits;
+    }
+    return any != 0;
+}
+
 /* Has every pixel of the tile been covered? */
 static bool is_used_up(const struct rf_tile_state *s, int n_cells)
 {
     for (int cell = 0; cell < n_cells; cell++)
-        for (int y = 0; y < RF_TILE_H; y++) {
-            const float *t = s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y;
-            for (int x = 0; x < RF_TILE_W; x++)
-                if (t[x] > 0)
-                    return false;
-        }
+        for (int y = 0; y < RF_TILE_H; y++)
+            if (is_open(s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y,
+                        RF_TILE_W))
+                return false;
     return true;
 }
 
@@ -143,16 +153,14 @@ static void clear(float *tile, size_t stride)
         }
 }
 
-/* To a tile of the canvas nothing has come. */
-static void begin_tile(const struct rf_composer *c, const struct rf_tile_state *s,
-                       int tile)
+/* To a tile nothing has come. */
+static void begin_tile(const struct rf_composer *c, const struct rf_tile_state *s)
 {
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
         fill(s->t + s->t_plane * (size_t)cell, s->t_row,
              (float)c->footprints->cells.share[cell]);
     for (int p = 0; p < c->canvas.n_planes; p++)
         clear(s->sum + s->plane * (size_t)p, s->row);
-    c->canvas.is_begun[tile] = 1;
 }
 
 void rf_begin_canvas(const struct rf_composer *c)
@@ -162,7 +170,8 @@ void rf_begin_canvas(const struct rf_composer *c)
     for (int i = 0; i < g.n_x * g.n_y; i++) {
         struct rf_tile_state state = state_of(&g, i, c->canvas.t, c->canvas.sum);
         if (!c->canvas.is_begun[i])
-            begin_tile(c, &state, i);
+            begin_tile(c, &state);
+        c->canvas.is_begun[i] = 1;
     }
 }
 
@@ -174,10 +183,34 @@ void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int
         return;
     struct rf_tile_state state = state_of(g, tile, c->canvas.t, c->canvas.sum);
     if (!c->canvas.is_begun[tile])
-        begin_tile(c, &state, tile);
+        begin_tile(c, &state);
     else if (is_used_up(&state, c->canvas.n_cells))
         return;
+    c->canvas.is_begun[tile] = 1;
     composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+}
+
+struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
+                                      const struct rf_group *const sets[2], int tile)
+{
+    const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
+    float *own = c->tiles + c->n_tile * (size_t)rf_thread_num();
+    struct rf_tile_state state = {.t = own,
+                                  .t_row = RF_TILE_W,
+                                  .t_plane = plane,
+                                  .sum = own + plane * (size_t)c->canvas.n_cells,
+                                  .row = RF_TILE_W,
+                                  .plane = plane};
+    begin_tile(c, &state);
+    for (int k = 0; k < 2; k++) {
+        const struct rf_group *g = sets[k];
+        if (!g || (k > 0 && is_used_up(&state, c->canvas.n_cells)))
+            continue;
+        int tx = tile % g->n_x, ty = tile / g->n_x;
+        if (has_neighbours(g, tx, ty))
+            composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    }
+    return state;
 }
 
 /* ---- coarse levels ------------------------------------------------------------- */
@@ -254,8 +287,7 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g,
 static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
 {
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
-    size_t n_t = plane * (size_t)c->canvas.n_cells;
-    float *copy = c->tiles + n_t * (size_t)rf_thread_num();
+    float *copy = c->tiles + c->n_tile * (size_t)rf_thread_num();
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
         for (int y = 0; y < RF_TILE_H; y++)
             memcpy(copy + plane * (size_t)cell + (size_t)y * RF_TILE_W,
@@ -321,18 +353,6 @@ static struct between between_at(int x, int level, int n)
 
 /* Rows that a thread works with: planes of a level, T, and one of the level's width. */
 enum { N_ROWS = RF_MAX_PLANES + 2 };
-
-/* Is there any T left in n pixels? What is used up is 0. */
-static bool is_open(const float *t, int n)
-{
-    uint32_t any = 0;
-    for (int i = 0; i < n; i++) {
-        uint32_t bits;
-        memcpy(&bits, t + i, sizeof bits);
-        any |= bits;
-    }
-    return any != 0;
-}
 
 /* Pixels that are looked at together, to pass over those that are used up. */
 enum { OPEN_PX = 32 };

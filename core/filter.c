@@ -334,12 +334,15 @@ static rf_result read(struct rf_work *work, const struct rf_view *view,
         return RF_OK;
     }
     w->image = &view->colour;
+    work->out = rf_image_is_plain(&f->params, out) ? out : NULL;
     rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
     result = entries[f->params.method].run(work, error);
     *is_done = !work->needs_planes;
-    if (result == RF_OK && *is_done && !rf_task_is_cancelled(work->task))
+    if (result == RF_OK && *is_done && !work->is_stored &&
+        !rf_task_is_cancelled(work->task))
         rf_frame_store(f->context, &f->params, work->colour, work->stride, out);
     w->image = NULL;
+    work->out = NULL;
     return result;
 }
 

@@ -305,6 +305,15 @@ static bool build_mask(const struct highlights *h, size_t index, float *mask)
 
 /* ---- light --------------------------------------------------------------------- */
 
+/* Adds n weights of a light's colour, `seen` or all of them, to plain pixels. */
+static void add_to_rgba(float *out, const float colour[4], const float *weight,
+                        const float *seen, int n)
+{
+    for (int i = 0; i < n; i++)
+        for (int p = 0; p < 4; p++)
+            out[4 * i + p] += colour[p] * weight[i] * (seen ? seen[i] : 1);
+}
+
 /* Adds the light of the rows y0 to y1 - 1 of the scene. */
 static void add_light(const struct highlights *h, const struct rf_sample *l,
                       const float *mask, int y0, int y1)
@@ -313,6 +322,9 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
     const struct rf_footprint *f = footprint_of(h, l);
     int x = (int)floorf(l->x) - crop->x, y = (int)floorf(l->y);
     int box_width = f->max_dx - f->min_dx + 1;
+    float colour[4] = {0};
+    for (int p = 0; p < h->scene->n_colours; p++)
+        colour[p] = l->c[p] * l->w;
     for (int k = 0; k < f->n_segments; k++) {
         const struct rf_segment *g = &f->segments[k];
         int row = y + g->dy;
@@ -325,11 +337,16 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
         int from = rf_max_int(0, -(x + g->dx));
         int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1),
                             crop->width - x - g->dx);
+        if (crop->rgba && from < to) {
+            float *out = crop->rgba + (row - crop->y) * crop->stride;
+            add_to_rgba(out + 4 * (x + g->dx + from), colour, weight + from,
+                        seen ? seen + g->dx + from : NULL, to - from);
+        }
         for (int p = 0; p < h->scene->n_colours; p++) {
             if (!crop->planes[p])
                 continue;
-            float *out = crop->planes[p] + (row - crop->y) * (ptrdiff_t)crop->stride +
-                         x + g->dx;
+            float *out =
+                crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
             float c = l->c[p] * l->w;
             for (int i = from; i < to; i++)
                 out[i] += c * weight[i] * (seen ? seen[g->dx + i] : 1);

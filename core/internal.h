@@ -256,6 +256,13 @@ struct rf_work {
     int n_planes; /* 1, 3 or 4; the fourth is alpha */
     float *colour[4];
     size_t stride; /* floats between the rows of the result */
+    /*
+     * Plain pixels of the caller that the result may go to as soon as the views are
+     * dropped; NULL: it is wanted in `colour`. Only layered and views write it, and
+     * set is_stored.
+     */
+    const struct rf_image *out;
+    bool is_stored;
     /* Of the planes, where they are the work's own: who loads them frees it. */
     float *memory;
     const float *radius;

@@ -331,8 +331,8 @@ static void count_light(struct rf_picture *l, int x, int y, void *user)
     x -= l->x0;
     y -= l->y0;
     if (x >= 0 && x < f->width)
-        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes, &l->areas, x, y,
-                            (size_t)y * (size_t)f->width + (size_t)x);
+        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes, &l->areas, x,
+                            y, (size_t)y * (size_t)f->width + (size_t)x);
 }
 
 /* Surveys the view without its border. */
@@ -439,7 +439,8 @@ struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, i
 {
     uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */
-    const uint64_t *at = l->others + rf_row_words(l->width) * (size_t)y + (size_t)x / 64;
+    const uint64_t *row = l->others + rf_row_words(l->width) * (size_t)y;
+    const uint64_t *at = row + x / 64;
     int first = x % 64;
     uint64_t other = at[0] >> first;
     if (first + n > 64)

@@ -782,9 +782,8 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
     return result;
 }
 
-void rf_groups_free(struct rf_groups *groups, struct rf_composer *c)
+void rf_groups_free(struct rf_groups *groups, const struct rf_composer *c)
 {
-    rf_free(c->context, c->needed);
     rf_arena_free(&groups->arena);
     rf_free(c->context, groups->tiles);
 }

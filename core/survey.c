@@ -101,7 +101,8 @@ void rf_areas_measure_some(struct rf_areas *a, const struct rf_context *context,
     for (int i = 0; i < a->n_x * a->n_y; i++) {
         int column = i % a->n_x, row = i / a->n_x;
         if (!wanted || is_wanted(a, wanted, column, row))
-            a->mean[i] = mean_of_area(a, context->kernels, luminance, stride, column, row);
+            a->mean[i] =
+                mean_of_area(a, context->kernels, luminance, stride, column, row);
     }
 }
 
@@ -169,7 +170,8 @@ void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *vi
         return;
     float usual = rf_usual_luminance(areas, x, y);
     double disc = floor(RF_PI * (double)r * r + 0.5);
-    for (int k = 0; k < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual); k++) {
+    for (int k = 0; k < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual);
+         k++) {
         survey->disc_area[k] += disc;
         factor *= 2;
     }

@@ -262,14 +262,40 @@ static void join(const float *blurred, const float *low, const float *at,
     }
 }
 
+static const float NO_COVERAGE = 1e-6f; /* or less */
+
+/* sum / w, limited to 0 .. most; 0 where w is no coverage. */
+static inline vf quotient(vf sum, vf w, vf most)
+{
+    const vf least = SPLAT(NO_COVERAGE);
+    vf v = vmax(sum / vmax(w, least), SPLAT(0));
+    return vmin(choose(w > least, v, SPLAT(0)), most);
+}
+
 static void divide(const float *sum, const float *coverage, float most, int n,
                    float *out)
 {
-    const vf least = SPLAT(1e-6f);
     for (int x = 0; x < n; x += LANES) {
-        vf w = load_part(coverage + x, n - x);
-        vf v = load_part(sum + x, n - x) / vmax(w, least);
-        v = choose(w > least, vmax(v, SPLAT(0)), SPLAT(0));
-        store_part(out + x, n - x, vmin(v, SPLAT(most)));
+        vf v = load_part(sum + x, n - x), w = load_part(coverage + x, n - x);
+        store_part(out + x, n - x, quotient(v, w, SPLAT(most)));
+    }
+}
+
+static void divide_rgba(const float *const sum[4], const float *coverage, int n,
+                        float *rgba)
+{
+    for (int x = 0; x < n; x += LANES) {
+        vf v[4], w = load_part(coverage + x, n - x);
+        for (int i = 0; i < 3; i++)
+            v[i] = quotient(load_part(sum[i] + x, n - x), w, SPLAT(INFINITY));
+        if (sum[3])
+            v[3] = quotient(load_part(sum[3] + x, n - x), w, SPLAT(1));
+        else
+            v[3] = choose(w > SPLAT(NO_COVERAGE), SPLAT(1), SPLAT(0));
+        turn(v);
+        turn(v);
+        for (int i = 0; i < 4; i++)
+            if (2 * i < n - x)
+                store_part(rgba + 4 * x + LANES * i, 4 * (n - x) - LANES * i, v[i]);
     }
 }

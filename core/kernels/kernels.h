@@ -314,6 +314,12 @@ struct rf_kernels {
     void (*divide)(const float *sum, const float *coverage, float most, int n,
                    float *out);
     /*
+     * The same to RGBA quadruples, of which the last is at most 1, or with sum[3] NULL
+     * 1 and, where the coverage is as good as none, 0.
+     */
+    void (*divide_rgba)(const float *const sum[4], const float *coverage, int n,
+                        float *rgba);
+    /*
      * Does the radius change by more than most_x or most_y between one of the pixels of
      * a block and its neighbour in a row or column, or is one mixed? `share` is packed.
      */

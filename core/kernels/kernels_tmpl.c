@@ -694,6 +694,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .detail = detail,
     .join = join,
     .divide = divide,
+    .divide_rgba = divide_rgba,
     .is_rough = is_rough,
     .log_row = log_row,
     .has_candidate = has_candidate,

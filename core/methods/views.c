@@ -159,7 +159,7 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
                              .progress_to = 1};
     struct rf_crop all = {.width = picture->width,
                           .height = picture->height,
-                          .stride = (size_t)picture->width};
+                          .stride = picture->width};
     for (int p = 0; p < n_colours; p++)
         all.planes[p] =
             memory + (size_t)picture->width * (size_t)picture->height * (size_t)p;

@@ -248,7 +248,7 @@ static void places_do_not_depend_on_the_window(void)
     subject_free(&s);
 }
 
-/* What was said to be needed is enough, and a quarter of it is not. */
+/* What was said to be needed is enough, and a sixth of it is not. */
 static void memory_is_as_announced(void)
 {
     static const int counts[] = {2, 4, 8, MOST_VIEWS};
@@ -262,7 +262,7 @@ static void memory_is_as_announced(void)
         for (int i = 0; i < 2; i++) {
             struct rf_context_params run = {.size = sizeof run,
                                             .n_threads = 2,
-                                            .max_bytes = i ? n_bytes / 4 : n_bytes};
+                                            .max_bytes = i ? n_bytes / 6 : n_bytes};
             struct rf_params params = params_of(3, NULL);
             struct rf_context *context;
             struct rf_filter *filter;

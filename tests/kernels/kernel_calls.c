@@ -339,7 +339,8 @@ static void call_load_rgba(const struct rf_kernels *k, struct workspace *w, int 
     if (variant & 2)
         rgba[4 * 190 + 1] = INFINITY;
     w->at[20000] = (float)k->load_rgba(rgba, w->at + 2000, 193 + variant,
-                                       (struct rf_surface *)(w->at + 10000), w->at + 9000);
+                                       (struct rf_surface *)(w->at + 10000),
+                                       w->at + 9000);
 }
 
 static void call_unload_row(const struct rf_kernels *k, struct workspace *w,
@@ -376,6 +377,18 @@ static void call_divide(const struct rf_kernels *k, struct workspace *w, int var
         w->at[1000 + i] *= i % 2 ? 1e-7f : -1;
     k->divide(w->at + variant, w->at + 1000, variant == 1 ? 1 : INFINITY, 193 + variant,
               w->at + 10000 + variant);
+}
+
+/* With alpha and without. */
+static void call_divide_rgba(const struct rf_kernels *k, struct workspace *w,
+                             int variant)
+{
+    for (int i = 0; i < 200; i += 3)
+        w->at[4000 + i] *= i % 2 ? 1e-7f : -1;
+    const float *sum[4];
+    for (int c = 0; c < 4; c++)
+        sum[c] = c == 3 && variant % 2 ? NULL : w->at + 900 * c + variant;
+    k->divide_rgba(sum, w->at + 4000, 193 + variant, w->at + 10000 + variant);
 }
 
 static void call_log_row(const struct rf_kernels *k, struct workspace *w, int variant)
@@ -507,6 +520,7 @@ const struct kernel kernels[] = {
     {"detail", call_detail, 4, NULL},
     {"join", call_join, 4, NULL},
     {"divide", call_divide, 4, NULL},
+    {"divide_rgba", call_divide_rgba, 4, NULL},
     {"is_rough", call_rough, 3, prepare_backs},
     {"log_row", call_log_row, 4, NULL},
     {"has_candidate", call_candidate, 2, prepare_backs},

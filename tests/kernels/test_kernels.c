@@ -212,7 +212,8 @@ static void quadruples_are_planes(void)
         for (int j = 0; j < 4; j++) {
             float was = rgba[i];
             rgba[i] = odd[j];
-            unsigned kind = (i % 4 == 3 ? RF_ROW_FILM : 0) | (j > 0 ? RF_ROW_INFINITE : 0);
+            unsigned kind = i % 4 == 3 ? RF_ROW_FILM : 0;
+            kind |= j > 0 ? RF_ROW_INFINITE : 0;
             CHECK(k->load_rgba(rgba, radius, N, s[1], luminance[1]) == kind);
             rgba[i] = was;
         }
@@ -343,6 +344,32 @@ static void quotients_are_limited(void)
     for (int i = 0; i < 5; i++)
         CHECK(out[i] == want[i]);
     CHECK(out[5] == -7);
+}
+
+/* Quotients of quadruples are those of planes; what is opaque has no sum of alpha. */
+static void quotients_of_quadruples(void)
+{
+    enum { MOST = 20 };
+    const struct rf_kernels *k = rf_kernels_at(0);
+    float plane[4][MOST], coverage[MOST], quotient[4][MOST], rgba[4 * MOST + 1];
+    for (int i = 0; i < MOST; i++) {
+        for (int p = 0; p < 4; p++)
+            plane[p][i] = 2 * noise() - 0.5f;
+        coverage[i] = i % 5 ? noise() : 1e-7f;
+    }
+    for (int n = 1; n <= MOST; n++)
+        for (int is_opaque = 0; is_opaque < 2; is_opaque++) {
+            const float *sum[4] = {plane[0], plane[1], plane[2],
+                                   is_opaque ? NULL : plane[3]};
+            for (int p = 0; p < 4; p++)
+                k->divide(plane[p], coverage, p == 3 ? 1 : INFINITY, n, quotient[p]);
+            rgba[4 * n] = -7;
+            k->divide_rgba(sum, coverage, n, rgba);
+            for (int i = 0; i < 4 * n; i++)
+                CHECK(rgba[i] == (i % 4 == 3 && is_opaque ? (float)(i / 4 % 5 != 0)
+                                                          : quotient[i % 4][i / 4]));
+            CHECK(rgba[4 * n] == -7);
+        }
 }
 
 /* Of a block or beside it, one pixel that stands out or is mixed. */
@@ -504,6 +531,7 @@ int main(int argc, char **argv)
     TEST(a_pixel_casts_a_square);
     TEST(a_run_casts_what_its_pixels_do);
     TEST(quotients_are_limited);
+    TEST(quotients_of_quadruples);
     TEST(blocks_are_rough_where_radii_step);
     TEST(levels_are_found_by_name);
     return testing_end();
