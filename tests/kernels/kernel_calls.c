@@ -283,7 +283,7 @@ struct rf_shadows shadows_of(struct workspace *w, int variant)
                                .view = 1};
 }
 
-/* Surfaces from before the light, some of them in runs, and none at every fifth pixel. */
+/* Surfaces from before the light, some in runs, and none at every fifth pixel. */
 static void prepare_shadows(struct workspace *w)
 {
     for (int i = 0; i < 64 * 96; i++)
@@ -294,6 +294,8 @@ static void prepare_shadows(struct workspace *w)
 static void call_shadows(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_shadows s = shadows_of(w, variant);
+    s.row = 96;
+    s.join = variant == 1 ? 1 : 0;
     for (int y = 0; y < 64; y++)
         k->cast_shadows(&s, w->at + 96 * y, w->at + 20000 + 96 * y, y, 3, 83);
 }

@@ -443,8 +443,8 @@ static void a_run_casts_what_its_pixels_do(void)
         struct rf_shadows s = shadows_of(&first, variant % 3);
         float share[64], radius[64];
         s.light_r = variant < 6 ? 20 : -5; /* behind the focus, before it */
-        s.extent_x = 4;
-        s.extent_y = 4;
+        s.extent_x = s.extent_y = 4;
+        s.row = 64;
         for (int x = 0; x < 64; x++) {
             share[x] = x < 50 ? 0.75f : 0.5f;
             radius[x] = s.light_r - (x < 40 ? 12 : x < 44 ? 9 : 11);
