@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include "composer.h"
-#include "kernels/vector.h"
 
 /* ---- tiles --------------------------------------------------------------------- */
 
@@ -140,16 +139,19 @@ static void fill(float *tile, size_t stride, float value)
             tile[x] = value;
 }
 
+typedef float four_floats __attribute__((vector_size(16), aligned(4)));
+
 /* Stores that the compiler makes no memset() of, which would be slower for one row. */
 static void clear(float *tile, size_t stride)
 {
-    const vf none = SPLAT(0);
+    const four_floats none = {0};
     for (int y = 0; y < RF_TILE_H; y++, tile += stride)
-        for (int x = 0; x < RF_TILE_W; x += 4 * LANES) {
-            STORE(tile + x, none);
-            STORE(tile + x + LANES, none);
-            STORE(tile + x + 2 * LANES, none);
-            STORE(tile + x + 3 * LANES, none);
+        for (int x = 0; x < RF_TILE_W; x += 16) {
+            four_floats *at = (four_floats *)(tile + x);
+            at[0] = none;
+            at[1] = none;
+            at[2] = none;
+            at[3] = none;
         }
 }
 
@@ -298,19 +300,20 @@ static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
     s->t_plane = plane;
 }
 
-/* Which of a row's n <= 64 pixels have a sum that is not 0. */
+/* Which pixels of a tile's row have a sum that is not 0. */
 static uint64_t find_some(const float *sum, size_t plane, int n_planes)
 {
-    uint32_t any[RF_TILE_W] = {0};
-    for (int p = 0; p < n_planes; p++)
+    uint32_t any[RF_TILE_W];
+    memcpy(any, sum, sizeof any);
+    for (int p = 1; p < n_planes; p++)
         for (int x = 0; x < RF_TILE_W; x++) {
             uint32_t bits;
             memcpy(&bits, sum + plane * (size_t)p + x, sizeof bits);
-            any[x] |= bits << 1; /* -0 is nothing, too */
+            any[x] |= bits;
         }
     uint64_t some = 0;
     for (int x = 0; x < RF_TILE_W; x++)
-        some |= (uint64_t)(any[x] != 0) << x;
+        some |= (uint64_t)(any[x] << 1 != 0) << x; /* -0 is nothing, too */
     return some;
 }
 

@@ -25,6 +25,7 @@ enum {
 
 static const double MIN_SQUARE = 1e-4; /* px^2, of a footprint's radius */
 static const double BOX = 1.0 / 12; /* px^2, what RF_POSITIVE adds where it is wide */
+static const double SAME = 1e-4; /* of the greatest weight: shares are not exact */
 static const double CLOSE = 2e-3;   /* of the variance: near enough */
 
 /* Weights that are left out, in parts of the greatest. */
@@ -362,10 +363,32 @@ static int padded(int n)
     return (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
 }
 
+/* Are the rows above the middle those below it? Then they become the same numbers. */
+static bool mirror(struct grid *g)
+{
+    double peak = 0;
+    for (int i = 0; i < g->width * g->height; i++)
+        peak = fmax(peak, g->weight[i]);
+    for (int y = 0; y < g->height / 2; y++)
+        for (int x = 0; x < g->width; x++) {
+            double a = grid_row(g, 0, y)[x], b = grid_row(g, 0, g->height - 1 - y)[x];
+            if (fabs(a - b) > SAME * peak)
+                return false;
+        }
+    for (int y = 0; y < g->height / 2; y++)
+        for (int x = 0; x < g->width; x++) {
+            double *a = &grid_row(g, 0, y)[x];
+            double *b = &grid_row(g, 0, g->height - 1 - y)[x];
+            *a = *b = 0.5 * (*a + *b);
+        }
+    return true;
+}
+
 /* Turns the grid into segments; one block of memory holds all of it. */
-static struct rf_footprint *pack(const struct grid *g, const struct rf_footprints *f,
+static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
                                  bool is_common)
 {
+    bool is_mirrored = (f->cells.n == 1 || is_common) && mirror(g);
     int n_segments = 0, n_weights = 0, first, last, n_spare = RF_MAX_SIDE_BY_SIDE - 1;
     for (int y = 0; y < g->height; y++)
         for (int c = 0; c < f->cells.n; c++)
@@ -386,6 +409,7 @@ static struct rf_footprint *pack(const struct grid *g, const struct rf_footprint
     p->weights = (float *)(memory + head);
     p->segments = (struct rf_segment *)(memory + head + body);
     p->is_common = is_common;
+    p->n_mirrored = is_mirrored ? n_segments / 2 : 0;
     p->n_side_by_side = n_spare + 1;
     p->min_dx = p->min_dy = INT16_MAX;
     p->max_dx = p->max_dy = INT16_MIN;

@@ -29,6 +29,9 @@ struct rf_segment {
 
 struct rf_footprint {
     int n_segments;
+    /* So many at the beginning have the weights of as many at the end, the other way
+     * round: a row above the sample those of the row as far below it. */
+    int n_mirrored;
     bool is_common;
     /*
      * So many samples side by side can be spread at once: segments end with as many

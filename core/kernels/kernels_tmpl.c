@@ -27,28 +27,41 @@
 _Static_assert(LANES == RF_FOOTPRINT_LANES, "segments are padded to whole vectors");
 
 /*
- * Adds a segment of n weights, n > 0 and a multiple of eight, to the row at a: as many
- * splats side by side as there are values, each with the weights one place further on.
+ * Adds a segment of n weights, n > 0 and a multiple of eight, to the row at a, and to
+ * that at b where there is one: as many splats side by side as there are values, each
+ * with the weights one place further on. What they add is summed up first; a splat that
+ * is missing counts as one without weight, so that it does not matter for the bits
+ * whether those that do not reach a pixel are there.
  */
 static inline __attribute__((always_inline)) void
-spread_segment(float *a, const float *weight, int n, vf value[][RF_MAX_PLANES],
-               int n_splats, int n_planes)
+spread_segment(float *a, float *b, const float *weight, int n,
+               vf value[][RF_MAX_PLANES], int n_splats, int n_planes)
 {
     do {
         vf k[RF_MAX_SIDE_BY_SIDE];
         for (int i = 0; i < n_splats; i++)
             k[i] = LOAD(weight - i);
         for (int p = 0; p < n_planes; p++) {
-            float *b = a + p * RF_ACC_STRIDE;
-            vf sum = LOAD(b);
-            for (int i = 0; i < n_splats; i++)
+            vf sum = value[0][p] * k[0];
+            for (int i = 1; i < n_splats; i++)
                 sum += value[i][p] * k[i];
-            STORE(b, sum);
+            STORE(a + p * RF_ACC_STRIDE, LOAD(a + p * RF_ACC_STRIDE) + sum);
+            if (b)
+                STORE(b + p * RF_ACC_STRIDE, LOAD(b + p * RF_ACC_STRIDE) + sum);
         }
         a += LANES;
+        b = b ? b + LANES : NULL;
         weight += LANES;
         n -= LANES;
     } while (n > 0);
+}
+
+/* Where a segment's row begins in the accumulator, of a splat at (x, y); NULL: outside
+ * the tile. */
+static inline float *segment_at(float *base, ptrdiff_t row_size,
+                                const struct rf_segment *g, int y)
+{
+    return (unsigned)(y + g->dy) < RF_TILE_H ? base + row_size * g->row + g->dx : NULL;
 }
 
 /* Spreads n_splats neighbours with one footprint, the first at (x, y) of the tile. */
@@ -58,17 +71,24 @@ spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
     float *base = origin + row_size * y + x;
-    const float *weights = f->weights;
     const struct rf_segment *g = f->segments, *end = g + f->n_segments;
-    if (y + f->min_dy >= 0 && y + f->max_dy < RF_TILE_H)
-        for (; g < end; g++)
-            spread_segment(base + row_size * g->row + g->dx, weights + g->weight, g->n,
-                           value, n_splats, n_planes);
-    else
-        for (; g < end; g++)
-            if ((unsigned)(y + g->dy) < RF_TILE_H)
-                spread_segment(base + row_size * g->row + g->dx, weights + g->weight,
-                               g->n, value, n_splats, n_planes);
+    for (const struct rf_segment *m = end - 1; g < f->segments + f->n_mirrored;
+         g++, m--) {
+        float *a = segment_at(base, row_size, g, y);
+        float *b = segment_at(base, row_size, m, y);
+        if (a && b)
+            spread_segment(a, b, f->weights + g->weight, g->n, value, n_splats,
+                           n_planes);
+        else if (a || b)
+            spread_segment(a ? a : b, NULL, f->weights + g->weight, g->n, value,
+                           n_splats, n_planes);
+    }
+    for (end -= f->n_mirrored; g < end; g++) {
+        float *a = segment_at(base, row_size, g, y);
+        if (a)
+            spread_segment(a, NULL, f->weights + g->weight, g->n, value, n_splats,
+                           n_planes);
+    }
 }
 
 /* What is spread: splats, or places and what they stand for. */
@@ -78,8 +98,8 @@ struct spread_list {
     const struct rf_tile_surfaces *surfaces;
 };
 
-/* How many of n splats follow the first one in its row with its footprint, itself
- * among them, but no more than `most`. */
+/* How many of n splats from the first one on lie side by side and have its footprint,
+ * but no more than `most`. */
 static inline int count_neighbours(const struct rf_splat *s, int n, int most)
 {
     int i = 1;
@@ -89,15 +109,16 @@ static inline int count_neighbours(const struct rf_splat *s, int n, int most)
     return i;
 }
 
-/* The same for places: 1, 2 or, where all are surfaces, 4. */
+/* The same for places: any number where all are surfaces, else 1 or 2. */
 static inline int count_places(const rf_place *p, int n, int most)
 {
     const rf_place right = rf_place_make(0, 1, 0, 0);
+    int i = 1;
     most = n < most ? n : most;
-    if (most >= 4 && !rf_place_other(p[0]) && p[1] == p[0] + right &&
-        p[2] == p[1] + right && p[3] == p[2] + right)
-        return 4;
-    return most >= 2 && p[1] >> 16 == (p[0] + right) >> 16 ? 2 : 1;
+    if (!rf_place_other(p[0]))
+        for (rf_place next = p[0] + right; i < most && p[i] == next; next += right)
+            i++;
+    return i == 1 && most >= 2 && p[1] >> 16 == (p[0] + right) >> 16 ? 2 : i;
 }
 
 /* The first of n places after i that is not before pixel (x, y) of their tile. */
@@ -105,6 +126,10 @@ static inline int skip_places(const rf_place *p, int i, int n, int x, int y)
 {
     const rf_place least = rf_place_make(0, x, y, 0);
     int step = 4, end;
+    /* Where the tile has each pixel once it lies as far on as the pixel does. */
+    int guess = i + (y - rf_place_y(p[i])) * RF_TILE_W + x - rf_place_x(p[i]);
+    if (guess > i && guess < n && p[guess - 1] < least && p[guess] >= least)
+        return guess;
     while (i + step < n && p[i + step] < least) {
         i += step;
         step *= 2;
@@ -125,13 +150,17 @@ spread_some(const struct spread_list *list, int first, int n_splats, float *orig
             const struct rf_footprint *f, int x, int y, int n_planes, bool has_places)
 {
     vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
+    if (has_places)
+        __builtin_prefetch(rf_tile_surface(list->surfaces,
+                                           rf_place_x(list->places[first]),
+                                           rf_place_y(list->places[first]) + 2));
     for (int i = 0; i < n_splats; i++) {
         const float *c;
         float cover = 1;
         if (has_places) {
             const struct rf_tile_surfaces *t = list->surfaces;
             const rf_place *at = list->places + first;
-            int other = n_splats == 4 ? 0 : rf_place_other(at[i]);
+            int other = n_splats > 2 ? 0 : rf_place_other(at[i]);
             c = rf_tile_surface(t, rf_place_x(at[0]), rf_place_y(at[0]))[i].c;
             if (other) {
                 c = t->others[other - 1].c;
@@ -146,6 +175,25 @@ spread_some(const struct spread_list *list, int first, int n_splats, float *orig
         value[i][n_planes - 1] = SPLAT(cover);
     }
     spread_values(origin, value, n_splats, f, x, y, n_planes);
+}
+
+/* Spreads n splats or places side by side with one footprint. */
+static inline __attribute__((always_inline)) void
+spread_run(const struct spread_list *list, int first, int n, float *origin,
+           const struct rf_footprint *f, int x, int y, int n_planes, bool has_places)
+{
+    int most = f->n_side_by_side;
+    for (int n_splats; n > 0; n -= n_splats, first += n_splats, x += n_splats) {
+        n_splats = rf_min_int(n, most);
+        if (n_splats == 4)
+            spread_some(list, first, 4, origin, f, x, y, n_planes, has_places);
+        else if (n_splats == 3)
+            spread_some(list, first, 3, origin, f, x, y, n_planes, has_places);
+        else if (n_splats == 2)
+            spread_some(list, first, 2, origin, f, x, y, n_planes, has_places);
+        else
+            spread_some(list, first, 1, origin, f, x, y, n_planes, has_places);
+    }
 }
 
 static inline __attribute__((always_inline)) void
@@ -186,17 +234,11 @@ spread_all(struct rf_accumulator *acc, const struct spread_list *list, int n,
         last = rf_max_int(last, bottom);
         if (f->is_common)
             acc->common_rows |= (2u << bottom) - (1u << top);
-        n_splats = has_places
-                       ? count_places(list->places + i, n - i, f->n_side_by_side)
-                       : count_neighbours(s, n - i, f->n_side_by_side);
-        if (n_splats == 4) {
-            spread_some(list, i, 4, origin, f, x, y, n_planes, has_places);
-        } else if (n_splats >= 2) {
-            n_splats = 2;
-            spread_some(list, i, 2, origin, f, x, y, n_planes, has_places);
-        } else {
-            spread_some(list, i, 1, origin, f, x, y, n_planes, has_places);
-        }
+        int most = rf_min_int(RF_TILE_W - f->min_dx - x,
+                              f->n_side_by_side > 1 ? RF_TILE_W : 1);
+        n_splats = has_places ? count_places(list->places + i, n - i, most)
+                              : count_neighbours(s, n - i, most);
+        spread_run(list, i, n_splats, origin, f, x, y, n_planes, has_places);
     }
     acc->first_row = first;
     acc->last_row = last;

@@ -12,11 +12,16 @@ float noise(void)
     return (float)(seed >> 8) / 16777216.0f;
 }
 
-/* Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px. */
+/*
+ * Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px; those
+ * below the middle may be those above it.
+ */
 static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
-                           float *weights, int reach, int n_side_by_side)
+                           float *weights, int reach, int n_side_by_side,
+                           bool is_mirrored)
 {
     *f = (struct rf_footprint){.is_common = reach < 4,
+                               .n_mirrored = is_mirrored ? reach : 0,
                                .n_side_by_side = n_side_by_side,
                                .segments = segments,
                                .weights = weights,
@@ -36,6 +41,8 @@ static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
             .weight = 24 * (f->n_segments + 1)};
         for (int i = 0; i < g->n; i++)
             weights[g->weight + i] = i <= 2 * half ? noise() - 0.1f : 0;
+        if (is_mirrored && dy > 0)
+            g->weight = segments[reach - dy].weight;
         f->n_segments++;
     }
 }
@@ -46,7 +53,8 @@ void make_given(void)
     for (int i = 0; i < N_FOOTPRINTS; i++) {
         given.pointers[i] = &given.footprints[i];
         make_footprint(&given.footprints[i], given.segments[i], given.weights[i],
-                       (const int[]){3, 6, 10}[i], (const int[]){2, 1, 4}[i]);
+                       (const int[]){3, 6, 10, 7}[i], (const int[]){2, 1, 4, 3}[i],
+                       i % 2 == 0);
     }
     for (int i = 0; i < N_SPLATS; i++) {
         struct rf_splat *s = &given.splats[i];

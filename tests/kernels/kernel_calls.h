@@ -7,7 +7,7 @@
 
 #include "kernels.h"
 
-enum { WORK_FLOATS = 1 << 17, N_SPLATS = 64, N_FOOTPRINTS = 3, MAX_SEGMENTS = 32 };
+enum { WORK_FLOATS = 1 << 17, N_SPLATS = 64, N_FOOTPRINTS = 4, MAX_SEGMENTS = 32 };
 enum { ACC_FLOATS = 3 * RF_TILE_H * RF_MAX_PLANES * RF_ACC_STRIDE };
 enum { N_BLOCKS = 24, SHADOWS_W = 61, SHADOWS_H = 47, BACKS_W = 128, BACKS_H = 64 };
 

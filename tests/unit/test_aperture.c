@@ -200,34 +200,78 @@ static void parts_of_places_at_one_point_or_outside(void)
     CHECK(rf_shape_part(&s, site, 3, 2, &part, centroid) == 0);
 }
 
-/* The least weight of the footprint of radius r, in parts of the greatest. */
-static double faintest_weight(const struct rf_shape *shape, float r)
+/* What `of` says of the footprint of radius r. */
+static double of_footprint(const struct rf_shape *shape, int n_cells, float r,
+                           double (*of)(const struct rf_footprint *))
 {
     struct rf_context *context;
     struct rf_footprints f;
     struct rf_footprint_use use = {
-        .shape = shape, .n_cells = 2, .max_radius = 20, .n_phases = 1};
+        .shape = shape, .n_cells = n_cells, .max_radius = 20, .n_phases = 1};
     struct rf_task task = {.to = 0};
-    double least = INFINITY, most = 0;
     CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
     CHECK(rf_footprints_init(&f, context, &use, NULL) == RF_OK);
-    CHECK_NEAR(f.cells.share[0], 0.5, 0.05); /* side by side */
-    CHECK_NEAR(f.cells.site[0][1], f.cells.site[1][1], 1e-9);
+    if (n_cells == 2) {
+        CHECK_NEAR(f.cells.share[0], 0.5, 0.05); /* side by side */
+        CHECK_NEAR(f.cells.site[0][1], f.cells.site[1][1], 1e-9);
+    }
     unsigned char *needed = rf_calloc(context, rf_footprint_count(&f), 1);
     size_t slot = rf_footprint_slot(&f, rf_radius_index(&f, r), 0, RF_SHARP, 0);
     needed[slot] = 1;
     CHECK(rf_footprints_build(&f, needed, &task, 1, NULL) == RF_OK);
-    const struct rf_footprint *p = rf_footprint_at(f.table, slot);
+    double found = of(rf_footprint_at(f.table, slot));
+    rf_free(context, needed);
+    rf_footprints_free(&f);
+    rf_context_destroy(context);
+    return found;
+}
+
+/* The least weight, in parts of the greatest. */
+static double faintest(const struct rf_footprint *p)
+{
+    double least = INFINITY, most = 0;
     for (int i = 0; i < p->n_segments; i++)
         for (int x = 0; x < p->segments[i].n; x++) {
             double w = fabs(p->weights[p->segments[i].weight + x]);
             least = w > 0 ? fmin(w, least) : least;
             most = fmax(w, most);
         }
-    rf_free(context, needed);
-    rf_footprints_free(&f);
-    rf_context_destroy(context);
     return least / most;
+}
+
+static double faintest_weight(const struct rf_shape *shape, float r)
+{
+    return of_footprint(shape, 2, r, faintest);
+}
+
+/* The segments that are mirrored, of all but that in the middle; -1: they are not. */
+static double mirrored(const struct rf_footprint *p)
+{
+    for (int i = 0; i < p->n_mirrored; i++) {
+        const struct rf_segment *a = &p->segments[i];
+        const struct rf_segment *b = &p->segments[p->n_segments - 1 - i];
+        size_t n_bytes = (size_t)a->n * sizeof *p->weights;
+        if (a->dy != -b->dy || a->dx != b->dx || a->n != b->n || a->cell != b->cell ||
+            memcmp(p->weights + a->weight, p->weights + b->weight, n_bytes) != 0)
+            return -1;
+    }
+    return 2.0 * p->n_mirrored / (p->n_segments - 1);
+}
+
+static void footprints_are_mirrored_where_the_lens_is(void)
+{
+    struct rf_shape disc = shape_of(RF_APERTURE_DISC, 0, 0, 1.5);
+    struct rf_shape hexagon = shape_of(RF_APERTURE_POLYGON, 6, 0, 1);
+    struct rf_shape turned = shape_of(RF_APERTURE_POLYGON, 6, 0.1, 1);
+    for (float r = -12; r <= 12; r += 0.75f) {
+        if (r == 0)
+            continue;
+        CHECK(of_footprint(&disc, 1, r, mirrored) == 1);
+        CHECK(of_footprint(&hexagon, 1, r, mirrored) == 1);
+        CHECK(fabsf(r) < 2 || of_footprint(&turned, 1, r, mirrored) == 0);
+        CHECK(of_footprint(&disc, 4, r, mirrored) == 0 || fabsf(r) < RF_COMMON_PX);
+    }
+    CHECK(of_footprint(&disc, 4, 0.125f, mirrored) == 1); /* common to all */
 }
 
 /* Where they are wide: a sharp one needs them. */
@@ -256,5 +300,6 @@ int main(int argc, char **argv)
     TEST(parts_share_out_the_aperture);
     TEST(parts_of_places_at_one_point_or_outside);
     TEST(footprints_of_parts_do_without_faint_weights);
+    TEST(footprints_are_mirrored_where_the_lens_is);
     return testing_end();
 }
