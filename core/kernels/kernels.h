@@ -11,6 +11,7 @@
 
 #include "../footprint.h"
 #include "hidden_kernels.h"
+#include "sight_kernels.h"
 
 enum {
     RF_TILE_W = 64,
@@ -340,6 +341,23 @@ struct rf_kernels {
     void (*gather_window)(const struct rf_backs *backs,
                           const struct rf_hidden_query *query, float r, float reach,
                           struct rf_hidden_window *out);
+    /*
+     * Places of the centre's view for n points of one view, whose places there and
+     * radii are given. n is rounded up to eight.
+     */
+    void (*place_parts)(const struct rf_sight *own, int n, struct rf_sight_places *p);
+    /*
+     * Looks for n <= 16 places in a view; what is nearer by less than `nearer` does not
+     * hide. Reads n rounded up to eight.
+     */
+    void (*look_for_parts)(const struct rf_sight *view, const struct rf_sight_places *p,
+                           int n, float nearer, struct rf_sight_found *found);
+    /*
+     * Fits a plane to 8 x 8 radii, rows of `stride`, by least squares, and measures how
+     * far from it `low` and `high` lie. What differs by less than level_px is level.
+     */
+    void (*fit_plane)(const float *low, const float *high, size_t stride,
+                      float level_px, struct rf_sight_plane *out);
 };
 
 /*

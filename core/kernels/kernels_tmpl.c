@@ -17,6 +17,7 @@
 #include "hidden_tmpl.h"
 #include "kernels.h"
 #include "shadows_tmpl.h"
+#include "sight_tmpl.h"
 #include "vector.h"
 
 #define RF_CONCAT2(a, b) a##b
@@ -742,4 +743,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .has_candidate = has_candidate,
     .vote_blocks = vote_blocks,
     .gather_window = gather_window,
+    .place_parts = place_parts,
+    .look_for_parts = look_for_parts,
+    .fit_plane = fit_plane,
 };

@@ -49,6 +49,20 @@
 #include "../composer.h"
 #include "views.h"
 
+static struct rf_sight sight_of(const struct rf_picture *l,
+                                const struct rf_work_view *view)
+{
+    return (struct rf_sight){.radius = rf_plane_row(&l->pixels, l->pixels.radius, 0),
+                             .stride = l->pixels.stride,
+                             .lens = {view->lens[0], view->lens[1]},
+                             .shift_scale = view->shift_scale,
+                             .shift_bias = view->shift_bias,
+                             .x0 = l->x0,
+                             .y0 = l->y0,
+                             .x1 = l->x0 + l->filter->width,
+                             .y1 = l->y0 + l->filter->height};
+}
+
 static rf_result load(struct rf_views *v, int border, struct rf_error *error)
 {
     struct rf_work *work = v->work;
@@ -70,6 +84,7 @@ static rf_result load(struct rf_views *v, int border, struct rf_error *error)
             .shift_scale = view->shift_scale,
             .shift_bias = view->shift_bias,
         };
+        v->sights[j] = sight_of(&v->pictures[j], view);
     }
     return RF_OK;
 }

@@ -3,6 +3,7 @@
 #ifndef RF_VIEWS_H
 #define RF_VIEWS_H
 
+#include "../kernels/sight_kernels.h"
 #include "../picture.h"
 
 enum { RF_MOST_CELLS = 8 };
@@ -42,6 +43,7 @@ struct rf_views {
     struct rf_samples lights;     /* in the centre's view */
     struct rf_unseen_row *unseen; /* per view and row; NULL: not asked for */
     struct rf_view_range range;
+    struct rf_sight sights[RF_MAX_VIEWS]; /* of the pictures */
     struct rf_cell_views cells[RF_MOST_CELLS];
     int n_cells;
 };
@@ -190,6 +192,13 @@ void rf_views_measure_range(struct rf_views *v);
  */
 float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
                      float least);
+
+/*
+ * The same for those of eight pixels of one surface of view j, (x, y) the first, that
+ * are asked for; 0 or less where nothing is left.
+ */
+void rf_views_leave_eight(const struct rf_views *v, int j, int x, int y, unsigned asked,
+                          float left[8]);
 
 /*
  * How much of a place those of `views` other than j show, and how much what continues

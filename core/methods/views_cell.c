@@ -20,6 +20,9 @@ struct collector {
 static bool is_in_scene(const struct rf_view_cell *cell, const struct rf_sample *p)
 {
     const struct rf_picture *l = &cell->v->pictures[cell->middle];
+    if (p->x >= (float)l->x0 && p->x < (float)(l->x0 + l->filter->width) &&
+        p->y >= (float)l->y0 && p->y < (float)(l->y0 + l->filter->height))
+        return true;
     const float at[2] = {p->x, p->y};
     const int first[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
     const int rendered[2] = {l->filter->width, l->filter->height};
@@ -200,17 +203,50 @@ static uint64_t find_rendered(const struct rf_picture *picture, const struct run
     return UINT64_MAX >> (64 - (end - first)) << first;
 }
 
-/*
- * Does a pixel that continues the picture, of one surface, count whole? Others have
- * another weight, as far as other views show what is there.
- */
-static bool is_alone(const struct rf_view_cell *cell, int x, int y)
+/* Are n pixels of a row that continues the picture seen by no view, at a glance? */
+static bool are_beside(const struct rf_view_cell *cell, int x, int y, int n)
 {
-    const struct rf_surfaces *s = &cell->v->pictures[cell->middle].surfaces;
-    float r = s->near[(size_t)y * (size_t)s->width + (size_t)x].r;
-    return rf_views_are_beside(cell->v,
-                               rf_view_place_of(cell->v, cell->middle, (float)x + 0.5f,
-                                                (float)y + 0.5f, r));
+    const struct rf_sight *own = &cell->v->sights[cell->middle];
+    const float *radius = own->radius + own->stride * (size_t)y;
+    for (int i = x; i < x + n; i++)
+        if (radius[i] != radius[x])
+            return false;
+    for (int i = 0; i < 2; i++)
+        if (!rf_views_are_beside(
+                cell->v, rf_view_place_of(cell->v, cell->middle,
+                                          (float)(i ? x + n - 1 : x) + 0.5f,
+                                          (float)y + 0.5f, radius[x])))
+            return false;
+    return true;
+}
+
+/*
+ * Of pixels that continue the picture, of one surface each: those that no view shows
+ * are plain, and those that other views show are none.
+ */
+static struct rf_emission survey_continued(const struct rf_view_cell *cell,
+                                           const struct run *r, uint64_t continued)
+{
+    struct rf_emission e = {0, 0};
+    for (int i = r->first; i < r->end; i += 8) {
+        unsigned asked = (unsigned)(continued >> i) & 0xff;
+        int n = rf_min_int(8, r->end - i);
+        if (!asked)
+            continue;
+        if (n == 8 && are_beside(cell, r->x + i, r->y, n)) {
+            e.plain |= (uint64_t)asked << i;
+            continue;
+        }
+        float left[8];
+        rf_views_leave_eight(cell->v, cell->middle, r->x + i, r->y, asked, left);
+        for (; asked; asked &= asked - 1) {
+            int k = __builtin_ctz(asked);
+            uint64_t bit = (uint64_t)1 << (i + k);
+            e.plain |= left[k] == 1 ? bit : 0;
+            e.other |= left[k] < 1 && left[k] > CONTINUED_WEIGHT ? bit : 0;
+        }
+    }
+    return e;
 }
 
 static struct rf_emission survey_own(void *user, int x, int y, int n)
@@ -224,13 +260,12 @@ static struct rf_emission survey_own(void *user, int x, int y, int n)
     uint64_t plain =
         rf_picture_survey(picture, r.x + r.first, r.y, r.end - r.first).plain
         << r.first;
-    uint64_t beside = plain & ~find_rendered(picture, &r);
-    for (; beside; beside &= beside - 1) {
-        int i = __builtin_ctzll(beside);
-        if (!is_alone(cell, r.x + i, r.y))
-            plain &= ~((uint64_t)1 << i);
-    }
-    return (struct rf_emission){plain, all & ~plain};
+    uint64_t continued = plain & ~find_rendered(picture, &r);
+    if (!continued)
+        return (struct rf_emission){plain, all & ~plain};
+    struct rf_emission e = survey_continued(cell, &r, continued);
+    return (struct rf_emission){(plain & ~continued) | e.plain,
+                                (all & ~plain) | e.other};
 }
 
 /* Emits a sample of the view's pixel (x, y), moved by whole px. */
@@ -298,29 +333,61 @@ static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
     return (int)out.n;
 }
 
-/* What view `view` shows in one entry of its row y, and the cell's own does not see. */
-static struct rf_sample unseen_sample(const struct rf_view_cell *cell, int view, int y,
-                                      const struct rf_unseen *u)
+/* Some of what a view shows in one of its rows, for a cell. */
+struct batch {
+    int view, y, n;
+    const struct rf_unseen *at[RF_SIGHT_PARTS];
+    const struct rf_surface *surface[RF_SIGHT_PARTS];
+    struct rf_sight_places places;
+};
+
+static void add_to_batch(const struct rf_view_cell *cell, const struct rf_unseen *u,
+                         struct batch *b)
+{
+    const struct rf_surfaces *s = &cell->v->pictures[b->view].surfaces;
+    int x = u->part / 4;
+    size_t i = (size_t)b->y * (size_t)s->width + (size_t)x;
+    b->at[b->n] = u;
+    b->surface[b->n] = u->part & 1 ? rf_far_at(s, i) : &s->near[i];
+    b->places.x[b->n] = (float)x + 0.5f;
+    b->places.y[b->n] = (float)b->y + 0.5f;
+    b->places.r[b->n] = b->surface[b->n]->r;
+    b->n++;
+}
+
+/* Moves a batch to the nearest pixels of the cell's view, as far as that does not show
+ * it, and emits it. */
+static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
+                       struct rf_samples *out)
 {
     const struct rf_views *v = cell->v;
-    const struct rf_picture *from = &v->pictures[view];
     const struct rf_picture *own = &v->pictures[cell->middle];
-    const struct rf_work_view *own_view = &v->work->views[cell->middle];
-    int x = u->part / 4;
-    size_t i = (size_t)y * (size_t)from->width + (size_t)x;
-    const struct rf_surface *s =
-        u->part & 1 ? rf_far_at(&from->surfaces, i) : &from->surfaces.near[i];
-    struct rf_sample p = rf_sample_make(s, x, y, u->weight);
-    struct rf_view_place place = rf_view_place_of(v, view, p.x, p.y, p.r);
-    float shift = rf_view_shift(own_view, p.r);
-    p.x = place.x + rf_snap_px(own_view->lens[0] * shift);
-    p.y = place.y - rf_snap_px(own_view->lens[1] * shift);
-    int px = rf_view_floor(p.x), py = rf_view_floor(p.y);
-    if (rf_view_is_rendered(own, px, py))
-        p.w *= 1 - rf_view_pixel_sees(own, px, py, p.r);
-    p.x += (float)cell->shift[0];
-    p.y += (float)cell->shift[1];
-    return p;
+    const struct rf_kernels *kernels = own->filter->context->kernels;
+    struct rf_sight_found found;
+    for (int i = b->n; i % 8; i++) /* vectors are whole */
+        b->places.x[i] = b->places.y[i] = b->places.r[i] = 0;
+    kernels->place_parts(&v->sights[b->view], b->n, &b->places);
+    kernels->look_for_parts(&v->sights[cell->middle], &b->places, b->n, RF_OCCLUDED_PX,
+                            &found);
+    for (int i = 0; i < b->n; i++) {
+        const struct rf_unseen *u = b->at[i];
+        struct rf_sample *p = &out->at[out->n];
+        p->r = b->places.r[i];
+        p->w = u->weight;
+        if (found.rendered >> i & 1)
+            p->w *= 1 - rf_view_pixel_sees(own, found.x[i], found.y[i], p->r);
+        p->x = (float)(found.x[i] + cell->shift[0]) + 0.5f;
+        p->y = (float)(found.y[i] + cell->shift[1]) + 0.5f;
+        memcpy(p->c, b->surface[i]->c, sizeof p->c);
+        p->kind = RF_SHARP;
+        if (!is_in_scene(cell, p))
+            continue;
+        if (u->part & 2)
+            rf_picture_emit(&v->pictures[b->view], *p, u->part / 4, b->y, out);
+        else
+            out->n++;
+    }
+    b->n = 0;
 }
 
 /* Row i of the samples of the other views; counted are those out of reach, too. */
@@ -334,18 +401,15 @@ static size_t collect_others_row(void *user, int i, struct rf_sample *at)
     if (!at)
         return (size_t)row->n_samples[cell->index];
     struct rf_samples out = {at, 0};
+    struct batch batch = {.view = view, .y = y, .n = 0};
     for (int k = 0; k < row->n; k++) {
-        const struct rf_unseen *u = &row->at[k];
-        if (!(u->cells >> cell->index & 1))
+        if (!(row->at[k].cells >> cell->index & 1))
             continue;
-        struct rf_sample p = unseen_sample(cell, view, y, u);
-        if (!is_in_scene(cell, &p))
-            continue;
-        if (u->part & 2)
-            rf_picture_emit(&cell->v->pictures[view], p, u->part / 4, y, &out);
-        else
-            at[out.n++] = p;
+        add_to_batch(cell, &row->at[k], &batch);
+        if (batch.n == RF_SIGHT_PARTS)
+            emit_batch(cell, &batch, &out);
     }
+    emit_batch(cell, &batch, &out);
     return out.n;
 }
 

@@ -4,9 +4,10 @@
  * radii, so most of a picture is known to be seen by all views without a look at its
  * pixels; where they slant, the planes that they fit tell.
  */
+#include "../kernels/kernels.h"
 #include "views.h"
 
-enum { BLOCK = 8 };
+enum { BLOCK = RF_SIGHT_BLOCK };
 
 static const float LEAST_COUNT = 0.25f;
 
@@ -95,6 +96,45 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
     return rf_max_float(left, least);
 }
 
+/* How much view k shows of eight places; nothing but of those in `asked`. */
+static void add_shown(const struct rf_views *v, int k, const struct rf_sight_places *p,
+                      unsigned asked, float left[8])
+{
+    const struct rf_picture *l = &v->pictures[k];
+    const struct rf_kernels *kernels = l->filter->context->kernels;
+    struct rf_sight_found found;
+    kernels->look_for_parts(&v->sights[k], p, 8, RF_OCCLUDED_PX, &found);
+    for (unsigned rest = found.rendered & asked; rest; rest &= rest - 1) {
+        int i = __builtin_ctz(rest);
+        left[i] -= found.clear >> i & 1
+                       ? 1
+                       : rf_view_pixel_sees(l, found.x[i], found.y[i], p->r[i]);
+    }
+}
+
+void rf_views_leave_eight(const struct rf_views *v, int j, int x, int y, unsigned asked,
+                          float left[8])
+{
+    const struct rf_sight *own = &v->sights[j];
+    const float *radius = own->radius + own->stride * (size_t)y + x;
+    struct rf_sight_places p;
+    for (int i = 0; i < 8; i++) {
+        p.x[i] = (float)(x + i) + 0.5f;
+        p.y[i] = (float)y + 0.5f;
+        p.r[i] = radius[i];
+        left[i] = 1;
+    }
+    v->pictures[j].filter->context->kernels->place_parts(own, 8, &p);
+    for (int k = 0; k < v->work->n_views && asked; k++) {
+        if (k == j)
+            continue;
+        add_shown(v, k, &p, asked, left);
+        for (unsigned rest = asked; rest; rest &= rest - 1)
+            if (left[__builtin_ctz(rest)] <= 0)
+                asked &= ~(rest & -rest);
+    }
+}
+
 /* What rf_view_weight() says where the others show so much. */
 static float weight_of(float share, float own, float shown, float continued,
                        bool is_rendered)
@@ -116,12 +156,8 @@ float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
 /* ---- blocks -------------------------------------------------------------------- */
 
 struct block {
-    float lowest, highest; /* radii */
-    /*
-     * The plane that the radii lie on, at the block's middle and per px, and how far
-     * they lie off it.
-     */
-    float level, slope[2], rough;
+    /* Of its radii: the plane that they lie on, and how far they lie off it. */
+    struct rf_sight_plane plane;
     bool is_rendered; /* all of it */
 };
 
@@ -142,6 +178,7 @@ struct say {
 /* The blocks of all views. */
 struct blocks {
     struct rf_views *v;
+    const struct rf_kernels *kernels;
     int n_x, n_y, n_failed;
     struct block *at;
     struct doubt *doubts;
@@ -153,34 +190,31 @@ static size_t block_index(const struct blocks *b, int view, int x, int y)
     return ((size_t)view * (size_t)b->n_y + (size_t)y) * (size_t)b->n_x + (size_t)x;
 }
 
+/* A bit for each of eight pixels from i on that is mixed. */
+static unsigned mixed_bits(const struct rf_surfaces *s, size_t i)
+{
+    uint64_t bits = s->mixed[i / 64].bits >> i % 64;
+    if (i % 64 > 64 - BLOCK)
+        bits |= s->mixed[i / 64 + 1].bits << (64 - i % 64);
+    return (unsigned)bits & ((1u << BLOCK) - 1);
+}
+
 /* Is the block within the picture, and its pixels of one surface each? */
 static bool is_pure_block(const struct rf_surfaces *s, int bx, int by)
 {
     if ((bx + 1) * BLOCK > s->width || (by + 1) * BLOCK > s->height)
         return false;
-    float least = 1;
-    for (int y = 0; y < BLOCK; y++) {
-        size_t row = (size_t)(by * BLOCK + y) * (size_t)s->width;
-        const float *share = s->share + row + (size_t)bx * BLOCK;
-        for (int x = 0; x < BLOCK; x++)
-            least = rf_min_float(share[x], least);
-    }
-    return least >= 1;
+    unsigned mixed = 0;
+    for (int y = by * BLOCK; y < (by + 1) * BLOCK; y++)
+        mixed |=
+            mixed_bits(s, (size_t)y * (size_t)s->width + (size_t)bx * BLOCK);
+    return !mixed;
 }
 
 /* Least and greatest radii of a block's pixels; what lies outside repeats the edge. */
 static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
                        float *high)
 {
-    if (is_pure_block(s, bx, by)) {
-        for (int y = 0; y < BLOCK; y++) {
-            size_t row = (size_t)(by * BLOCK + y) * (size_t)s->width;
-            const struct rf_surface *at = s->near + row + (size_t)bx * BLOCK;
-            for (int x = 0; x < BLOCK; x++)
-                low[y * BLOCK + x] = high[y * BLOCK + x] = at[x].r;
-        }
-        return;
-    }
     for (int y = 0; y < BLOCK; y++)
         for (int x = 0; x < BLOCK; x++) {
             size_t row = (size_t)rf_min_int(by * BLOCK + y, s->height - 1);
@@ -194,62 +228,25 @@ static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
         }
 }
 
-/* A place in a block from its middle, px. */
-static float from_middle(int i)
-{
-    return (float)i - 0.5f * (BLOCK - 1);
-}
-
-/*
- * Fits the plane, by least squares; what is nearly level is taken for it, as the steps
- * of the radius need no more.
- */
-static void fit_plane(struct block *block, const float *low, const float *high)
-{
-    static const float SQUARES = BLOCK * BLOCK * (BLOCK * BLOCK - 1) / 12.0f;
-    static const float LEVEL_PX = 0.05f;
-    float sum = 0, along[2] = {0, 0}, rough = 0;
-    if (block->highest - block->lowest < LEVEL_PX) {
-        block->level = 0.5f * (block->lowest + block->highest);
-        block->rough = block->highest - block->lowest;
-        return;
-    }
-    for (int y = 0; y < BLOCK; y++)
-        for (int x = 0; x < BLOCK; x++) {
-            float r = low[y * BLOCK + x];
-            sum += r;
-            along[0] += from_middle(x) * r;
-            along[1] += from_middle(y) * r;
-        }
-    block->level = sum / (BLOCK * BLOCK);
-    for (int k = 0; k < 2; k++)
-        block->slope[k] = along[k] / SQUARES;
-    for (int y = 0; y < BLOCK; y++)
-        for (int x = 0; x < BLOCK; x++) {
-            float plane = block->level + block->slope[0] * from_middle(x) +
-                          block->slope[1] * from_middle(y);
-            rough = rf_max_float(plane - low[y * BLOCK + x], rough);
-            rough = rf_max_float(high[y * BLOCK + x] - plane, rough);
-        }
-    block->rough = rough;
-}
-
 static void measure_block(const struct blocks *b, int view, int bx, int by)
 {
+    static const float LEVEL_PX = 0.05f; /* the steps of the radius need no more */
     const struct rf_picture *l = &b->v->pictures[view];
-    float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
+    const struct rf_sight *sight = &b->v->sights[view];
     int x1 = rf_min_int((bx + 1) * BLOCK, l->width) - 1;
     int y1 = rf_min_int((by + 1) * BLOCK, l->height) - 1;
-    struct block block = {.lowest = INFINITY, .highest = -INFINITY};
-    block.is_rendered = rf_view_is_rendered(l, bx * BLOCK, by * BLOCK) &&
-                        rf_view_is_rendered(l, x1, y1);
-    load_block(&l->surfaces, bx, by, low, high);
-    for (int i = 0; i < BLOCK * BLOCK; i++) {
-        block.lowest = rf_min_float(low[i], block.lowest);
-        block.highest = rf_max_float(high[i], block.highest);
+    struct block *block = &b->at[block_index(b, view, bx, by)];
+    block->is_rendered = rf_view_is_rendered(l, bx * BLOCK, by * BLOCK) &&
+                         rf_view_is_rendered(l, x1, y1);
+    if (is_pure_block(&l->surfaces, bx, by)) {
+        const float *r =
+            sight->radius + sight->stride * (size_t)by * BLOCK + (size_t)bx * BLOCK;
+        b->kernels->fit_plane(r, r, sight->stride, LEVEL_PX, &block->plane);
+        return;
     }
-    fit_plane(&block, low, high);
-    b->at[block_index(b, view, bx, by)] = block;
+    float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
+    load_block(&l->surfaces, bx, by, low, high);
+    b->kernels->fit_plane(low, high, BLOCK, LEVEL_PX, &block->plane);
 }
 
 static void measure_blocks(const struct blocks *b, int view, int by)
@@ -282,8 +279,8 @@ static struct parallax parallax_of(const struct rf_views *v, int view, int j)
  * tell? `block` is block (bx, by) of its own view. Where the one is at x, of radius r,
  * the other one is looked at within a pixel of x + slope r + base.
  */
-static bool is_behind(const struct block *other, int x, int y,
-                      const struct block *block, int bx, int by,
+static bool is_behind(const struct rf_sight_plane *other, int x, int y,
+                      const struct rf_sight_plane *block, int bx, int by,
                       const struct parallax *p)
 {
     static const float ROUNDED_PX = 0.54f; /* the pixel, and snapping */
@@ -318,7 +315,7 @@ static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int
     static const float SNAPPED_PX = 0.04f;
     const struct rf_views *v = b->v;
     const struct rf_picture *l = &v->pictures[j];
-    const struct block *block = &b->at[block_index(b, view, bx, by)];
+    const struct rf_sight_plane *block = &b->at[block_index(b, view, bx, by)].plane;
     const int at[2] = {bx * BLOCK, by * BLOCK}, size[2] = {l->width, l->height};
     int first[2] = {0}, last[2] = {0}; /* blocks of view j that it may lie in */
     for (int k = 0; k < 2; k++) {
@@ -339,8 +336,8 @@ static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int
             const struct block *other = &b->at[block_index(b, j, x, y)];
             sees_nothing &= !is_shown(l, x, y);
             sees_all &= other->is_rendered &&
-                        (other->lowest >= block->highest - RF_OCCLUDED_PX ||
-                         is_behind(other, x, y, block, bx, by, parallax));
+                        (other->plane.lowest >= block->highest - RF_OCCLUDED_PX ||
+                         is_behind(&other->plane, x, y, block, bx, by, parallax));
         }
     return sees_all ? SEES_ALL : sees_nothing ? SEES_NOTHING : SEES_A_PART;
 }
@@ -419,70 +416,58 @@ static void find_doubts(const struct blocks *b, int view, int by)
 /* The parts of a row of a block: of each pixel the near one, the far one, or both. */
 struct parts {
     int n;
-    int x[2 * BLOCK];
-    bool is_far[2 * BLOCK];
-    float share[2 * BLOCK], r[2 * BLOCK];
-    float place_x[2 * BLOCK], place_y[2 * BLOCK];
-    uint32_t cells[2 * BLOCK]; /* in which it is listed */
+    int x[RF_SIGHT_PARTS];
+    bool is_far[RF_SIGHT_PARTS];
+    float share[RF_SIGHT_PARTS];
+    struct rf_sight_places places;
+    unsigned listed[RF_MOST_CELLS]; /* per cell: bit i, part i */
 };
 
-/* The rendered pixels of row y of a block. */
-static void find_parts(const struct rf_views *v, int view, int bx, int y,
-                       struct parts *parts)
+/* The parts of pixels x0 to x1 - 1 of a row that has mixed ones. */
+static void add_parts(const struct rf_surfaces *s, int x0, int x1, int y,
+                      struct parts *parts)
 {
-    const struct rf_picture *l = &v->pictures[view];
-    const struct rf_surfaces *s = &l->surfaces;
-    int first = rf_max_int(bx * BLOCK, l->x0);
-    int end = rf_min_int((bx + 1) * BLOCK, l->x0 + l->filter->width);
-    parts->n = 0;
-    for (int x = first; x < end; x++) {
-        size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    for (int x = x0; x < x1; x++) {
+        size_t i = (size_t)y * (size_t)s->width + (size_t)x;
         const float shares[2] = {s->share[i], 1 - s->share[i]};
         for (int k = 0; k < 2; k++)
             if (shares[k] > 0) {
                 parts->x[parts->n] = x;
                 parts->is_far[parts->n] = k;
                 parts->share[parts->n] = shares[k];
-                parts->r[parts->n++] = k ? rf_far_at(s, i)->r : s->near[i].r;
+                parts->places.r[parts->n++] = k ? rf_far_at(s, i)->r : s->near[i].r;
             }
-    }
-    for (int i = 0; i < parts->n; i++) {
-        struct rf_view_place place = rf_view_place_of(
-            v, view, (float)parts->x[i] + 0.5f, (float)y + 0.5f, parts->r[i]);
-        parts->place_x[i] = place.x;
-        parts->place_y[i] = place.y;
     }
 }
 
-/*
- * How much of each part view j shows. Mostly its block tells, and pixels of many views
- * are a long way off in memory.
- */
-static void look_at_parts(const struct blocks *b, int j, const struct parts *parts,
-                          float *seen)
+/* The rendered pixels of row y of a block. */
+static void find_parts(const struct blocks *b, int view, int bx, int y,
+                       struct parts *parts)
 {
-    const struct rf_views *v = b->v;
-    const struct rf_work_view *view = &v->work->views[j];
-    const struct rf_picture *l = &v->pictures[j];
-    const float u = view->lens[0], w = view->lens[1];
-    int px[2 * BLOCK], py[2 * BLOCK];
-    for (int i = 0; i < parts->n; i++) { /* as rf_view_pixel_at() has it */
-        float shift = rf_view_shift(view, parts->r[i]);
-        px[i] = rf_view_floor(parts->place_x[i] + rf_snap_px(u * shift));
-        py[i] = rf_view_floor(parts->place_y[i] - rf_snap_px(w * shift));
+    const struct rf_picture *l = &b->v->pictures[view];
+    const struct rf_sight *sight = &b->v->sights[view];
+    int x0 = rf_max_int(bx * BLOCK, sight->x0);
+    int x1 = rf_min_int((bx + 1) * BLOCK, sight->x1);
+    size_t i = (size_t)y * (size_t)l->width + (size_t)x0;
+    parts->n = 0;
+    memset(&parts->places, 0, sizeof parts->places);
+    if (x1 - x0 == BLOCK && !mixed_bits(&l->surfaces, i)) {
+        const float *r = sight->radius + sight->stride * (size_t)y + x0;
+        for (int k = 0; k < BLOCK; k++) {
+            parts->x[k] = x0 + k;
+            parts->is_far[k] = false;
+            parts->share[k] = 1;
+            parts->places.r[k] = r[k];
+        }
+        parts->n = BLOCK;
+    } else {
+        add_parts(&l->surfaces, x0, x1, y, parts);
     }
-    for (int i = 0; i < parts->n; i++) {
-        seen[i] = 0;
-        if (!rf_view_is_rendered(l, px[i], py[i]))
-            continue;
-        const struct block *block =
-            &b->at[block_index(b, j, px[i] / BLOCK, py[i] / BLOCK)];
-        float limit = parts->r[i] - RF_OCCLUDED_PX;
-        if (block->lowest >= limit)
-            seen[i] = 1;
-        else if (block->highest >= limit)
-            seen[i] = rf_view_pixel_sees(l, px[i], py[i], parts->r[i]);
+    for (int k = 0; k < parts->n; k++) {
+        parts->places.x[k] = (float)parts->x[k] + 0.5f;
+        parts->places.y[k] = (float)y + 0.5f;
     }
+    b->kernels->place_parts(sight, parts->n, &parts->places);
 }
 
 /* Does a view that shows so much of a place not see it? */
@@ -491,43 +476,60 @@ static bool is_blind(float seen)
     return seen < 0.5f;
 }
 
-/* Keeps the parts that are listed in any cell, and finds in which. */
-static void find_cells(const struct blocks *b, int view, const struct doubt *doubt,
-                       struct parts *parts)
+/* Which parts view j sees: bit i, part i. */
+static unsigned look_at_parts(const struct blocks *b, int j, const struct parts *parts)
+{
+    const struct rf_picture *l = &b->v->pictures[j];
+    const struct rf_surfaces *s = &l->surfaces;
+    struct rf_sight_found found;
+    b->kernels->look_for_parts(&b->v->sights[j], &parts->places, parts->n,
+                               RF_OCCLUDED_PX, &found);
+    unsigned seen = found.clear;
+    for (unsigned left = found.rendered & ~seen; left; left &= left - 1) {
+        int k = __builtin_ctz(left), x = found.x[k], y = found.y[k];
+        size_t i = (size_t)y * (size_t)s->width + (size_t)x;
+        if ((s->mixed[i / 64].bits >> i % 64 & 1) &&
+            !is_blind(rf_view_pixel_sees(l, x, y, parts->places.r[k])))
+            seen |= 1u << k;
+    }
+    return seen;
+}
+
+/* Of some cells, those in which a part is listed. */
+static uint32_t cells_in_use(const struct parts *parts, uint32_t cells)
+{
+    uint32_t used = 0;
+    for (; cells; cells &= cells - 1) {
+        int i = __builtin_ctz(cells);
+        used |= (uint32_t)(parts->listed[i] != 0) << i;
+    }
+    return used;
+}
+
+/* Finds in which cells the parts are listed; returns those cells. */
+static uint32_t find_cells(const struct blocks *b, int view, const struct doubt *doubt,
+                           struct parts *parts)
 {
     const struct rf_views *v = b->v;
     const struct say *say = &b->says[view];
     uint32_t all = cells_beside(v, say, view);
-    float seen[2 * BLOCK];
-    int n = 0;
     for (int i = 0; i < v->work->n_views - 1; i++)
         if (!((doubt->partly | doubt->blind) >> say->order[i] & 1))
             all &= ~say->cells[say->order[i]];
-    for (int i = 0; i < parts->n; i++)
-        parts->cells[i] = all;
+    for (int i = 0; i < v->n_cells; i++)
+        parts->listed[i] = all >> i & 1 ? (1u << parts->n) - 1 : 0;
+    all = cells_in_use(parts, all);
     for (int k = 0; k < v->work->n_views - 1 && all; k++) {
         int j = say->order[k];
-        if (!(doubt->partly >> j & 1) || !(say->cells[j] & all))
+        uint32_t cells = say->cells[j] & all;
+        if (!(doubt->partly >> j & 1) || !cells)
             continue;
-        look_at_parts(b, j, parts, seen);
-        all = 0;
-        for (int i = 0; i < parts->n; i++) {
-            parts->cells[i] &= is_blind(seen[i]) ? UINT32_MAX : ~say->cells[j];
-            all |= parts->cells[i];
-        }
+        unsigned seen = look_at_parts(b, j, parts);
+        for (uint32_t left = cells; left; left &= left - 1)
+            parts->listed[__builtin_ctz(left)] &= ~seen;
+        all = (all & ~cells) | cells_in_use(parts, cells);
     }
-    for (int i = 0; i < parts->n && all; i++) {
-        if (!parts->cells[i])
-            continue;
-        parts->x[n] = parts->x[i];
-        parts->is_far[n] = parts->is_far[i];
-        parts->share[n] = parts->share[i];
-        parts->r[n] = parts->r[i];
-        parts->place_x[n] = parts->place_x[i];
-        parts->place_y[n] = parts->place_y[i];
-        parts->cells[n++] = parts->cells[i];
-    }
-    parts->n = n;
+    return all;
 }
 
 /*
@@ -540,19 +542,28 @@ static int list_block(const struct blocks *b, int view, int bx, int y,
     const struct rf_views *v = b->v;
     const struct rf_picture *l = &v->pictures[view];
     struct parts parts;
-    find_parts(v, view, bx, y, &parts);
-    find_cells(b, view, doubt, &parts);
-    for (int i = 0; i < parts.n; i++) {
-        int x = parts.x[i], is_far = parts.is_far[i];
+    find_parts(b, view, bx, y, &parts);
+    uint32_t all = find_cells(b, view, doubt, &parts);
+    unsigned any = 0;
+    for (uint32_t left = all; left; left &= left - 1)
+        any |= parts.listed[__builtin_ctz(left)];
+    int n = 0;
+    for (; any; any &= any - 1) {
+        int i = __builtin_ctz(any), x = parts.x[i], is_far = parts.is_far[i];
         size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
         const struct rf_surface *s =
             is_far ? rf_far_at(&l->surfaces, pixel) : &l->surfaces.near[pixel];
-        at[i] = (struct rf_unseen){
+        uint32_t cells = 0;
+        for (uint32_t left = all; left; left &= left - 1) {
+            int cell = __builtin_ctz(left);
+            cells |= (parts.listed[cell] >> i & 1) << cell;
+        }
+        at[n++] = (struct rf_unseen){
             .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
             .weight = is_far ? rf_min_float(1, 2 * parts.share[i]) : parts.share[i],
-            .cells = parts.cells[i]};
+            .cells = cells};
     }
-    return parts.n;
+    return n;
 }
 
 /* How many samples the pieces of a row become, which may be two each. */
@@ -618,6 +629,7 @@ rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
     const struct rf_picture *picture = &v->pictures[0];
     const struct rf_context *context = v->work->filter->context;
     struct blocks b = {.v = v,
+                       .kernels = context->kernels,
                        .n_x = (picture->width + BLOCK - 1) / BLOCK,
                        .n_y = (picture->height + BLOCK - 1) / BLOCK};
     size_t n_blocks = (size_t)b.n_x * (size_t)b.n_y * (size_t)v->work->n_views;

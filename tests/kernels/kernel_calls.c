@@ -505,6 +505,62 @@ void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
            sizeof out->weight - sizeof(float) * (size_t)out->n);
 }
 
+/* Places of noise in and around the picture; in some variants eight lie side by side. */
+struct rf_sight sight_of(const struct workspace *w)
+{
+    return (struct rf_sight){.radius = w->at,
+                             .stride = SIGHT_W,
+                             .lens = {0.5f, -0.25f},
+                             .shift_scale = 0.75f,
+                             .shift_bias = 1.25f,
+                             .x0 = 5,
+                             .y0 = 3,
+                             .x1 = SIGHT_W - 4,
+                             .y1 = SIGHT_H - 2};
+}
+
+struct rf_sight_places places_of(const struct workspace *w, int variant)
+{
+    struct rf_sight_places p;
+    for (int i = 0; i < RF_SIGHT_PARTS; i++) {
+        const float *at = w->at + 30000 + 16 * variant + i;
+        bool is_run = i >= 8 && variant % 2;
+        p.x[i] = is_run ? 20.5f + (float)i : (SIGHT_W + 8) * at[0] - 4;
+        p.y[i] = is_run ? 9.5f : (SIGHT_H + 8) * at[100] - 4;
+        p.r[i] = is_run ? 2 : 3 * at[200];
+    }
+    p.x[1] = -INFINITY;
+    p.y[2] = 1e30f;
+    return p;
+}
+
+static void call_place(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_sight sight = sight_of(w);
+    struct rf_sight_places p = places_of(w, variant);
+    k->place_parts(&sight, 16 - 8 * (variant % 2), &p);
+    memcpy(w->at + 40000, &p, sizeof p);
+}
+
+static void call_look(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_sight sight = sight_of(w);
+    struct rf_sight_places p = places_of(w, variant);
+    struct rf_sight_found found = {.rendered = 0};
+    for (int i = 0; i < SIGHT_W * SIGHT_H; i++)
+        w->at[i] = i % 11 ? 3 * w->at[i] : INFINITY;
+    k->look_for_parts(&sight, &p, 16 - variant / 2, 0.5f, &found);
+    memcpy(w->at + 40000, &found, sizeof found);
+}
+
+static void call_fit(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_sight_plane plane;
+    k->fit_plane(w->at + 3, w->at + 1000 * variant, 11, variant == 2 ? 10 : 0.05f,
+                 &plane);
+    memcpy(w->at + 40000, &plane, sizeof plane);
+}
+
 const struct kernel kernels[] = {
     {"radii", call_radii, 6, NULL},
     {"spread", call_spread, 2, NULL},
@@ -531,6 +587,9 @@ const struct kernel kernels[] = {
     {"join", call_join, 4, NULL},
     {"divide", call_divide, 4, NULL},
     {"divide_rgba", call_divide_rgba, 4, NULL},
+    {"place_parts", call_place, 2, NULL},
+    {"look_for_parts", call_look, 4, NULL},
+    {"fit_plane", call_fit, 3, NULL},
     {"is_rough", call_rough, 3, prepare_backs},
     {"log_row", call_log_row, 4, NULL},
     {"has_candidate", call_candidate, 2, prepare_backs},

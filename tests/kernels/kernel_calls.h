@@ -10,6 +10,7 @@
 enum { WORK_FLOATS = 1 << 17, N_SPLATS = 64, N_FOOTPRINTS = 4, MAX_SEGMENTS = 32 };
 enum { ACC_FLOATS = 3 * RF_TILE_H * RF_MAX_PLANES * RF_ACC_STRIDE };
 enum { N_BLOCKS = 24, SHADOWS_W = 61, SHADOWS_H = 47, BACKS_W = 128, BACKS_H = 64 };
+enum { SIGHT_W = 48, SIGHT_H = 24 };
 
 /* Everything that a kernel may read or write. */
 struct workspace {
@@ -59,6 +60,9 @@ struct rf_hidden_group group_of(const struct rf_hidden_query *query, int n);
 
 /* A query for the group of 4 x 4 pixels number i, which may find something or not. */
 struct rf_hidden_query group_query(int i);
+
+struct rf_sight sight_of(const struct workspace *w);
+struct rf_sight_places places_of(const struct workspace *w, int variant);
 
 void call_vote(const struct rf_kernels *k, struct workspace *w, int variant);
 void call_window(const struct rf_kernels *k, struct workspace *w, int variant);

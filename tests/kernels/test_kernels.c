@@ -523,6 +523,58 @@ static void a_run_casts_what_its_pixels_do(void)
     }
 }
 
+/* What is found at each place, by the rule for one. */
+static void places_are_looked_for(void)
+{
+    const struct rf_kernels *k = rf_kernels_at(0);
+    int n_rendered = 0, n_clear = 0;
+    for (int variant = 0; variant < 4; variant++) {
+        seed = 7;
+        for (int i = 0; i < WORK_FLOATS; i++)
+            first.at[i] = noise();
+        for (int i = 0; i < SIGHT_W * SIGHT_H; i++)
+            first.at[i] = i % 11 ? 3 * first.at[i] : INFINITY;
+        struct rf_sight s = sight_of(&first);
+        struct rf_sight_places p = places_of(&first, variant);
+        struct rf_sight_found found;
+        k->look_for_parts(&s, &p, RF_SIGHT_PARTS, 0.5f, &found);
+        for (int i = 0; i < RF_SIGHT_PARTS; i++) {
+            float shift = s.shift_scale * p.r[i] + s.shift_bias;
+            float x = floorf(p.x[i] + rf_snap_px(s.lens[0] * shift));
+            float y = floorf(p.y[i] - rf_snap_px(s.lens[1] * shift));
+            bool is_rendered = x >= (float)s.x0 && x < (float)s.x1 &&
+                               y >= (float)s.y0 && y < (float)s.y1;
+            float near = is_rendered ? s.radius[(int)y * SIGHT_W + (int)x] : INFINITY;
+            bool is_clear = near < INFINITY && near >= p.r[i] - 0.5f;
+            CHECK((found.rendered >> i & 1) == is_rendered);
+            CHECK((found.clear >> i & 1) == is_clear);
+            CHECK(!is_rendered || (found.x[i] == (int)x && found.y[i] == (int)y));
+            n_rendered += is_rendered;
+            n_clear += is_clear;
+        }
+    }
+    CHECK(n_clear > 0 && n_rendered > n_clear && n_rendered < 4 * RF_SIGHT_PARTS);
+}
+
+/* A plane is found, and a bump on it is how rough it is. */
+static void slanted_radii_are_a_plane(void)
+{
+    const struct rf_kernels *k = rf_kernels_at(0);
+    float low[64], high[64];
+    struct rf_sight_plane plane;
+    for (int i = 0; i < 64; i++)
+        low[i] = high[i] = 3 + 0.25f * (float)(i % 8) - 0.5f * (float)(i / 8);
+    high[20] += 0.75f;
+    k->fit_plane(low, high, 8, 0.05f, &plane);
+    CHECK(plane.lowest == -0.5f && plane.highest == 4.75f);
+    CHECK_NEAR(plane.level, 2.125, 1e-5);
+    CHECK_NEAR(plane.slope[0], 0.25, 1e-5);
+    CHECK_NEAR(plane.slope[1], -0.5, 1e-5);
+    CHECK_NEAR(plane.rough, 0.75, 1e-5);
+    k->fit_plane(low, high, 8, 10, &plane);
+    CHECK(plane.slope[0] == 0 && plane.rough == 5.25f && plane.level == 2.125f);
+}
+
 static void levels_are_found_by_name(void)
 {
     const struct rf_kernels *level;
@@ -592,6 +644,8 @@ int main(int argc, char **argv)
     TEST(quotients_are_limited);
     TEST(quotients_of_quadruples);
     TEST(blocks_are_rough_where_radii_step);
+    TEST(places_are_looked_for);
+    TEST(slanted_radii_are_a_plane);
     TEST(levels_are_found_by_name);
     return testing_end();
 }
