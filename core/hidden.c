@@ -39,7 +39,7 @@ enum {
     GROUP = RF_HIDDEN_GROUP, /* px a side: pixels that may share one answer */
     FAR_HOLE2 = 3 * 3, /* px^2: if the rim of the hole is as far as this */
     FAR_BLOCK2 = 12 * 12, /* px^2: the same for BLOCK x BLOCK, from their middle */
-    SPARE = 8 * (MAX_WINDOW / RF_HIDDEN_STEPS + 1), /* floats a vector may read on */
+    LANES = 8, /* floats that kernels work on at a time */
     MOST_RINGS = MAX_REACH / BLOCK + 1,             /* of blocks around one */
     MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
 };
@@ -57,6 +57,7 @@ struct block {
      * hold or touch an edge or a slope that could have candidates.
      */
     int n_rough;
+    bool has_mixed; /* pixels */
 };
 
 struct search {
@@ -64,6 +65,7 @@ struct search {
     const struct rf_known *known; /* or NULL */
     const struct rf_kernels *kernels;
     struct rf_backs backs;
+    struct rf_estimates *out;
     int n_threads, n_x, n_y;
     struct block *blocks;
     uint32_t *rough; /* bits of rough blocks, in rows of n_words */
@@ -84,71 +86,73 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
 
 /* ---- planes and blocks --------------------------------------------------------- */
 
-static bool is_pure(const float *share)
-{
-    bool all_pure = true;
-    for (int i = 0; i < BLOCK; i++)
-        all_pure &= share[i] >= 1;
-    return all_pure;
-}
-
-static void load_row(struct search *search, int y)
+/* Calls for the mixed pixels of a row. */
+static void visit_mixed(const struct search *search, int y,
+                        void (*visit)(const struct search *search, int x, int y,
+                                      size_t i))
 {
     const struct rf_surfaces *s = search->s;
-    int width = y < s->height ? s->width : 0;
-    size_t stride = (size_t)search->backs.stride, row = (size_t)y * (size_t)s->width;
-    float *r = search->backs.r + stride * (size_t)y;
-    float *luminance = search->backs.log_luminance + stride * (size_t)y;
-    if (width > 0)
-        search->kernels->unload_row(s->near + row, width, r, luminance);
-    for (int x = 0; x < width; x++) {
-        if (x % BLOCK == 0 && x + BLOCK <= width && is_pure(s->share + row + x)) {
-            x += BLOCK - 1;
-            continue;
+    size_t row = (size_t)y * (size_t)s->width, end = row + (size_t)s->width;
+    for (size_t word = row / 64; word * 64 < end; word++) {
+        uint64_t bits = s->mixed[word].bits;
+        if (word * 64 < row)
+            bits &= UINT64_MAX << row % 64;
+        for (; bits; bits &= bits - 1) {
+            size_t i = word * 64 + (size_t)__builtin_ctzll(bits);
+            if (i >= end)
+                return;
+            if (s->share[i] < 1)
+                visit(search, (int)(i - row), y, i);
         }
-        const struct rf_surface *q = back_surface(s, row + (size_t)x);
-        r[x] = q ? q->r : -INFINITY;
-        luminance[x] = q ? rf_luminance(q->c[0], q->c[1], q->c[2]) : 0;
     }
-    for (size_t x = (size_t)width; x < stride; x++) {
+}
+
+static float *row_of(const struct search *search, int y)
+{
+    return search->backs.r + search->backs.stride * (size_t)y;
+}
+
+/* What a mixed pixel shows behind others; its near part counts for its block. */
+static void show_back(const struct search *search, int x, int y, size_t i)
+{
+    const struct rf_surfaces *s = search->s;
+    struct block *b = &search->blocks[y / BLOCK * search->n_x + x / BLOCK];
+    const struct rf_surface *q = back_surface(s, i);
+    b->has_mixed = true;
+    b->n_rough = 1;
+    if (s->share[i] > 0)
+        b->lowest = rf_min_float(s->near[i].r, b->lowest);
+    row_of(search, y)[x] = q ? q->r : -INFINITY;
+}
+
+/* Undoes it. */
+static void show_near(const struct search *search, int x, int y, size_t i)
+{
+    const struct rf_surfaces *s = search->s;
+    row_of(search, y)[x] =
+        s->share[i] > RF_OCCLUDER_SHARE ? s->near[i].r : INFINITY;
+}
+
+/* The radii of a row of pixels become those of what they show behind others. */
+static void load_row(const struct search *search, int y, bool has_radii)
+{
+    const struct rf_surfaces *s = search->s;
+    float *r = row_of(search, y);
+    const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
+    for (int x = 0; x < s->width && !has_radii; x++)
+        r[x] = near[x].r;
+    for (int x = s->width; x < s->width + BLOCK; x++)
         r[x] = -INFINITY;
-        luminance[x] = 0;
-    }
-    search->kernels->log_row(luminance, search->backs.stride);
+    visit_mixed(search, y, show_back);
 }
 
-/* What pixels show behind others is the near surface itself where they are pure. */
-static void build_block(struct search *search, int bx, int by)
+static void restore_row(const struct search *search, int y)
 {
-    const struct rf_surfaces *s = search->s;
-    struct block b = {-INFINITY, INFINITY, 0};
-    int x0 = bx * BLOCK, x1 = rf_min_int(x0 + BLOCK, s->width);
-    float high[BLOCK], low[BLOCK]; /* of pure rows, by columns */
-    for (int i = 0; i < BLOCK; i++) {
-        high[i] = -INFINITY;
-        low[i] = INFINITY;
-    }
-    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, s->height); y++) {
-        const float *r = search->backs.r + (size_t)y * (size_t)search->backs.stride;
-        size_t row = (size_t)y * (size_t)s->width;
-        if (x1 - x0 == BLOCK && is_pure(s->share + row + x0)) {
-            for (int i = 0; i < BLOCK; i++) {
-                high[i] = rf_max_float(r[x0 + i], high[i]);
-                low[i] = rf_min_float(r[x0 + i], low[i]);
-            }
-            continue;
-        }
-        for (int x = x0; x < x1; x++) {
-            b.highest = rf_max_float(r[x], b.highest);
-            if (s->share[row + (size_t)x] > 0)
-                b.lowest = rf_min_float(s->near[row + (size_t)x].r, b.lowest);
-        }
-    }
-    for (int i = 0; i < BLOCK; i++) {
-        b.highest = rf_max_float(high[i], b.highest);
-        b.lowest = rf_min_float(low[i], b.lowest);
-    }
-    search->blocks[by * search->n_x + bx] = b;
+    int width = search->s->width;
+    float *r = row_of(search, y);
+    visit_mixed(search, y, show_near);
+    for (int x = width; x < width + BLOCK; x++)
+        r[x] = r[width - 1];
 }
 
 /*
@@ -187,21 +191,36 @@ static bool has_rough(const struct search *search, int bx, int by, int reach)
            0;
 }
 
-static void build_rows(struct search *search)
+/* Radii and roughness of a block, beside what its mixed pixels have told. */
+static void measure_block(struct search *search, int bx, int by)
 {
-#pragma omp parallel for num_threads(search->n_threads) schedule(dynamic, 4)
-    for (int by = 0; by < search->n_y; by++) {
-        for (int y = by * BLOCK; y < (by + 1) * BLOCK; y++)
-            load_row(search, y);
-        for (int bx = 0; bx < search->n_x; bx++)
-            build_block(search, bx, by);
+    struct block *b = &search->blocks[by * search->n_x + bx];
+    float lowest;
+    bool is_rough = search->kernels->measure_block(
+        &search->backs, bx, by, SMOOTH / (float)search->extent[0],
+        SMOOTH / (float)search->extent[1], &b->highest, &lowest);
+    b->lowest = rf_min_float(lowest, b->lowest);
+    b->n_rough |= is_rough;
+}
+
+static void build_rows(struct search *search, bool has_radii)
+{
+#pragma omp parallel num_threads(search->n_threads)
+    {
+#pragma omp for schedule(dynamic, 4)
+        for (int by = 0; by < search->n_y; by++) {
+            int y1 = rf_min_int((by + 1) * BLOCK, search->s->height);
+            for (int bx = 0; bx < search->n_x; bx++)
+                search->blocks[by * search->n_x + bx] =
+                    (struct block){.lowest = INFINITY};
+            for (int y = by * BLOCK; y < y1; y++)
+                load_row(search, y, has_radii);
+        }
+#pragma omp for schedule(dynamic, 4)
+        for (int by = 0; by < search->n_y; by++)
+            for (int bx = 0; bx < search->n_x; bx++)
+                measure_block(search, bx, by);
     }
-#pragma omp parallel for num_threads(search->n_threads) schedule(dynamic, 4)
-    for (int by = 0; by < search->n_y; by++)
-        for (int bx = 0; bx < search->n_x; bx++)
-            search->blocks[by * search->n_x + bx].n_rough = search->kernels->is_rough(
-                &search->backs, search->s->share, bx, by,
-                SMOOTH / (float)search->extent[0], SMOOTH / (float)search->extent[1]);
     sum_rough(search);
     for (int i = 0; i < search->n_x * search->n_y; i++)
         search->highest = rf_max_float(search->highest, search->blocks[i].highest);
@@ -213,6 +232,8 @@ static void build_rows(struct search *search)
 struct scratch {
     struct rf_hidden_vote vote;
     struct rf_hidden_window window;
+    const struct rf_surface *shown[RF_HIDDEN_NEIGHBOURS]; /* by the window's pixels */
+    float luminance[RF_HIDDEN_NEIGHBOURS], log_of[RF_HIDDEN_NEIGHBOURS + LANES];
     struct rf_hidden_group group;
     int n_blocks, n_of_ring[MOST_RINGS + 1];
     struct rf_hidden_block found[MOST_BLOCKS], blocks[MOST_BLOCKS]; /* by rows, rings */
@@ -332,23 +353,34 @@ static bool count_votes(struct rf_hidden_vote *vote, float s, float *r, int *d2)
 typedef float quad __attribute__((vector_size(16), aligned(4)));
 
 /* Weighted mean of the window, no pixel brighter than the limit. */
-static bool average(const struct search *search, const struct rf_hidden_window *window,
+static bool average(const struct search *search, struct scratch *scratch,
                     struct rf_surface *mean)
 {
+    const struct rf_hidden_window *window = &scratch->window;
+    float *log_of = scratch->log_of, log_sum = 0;
     if (!(window->weight_sum > 0))
         return false;
-    float limit = BRIGHTEST * rf_expf(window->log_sum / window->weight_sum), r = 0;
-    quad c = {0};
     for (int i = 0; i < window->n; i++) {
         const struct rf_surface *q = back_surface(search->s, (size_t)window->index[i]);
-        float k = window->weight[i] / window->weight_sum;
-        float l = rf_luminance(q->c[0], q->c[1], q->c[2]);
-        float dim = l > limit ? k * (limit / l) : k;
-        c += (quad){dim, dim, dim, k} * *(const quad *)q->c;
-        r += k * q->r;
+        scratch->shown[i] = q;
+        scratch->luminance[i] = log_of[i] = rf_luminance(q->c[0], q->c[1], q->c[2]);
     }
+    for (int i = window->n; i % LANES; i++)
+        log_of[i] = 0;
+    search->kernels->log_row(log_of, (window->n + LANES - 1) / LANES * LANES);
+    for (int i = 0; i < window->n; i++)
+        log_sum += window->weight[i] * log_of[i];
+    float limit = BRIGHTEST * rf_expf(log_sum / window->weight_sum);
+    quad c = {0};
+    for (int i = 0; i < window->n; i++) {
+        float k = window->weight[i], l = scratch->luminance[i];
+        float dim = l > limit ? k * (limit / l) : k;
+        c += (quad){dim, dim, dim, k} * *(const quad *)scratch->shown[i]->c;
+    }
+    float share = 1 / window->weight_sum;
+    c *= (quad){share, share, share, share};
     memcpy(mean->c, &c, sizeof mean->c);
-    mean->r = r;
+    mean->r = window->r_sum * share;
     return true;
 }
 
@@ -360,7 +392,7 @@ static bool wins_by_itself(const struct search *search,
                            const struct rf_hidden_query *query, float *r)
 {
     const struct rf_backs *b = &search->backs;
-    float room = b->r[(size_t)query->y * (size_t)b->stride + (size_t)query->x];
+    float room = b->r[(size_t)query->y * b->stride + (size_t)query->x];
     room -= query->s;
     if (!(room > 0) || !(room * room > 0))
         return false;
@@ -403,7 +435,7 @@ static bool fill_in(const struct search *search, const struct rf_hidden_query *q
     }
     float reach = rf_min_float(sqrtf((float)guess->d2) * 2.5f + 3, MAX_WINDOW);
     search->kernels->gather_window(&search->backs, query, r, reach, &scratch->window);
-    return average(search, &scratch->window, hidden);
+    return average(search, scratch, hidden);
 }
 
 /* Estimates what lies behind a query; `d2` receives how far the hole's rim is. */
@@ -436,11 +468,19 @@ static struct rf_hidden_query query_at(const struct search *search, int x, int y
                                     .inv_y2 = (float)(1 / (e[1] * e[1]))};
 }
 
+/* Notes that pixel (x, y) has an answer, and those beside it within its block. */
+static void set_found(const struct search *search, int x, int y, unsigned bits)
+{
+    size_t row = rf_found_stride(search->s->width) * (size_t)y;
+    search->out->found[row + (size_t)x / 8] |= (uint8_t)(bits << x % 8);
+}
+
 /* Answers 2 x 2 pixels; returns how far the rim of the hole is from the first, px^2. */
 static int search_quad(const struct search *search, struct scratch *scratch, int x0,
-                       int y0, struct rf_surface *hidden, float *weight)
+                       int y0)
 {
     const struct rf_surfaces *s = search->s;
+    struct rf_surface *hidden = search->out->at;
     size_t found = 0; /* the last pixel that has an answer to share */
     bool has_found = false;
     int d2 = 0, first_d2 = 0;
@@ -449,9 +489,8 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
         if (x >= s->width || y >= s->height)
             continue;
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-        weight[i] = 0;
         if (has_found && is_same_surface(s, found, i)) {
-            weight[i] = 1;
+            set_found(search, x, y, 1);
             hidden[i] = hidden[found];
             continue;
         }
@@ -459,10 +498,10 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
             continue;
         struct rf_hidden_query query = query_at(search, x, y, s->near[i].r);
         bool is_found = estimate(search, &query, scratch, &hidden[i], &d2);
-        weight[i] = is_found ? 1 : 0;
         if (k == 0 && is_found)
             first_d2 = rf_max_int(d2, 1);
         if (is_found) { /* nothing is not shared: a pixel on there may be */
+            set_found(search, x, y, 1);
             found = i;
             has_found = true;
         }
@@ -471,8 +510,7 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
 }
 
 /* Gives 2 x 2 pixels the answer of `first` if all are of its surface. */
-static bool share_quad(const struct search *search, size_t first, int x0, int y0,
-                       struct rf_surface *hidden, float *weight)
+static bool share_quad(const struct search *search, size_t first, int x0, int y0)
 {
     const struct rf_surfaces *s = search->s;
     if (x0 + 1 >= s->width || y0 + 1 >= s->height)
@@ -482,10 +520,10 @@ static bool share_quad(const struct search *search, size_t first, int x0, int y0
                              (size_t)(y0 + (k >> 1)) * (size_t)s->width +
                                  (size_t)(x0 + (k & 1))))
             return false;
-    for (int k = 0; k < 4; k++) {
-        size_t i = (size_t)(y0 + (k >> 1)) * (size_t)s->width + (size_t)(x0 + (k & 1));
-        weight[i] = 1;
-        hidden[i] = hidden[first];
+    for (int y = y0; y < y0 + 2; y++) {
+        struct rf_surface *row = search->out->at + (size_t)y * (size_t)s->width;
+        row[x0] = row[x0 + 1] = search->out->at[first];
+        set_found(search, x0, y, 3);
     }
     return true;
 }
@@ -497,8 +535,13 @@ static bool may_hide(const struct search *search, struct scratch *scratch, int x
     const struct rf_surfaces *s = search->s;
     float least = INFINITY;
     bool is_mixed = false;
+    bool has_mixed = search->blocks[y0 / BLOCK * search->n_x + x0 / BLOCK].has_mixed;
     for (int y = y0; y < rf_min_int(y0 + GROUP, s->height); y++)
         for (int x = x0; x < rf_min_int(x0 + GROUP, s->width); x++) {
+            if (!has_mixed) {
+                least = rf_min_float(row_of(search, y)[x], least);
+                continue;
+            }
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
             is_mixed |= s->share[i] > 0 && s->share[i] < 1;
             least = rf_min_float(s->share[i] > 0 ? s->near[i].r : INFINITY, least);
@@ -530,8 +573,7 @@ static size_t nearest_of(const struct rf_surfaces *s, int x0, int y0)
 }
 
 /* Estimates what lies behind pixel i where somebody may show it. */
-static enum answer ask(const struct search *search, struct scratch *scratch, size_t i,
-                       struct rf_surface *hidden)
+static enum answer ask(const struct search *search, struct scratch *scratch, size_t i)
 {
     const struct rf_surfaces *s = search->s;
     int x = (int)(i % (size_t)s->width), y = (int)(i / (size_t)s->width);
@@ -543,7 +585,7 @@ static enum answer ask(const struct search *search, struct scratch *scratch, siz
         return NONE;
     if (search->known->is_shown(search->known->user, x, y, guess.r))
         return SHOWN;
-    return fill_in(search, &query, scratch, &guess, &hidden[i]) ? OWN : NONE;
+    return fill_in(search, &query, scratch, &guess, &search->out->at[i]) ? OWN : NONE;
 }
 
 /*
@@ -551,29 +593,26 @@ static enum answer ask(const struct search *search, struct scratch *scratch, siz
  * where other pictures show most of what is hidden.
  */
 static void search_group(const struct search *search, struct scratch *scratch, int x0,
-                         int y0, struct rf_surface *hidden, float *weight)
+                         int y0)
 {
     const struct rf_surfaces *s = search->s;
     size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
-    bool may_be = may_hide(search, scratch, x0, y0);
-    enum answer answer = NONE;
-    if (may_be && search->known) {
-        first = nearest_of(s, x0, y0);
-        answer = ask(search, scratch, first, hidden);
-    }
-    if (!may_be || answer == SHOWN) {
-        for (int y = y0; y < rf_min_int(y0 + GROUP, s->height); y++)
-            memset(weight + (size_t)y * (size_t)s->width + x0, 0,
-                   (size_t)rf_min_int(GROUP, s->width - x0) * sizeof *weight);
+    if (!may_hide(search, scratch, x0, y0))
         return;
+    enum answer answer = NONE;
+    if (search->known) {
+        first = nearest_of(s, x0, y0);
+        answer = ask(search, scratch, first);
     }
+    if (answer == SHOWN)
+        return;
     bool is_shared = answer == OWN;
     for (int k = 0; k < 4; k++) {
         int x = x0 + 2 * (k & 1), y = y0 + 2 * (k >> 1);
         if (x >= s->width || y >= s->height ||
-            (is_shared && share_quad(search, first, x, y, hidden, weight)))
+            (is_shared && share_quad(search, first, x, y)))
             continue;
-        int d2 = search_quad(search, scratch, x, y, hidden, weight);
+        int d2 = search_quad(search, scratch, x, y);
         is_shared |= k == 0 && d2 >= FAR_HOLE2;
     }
 }
@@ -583,7 +622,7 @@ static void search_group(const struct search *search, struct scratch *scratch, i
  * they are large; false: they are not, or their middle has no answer.
  */
 static bool share_block(const struct search *search, struct scratch *scratch, int bx,
-                        int by, struct rf_surface *hidden, float *weight)
+                        int by)
 {
     const struct rf_surfaces *s = search->s;
     const struct block *b = &search->blocks[by * search->n_x + bx];
@@ -597,86 +636,118 @@ static bool share_block(const struct search *search, struct scratch *scratch, in
     struct rf_hidden_query query = query_at(search, x, y, r);
     if (!estimate(search, &query, scratch, &found, &d2) || d2 < FAR_BLOCK2)
         return false;
-    for (y = y0; y < y0 + BLOCK; y++)
-        for (x = x0; x < x0 + BLOCK; x++) {
-            size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            hidden[i] = found;
-            weight[i] = 1;
-        }
+    for (y = y0; y < y0 + BLOCK; y++) {
+        struct rf_surface *row = search->out->at + (size_t)y * (size_t)s->width;
+        for (x = x0; x < x0 + BLOCK; x++)
+            row[x] = found;
+        set_found(search, x0, y, 0xff);
+    }
     return true;
 }
 
 static void search_block(const struct search *search, struct scratch *scratch, int bx,
-                         int by, struct rf_surface *hidden, float *weight)
+                         int by)
 {
     const struct rf_surfaces *s = search->s;
     int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
     int y1 = rf_min_int((by + 1) * BLOCK, s->height);
     list_blocks(search, bx, by, scratch);
-    if (scratch->n_blocks && share_block(search, scratch, bx, by, hidden, weight))
+    if (scratch->n_blocks == 0 || share_block(search, scratch, bx, by))
         return;
-    for (int y = by * BLOCK; y < y1; y += scratch->n_blocks ? GROUP : 1) {
-        if (!scratch->n_blocks)
-            memset(weight + (size_t)y * (size_t)s->width + bx * BLOCK, 0,
-                   (size_t)(x1 - bx * BLOCK) * sizeof *weight);
-        for (int x = bx * BLOCK; x < x1 && scratch->n_blocks; x += GROUP)
-            search_group(search, scratch, x, y, hidden, weight);
+    for (int y = by * BLOCK; y < y1; y += GROUP)
+        for (int x = bx * BLOCK; x < x1; x += GROUP)
+            search_group(search, scratch, x, y);
+}
+
+static void search_rows(struct search *search, struct scratch *scratch,
+                        struct rf_task *task)
+{
+    size_t stride = rf_found_stride(search->s->width);
+#pragma omp parallel for num_threads(search->n_threads) schedule(dynamic, 1)
+    for (int by = 0; by < search->n_y; by++) {
+        if (rf_task_is_cancelled(task))
+            continue;
+        int n_rows = rf_min_int(search->s->height - by * BLOCK, BLOCK);
+        memset(search->out->found + stride * (size_t)(by * BLOCK), 0,
+               stride * (size_t)n_rows);
+        for (int bx = 0; bx < search->n_x; bx++)
+            search_block(search, &scratch[rf_thread_num()], bx, by);
+        rf_task_step(task);
     }
+}
+
+/* The plane of radii, at hand or not, and room for the rest. */
+static rf_result begin(struct search *search, const struct rf_context *context,
+                       const struct rf_radii *radii, float **own,
+                       struct rf_error *error)
+{
+    const struct rf_surfaces *s = search->s;
+    size_t n = (size_t)s->width * (size_t)s->height;
+    size_t n_blocks = (size_t)search->n_x * (size_t)search->n_y;
+    size_t stride = radii ? radii->stride : (size_t)s->width + BLOCK;
+    search->n_words = search->n_x / 32 + 2;
+    *own = radii ? NULL
+                 : rf_alloc(context, stride * (size_t)s->height, sizeof **own);
+    search->backs = (struct rf_backs){.width = s->width,
+                                      .height = s->height,
+                                      .stride = stride,
+                                      .x = s->x,
+                                      .y = s->y,
+                                      .r = radii ? radii->at : *own};
+    search->blocks = rf_alloc(context, n_blocks, sizeof *search->blocks);
+    search->rough = rf_calloc(context, (size_t)search->n_words * (size_t)search->n_y,
+                              sizeof *search->rough);
+    search->out->width = s->width;
+    search->out->at = rf_alloc(context, n, sizeof *search->out->at);
+    search->out->found =
+        rf_alloc(context, rf_found_stride(s->width), (size_t)s->height);
+    bool is_complete = search->backs.r && search->blocks && search->rough &&
+                       search->out->at && search->out->found;
+    return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *search->out->at);
 }
 
 rf_result rf_find_hidden(const struct rf_filter *filter,
                          const struct rf_surfaces *surfaces,
-                         const struct rf_known *known, struct rf_surface *hidden,
-                         float *weight, struct rf_task *task, struct rf_error *error)
+                         const struct rf_radii *radii, const struct rf_known *known,
+                         struct rf_estimates *estimates, struct rf_task *task,
+                         struct rf_error *error)
 {
     const struct rf_context *context = filter->context;
     struct search search = {.s = surfaces,
                             .known = known,
                             .kernels = context->kernels,
+                            .out = estimates,
                             .n_threads = context->n_threads,
                             .n_x = (surfaces->width + BLOCK - 1) / BLOCK,
                             .n_y = (surfaces->height + BLOCK - 1) / BLOCK,
                             .highest = -INFINITY};
-    size_t n_blocks = (size_t)search.n_x * (size_t)search.n_y;
-    size_t n_padded = n_blocks * BLOCK * BLOCK;
-    search.backs = (struct rf_backs){
-        .width = surfaces->width,
-        .height = surfaces->height,
-        .stride = search.n_x * BLOCK,
-        .x = surfaces->x,
-        .y = surfaces->y,
-        .r = rf_alloc(context, n_padded + SPARE, sizeof(float)),
-        .log_luminance = rf_alloc(context, n_padded + SPARE, sizeof(float))};
-    search.blocks = rf_alloc(context, n_blocks, sizeof *search.blocks);
-    search.n_words = search.n_x / 32 + 2;
-    search.rough = rf_calloc(context, (size_t)search.n_words * (size_t)search.n_y,
-                             sizeof *search.rough);
+    float *own;
+    rf_result result = begin(&search, context, radii, &own, error);
     struct scratch *scratch =
         rf_calloc(context, (size_t)context->n_threads, sizeof *scratch);
-    bool is_complete = search.backs.r && search.backs.log_luminance && search.blocks &&
-                       search.rough && scratch;
-    rf_result result =
-        is_complete ? RF_OK : rf_fail_memory(error, 2 * n_padded, sizeof(float));
+    if (result == RF_OK && !scratch)
+        result = rf_fail_memory(error, 1, sizeof *scratch);
     if (result == RF_OK) {
         rf_shape_extent(&filter->shape, search.extent);
         set_gaps(&search);
-        build_rows(&search);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
-        for (int by = 0; by < search.n_y; by++) {
-            if (rf_task_is_cancelled(task))
-                continue;
-            for (int bx = 0; bx < search.n_x; bx++)
-                search_block(&search, &scratch[rf_thread_num()], bx, by, hidden,
-                             weight);
-            rf_task_step(task);
-        }
+        build_rows(&search, radii != NULL);
+        search_rows(&search, scratch, task);
+        for (int y = 0; y < surfaces->height && radii; y++)
+            restore_row(&search, y);
     }
     rf_free(context, scratch);
     rf_free(context, search.rough);
     rf_free(context, search.blocks);
-    rf_free(context, search.backs.log_luminance);
-    rf_free(context, search.backs.r);
+    rf_free(context, own);
     return result;
+}
+
+void rf_estimates_free(struct rf_estimates *e, const struct rf_context *context)
+{
+    rf_free(context, e->found);
+    rf_free(context, e->at);
+    e->found = NULL;
+    e->at = NULL;
 }
 
 int rf_hidden_steps(int height)

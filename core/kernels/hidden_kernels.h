@@ -14,14 +14,14 @@ enum {
 };
 
 /*
- * The surfaces that pixels show behind others, as planes of whole blocks: rows of
- * `stride` floats, -INFINITY where there is no pixel or its surface is unreliable.
+ * The radii of the surfaces that pixels show behind others, -INFINITY where those are
+ * unreliable and for RF_HIDDEN_BLOCK floats after each row.
  */
 struct rf_backs {
-    int width, height, stride;
+    int width, height;
+    size_t stride;
     int x, y; /* the first pixel's place, which decides on pixels that are read */
     float *r;
-    float *log_luminance;
 };
 
 struct rf_hidden_query {
@@ -74,7 +74,7 @@ struct rf_hidden_vote {
 /* Pixels of a window with their weights. */
 struct rf_hidden_window {
     int n;
-    float log_sum, weight_sum;
+    float weight_sum, r_sum; /* of weights, of radii times weight */
     int32_t index[RF_HIDDEN_NEIGHBOURS]; /* of the pixel, width x height */
     float weight[RF_HIDDEN_NEIGHBOURS];
 };

@@ -20,31 +20,34 @@ static inline vi differs(vf a, vf b, float most)
     return ~(((a - b) <= SPLAT(most)) & ((b - a) <= SPLAT(most)));
 }
 
-static bool is_rough(const struct rf_backs *backs, const float *share, int block_x,
-                     int block_y, float most_x, float most_y)
+static bool measure_block(const struct rf_backs *backs, int block_x, int block_y,
+                          float most_x, float most_y, float *highest, float *lowest)
 {
     int x0 = block_x * RF_HIDDEN_BLOCK, y0 = block_y * RF_HIDDEN_BLOCK;
-    int n = rf_min_int(backs->width - x0, LANES);
     int y1 = rf_min_int(y0 + RF_HIDDEN_BLOCK, backs->height);
-    vi is_inside = lane_numbers() < n, is_rough = {0};
+    vi is_inside = lane_numbers() + x0 < backs->width, is_rough = {0};
     vi has_right = lane_numbers() + x0 < backs->width - 1;
-    const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
+    vi is_first = lane_numbers() == 0;
+    vf high = SPLAT(-INFINITY), low = SPLAT(INFINITY);
+    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
     vf above = y0 > 0 ? LOAD(row - backs->stride) : LOAD(row);
     for (int y = y0; y < y1; y++, row += backs->stride) {
-        vf r = LOAD(row), a = {0};
-        vf left = x0 > 0 ? LOAD(row - 1) : r;
-        const float *shares = share + (size_t)y * (size_t)backs->width + x0;
-        if (n == LANES)
-            a = LOAD(shares);
-        else
-            memcpy(&a, shares, (size_t)n * sizeof *shares);
+        vf r = LOAD(row), left = x0 > 0 ? LOAD(row - 1) : r;
+        high = vmax(r, high);
+        low = vmin(choose(r > SPLAT(-INFINITY), r, low), low);
         is_rough |= has_right & differs(LOAD(row + 1), r, most_x);
-        is_rough |= is_inside & (~(a >= SPLAT(1)) | differs(above, r, most_y));
-        is_rough |= is_inside & differs(left, r, most_x) & (lane_numbers() == 0);
+        is_rough |= is_first & differs(left, r, most_x);
+        is_rough |= is_inside & differs(above, r, most_y);
         above = r;
     }
     if (y1 < backs->height)
         is_rough |= is_inside & differs(LOAD(row), above, most_y);
+    *highest = high[0];
+    *lowest = low[0];
+    for (int l = 1; l < LANES; l++) {
+        *highest = rf_max_float(high[l], *highest);
+        *lowest = rf_min_float(low[l], *lowest);
+    }
     return lane_bits(is_rough) != 0;
 }
 
@@ -111,11 +114,11 @@ static inline void vote_block(const struct rf_backs *backs,
     int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
     vi dx = lane_numbers() + (x0 - q->x);
     vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
-    const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
+    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
     rows &= rows_at(stride);
     for (; rows; rows &= rows - 1) {
         int y = __builtin_ctz(rows);
-        vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
+        vf room = LOAD(row + (size_t)y * backs->stride) - SPLAT(q->s);
         int dy = y0 + y - q->y;
         vf d2 = dx2 + SPLAT((float)(dy * dy) * q->inv_y2);
         int most = farthest2(vote);
@@ -155,11 +158,12 @@ static inline unsigned candidate_rows(const struct rf_backs *backs,
     vi before = q->x - (lane_numbers() + x0), after = -before - (RF_HIDDEN_GROUP - 1);
     vi dx = (before & (before > 0)) | (after & (after > 0));
     vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
-    const float *row = backs->r + (size_t)y0 * (size_t)backs->stride + x0;
+    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
     vf least2 = SPLAT(rf_min_float(q->inv_x2, q->inv_y2));
     unsigned rows = 0;
-    for (int y = 0; y < RF_HIDDEN_BLOCK; y += stride) {
-        vf room = LOAD(row + (size_t)y * (size_t)backs->stride) - SPLAT(q->s);
+    int n_rows = rf_min_int(backs->height - y0, RF_HIDDEN_BLOCK);
+    for (int y = 0; y < n_rows; y += stride) {
+        vf room = LOAD(row + (size_t)y * backs->stride) - SPLAT(q->s);
         int dy = gap_to_group(y0 + y, q->y);
         vf d2 = vmax(dx2 + SPLAT((float)(dy * dy) * q->inv_y2), least2);
         vi is_found = is_read & (room > SPLAT(0)) & (d2 < room * room);
@@ -215,13 +219,13 @@ static void vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *gr
     }
 }
 
-/* Every stride-th float from p on. */
-static inline vf load_strided(const float *p, int stride)
+/* Every stride-th float from p on, n <= LANES of them if they are not in turn. */
+static inline vf load_strided(const float *p, int stride, int n)
 {
-    vf v;
     if (stride == 1)
         return LOAD(p);
-    for (int l = 0; l < LANES; l++)
+    vf v = SPLAT(-INFINITY);
+    for (int l = 0; l < LANES && l < n; l++)
         v[l] = p[l * stride];
     return v;
 }
@@ -237,7 +241,7 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
     int x0 = rf_max_int(q->x - n, 0), x1 = rf_min_int(q->x + n, backs->width - 1);
     y0 = (backs->y + y0 + stride - 1) / stride * stride - backs->y;
     x0 = (backs->x + x0 + stride - 1) / stride * stride - backs->x;
-    vf log_sum = {0}, weight_sum = {0};
+    vf r_sum = {0}, weight_sum = {0};
     out->n = 0;
     int step = stride;
     if (stride == 1 && n >= WIDE_WINDOW) {
@@ -245,13 +249,13 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
         y0 += (q->y - y0) & 1; /* so that mirrored pictures have mirrored windows */
     }
     for (int y = y0; y <= y1; y += step) {
-        size_t row = (size_t)y * (size_t)backs->stride;
+        const float *row = backs->r + (size_t)y * backs->stride;
         int dy = y - q->y;
         for (int x = x0; x <= x1; x += LANES * stride) {
             vi at = lane_numbers() * stride + x;
             vi dx = at - q->x;
             vf d2 = to_float(dx * dx + dy * dy);
-            vf qr = load_strided(backs->r + row + (size_t)x, stride);
+            vf qr = load_strided(row + x, stride, (x1 - x) / stride + 1);
             vf t = qr - SPLAT(r);
             vi is_used = (at <= x1) & (d2 <= SPLAT(reach * reach)) &
                          (qr > SPLAT(q->s)) & (t * t <= SPLAT(9));
@@ -264,8 +268,7 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
             vf w = fade * vexp(SPLAT(-0.5f) * t * t) / (d2 * vsqrt(d2));
             w = choose(is_used, w, SPLAT(0));
             weight_sum += w;
-            vf l = load_strided(backs->log_luminance + row + (size_t)x, stride);
-            log_sum += w * choose(is_used, l, SPLAT(0));
+            r_sum += w * choose(is_used, qr, SPLAT(0));
             for (; bits; bits &= bits - 1) {
                 int lane = __builtin_ctz(bits);
                 out->index[out->n] = y * backs->width + at[lane];
@@ -273,6 +276,6 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
             }
         }
     }
-    out->log_sum = lane_sum(log_sum);
+    out->r_sum = lane_sum(r_sum);
     out->weight_sum = lane_sum(weight_sum);
 }

@@ -321,11 +321,11 @@ struct rf_kernels {
     void (*divide_rgba)(const float *const sum[4], const float *coverage, int n,
                         float *rgba);
     /*
-     * Does the radius change by more than most_x or most_y between one of the pixels of
-     * a block and its neighbour in a row or column, or is one mixed? `share` is packed.
+     * The highest and the lowest radius of a block; does it change by more than most_x
+     * or most_y between one of its pixels and a neighbour in its row or column?
      */
-    bool (*is_rough)(const struct rf_backs *backs, const float *share, int block_x,
-                     int block_y, float most_x, float most_y);
+    bool (*measure_block)(const struct rf_backs *backs, int block_x, int block_y,
+                          float most_x, float most_y, float *highest, float *lowest);
     /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
     void (*log_row)(float *v, int n);
     /*

@@ -56,8 +56,7 @@ struct deep {
     float *planes[4], *radius; /* the flat picture */
     float empty_radius;        /* of what is infinitely far */
     struct rf_picture picture;
-    struct rf_surface *hidden;
-    float *hidden_weight;
+    struct rf_estimates hidden;
     size_t *row_start;
     struct rf_samples samples;
 };
@@ -512,29 +511,22 @@ static rf_result set_surfaces(struct deep *d, struct rf_error *error)
 static rf_result find_hidden(struct deep *d, struct rf_task *task,
                              struct rf_error *error)
 {
-    const struct rf_filter *f = d->filter;
-    size_t n = (size_t)d->picture.width * (size_t)d->picture.height;
-    d->hidden = rf_alloc(f->context, n, sizeof *d->hidden);
-    d->hidden_weight = rf_alloc(f->context, n, sizeof *d->hidden_weight);
-    if (!d->hidden || !d->hidden_weight)
-        return rf_fail_memory(error, n, sizeof *d->hidden);
     rf_result result = set_surfaces(d, error);
     if (result != RF_OK)
         return result;
-    rf_task_phase(task, 0.4, (d->picture.height + 1) / 2);
-    return rf_find_hidden(f, &d->picture.surfaces, NULL, d->hidden, d->hidden_weight, task,
+    rf_task_phase(task, 0.4, rf_hidden_steps(d->picture.height));
+    return rf_find_hidden(d->filter, &d->picture.surfaces, NULL, NULL, &d->hidden, task,
                           error);
 }
 
 /* The estimates as samples; the array has room for one per pixel. */
 static void collect_hidden(const struct deep *d, struct rf_samples *out)
 {
-    size_t n = (size_t)d->picture.width * (size_t)d->picture.height;
-    for (size_t i = 0; i < n; i++)
-        if (d->hidden_weight[i] > 0)
-            out->at[out->n++] = rf_sample_make(
-                &d->hidden[i], (int)(i % (size_t)d->picture.width),
-                (int)(i / (size_t)d->picture.width), d->hidden_weight[i]);
+    const struct rf_surface *at = d->hidden.at;
+    for (int y = 0; y < d->picture.height; y++)
+        for (int x = 0; x < d->picture.width; x++, at++)
+            if (rf_found_at(&d->hidden, x, y, 1))
+                out->at[out->n++] = rf_sample_make(at, x, y, 1);
 }
 
 /* ---- all ----------------------------------------------------------------------- */
@@ -544,7 +536,7 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
     const struct rf_context *context = d->filter->context;
     struct rf_samples hidden = {0};
     size_t n = (size_t)d->picture.width * (size_t)d->picture.height;
-    if (d->hidden) {
+    if (d->hidden.at) {
         hidden.at = rf_alloc(context, n, sizeof *hidden.at);
         if (!hidden.at)
             return rf_fail_memory(error, n, sizeof *hidden.at);
@@ -644,8 +636,7 @@ static void end(struct deep *d)
     const struct rf_context *context = d->filter->context;
     rf_free(context, d->samples.at);
     rf_free(context, d->row_start);
-    rf_free(context, d->hidden_weight);
-    rf_free(context, d->hidden);
+    rf_estimates_free(&d->hidden, context);
     rf_free(context, d->radius);
     rf_free(context, d->scratch);
 }

@@ -22,8 +22,7 @@
 
 struct layered {
     struct rf_picture picture;
-    struct rf_surface *hidden;
-    float *hidden_weight;
+    struct rf_estimates hidden;
 };
 
 static struct rf_emission survey_visible(void *user, int x, int y, int n)
@@ -43,23 +42,17 @@ static int emit_visible(void *user, int x, int y, struct rf_sample *at)
 static struct rf_emission survey_hidden(void *user, int x, int y, int n)
 {
     const struct layered *l = user;
-    const struct rf_kernels *kernels = l->picture.filter->context->kernels;
-    size_t first = (size_t)y * (size_t)l->picture.width + (size_t)x;
-    return (struct rf_emission){kernels->find_above(l->hidden_weight + first, 0, n), 0};
+    return (struct rf_emission){rf_found_at(&l->hidden, x, y, n), 0};
 }
 
 static rf_result find_hidden(struct layered *l, struct rf_task *task,
                              struct rf_error *error)
 {
-    const struct rf_filter *f = l->picture.filter;
-    size_t n = (size_t)l->picture.width * (size_t)l->picture.height;
-    l->hidden = rf_alloc(f->context, n, sizeof *l->hidden);
-    l->hidden_weight = rf_alloc(f->context, n, sizeof *l->hidden_weight);
-    if (!l->hidden || !l->hidden_weight)
-        return rf_fail_memory(error, n, sizeof *l->hidden);
+    const struct rf_pixels *pixels = &l->picture.pixels;
+    struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
     rf_task_phase(task, 0.4, rf_hidden_steps(l->picture.height));
-    return rf_find_hidden(f, &l->picture.surfaces, NULL, l->hidden, l->hidden_weight, task,
-                          error);
+    return rf_find_hidden(l->picture.filter, &l->picture.surfaces, &radii, NULL,
+                          &l->hidden, task, error);
 }
 
 static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *error)
@@ -109,11 +102,11 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                                               .radius_stride = pixels->stride,
                                               .most_per_pixel = 4,
                                               .largest_radius = work->largest_radius};
-    if (l->hidden)
+    if (l->hidden.at)
         scene.hidden_source =
             (struct rf_source){.survey = survey_hidden,
                                .user = l,
-                               .surfaces = l->hidden,
+                               .surfaces = l->hidden.at,
                                .most_per_pixel = 1,
                                .largest_radius = work->largest_radius};
     return rf_composite_crop(&scene, work, error);
@@ -124,10 +117,9 @@ rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
     if (work->filter->params.quality == RF_QUALITY_PREVIEW)
         return rf_layered_preview_run(work, error);
     const struct rf_context *context = work->filter->context;
-    struct layered l = {.hidden = NULL};
+    struct layered l = {.hidden = {0}};
     rf_result result = run(&l, work, error);
-    rf_free(context, l.hidden_weight);
-    rf_free(context, l.hidden);
+    rf_estimates_free(&l.hidden, context);
     rf_picture_free(&l.picture);
     return result;
 }

@@ -145,8 +145,7 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
         struct rf_view_cell *cell = &cells[i];
         result = rf_view_cell_run(cell, from + (0.9 - from) * (i + 1) / n, error);
         rf_free(context, cell->samples);
-        rf_free(context, cell->hidden_weight);
-        rf_free(context, cell->hidden);
+        rf_estimates_free(&cell->hidden, context);
         if (rf_task_is_cancelled(work->task))
             break;
         if (result == RF_OK)

@@ -135,8 +135,7 @@ struct rf_view_cell {
     bool is_on_grid;
     int shift[2];
     struct rf_drift drift;
-    struct rf_surface *hidden; /* NULL: not asked for */
-    float *hidden_weight;
+    struct rf_estimates hidden; /* at NULL: not asked for */
     struct rf_sample *samples;
 };
 

@@ -126,10 +126,9 @@ static void collect_hidden(struct collector *c, int y)
     int width = cell->v->pictures[c->view].width;
     for (int x = 0; x < width; x++) {
         size_t i = (size_t)y * (size_t)width + (size_t)x;
-        struct rf_sample p =
-            rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
-        if (!(p.w > 0))
+        if (!rf_found_at(&cell->hidden, x, y, 1))
             continue;
+        struct rf_sample p = rf_sample_make(&cell->hidden.at[i], x, y, 1);
         if (c->out.at && !cell->is_whole) {
             struct rf_view_place place =
                 rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
@@ -312,10 +311,8 @@ static struct rf_emission survey_estimates(void *user, int x, int y, int n)
     struct run r = run_of(cell, x, y, n);
     if (r.first == r.end)
         return (struct rf_emission){0, 0};
-    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
-    const struct rf_kernels *kernels = picture->filter->context->kernels;
-    const float *w = cell->hidden_weight + (size_t)r.y * (size_t)picture->width;
-    uint64_t found = kernels->find_above(w + r.x + r.first, 0, r.end - r.first);
+    uint64_t found =
+        rf_found_at(&cell->hidden, r.x + r.first, r.y, r.end - r.first);
     return (struct rf_emission){0, found << r.first};
 }
 
@@ -326,7 +323,7 @@ static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
     x -= cell->shift[0];
     y -= cell->shift[1];
     size_t i = (size_t)y * (size_t)cell->v->pictures[cell->middle].width + (size_t)x;
-    struct rf_sample p = rf_sample_make(&cell->hidden[i], x, y, cell->hidden_weight[i]);
+    struct rf_sample p = rf_sample_make(&cell->hidden.at[i], x, y, 1);
     struct rf_view_place place = rf_view_place_of(cell->v, cell->middle, p.x, p.y, p.r);
     p.w *= rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT);
     emit_moved(cell, p, x, y, &out);
@@ -432,7 +429,7 @@ static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
                                .largest_radius = v->work->largest_radius};
     scene->drift = cell->drift;
     scene->visible_source = source;
-    if (cell->hidden) {
+    if (cell->hidden.at) {
         source.survey = survey_estimates;
         source.emit = emit_estimate;
         source.most_per_pixel = 2;
@@ -458,17 +455,11 @@ static rf_result find_hidden(struct rf_view_cell *cell, double progress_to,
                              struct rf_error *error)
 {
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
-    const struct rf_context *context = cell->filter.context;
-    size_t n = (size_t)picture->width * (size_t)picture->height;
-    cell->hidden = rf_alloc(context, n, sizeof *cell->hidden);
-    cell->hidden_weight = rf_alloc(context, n, sizeof *cell->hidden_weight);
-    if (!cell->hidden || !cell->hidden_weight)
-        return rf_fail_memory(error, n, sizeof *cell->hidden);
     rf_task_phase(cell->v->work->task, progress_to, rf_hidden_steps(picture->height));
     struct rf_known known = {is_shown, cell};
-    return rf_find_hidden(&cell->filter, &picture->surfaces,
-                          cell->is_whole ? NULL : &known, cell->hidden,
-                          cell->hidden_weight, cell->v->work->task, error);
+    return rf_find_hidden(&cell->filter, &picture->surfaces, NULL,
+                          cell->is_whole ? NULL : &known, &cell->hidden,
+                          cell->v->work->task, error);
 }
 
 static bool is_opaque(const struct rf_views *v)
@@ -504,7 +495,7 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .progress_to = progress_to};
     int height = picture->height, n_views = work->n_views;
     int n_visible = rf_view_cell_n_own(cell) * height;
-    int n_others = (n_views + (cell->hidden ? 1 : 0)) * height - n_visible;
+    int n_others = (n_views + (cell->hidden.at ? 1 : 0)) * height - n_visible;
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = cell->is_on_grid
                      ? set_sources(cell, &scene, error)

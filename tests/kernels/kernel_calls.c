@@ -414,35 +414,31 @@ static void call_log_row(const struct rf_kernels *k, struct workspace *w, int va
 static void prepare_backs(struct workspace *w)
 {
     for (int i = 0; i < BACKS_W * BACKS_H; i++)
-        w->at[i] = i % 13 ? 20 * w->at[i] : -INFINITY;
+        w->at[i] = i % 13 && i % BACKS_W < BACKS_W - 8 ? 20 * w->at[i] : -INFINITY;
 }
 
 struct rf_backs backs_of(struct workspace *w)
 {
-    return (struct rf_backs){.width = BACKS_W,
-                             .height = BACKS_H,
-                             .stride = BACKS_W,
-                             .r = w->at,
-                             .log_luminance = w->at + BACKS_W * BACKS_H};
+    return (struct rf_backs){
+        .width = BACKS_W - 8, .height = BACKS_H, .stride = BACKS_W, .r = w->at};
 }
 
-/* Whole pixels of one radius but for some, in a picture that ends within a block. */
-static void call_rough(const struct rf_kernels *k, struct workspace *w, int variant)
+/* Pixels of one radius but for some, in a picture that ends within a block. */
+static void call_measure(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_backs backs = backs_of(w);
+    float *out = w->at + 40000;
     backs.width -= 3;
     backs.height -= 5;
-    for (int i = 0; i < BACKS_W * BACKS_H; i++) {
-        int x = i % BACKS_W;
-        w->at[i] = x >= backs.width || i / BACKS_W >= backs.height ? -INFINITY
-                   : i % 171 == 7                                  ? 5.6f
-                                                                   : 5;
-        w->at[20000 + i] = i % 173 == 5 ? 0.5f : 1;
-    }
-    for (int i = 0; i < BACKS_W / 8 * BACKS_H / 8; i++)
-        w->at[40000 + i] =
-            k->is_rough(&backs, w->at + 20000, i % (BACKS_W / 8), i / (BACKS_W / 8),
-                        variant == 1 ? 0.5f : 0.7f, variant == 2 ? 0.5f : 0.7f);
+    for (int i = 0; i < BACKS_W * BACKS_H; i++)
+        w->at[i] = i % BACKS_W >= backs.width ? -INFINITY
+                   : i % 171 == 7             ? 5.6f
+                   : i % 173 == 5             ? -INFINITY
+                                              : 5;
+    for (int i = 0; i < (BACKS_W / 8 - 1) * BACKS_H / 8; i++, out += 3)
+        out[2] = k->measure_block(&backs, i % (BACKS_W / 8 - 1), i / (BACKS_W / 8 - 1),
+                                  variant == 1 ? 0.5f : 0.7f,
+                                  variant == 2 ? 0.5f : 0.7f, &out[0], &out[1]);
 }
 
 static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
@@ -590,7 +586,7 @@ const struct kernel kernels[] = {
     {"place_parts", call_place, 2, NULL},
     {"look_for_parts", call_look, 4, NULL},
     {"fit_plane", call_fit, 3, NULL},
-    {"is_rough", call_rough, 3, prepare_backs},
+    {"measure_block", call_measure, 3, prepare_backs},
     {"log_row", call_log_row, 4, NULL},
     {"has_candidate", call_candidate, 2, prepare_backs},
     {"vote_blocks", call_vote, 3, prepare_backs},

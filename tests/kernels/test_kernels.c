@@ -429,32 +429,30 @@ static void quotients_of_quadruples(void)
         }
 }
 
-/* Of a block or beside it, one pixel that stands out or is mixed. */
+/* One pixel stands out, in a block or beside it. */
 static void blocks_are_rough_where_radii_step(void)
 {
-    enum { SIDE = 20 };
-    static float r[24 * 24 + 8], share[SIDE * SIDE];
-    struct rf_backs backs = {.width = SIDE, .height = SIDE, .stride = 24, .r = r};
+    enum { SIDE = 20, STRIDE = SIDE + 8 };
+    static float r[STRIDE * SIDE];
+    struct rf_backs backs = {.width = SIDE, .height = SIDE, .stride = STRIDE, .r = r};
     for (int step = 0; step < SIDE * SIDE; step++) {
         int step_x = step % SIDE, step_y = step / SIDE;
-        for (int i = 0; i < 24 * 24; i++)
-            r[i] = i % 24 < SIDE && i / 24 < SIDE ? 3 : -INFINITY;
-        for (int i = 0; i < SIDE * SIDE; i++)
-            share[i] = 1;
-        for (int is_mixed = 0; is_mixed < 2; is_mixed++) {
-            r[step_y * 24 + step_x] = is_mixed ? 3 : 4;
-            share[step] = is_mixed ? 0.5f : 1;
+        for (int i = 0; i < STRIDE * SIDE; i++)
+            r[i] = i % STRIDE < SIDE ? 3 : -INFINITY;
+        for (int is_unreliable = 0; is_unreliable < 2; is_unreliable++) {
+            r[step_y * STRIDE + step_x] = is_unreliable ? -INFINITY : 4;
             for (int block = 0; block < 9; block++) {
                 int dx = step_x - block % 3 * 8, dy = step_y - block / 3 * 8;
                 bool is_in = dx >= 0 && dx < 8 && dy >= 0 && dy < 8;
                 bool is_beside = ((dx == 8 || dx == -1) && dy >= 0 && dy < 8) ||
                                  ((dy == 8 || dy == -1) && dx >= 0 && dx < 8);
-                bool is_rough = rf_kernels_at(0)->is_rough(&backs, share, block % 3,
-                                                           block / 3, 0.5f, 0.5f);
-                CHECK(is_rough == (is_in || (is_beside && !is_mixed)));
+                float highest, lowest;
+                bool is_rough = rf_kernels_at(0)->measure_block(
+                    &backs, block % 3, block / 3, 0.5f, 0.5f, &highest, &lowest);
+                CHECK(is_rough == (is_in || is_beside));
+                CHECK(highest == (is_in && !is_unreliable ? 4 : 3) && lowest == 3);
             }
         }
-        share[step] = 1;
     }
 }
 

@@ -3,12 +3,13 @@
 #include "surfaces.h"
 #include "testing.h"
 
-enum { SIDE = 32, POST = 14, POST_END = 22, N = SIDE * SIDE };
+enum { SIDE = 32, POST = 14, POST_END = 22, N = SIDE * SIDE, STRIDE = SIDE + 16 };
 
 static const float POST_R = -6, WALL_R = 5;
 static struct rf_surface near[N], far[N], hidden[N];
+static bool is_found[N];
 static struct rf_marks mixed[N / 64];
-static float share[N], weight[N];
+static float share[N], before[STRIDE * SIDE], radius[STRIDE * SIDE];
 static const struct rf_known *known;
 
 /*
@@ -42,8 +43,32 @@ static void search(float wall, float mixed_share, float mixed_wall)
     rf_params_init(&params);
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
-    REQUIRE(rf_find_hidden(filter, &surfaces, known, hidden, weight, &task, NULL) ==
+    struct rf_estimates found, same;
+    REQUIRE(rf_find_hidden(filter, &surfaces, NULL, known, &found, &task, NULL) ==
             RF_OK);
+    /* With radii at hand; they stay as they are. */
+    for (int i = 0; i < STRIDE * SIDE; i++) {
+        int at = i / STRIDE * SIDE + rf_min_int(rf_max_int(i % STRIDE - 8, 0), SIDE - 1);
+        before[i] = radius[i] = share[at] > RF_OCCLUDER_SHARE ? near[at].r : INFINITY;
+    }
+    struct rf_radii radii = {radius + 8, STRIDE};
+    REQUIRE(rf_find_hidden(filter, &surfaces, &radii, known, &same, &task, NULL) ==
+            RF_OK);
+    CHECK(memcmp(before, radius, sizeof before) == 0);
+    for (int i = 0; i < N; i++) {
+        int x = i % SIDE, y = i / SIDE;
+        CHECK(rf_found_at(&found, x, y, 1) == rf_found_at(&same, x, y, 1));
+        CHECK(!rf_found_at(&found, x, y, 1) ||
+              memcmp(&found.at[i], &same.at[i], sizeof *found.at) == 0);
+        uint64_t bits = rf_found_at(&found, x, y, SIDE - x);
+        CHECK((bits & 1) == rf_found_at(&found, x, y, 1) && bits >> (SIDE - x) == 0);
+        CHECK((bits >> (SIDE - 1 - x)) == rf_found_at(&found, SIDE - 1, y, 1));
+    }
+    rf_estimates_free(&same, context);
+    memcpy(hidden, found.at, sizeof hidden);
+    for (int i = 0; i < N; i++)
+        is_found[i] = rf_found_at(&found, i % SIDE, i / SIDE, 1);
+    rf_estimates_free(&found, context);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
 }
@@ -57,11 +82,11 @@ static void the_wall_goes_on_behind_the_post(void)
 {
     search(0.5f, 0.5f, 0.5f);
     for (int x = POST; x < POST_END; x++) {
-        CHECK(weight[SIDE / 2 * SIDE + x] == 1);
+        CHECK(is_found[SIDE / 2 * SIDE + x]);
         CHECK_NEAR(at(x)->c[0], 0.5, 1e-3);
         CHECK_NEAR(at(x)->r, WALL_R, 1e-3);
     }
-    CHECK(weight[SIDE / 2 * SIDE + POST - 1] == 0); /* nothing is behind the wall */
+    CHECK(!is_found[SIDE / 2 * SIDE + POST - 1]); /* nothing is behind the wall */
 }
 
 /* Somebody shows the upper half of the wall. */
@@ -81,7 +106,7 @@ static void what_is_shown_is_not_estimated(void)
     known = NULL;
     for (int y = 0; y < SIDE; y++)
         for (int x = POST; x < POST_END; x++)
-            CHECK(weight[y * SIDE + x] == (y < SIDE / 2 ? 0 : 1));
+            CHECK(is_found[y * SIDE + x] == (y >= SIDE / 2));
 }
 
 /* Though the wall around it has another colour. */
