@@ -20,7 +20,7 @@
  *
  * What is ours for speed: 8 x 8 blocks know their highest radius, and each block lists
  * once which others can hold the nearest candidate for its pixels, in rings from the
- * inside: only those that hold or touch an edge; the search ends at thrice the nearest
+ * inside: only those that hold or touch an edge; the search ends at twice the nearest
  * candidate, or where no block that follows is far enough behind; far blocks and wide
  * windows are read at every 2nd, 4th, .. pixel; 2 x 2 pixels of one surface share one
  * answer, 4 x 4 where the rim of the hole is 3 px away and 8 x 8 where it is 12 px from

@@ -8,7 +8,7 @@
 enum {
     RF_HIDDEN_BLOCK = 8,
     RF_HIDDEN_BINS = 512,
-    RF_HIDDEN_STEPS = 10, /* of the window, to each side */
+    RF_HIDDEN_STEPS = 8, /* of the window, to each side */
     RF_HIDDEN_GROUP = 4,  /* px a side: pixels that are looked at together */
     RF_HIDDEN_NEIGHBOURS = 4 * (RF_HIDDEN_STEPS + 1) * (RF_HIDDEN_STEPS + 1),
 };

@@ -3,8 +3,8 @@
 #include "hidden_kernels.h"
 #include "vector.h"
 
-/* Votes from three times as far as the nearest candidate count for nothing; squared. */
-enum { FAR2 = 9 };
+/* Votes from farther than sqrt(5) times the nearest candidate count for nothing. */
+enum { FAR2 = 5 };
 
 /* Distances from which a block is read at every 2nd and every 4th pixel. */
 enum { STRIDE_2_PX = 3, STRIDE_4_PX = 7 };
@@ -225,8 +225,12 @@ static inline vf load_strided(const float *p, int stride, int n)
     if (stride == 1)
         return LOAD(p);
     vf v = SPLAT(-INFINITY);
-    for (int l = 0; l < LANES && l < n; l++)
-        v[l] = p[l * stride];
+    if (n < LANES)
+        for (int l = 0; l < n; l++)
+            v[l] = p[l * stride];
+    else
+        for (int l = 0; l < LANES; l++)
+            v[l] = p[l * stride];
     return v;
 }
 

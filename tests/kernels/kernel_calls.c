@@ -493,7 +493,7 @@ void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
     struct rf_hidden_query query = {60, 30 - 20 * variant, 4, 1 / 400.0f, 1 / 300.0f};
     struct rf_hidden_window *out = (void *)(w->at + 40000);
     memset(out, 0, sizeof *out);
-    k->gather_window(&backs, &query, 10, 9 + 8 * (float)variant, out);
+    k->gather_window(&backs, &query, 10, 8 + 9 * (float)variant, out);
     /* What lies beyond the pixels found is not defined. */
     memset(out->index + out->n, 0,
            sizeof out->index - sizeof(int32_t) * (size_t)out->n);

@@ -48,7 +48,8 @@ static void search(float wall, float mixed_share, float mixed_wall)
             RF_OK);
     /* With radii at hand; they stay as they are. */
     for (int i = 0; i < STRIDE * SIDE; i++) {
-        int at = i / STRIDE * SIDE + rf_min_int(rf_max_int(i % STRIDE - 8, 0), SIDE - 1);
+        int x = rf_min_int(rf_max_int(i % STRIDE - 8, 0), SIDE - 1);
+        int at = i / STRIDE * SIDE + x;
         before[i] = radius[i] = share[at] > RF_OCCLUDER_SHARE ? near[at].r : INFINITY;
     }
     struct rf_radii radii = {radius + 8, STRIDE};
