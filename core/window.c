@@ -8,8 +8,9 @@
  * the largest radius in px along the longer axis of the aperture, 2^L the pixel of the
  * coarsest level that R needs, and lengths in px:
  *
- *   S = 80                        a surface: 5 x 5 and 7 x 7 pixels (split.c), squares
- *                                 of 32 px and their neighbours (survey.c)
+ *   S = 96                        a surface: 5 x 5 and 7 x 7 pixels (split.c), squares
+ *                                 of 32 px and their neighbours (survey.c); 16 px that
+ *                                 are spread together (kernels_tmpl.c)
  *   H = min(120, 5 R + 3)         hidden background (hidden.c): candidates lie within
  *                                 2 R, the window reaches 2.5 times as far
  *   F = R + 4 2^l                 a footprint, in blocks of the level
@@ -29,7 +30,7 @@
 #include "picture.h"
 
 enum {
-    SURFACE = 80,      /* S */
+    SURFACE = 96,      /* S */
     HIDDEN_MOST = 128, /* H at most, with the pixels that share an answer */
 };
 

@@ -30,25 +30,34 @@ _Static_assert(LANES == RF_FOOTPRINT_LANES, "segments are padded to whole vector
 /*
  * Adds a segment of n weights, n > 0 and a multiple of eight, to the row at a, and to
  * that at b where there is one: as many splats side by side as there are values, each
- * with the weights one place further on. What they add is summed up first; a splat that
- * is missing counts as one without weight, so that it does not matter for the bits
- * whether those that do not reach a pixel are there.
+ * with the weights one place further on. If `is_summed` what they add is summed up
+ * first; a splat that is missing counts as one without weight, so that it does not
+ * matter for the bits whether those that do not reach a pixel are there. Otherwise
+ * they are added one by one, and it does not matter which ones are together.
  */
 static inline __attribute__((always_inline)) void
 spread_segment(float *a, float *b, const float *weight, int n,
-               vf value[][RF_MAX_PLANES], int n_splats, int n_planes)
+               vf value[][RF_MAX_PLANES], int n_splats, int n_planes, bool is_summed)
 {
     do {
         vf k[RF_MAX_SIDE_BY_SIDE];
         for (int i = 0; i < n_splats; i++)
             k[i] = LOAD(weight - i);
         for (int p = 0; p < n_planes; p++) {
+            float *to_a = a + p * RF_ACC_STRIDE, *to_b = b ? b + p * RF_ACC_STRIDE : b;
             vf sum = value[0][p] * k[0];
-            for (int i = 1; i < n_splats; i++)
-                sum += value[i][p] * k[i];
-            STORE(a + p * RF_ACC_STRIDE, LOAD(a + p * RF_ACC_STRIDE) + sum);
+            vf sum_a = LOAD(to_a), sum_b = b ? LOAD(to_b) : sum;
+            for (int i = 1; i < n_splats; i++) {
+                vf next = value[i][p] * k[i];
+                if (!is_summed) {
+                    sum_a += sum;
+                    sum_b += sum;
+                }
+                sum = is_summed ? sum + next : next;
+            }
+            STORE(to_a, sum_a + sum);
             if (b)
-                STORE(b + p * RF_ACC_STRIDE, LOAD(b + p * RF_ACC_STRIDE) + sum);
+                STORE(to_b, sum_b + sum);
         }
         a += LANES;
         b = b ? b + LANES : NULL;
@@ -57,39 +66,43 @@ spread_segment(float *a, float *b, const float *weight, int n,
     } while (n > 0);
 }
 
-/* Where a segment's row begins in the accumulator, of a splat at (x, y); NULL: outside
- * the tile. */
-static inline float *segment_at(float *base, ptrdiff_t row_size,
-                                const struct rf_segment *g, int y)
-{
-    return (unsigned)(y + g->dy) < RF_TILE_H ? base + row_size * g->row + g->dx : NULL;
-}
-
-/* Spreads n_splats neighbours with one footprint, the first at (x, y) of the tile. */
+/* Spreads n_splats neighbours with one footprint, the first at (x, y) of the tile; with
+ * is_inside all of its rows are. */
 static inline __attribute__((always_inline)) void
-spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
-              const struct rf_footprint *f, int x, int y, int n_planes)
+spread_rows(float *base, vf value[][RF_MAX_PLANES], int n_splats,
+            const struct rf_footprint *f, int y, int n_planes, bool is_summed,
+            bool is_inside)
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
-    float *base = origin + row_size * y + x;
+    const float *weights = f->weights;
     const struct rf_segment *g = f->segments, *end = g + f->n_segments;
-    for (const struct rf_segment *m = end - 1; g < f->segments + f->n_mirrored;
-         g++, m--) {
-        float *a = segment_at(base, row_size, g, y);
-        float *b = segment_at(base, row_size, m, y);
-        if (a && b)
-            spread_segment(a, b, f->weights + g->weight, g->n, value, n_splats,
-                           n_planes);
-        else if (a || b)
-            spread_segment(a ? a : b, NULL, f->weights + g->weight, g->n, value,
-                           n_splats, n_planes);
+    for (const struct rf_segment *middle = g + f->n_mirrored; g < middle; g++) {
+        ptrdiff_t down = row_size * g->dy;
+        float *a = base + row_size * g->row + g->dx, *b = a - 2 * down;
+        bool has_a = is_inside || (unsigned)(y + g->dy) < RF_TILE_H;
+        bool has_b = is_inside || (unsigned)(y - g->dy) < RF_TILE_H;
+        if (has_a && has_b)
+            spread_segment(a, b, weights + g->weight, g->n, value, n_splats, n_planes,
+                           is_summed);
+        else if (has_a || has_b)
+            spread_segment(has_a ? a : b, NULL, weights + g->weight, g->n, value,
+                           n_splats, n_planes, is_summed);
     }
-    for (end -= f->n_mirrored; g < end; g++) {
-        float *a = segment_at(base, row_size, g, y);
-        if (a)
-            spread_segment(a, NULL, f->weights + g->weight, g->n, value, n_splats,
-                           n_planes);
-    }
+    for (end -= f->n_mirrored; g < end; g++)
+        if (is_inside || (unsigned)(y + g->dy) < RF_TILE_H)
+            spread_segment(base + row_size * g->row + g->dx, NULL, weights + g->weight,
+                           g->n, value, n_splats, n_planes, is_summed);
+}
+
+static inline __attribute__((always_inline)) void
+spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
+              const struct rf_footprint *f, int x, int y, int n_planes, bool is_summed)
+{
+    float *base = origin + n_planes * RF_ACC_STRIDE * (ptrdiff_t)y + x;
+    if (y + f->min_dy >= 0 && y + f->max_dy < RF_TILE_H)
+        spread_rows(base, value, n_splats, f, y, n_planes, is_summed, true);
+    else
+        spread_rows(base, value, n_splats, f, y, n_planes, is_summed, false);
 }
 
 /* What is spread: splats, or places and what they stand for. */
@@ -175,8 +188,15 @@ spread_some(const struct spread_list *list, int first, int n_splats, float *orig
             value[i][p] = SPLAT(c[p]);
         value[i][n_planes - 1] = SPLAT(cover);
     }
-    spread_values(origin, value, n_splats, f, x, y, n_planes);
+    spread_values(origin, value, n_splats, f, x, y, n_planes, has_places);
 }
+
+/*
+ * Runs of places end where their column is a multiple of this, so that those of a
+ * window are grouped as those of the whole: what a run looks like depends on so many
+ * pixels only.
+ */
+enum { RUN_PX = 16 };
 
 /* Spreads n splats or places side by side with one footprint. */
 static inline __attribute__((always_inline)) void
@@ -237,8 +257,12 @@ spread_all(struct rf_accumulator *acc, const struct spread_list *list, int n,
             acc->common_rows |= (2u << bottom) - (1u << top);
         int most = rf_min_int(RF_TILE_W - f->min_dx - x,
                               f->n_side_by_side > 1 ? RF_TILE_W : 1);
-        n_splats = has_places ? count_places(list->places + i, n - i, most)
-                              : count_neighbours(s, n - i, most);
+        if (has_places) {
+            int room = RUN_PX - rf_place_x(place) % RUN_PX;
+            n_splats = count_places(list->places + i, n - i, rf_min_int(most, room));
+        } else {
+            n_splats = count_neighbours(s, n - i, most);
+        }
         spread_run(list, i, n_splats, origin, f, x, y, n_planes, has_places);
     }
     acc->first_row = first;
