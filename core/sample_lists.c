@@ -159,7 +159,7 @@ static rf_result sort_samples(struct builder *b, struct rf_error *error)
 
 /*
  * The samples of a tile, items: places of a source, whose other samples are `others`,
- * or samples of an array.
+ * runs of its places, or samples of an array.
  */
 struct tile_samples {
     int n, n_key_runs, n_samples, n_others; /* of the worker */
@@ -175,7 +175,7 @@ static uint64_t array_item(uint32_t i)
     return rf_place_make((int32_t)i, 0, ARRAY_ROW, 0);
 }
 
-/* The sample that an item of a coarse level is; NULL: its surface. */
+/* The sample that an item of a coarse level is; NULL: a run of surfaces. */
 static const struct rf_sample *sample_of(const struct builder *b,
                                          const struct worker *w, uint64_t item)
 {
@@ -211,11 +211,16 @@ static struct rf_splat full_splat(const struct rf_composer *c,
     return s;
 }
 
-/* A radius with its key and, at full resolution, its slot: pixels repeat them. */
+/*
+ * A radius with its key: pixels repeat them. At full resolution also its slot, of a
+ * coarse level the radii that certainly have the same key, without the limits.
+ */
 struct known_radius {
     float r;
     int key;
+    bool is_full;
     int32_t slot;
+    float low, high;
 };
 
 static bool is_full_key(const struct rf_group *full, int key)
@@ -223,14 +228,31 @@ static bool is_full_key(const struct rf_group *full, int key)
     return key >= full->first_key && key < full->first_key + full->n_bins;
 }
 
+/* The radii of a coarse level and bin, of which r is one. */
+static void know_range(const struct builder *b, float r, struct known_radius *known)
+{
+    int level = rf_min_int(rf_level_of(b->c->split, r), b->max_level);
+    const struct rf_group *g = &b->groups->at[b->max_level + (r < 0 ? -level : level)];
+    int bin = floor_int(r / RF_BIN_PX);
+    float outer = ldexpf(b->c->split, level), inner = outer / 2;
+    known->low = known->high = r;
+    if (bin - g->first_bin != bin_of(g, r))
+        return;
+    known->low = rf_max_float((float)bin * RF_BIN_PX, r < 0 ? -outer : inner);
+    known->high = rf_min_float((float)(bin + 1) * RF_BIN_PX, r < 0 ? -inner : outer);
+}
+
 static void know_radius(const struct builder *b, const struct rf_group *full, float r,
                         struct known_radius *known)
 {
     known->r = r;
     known->key = key_of(b, r);
-    if (is_full_key(full, known->key))
+    known->is_full = is_full_key(full, known->key);
+    if (known->is_full)
         known->slot =
             splat_slot(b->c, r, rf_centre_phase(b->c->footprints), RF_SHARP, 0);
+    else
+        know_range(b, r, known);
 }
 
 /* Of the items that follow. */
@@ -286,23 +308,56 @@ static const float *radii_of_row(const struct rf_source *source,
     return own;
 }
 
-/* The surfaces of pixels x0 to x1 - 1 of row y of a tile. */
-static void put_plain(const struct builder *b, const struct rf_group *full,
+/*
+ * The surfaces of pixels x0 to x1 - 1 of row y of a tile, an item each, while they are
+ * of full resolution; returns where they end. The first one's radius is known.
+ */
+static int put_places(const struct builder *b, const struct rf_group *full,
                       struct worker *w, int x0, int x1, int y, const float *radius,
                       struct known_radius *known, struct tile_samples *s)
 {
     uint64_t *items = w->items + s->n - x0, item = rf_place_make(known->slot, 0, y, 0);
+    int x = x0;
     set_key(w, s, known->key);
-    for (int x = x0; x < x1; x++) {
+    for (; x < x1; x++) {
         if (radius[x] != known->r) {
             know_radius(b, full, radius[x], known);
+            if (!known->is_full)
+                break;
             item = rf_place_make(known->slot, 0, y, 0);
             s->n = (int)(items + x - w->items);
             set_key(w, s, known->key);
         }
         items[x] = item | rf_place_make(0, x, 0, 0);
     }
-    s->n = (int)(items + x1 - w->items);
+    s->n = (int)(items + x - w->items);
+    return x;
+}
+
+/* The same of a coarse level: an item for all that share a key, its slot their number.
+ */
+static int put_run(struct worker *w, int x0, int x1, int y, const float *radius,
+                   const struct known_radius *known, struct tile_samples *s)
+{
+    int x = x0 + 1;
+    while (x < x1 && ((known->low < radius[x] && radius[x] < known->high) ||
+                      radius[x] == known->r))
+        x++;
+    put_item(w, s, rf_place_make(x - x0, x0, y, 0), known->key);
+    return x;
+}
+
+/* The surfaces of pixels x0 to x1 - 1 of row y of a tile. */
+static void put_plain(const struct builder *b, const struct rf_group *full,
+                      struct worker *w, int x0, int x1, int y, const float *radius,
+                      struct known_radius *known, struct tile_samples *s)
+{
+    while (x0 < x1) {
+        if (radius[x0] != known->r)
+            know_radius(b, full, radius[x0], known);
+        x0 = known->is_full ? put_places(b, full, w, x0, x1, y, radius, known, s)
+                            : put_run(w, x0, x1, y, radius, known, s);
+    }
 }
 
 /* The samples of a source in n pixels of row y of a tile, after those of other rows. */
@@ -324,8 +379,6 @@ static void survey_row(const struct builder *b, const struct rf_group *full,
         }
         uint64_t rest = ~(e.plain >> x);
         int x1 = rest ? x + __builtin_ctzll(rest) : RF_TILE_W;
-        if (radius[x] != known->r)
-            know_radius(b, full, radius[x], known);
         put_plain(b, full, w, x, x1, y, radius, known, s);
         any = x1 < 64 ? any >> x1 << x1 : 0;
     }
@@ -403,32 +456,29 @@ static inline void add_to_block(struct block_sum *sum, float w, float r,
     sum->rw += w * r;
 }
 
-/* Adds the first of n items, and with a surface those that follow it in its row and
- * block; returns how many that were. */
-static int reduce_some(const struct builder *b, struct worker *w,
-                       const struct part *part, int level, const struct tile_samples *s,
-                       const uint64_t *items, int n)
+/* Adds an item of a coarse level; the surfaces of a run block by block. */
+static void reduce_item(const struct builder *b, struct worker *w,
+                        const struct part *part, int level,
+                        const struct tile_samples *s, uint64_t item)
 {
-    const struct rf_sample *p = sample_of(b, w, items[0]);
+    const struct rf_sample *p = sample_of(b, w, item);
     if (p) {
         struct block_sum *sum = block_of(&w->reducer, part, level, floor_int(p->x),
                                          floor_int(p->y), p->kind);
         add_to_block(sum, p->w, p->r, p->c);
-        return 1;
+        return;
     }
-    int x = rf_place_x(items[0]), y = rf_place_y(items[0]), i = 0;
-    int end = rf_min_int(((x >> level) + 1) << level, RF_TILE_W);
-    const rf_place after = rf_place_make(0, end, y, 0);
+    int x = rf_place_x(item), y = rf_place_y(item), end = x + rf_place_slot(item);
     const struct rf_surface *row = rf_tile_surface(&s->surfaces, 0, y);
-    struct block_sum *sum = block_of(&w->reducer, part, level, s->surfaces.x + x,
-                                     s->surfaces.y + y, RF_SHARP);
-    struct block_sum own = *sum;
-    for (; i < n && items[i] < after && !rf_place_other(items[i]); i++) {
-        const struct rf_surface *q = &row[rf_place_x(items[i])];
-        add_to_block(&own, 1, q->r, q->c);
+    while (x < end) {
+        struct block_sum *sum = block_of(&w->reducer, part, level, s->surfaces.x + x,
+                                         s->surfaces.y + y, RF_SHARP);
+        struct block_sum own = *sum;
+        int stop = rf_min_int(((x >> level) + 1) << level, end);
+        for (; x < stop; x++)
+            add_to_block(&own, 1, row[x].r, row[x].c);
+        *sum = own;
     }
-    *sum = own;
-    return i;
 }
 
 /* Empties the reducer into splats; returns how many. */
@@ -566,8 +616,8 @@ static bool build_runs(const struct builder *b, struct worker *w, int tile,
     for (int key = g->first_key; key < g->first_key + g->n_bins; key++) {
         if (w->count[key] == w->count[key + 1])
             continue;
-        for (int i = w->count[key], end = w->count[key + 1]; i < end;)
-            i += reduce_some(b, w, &part, g->level, s, w->sorted + i, end - i);
+        for (int i = w->count[key]; i < w->count[key + 1]; i++)
+            reduce_item(b, w, &part, g->level, s, w->sorted[i]);
         int n = reduce_end(b->c, &w->reducer, &part, g->level, w->reduced);
         struct run *run = &w->runs[(*n_runs)++];
         *run = (struct run){
