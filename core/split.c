@@ -80,6 +80,22 @@ static float share_of(float v)
     return share < LEAST_SHARE ? 0 : share;
 }
 
+typedef float quad __attribute__((vector_size(16), aligned(4)));
+typedef int32_t truths __attribute__((vector_size(16)));
+
+/*
+ * What one thread works with. Rows: extremes of the luminance (5 x 5) and the radius
+ * (3 x 3), gaps of the radius.
+ */
+struct scratch {
+    const struct rf_kernels *kernels;
+    const int32_t *steps; /* to the pixels around one, as struct rf_sides has them */
+    float *columns, *darkest, *brightest, *nearest, *farthest, *gap, *threshold;
+    unsigned char *candidates;
+};
+
+enum { N_ROWS = 7 }; /* of floats, for all that */
+
 /* ---- fringes of highlights ----------------------------------------------------- */
 
 struct highlight {
@@ -102,19 +118,45 @@ static bool is_surrounding(float v, float l, float peak)
     return (peak > HIGHLIGHT_RATIO * shade) & (l > FRINGE_RATIO * shade);
 }
 
+/* is_surrounding() of four pixels, all bits or none. */
+static truths are_surrounding(quad v, float l, float peak)
+{
+    const quad all_l = {l, l, l, l}, all_peak = {peak, peak, peak, peak}, none = {0};
+    quad shade = (quad)((truths)v & (v > none)) + 1e-4f;
+    return (all_peak > HIGHLIGHT_RATIO * shade) & (all_l > FRINGE_RATIO * shade);
+}
+
+/* Pixels of 5 x 5, none of which is outside, that are surroundings. */
+static int count_surrounding(const float *const rows[2 * WINDOW + 1], int x, float l,
+                             float peak)
+{
+    truths n = {0};
+    int n_last = 0;
+    for (int j = 0; j <= 2 * WINDOW; j++) {
+        const float *v = rows[j] + x - WINDOW;
+        n -= are_surrounding(*(const quad *)v, l, peak);
+        n_last += is_surrounding(v[2 * WINDOW], l, peak);
+    }
+    return n[0] + n[1] + n[2] + n[3] + n_last;
+}
+
 /* Would the lower third of the pixels around let the pixel be a fringe of `peak`? */
 static bool may_be_fringe(const struct rf_pixels *p, int x, int y, float peak)
 {
+    enum { ALL = (2 * WINDOW + 1) * (2 * WINDOW + 1) };
     struct window w = window_at(p, x, y, WINDOW);
     float l = rf_plane_row(p, p->luminance, y)[x];
     if (!(peak > HIGHLIGHT_OVER_FRINGE * l))
         return false;
-    int n = 0, n_dark = 0;
-    for (int j = w.y0; j <= w.y1; j++) {
-        const float *row = rf_plane_row(p, p->luminance, j);
-        for (int i = w.x0; i <= w.x1; i++, n++)
-            n_dark += is_surrounding(row[i], l, peak);
+    int n = (w.x1 - w.x0 + 1) * (w.y1 - w.y0 + 1), n_dark = 0;
+    if (n == ALL) {
+        const float *rows[2 * WINDOW + 1];
+        rf_plane_rows(p, p->luminance, y, WINDOW, rows);
+        return count_surrounding(rows, x, l, peak) > n / 3;
     }
+    for (int j = w.y0; j <= w.y1; j++)
+        for (int i = w.x0; i <= w.x1; i++)
+            n_dark += is_surrounding(rf_plane_row(p, p->luminance, j)[i], l, peak);
     return n_dark > n / 3;
 }
 
@@ -199,7 +241,7 @@ struct edge {
 
 enum { AROUND = RF_SIDES_AROUND, N_AROUND = AROUND * AROUND };
 
-typedef float quad __attribute__((vector_size(16), aligned(4)));
+_Static_assert((int)N_AROUND == (int)RF_SPLIT_STEPS, "a step to each pixel around");
 
 /* Pixels around (x, y), a bit for each as in struct rf_sides, that lie in the picture.
  */
@@ -212,27 +254,28 @@ static uint32_t bits_inside(const struct rf_pixels *p, int x, int y)
     return bits;
 }
 
-/* The pixel of a bit. */
-static const struct rf_surface *pixel_of(const struct rf_pixels *p, int x, int y,
-                                         int bit)
-{
-    return pixel(p, x + bit % AROUND - WINDOW, y + bit / AROUND - WINDOW);
-}
+/* The pixels around one, by their bits. */
+struct around {
+    const struct rf_surface *middle;
+    const int32_t *steps; /* from it to each */
+};
+
+/* For each bit f(squared distance from the middle). */
+#define OF_DISTANCES(f)                                                                \
+    {f(8), f(5), f(4), f(5), f(8), f(5), f(2), f(1), f(2), f(5), f(4), f(1), f(0),     \
+     f(1), f(4), f(5), f(2), f(1), f(2), f(5), f(8), f(5), f(4), f(5), f(8)}
 
 /* Mean of the pixels of a set that is not empty. */
-static struct rf_surface mean_of(const struct rf_pixels *p, int x, int y, uint32_t bits)
+static struct rf_surface mean_of(const struct around *around, uint32_t bits)
 {
-    /* 1 / (1/2 + d^2) */
-#define ROW(a, b, c) 1 / (a), 1 / (b), 1 / (c), 1 / (b), 1 / (a)
-    static const float WEIGHTS[N_AROUND] = {
-        ROW(8.5f, 5.5f, 4.5f), ROW(5.5f, 2.5f, 1.5f), ROW(4.5f, 1.5f, 0.5f),
-        ROW(5.5f, 2.5f, 1.5f), ROW(8.5f, 5.5f, 4.5f)};
-#undef ROW
+#define WEIGHT(d2) 1 / (0.5f + (d2))
+    static const float WEIGHTS[N_AROUND] = OF_DISTANCES(WEIGHT);
+#undef WEIGHT
     quad c = {0};
     float r = 0, weight = 0;
     for (; bits; bits &= bits - 1) {
         int bit = __builtin_ctz(bits);
-        const struct rf_surface *q = pixel_of(p, x, y, bit);
+        const struct rf_surface *q = around->middle + around->steps[bit];
         float k = WEIGHTS[bit];
         c += k * *(const quad *)q->c;
         r += k * q->r;
@@ -245,35 +288,38 @@ static struct rf_surface mean_of(const struct rf_pixels *p, int x, int y, uint32
 }
 
 /* A side without interior is thin: its pixel that differs most from the other side. */
-static void take_most_unlike(const struct rf_pixels *p, int x, int y, uint32_t bits,
+static void take_most_unlike(const struct around *around, uint32_t bits,
                              const struct rf_surface *other, struct rf_surface *out)
 {
+#define LESS(d2) 1 + 0.3f * (d2)
+    static const float LESSER[N_AROUND] = OF_DISTANCES(LESS);
+#undef LESS
+    const truths magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
     const quad c = *(const quad *)other->c;
+    const struct rf_surface *found = NULL;
     float best = -1;
     for (; bits; bits &= bits - 1) {
-        int bit = __builtin_ctz(bits), dx = bit % AROUND - WINDOW;
-        int dy = bit / AROUND - WINDOW;
-        const struct rf_surface *q = pixel(p, x + dx, y + dy);
-        quad e = *(const quad *)q->c - c;
-        float d = fabsf(e[0]) + fabsf(e[1]) + fabsf(e[2]) + fabsf(e[3]);
-        d /= 1 + 0.3f * (float)(dx * dx + dy * dy);
-        if (d > best) {
-            best = d;
-            memcpy(out->c, q->c, sizeof out->c);
-        }
+        int bit = __builtin_ctz(bits);
+        const struct rf_surface *q = around->middle + around->steps[bit];
+        quad e = (quad)((truths)(*(const quad *)q->c - c) & magnitude);
+        float d = (e[0] + e[1] + e[2] + e[3]) / LESSER[bit];
+        found = d > best ? q : found;
+        best = d > best ? d : best;
     }
+    if (found)
+        memcpy(out->c, found->c, sizeof out->c);
 }
 
 /* Colours and radii of the two surfaces that meet in the pixel; false: only one. */
-static bool find_sides(const struct rf_kernels *kernels, const struct rf_pixels *p,
-                       int x, int y, const struct edge *e, struct rf_surface *f,
-                       struct rf_surface *b)
+static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x, int y,
+                       const struct edge *e, struct rf_surface *f, struct rf_surface *b)
 {
+    const struct around around = {pixel(p, x, y), s->steps};
     const float *rows[AROUND + 2];
     struct rf_sides sides;
     rf_plane_rows(p, p->radius, y, WINDOW + 1, rows);
-    kernels->find_sides(rows, x, e->threshold, e->lowest - e->gap, e->highest + e->gap,
-                        &sides);
+    s->kernels->find_sides(rows, x, e->threshold, e->lowest - e->gap,
+                           e->highest + e->gap, &sides);
     uint32_t inside = bits_inside(p, x, y);
     uint32_t near = ~sides.far & inside, far = sides.far & inside;
     uint32_t near_usual = near & sides.usual, far_usual = far & sides.usual;
@@ -281,12 +327,12 @@ static bool find_sides(const struct rf_kernels *kernels, const struct rf_pixels 
         return false;
     uint32_t near_inner = near_usual & sides.interior;
     uint32_t far_inner = far_usual & sides.interior;
-    *f = mean_of(p, x, y, near_inner ? near_inner : near_usual);
-    *b = mean_of(p, x, y, far_inner ? far_inner : far_usual);
+    *f = mean_of(&around, near_inner ? near_inner : near_usual);
+    *b = mean_of(&around, far_inner ? far_inner : far_usual);
     if (!near_inner)
-        take_most_unlike(p, x, y, near, b, f);
+        take_most_unlike(&around, near, b, f);
     else if (!far_inner)
-        take_most_unlike(p, x, y, far, f, b);
+        take_most_unlike(&around, far, f, b);
     return true;
 }
 
@@ -310,12 +356,12 @@ static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *
     *share = a;
 }
 
-static bool split_edge(const struct rf_kernels *kernels, const struct rf_pixels *p,
-                       int x, int y, const struct edge *e, struct rf_surface *near,
+static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,
+                       const struct edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
 {
     struct rf_surface f, b;
-    if (!find_sides(kernels, p, x, y, e, &f, &b))
+    if (!find_sides(s, p, x, y, e, &f, &b))
         return false;
     const struct rf_surface *c = pixel(p, x, y);
     if (b.c[3] < EMPTY * f.c[3]) {
@@ -355,18 +401,6 @@ static bool split_edge(const struct rf_kernels *kernels, const struct rf_pixels 
     return true;
 }
 
-/*
- * Rows of one thread: extremes of the luminance (5 x 5) and the radius (3 x 3), gaps of
- * the radius.
- */
-struct scratch {
-    const struct rf_kernels *kernels;
-    float *columns, *darkest, *brightest, *nearest, *farthest, *gap, *threshold;
-    unsigned char *candidates;
-};
-
-enum { N_ROWS = 7 }; /* of floats, for all that */
-
 /* What a pixel may be, as far as extremes tell. */
 enum { MAY_BE_FRINGE = 1, MAY_BE_EDGE = 2 };
 
@@ -405,7 +439,7 @@ static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
     const struct edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
                               s->farthest[x]};
     return candidate & MAY_BE_EDGE &&
-           split_edge(s->kernels, pixels, x, y, &edge, near, far, share);
+           split_edge(s, pixels, x, y, &edge, near, far, share);
 }
 
 /* The first pixel after x that may be mixed; n or more: there is none. */
@@ -488,6 +522,7 @@ static struct scratch scratch_of(const struct rf_splitter *s, int y)
     size_t row = s->pixels->stride;
     float *at = s->rows + row * N_ROWS * (size_t)rf_thread_num();
     return (struct scratch){s->filter->context->kernels,
+                            s->steps,
                             at,
                             rf_plane_row(s->pixels, s->darkest, y),
                             at + row,
@@ -503,6 +538,8 @@ rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
     const struct rf_context *context = s->filter->context;
     size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)s->pixels->height;
     size_t n = s->pixels->stride * N_ROWS * n_threads;
+    for (int i = 0; i < N_AROUND; i++)
+        s->steps[i] = (i / AROUND - WINDOW) * s->pixels->width + i % AROUND - WINDOW;
     s->arena = rf_arena_make(context, s->pixels->width, s->pixels->height);
     s->rows = rf_alloc(context, n, sizeof *s->rows);
     s->splits = rf_calloc(context, n_rows, sizeof *s->splits);

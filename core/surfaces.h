@@ -85,6 +85,8 @@ static inline void rf_plane_rows(const struct rf_pixels *p, float *plane, int y,
             rf_plane_row(p, plane, rf_min_int(rf_max_int(y + k, 0), p->height - 1));
 }
 
+enum { RF_SPLIT_REACH = 3, RF_SPLIT_STEPS = 5 * 5 };
+
 /*
  * Splits mixed pixels into their two surfaces (split.c), if the parameters say so, row
  * by row: a row may be split once the RF_SPLIT_REACH rows to both sides of it are
@@ -104,13 +106,12 @@ struct rf_splitter {
     uint64_t *shining;
     float bright;
     /* Its own: */
+    int32_t steps[RF_SPLIT_STEPS]; /* from a pixel to the 5 x 5 around it */
     float *rows;
     struct rf_split_row *splits;
     struct rf_arena arena;
     struct rf_room *rooms;
 };
-
-enum { RF_SPLIT_REACH = 3 };
 
 rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error);
 /* False: out of memory. */
