@@ -94,7 +94,7 @@ struct scratch {
     unsigned char *candidates;
 };
 
-enum { N_ROWS = 7 }; /* of floats, for all that */
+enum { N_ROWS = 8 }; /* of floats, for all that: two for the columns */
 
 /* ---- fringes of highlights ----------------------------------------------------- */
 
@@ -525,12 +525,12 @@ static struct scratch scratch_of(const struct rf_splitter *s, int y)
                             s->steps,
                             at,
                             rf_plane_row(s->pixels, s->darkest, y),
-                            at + row,
                             at + 2 * row,
                             at + 3 * row,
                             at + 4 * row,
                             at + 5 * row,
-                            (unsigned char *)(at + 6 * row)};
+                            at + 6 * row,
+                            (unsigned char *)(at + 7 * row)};
 }
 
 rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)

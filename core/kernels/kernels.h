@@ -232,7 +232,7 @@ struct rf_kernels {
     /*
      * Least and greatest value of (2 reach + 1) columns of n_rows rows around each of n
      * pixels. Rows may be read RF_ROW_MARGIN floats before and, n rounded up to eight,
-     * after; so may `scratch`, two rows of it. Either result may be NULL.
+     * after; `scratch` has room for that for each result. One of them may be NULL.
      */
     void (*extremes)(const float *const *rows, int n_rows, int reach, int n,
                      float *scratch, float *lowest, float *highest);

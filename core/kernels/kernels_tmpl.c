@@ -546,13 +546,43 @@ extremes_of(const float *const *rows, int n_rows, int reach, int n, float *scrat
     }
 }
 
+/* The same for both, with each row loaded once. */
 static inline __attribute__((always_inline)) void
 both_extremes(const float *const *rows, int n_rows, int reach, int n, float *scratch,
               float *lowest, float *highest)
 {
-    if (lowest)
+    float *low = scratch + RF_ROW_MARGIN;
+    float *high = low + (n + LANES - 1) / LANES * LANES + 2 * RF_ROW_MARGIN;
+    for (int x = -RF_ROW_MARGIN; x < n + RF_ROW_MARGIN; x += LANES) {
+        vf a = LOAD(rows[0] + x), b = a;
+        for (int k = 1; k < n_rows; k++) {
+            vf v = LOAD(rows[k] + x);
+            a = vmin(v, a);
+            b = vmax(v, b);
+        }
+        STORE(low + x, a);
+        STORE(high + x, b);
+    }
+    for (int x = 0; x < n; x += LANES) {
+        vf a = LOAD(low + x), b = LOAD(high + x);
+        for (int k = 1; k <= reach; k++) {
+            a = vmin(vmin(LOAD(low + x - k), LOAD(low + x + k)), a);
+            b = vmax(vmax(LOAD(high + x - k), LOAD(high + x + k)), b);
+        }
+        STORE(lowest + x, a);
+        STORE(highest + x, b);
+    }
+}
+
+static inline __attribute__((always_inline)) void
+any_extremes(const float *const *rows, int n_rows, int reach, int n, float *scratch,
+             float *lowest, float *highest)
+{
+    if (lowest && highest)
+        both_extremes(rows, n_rows, reach, n, scratch, lowest, highest);
+    else if (lowest)
         extremes_of(rows, n_rows, reach, n, scratch, lowest, false);
-    if (highest)
+    else
         extremes_of(rows, n_rows, reach, n, scratch, highest, true);
 }
 
@@ -561,11 +591,11 @@ static void extremes(const float *const *rows, int n_rows, int reach, int n,
                      float *scratch, float *lowest, float *highest)
 {
     if (n_rows == 5 && reach == 2)
-        both_extremes(rows, 5, 2, n, scratch, lowest, highest);
+        any_extremes(rows, 5, 2, n, scratch, lowest, highest);
     else if (n_rows == 3 && reach == 1)
-        both_extremes(rows, 3, 1, n, scratch, lowest, highest);
+        any_extremes(rows, 3, 1, n, scratch, lowest, highest);
     else
-        both_extremes(rows, n_rows, reach, n, scratch, lowest, highest);
+        any_extremes(rows, n_rows, reach, n, scratch, lowest, highest);
 }
 
 /* Eight bytes of 0 or `value`, by the lowest eight bits. */
