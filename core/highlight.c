@@ -58,7 +58,7 @@ struct highlights {
     const struct rf_crop *out;
     struct rf_footprints *footprints;
     const struct rf_samples *samples;
-    /* Per highlight of the batch: where its visibility over its box goes, or NULL. */
+    /* Per highlight of the batch: what is blocked over its box goes, or NULL. */
     float **mask;
     struct blockers *views;
     float *memory;                               /* of theirs */
@@ -298,20 +298,26 @@ static bool build_mask(const struct highlights *h, size_t index, float *mask)
     }
     for (int j = 0; j < h->scene->n_views; j++)
         draw_occluders(h, l, j, &m);
-    for (size_t i = 0; i < n; i++)
-        m.blocked[i] = m.blocked[i] < WHOLE ? 1 - m.blocked[i] : 0;
     return true;
 }
 
 /* ---- light --------------------------------------------------------------------- */
 
-/* Adds n weights of a light's colour, `seen` or all of them, to plain pixels. */
-static void add_to_rgba(float *out, const float colour[4], const float *weight,
-                        const float *seen, int n)
+/* The share of a light that is seen where so much of it is blocked. */
+static inline float seen_of(float blocked)
 {
-    for (int i = 0; i < n; i++)
+    return blocked < WHOLE ? 1 - blocked : 0;
+}
+
+/* Adds n weights of a light's colour, less what is blocked if not NULL, to pixels. */
+static void add_to_rgba(float *out, const float colour[4], const float *weight,
+                        const float *blocked, int n)
+{
+    for (int i = 0; i < n; i++) {
+        float seen = blocked ? seen_of(blocked[i]) : 1;
         for (int p = 0; p < 4; p++)
-            out[4 * i + p] += colour[p] * weight[i] * (seen ? seen[i] : 1);
+            out[4 * i + p] += colour[p] * weight[i] * seen;
+    }
 }
 
 /* Adds the light of the rows y0 to y1 - 1 of the scene. */
@@ -331,7 +337,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
         if (row < y0 || row >= y1)
             continue;
         const float *weight = f->weights + g->weight;
-        const float *seen =
+        const float *blocked =
             mask ? mask + (size_t)(g->dy - f->min_dy) * (size_t)box_width - f->min_dx
                  : NULL;
         int from = rf_max_int(0, -(x + g->dx));
@@ -340,7 +346,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
         if (crop->rgba && from < to) {
             float *out = crop->rgba + (row - crop->y) * crop->stride;
             add_to_rgba(out + 4 * (x + g->dx + from), colour, weight + from,
-                        seen ? seen + g->dx + from : NULL, to - from);
+                        blocked ? blocked + g->dx + from : NULL, to - from);
         }
         for (int p = 0; p < h->scene->n_colours; p++) {
             if (!crop->planes[p])
@@ -349,7 +355,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
                 crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
             float c = l->c[p] * l->w;
             for (int i = from; i < to; i++)
-                out[i] += c * weight[i] * (seen ? seen[g->dx + i] : 1);
+                out[i] += c * weight[i] * (blocked ? seen_of(blocked[g->dx + i]) : 1);
         }
     }
 }
