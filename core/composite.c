@@ -116,6 +116,30 @@ static void fill_opaque(float *out, const float *coverage, int n)
         out[x] = coverage[x] > 1e-6f ? 1 : 0;
 }
 
+/* Colour p of n pixels; of p = 3 without sums, alpha. */
+static void finish_plane(const struct rf_composer *c, int p, const float *sum,
+                         const float *coverage, int n, float *out)
+{
+    if (sum)
+        c->kernels->divide(sum, coverage, p == 3 ? 1 : INFINITY, n, out);
+    else
+        fill_opaque(out, coverage, n);
+}
+
+/* The same, added to `out`. */
+static void add_plane(const struct rf_composer *c, int p, const float *sum,
+                      const float *coverage, int n, float weight, float *out)
+{
+    enum { MOST = 512 };
+    float some[MOST];
+    for (int x = 0; x < n; x += MOST) {
+        int m = rf_min_int(MOST, n - x);
+        finish_plane(c, p, sum ? sum + x : NULL, coverage + x, m, some);
+        for (int i = 0; i < m; i++)
+            out[x + i] += weight * some[i];
+    }
+}
+
 /* Finished pixels of row y of the part, n from x on. */
 static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, int x,
                        int y, int n, const float *sum, size_t plane)
@@ -129,12 +153,11 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
         c->kernels->divide_rgba(sums, coverage, n, crop->rgba + at + 3 * x);
         return;
     }
-    for (int p = 0; p < n_colours; p++)
-        if (crop->planes[p])
-            c->kernels->divide(sums[p], coverage, p == 3 ? 1 : INFINITY, n,
-                               crop->planes[p] + at);
-    if (n_colours == 3 && crop->planes[3])
-        fill_opaque(crop->planes[3] + at, coverage, n);
+    for (int p = 0; p < 4; p++)
+        if (crop->planes[p] && crop->weight != 0)
+            add_plane(c, p, sums[p], coverage, n, crop->weight, crop->planes[p] + at);
+        else if (crop->planes[p])
+            finish_plane(c, p, sums[p], coverage, n, crop->planes[p] + at);
 }
 
 static void finish(const struct rf_composer *c, const struct rf_crop *crop)
@@ -169,6 +192,13 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
         .height = work->filter->height,
         .stride = work->filter->width,
     };
+    if (scene->sum) {
+        crop.weight = scene->weight;
+        for (int p = 0; p < work->n_planes; p++)
+            crop.planes[p] =
+                scene->sum + (size_t)crop.width * (size_t)crop.height * (size_t)p;
+        return crop;
+    }
     if (work->out) {
         crop.rgba = (float *)rf_image_at(work->out, 0, 0, 0);
         crop.stride = work->out->row_bytes / (ptrdiff_t)sizeof(float);
@@ -299,7 +329,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error)
 {
     scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
-    bool gives_canvas = !work->colour[0] && !work->out;
+    bool gives_canvas = !work->colour[0] && !work->out && !scene->sum;
     const struct rf_filter *filter = scene->filter;
     struct rf_composer c = {.scene = scene,
                             .context = filter->context,

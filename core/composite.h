@@ -72,6 +72,12 @@ struct rf_scene {
     struct rf_samples highlights; /* light to add, with exact visibility */
     const struct rf_occluders *occluders;
     int n_views; /* of occluders */
+    /*
+     * If not NULL, the result is not the work's: its colours, times `weight`, are added
+     * to these planes of the picture's size, packed.
+     */
+    float *sum;
+    float weight;
     struct rf_task *task;
     double progress_to; /* fraction that this part ends at */
 };
@@ -90,6 +96,7 @@ struct rf_crop {
     ptrdiff_t stride;        /* floats */
     float *planes[4];
     float *rgba; /* instead of planes: quadruples, all wanted */
+    float weight; /* not 0: colours are added to the planes, times this */
 };
 
 /* Adds the light of the highlights to the finished planes (highlight.c). */

@@ -89,18 +89,6 @@ static rf_result load(struct rf_views *v, int border, struct rf_error *error)
     return RF_OK;
 }
 
-/* Adds the planes of the work, times `weight`, to planes of width x height. */
-static void add_picture(const struct rf_work *work, double weight, float *sum)
-{
-    int64_t n = (int64_t)work->filter->width * work->filter->height;
-    for (int p = 0; p < work->n_planes; p++) {
-        float *out = sum + n * p;
-#pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
-        for (int64_t i = 0; i < n; i++)
-            out[i] += (float)weight * work->colour[p][i];
-    }
-}
-
 /* Finds which views the cell asks, and in which order. */
 static void rank_views(const struct rf_view_cell *cell)
 {
@@ -143,13 +131,13 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
     rf_result result = find_unseen(v, cells, n, error);
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct rf_view_cell *cell = &cells[i];
+        cell->weight = (float)area[i];
+        cell->sum = sum;
         result = rf_view_cell_run(cell, from + (0.9 - from) * (i + 1) / n, error);
         rf_free(context, cell->samples);
         rf_estimates_free(&cell->hidden, context);
         if (rf_task_is_cancelled(work->task))
             break;
-        if (result == RF_OK)
-            add_picture(work, area[i], sum);
     }
     return result;
 }

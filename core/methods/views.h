@@ -135,6 +135,8 @@ struct rf_view_cell {
     bool is_on_grid;
     int shift[2];
     struct rf_drift drift;
+    float *sum; /* planes that its picture is added to, times its weight */
+    float weight;
     struct rf_estimates hidden; /* at NULL: not asked for */
     struct rf_sample *samples;
 };
@@ -166,8 +168,8 @@ float rf_views_border(const struct rf_work *work, const struct rf_view_cell *cel
 /* ---- views_cell.c -------------------------------------------------------------- */
 
 /*
- * The picture through the cell, to the colours of the work. Its samples and estimates
- * are to be freed in any case.
+ * Adds the picture through the cell to its sum. Its samples and estimates are to be
+ * freed in any case.
  */
 rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                            struct rf_error *error);

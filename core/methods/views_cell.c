@@ -387,11 +387,13 @@ static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
     b->n = 0;
 }
 
-/* Row i of the samples of the other views; counted are those out of reach, too. */
+/* Samples of the other views, row by row of all of them, so that those of one place come
+ * together; counted are those out of reach, too. */
 static size_t collect_others_row(void *user, int i, struct rf_sample *at)
 {
     struct rf_view_cell *cell = user;
-    int height = cell->v->pictures[0].height, block = i / height, y = i % height;
+    int height = cell->v->pictures[0].height, n_others = cell->v->work->n_views - 1;
+    int y = i / n_others, block = i % n_others;
     int view = block < cell->middle ? block : block + 1;
     const struct rf_unseen_row *row =
         &cell->v->unseen[(size_t)view * (size_t)height + (size_t)y];
@@ -491,6 +493,8 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .is_opaque = is_opaque(cell->v),
                              .occluders = &occluders,
                              .n_views = 1,
+                             .sum = cell->sum,
+                             .weight = cell->weight,
                              .task = work->task,
                              .progress_to = progress_to};
     int height = picture->height, n_views = work->n_views;

@@ -601,6 +601,13 @@ static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
     count_samples(row);
 }
 
+static void list_rows(struct blocks *b, int view, int by, struct rf_unseen *room)
+{
+    int height = b->v->pictures[view].height;
+    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, height); y++)
+        list_row(b, view, y, room);
+}
+
 static void list_all(struct blocks *b, struct rf_unseen *room)
 {
     const struct rf_picture *picture = &b->v->pictures[0];
@@ -614,12 +621,13 @@ static void list_all(struct blocks *b, struct rf_unseen *room)
             measure_blocks(b, i / b->n_y, i % b->n_y);
 #pragma omp for schedule(dynamic, 4)
         for (int i = 0; i < n_views * b->n_y; i++)
-            find_doubts(b, i / b->n_y, i % b->n_y);
-#pragma omp for schedule(dynamic, 16)
-        for (int i = 0; i < n_views * picture->height; i++)
+            find_doubts(b, i % n_views, i / n_views);
+        /* One row of blocks of all views: they look at each other. */
+#pragma omp for schedule(dynamic, 1)
+        for (int i = 0; i < n_views * b->n_y; i++)
             if (!rf_task_is_cancelled(task))
-                list_row(b, i / picture->height, i % picture->height,
-                         room + n_room * (size_t)rf_thread_num());
+                list_rows(b, i % n_views, i / n_views,
+                          room + n_room * (size_t)rf_thread_num());
     }
     rf_task_poll(task);
 }
