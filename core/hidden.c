@@ -71,6 +71,7 @@ struct search {
     uint32_t *rough; /* bits of rough blocks, in rows of n_words */
     int n_words;
     float highest;
+    float inv_x2, inv_y2; /* 1 / extent^2 */
     double extent[2]; /* half extent of the aperture in px per px of radius */
     float gap2[2][MOST_RINGS + 1]; /* along each axis, see gap2_of() */
 };
@@ -460,12 +461,8 @@ static bool is_same_surface(const struct rf_surfaces *s, size_t i, size_t j)
 static struct rf_hidden_query query_at(const struct search *search, int x, int y,
                                        float s)
 {
-    const double *e = search->extent;
-    return (struct rf_hidden_query){.x = x,
-                                    .y = y,
-                                    .s = s,
-                                    .inv_x2 = (float)(1 / (e[0] * e[0])),
-                                    .inv_y2 = (float)(1 / (e[1] * e[1]))};
+    return (struct rf_hidden_query){
+        .x = x, .y = y, .s = s, .inv_x2 = search->inv_x2, .inv_y2 = search->inv_y2};
 }
 
 /* Notes that pixel (x, y) has an answer, and those beside it within its block. */
@@ -729,6 +726,8 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
         result = rf_fail_memory(error, 1, sizeof *scratch);
     if (result == RF_OK) {
         rf_shape_extent(&filter->shape, search.extent);
+        search.inv_x2 = (float)(1 / (search.extent[0] * search.extent[0]));
+        search.inv_y2 = (float)(1 / (search.extent[1] * search.extent[1]));
         set_gaps(&search);
         build_rows(&search, radii != NULL);
         search_rows(&search, scratch, task);
