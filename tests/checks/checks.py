@@ -4,7 +4,7 @@
 
     tests/checks/checks.py coverage     lines of core, exr, povray_glue, plugin
                                         (report [PART...]: of tests run by hand)
-    tests/checks/checks.py mutate       a dozen wrong operators, each of them caught
+    tests/checks/checks.py mutate       two dozen wrong lines, each of them caught
     tests/checks/checks.py threads      ThreadSanitizer over the threaded paths
     tests/checks/checks.py valgrind     the unit suite under memcheck
     tests/checks/checks.py static       clang-tidy, gcc -fanalyzer, cppcheck
@@ -184,7 +184,7 @@ def report_coverage(build, wanted):
 
 
 def mutants():
-    """Wrong versions of lines in optics, depth and compositing."""
+    """Wrong versions of lines in optics, depth, surfaces and compositing."""
     for number, cells in enumerate(read_table("mutants.txt"), 1):
         yield number, *cells
 
@@ -194,6 +194,8 @@ KILLERS = [
     "unit/test_optics",
     "unit/test_depth",
     "unit/test_aperture",
+    "unit/test_split",
+    "unit/test_sample_lists",
     "reference/test_optics",
     "reference/test_layered",
     "physics/test_identity",

@@ -194,15 +194,16 @@ static void call_merge(const struct rf_kernels *k, struct workspace *w, int vari
     k->merge(w->at, sum, colour, w->at + 6000, w->at + 7000, n_planes, n);
 }
 
+/* 3, 5 and 7 rows, both results and each alone. */
 static void call_extremes(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     const float *rows[7];
     int n = 200 + 3 * variant, reach = variant % 3 + 1;
     for (int i = 0; i < 7; i++)
         rows[i] = w->at + 100 + 400 * i;
-    k->extremes(rows, 1 + 2 * variant, reach, n, w->at + 20000,
-                variant == 1 ? NULL : w->at + 30000,
-                variant == 2 ? NULL : w->at + 31000);
+    k->extremes(rows, 2 * reach + 1, reach, n, w->at + 20000,
+                variant / 3 == 1 ? NULL : w->at + 30000,
+                variant / 3 == 2 ? NULL : w->at + 31000);
 }
 
 /* Slanted planes with a step between them, and more noise from left to right. */
@@ -567,7 +568,7 @@ const struct kernel kernels[] = {
     {"average", call_average, 3, NULL},
     {"magnify", call_magnify, 4, NULL},
     {"merge", call_merge, 4, NULL},
-    {"extremes", call_extremes, 4, NULL},
+    {"extremes", call_extremes, 9, NULL},
     {"keep_edges", call_edges, 2, NULL},
     {"find_mixed", call_mixed, 4, NULL},
     {"find_gaps", call_gaps, 2, NULL},

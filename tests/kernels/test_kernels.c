@@ -218,6 +218,41 @@ static void bits_tell_what_pixels_are(void)
     }
 }
 
+/* With either result or both, in the sizes that are unrolled and others. */
+static void check_extremes(int n_rows, int reach, int n)
+{
+    enum { MOST = 48, STRIDE = MOST + 2 * RF_ROW_MARGIN };
+    float values[7][STRIDE], scratch[2 * STRIDE], results[4][MOST];
+    const float *rows[7];
+    for (int i = 0; i < 7 * STRIDE; i++)
+        values[i / STRIDE][i % STRIDE] = noise();
+    for (int i = 0; i < 7; i++)
+        rows[i] = values[i] + RF_ROW_MARGIN;
+    const struct rf_kernels *k = rf_kernels_at(0);
+    k->extremes(rows, n_rows, reach, n, scratch, results[0], results[1]);
+    k->extremes(rows, n_rows, reach, n, scratch, results[2], NULL);
+    k->extremes(rows, n_rows, reach, n, scratch, NULL, results[3]);
+    for (int x = 0; x < n; x++) {
+        float least = 1, most = 0;
+        for (int j = 0; j < n_rows; j++)
+            for (int i = -reach; i <= reach; i++) {
+                least = rf_min_float(least, rows[j][x + i]);
+                most = rf_max_float(most, rows[j][x + i]);
+            }
+        CHECK(results[0][x] == least && results[2][x] == least);
+        CHECK(results[1][x] == most && results[3][x] == most);
+    }
+}
+
+static void extremes_are_those_of_all_around(void)
+{
+    for (int n = 1; n <= 48; n++) {
+        check_extremes(5, 2, n);
+        check_extremes(3, 1, n);
+        check_extremes(7, 3, n);
+    }
+}
+
 /* Flags are where the plain rules say, and 0 beyond the row. */
 static void mixed_pixels_are_flagged(void)
 {
@@ -650,6 +685,7 @@ int main(int argc, char **argv)
     TEST(splats_that_do_not_reach_do_not_matter);
     TEST(mirrored_footprints_spread_as_others_do);
     TEST(bits_tell_what_pixels_are);
+    TEST(extremes_are_those_of_all_around);
     TEST(mixed_pixels_are_flagged);
     TEST(rows_come_back);
     TEST(quadruples_are_planes);

@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Splitting mixed pixels: which may be fringes of a highlight, and what is noted. */
+#include "surfaces.h"
+#include "testing.h"
+
+enum { MOST_W = 72, MOST_H = 9, STRIDE = MOST_W + 2 * RF_ROW_MARGIN };
+enum { N = MOST_W * MOST_H, N_WORDS = (MOST_W + 63) / 64 * MOST_H };
+
+/* A picture of grey surfaces, and what becomes of it. */
+static struct rf_surface pixels[N], near[N], far[N];
+static float luminance[STRIDE * MOST_H], radius[STRIDE * MOST_H];
+static float darkest[STRIDE * MOST_H], share[N];
+static uint64_t shining[N_WORDS];
+
+static void put(int width, int x, int y, float v, float r)
+{
+    pixels[y * width + x] = (struct rf_surface){{v, v, v, 1}, r};
+}
+
+static void fill_planes(const struct rf_pixels *p)
+{
+    for (int y = 0; y < p->height; y++)
+        for (int x = -RF_ROW_MARGIN; x < STRIDE - RF_ROW_MARGIN; x++) {
+            const struct rf_surface *s =
+                &pixels[y * p->width + rf_min_int(rf_max_int(x, 0), p->width - 1)];
+            rf_plane_row(p, p->luminance, y)[x] =
+                rf_luminance(s->c[0], s->c[1], s->c[2]);
+            rf_plane_row(p, p->radius, y)[x] = s->r;
+        }
+}
+
+/* Splits width x height pixels; `far` has a place for each of them. */
+static void split(int width, int height, float bright)
+{
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_pixels p = {width, height, pixels, STRIDE, luminance, radius};
+    struct rf_surfaces out = {
+        .width = width, .height = height, .near = near, .share = share};
+    struct rf_splitter s = {.pixels = &p,
+                            .out = &out,
+                            .darkest = darkest,
+                            .shining = shining,
+                            .bright = bright};
+    rf_params_init(&params);
+    params.split_edges = 1;
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &params, width, height, NULL) == RF_OK);
+    s.filter = filter;
+    fill_planes(&p);
+    REQUIRE(rf_split_begin(&s, NULL) == RF_OK);
+    for (int y = 0; y < height; y++)
+        CHECK(rf_split_row(&s, y));
+    REQUIRE(rf_split_end(&s, NULL) == RF_OK);
+    for (int i = 0; i < width * height; i++)
+        if (share[i] < 1)
+            far[i] = *rf_far_at(&out, (size_t)i);
+    rf_split_free(&s);
+    rf_far_free(&out, context);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
+/* ---- fringes ------------------------------------------------------------------- */
+
+static const float DARK = 0.01f, GREY = 0.4f, FRINGE = 0.5f, LAMP = 10;
+
+/*
+ * A pixel in the middle of 5 x 5, of which the picture has width x height, that is a
+ * fringe of a lamp at their rim, if n_dark of the others let both stand out. Those of a
+ * column, or of a row, are dark first.
+ */
+static bool is_fringe(int width, int height, int n_dark, int first, bool is_row)
+{
+    bool is_end = first == (is_row ? height : width) - 1;
+    int lamp_x = is_end || is_row ? 0 : width - 1;
+    int lamp_y = is_end || !is_row ? 0 : height - 1, n = 0;
+    for (int i = 0; i < width * height; i++)
+        put(width, i % width, i / width, GREY, 5);
+    for (int pass = 0; pass < 2; pass++)
+        for (int y = 0; y < height; y++)
+            for (int x = 0; x < width; x++) {
+                bool is_first = (is_row ? y : x) == first;
+                bool is_free = !(x == 2 && y == 2) && !(x == lamp_x && y == lamp_y);
+                if (is_free && is_first == (pass == 0) && n < n_dark) {
+                    put(width, x, y, DARK, 5);
+                    n++;
+                }
+            }
+    put(width, 2, 2, FRINGE, 5);
+    put(width, lamp_x, lamp_y, LAMP, -5);
+    split(width, height, 1e9f);
+    return share[2 * width + 2] < 1;
+}
+
+/* More than a third of them, wherever they are. */
+static void a_third_dark_pixels_make_a_fringe(void)
+{
+    for (int width = 3; width <= 5; width++)
+        for (int height = 3; height <= 5; height++)
+            for (int first = 0; first < rf_max_int(width, height); first++) {
+                int third = width * height / 3;
+                if (first < width) {
+                    CHECK(is_fringe(width, height, third + 1, first, false));
+                    CHECK(!is_fringe(width, height, third, first, false));
+                }
+                if (first < height) {
+                    CHECK(is_fringe(width, height, third + 1, first, true));
+                    CHECK(!is_fringe(width, height, third, first, true));
+                }
+            }
+}
+
+/* ---- what may be a highlight ----------------------------------------------------- */
+
+static bool is_bright(const struct rf_surface *s, float bright)
+{
+    return rf_luminance(s->c[0], s->c[1], s->c[2]) > bright;
+}
+
+/* Which part of a split pixel is bright, while the pixel is not. */
+struct bright_parts {
+    int n_near, n_far;
+};
+
+/* A lamp left of a mixed column, a wall right of it. */
+static struct bright_parts split_edge_of(float lamp_r, float wall_r, float bright)
+{
+    enum { EDGE = 66 };
+    struct bright_parts found = {0, 0};
+    for (int i = 0; i < N; i++) {
+        int x = i % MOST_W;
+        bool is_lamp = x < EDGE && x > EDGE - 40;
+        float v = x == EDGE ? 2 : is_lamp ? LAMP : 0.1f;
+        put(MOST_W, x, i / MOST_W, v, is_lamp ? lamp_r : wall_r);
+    }
+    memset(shining, 0, sizeof shining);
+    split(MOST_W, MOST_H, bright);
+    for (int i = 0; i < N; i++) {
+        int x = i % MOST_W;
+        bool is_whole = is_bright(&pixels[i], bright);
+        bool is_near = share[i] > 0 && is_bright(&near[i], bright);
+        bool is_far = share[i] < 1 && is_bright(&far[i], bright);
+        uint64_t bits = shining[i / MOST_W * ((MOST_W + 63) / 64) + x / 64];
+        CHECK((bits >> x % 64 & 1) == (is_whole || is_near || is_far));
+        found.n_near += is_near && !is_whole;
+        found.n_far += is_far && !is_whole;
+    }
+    return found;
+}
+
+/* Its light is in one part, of which the pixel shows a fifth. */
+static void parts_that_shine_are_noted(void)
+{
+    CHECK(split_edge_of(-5, 5, 4).n_near >= MOST_H);
+    CHECK(split_edge_of(5, -5, 4).n_far >= MOST_H);
+    struct bright_parts none = split_edge_of(-5, 5, 20);
+    CHECK(none.n_near == 0 && none.n_far == 0);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(a_third_dark_pixels_make_a_fringe);
+    TEST(parts_that_shine_are_noted);
+    return testing_end();
+}
