@@ -45,10 +45,10 @@ static void fill(float largest, float step)
 {
     int rise = (int)(2 * largest / step);
     for (int i = 0; i < N; i++) {
-        int k = (i + i / WIDTH * 7) % (2 * rise);
+        int k = (i + i / WIDTH * 7) % (2 * rise), up = k < rise ? k : 2 * rise - k;
         for (int n = 0; n < 4; n++)
             surfaces[i].c[n] = (float)(1 + (i * 7 + n * 3) % 11);
-        surfaces[i].r = radii[i] = (float)(k < rise ? k : 2 * rise - k) * step - largest;
+        surfaces[i].r = radii[i] = (float)up * step - largest;
         samples[i] = sample_at(i % WIDTH, i / WIDTH);
     }
 }
@@ -81,7 +81,7 @@ static void compare(const struct rf_groups *a, const struct rf_groups *b)
     }
 }
 
-/* Lists of the surfaces from a source, with their radii at hand or not, and an array. */
+/* Lists of the surfaces from a source, their radii at hand or not, and an array. */
 static void check_lists(float largest, bool has_radii)
 {
     struct rf_params params;
@@ -99,8 +99,10 @@ static void check_lists(float largest, bool has_radii)
                             .footprints = &footprints,
                             .split = rf_level_split(&filter->shape),
                             .n_threads = context->n_threads};
-    const struct rf_footprint_use use = {
-        .shape = &filter->shape, .n_cells = 1, .max_radius = c.split + 1, .n_phases = 1};
+    const struct rf_footprint_use use = {.shape = &filter->shape,
+                                         .n_cells = 1,
+                                         .max_radius = c.split + 1,
+                                         .n_phases = 1};
     REQUIRE(rf_footprints_init(&footprints, context, &use, NULL) == RF_OK);
     const struct rf_source source = {.survey = survey,
                                      .emit = emit,
