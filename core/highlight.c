@@ -313,10 +313,11 @@ static inline float seen_of(float blocked)
 static void add_to_rgba(float *out, const float colour[4], const float *weight,
                         const float *blocked, int n)
 {
+    const rf_quad c = *(const rf_quad *)colour;
     for (int i = 0; i < n; i++) {
-        float seen = blocked ? seen_of(blocked[i]) : 1;
-        for (int p = 0; p < 4; p++)
-            out[4 * i + p] += colour[p] * weight[i] * seen;
+        float w = weight[i], seen = blocked ? seen_of(blocked[i]) : 1;
+        rf_quad *at = (rf_quad *)(out + 4 * i);
+        *at += c * (rf_quad){w, w, w, w} * (rf_quad){seen, seen, seen, seen};
     }
 }
 

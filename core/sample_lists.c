@@ -308,6 +308,33 @@ static const float *radii_of_row(const struct rf_source *source,
     return own;
 }
 
+typedef int32_t truths __attribute__((vector_size(16)));
+
+/* Which of four radii are `same` or lie between two others. */
+static inline truths are_alike(const float *radius, float low, float high, float same)
+{
+    rf_quad r = *(const rf_quad *)radius;
+    return (((rf_quad){low, low, low, low} < r) &
+            (r < (rf_quad){high, high, high, high})) |
+           (r == (rf_quad){same, same, same, same});
+}
+
+/* The first pixel from x0 on whose radius is not alike, x1 if there is none. */
+static inline int alike_end(const float *radius, int x0, int x1, float low, float high,
+                            float same)
+{
+    int x = x0;
+    for (; x + 8 <= x1; x += 8) {
+        truths all = are_alike(radius + x, low, high, same) &
+                     are_alike(radius + x + 4, low, high, same);
+        if (!(all[0] & all[1] & all[2] & all[3]))
+            break;
+    }
+    while (x < x1 && ((low < radius[x] && radius[x] < high) || radius[x] == same))
+        x++;
+    return x;
+}
+
 /*
  * The surfaces of pixels x0 to x1 - 1 of row y of a tile, an item each, while they are
  * of full resolution; returns where they end. The first one's radius is known.
@@ -319,19 +346,29 @@ static int put_places(const struct builder *b, const struct rf_group *full,
     uint64_t *items = w->items + s->n - x0, item = rf_place_make(known->slot, 0, y, 0);
     int x = x0;
     set_key(w, s, known->key);
-    for (; x < x1; x++) {
-        if (radius[x] != known->r) {
-            know_radius(b, full, radius[x], known);
-            if (!known->is_full)
-                break;
-            item = rf_place_make(known->slot, 0, y, 0);
-            s->n = (int)(items + x - w->items);
-            set_key(w, s, known->key);
-        }
-        items[x] = item | rf_place_make(0, x, 0, 0);
+    for (;;) {
+        int end = alike_end(radius, x + 1, x1, NAN, NAN, known->r);
+        for (; x < end; x++)
+            items[x] = item | rf_place_make(0, x, 0, 0);
+        s->n = (int)(items + x - w->items);
+        if (x == x1)
+            return x;
+        know_radius(b, full, radius[x], known);
+        if (!known->is_full)
+            return x;
+        item = rf_place_make(known->slot, 0, y, 0);
+        set_key(w, s, known->key);
     }
-    s->n = (int)(items + x - w->items);
-    return x;
+}
+
+/* Asks for surfaces of a row: they are summed when all of the tile are listed. */
+static void prefetch_surfaces(const struct rf_tile_surfaces *t, int x0, int x1, int y)
+{
+    const char *at = (const char *)rf_tile_surface(t, x0, y);
+    const char *end = (const char *)rf_tile_surface(t, x1, y);
+    for (; at < end; at += 64)
+        __builtin_prefetch(at);
+    __builtin_prefetch(end - 1);
 }
 
 /* The same of a coarse level: an item for all that share a key, its slot their number.
@@ -339,10 +376,8 @@ static int put_places(const struct builder *b, const struct rf_group *full,
 static int put_run(struct worker *w, int x0, int x1, int y, const float *radius,
                    const struct known_radius *known, struct tile_samples *s)
 {
-    int x = x0 + 1;
-    while (x < x1 && ((known->low < radius[x] && radius[x] < known->high) ||
-                      radius[x] == known->r))
-        x++;
+    int x = alike_end(radius, x0 + 1, x1, known->low, known->high, known->r);
+    prefetch_surfaces(&s->surfaces, x0, x, y);
     put_item(w, s, rf_place_make(x - x0, x0, y, 0), known->key);
     return x;
 }
@@ -434,6 +469,14 @@ static struct part part_of(const struct rf_group *full, int tile, int level)
                          rf_max_int(RF_TILE_H >> level, 1)};
 }
 
+/* The sums of a block and kind, which is noted if nothing has come to it. */
+static inline struct block_sum *sum_at(struct reducer *reducer, int block)
+{
+    if (reducer->sum[block].w == 0)
+        reducer->touched[reducer->n_touched++] = block;
+    return &reducer->sum[block];
+}
+
 /* The sums for samples in pixel (x, y) of full resolution. */
 static inline struct block_sum *block_of(struct reducer *reducer,
                                          const struct part *part, int level, int x,
@@ -442,9 +485,7 @@ static inline struct block_sum *block_of(struct reducer *reducer,
     x = rf_min_int(rf_max_int((x >> level) - part->x0, 0), part->width - 1);
     y = rf_min_int(rf_max_int((y >> level) - part->y0, 0), part->height - 1);
     int block = (y * part->width + x) * RF_N_KINDS + (int)kind;
-    if (reducer->sum[block].w == 0)
-        reducer->touched[reducer->n_touched++] = block;
-    return &reducer->sum[block];
+    return sum_at(reducer, block);
 }
 
 static inline void add_to_block(struct block_sum *sum, float w, float r,
@@ -454,6 +495,22 @@ static inline void add_to_block(struct block_sum *sum, float w, float r,
         sum->c[n] += w * c[n];
     sum->w += w;
     sum->rw += w * r;
+}
+
+/* The same for n surfaces in turn, each of weight 1. */
+static inline void add_surfaces(struct block_sum *sum, const struct rf_surface *at,
+                                int n)
+{
+    rf_quad c = *(const rf_quad *)sum->c;
+    float w = sum->w, rw = sum->rw;
+    for (int i = 0; i < n; i++) {
+        c += *(const rf_quad *)at[i].c;
+        w += 1;
+        rw += at[i].r;
+    }
+    *(rf_quad *)sum->c = c;
+    sum->w = w;
+    sum->rw = rw;
 }
 
 /* Adds an item of a coarse level; the surfaces of a run block by block. */
@@ -470,14 +527,12 @@ static void reduce_item(const struct builder *b, struct worker *w,
     }
     int x = rf_place_x(item), y = rf_place_y(item), end = x + rf_place_slot(item);
     const struct rf_surface *row = rf_tile_surface(&s->surfaces, 0, y);
-    while (x < end) {
-        struct block_sum *sum = block_of(&w->reducer, part, level, s->surfaces.x + x,
-                                         s->surfaces.y + y, RF_SHARP);
-        struct block_sum own = *sum;
+    int first = ((s->surfaces.y + y) >> level) - part->y0;
+    first = (first * part->width + (x >> level)) * RF_N_KINDS + RF_SHARP;
+    for (int block = first; x < end; block += RF_N_KINDS) {
         int stop = rf_min_int(((x >> level) + 1) << level, end);
-        for (; x < stop; x++)
-            add_to_block(&own, 1, row[x].r, row[x].c);
-        *sum = own;
+        add_surfaces(sum_at(&w->reducer, block), row + x, stop - x);
+        x = stop;
     }
 }
 

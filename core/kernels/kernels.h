@@ -25,6 +25,9 @@ enum {
 /* Transmittance that counts as none. */
 #define RF_USED_UP 1e-6f
 
+/* Four floats in turn, such as a colour, on every instruction set. */
+typedef float rf_quad __attribute__((vector_size(16), aligned(4)));
+
 /* A sample ready to be spread: pixel of its level, footprint, coverage, light. */
 struct rf_splat {
     int32_t x, y;
