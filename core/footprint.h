@@ -167,8 +167,8 @@ static inline size_t rf_footprint_count(const struct rf_footprints *f)
 }
 
 /*
- * What is built in a slot. Another picture that was late with the same one may still try
- * to put its own there (and fail): so the read is atomic, too, which costs nothing.
+ * What is built in a slot. Another picture that was late with the same one may still
+ * try to put its own there (and fail): so the read is atomic, too, which costs nothing.
  */
 static inline const struct rf_footprint *
 rf_footprint_at(struct rf_footprint *const *table, size_t slot)

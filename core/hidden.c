@@ -11,10 +11,11 @@
  * d measured in units of the aperture's extent; a receding plane of slope below 1 never
  * triggers itself. The candidates vote for the radius r_b of the surface behind (a
  * histogram of 1/2 px bins, weight (d^2 + 1/2)^-3, smoothed); with d_1 the distance of
- * the nearest candidate near r_b, the colour is the mean over the window w = 2.5 d_1 + 3
- * with the weight exp(-(r_q - r_b)^2 / 2) (d^2 + 1/2)^-1.5 (1 - d^2 / w^2); without the
- * last factor pictures flicker, as d_1 grows in steps. Colours are limited to 1.5 times
- * the weighted geometric mean of the luminance: without it lamps at the edge are doubled.
+ * the nearest candidate near r_b, the colour is the mean over the window w = 2.5 d_1 +
+ * 3 with the weight exp(-(r_q - r_b)^2 / 2) (d^2 + 1/2)^-1.5 (1 - d^2 / w^2); without
+ * the last factor pictures flicker, as d_1 grows in steps. Colours are limited to 1.5
+ * times the weighted geometric mean of the luminance: without it lamps at the edge are
+ * doubled.
  *
  * Worth 3.7 to 5.3 dB with one view.
  *

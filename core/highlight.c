@@ -13,10 +13,11 @@
  * bokeh disc exactly as they do in the renderer. Where the next pixel shows the same
  * surface their common edge has the mean of their radii: squares of different radii
  * would leave cracks (worth 0.4 dB on macro with one and with eight views, less than
- * 0.1 on three other scenes). What is left, light times footprint times visibility, is
- * added to the finished picture: the caller has left the usual luminance of the place
- * in the ordinary samples and gives only what is above it, so no coverage has to be
- * kept and the light's energy is exact.
+ * 0.1 on three other scenes); squares of one radius and height side by side are drawn
+ * as one. What is left, light times footprint times visibility, is added to the
+ * finished picture: the caller has left the usual luminance of the place in the
+ * ordinary samples and gives only what is above it, so no coverage has to be kept and
+ * the light's energy is exact.
  *
  * With several views each footprint pixel asks the view whose place on the lens is
  * nearest to u. In view j, at u_j, everything of radius q is moved by u_j s(q), s(q) =

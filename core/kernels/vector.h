@@ -150,8 +150,8 @@ static inline vf vexp(vf v)
 
 /*
  * log for normal v > 0, absolute error 3e-7: log(v) = e ln 2 + log(m), m in
- * [sqrt(1/2), sqrt(2)), by log(m) = 2 atanh(t) with t = (m - 1) / (m + 1), |t| <= 0.172,
- * to t^9.
+ * [sqrt(1/2), sqrt(2)), by log(m) = 2 atanh(t) with t = (m - 1) / (m + 1),
+ * |t| <= 0.172, to t^9.
  */
 static inline vf vlog(vf v)
 {
