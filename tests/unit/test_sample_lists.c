@@ -53,18 +53,37 @@ static void fill(float largest, float step)
     }
 }
 
-/* The same splats, but for lists of places, of which there are as many. */
+/* Sample i of a list, which may be one of places. */
+static struct rf_splat splat_of(const struct rf_tile_list *list, int i)
+{
+    if (!list->places)
+        return list->at[i];
+    rf_place place = list->places[i];
+    int x = rf_place_x(place), y = rf_place_y(place);
+    if (rf_place_other(place))
+        return list->surfaces.others[rf_place_other(place) - 1];
+    struct rf_splat splat = {.x = list->surfaces.x + x,
+                             .y = list->surfaces.y + y,
+                             .slot = rf_place_slot(place),
+                             .cover = 1};
+    memcpy(splat.c, rf_tile_surface(&list->surfaces, x, y)->c, sizeof splat.c);
+    return splat;
+}
+
 static bool is_same_list(const struct rf_group *g, const struct rf_tile_list *a,
                          const struct rf_tile_list *b)
 {
     if (a->n != b->n)
         return false;
-    if (a->n == 0)
-        return true;
-    size_t n_bin = ((size_t)g->n_bins + 1) * sizeof *a->bin;
-    if (memcmp(a->bin, b->bin, n_bin) != 0)
-        return false;
-    return g->level == 0 || memcmp(a->at, b->at, (size_t)a->n * sizeof *a->at) == 0;
+    for (int k = 0; k <= g->n_bins && a->n > 0; k++)
+        if (a->bin[k] != b->bin[k])
+            return false;
+    for (int i = 0; i < a->n; i++) {
+        struct rf_splat p = splat_of(a, i), q = splat_of(b, i);
+        if (memcmp(&p, &q, sizeof p) != 0)
+            return false;
+    }
+    return true;
 }
 
 static void compare(const struct rf_groups *a, const struct rf_groups *b)
