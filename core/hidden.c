@@ -599,8 +599,9 @@ static void search_group(const struct search *search, struct scratch *scratch, i
         return;
     enum answer answer = NONE;
     if (search->known) {
-        first = nearest_of(s, x0, y0);
-        answer = ask(search, scratch, first);
+        size_t nearest = nearest_of(s, x0, y0);
+        answer = ask(search, scratch, nearest);
+        first = answer == OWN ? nearest : first; /* the others have none to share */
     }
     if (answer == SHOWN)
         return;
