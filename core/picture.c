@@ -589,8 +589,7 @@ static rf_result run_walk(struct walk *walk, struct rf_error *error)
 
 /* ---- all ----------------------------------------------------------------------- */
 
-static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
-                          struct rf_error *error)
+static rf_result allocate(struct rf_picture *l, struct rf_error *error)
 {
     const struct rf_context *context = l->filter->context;
     size_t n = padded_size(l);
@@ -616,12 +615,10 @@ static rf_result allocate(struct rf_picture *l, bool keeps_pixels,
         .height = l->height,
         .x = place->x + l->border - l->x0,
         .y = place->y + l->border - l->y0,
-        .near = keeps_pixels ? rf_alloc(context, n, sizeof *l->surfaces.near) : NULL,
         .share = rf_alloc(context, n, sizeof *l->surfaces.share),
     };
     bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
-                       l->darkest && l->others && (l->surfaces.near || !keeps_pixels) &&
-                       l->surfaces.share && l->shining;
+                       l->darkest && l->others && l->surfaces.share && l->shining;
     return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
 }
 
@@ -645,7 +642,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     };
     l->width = l->x0 + filter->width + (x1 == at->whole_width ? border : 0);
     l->height = l->y0 + filter->height + (y1 == at->whole_height ? border : 0);
-    rf_result result = allocate(l, keeps_pixels, error);
+    rf_result result = allocate(l, error);
     if (result != RF_OK)
         return result;
     result = rf_areas_begin(&l->areas, filter, error);
@@ -653,6 +650,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
                         .view = view,
                         .n_planes = n_planes,
                         .splitter = {.filter = filter,
+                                     .keeps_radii = keeps_pixels,
                                      .pixels = &l->pixels,
                                      .out = &l->surfaces,
                                      .darkest = l->darkest,
@@ -673,8 +671,12 @@ void rf_picture_drop_pixels(struct rf_picture *l)
     const struct rf_context *context = l->filter->context;
     rf_free(context, l->pixels.luminance);
     rf_free(context, l->pixels.at);
+    rf_free(context, l->pixels.split);
+    rf_free(context, l->pixels.split_row);
     l->pixels.luminance = NULL;
     l->pixels.at = NULL;
+    l->pixels.split = NULL;
+    l->pixels.split_row = NULL;
 }
 
 void rf_picture_free(struct rf_picture *l)

@@ -30,8 +30,9 @@ struct rf_picture {
 /*
  * Loads a view and splits its edges (if the parameters say so); steps `task` once per
  * row of the padded picture. `border` is what rf_picture_border() says for the largest
- * radius in use. Without `keeps_pixels` only their radii stay, which are those of the
- * near parts by then. After a cancel RF_OK comes back and there are no surfaces.
+ * radius in use. Of the pixels their radii stay, which are those of the near parts by
+ * then, with `keeps_pixels` also luminances and rf_split_radius_at(). After a cancel
+ * RF_OK comes back and there are no surfaces.
  */
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,
                           const struct rf_work_view *view, int n_planes, int border,
@@ -39,8 +40,8 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *fi
                           struct rf_error *error);
 void rf_picture_free(struct rf_picture *picture);
 /*
- * Frees the pixels as they came, once edges are split and highlights taken; the radii
- * of the near parts stay.
+ * Frees what is kept of the pixels as they came, once edges are split and highlights
+ * taken; the radii of the near parts stay.
  */
 void rf_picture_drop_pixels(struct rf_picture *picture);
 

@@ -565,20 +565,44 @@ bool rf_split_row(struct rf_splitter *s, int y)
     return true;
 }
 
-/* Gives pixels that stay whole their near part: a copy, or the pixels change hands. */
-static void keep_pure(const struct rf_filter *filter, struct rf_pixels *pixels,
-                      struct rf_surfaces *out)
+/* Keeps the radii of split pixels, while the plane has them as they came. */
+static rf_result keep_radii(const struct rf_splitter *s, struct rf_error *error)
 {
-    size_t width = (size_t)pixels->width;
-    if (!out->near) {
-        out->near = pixels->at;
-        pixels->at = NULL;
-        return;
-    }
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
+    const struct rf_context *context = s->filter->context;
+    struct rf_pixels *pixels = s->pixels;
+    size_t n_rows = (size_t)pixels->height + 1;
+    size_t *row = pixels->split_row = rf_alloc(context, n_rows, sizeof *row);
+    if (!row)
+        return rf_fail_memory(error, n_rows, sizeof *row);
+    row[0] = 0;
     for (int y = 0; y < pixels->height; y++)
-        memcpy(out->near + width * (size_t)y, pixels->at + width * (size_t)y,
-               width * sizeof *out->near);
+        row[y + 1] = row[y] + (size_t)s->splits[y].n;
+    size_t n = row[pixels->height];
+    pixels->split = rf_alloc(context, n, sizeof *pixels->split);
+    if (!pixels->split)
+        return rf_fail_memory(error, n, sizeof *pixels->split);
+    for (int y = 0; y < pixels->height; y++)
+        for (int k = 0; k < s->splits[y].n; k++) {
+            int x = s->splits[y].at[k].x;
+            pixels->split[row[y] + (size_t)k] = (struct rf_split_radius){
+                x, rf_plane_row(pixels, pixels->radius, y)[x]};
+        }
+    return RF_OK;
+}
+
+float rf_split_radius_at(const struct rf_pixels *p, int x, int y)
+{
+    size_t from = p->split_row[y], end = p->split_row[y + 1];
+    while (from < end) {
+        size_t middle = from + (end - from) / 2;
+        if (p->split[middle].x < x)
+            from = middle + 1;
+        else
+            end = middle;
+    }
+    return from < p->split_row[y + 1] && p->split[from].x == x
+               ? p->split[from].r
+               : rf_plane_row(p, p->radius, y)[x];
 }
 
 /* Puts the split pixels' parts in their places, and their radii in the plane. */
@@ -606,7 +630,12 @@ rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error)
     rf_result result = rf_far_allocate(s->out, s->filter->context, error);
     if (result != RF_OK)
         return result;
-    keep_pure(s->filter, s->pixels, s->out);
+    if (s->keeps_radii)
+        result = keep_radii(s, error);
+    if (result != RF_OK)
+        return result;
+    s->out->near = s->pixels->at;
+    s->pixels->at = NULL;
     keep_split(s);
     return RF_OK;
 }

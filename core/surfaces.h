@@ -68,6 +68,15 @@ struct rf_pixels {
     size_t stride;
     float *luminance;
     float *radius;
+    /* Where edges are split: the radii of split pixels as they came, or NULL. */
+    struct rf_split_radius *split;
+    size_t *split_row; /* where each row's begin, height + 1 */
+};
+
+/* Of a row these lie from left to right. */
+struct rf_split_radius {
+    int x;
+    float r;
 };
 
 /* First pixel of a row of a plane. */
@@ -95,6 +104,7 @@ enum { RF_SPLIT_REACH = 3, RF_SPLIT_STEPS = 5 * 5 };
  */
 struct rf_splitter {
     const struct rf_filter *filter;
+    bool keeps_radii; /* as they came */
     struct rf_pixels *pixels;
     struct rf_surfaces *out;
     /*
@@ -118,10 +128,11 @@ rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error);
 bool rf_split_row(struct rf_splitter *s, int y);
 /*
  * The plane of radii becomes that of the near parts, INFINITY where their share is not
- * above RF_OCCLUDER_SHARE. Where out->near is NULL the pixels become the near parts,
- * and pixels->at is lost.
+ * above RF_OCCLUDER_SHARE. The pixels become the near parts, and pixels->at is lost.
  */
 rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error);
+/* The radius of pixel (x, y) as it came, which the splitter has kept. */
+float rf_split_radius_at(const struct rf_pixels *p, int x, int y);
 void rf_split_free(struct rf_splitter *s);
 
 /* A bit for each pixel of a row, in whole words: how many. */

@@ -46,13 +46,9 @@ static bool shows_light(const struct rf_views *v, int k, struct rf_view_place p,
     if (!rf_view_pixel_at(v, k, p, &px, &py))
         return false;
     for (int y = rf_max_int(py - 1, 0); y <= rf_min_int(py + 1, l->height - 1); y++)
-        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, l->width - 1);
-             x++) {
-            const struct rf_surface *q =
-                &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x];
-            if (rf_luminance(q->c[0], q->c[1], q->c[2]) > luminance)
+        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, l->width - 1); x++)
+            if (rf_plane_row(&l->pixels, l->pixels.luminance, y)[x] > luminance)
                 return true;
-        }
     return false;
 }
 
@@ -88,17 +84,19 @@ static bool is_settled(const struct depth_search *d)
     return d->lit_share >= 0.5f;
 }
 
-/* Takes the depth of what another pixel shows where more views agree on it. */
-static void try_depth(struct depth_search *d, const struct rf_surface *q)
+/* Takes the depth of what pixel (x, y) of a view shows where more views agree on it. */
+static void try_depth(struct depth_search *d, const struct rf_pixels *p, int x, int y)
 {
-    if (rf_luminance(q->c[0], q->c[1], q->c[2]) < d->luminance ||
-        fabsf(q->r - d->r) < RF_OCCLUDED_PX)
+    if (rf_plane_row(p, p->luminance, y)[x] < d->luminance)
         return;
-    struct rf_view_place place = rf_view_place_of(d->v, d->view, d->x, d->y, q->r);
+    float r = rf_split_radius_at(p, x, y);
+    if (fabsf(r - d->r) < RF_OCCLUDED_PX)
+        return;
+    struct rf_view_place place = rf_view_place_of(d->v, d->view, d->x, d->y, r);
     struct support s = support_of(d->v, d->view, place, d->luminance);
     if (2 * s.n_lit >= s.n_free && (float)s.n_lit > d->lit_share * (float)s.n_free) {
         d->lit_share = (float)s.n_lit / (float)s.n_free;
-        d->r = q->r;
+        d->r = r;
     }
 }
 
@@ -109,7 +107,7 @@ static void try_neighbours(struct depth_search *d)
     int cx = (int)d->x, cy = (int)d->y;
     for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
         for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1); x++)
-            try_depth(d, &l->pixels.at[(size_t)y * (size_t)l->width + (size_t)x]);
+            try_depth(d, &l->pixels, x, y);
 }
 
 /* The lights that view k shows on the line on which this one must lie there. */
@@ -132,10 +130,9 @@ static void try_line(struct depth_search *d, int k)
         if (!rf_view_pixel_at(d->v, k, rf_view_place_of(d->v, d->view, d->x, d->y, r),
                               &px, &py))
             continue;
-        const struct rf_surface *q =
-            &l->pixels.at[(size_t)py * (size_t)l->width + (size_t)px];
-        if (fabsf(q->r - r) <= rf_max_float(most / (float)rf_max_int(n, 1), 1))
-            try_depth(d, q);
+        float shown = rf_split_radius_at(&l->pixels, px, py);
+        if (fabsf(shown - r) <= rf_max_float(most / (float)rf_max_int(n, 1), 1))
+            try_depth(d, &l->pixels, px, py);
     }
 }
 

@@ -35,10 +35,15 @@ static void split(int width, int height, float bright)
     struct rf_params params;
     struct rf_context *context;
     struct rf_filter *filter;
-    struct rf_pixels p = {width, height, pixels, STRIDE, luminance, radius};
-    struct rf_surfaces out = {
-        .width = width, .height = height, .near = near, .share = share};
-    struct rf_splitter s = {.pixels = &p,
+    struct rf_pixels p = {.width = width,
+                          .height = height,
+                          .at = memcpy(near, pixels, sizeof near),
+                          .stride = STRIDE,
+                          .luminance = luminance,
+                          .radius = radius};
+    struct rf_surfaces out = {.width = width, .height = height, .share = share};
+    struct rf_splitter s = {.keeps_radii = true,
+                            .pixels = &p,
                             .out = &out,
                             .darkest = darkest,
                             .shining = shining,
@@ -53,10 +58,15 @@ static void split(int width, int height, float bright)
     for (int y = 0; y < height; y++)
         CHECK(rf_split_row(&s, y));
     REQUIRE(rf_split_end(&s, NULL) == RF_OK);
+    CHECK(out.near == near && !p.at);
+    for (int i = 0; i < width * height; i++)
+        CHECK(rf_split_radius_at(&p, i % width, i / width) == pixels[i].r);
     for (int i = 0; i < width * height; i++)
         if (share[i] < 1)
             far[i] = *rf_far_at(&out, (size_t)i);
     rf_split_free(&s);
+    rf_free(context, p.split);
+    rf_free(context, p.split_row);
     rf_far_free(&out, context);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
