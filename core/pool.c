@@ -248,6 +248,10 @@ void *rf_alloc(const struct rf_context *context, size_t count, size_t size)
         if (block)
             block->n_bytes = n_bytes;
     }
+#ifdef RF_POISON /* for tests: what is read before it is written shows */
+    if (block)
+        memset((char *)block + RF_ALIGNMENT, 0x7f, n_bytes - RF_ALIGNMENT);
+#endif
     return block ? (char *)block + RF_ALIGNMENT : NULL;
 }
 

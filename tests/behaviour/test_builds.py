@@ -71,6 +71,41 @@ def test_same_bits_from_every_compiler(hashes, name):
     assert run(folder / "tests" / "behaviour" / "scene_hash") == hashes
 
 
+REFERENCES = ROOT / "tests" / "quality" / "references"
+# Pictures of the scenes of tests/quality, by files and options.
+POISONED = {
+    "8 views": ("posts_view0*", []),
+    "3 views": ("portrait_view0[0-2]*", ["--sub-apertures", "1"]),
+    "macro": ("macro_pinhole*", ["--blades", "5"]),
+    "foliage": ("foliage_pinhole*", ["--sub-apertures", "1", "--lens-radius", "0.1"]),
+    "preview": ("portrait_pinhole*", ["--quality", "preview"]),
+}
+
+
+@pytest.fixture(scope="session")
+def poisoned():
+    """A build that fills memory with rubbish, also what served before."""
+    targets = ["tests/behaviour/scene_hash", "cli/rackfocus"]
+    return build("poison", "gcc", ["-Dc_args=-DRF_POISON"], *targets)
+
+
+def test_no_scene_reads_what_was_not_written(hashes, poisoned):
+    assert run(poisoned / "tests" / "behaviour" / "scene_hash") == hashes
+
+
+@pytest.mark.parametrize("name", POISONED)
+def test_no_picture_reads_what_was_not_written(poisoned, tmp_path, name):
+    files, options = POISONED[name]
+    sources = sorted(REFERENCES.glob(files))
+    pictures = []
+    for folder in BUILD, poisoned:
+        out = tmp_path / "out.exr"
+        command = [folder / "cli" / "rackfocus", "filter", "-q", *sources, "-o", out]
+        run(*command, "--type", "float", *options)
+        pictures.append(out.read_bytes())
+    assert pictures[0] == pictures[1]
+
+
 SANITIZED = ["behaviour/test_inputs", "behaviour/test_memory", "unit/test_params"]
 
 
