@@ -613,8 +613,8 @@ static void keep_split(const struct rf_splitter *s)
 #pragma omp parallel for num_threads(s->filter->context->n_threads) schedule(static)
     for (int y = 0; y < out->height; y++) {
         size_t row = (size_t)y * (size_t)out->width;
-        const struct rf_split_row *r = &s->splits[y];
-        for (const struct split *p = r->at; p < r->at + r->n; p++) {
+        for (int k = 0; k < s->splits[y].n; k++) {
+            const struct split *p = &s->splits[y].at[k];
             size_t i = row + (size_t)p->x;
             out->near[i] = p->near;
             rf_plane_row(pixels, pixels->radius, y)[p->x] =
