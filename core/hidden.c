@@ -25,7 +25,8 @@
  * candidate, or where no block that follows is far enough behind; far blocks and wide
  * windows are read at every 2nd, 4th, .. pixel; 2 x 2 pixels of one surface share one
  * answer, 4 x 4 where the rim of the hole is 3 px away and 8 x 8 where it is 12 px from
- * their middle; behind a mixed pixel lies its own far part, unless that is bright.
+ * their middle, unless the answer is nearly in focus; behind a mixed pixel lies its own
+ * far part, unless that is bright.
  * None of it costs more than 0.02 dB.
  */
 #include <stdlib.h>
@@ -48,6 +49,8 @@ enum {
 static const float BIN_PX = 0.5f;
 static const float BRIGHTEST = 1.5f; /* over the geometric mean */
 static const float FLAT_PX = 4; /* of radius: blocks within it may share one answer */
+/* Answers of less radius are nearly in focus: blocks of one would show. */
+static const float BLURRED_PX = BLOCK / 2;
 static const float WHITE = 1;        /* luminance of a far part that needs no mean */
 
 struct block {
@@ -633,7 +636,8 @@ static bool share_block(const struct search *search, struct scratch *scratch, in
     struct rf_surface found;
     float r = s->near[(size_t)y * (size_t)s->width + (size_t)x].r;
     struct rf_hidden_query query = query_at(search, x, y, r);
-    if (!estimate(search, &query, scratch, &found, &d2) || d2 < FAR_BLOCK2)
+    if (!estimate(search, &query, scratch, &found, &d2) || d2 < FAR_BLOCK2 ||
+        fabsf(found.r) < BLURRED_PX)
         return false;
     for (y = y0; y < y0 + BLOCK; y++) {
         struct rf_surface *row = search->out->at + (size_t)y * (size_t)s->width;

@@ -131,6 +131,53 @@ static void a_hidden_lamp_is_dimmed(void)
     CHECK(at(POST)->c[0] > 0.5f && at(POST)->c[0] < 12);
 }
 
+enum { WIDE = 96, HIGH = 48, WIDE_POST = 24, WIDE_END = 72, FROM = 40, BLOCK = 8 };
+
+/* How many of 8 x 8 pixels 20 px inside a wide post have the answer of their first. */
+static int n_alike(float wall_r)
+{
+    static struct rf_surface wide[WIDE * HIGH];
+    static float pure[WIDE * HIGH];
+    static struct rf_marks none[WIDE * HIGH / 64];
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_estimates found;
+    struct rf_task task = {.last = -1};
+    for (int i = 0; i < WIDE * HIGH; i++) {
+        int x = i % WIDE, y = i / WIDE;
+        bool is_post = x >= WIDE_POST && x < WIDE_END;
+        float c = is_post ? 0.1f : 0.2f + 0.1f * (float)((7 * x + 3 * y) % 5);
+        wide[i] = (struct rf_surface){{c, c, c, 1}, is_post ? -26 : wall_r};
+        pure[i] = 1;
+    }
+    struct rf_surfaces surfaces = {
+        .width = WIDE, .height = HIGH, .near = wide, .mixed = none, .share = pure};
+    rf_params_init(&params);
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &params, WIDE, HIGH, NULL) == RF_OK);
+    REQUIRE(rf_find_hidden(filter, &surfaces, NULL, NULL, &found, &task, NULL) ==
+            RF_OK);
+    int n = 0;
+    for (int i = 0; i < BLOCK * BLOCK; i++) {
+        int x = FROM + i % BLOCK, y = 16 + i / BLOCK;
+        CHECK(rf_found_at(&found, x, y, 1));
+        n += memcmp(&found.at[y * WIDE + x], &found.at[16 * WIDE + FROM],
+                    sizeof *found.at) == 0;
+    }
+    rf_estimates_free(&found, context);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return n;
+}
+
+/* 8 x 8 pixels share an answer that blur hides, but none that is nearly in focus. */
+static void blocks_do_not_show(void)
+{
+    CHECK(n_alike(6) == BLOCK * BLOCK);
+    CHECK(n_alike(1) <= BLOCK * BLOCK / 4);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -139,5 +186,6 @@ int main(int argc, char **argv)
     TEST(behind_a_mixed_pixel_is_its_far_part);
     TEST(a_sliver_is_not);
     TEST(a_hidden_lamp_is_dimmed);
+    TEST(blocks_do_not_show);
     return testing_end();
 }
