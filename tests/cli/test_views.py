@@ -292,7 +292,7 @@ def test_many_views_of_a_large_picture_keep_the_bound(binary, scene, tmp_path):
         place = (0.19 * numpy.cos(i), 0.19 * numpy.sin(i))
         attributes = {"rackfocus:lensOffset": place, "rackfocus:shearDistance": 6.0}
         paths.append(
-            scene(f"v{i:02}.exr", size=(300, 2401), attributes=LENS | attributes)
+            scene(f"v{i:02}.exr", size=(300, 3201), attributes=LENS | attributes)
         )
     whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
     command = (binary, "filter", *paths, *FAST, "--threads", 2)
