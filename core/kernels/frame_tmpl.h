@@ -28,17 +28,23 @@ static inline vf luminance_of(const vf c[3])
     return SPLAT(0.2126f) * c[0] + SPLAT(0.7152f) * c[1] + SPLAT(0.0722f) * c[2];
 }
 
-static bool unpack(const float *rgba, int n, float *const planes[4])
+/* Pixels of rgba as they are, and which of their floats are not finite, too. */
+static inline void load_pixels(const float *rgba, vf v[4], vi *is_bad)
 {
     const vi infinite = (vi)SPLAT(INFINITY), magnitude = ~(vi)SPLAT(-0.0f);
+    for (int i = 0; i < 4; i++) {
+        v[i] = LOAD(rgba + LANES * i);
+        *is_bad |= ((vi)v[i] & magnitude) >= infinite;
+    }
+}
+
+static bool unpack(const float *rgba, int n, float *const planes[4])
+{
     vi is_bad = {0};
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
         vf v[4];
-        for (int i = 0; i < 4; i++) {
-            v[i] = LOAD(rgba + 4 * x + LANES * i);
-            is_bad |= ((vi)v[i] & magnitude) >= infinite;
-        }
+        load_pixels(rgba + 4 * x, v, &is_bad);
         turn(v);
         turn(v);
         turn(v);
@@ -106,17 +112,14 @@ static bool load_row(const float *const planes[4], const float *radius, int n,
 static unsigned load_rgba(const float *rgba, const float *radius, int n,
                           struct rf_surface *at, float *luminance)
 {
-    const vi infinite = (vi)SPLAT(INFINITY), magnitude = ~(vi)SPLAT(-0.0f);
     const vi alphas = {0, 0, 0, -1, 0, 0, 0, -1};
     vi is_bad = {0}, is_film = {0};
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
         vf v[4];
-        for (int i = 0; i < 4; i++) {
-            v[i] = LOAD(rgba + 4 * x + LANES * i);
-            is_bad |= ((vi)v[i] & magnitude) >= infinite;
+        load_pixels(rgba + 4 * x, v, &is_bad);
+        for (int i = 0; i < 4; i++)
             is_film |= v[i] != SPLAT(1);
-        }
         for (int i = 0; i < LANES; i++) {
             memcpy(at[x + i].c, rgba + 4 * (x + i), sizeof at[x + i].c);
             at[x + i].r = radius[x + i];

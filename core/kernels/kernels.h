@@ -8,6 +8,7 @@
 #define RF_KERNELS_H
 
 #include <stddef.h>
+#include <string.h>
 
 #include "../footprint.h"
 #include "hidden_kernels.h"
@@ -79,10 +80,23 @@ struct rf_tile_surfaces {
 };
 
 /* The surface of pixel (x, y) of the tile. */
-static inline const struct rf_surface *
-rf_tile_surface(const struct rf_tile_surfaces *t, int x, int y)
+static inline const struct rf_surface *rf_tile_surface(const struct rf_tile_surfaces *t,
+                                                       int x, int y)
 {
     return &t->at[t->first + (ptrdiff_t)t->width * y + x];
+}
+
+/* The splat that a place of the tile is. */
+static inline struct rf_splat rf_place_splat(const struct rf_tile_surfaces *t,
+                                             rf_place place)
+{
+    if (rf_place_other(place))
+        return t->others[rf_place_other(place) - 1];
+    int x = rf_place_x(place), y = rf_place_y(place);
+    struct rf_splat splat = {
+        .x = t->x + x, .y = t->y + y, .slot = rf_place_slot(place), .cover = 1};
+    memcpy(splat.c, rf_tile_surface(t, x, y)->c, sizeof splat.c);
+    return splat;
 }
 
 /*
@@ -141,7 +155,7 @@ struct rf_sides {
  * A highlight and what stands before it, as highlight.c has it. Places count from the
  * light's pixel: where the light lies must not decide how they are rounded.
  */
-enum { RF_LENS_GRID = 64 }; /* cells per axis that say which view to ask */
+enum { RF_LENS_GRID = 64 };    /* cells per axis that say which view to ask */
 enum { RF_SHADOW_MARGIN = 8 }; /* floats after a mask that are read and written back */
 
 struct rf_shadows {

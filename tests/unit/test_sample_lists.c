@@ -56,18 +56,8 @@ static void fill(float largest, float step)
 /* Sample i of a list, which may be one of places. */
 static struct rf_splat splat_of(const struct rf_tile_list *list, int i)
 {
-    if (!list->places)
-        return list->at[i];
-    rf_place place = list->places[i];
-    int x = rf_place_x(place), y = rf_place_y(place);
-    if (rf_place_other(place))
-        return list->surfaces.others[rf_place_other(place) - 1];
-    struct rf_splat splat = {.x = list->surfaces.x + x,
-                             .y = list->surfaces.y + y,
-                             .slot = rf_place_slot(place),
-                             .cover = 1};
-    memcpy(splat.c, rf_tile_surface(&list->surfaces, x, y)->c, sizeof splat.c);
-    return splat;
+    return list->places ? rf_place_splat(&list->surfaces, list->places[i])
+                        : list->at[i];
 }
 
 static bool is_same_list(const struct rf_group *g, const struct rf_tile_list *a,
