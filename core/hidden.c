@@ -39,10 +39,9 @@ enum {
     MAX_REACH = 60,
     MAX_WINDOW = 120,
     GROUP = RF_HIDDEN_GROUP, /* px a side: pixels that may share one answer */
-    FAR_HOLE2 = 3 * 3, /* px^2: if the rim of the hole is as far as this */
-    FAR_BLOCK2 = 12 * 12, /* px^2: the same for BLOCK x BLOCK, from their middle */
-    LANES = 8, /* floats that kernels work on at a time */
-    MOST_RINGS = MAX_REACH / BLOCK + 1,             /* of blocks around one */
+    FAR_HOLE2 = 3 * 3,       /* px^2: if the rim of the hole is as far as this */
+    FAR_BLOCK2 = 12 * 12,    /* px^2: the same for BLOCK x BLOCK, from their middle */
+    MOST_RINGS = MAX_REACH / BLOCK + 1, /* of blocks around one */
     MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
 };
 
@@ -51,7 +50,7 @@ static const float BRIGHTEST = 1.5f; /* over the geometric mean */
 static const float FLAT_PX = 4; /* of radius: blocks within it may share one answer */
 /* Answers of less radius are nearly in focus: blocks of one would show. */
 static const float BLURRED_PX = BLOCK / 2;
-static const float WHITE = 1;        /* luminance of a far part that needs no mean */
+static const float WHITE = 1; /* luminance of a far part that needs no mean */
 
 struct block {
     float highest; /* radius of the usable surfaces; -INFINITY where there is none */
@@ -76,7 +75,7 @@ struct search {
     int n_words;
     float highest;
     float inv_x2, inv_y2; /* 1 / extent^2 */
-    double extent[2]; /* half extent of the aperture in px per px of radius */
+    double extent[2];     /* half extent of the aperture in px per px of radius */
     float gap2[2][MOST_RINGS + 1]; /* along each axis, see gap2_of() */
 };
 
@@ -87,6 +86,13 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
     if (a >= 1)
         return &s->near[i];
     return a > 0.9f ? NULL : rf_far_at(s, i);
+}
+
+/* The surface that a pixel shows that has a radius in the plane. */
+static const struct rf_surface *shown_at(const struct rf_surfaces *s, size_t i)
+{
+    bool may_be_mixed = s->mixed[i / 64].bits >> i % 64 & 1;
+    return may_be_mixed && s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
 }
 
 /* ---- planes and blocks --------------------------------------------------------- */
@@ -134,8 +140,7 @@ static void show_back(const struct search *search, int x, int y, size_t i)
 static void show_near(const struct search *search, int x, int y, size_t i)
 {
     const struct rf_surfaces *s = search->s;
-    row_of(search, y)[x] =
-        s->share[i] > RF_OCCLUDER_SHARE ? s->near[i].r : INFINITY;
+    row_of(search, y)[x] = s->share[i] > RF_OCCLUDER_SHARE ? s->near[i].r : INFINITY;
 }
 
 /* The radii of a row of pixels become those of what they show behind others. */
@@ -237,8 +242,6 @@ static void build_rows(struct search *search, bool has_radii)
 struct scratch {
     struct rf_hidden_vote vote;
     struct rf_hidden_window window;
-    const struct rf_surface *shown[RF_HIDDEN_NEIGHBOURS]; /* by the window's pixels */
-    float luminance[RF_HIDDEN_NEIGHBOURS], log_of[RF_HIDDEN_NEIGHBOURS + LANES];
     struct rf_hidden_group group;
     int n_blocks, n_of_ring[MOST_RINGS + 1];
     struct rf_hidden_block found[MOST_BLOCKS], blocks[MOST_BLOCKS]; /* by rows, rings */
@@ -355,37 +358,17 @@ static bool count_votes(struct rf_hidden_vote *vote, float s, float *r, int *d2)
     return best > 0 && *d2 < INT32_MAX;
 }
 
-typedef float quad __attribute__((vector_size(16), aligned(4)));
-
 /* Weighted mean of the window, no pixel brighter than the limit. */
 static bool average(const struct search *search, struct scratch *scratch,
                     struct rf_surface *mean)
 {
-    const struct rf_hidden_window *window = &scratch->window;
-    float *log_of = scratch->log_of, log_sum = 0;
+    struct rf_hidden_window *window = &scratch->window;
     if (!(window->weight_sum > 0))
         return false;
-    for (int i = 0; i < window->n; i++) {
-        const struct rf_surface *q = back_surface(search->s, (size_t)window->index[i]);
-        scratch->shown[i] = q;
-        scratch->luminance[i] = log_of[i] = rf_luminance(q->c[0], q->c[1], q->c[2]);
-    }
-    for (int i = window->n; i % LANES; i++)
-        log_of[i] = 0;
-    search->kernels->log_row(log_of, (window->n + LANES - 1) / LANES * LANES);
     for (int i = 0; i < window->n; i++)
-        log_sum += window->weight[i] * log_of[i];
-    float limit = BRIGHTEST * rf_expf(log_sum / window->weight_sum);
-    quad c = {0};
-    for (int i = 0; i < window->n; i++) {
-        float k = window->weight[i], l = scratch->luminance[i];
-        float dim = l > limit ? k * (limit / l) : k;
-        c += (quad){dim, dim, dim, k} * *(const quad *)scratch->shown[i]->c;
-    }
-    float share = 1 / window->weight_sum;
-    c *= (quad){share, share, share, share};
-    memcpy(mean->c, &c, sizeof mean->c);
-    mean->r = window->r_sum * share;
+        window->shown[i] = shown_at(search->s, (size_t)window->index[i]);
+    search->kernels->average_window(window, BRIGHTEST, mean->c);
+    mean->r = window->r_sum * (1 / window->weight_sum);
     return true;
 }
 
@@ -409,7 +392,7 @@ static bool wins_by_itself(const struct search *search,
 /* What is known of the surface behind a query before its colour is. */
 struct guess {
     float r;
-    int d2;       /* to the hole's rim, px^2 */
+    int d2;      /* to the hole's rim, px^2 */
     bool is_own; /* it is the far part of the query's pixel */
 };
 
@@ -689,8 +672,7 @@ static rf_result begin(struct search *search, const struct rf_context *context,
     size_t n_blocks = (size_t)search->n_x * (size_t)search->n_y;
     size_t stride = radii ? radii->stride : (size_t)s->width + BLOCK;
     search->n_words = search->n_x / 32 + 2;
-    *own = radii ? NULL
-                 : rf_alloc(context, stride * (size_t)s->height, sizeof **own);
+    *own = radii ? NULL : rf_alloc(context, stride * (size_t)s->height, sizeof **own);
     search->backs = (struct rf_backs){.width = s->width,
                                       .height = s->height,
                                       .stride = stride,

@@ -22,12 +22,6 @@ static inline void turn(vf v[4])
     v[3] = d;
 }
 
-/* rf_luminance() of planes of colour. */
-static inline vf luminance_of(const vf c[3])
-{
-    return SPLAT(0.2126f) * c[0] + SPLAT(0.7152f) * c[1] + SPLAT(0.0722f) * c[2];
-}
-
 /* Pixels of rgba as they are, and which of their floats are not finite, too. */
 static inline void load_pixels(const float *rgba, vf v[4], vi *is_bad)
 {
@@ -141,20 +135,6 @@ static unsigned load_rgba(const float *rgba, const float *radius, int n,
             kind |= c[i] - c[i] == 0 ? 0 : RF_ROW_INFINITE;
     }
     return kind;
-}
-
-/* Four floats from a and four from b, without a way through memory. */
-static inline vf load_halves(const float *a, const float *b)
-{
-#ifdef __AVX__
-    __m256 low = _mm256_castps128_ps256(_mm_loadu_ps(a));
-    return (vf)_mm256_insertf128_ps(low, _mm_loadu_ps(b), 1);
-#else
-    vf v;
-    memcpy(&v, a, 4 * sizeof *a);
-    memcpy((float *)&v + 4, b, 4 * sizeof *b);
-    return v;
-#endif
 }
 
 static void unload_row(const struct rf_surface *at, int n, float *radius,

@@ -9,8 +9,9 @@ enum {
     RF_HIDDEN_BLOCK = 8,
     RF_HIDDEN_BINS = 512,
     RF_HIDDEN_STEPS = 8, /* of the window, to each side */
-    RF_HIDDEN_GROUP = 4,  /* px a side: pixels that are looked at together */
+    RF_HIDDEN_GROUP = 4, /* px a side: pixels that are looked at together */
     RF_HIDDEN_NEIGHBOURS = 4 * (RF_HIDDEN_STEPS + 1) * (RF_HIDDEN_STEPS + 1),
+    RF_HIDDEN_ROOM = RF_HIDDEN_NEIGHBOURS + 8, /* some more than a window has */
 };
 
 /*
@@ -71,12 +72,16 @@ struct rf_hidden_vote {
     int nearest;                      /* squared distance of the nearest of all */
 };
 
-/* Pixels of a window with their weights. */
+/*
+ * Pixels of a window with their weights. What lies beyond the n-th is not defined, but
+ * for weights: those are 0 up to the next multiple of eight.
+ */
 struct rf_hidden_window {
     int n;
-    float weight_sum, r_sum; /* of weights, of radii times weight */
-    int32_t index[RF_HIDDEN_NEIGHBOURS]; /* of the pixel, width x height */
-    float weight[RF_HIDDEN_NEIGHBOURS];
+    float weight_sum, r_sum;       /* of weights, of radii times weight */
+    int32_t index[RF_HIDDEN_ROOM]; /* of the pixel, width x height */
+    float weight[RF_HIDDEN_ROOM];
+    const struct rf_surface *shown[RF_HIDDEN_ROOM]; /* for average_window() */
 };
 
 #endif

@@ -222,9 +222,12 @@ static void vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *gr
 /* Every stride-th float from p on, n <= LANES of them if they are not in turn. */
 static inline vf load_strided(const float *p, int stride, int n)
 {
+    vf v = SPLAT(-INFINITY);
     if (stride == 1)
         return LOAD(p);
-    vf v = SPLAT(-INFINITY);
+    if (stride == 2)
+        return SHUFFLE(LOAD(p), 2 * n > LANES ? LOAD(p + LANES) : v, 0, 2, 4, 6, 8, 10,
+                       12, 14);
     if (n < LANES)
         for (int l = 0; l < n; l++)
             v[l] = p[l * stride];
@@ -237,49 +240,104 @@ static inline vf load_strided(const float *p, int stride, int n)
 /* From this reach on every second row of a window is read, if not fewer. */
 enum { WIDE_WINDOW = 5 };
 
+/* The pixels of a window, one after the other, before they have weights. */
+struct found {
+    int32_t r[RF_HIDDEN_ROOM]; /* the bits of a float */
+    int32_t d2[RF_HIDDEN_ROOM];
+};
+
+/* Gathers the pixels of row y, from x0 on, that show a surface of radius about r. */
+static inline void gather_row(const struct rf_backs *backs,
+                              const struct rf_hidden_query *q, float r, int most_d2,
+                              int x0, int x1, int y, int stride, struct found *found,
+                              struct rf_hidden_window *out)
+{
+    const float *row = backs->r + (size_t)y * backs->stride;
+    int dy = y - q->y, most_dx2 = most_d2 - dy * dy;
+    vi step = lane_numbers() * stride;
+    for (int x = x0; x <= x1; x += LANES * stride) {
+        vi dx = step + (x - q->x), dx2 = dx * dx;
+        vf qr = load_strided(row + x, stride, (x1 - x) / stride + 1);
+        vf t = qr - SPLAT(r);
+        unsigned bits =
+            lane_bits((dx2 <= most_dx2) & (qr > SPLAT(q->s)) & (t * t <= SPLAT(9)));
+        if (!bits)
+            continue;
+        store_lanes(out->index + out->n, step + (y * backs->width + x), bits);
+        store_lanes(found->r + out->n, (vi)qr, bits);
+        store_lanes(found->d2 + out->n, dx2 + dy * dy, bits);
+        out->n += __builtin_popcount(bits);
+    }
+}
+
+/* Weights of what was found: see hidden.c. */
+static inline void weigh_window(const struct found *found, float r, float reach,
+                                struct rf_hidden_window *out)
+{
+    vf r_sum = {0}, weight_sum = {0}, share = SPLAT(1 / (reach * reach));
+    for (int i = 0; i < out->n; i += LANES) {
+        vi is_found = lane_numbers() + i < out->n, d2_bits, r_bits;
+        memcpy(&d2_bits, found->d2 + i, sizeof d2_bits);
+        memcpy(&r_bits, found->r + i, sizeof r_bits);
+        vf d2 = to_float(d2_bits), qr = (vf)(r_bits & is_found), t = qr - SPLAT(r);
+        vf fade = SPLAT(1) - d2 * share;
+        d2 += SPLAT(0.5f);
+        vf w = fade * vexp(SPLAT(-0.5f) * t * t) / (d2 * vsqrt(d2));
+        w = choose(is_found, w, SPLAT(0));
+        weight_sum += w;
+        r_sum += w * qr;
+        STORE(out->weight + i, w);
+    }
+    out->r_sum = lane_sum(r_sum);
+    out->weight_sum = lane_sum(weight_sum);
+}
+
 static void gather_window(const struct rf_backs *backs, const struct rf_hidden_query *q,
                           float r, float reach, struct rf_hidden_window *out)
 {
+    struct found found;
     int n = (int)reach, stride = (n + RF_HIDDEN_STEPS - 1) / RF_HIDDEN_STEPS;
     int y0 = rf_max_int(q->y - n, 0), y1 = rf_min_int(q->y + n, backs->height - 1);
     int x0 = rf_max_int(q->x - n, 0), x1 = rf_min_int(q->x + n, backs->width - 1);
     y0 = (backs->y + y0 + stride - 1) / stride * stride - backs->y;
     x0 = (backs->x + x0 + stride - 1) / stride * stride - backs->x;
-    vf r_sum = {0}, weight_sum = {0};
     out->n = 0;
     int step = stride;
     if (stride == 1 && n >= WIDE_WINDOW) {
         step = 2;
         y0 += (q->y - y0) & 1; /* so that mirrored pictures have mirrored windows */
     }
-    for (int y = y0; y <= y1; y += step) {
-        const float *row = backs->r + (size_t)y * backs->stride;
-        int dy = y - q->y;
-        for (int x = x0; x <= x1; x += LANES * stride) {
-            vi at = lane_numbers() * stride + x;
-            vi dx = at - q->x;
-            vf d2 = to_float(dx * dx + dy * dy);
-            vf qr = load_strided(row + x, stride, (x1 - x) / stride + 1);
-            vf t = qr - SPLAT(r);
-            vi is_used = (at <= x1) & (d2 <= SPLAT(reach * reach)) &
-                         (qr > SPLAT(q->s)) & (t * t <= SPLAT(9));
-            unsigned bits = lane_bits(is_used);
-            if (!bits)
-                continue;
-            t = choose(is_used, t, SPLAT(0)); /* keeps infinities out */
-            vf fade = SPLAT(1) - d2 * SPLAT(1 / (reach * reach));
-            d2 += SPLAT(0.5f);
-            vf w = fade * vexp(SPLAT(-0.5f) * t * t) / (d2 * vsqrt(d2));
-            w = choose(is_used, w, SPLAT(0));
-            weight_sum += w;
-            r_sum += w * choose(is_used, qr, SPLAT(0));
-            for (; bits; bits &= bits - 1) {
-                int lane = __builtin_ctz(bits);
-                out->index[out->n] = y * backs->width + at[lane];
-                out->weight[out->n++] = w[lane];
-            }
-        }
+    /* A distance in whole pixels that is no more than reach^2. */
+    int most_d2 = (int)(reach * reach);
+    for (int y = y0; y <= y1; y += step)
+        gather_row(backs, q, r, most_d2, x0, x1, y, stride, &found, out);
+    weigh_window(&found, r, reach, out);
+}
+
+static void average_window(struct rf_hidden_window *w, float brightest, float c[4])
+{
+    enum { MOST = RF_HIDDEN_ROOM / LANES };
+    vf colour[MOST][4], luminance[MOST], log_sum = {0}, sum[4] = {{0}};
+    for (int i = w->n; i % LANES; i++)
+        w->shown[i] = w->shown[0];
+    for (int i = 0; i < w->n; i += LANES) {
+        vf *v = colour[i / LANES];
+        const struct rf_surface *const *at = w->shown + i;
+        for (int k = 0; k < 4; k++)
+            v[k] = load_halves(at[k]->c, at[k + 4]->c);
+        turn_halves(v);
+        vf l = luminance_of(v);
+        log_sum += LOAD(w->weight + i) * vlog(vmax(l, SPLAT(0)) + SPLAT(1e-3f));
+        luminance[i / LANES] = l;
     }
-    out->r_sum = lane_sum(r_sum);
-    out->weight_sum = lane_sum(weight_sum);
+    vf limit = SPLAT(brightest * rf_expf(lane_sum(log_sum) / w->weight_sum));
+    for (int i = 0; i < w->n; i += LANES) {
+        const vf *v = colour[i / LANES], l = luminance[i / LANES];
+        vf k = LOAD(w->weight + i), dim = choose(l > limit, k * (limit / l), k);
+        for (int p = 0; p < 3; p++)
+            sum[p] += dim * v[p];
+        sum[3] += k * v[3];
+    }
+    for (int p = 0; p < 4; p++)
+        c[p] = lane_sum(sum[p]) * (1 / w->weight_sum);
 }

@@ -359,6 +359,12 @@ struct rf_kernels {
                           const struct rf_hidden_query *query, float r, float reach,
                           struct rf_hidden_window *out);
     /*
+     * The weighted mean of what the pixels of a window show, w->shown, none of it of
+     * more luminance than `brightest` times the weighted geometric mean. Completes
+     * w->shown.
+     */
+    void (*average_window)(struct rf_hidden_window *w, float brightest, float c[4]);
+    /*
      * Places of the centre's view for n points of one view, whose places there and
      * radii are given. n is rounded up to eight.
      */

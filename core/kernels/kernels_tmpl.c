@@ -598,6 +598,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .has_candidate = has_candidate,
     .vote_blocks = vote_blocks,
     .gather_window = gather_window,
+    .average_window = average_window,
     .place_parts = place_parts,
     .look_for_parts = look_for_parts,
     .fit_plane = fit_plane,

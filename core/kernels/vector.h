@@ -84,17 +84,16 @@ static inline unsigned lane_bits(vi mask)
 #endif
 }
 
-/* a[i], b[i], a[i + 1], b[i + 1], .. from i = 0 or 4 on. */
+/* The lanes of a, 0 to 7, and b, 8 to 15, in any order. */
 #if defined __clang__
-#define INTERLEAVE(a, b, i)                                                            \
-    __builtin_shufflevector(a, b, (i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10,   \
-                            (i) + 3, (i) + 11)
+#define SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 #else
-#define INTERLEAVE(a, b, i)                                                            \
-    __builtin_shuffle(                                                                 \
-        a, b,                                                                          \
-        (vi){(i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10, (i) + 3, (i) + 11})
+#define SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (vi){__VA_ARGS__})
 #endif
+
+/* a[i], b[i], a[i + 1], b[i + 1], .. from i = 0 or 4 on. */
+#define INTERLEAVE(a, b, i)                                                            \
+    SHUFFLE(a, b, (i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10, (i) + 3, (i) + 11)
 
 /* 0, 1, .. 7 */
 static inline vi lane_numbers(void)
@@ -120,6 +119,57 @@ static inline vf vsqrt(vf v)
     for (int l = 0; l < LANES; l++)
         v[l] = __builtin_sqrtf(v[l]);
     return v;
+#endif
+}
+
+/* Four floats from a and four from b, without a way through memory. */
+static inline vf load_halves(const float *a, const float *b)
+{
+#ifdef __AVX__
+    __m256 low = _mm256_castps128_ps256(_mm_loadu_ps(a));
+    return (vf)_mm256_insertf128_ps(low, _mm_loadu_ps(b), 1);
+#else
+    vf v;
+    memcpy(&v, a, 4 * sizeof *a);
+    memcpy((float *)&v + 4, b, 4 * sizeof *b);
+    return v;
+#endif
+}
+
+/*
+ * Quadruples 0 and 4, 1 and 5, 2 and 6, 3 and 7 become the first floats of all eight,
+ * the second ones, .. No lane changes halves, which costs the least.
+ */
+static inline void turn_halves(vf v[4])
+{
+    vf a = SHUFFLE(v[0], v[1], 0, 8, 1, 9, 4, 12, 5, 13);
+    vf b = SHUFFLE(v[2], v[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    vf c = SHUFFLE(v[0], v[1], 2, 10, 3, 11, 6, 14, 7, 15);
+    vf d = SHUFFLE(v[2], v[3], 2, 10, 3, 11, 6, 14, 7, 15);
+    v[0] = SHUFFLE(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+    v[1] = SHUFFLE(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+    v[2] = SHUFFLE(c, d, 0, 1, 8, 9, 4, 5, 12, 13);
+    v[3] = SHUFFLE(c, d, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/*
+ * Stores the lanes whose bits are set, in turn; writes all eight, and those that are
+ * left may be anything.
+ */
+static inline void store_lanes(int32_t *to, vi v, unsigned bits)
+{
+#ifdef __AVX2__
+    /* Which of four lanes they are: a byte for each. */
+    static const uint32_t FOUR[16] = {
+        0,    0x00,   0x01,   0x0100,   0x02,   0x0200,   0x0201,   0x020100,
+        0x03, 0x0300, 0x0301, 0x030100, 0x0302, 0x030200, 0x030201, 0x03020100};
+    uint64_t high = (uint64_t)(FOUR[bits >> 4] | 0x04040404);
+    uint64_t lanes = FOUR[bits & 15] | high << 8 * __builtin_popcount(bits & 15);
+    __m256i order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)lanes));
+    _mm256_storeu_si256((__m256i *)to, _mm256_permutevar8x32_epi32((__m256i)v, order));
+#else
+    for (; bits; bits &= bits - 1)
+        *to++ = v[__builtin_ctz(bits)];
 #endif
 }
 
@@ -168,6 +218,12 @@ static inline vf vlog(vf v)
     p = p * t2 + SPLAT(1.0f / 3);
     p = p * t2 + SPLAT(1);
     return SPLAT(2) * t * p + to_float(e) * SPLAT(0.69314718f);
+}
+
+/* rf_luminance() of planes of colour. */
+static inline vf luminance_of(const vf c[3])
+{
+    return SPLAT(0.2126f) * c[0] + SPLAT(0.7152f) * c[1] + SPLAT(0.0722f) * c[2];
 }
 
 #endif

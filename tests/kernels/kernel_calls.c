@@ -349,9 +349,9 @@ static void call_load_rgba(const struct rf_kernels *k, struct workspace *w, int 
         rgba[4 * x + 3] = variant & 1 && x == 77 ? 0.5f : 1;
     if (variant & 2)
         rgba[4 * 190 + 1] = INFINITY;
-    w->at[20000] = (float)k->load_rgba(rgba, w->at + 2000, 193 + variant,
-                                       (struct rf_surface *)(w->at + 10000),
-                                       w->at + 9000);
+    w->at[20000] =
+        (float)k->load_rgba(rgba, w->at + 2000, 193 + variant,
+                            (struct rf_surface *)(w->at + 10000), w->at + 9000);
 }
 
 static void call_unload_row(const struct rf_kernels *k, struct workspace *w,
@@ -447,9 +447,9 @@ static void list_blocks(struct rf_hidden_block blocks[N_BLOCKS])
     int n = 0;
     for (int ring = 0; ring < 3; ring++)
         for (int i = 0; i < 8; i++)
-            blocks[n++] = (struct rf_hidden_block){
-                (int16_t)(7 - ring + i % 3 * ring), (int16_t)(3 - ring + i / 3 * ring),
-                ring, 25, 25};
+            blocks[n++] = (struct rf_hidden_block){(int16_t)(7 - ring + i % 3 * ring),
+                                                   (int16_t)(3 - ring + i / 3 * ring),
+                                                   ring, 25, 25};
 }
 
 struct rf_hidden_group group_of(const struct rf_hidden_query *query, int n)
@@ -491,7 +491,7 @@ static void call_candidate(const struct rf_kernels *k, struct workspace *w, int 
 void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_backs backs = backs_of(w);
-    struct rf_hidden_query query = {60, 30 - 20 * variant, 4, 1 / 400.0f, 1 / 300.0f};
+    struct rf_hidden_query query = {60, 30 - 9 * variant, 4, 1 / 400.0f, 1 / 300.0f};
     struct rf_hidden_window *out = (void *)(w->at + 40000);
     memset(out, 0, sizeof *out);
     k->gather_window(&backs, &query, 10, 8 + 9 * (float)variant, out);
@@ -502,7 +502,25 @@ void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
            sizeof out->weight - sizeof(float) * (size_t)out->n);
 }
 
-/* Places of noise in and around the picture; in some variants eight lie side by side. */
+/* Colours of noise, some of them lamps; in some variants there are less than eight. */
+static void call_average_window(const struct rf_kernels *k, struct workspace *w,
+                                int variant)
+{
+    static struct rf_hidden_window window;
+    const struct rf_surface *surfaces = (void *)(w->at + 1000);
+    window.n = (const int[]){64, 5, 35}[variant];
+    window.weight_sum = (float)window.n;
+    for (int i = 0; i < window.n; i++) {
+        window.shown[i] = &surfaces[i * 7 % 101];
+        w->at[1000 + 5 * i] *= i % 9 ? 1 : 50;
+    }
+    memset(window.weight, 0, sizeof window.weight);
+    memcpy(window.weight, w->at, sizeof(float) * (size_t)window.n);
+    k->average_window(&window, 1.5f, w->at + 40000);
+}
+
+/* Places of noise in and around the picture; in some variants eight lie side by side.
+ */
 struct rf_sight sight_of(const struct workspace *w)
 {
     return (struct rf_sight){.radius = w->at,
@@ -591,7 +609,8 @@ const struct kernel kernels[] = {
     {"log_row", call_log_row, 4, NULL},
     {"has_candidate", call_candidate, 2, prepare_backs},
     {"vote_blocks", call_vote, 3, prepare_backs},
-    {"gather_window", call_window, 2, prepare_backs},
+    {"average_window", call_average_window, 3, NULL},
+    {"gather_window", call_window, 4, prepare_backs},
 };
 
 const int n_kernels = sizeof kernels / sizeof *kernels;
