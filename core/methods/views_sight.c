@@ -146,20 +146,13 @@ static float weight_of(float share, float own, float shown, float continued,
 }
 
 float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
-                     struct rf_view_place p, float share, bool is_far,
-                     bool is_rendered)
+                     struct rf_view_place p, float share, bool is_far, bool is_rendered)
 {
     float continued, shown = rf_views_show(v, views, j, p, &continued);
     return weight_of(share, is_far ? share : 1, shown, continued, is_rendered);
 }
 
 /* ---- blocks -------------------------------------------------------------------- */
-
-struct block {
-    /* Of its radii: the plane that they lie on, and how far they lie off it. */
-    struct rf_sight_plane plane;
-    bool is_rendered; /* all of it */
-};
 
 /* Which other views may see a part of a block only, and which see nothing of it. */
 struct doubt {
@@ -175,12 +168,19 @@ struct say {
     int order[RF_MAX_VIEWS];      /* all other views */
 };
 
+/* Blocks of a picture, to the right and down. */
+struct box {
+    int first[2], end[2];
+};
+
 /* The blocks of all views. */
 struct blocks {
     struct rf_views *v;
     const struct rf_kernels *kernels;
     int n_x, n_y, n_failed;
-    struct block *at;
+    struct box shown, rendered; /* of each view: in part, whole */
+    /* Of its radii: the plane that they lie on, and how far they lie off it. */
+    struct rf_sight_plane *at;
     struct doubt *doubts;
     struct say *says; /* per view */
 };
@@ -206,8 +206,7 @@ static bool is_pure_block(const struct rf_surfaces *s, int bx, int by)
         return false;
     unsigned mixed = 0;
     for (int y = by * BLOCK; y < (by + 1) * BLOCK; y++)
-        mixed |=
-            mixed_bits(s, (size_t)y * (size_t)s->width + (size_t)bx * BLOCK);
+        mixed |= mixed_bits(s, (size_t)y * (size_t)s->width + (size_t)bx * BLOCK);
     return !mixed;
 }
 
@@ -233,20 +232,16 @@ static void measure_block(const struct blocks *b, int view, int bx, int by)
     static const float LEVEL_PX = 0.05f; /* the steps of the radius need no more */
     const struct rf_picture *l = &b->v->pictures[view];
     const struct rf_sight *sight = &b->v->sights[view];
-    int x1 = rf_min_int((bx + 1) * BLOCK, l->width) - 1;
-    int y1 = rf_min_int((by + 1) * BLOCK, l->height) - 1;
-    struct block *block = &b->at[block_index(b, view, bx, by)];
-    block->is_rendered = rf_view_is_rendered(l, bx * BLOCK, by * BLOCK) &&
-                         rf_view_is_rendered(l, x1, y1);
+    struct rf_sight_plane *plane = &b->at[block_index(b, view, bx, by)];
     if (is_pure_block(&l->surfaces, bx, by)) {
         const float *r =
             sight->radius + sight->stride * (size_t)by * BLOCK + (size_t)bx * BLOCK;
-        b->kernels->fit_plane(r, r, sight->stride, LEVEL_PX, &block->plane);
+        b->kernels->fit_plane(r, r, sight->stride, LEVEL_PX, plane);
         return;
     }
     float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
     load_block(&l->surfaces, bx, by, low, high);
-    b->kernels->fit_plane(low, high, BLOCK, LEVEL_PX, &block->plane);
+    b->kernels->fit_plane(low, high, BLOCK, LEVEL_PX, plane);
 }
 
 static void measure_blocks(const struct blocks *b, int view, int by)
@@ -298,26 +293,52 @@ static bool is_behind(const struct rf_sight_plane *other, int x, int y,
     return least > -0.95f * RF_OCCLUDED_PX;
 }
 
-/* Is any of the block rendered? */
-static bool is_shown(const struct rf_picture *l, int bx, int by)
+/* The blocks of which some or all pixels were rendered, in any view. */
+static void find_boxes(struct blocks *b)
 {
-    return (bx + 1) * BLOCK > l->x0 && (by + 1) * BLOCK > l->y0 &&
-           bx * BLOCK < l->x0 + l->filter->width &&
-           by * BLOCK < l->y0 + l->filter->height;
+    const struct rf_picture *l = &b->v->pictures[0];
+    const int x0[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
+    const int rendered[2] = {l->filter->width, l->filter->height};
+    for (int k = 0; k < 2; k++) {
+        int x1 = x0[k] + rendered[k], n = (size[k] + BLOCK - 1) / BLOCK;
+        b->shown.first[k] = x0[k] / BLOCK;
+        b->shown.end[k] = (x1 + BLOCK - 1) / BLOCK;
+        b->rendered.first[k] = (x0[k] + BLOCK - 1) / BLOCK;
+        b->rendered.end[k] = x1 == size[k] ? n : x1 / BLOCK;
+    }
+}
+
+static bool is_shown(const struct blocks *b, int bx, int by)
+{
+    const struct box *shown = &b->shown;
+    return bx >= shown->first[0] && bx < shown->end[0] && by >= shown->first[1] &&
+           by < shown->end[1];
 }
 
 enum sight { SEES_NOTHING, SEES_A_PART, SEES_ALL };
+
+/* What a view surely sees of what lies in a box, if nothing in there hides it. */
+static enum sight sight_in(const struct blocks *b, const struct box *box)
+{
+    bool is_rendered = true;
+    for (int k = 0; k < 2; k++) {
+        if (box->first[k] >= b->shown.end[k] || box->end[k] <= b->shown.first[k])
+            return SEES_NOTHING;
+        is_rendered &=
+            box->first[k] >= b->rendered.first[k] && box->end[k] <= b->rendered.end[k];
+    }
+    return is_rendered ? SEES_ALL : SEES_A_PART;
+}
 
 /* What view j surely sees of all that a block of another view shows. */
 static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int j,
                            const struct parallax *parallax)
 {
     static const float SNAPPED_PX = 0.04f;
-    const struct rf_views *v = b->v;
-    const struct rf_picture *l = &v->pictures[j];
-    const struct rf_sight_plane *block = &b->at[block_index(b, view, bx, by)].plane;
+    const struct rf_picture *l = &b->v->pictures[j];
+    const struct rf_sight_plane *block = &b->at[block_index(b, view, bx, by)];
     const int at[2] = {bx * BLOCK, by * BLOCK}, size[2] = {l->width, l->height};
-    int first[2] = {0}, last[2] = {0}; /* blocks of view j that it may lie in */
+    struct box box; /* of view j, that it may lie in */
     for (int k = 0; k < 2; k++) {
         float a = parallax->slope[k] * block->lowest;
         float z = parallax->slope[k] * block->highest;
@@ -327,19 +348,21 @@ static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int
         to += rf_max_float(a, z);
         if (!(from >= 0 && to < (float)size[k]))
             return SEES_A_PART;
-        first[k] = (int)from / BLOCK;
-        last[k] = (int)to / BLOCK;
+        box.first[k] = (int)from / BLOCK;
+        box.end[k] = (int)to / BLOCK + 1;
     }
-    bool sees_all = true, sees_nothing = true;
-    for (int y = first[1]; y <= last[1]; y++)
-        for (int x = first[0]; x <= last[0]; x++) {
-            const struct block *other = &b->at[block_index(b, j, x, y)];
-            sees_nothing &= !is_shown(l, x, y);
-            sees_all &= other->is_rendered &&
-                        (other->plane.lowest >= block->highest - RF_OCCLUDED_PX ||
-                         is_behind(&other->plane, x, y, block, bx, by, parallax));
-        }
-    return sees_all ? SEES_ALL : sees_nothing ? SEES_NOTHING : SEES_A_PART;
+    enum sight sight = sight_in(b, &box);
+    if (sight != SEES_ALL)
+        return sight;
+    float least = block->highest - RF_OCCLUDED_PX;
+    for (int y = box.first[1]; y < box.end[1]; y++) {
+        const struct rf_sight_plane *row = &b->at[block_index(b, j, 0, y)];
+        for (int x = box.first[0]; x < box.end[0]; x++)
+            if (row[x].lowest < least &&
+                !is_behind(&row[x], x, y, block, bx, by, parallax))
+                return SEES_A_PART;
+    }
+    return SEES_ALL;
 }
 
 /*
@@ -355,8 +378,7 @@ static struct say say_of(const struct rf_views *v, int view)
         say.cells[j] = 0;
         for (int i = 0; i < v->n_cells; i++) {
             const struct rf_cell_views *cell = &v->cells[i];
-            say.cells[j] |=
-                (uint32_t)((cell->own | cell->nearer[view]) >> j & 1) << i;
+            say.cells[j] |= (uint32_t)((cell->own | cell->nearer[view]) >> j & 1) << i;
         }
         if (j == view)
             continue;
@@ -407,7 +429,7 @@ static void find_doubts(const struct blocks *b, int view, int by)
     for (int j = 0; j < b->v->work->n_views; j++)
         parallax[j] = parallax_of(b->v, view, j);
     for (int bx = 0; bx < b->n_x; bx++)
-        if (is_shown(&b->v->pictures[view], bx, by))
+        if (is_shown(b, bx, by))
             row[bx] = doubt_of(b, view, bx, by, parallax);
 }
 
@@ -622,7 +644,7 @@ static void list_all(struct blocks *b, struct rf_unseen *room)
 #pragma omp for schedule(dynamic, 4)
         for (int i = 0; i < n_views * b->n_y; i++)
             find_doubts(b, i % n_views, i / n_views);
-        /* One row of blocks of all views: they look at each other. */
+            /* One row of blocks of all views: they look at each other. */
 #pragma omp for schedule(dynamic, 1)
         for (int i = 0; i < n_views * b->n_y; i++)
             if (!rf_task_is_cancelled(task))
@@ -649,6 +671,7 @@ rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
     struct rf_unseen *room = rf_alloc(context, n_room, sizeof *room);
     v->unseen = rf_calloc(context, n_rows, sizeof *v->unseen);
     bool is_complete = b.at && b.doubts && b.says && room && v->unseen;
+    find_boxes(&b);
     for (int j = 0; j < v->work->n_views && b.says; j++)
         b.says[j] = say_of(v, j);
     if (is_complete)
