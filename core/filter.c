@@ -305,43 +305,65 @@ static rf_result stream(struct rf_work *work, const struct rf_view *view, float 
     return result;
 }
 
-/* May the method layered read the caller's pixels by itself? */
-static bool can_read(const struct rf_work *work, const struct rf_view *view)
+/* May the method layered or views read the caller's pixels by itself? */
+static bool can_read(const struct rf_work *work, const struct rf_view *views)
 {
     const struct rf_params *p = &work->filter->params;
-    bool is_layered = p->method == RF_METHOD_LAYERED || p->method == RF_METHOD_VIEWS;
-    return is_layered && p->quality != RF_QUALITY_PREVIEW && work->n_views == 1 &&
-           rf_image_is_plain(p, &view->colour);
+    bool is_layered = p->method == RF_METHOD_LAYERED && work->n_views == 1;
+    bool is_able = is_layered || p->method == RF_METHOD_VIEWS;
+    for (int j = 0; j < work->n_views && is_able; j++)
+        is_able = rf_image_is_plain(p, &views[j].colour);
+    return is_able && p->quality != RF_QUALITY_PREVIEW;
+}
+
+/* Radii and places of the views; work->memory is to hold the radii. */
+static rf_result read_depths(struct rf_work *work, const struct rf_view *views,
+                             struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    for (int j = 0; j < work->n_views; j++) {
+        struct rf_work_view *w = &work->views[j];
+        const struct rf_view *view = &views[j];
+        float *radius = work->memory + n * (size_t)j;
+        rf_result result =
+            rf_depth_to_radius(f, &view->depth, radius, NULL, NULL, error);
+        if (result != RF_OK)
+            return result;
+        w->radius = radius;
+        work->largest_radius =
+            rf_max_float(largest_of(f, radius), work->largest_radius);
+        rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
+    }
+    work->radius = work->memory;
+    return RF_OK;
 }
 
 /*
- * The method layered, from the caller's pixels; work->memory holds the radii. *is_done
- * is false where their planes are needed.
+ * The method layered or views, from the caller's pixels. *is_done is false where their
+ * planes are needed.
  */
-static rf_result read(struct rf_work *work, const struct rf_view *view,
+static rf_result read(struct rf_work *work, const struct rf_view *views,
                       const struct rf_image *out, bool *is_done, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
-    struct rf_work_view *w = work->views;
-    rf_result result =
-        rf_depth_to_radius(f, &view->depth, work->memory, NULL, NULL, error);
+    rf_result result = read_depths(work, views, error);
     if (result != RF_OK)
         return result;
-    w->radius = work->radius = work->memory;
-    work->largest_radius = largest_of(f, work->memory);
-    if (work->largest_radius < RF_SHARP_PX) {
-        *is_done = rf_frame_copy(f->context, &view->colour, out);
+    if (work->n_views == 1 && work->largest_radius < RF_SHARP_PX) {
+        *is_done = rf_frame_copy(f->context, &views->colour, out);
         return RF_OK;
     }
-    w->image = &view->colour;
+    for (int j = 0; j < work->n_views; j++)
+        work->views[j].image = &views[j].colour;
     work->out = rf_image_is_plain(&f->params, out) ? out : NULL;
-    rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
     result = entries[f->params.method].run(work, error);
     *is_done = !work->needs_planes;
     if (result == RF_OK && *is_done && !work->is_stored &&
         !rf_task_is_cancelled(work->task))
         rf_frame_store(f->context, &f->params, work->colour, work->stride, out);
-    w->image = NULL;
+    for (int j = 0; j < work->n_views; j++)
+        work->views[j].image = NULL;
     work->out = NULL;
     return result;
 }
@@ -356,9 +378,10 @@ static rf_result run(struct rf_work *work, const struct rf_view *views,
     size_t n_all = n * (size_t)work->n_views;
     bool is_copied = false, is_done = false;
     bool streams = can_stream(work, views, out), reads = can_read(work, views);
-    work->memory = rf_alloc(f->context, reads ? n_pixels : n_all, sizeof(float));
+    size_t n_first = reads ? n_pixels * (size_t)work->n_views : n_all;
+    work->memory = rf_alloc(f->context, n_first, sizeof(float));
     if (!work->memory)
-        return rf_fail_memory(error, reads ? n_pixels : n_all, sizeof(float));
+        return rf_fail_memory(error, n_first, sizeof(float));
     if (streams || reads) {
         rf_result result = streams
                                ? stream(work, views, work->memory, out, &is_done, error)

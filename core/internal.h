@@ -269,7 +269,7 @@ struct rf_work {
     int n_views;
     struct rf_work_view *views;
     float largest_radius; /* of all views, without sign */
-    /* Set by the method layered: an image is not so simple, and planes are needed. */
+    /* Set by layered and views: an image is not so simple, and planes are needed. */
     bool needs_planes;
     struct rf_task *task;
 };

@@ -66,13 +66,15 @@ static struct rf_sight sight_of(const struct rf_picture *l,
 static rf_result load(struct rf_views *v, int border, struct rf_error *error)
 {
     struct rf_work *work = v->work;
+    work->needs_planes = false;
     for (int j = 0; j < work->n_views; j++) {
         rf_task_phase(work->task, 0.2 * (j + 1) / work->n_views,
                       work->filter->height + 2 * border);
         rf_result result =
             rf_picture_load(&v->pictures[j], work->filter, &work->views[j],
                             work->n_planes, border, true, work->task, error);
-        if (result != RF_OK || rf_task_is_cancelled(work->task))
+        work->needs_planes |= v->pictures[j].is_refused;
+        if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task))
             return result;
         const struct rf_work_view *view = &work->views[j];
         const struct rf_pixels *pixels = &v->pictures[j].pixels;
@@ -142,8 +144,9 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
     return result;
 }
 
-/* The light of the lights over the whole lens, in planes of the padded picture. */
-static rf_result add_lights(const struct rf_views *v, int n_colours, float *memory,
+/* Adds the light of the lights over the whole lens to quadruples of the padded picture.
+ */
+static rf_result add_lights(const struct rf_views *v, float *rgba,
                             struct rf_error *error)
 {
     const struct rf_picture *picture = &v->pictures[0];
@@ -152,7 +155,7 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
                              .height = picture->height,
                              .x0 = picture->x0,
                              .y0 = picture->y0,
-                             .n_colours = n_colours,
+                             .n_colours = v->work->n_planes == 4 ? 4 : 3,
                              .n_phases = RF_VIEW_PHASES,
                              .highlights = v->lights,
                              .occluders = v->occluders,
@@ -161,33 +164,66 @@ static rf_result add_lights(const struct rf_views *v, int n_colours, float *memo
                              .progress_to = 1};
     struct rf_crop all = {.width = picture->width,
                           .height = picture->height,
-                          .stride = picture->width};
-    for (int p = 0; p < n_colours; p++)
-        all.planes[p] =
-            memory + (size_t)picture->width * (size_t)picture->height * (size_t)p;
+                          .stride = 4 * (ptrdiff_t)picture->width,
+                          .rgba = rgba};
     return rf_add_highlights(&scene, &all, error);
 }
 
-/* Writes the mean of the cells and the lights to the colours of the work. */
-static void finish(const struct rf_views *v, const float *sum, double total,
+/* A row of the planes of the work and its lights, as quadruples, to plain pixels. */
+static void store_row(const struct rf_work *work, int y, const float *lights)
+{
+    int width = work->filter->width;
+    const float *rows[4];
+    float *out = (float *)rf_image_at(work->out, 0, y, 0);
+    for (int p = 0; p < work->n_planes; p++)
+        rows[p] = work->colour[p] + (size_t)y * (size_t)width;
+    work->filter->context->kernels->pack(rows, width, out);
+    for (int x = 0; x < width; x++)
+        *(rf_quad *)(out + 4 * x) += *(const rf_quad *)(lights + 4 * x);
+}
+
+/* Adds its lights to a row of the planes of the work. */
+static void add_row(const struct rf_work *work, int y, const float *lights)
+{
+    int width = work->filter->width;
+    for (int p = 0; p < work->n_planes; p++) {
+        float *row = work->colour[p] + (size_t)y * (size_t)width;
+        for (int x = 0; x < width; x++)
+            row[x] += lights[4 * x + p];
+    }
+}
+
+/*
+ * The mean of the cells, and the lights: as plain pixels where the work has room for
+ * them, else in the planes of the cells' sum, which are its colours now.
+ */
+static void finish(const struct rf_views *v, float *sum, double total,
                    const float *lights)
 {
-    const struct rf_work *work = v->work;
+    struct rf_work *work = v->work;
     const struct rf_picture *picture = &v->pictures[0];
     int width = work->filter->width, height = work->filter->height;
     size_t n = (size_t)width * (size_t)height;
-    size_t n_padded = (size_t)picture->width * (size_t)picture->height;
+    work->memory = sum;
+    work->stride = (size_t)width;
+    work->is_stored = work->out != NULL;
+    for (int p = 0; p < work->n_planes; p++)
+        work->colour[p] = sum + n * (size_t)p;
 #pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
-    for (int y = 0; y < height; y++)
+    for (int y = 0; y < height; y++) {
+        const float *light =
+            lights + 4 * ((size_t)(y + picture->y0) * (size_t)picture->width +
+                          (size_t)picture->x0);
         for (int p = 0; p < work->n_planes; p++) {
-            const float *from = sum + n * (size_t)p + (size_t)y * (size_t)width;
-            const float *light = lights + n_padded * (size_t)p +
-                                 (size_t)(y + picture->y0) * (size_t)picture->width +
-                                 (size_t)picture->x0;
-            float *out = work->colour[p] + (size_t)y * (size_t)width;
+            float *row = work->colour[p] + (size_t)y * (size_t)width;
             for (int x = 0; x < width; x++)
-                out[x] = from[x] / (float)total + light[x];
+                row[x] /= (float)total;
         }
+        if (work->out)
+            store_row(work, y, light);
+        else
+            add_row(work, y, light);
+    }
 }
 
 /* The picture of loaded views whose lights have been taken. */
@@ -196,10 +232,8 @@ static rf_result merge(struct rf_views *v, struct rf_view_cell *cells,
 {
     struct rf_work *work = v->work;
     const struct rf_filter *f = work->filter;
-    int n_colours = work->n_planes == 4 ? 4 : 3;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)work->n_planes;
-    size_t n_padded = (size_t)v->pictures[0].width * (size_t)v->pictures[0].height *
-                      (size_t)n_colours;
+    size_t n_padded = (size_t)v->pictures[0].width * (size_t)v->pictures[0].height * 4;
     float *sum = rf_calloc(f->context, n, sizeof *sum), *lights = NULL;
     double total = 0;
     for (int i = 0; i < n_cells; i++)
@@ -208,13 +242,14 @@ static rf_result merge(struct rf_views *v, struct rf_view_cell *cells,
                            : rf_fail_memory(error, n, sizeof *sum);
     if (result == RF_OK && !rf_task_is_cancelled(work->task)) {
         lights = rf_calloc(f->context, n_padded, sizeof *lights);
-        result = lights ? add_lights(v, n_colours, lights, error)
+        result = lights ? add_lights(v, lights, error)
                         : rf_fail_memory(error, n_padded, sizeof *lights);
     }
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         finish(v, sum, total, lights);
+    else
+        rf_free(f->context, sum);
     rf_free(f->context, lights);
-    rf_free(f->context, sum);
     return result;
 }
 
@@ -231,7 +266,7 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
     rf_views_measure_range(v);
     int border = rf_picture_border(rf_views_border(work, cells, n_cells));
     rf_result result = load(v, border, error);
-    if (result != RF_OK || rf_task_is_cancelled(work->task)) {
+    if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task)) {
         rf_free(context, cells);
         return result;
     }
@@ -239,6 +274,7 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
         result = rf_views_take_lights(v, error);
     for (int j = 0; j < work->n_views && result == RF_OK; j++)
         rf_picture_drop_pixels(&v->pictures[j]);
+    rf_work_drop_views(work);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = merge(v, cells, area, n_cells, error);
     rf_free(context, cells);
