@@ -465,8 +465,8 @@ struct walk {
     int n_planes;
     struct rf_splitter splitter;
     struct rf_task *task;
-    float *own; /* a row for each thread */
-    bool is_short;  /* of memory; atomic, as all flags */
+    float *own;    /* a row for each thread */
+    bool is_short; /* of memory; atomic, as all flags */
     bool has_alpha, is_refused;
 };
 
@@ -651,6 +651,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
                         .n_planes = n_planes,
                         .splitter = {.filter = filter,
                                      .keeps_radii = keeps_pixels,
+                                     .is_alone = !keeps_pixels,
                                      .pixels = &l->pixels,
                                      .out = &l->surfaces,
                                      .darkest = l->darkest,

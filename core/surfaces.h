@@ -105,6 +105,7 @@ enum { RF_SPLIT_REACH = 3, RF_SPLIT_STEPS = 5 * 5 };
 struct rf_splitter {
     const struct rf_filter *filter;
     bool keeps_radii; /* as they came */
+    bool is_alone;    /* the only view: others do not show what a thin thing hides */
     struct rf_pixels *pixels;
     struct rf_surfaces *out;
     /*

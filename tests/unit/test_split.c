@@ -11,6 +11,7 @@ static struct rf_surface pixels[N], near[N], far[N];
 static float luminance[STRIDE * MOST_H], radius[STRIDE * MOST_H];
 static float darkest[STRIDE * MOST_H], share[N];
 static uint64_t shining[N_WORDS];
+static bool is_alone; /* the only view */
 
 static void put(int width, int x, int y, float v, float r)
 {
@@ -43,6 +44,7 @@ static void split(int width, int height, float bright)
                           .radius = radius};
     struct rf_surfaces out = {.width = width, .height = height, .share = share};
     struct rf_splitter s = {.keeps_radii = true,
+                            .is_alone = is_alone,
                             .pixels = &p,
                             .out = &out,
                             .darkest = darkest,
@@ -169,10 +171,39 @@ static void parts_that_shine_are_noted(void)
     CHECK(none.n_near == 0 && none.n_far == 0);
 }
 
+/* ---- thin things ----------------------------------------------------------------- */
+
+/* Radius of the middle pixel of a wire before a wall, where the depth shows the wall;
+ * INFINITY: it has been split. */
+static float missed_radius(float wire, bool is_lone)
+{
+    for (int i = 0; i < N; i++) {
+        bool is_wire = i % MOST_W == 30, is_missed = i / MOST_W == MOST_H / 2;
+        put(MOST_W, i % MOST_W, i / MOST_W, is_wire ? wire : 0.5f,
+            is_wire && !is_missed ? -9 : 0);
+    }
+    is_alone = is_lone;
+    split(MOST_W, MOST_H, 1e9f);
+    is_alone = false;
+    int i = MOST_H / 2 * MOST_W + 30;
+    return share[i] == 1 ? near[i].r : INFINITY;
+}
+
+/* It would stay sharp. Among views others show what is behind; a lamp may be farther.
+ */
+static void what_a_wire_fills_is_the_wire(void)
+{
+    CHECK(missed_radius(0.02f, true) == -9);
+    CHECK(missed_radius(0.02f, false) == 0);
+    CHECK(missed_radius(1.5f, true) == 0);
+    CHECK(missed_radius(0.9f, true) == -9);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(a_third_dark_pixels_make_a_fringe);
     TEST(parts_that_shine_are_noted);
+    TEST(what_a_wire_fills_is_the_wire);
     return testing_end();
 }
