@@ -12,7 +12,8 @@
  * pixel stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six
  * scenes, 0.6 and 1.2 with eight views). But a lone view gives a thin thing back the
  * pixels that it fills and the depth sample missed: they would stay sharp, a dotted
- * line in the place of a wire (worth 0.16 to 0.37 dB on wires and hair). Two cases:
+ * line in the place of a wire (worth 0.14 to 0.25 dB on wires, hair and meshes). Two
+ * cases:
  *
  *   fringe   a small bright thing bleeds into a pixel whose depth sample missed it;
  *            first, since its share is told by luminance alone
@@ -32,7 +33,7 @@ static const float HIGHLIGHT_RATIO = 8;    /* highlight over its surroundings */
 static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
 static const float HIGHLIGHT_OVER_FRINGE = 1.3f;
 static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
-static const float THIN_ALIKE = 0.1f; /* colours of a thin thing, of what sets it off */
+static const float THIN_ALIKE = 0.3f; /* colours of a thin thing, of what sets it off */
 static const float WHITE = 1;         /* luminance: what is brighter may be a lamp */
 
 static const float LEAST_SHARE = 1e-6f; /* smaller ones are none: colours are divided */
@@ -315,11 +316,20 @@ static void take_most_unlike(const struct around *around, uint32_t bits,
         memcpy(out->c, found->c, sizeof out->c);
 }
 
-/* Colours and radii of the two surfaces that meet in the pixel; false: only one. The
- * near one is thin where none of its pixels lies within it. */
+/* Are two pixels of a set opposite each other, next to the middle? */
+static bool is_between(uint32_t bits)
+{
+    return bits & bits << 2 & 1 << 13 || bits & bits << 8 & 1 << 16 ||
+           bits & bits << 10 & 1 << 17 || bits & bits << 12 & 1 << 18;
+}
+
+/*
+ * Colours and radii of the two surfaces that meet in the pixel; false: only one. The
+ * pixel is within a thin thing if that lies to both sides, but nowhere has an interior.
+ */
 static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x, int y,
                        const struct edge *e, struct rf_surface *f, struct rf_surface *b,
-                       bool *is_thin)
+                       bool *is_within)
 {
     const struct around around = {pixel(p, x, y), s->steps};
     const float *rows[AROUND + 2];
@@ -336,7 +346,7 @@ static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x
     uint32_t far_inner = far_usual & sides.interior;
     *f = mean_of(&around, near_inner ? near_inner : near_usual);
     *b = mean_of(&around, far_inner ? far_inner : far_usual);
-    *is_thin = !near_inner;
+    *is_within = !near_inner && is_between(near);
     if (!near_inner)
         take_most_unlike(&around, near, b, f);
     else if (!far_inner)
@@ -400,8 +410,8 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
                        struct rf_surface *far, float *share)
 {
     struct rf_surface f, b;
-    bool is_thin;
-    if (!find_sides(s, p, x, y, e, &f, &b, &is_thin))
+    bool is_within;
+    if (!find_sides(s, p, x, y, e, &f, &b, &is_within))
         return false;
     const struct rf_surface *c = pixel(p, x, y);
     bool is_near = c->r <= e->threshold;
@@ -419,7 +429,7 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
     if (norm < ALIKE * ALIKE * size * size + 1e-8f)
         return false;
     float a = share_of(dot / norm);
-    if (a >= 1 && !is_near && is_thin && s->is_alone && is_thin_thing(c, &f, norm)) {
+    if (a >= 1 && !is_near && is_within && s->is_alone && is_thin_thing(c, &f, norm)) {
         *near = *far = *c;
         near->r = f.r;
         *share = 1;

@@ -199,11 +199,26 @@ static void what_a_wire_fills_is_the_wire(void)
     CHECK(missed_radius(0.9f, true) == -9);
 }
 
+/* What is of its colour beside it is not. */
+static void what_is_beside_a_wire_is_not_the_wire(void)
+{
+    enum { AT = MOST_H / 2 * MOST_W + 31 };
+    for (int i = 0; i < N; i++) {
+        bool is_wire = i % MOST_W == 30, is_dark = is_wire || i == AT;
+        put(MOST_W, i % MOST_W, i / MOST_W, is_dark ? 0.02f : 0.5f, is_wire ? -9 : 0);
+    }
+    is_alone = true;
+    split(MOST_W, MOST_H, 1e9f);
+    is_alone = false;
+    CHECK(share[AT] == 1 && near[AT].r == 0);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(a_third_dark_pixels_make_a_fringe);
     TEST(parts_that_shine_are_noted);
     TEST(what_a_wire_fills_is_the_wire);
+    TEST(what_is_beside_a_wire_is_not_the_wire);
     return testing_end();
 }
