@@ -45,11 +45,12 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
 {
     struct rf_task *task = c->scene->task;
     rf_result result = RF_OK;
+    const struct rf_group full = rf_group_make(c, 0, false);
     int64_t n_steps = 0;
     for (int k = 0; k < n_groups; k++)
         if (has_samples(&groups[k]))
             n_steps += groups[k].n_x * groups[k].n_y +
-                       (groups[k].level ? c->scene->height : 0);
+                       (groups[k].level ? full.n_x * full.n_y : 0);
     rf_task_phase(task, progress_to, n_steps);
     for (int k = 0; k < n_groups && result == RF_OK && !rf_task_is_cancelled(task);
          k++) {

@@ -244,11 +244,6 @@ static struct span active_tiles(const struct rf_group *g, int ty)
     return s;
 }
 
-static struct span span_of_both(struct span a, struct span b)
-{
-    return (struct span){rf_min_int(a.first, b.first), rf_max_int(a.end, b.end)};
-}
-
 /* Where the bits of a row of the level are. */
 static uint64_t *some_of(const struct rf_group *g, const struct level *level, int cell,
                          int y)
@@ -257,31 +252,78 @@ static uint64_t *some_of(const struct rf_group *g, const struct level *level, in
     return level->some + row * (size_t)g->n_x;
 }
 
-/* T of the canvas averaged over the blocks of one row of the level, in its active
- * tiles. The last block of a row or column may lie partly outside the picture. */
+/* The coarsest level of which a pixel lies in one tile of the canvas. */
+enum { FINE_LEVEL = 5 };
+
+/* Pixels x0 to x1 - 1 of a row of the level, each of n_rows rows of the canvas. */
+struct level_part {
+    int cell, y, n_rows, x0, x1;
+    float *out; /* of the row */
+};
+
+/* T of a canvas that nothing has come to, averaged. */
+static void average_fresh(const struct rf_composer *c, const struct rf_group *g,
+                          const struct level_part *part)
+{
+    enum { N = RF_FOOTPRINT_LANES };
+    float t[N << FINE_LEVEL], row[N << FINE_LEVEL], mean[N];
+    for (int x = 0; x < N << g->level; x++)
+        t[x] = (float)c->footprints->cells.share[part->cell];
+    c->kernels->average(t, 0, part->n_rows, g->level, N, row, mean);
+    for (int x = part->x0; x < part->x1; x++)
+        part->out[x] = mean[0];
+}
+
+/* T of the canvas averaged. The last block of a row or column may lie partly outside
+ * the picture. */
+static void average_part(const struct rf_composer *c, const struct rf_group *g,
+                         const struct level_part *part, float *row)
+{
+    const float *t = c->canvas.t + c->canvas.plane * (size_t)part->cell +
+                     c->canvas.stride * ((size_t)part->y << g->level);
+    int last = rf_min_int(part->x1, c->scene->width >> g->level); /* whole blocks */
+    c->kernels->average(t + ((size_t)part->x0 << g->level), c->canvas.stride,
+                        part->n_rows, g->level, last - part->x0, row,
+                        part->out + part->x0);
+    if (part->x1 > last) {
+        int n = c->scene->width - (last << g->level);
+        float sum = 0;
+        t += (size_t)last << g->level;
+        for (int j = 0; j < part->n_rows; j++)
+            for (int i = 0; i < n; i++)
+                sum += rf_max_float(t[c->canvas.stride * (size_t)j + (size_t)i], 0);
+        sum /= (float)(n * part->n_rows);
+        part->out[last] = sum > RF_USED_UP ? sum : 0;
+    }
+}
+
+/* T of the canvas averaged to one row of the level, in its active tiles. */
 static void average_row(const struct rf_composer *c, const struct rf_group *g,
                         const struct level *level, int cell, int y, float *row)
 {
     struct span tiles = level->row[y / RF_TILE_H];
-    if (tiles.first >= tiles.end)
-        return;
-    int y0 = y << g->level, n_rows = 1 << g->level;
-    n_rows = rf_min_int(n_rows, c->scene->height - y0);
-    int x0 = tiles.first * RF_TILE_W, x1 = rf_min_int(tiles.end * RF_TILE_W, g->width);
-    const float *t = c->canvas.t + c->canvas.plane * (size_t)cell +
-                     c->canvas.stride * (size_t)y0 + ((size_t)x0 << g->level);
-    float *out = level->t + g->plane * (size_t)cell + g->stride * (size_t)y + x0;
-    int last = rf_min_int(x1, c->scene->width >> g->level); /* whole blocks */
-    c->kernels->average(t, c->canvas.stride, n_rows, g->level, last - x0, row, out);
-    if (x1 > last) {
-        int n = c->scene->width - (last << g->level);
-        float sum = 0;
-        t += (size_t)(last - x0) << g->level;
-        for (int j = 0; j < n_rows; j++)
-            for (int i = 0; i < n; i++)
-                sum += rf_max_float(t[c->canvas.stride * (size_t)j + (size_t)i], 0);
-        sum /= (float)(n * n_rows);
-        out[last - x0] = sum > RF_USED_UP ? sum : 0;
+    int x1 = rf_min_int(tiles.end * RF_TILE_W, g->width), y0 = y << g->level;
+    bool is_fine = g->level <= FINE_LEVEL;
+    int n = is_fine ? RF_TILE_W >> g->level : x1; /* pixels of a tile of the canvas */
+    const unsigned char *is_begun =
+        c->canvas.is_begun +
+        (size_t)(y0 / RF_TILE_H) * (c->canvas.stride / (size_t)RF_TILE_W);
+    struct level_part part = {
+        .cell = cell,
+        .y = y,
+        .n_rows = rf_min_int(1 << g->level, c->scene->height - y0),
+        .x1 = tiles.first * RF_TILE_W,
+        .out = level->t + g->plane * (size_t)cell + g->stride * (size_t)y};
+    while (part.x1 < x1) {
+        part.x0 = part.x1;
+        bool is_fresh = is_fine && !is_begun[part.x0 / n];
+        while (part.x1 < x1 && is_fresh == (is_fine && !is_begun[part.x1 / n]))
+            part.x1 += n;
+        part.x1 = rf_min_int(part.x1, x1);
+        if (is_fresh)
+            average_fresh(c, g, &part);
+        else
+            average_part(c, g, &part, row);
     }
 }
 
@@ -298,23 +340,6 @@ static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
     s->t = copy;
     s->t_row = RF_TILE_W;
     s->t_plane = plane;
-}
-
-/* Which pixels of a tile's row have a sum that is not 0. */
-static uint64_t find_some(const float *sum, size_t plane, int n_planes)
-{
-    uint32_t any[RF_TILE_W];
-    memcpy(any, sum, sizeof any);
-    for (int p = 1; p < n_planes; p++)
-        for (int x = 0; x < RF_TILE_W; x++) {
-            uint32_t bits;
-            memcpy(&bits, sum + plane * (size_t)p + x, sizeof bits);
-            any[x] |= bits;
-        }
-    uint64_t some = 0;
-    for (int x = 0; x < RF_TILE_W; x++)
-        some |= (uint64_t)(any[x] << 1 != 0) << x; /* -0 is nothing, too */
-    return some;
 }
 
 static void run_level_tile(const struct rf_composer *c, const struct rf_group *g,
@@ -335,8 +360,9 @@ static void run_level_tile(const struct rf_composer *c, const struct rf_group *g
     for (int i = 0; i < n_cells * RF_TILE_H; i++) {
         int cell = i / RF_TILE_H, y = i % RF_TILE_H;
         some_of(g, level, cell, ty * RF_TILE_H + y)[tx] =
-            find_some(state.sum + state.cell * (size_t)cell + state.row * (size_t)y,
-                      state.plane, n_planes);
+            c->kernels->find_some(state.sum + state.cell * (size_t)cell +
+                                      state.row * (size_t)y,
+                                  state.plane, n_planes);
     }
 }
 
@@ -346,108 +372,145 @@ struct between {
     float k; /* of high */
 };
 
+/* Where pixel x lies among n pixels of the level: at (x + 1/2) / 2^level - 1/2. */
 static struct between between_at(int x, int level, int n)
 {
-    float at = ((float)x + 0.5f) / (float)(1 << level) - 0.5f;
-    int low = (int)floorf(at);
+    int size = 2 << level, at = 2 * x + 1 - size / 2; /* in units of 1 / size */
+    int low = (at + size) / size - 1;
     return (struct between){rf_max_int(low, 0), rf_min_int(low + 1, n - 1),
-                            at - (float)low};
+                            (float)(at - low * size) / (float)size};
 }
 
-/* Rows that a thread works with: planes of a level, T, and one of the level's width. */
-enum { N_ROWS = RF_MAX_PLANES + 2 };
+/* 64 bits of a row of n_words from bit `first` on, which may lie before it. */
+static uint64_t bits_from(const uint64_t *row, int n_words, int first)
+{
+    int word = (first + 64) / 64 - 1, shift = (first + 64) % 64;
+    uint64_t bits = word >= 0 && word < n_words ? row[word] >> shift : 0;
+    if (shift && word + 1 < n_words)
+        bits |= row[word + 1] << (64 - shift);
+    return bits;
+}
 
-/* Pixels that are looked at together, to pass over those that are used up. */
-enum { OPEN_PX = 32 };
+/* A bit for each pair of 32 bits: is any of them set? */
+static uint64_t join_pairs(uint64_t v)
+{
+    v = (v | v >> 1) & 0x55555555;
+    v = (v | v >> 1) & 0x33333333;
+    v = (v | v >> 2) & 0x0f0f0f0f;
+    v = (v | v >> 4) & 0x00ff00ff;
+    return (v | v >> 8) & 0xffff;
+}
 
-/* A row of the canvas that a level is added to, from its first active tile on. */
-struct merged_row {
-    int n, unit, level; /* pixels, those looked at together */
-    const float *t;
-    const uint64_t *some[2]; /* of the two rows of the level that it lies between */
-    int n_words;
+/*
+ * A bit for each eight pixels of a tile's row, from x0 on, to which the level may add:
+ * its sums lie a pixel farther when magnified.
+ */
+static unsigned find_wanted(const struct rf_group *g, const struct level *level,
+                            int cell, const struct between *at_y, int x0)
+{
+    enum { N = RF_FOOTPRINT_LANES, N_PARTS = RF_TILE_W / N };
+    int first = x0 >> g->level;
+    uint64_t some = bits_from(some_of(g, level, cell, at_y->low), g->n_x, first - 1) |
+                    bits_from(some_of(g, level, cell, at_y->high), g->n_x, first - 1);
+    some |= some >> 1 | some >> 2; /* of each pixel and those beside it */
+    unsigned wanted = 0;
+    if (g->level > 3)
+        for (int i = 0; i < N_PARTS; i++)
+            wanted |= (some >> (((x0 + N * i) >> g->level) - first) & 1) << i;
+    else if (g->level == 3)
+        wanted = (unsigned)some;
+    else
+        wanted = (unsigned)join_pairs(g->level == 2 ? some : join_pairs(some));
+    return wanted & ((1u << N_PARTS) - 1);
+}
+
+/* Two rows of a level, each a tile's row of colours, coverage and T. */
+struct wide_rows {
+    int y[2]; /* which rows; -1: none yet */
+    float at[2][(RF_MAX_PLANES + 1) * RF_TILE_W];
 };
 
-/* Has the level anything for a unit? Its sums lie a pixel farther when magnified. */
-static bool has_some(const struct merged_row *m, int x)
+/* Row y of the level as wide as a tile of the canvas that begins at x0. */
+static const float *widen(const struct rf_composer *c, const struct rf_group *g,
+                          const struct level *level, int cell, int y, int x0,
+                          struct wide_rows *rows)
 {
-    int low = x >> m->level, high = (x + m->unit - 1) >> m->level, word = low / 64;
-    uint64_t before = 0, at = m->some[0][word] | m->some[1][word], after = 0;
-    if (word > 0)
-        before = m->some[0][word - 1] | m->some[1][word - 1];
-    if (word + 1 < m->n_words)
-        after = m->some[0][word + 1] | m->some[1][word + 1];
-    at |= at << 1 | at >> 1 | before >> 63 | after << 63;
-    return at << (63 - high % 64) >> (63 - high % 64) >> low % 64 != 0;
-}
-
-static bool is_wanted(const struct merged_row *m, int x)
-{
-    return has_some(m, x) && is_open(m->t + x, rf_min_int(m->unit, m->n - x));
-}
-
-/* The first run of units from x on to which the level adds, which ends at *end; n
- * where there is none. */
-static int find_wanted(const struct merged_row *m, int x, int *end)
-{
-    while (x < m->n && !is_wanted(m, x))
-        x += m->unit;
-    *end = x;
-    while (*end < m->n && is_wanted(m, *end))
-        *end += m->unit;
-    *end = rf_min_int(*end, m->n);
-    return rf_min_int(x, m->n);
-}
-
-/* Adds the sums of a level to one row of the canvas. */
-static void merge_row(const struct rf_composer *c, const struct rf_group *g,
-                      const struct level *level, int y, float *rows)
-{
-    int n_planes = c->canvas.n_planes;
-    size_t row = c->canvas.stride, size = (size_t)1 << g->level;
-    struct between at_y = between_at(y, g->level, g->height);
-    struct span tiles = span_of_both(level->row[at_y.low / RF_TILE_H],
-                                     level->row[at_y.high / RF_TILE_H]);
-    if (tiles.first >= tiles.end)
-        return;
-    size_t first = (size_t)tiles.first * RF_TILE_W; /* column of the level */
-    int n_level = rf_min_int(tiles.end * RF_TILE_W, g->width) - (int)first;
-    int n = rf_min_int(n_level * (int)size, (int)(row - first * size));
-    n = (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
-    size_t at = row * (size_t)y + first * size; /* in the canvas */
-    struct merged_row m = {.n = n,
-                           .unit = rf_max_int(OPEN_PX, (int)size),
-                           .level = g->level,
-                           .n_words = tiles.end - tiles.first};
-    float *sum[RF_MAX_PLANES];
-    const float *magnified[RF_MAX_PLANES + 1];
-    for (int cell = 0; cell < c->canvas.n_cells; cell++) {
-        float *t = c->canvas.t + c->canvas.plane * (size_t)cell + at;
-        m.t = t;
-        m.some[0] = some_of(g, level, cell, at_y.low) + tiles.first;
-        m.some[1] = some_of(g, level, cell, at_y.high) + tiles.first;
-        for (int x = 0, end; (x = find_wanted(&m, x, &end)) < n; x = end) {
-            /* Of the level, with a column to each side to lie between. */
-            int low = rf_max_int((x >> g->level) - 1, 0);
-            int high = rf_min_int(((end - 1) >> g->level) + 2, n_level);
-            int before = x - (low << g->level);
-            for (int p = 0; p <= n_planes; p++) {
-                const float *plane =
-                    p < n_planes ? level->sum + g->plane * (size_t)(cell * n_planes + p)
+    float *out = rows->at[y % 2], ends[RF_TILE_W / 2 + 2];
+    int n_planes = c->canvas.n_planes, first = x0 >> g->level;
+    int n = rf_max_int(RF_TILE_W >> g->level, 1) + 2;
+    bool is_inner = first > 0 && first + n - 2 < g->width;
+    if (rows->y[y % 2] == y)
+        return out;
+    rows->y[y % 2] = y;
+    for (int p = 0; p <= n_planes; p++) {
+        const float *plane = p < n_planes
+                                 ? level->sum + g->plane * (size_t)(cell * n_planes + p)
                                  : level->t + g->plane * (size_t)cell;
-                const float *from = plane + first + (size_t)low;
-                float *out = rows + row * (size_t)(p + 1);
-                c->kernels->magnify(from + g->stride * (size_t)at_y.low,
-                                    from + g->stride * (size_t)at_y.high, at_y.k,
-                                    high - low, g->level, rows, out, before + end - x);
-                magnified[p] = out + before;
-            }
-            for (int p = 0; p < n_planes; p++)
-                sum[p] = c->canvas.sum + c->canvas.plane * (size_t)p + at + (size_t)x;
-            c->kernels->merge(t + x, sum, magnified, magnified[n_planes - 1],
-                              magnified[n_planes], n_planes, end - x);
-        }
+        const float *row = plane + g->stride * (size_t)y, *in = ends;
+        if (is_inner)
+            in = row + first - 1;
+        for (int i = 0; i < n && !is_inner; i++)
+            ends[i] = row[rf_min_int(rf_max_int(first - 1 + i, 0), g->width - 1)];
+        c->kernels->stretch(in, g->level, x0 - (first << g->level),
+                            out + RF_TILE_W * p);
     }
+    return out;
+}
+
+/* Has a cell of the level anything for n_rows rows of a tile of the canvas? */
+static bool is_touched(const struct rf_group *g, const struct level *level, int cell,
+                       int x0, int y0, int n_rows)
+{
+    int from = between_at(y0, g->level, g->height).low;
+    int to = between_at(y0 + n_rows - 1, g->level, g->height).high;
+    uint64_t some = 0;
+    for (int y = from; y <= to; y++)
+        some |= bits_from(some_of(g, level, cell, y), g->n_x, (x0 >> g->level) - 1);
+    int n = rf_max_int(RF_TILE_W >> g->level, 1) + 2;
+    return some << (64 - n) != 0;
+}
+
+/* Adds a cell's sums of a level to a tile of the canvas, which begins where any are. */
+static void merge_cell(const struct rf_composer *c, const struct rf_group *g,
+                       const struct level *level, int cell, int tile,
+                       const struct rf_tile_state *s)
+{
+    int n_x = (int)(c->canvas.stride / RF_TILE_W);
+    int x0 = tile % n_x * RF_TILE_W, y0 = tile / n_x * RF_TILE_H;
+    int n_rows = rf_min_int(RF_TILE_H, c->scene->height - y0);
+    unsigned wanted = 0;
+    struct between before = {-1, -1, 0};
+    struct wide_rows rows;
+    rows.y[0] = rows.y[1] = -1;
+    if (!is_touched(g, level, cell, x0, y0, n_rows))
+        return;
+    for (int y = 0; y < n_rows; y++) {
+        struct between at = between_at(y0 + y, g->level, g->height);
+        float *t = s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y;
+        if (at.low != before.low || at.high != before.high)
+            wanted = find_wanted(g, level, cell, &at, x0);
+        before = at;
+        if (!wanted)
+            continue;
+        if (!c->canvas.is_begun[tile])
+            begin_tile(c, s);
+        c->canvas.is_begun[tile] = 1;
+        unsigned parts = wanted & c->kernels->find_open(t);
+        if (parts)
+            c->kernels->merge(t, s->sum + s->row * (size_t)y, s->plane,
+                              widen(c, g, level, cell, at.low, x0, &rows),
+                              widen(c, g, level, cell, at.high, x0, &rows), at.k, parts,
+                              c->canvas.n_planes);
+    }
+}
+
+/* Adds the sums of a level to a tile of the canvas. */
+static void merge_tile(const struct rf_composer *c, const struct rf_group *g,
+                       const struct level *level, const struct rf_group *full, int tile)
+{
+    struct rf_tile_state state = state_of(full, tile, c->canvas.t, c->canvas.sum);
+    for (int cell = 0; cell < c->canvas.n_cells; cell++)
+        merge_cell(c, g, level, cell, tile, &state);
 }
 
 static bool allocate_level(const struct rf_composer *c, const struct rf_group *g,
@@ -488,19 +551,21 @@ static void clear_t(const struct rf_composer *c, const struct rf_group *g,
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error)
 {
-    rf_begin_canvas(c);
+    if (g->level > FINE_LEVEL)
+        rf_begin_canvas(c);
     int n_cells = c->canvas.n_cells;
-    size_t n_rows = c->canvas.stride * N_ROWS;
+    size_t stride = c->canvas.stride;
+    struct rf_group full = rf_group_make(c, 0, false);
     struct level level;
     bool has_level = allocate_level(c, g, &level);
-    float *rows = rf_alloc(c->context, n_rows * (size_t)c->n_threads, sizeof *rows);
+    float *rows = rf_alloc(c->context, stride * (size_t)c->n_threads, sizeof *rows);
     rf_result result = RF_OK;
     if (!has_level || !rows)
         result = rf_fail_memory(error, g->plane * (size_t)n_cells, sizeof(float));
     if (result == RF_OK) {
 #pragma omp parallel num_threads(c->n_threads)
         {
-            float *row = rows + n_rows * (size_t)rf_thread_num();
+            float *row = rows + stride * (size_t)rf_thread_num();
 #pragma omp for schedule(static)
             for (int i = 0; i < g->n_x * g->n_y; i++)
                 clear_t(c, g, &level, i);
@@ -514,9 +579,9 @@ rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                     rf_task_step(c->scene->task);
                 }
 #pragma omp for schedule(dynamic, 8)
-            for (int y = 0; y < c->scene->height; y++)
+            for (int i = 0; i < full.n_x * full.n_y; i++)
                 if (!rf_task_is_cancelled(c->scene->task)) {
-                    merge_row(c, g, &level, y, row);
+                    merge_tile(c, g, &level, &full, i);
                     rf_task_step(c->scene->task);
                 }
         }

@@ -158,18 +158,30 @@ static void unload_row(const struct rf_surface *at, int n, float *radius,
     }
 }
 
+/* Adds four columns, one after the other, of each of eight pixels of `size` columns. */
+static inline vf add_four(vf sum, const float *row, int size)
+{
+    vf v[4];
+    for (int i = 0; i < 4; i++)
+        v[i] = load_halves(row + size * i, row + size * (i + 4));
+    turn_halves(v);
+    return sum + v[0] + v[1] + v[2] + v[3];
+}
+
 /* Sums of 2^level columns for n_level pixels, from the left; out may not be row. */
 static void sum_columns(const float *row, int level, int n_level, float *out)
 {
     int size = 1 << level, x = 0;
-    for (; level == 2 && x + LANES <= n_level; x += LANES) {
-        vf v[4];
-        for (int i = 0; i < 4; i++)
-            v[i] = LOAD(row + 4 * x + LANES * i);
-        turn(v);
-        turn(v);
-        turn(v);
-        STORE(out + x, v[0] + v[1] + v[2] + v[3]);
+    for (; level == 1 && x + LANES <= n_level; x += LANES) {
+        vf a = LOAD(row + 2 * x), b = LOAD(row + 2 * x + LANES);
+        STORE(out + x, SHUFFLE(a, b, 0, 2, 4, 6, 8, 10, 12, 14) +
+                           SHUFFLE(a, b, 1, 3, 5, 7, 9, 11, 13, 15));
+    }
+    for (; level >= 2 && x + LANES <= n_level; x += LANES) {
+        vf sum = {0};
+        for (int i = 0; i < size; i += 4)
+            sum = add_four(sum, row + (x << level) + i, size);
+        STORE(out + x, sum);
     }
     for (; x < n_level; x++) {
         float sum = row[x << level];

@@ -233,19 +233,34 @@ struct rf_kernels {
     void (*average)(const float *t, size_t stride, int n_rows, int level, int n_level,
                     float *row, float *out);
     /*
-     * One row of a coarse level, magnified: vertically between rows a and b (the share
+     * A bit for each pixel of a tile's row that has a sum that is not 0; the planes are
+     * `plane` floats apart.
+     */
+    uint64_t (*find_some)(const float *sum, size_t plane, int n_planes);
+    /* A bit for each eight pixels of a tile's row of T where any is above 0. */
+    unsigned (*find_open)(const float *t);
+    /*
+     * A row of a coarse level, magnified horizontally by 2^level to a tile's row, whose
+     * first pixel lies `first` px after the beginning of in[1]; in[0] to in[n + 1] are
+     * read where n pixels of the level lie in the tile.
+     */
+    void (*stretch)(const float *in, int level, int first, float *out);
+    /*
+     * Adds a level to those eights of a tile's row whose bits are set in `parts`. With
+     * c_p, W and T_l its colours, coverage and transmittance before, magnified between
+     * the rows `low` and `high` (its share), one tile's row after the other, and T = t,
+     * w = T min(1, W / T_l), sum_p += c_p w / W, sum_last += w, T -= w. There are
+     * n_planes - 1 colours; sums are `plane` floats apart.
+     */
+    void (*merge)(float *t, float *sum, size_t plane, const float *low,
+                  const float *high, float share, unsigned parts, int n_planes);
+    /*
+     * A row of a reduced picture, magnified: vertically between rows a and b (the share
      * k of b), horizontally by 2^level with the edges repeated. `rows` holds n_level
      * floats; n floats are written, rounded up to eight.
      */
     void (*magnify)(const float *a, const float *b, float k, int n_level, int level,
                     float *row, float *out, int n);
-    /*
-     * Adds a level to n pixels, n rounded up to eight: with T = t, W the level's
-     * coverage and T_l its transmittance before, w = T min(1, W / T_l), sum_p += c_p w
-     * / W, sum_last += w, T -= w. colour[] has n_planes - 1 rows.
-     */
-    void (*merge)(float *t, float *const *sum, const float *const *colour,
-                  const float *covered, const float *before, int n_planes, int n);
     /*
      * Least and greatest value of (2 reach + 1) columns of n_rows rows around each of n
      * pixels. Rows may be read RF_ROW_MARGIN floats before and, n rounded up to eight,

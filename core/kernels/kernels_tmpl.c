@@ -16,6 +16,7 @@
 #include "frame_tmpl.h"
 #include "hidden_tmpl.h"
 #include "kernels.h"
+#include "levels_tmpl.h"
 #include "shadows_tmpl.h"
 #include "sight_tmpl.h"
 #include "split_tmpl.h"
@@ -327,15 +328,6 @@ static inline vf saturate(vf x)
     return vmin(SPLAT(1), choose(x > SPLAT(0.9f), ramp, x));
 }
 
-/*
- * What is left of T: so little that it does not show counts as nothing, for every pixel
- * on its own, so that tiles may end early where all of theirs is used up.
- */
-static inline vf still_open(vf t)
-{
-    return choose(t > SPLAT(RF_USED_UP), t, SPLAT(0));
-}
-
 /* A cell's sums, with its share of what all cells have in common. */
 static inline __attribute__((always_inline)) vf
 gathered(const float *acc, const float *common, float share)
@@ -414,24 +406,6 @@ static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
         flush_all(acc, state, RF_MAX_PLANES);
 }
 
-static void average(const float *t, size_t stride, int n_rows, int level, int n_level,
-                    float *row, float *out)
-{
-    int size = 1 << level, n = n_level << level;
-    for (int x = 0; x < n; x += LANES) {
-        vf sum = vmax(LOAD(t + x), SPLAT(0));
-        for (int y = 1; y < n_rows; y++)
-            sum += vmax(LOAD(t + (size_t)y * stride + x), SPLAT(0));
-        STORE(row + x, sum);
-    }
-    float scale = 1.0f / (float)(size * n_rows);
-    sum_columns(row, level, n_level, out);
-    for (int x = 0; x < n_level; x++) {
-        float mean = out[x] * scale;
-        out[x] = mean > RF_USED_UP ? mean : 0;
-    }
-}
-
 /* row[X] and row[X + 1] at the fractions (i + 1/2) / 2^level between them. */
 static void magnify_row(const float *row, int n_level, int level, float *out, int n)
 {
@@ -491,41 +465,6 @@ static void magnify(const float *a, const float *b, float k, int n_level, int le
     magnify_row(row, n_level, level, out, n);
 }
 
-static inline __attribute__((always_inline)) void
-merge_all(float *t, float *const *sum, const float *const *colour, const float *covered,
-          const float *before, int n_planes, int n)
-{
-    for (int x = 0; x < n; x += LANES) {
-        vf left = LOAD(t + x);
-        vi is_open = left > SPLAT(0);
-        if (!lane_bits(is_open))
-            continue;
-        vf w = LOAD(covered + x), b = LOAD(before + x);
-        vf dust = SPLAT(1e-12f);
-        vf m = choose(w < b, left * (w / vmax(b, dust)), left);
-        /* Light may reach a little farther than the coverage of its surface. */
-        vf q = choose(w > dust, m / vmax(w, dust), left / vmax(b, dust));
-        q = choose(is_open, q, SPLAT(0));
-        /* Outside the level's active tiles there is neither coverage nor T. */
-        m = choose(is_open & (w > dust), m, SPLAT(0));
-        for (int p = 0; p < n_planes - 1; p++) {
-            float *s = sum[p] + x;
-            STORE(s, LOAD(s) + q * LOAD(colour[p] + x));
-        }
-        STORE(sum[n_planes - 1] + x, LOAD(sum[n_planes - 1] + x) + m);
-        STORE(t + x, still_open(left - m));
-    }
-}
-
-static void merge(float *t, float *const *sum, const float *const *colour,
-                  const float *covered, const float *before, int n_planes, int n)
-{
-    if (n_planes == 4)
-        merge_all(t, sum, colour, covered, before, 4, n);
-    else
-        merge_all(t, sum, colour, covered, before, RF_MAX_PLANES, n);
-}
-
 static inline vd radii_of(const struct rf_plain_depth *d, vd value, vl *n_good,
                           vl *n_finite)
 {
@@ -575,8 +514,11 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .find_above = find_above,
     .flush = flush,
     .average = average,
-    .magnify = magnify,
+    .find_some = find_some,
+    .find_open = find_open,
+    .stretch = stretch,
     .merge = merge,
+    .magnify = magnify,
     .extremes = extremes,
     .load_row = load_row,
     .unload_row = unload_row,

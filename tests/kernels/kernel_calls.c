@@ -182,16 +182,37 @@ static void call_magnify(const struct rf_kernels *k, struct workspace *w, int va
                w->at + 20000, w->at + 24000, (n_level << level) - 5);
 }
 
+static void call_some(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
+    for (int i = 0; i < 2000; i++)
+        w->at[i] = i % 7 ? 0 : i % 5 ? -0.0f : w->at[i];
+    *out = k->find_some(w->at + variant, 200, 4 + variant % 2);
+}
+
+static void call_open(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    for (int i = 0; i < RF_TILE_W; i++)
+        w->at[i] = i % 11 == 5 ? w->at[i] : variant ? -w->at[i] : 0;
+    w->at[30000] = (float)k->find_open(w->at);
+}
+
+static void call_stretch(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int level = 1 + variant;
+    k->stretch(w->at + variant, level, RF_TILE_W % (1 << level), w->at + 24000);
+}
+
+/* Between rows of noise, with T and coverage that are nothing here and there. */
 static void call_merge(const struct rf_kernels *k, struct workspace *w, int variant)
 {
-    int n_planes = 4 + variant % 2, n = 61 + variant;
-    float *sum[RF_MAX_PLANES];
-    const float *colour[RF_MAX_PLANES];
-    for (int p = 0; p < RF_MAX_PLANES; p++) {
-        sum[p] = w->at + 2000 + 200 * p + variant;
-        colour[p] = w->at + 4000 + 200 * p;
-    }
-    k->merge(w->at, sum, colour, w->at + 6000, w->at + 7000, n_planes, n);
+    int n_planes = 4 + variant % 2;
+    for (int i = 0; i < 1000; i += 3)
+        w->at[4000 + i] = 0;
+    for (int i = 0; i < RF_TILE_W; i += 5)
+        w->at[i] = 0;
+    k->merge(w->at, w->at + 2000, 200, w->at + 4000, w->at + 5000,
+             0.25f * (float)variant, variant < 2 ? 0xff : 0x5a, n_planes);
 }
 
 /* 3, 5 and 7 rows, both results and each alone. */
@@ -584,8 +605,11 @@ const struct kernel kernels[] = {
     {"find_above", call_above, 4, NULL},
     {"flush", call_flush, 4, NULL},
     {"average", call_average, 3, NULL},
-    {"magnify", call_magnify, 4, NULL},
+    {"find_some", call_some, 4, NULL},
+    {"find_open", call_open, 2, NULL},
+    {"stretch", call_stretch, 8, NULL},
     {"merge", call_merge, 4, NULL},
+    {"magnify", call_magnify, 4, NULL},
     {"extremes", call_extremes, 9, NULL},
     {"keep_edges", call_edges, 2, NULL},
     {"find_mixed", call_mixed, 4, NULL},
