@@ -41,6 +41,12 @@ static inline struct rf_surface *rf_far_at(const struct rf_surfaces *s, size_t i
     return s->far + m->n_before + __builtin_popcountll(before);
 }
 
+/* Has pixel i a farther part? */
+static inline bool rf_is_mixed(const struct rf_surfaces *s, size_t i)
+{
+    return s->mixed[i / 64].bits >> i % 64 & 1;
+}
+
 /*
  * The farther parts of a picture have room once all mixed pixels are marked, which any
  * thread does: rf_far_begin(), rf_far_mark(), rf_far_allocate().

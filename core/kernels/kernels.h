@@ -390,6 +390,9 @@ struct rf_kernels {
      */
     void (*look_for_parts)(const struct rf_sight *view, const struct rf_sight_places *p,
                            int n, float nearer, struct rf_sight_found *found);
+    /* The same, but only finds the pixels, and which were rendered. */
+    void (*find_pixels)(const struct rf_sight *view, const struct rf_sight_places *p,
+                        int n, struct rf_sight_found *found);
     /*
      * Fits a plane to 8 x 8 radii, rows of `stride`, by least squares, and measures how
      * far from it `low` and `high` lie. What differs by less than level_px is level.

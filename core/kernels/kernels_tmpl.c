@@ -543,5 +543,6 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .average_window = average_window,
     .place_parts = place_parts,
     .look_for_parts = look_for_parts,
+    .find_pixels = find_pixels,
     .fit_plane = fit_plane,
 };

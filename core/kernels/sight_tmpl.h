@@ -54,18 +54,38 @@ static inline vi splat_int(int32_t i)
     return (vi){i, i, i, i, i, i, i, i};
 }
 
+/* The pixels of a view at eight places; returns which of them were rendered. */
+static inline unsigned pixels_at(const struct rf_sight *s,
+                                 const struct rf_sight_places *p, int i, vi *x, vi *y)
+{
+    vf shift = shift_of(s, LOAD(p->r + i));
+    *x = bounded_floor(LOAD(p->x + i) + vsnap(SPLAT(s->lens[0]) * shift));
+    *y = bounded_floor(LOAD(p->y + i) - vsnap(SPLAT(s->lens[1]) * shift));
+    return lane_bits((*x >= splat_int(s->x0)) & (*x < splat_int(s->x1)) &
+                     (*y >= splat_int(s->y0)) & (*y < splat_int(s->y1)));
+}
+
+static void find_pixels(const struct rf_sight *s, const struct rf_sight_places *p,
+                        int n, struct rf_sight_found *found)
+{
+    found->rendered = found->clear = 0;
+    for (int i = 0; i < n; i += LANES) {
+        vi x, y;
+        found->rendered |= pixels_at(s, p, i, &x, &y) << i;
+        memcpy(found->x + i, &x, sizeof x);
+        memcpy(found->y + i, &y, sizeof y);
+    }
+    found->rendered &= (1u << n) - 1;
+}
+
 static void look_for_parts(const struct rf_sight *s, const struct rf_sight_places *p,
                            int n, float nearer, struct rf_sight_found *found)
 {
     found->rendered = found->clear = 0;
     for (int i = 0; i < n; i += LANES) {
-        vf r = LOAD(p->r + i), shift = shift_of(s, r);
-        vi x = bounded_floor(LOAD(p->x + i) + vsnap(SPLAT(s->lens[0]) * shift));
-        vi y = bounded_floor(LOAD(p->y + i) - vsnap(SPLAT(s->lens[1]) * shift));
-        unsigned is_rendered =
-            lane_bits((x >= splat_int(s->x0)) & (x < splat_int(s->x1)) &
-                      (y >= splat_int(s->y0)) & (y < splat_int(s->y1)));
-        vf near = look_at(s, x, y, is_rendered);
+        vi x, y;
+        unsigned is_rendered = pixels_at(s, p, i, &x, &y);
+        vf r = LOAD(p->r + i), near = look_at(s, x, y, is_rendered);
         vi is_clear = (near >= r - SPLAT(nearer)) & (near < SPLAT(INFINITY));
         memcpy(found->x + i, &x, sizeof x);
         memcpy(found->y + i, &y, sizeof y);

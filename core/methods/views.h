@@ -21,19 +21,19 @@ struct rf_cell_views {
 };
 
 /*
- * A piece of surface that fills a gap in cells whose views do not see it: those to
+ * A piece of surface that fills a gap in a cell whose views do not see it, of those to
  * which no other view that shows it is nearer.
  */
 struct rf_unseen {
-    int32_t part;   /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
-    float weight;   /* its share of a pixel, a far one twice that or 1 */
-    uint32_t cells; /* bit i: cell i */
+    int32_t part; /* 4 x, 1 more for the far part of the pixel, 2 if it is bright */
+    float weight; /* its share of a pixel, a far one twice that or 1 */
 };
 
+/* The pieces for one cell after those for another. */
 struct rf_unseen_row {
-    int n;
-    int n_samples[RF_MOST_CELLS]; /* of each cell, those of bright pieces twice */
     struct rf_unseen *at;
+    int first[RF_MOST_CELLS + 1];
+    int n_bright[RF_MOST_CELLS]; /* of each cell: two samples each */
 };
 
 struct rf_views {

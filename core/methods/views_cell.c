@@ -102,10 +102,8 @@ static void collect_others(struct collector *c, int y)
     const struct rf_picture *picture = &v->pictures[c->view];
     const struct rf_unseen_row *row =
         &v->unseen[(size_t)c->view * (size_t)picture->height + (size_t)y];
-    for (int k = 0; k < row->n; k++) {
+    for (int k = row->first[cell->index]; k < row->first[cell->index + 1]; k++) {
         const struct rf_unseen *u = &row->at[k];
-        if (!(u->cells >> cell->index & 1))
-            continue;
         int x = u->part / 4;
         size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
         const struct rf_surface *s =
@@ -211,10 +209,10 @@ static bool are_beside(const struct rf_view_cell *cell, int x, int y, int n)
         if (radius[i] != radius[x])
             return false;
     for (int i = 0; i < 2; i++)
-        if (!rf_views_are_beside(
-                cell->v, rf_view_place_of(cell->v, cell->middle,
-                                          (float)(i ? x + n - 1 : x) + 0.5f,
-                                          (float)y + 0.5f, radius[x])))
+        if (!rf_views_are_beside(cell->v,
+                                 rf_view_place_of(cell->v, cell->middle,
+                                                  (float)(i ? x + n - 1 : x) + 0.5f,
+                                                  (float)y + 0.5f, radius[x])))
             return false;
     return true;
 }
@@ -311,8 +309,7 @@ static struct rf_emission survey_estimates(void *user, int x, int y, int n)
     struct run r = run_of(cell, x, y, n);
     if (r.first == r.end)
         return (struct rf_emission){0, 0};
-    uint64_t found =
-        rf_found_at(&cell->hidden, r.x + r.first, r.y, r.end - r.first);
+    uint64_t found = rf_found_at(&cell->hidden, r.x + r.first, r.y, r.end - r.first);
     return (struct rf_emission){0, found << r.first};
 }
 
@@ -364,14 +361,15 @@ static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
     for (int i = b->n; i % 8; i++) /* vectors are whole */
         b->places.x[i] = b->places.y[i] = b->places.r[i] = 0;
     kernels->place_parts(&v->sights[b->view], b->n, &b->places);
-    kernels->look_for_parts(&v->sights[cell->middle], &b->places, b->n, RF_OCCLUDED_PX,
-                            &found);
+    kernels->find_pixels(&v->sights[cell->middle], &b->places, b->n, &found);
     for (int i = 0; i < b->n; i++) {
         const struct rf_unseen *u = b->at[i];
         struct rf_sample *p = &out->at[out->n];
+        size_t pixel = (size_t)found.y[i] * (size_t)own->width + (size_t)found.x[i];
         p->r = b->places.r[i];
         p->w = u->weight;
-        if (found.rendered >> i & 1)
+        /* Nothing of it is listed that a pixel of one surface sees. */
+        if ((found.rendered >> i & 1) && rf_is_mixed(&own->surfaces, pixel))
             p->w *= 1 - rf_view_pixel_sees(own, found.x[i], found.y[i], p->r);
         p->x = (float)(found.x[i] + cell->shift[0]) + 0.5f;
         p->y = (float)(found.y[i] + cell->shift[1]) + 0.5f;
@@ -387,8 +385,21 @@ static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
     b->n = 0;
 }
 
-/* Samples of the other views, row by row of all of them, so that those of one place come
- * together; counted are those out of reach, too. */
+/* Pieces ahead whose surfaces are asked for: they lie apart. */
+enum { AHEAD = 16 };
+
+static void prefetch_piece(const struct rf_view_cell *cell, int view, int y,
+                           const struct rf_unseen *u)
+{
+    const struct rf_surfaces *s = &cell->v->pictures[view].surfaces;
+    const char *at =
+        (const char *)&s->near[(size_t)y * (size_t)s->width + (size_t)(u->part / 4)];
+    __builtin_prefetch(at);
+    __builtin_prefetch(at + sizeof *s->near - 1);
+}
+
+/* Samples of the other views, row by row of all of them, so that those of one place
+ * come together; counted are those out of reach, too. */
 static size_t collect_others_row(void *user, int i, struct rf_sample *at)
 {
     struct rf_view_cell *cell = user;
@@ -397,13 +408,14 @@ static size_t collect_others_row(void *user, int i, struct rf_sample *at)
     int view = block < cell->middle ? block : block + 1;
     const struct rf_unseen_row *row =
         &cell->v->unseen[(size_t)view * (size_t)height + (size_t)y];
+    int first = row->first[cell->index], end = row->first[cell->index + 1];
     if (!at)
-        return (size_t)row->n_samples[cell->index];
+        return (size_t)(end - first + row->n_bright[cell->index]);
     struct rf_samples out = {at, 0};
     struct batch batch = {.view = view, .y = y, .n = 0};
-    for (int k = 0; k < row->n; k++) {
-        if (!(row->at[k].cells >> cell->index & 1))
-            continue;
+    for (int k = first; k < end; k++) {
+        if (k + AHEAD < end)
+            prefetch_piece(cell, view, y, &row->at[k + AHEAD]);
         add_to_batch(cell, &row->at[k], &batch);
         if (batch.n == RF_SIGHT_PARTS)
             emit_batch(cell, &batch, &out);
@@ -447,8 +459,8 @@ static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
 static bool is_shown(void *user, int x, int y, float r)
 {
     const struct rf_view_cell *cell = user;
-    struct rf_view_place place = rf_view_place_of(
-        cell->v, cell->middle, (float)x + 0.5f, (float)y + 0.5f, r);
+    struct rf_view_place place =
+        rf_view_place_of(cell->v, cell->middle, (float)x + 0.5f, (float)y + 0.5f, r);
     return rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT) <=
            ESTIMATE_WEIGHT;
 }

@@ -510,7 +510,7 @@ static unsigned look_at_parts(const struct blocks *b, int j, const struct parts 
     for (unsigned left = found.rendered & ~seen; left; left &= left - 1) {
         int k = __builtin_ctz(left), x = found.x[k], y = found.y[k];
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-        if ((s->mixed[i / 64].bits >> i % 64 & 1) &&
+        if (rf_is_mixed(s, i) &&
             !is_blind(rf_view_pixel_sees(l, x, y, parts->places.r[k])))
             seen |= 1u << k;
     }
@@ -554,49 +554,75 @@ static uint32_t find_cells(const struct blocks *b, int view, const struct doubt 
     return all;
 }
 
+/* What is listed of a row so far, for each cell. */
+struct row_lists {
+    struct rf_unseen *at[RF_MOST_CELLS];
+    int n[RF_MOST_CELLS], n_bright[RF_MOST_CELLS];
+};
+
+static struct rf_unseen unseen_of(const struct rf_picture *l, int y,
+                                  const struct parts *parts, int i)
+{
+    int x = parts->x[i], is_far = parts->is_far[i];
+    size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
+    const struct rf_surface *s =
+        is_far ? rf_far_at(&l->surfaces, pixel) : &l->surfaces.near[pixel];
+    return (struct rf_unseen){
+        .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
+        .weight = is_far ? rf_min_float(1, 2 * parts->share[i]) : parts->share[i]};
+}
+
 /*
  * Lists what some views do not see of a row of a block. Those that surely see it have
  * no say in how sums are rounded.
  */
-static int list_block(const struct blocks *b, int view, int bx, int y,
-                      const struct doubt *doubt, struct rf_unseen *at)
+static void list_block(const struct blocks *b, int view, int bx, int y,
+                       const struct doubt *doubt, struct row_lists *lists)
 {
     const struct rf_views *v = b->v;
-    const struct rf_picture *l = &v->pictures[view];
     struct parts parts;
+    struct rf_unseen unseen[RF_SIGHT_PARTS];
     find_parts(b, view, bx, y, &parts);
     uint32_t all = find_cells(b, view, doubt, &parts);
-    unsigned any = 0;
+    unsigned any = 0, bright = 0;
     for (uint32_t left = all; left; left &= left - 1)
         any |= parts.listed[__builtin_ctz(left)];
-    int n = 0;
     for (; any; any &= any - 1) {
-        int i = __builtin_ctz(any), x = parts.x[i], is_far = parts.is_far[i];
-        size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
-        const struct rf_surface *s =
-            is_far ? rf_far_at(&l->surfaces, pixel) : &l->surfaces.near[pixel];
-        uint32_t cells = 0;
-        for (uint32_t left = all; left; left &= left - 1) {
-            int cell = __builtin_ctz(left);
-            cells |= (parts.listed[cell] >> i & 1) << cell;
-        }
-        at[n++] = (struct rf_unseen){
-            .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
-            .weight = is_far ? rf_min_float(1, 2 * parts.share[i]) : parts.share[i],
-            .cells = cells};
+        int i = __builtin_ctz(any);
+        unseen[i] = unseen_of(&v->pictures[view], y, &parts, i);
+        bright |= (unsigned)(unseen[i].part >> 1 & 1) << i;
     }
-    return n;
+    for (uint32_t left = all; left; left &= left - 1) {
+        int cell = __builtin_ctz(left), n = lists->n[cell];
+        unsigned listed = parts.listed[cell];
+        lists->n_bright[cell] += __builtin_popcount(listed & bright);
+        for (; listed; listed &= listed - 1)
+            lists->at[cell][n++] = unseen[__builtin_ctz(listed)];
+        lists->n[cell] = n;
+    }
 }
 
-/* How many samples the pieces of a row become, which may be two each. */
-static void count_samples(struct rf_unseen_row *row)
+/* The lists of a row, one after the other; false: out of memory. */
+static bool keep_lists(const struct rf_views *v, const struct row_lists *lists,
+                       struct rf_unseen_row *row)
 {
-    memset(row->n_samples, 0, sizeof row->n_samples);
-    for (int i = 0; i < row->n; i++)
-        for (uint32_t left = row->at[i].cells; left; left &= left - 1)
-            row->n_samples[__builtin_ctz(left)] += row->at[i].part & 2 ? 2 : 1;
+    int n = 0;
+    for (int i = 0; i < RF_MOST_CELLS; i++) {
+        row->first[i] = n;
+        row->n_bright[i] = lists->n_bright[i];
+        n += lists->n[i];
+    }
+    row->first[RF_MOST_CELLS] = n;
+    if (n == 0)
+        return true;
+    row->at = rf_alloc(v->work->filter->context, (size_t)n, sizeof *row->at);
+    for (int i = 0; i < RF_MOST_CELLS && row->at; i++)
+        memcpy(row->at + row->first[i], lists->at[i],
+               (size_t)lists->n[i] * sizeof *row->at);
+    return row->at != NULL;
 }
 
+/* `room` holds all parts of a row for each cell. */
 static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
 {
     struct rf_views *v = b->v;
@@ -604,23 +630,18 @@ static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
     struct rf_unseen_row *row =
         &v->unseen[(size_t)view * (size_t)picture->height + (size_t)y];
     const struct doubt *doubts = &b->doubts[block_index(b, view, 0, y / BLOCK)];
-    int n = 0;
+    struct row_lists lists = {.n = {0}};
     if (y < picture->y0 || y >= picture->y0 + picture->filter->height)
         return;
+    for (int i = 0; i < RF_MOST_CELLS; i++)
+        lists.at[i] = room + 2 * (size_t)picture->width * (size_t)i;
     for (int bx = 0; bx < b->n_x; bx++)
         if (doubts[bx].partly | doubts[bx].blind)
-            n += list_block(b, view, bx, y, &doubts[bx], room + n);
-    if (n == 0)
+            list_block(b, view, bx, y, &doubts[bx], &lists);
+    if (keep_lists(v, &lists, row))
         return;
-    row->at = rf_alloc(v->work->filter->context, (size_t)n, sizeof *row->at);
-    if (!row->at) {
 #pragma omp atomic
-        b->n_failed++;
-        return;
-    }
-    memcpy(row->at, room, (size_t)n * sizeof *row->at);
-    row->n = n;
-    count_samples(row);
+    b->n_failed++;
 }
 
 static void list_rows(struct blocks *b, int view, int by, struct rf_unseen *room)
@@ -635,7 +656,7 @@ static void list_all(struct blocks *b, struct rf_unseen *room)
     const struct rf_picture *picture = &b->v->pictures[0];
     struct rf_task *task = b->v->work->task;
     int n_views = b->v->work->n_views, n_threads = picture->filter->context->n_threads;
-    size_t n_room = 2 * (size_t)picture->width;
+    size_t n_room = RF_MOST_CELLS * 2 * (size_t)picture->width;
 #pragma omp parallel num_threads(n_threads)
     {
 #pragma omp for schedule(dynamic, 4)
@@ -664,7 +685,8 @@ rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
                        .n_y = (picture->height + BLOCK - 1) / BLOCK};
     size_t n_blocks = (size_t)b.n_x * (size_t)b.n_y * (size_t)v->work->n_views;
     size_t n_rows = (size_t)picture->height * (size_t)v->work->n_views;
-    size_t n_room = 2 * (size_t)picture->width * (size_t)context->n_threads;
+    size_t n_room =
+        RF_MOST_CELLS * 2 * (size_t)picture->width * (size_t)context->n_threads;
     b.at = rf_alloc(context, n_blocks, sizeof *b.at);
     b.doubts = rf_alloc(context, n_blocks, sizeof *b.doubts);
     b.says = rf_alloc(context, (size_t)v->work->n_views, sizeof *b.says);

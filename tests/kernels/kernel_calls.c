@@ -589,6 +589,16 @@ static void call_look(const struct rf_kernels *k, struct workspace *w, int varia
     memcpy(w->at + 40000, &found, sizeof found);
 }
 
+static void call_find_pixels(const struct rf_kernels *k, struct workspace *w,
+                             int variant)
+{
+    struct rf_sight sight = sight_of(w);
+    struct rf_sight_places p = places_of(w, variant);
+    struct rf_sight_found found = {.rendered = 0};
+    k->find_pixels(&sight, &p, 16 - variant / 2, &found);
+    memcpy(w->at + 40000, &found, sizeof found);
+}
+
 static void call_fit(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_sight_plane plane;
@@ -628,6 +638,7 @@ const struct kernel kernels[] = {
     {"divide_rgba", call_divide_rgba, 4, NULL},
     {"place_parts", call_place, 2, NULL},
     {"look_for_parts", call_look, 4, NULL},
+    {"find_pixels", call_find_pixels, 4, NULL},
     {"fit_plane", call_fit, 3, NULL},
     {"measure_block", call_measure, 3, prepare_backs},
     {"log_row", call_log_row, 4, NULL},

@@ -588,8 +588,12 @@ static void places_are_looked_for(void)
             first.at[i] = i % 11 ? 3 * first.at[i] : INFINITY;
         struct rf_sight s = sight_of(&first);
         struct rf_sight_places p = places_of(&first, variant);
-        struct rf_sight_found found;
+        struct rf_sight_found found, pixels;
         k->look_for_parts(&s, &p, RF_SIGHT_PARTS, 0.5f, &found);
+        k->find_pixels(&s, &p, RF_SIGHT_PARTS, &pixels);
+        CHECK(pixels.rendered == found.rendered && !pixels.clear);
+        CHECK(memcmp(pixels.x, found.x, sizeof found.x) == 0);
+        CHECK(memcmp(pixels.y, found.y, sizeof found.y) == 0);
         for (int i = 0; i < RF_SIGHT_PARTS; i++) {
             float shift = s.shift_scale * p.r[i] + s.shift_bias;
             float x = floorf(p.x[i] + rf_snap_px(s.lens[0] * shift));
