@@ -184,6 +184,22 @@ static bool is_block_in_cone(const struct highlights *h, const struct blockers *
                       view->nearest[by * h->n_x + bx]);
 }
 
+/* Rows ahead whose radii and shares are asked for, as rows lie far apart. */
+enum { ROWS_AHEAD = 6 };
+
+static void prefetch_row(const struct blockers *view, int x0, int x1, int y)
+{
+    const struct rf_surfaces *s = view->occluders->surfaces;
+    const float *radius = view->radius + view->stride * (size_t)y;
+    const float *share = s->share + (size_t)s->width * (size_t)y;
+    for (int x = x0; x < x1; x += BLOCK) {
+        __builtin_prefetch(radius + x);
+        __builtin_prefetch(share + x);
+    }
+    __builtin_prefetch(radius + x1 - 1);
+    __builtin_prefetch(share + x1 - 1);
+}
+
 /* Draws the occluders of the blocks from bx to end - 1 of a row of blocks, or asks. */
 static bool cast_blocks(const struct highlights *h, const struct blockers *view,
                         struct rf_shadows *m, int bx, int end, int by)
@@ -198,6 +214,8 @@ static bool cast_blocks(const struct highlights *h, const struct blockers *view,
         m->above = y > 0 ? row - view->stride : NULL;
         m->below = y + 1 < s->height ? row + view->stride : NULL;
         m->row = s->width;
+        if (y + ROWS_AHEAD < s->height)
+            prefetch_row(view, bx * BLOCK, x1, y + ROWS_AHEAD);
         is_found |= kernels->cast_shadows(
             m, row, s->share + (size_t)s->width * (size_t)y, y, bx * BLOCK, x1);
         if (is_found && !m->blocked)
@@ -265,6 +283,39 @@ static void find_cells(float offset, float r, float extent, int n, unsigned char
     }
 }
 
+/* Floats for which views a mask asks. */
+static size_t views_size(int width, int height)
+{
+    size_t n_rows = (size_t)rf_min_int(height, LENS_GRID);
+    size_t n_bytes =
+        n_rows * ((size_t)width + RF_SHADOW_MARGIN) + (size_t)width + (size_t)height;
+    return n_bytes / sizeof(float) + 1;
+}
+
+/* Writes which views the pixels of a mask's box ask: rows that differ, then which. */
+static void find_views(const struct highlights *h, float r, struct rf_shadows *m,
+                       unsigned char *at)
+{
+    size_t stride = (size_t)m->width + RF_SHADOW_MARGIN;
+    unsigned char *rows = at + stride * (size_t)rf_min_int(m->height, LENS_GRID);
+    unsigned char *columns = rows + m->height;
+    m->views = at;
+    m->views_row = rows;
+    find_cells((float)m->left + 0.5f - m->light_x, r, (float)h->lens_extent[0],
+               m->width, columns);
+    find_cells((float)m->top + 0.5f - m->light_y, r, (float)h->lens_extent[1],
+               m->height, rows);
+    for (int y = 0, n = 0, last = -1; y < m->height; y++) {
+        if (rows[y] != last) {
+            last = rows[y];
+            for (int x = 0; x < m->width; x++)
+                at[stride * (size_t)n + (size_t)x] = h->view_at[last][columns[x]];
+            n++;
+        }
+        rows[y] = (unsigned char)(n - 1);
+    }
+}
+
 /* Writes the mask of a highlight; false where nothing stands before it. */
 static bool build_mask(const struct highlights *h, size_t index, float *mask)
 {
@@ -287,16 +338,8 @@ static bool build_mask(const struct highlights *h, size_t index, float *mask)
         return false;
     size_t n = (size_t)m.width * (size_t)m.height;
     m.blocked = memset(mask, 0, n * sizeof *mask);
-    if (h->scene->n_views > 1) {
-        unsigned char *cells = (unsigned char *)(mask + n + RF_SHADOW_MARGIN);
-        m.view_at = h->view_at[0];
-        m.cell_x = cells;
-        m.cell_y = cells + m.width;
-        find_cells((float)m.left + 0.5f - m.light_x, l->r, (float)h->lens_extent[0],
-                   m.width, cells);
-        find_cells((float)m.top + 0.5f - m.light_y, l->r, (float)h->lens_extent[1],
-                   m.height, cells + m.width);
-    }
+    if (h->scene->n_views > 1)
+        find_views(h, l->r, &m, (unsigned char *)(mask + n + RF_SHADOW_MARGIN));
     for (int j = 0; j < h->scene->n_views; j++)
         draw_occluders(h, l, j, &m);
     return true;
@@ -375,14 +418,13 @@ static void add_band(const struct highlights *h, size_t from, size_t to, int ban
     }
 }
 
-/* Of a mask, what vectors touch after it, and the cells of its columns and rows,
- * floats. */
+/* Of a mask, what vectors touch after it, and which views it asks, floats. */
 static size_t mask_size(const struct highlights *h, size_t index)
 {
     const struct rf_footprint *f = footprint_of(h, &h->samples->at[index]);
-    size_t width = (size_t)(f->max_dx - f->min_dx + 1);
-    size_t height = (size_t)(f->max_dy - f->min_dy + 1);
-    return width * height + RF_SHADOW_MARGIN + (width + height + 3) / 4;
+    int width = f->max_dx - f->min_dx + 1, height = f->max_dy - f->min_dy + 1;
+    return (size_t)width * (size_t)height + RF_SHADOW_MARGIN +
+           (h->scene->n_views > 1 ? views_size(width, height) : 0);
 }
 
 /* How many highlights from `from` on fit into one batch of masks. */

@@ -173,10 +173,10 @@ struct rf_shadows {
     int left, top, width, height; /* the mask's box */
     float *blocked;               /* NULL: only asks */
     /*
-     * With several views: which one each cell of the lens asks, by rows, and the cells
-     * of the mask's columns and rows; else NULL.
+     * With several views: which one the mask's columns ask, in rows of RF_SHADOW_MARGIN
+     * more than its width, and which of these each row of the mask has; else NULL.
      */
-    const unsigned char *view_at, *cell_x, *cell_y;
+    const unsigned char *views, *views_row;
     int view;
 };
 

@@ -17,7 +17,7 @@ static inline vi vfloor(vf v)
 
 /* Both ends of a shadow's side, and the pixels of the mask's box that it touches. */
 struct side {
-    float low[LANES], high[LANES];
+    float low[LANES + 1], high[LANES + 1]; /* one more, which is read */
     int32_t first[LANES], last[LANES];
 };
 
@@ -60,7 +60,7 @@ static inline void find_side(vf a, vf b, vi is_used, int from, int n, struct sid
     vf low = choose(is_used, vmin(a, b), SPLAT(0));
     vf high = choose(is_used, vmax(a, b), SPLAT(0));
     vi first = vfloor(low), last = vfloor(high), least = first - first + from;
-    vi is_before = first < least, is_after = last > least + (n - 1);
+    vi is_before = first<least, is_after = last> least + (n - 1);
     first = (least & is_before) | (first & ~is_before);
     last = ((least + (n - 1)) & is_after) | (last & ~is_after);
     STORE(s->low, low);
@@ -86,50 +86,49 @@ struct shadow {
     int first_x, last_x, first_y, last_y;
 };
 
-/* Of several views only those pixels that ask this one. */
-static inline void draw_for_view(const struct rf_shadows *s, const struct shadow *d)
+typedef unsigned char eight_bytes __attribute__((vector_size(8)));
+
+/* Which of LANES pixels from x on in row y of the mask ask the view. */
+static inline vi asks_view(const struct rf_shadows *s, int x, int y)
 {
-    for (int y = d->first_y; y <= d->last_y; y++) {
-        float k = d->share * overlap(d->y0, d->y1, y);
-        float *row = s->blocked + (ptrdiff_t)(y - s->top) * s->width - s->left;
-        const unsigned char *views =
-            s->view_at + RF_LENS_GRID * s->cell_y[y - s->top];
-        for (int x = d->first_x; x <= d->last_x; x++)
-            if (views[s->cell_x[x - s->left]] == s->view)
-                row[x] += k * overlap(d->x0, d->x1, x);
-    }
+    size_t stride = (size_t)s->width + RF_SHADOW_MARGIN;
+    eight_bytes views;
+    memcpy(&views, s->views + stride * s->views_row[y - s->top] + (x - s->left),
+           sizeof views);
+    return __builtin_convertvector(views, vi) == (vi){0} + s->view;
 }
 
-/* Draws LANES columns from x on, of which those after the last are left as they are. */
+/*
+ * Draws LANES columns from x on, of which those after the last are left as they are; of
+ * several views only in those pixels that ask this one.
+ */
 static inline void draw_columns(const struct rf_shadows *s, const struct shadow *d,
                                 int x)
 {
     vi at = lane_numbers() + x;
     vf low = vmax(SPLAT(d->x0), to_float(at));
     vf high = vmin(SPLAT(d->x1), to_float(at + 1));
-    vf width = choose((high > low) & (at <= d->last_x), high - low, SPLAT(0));
+    vi is_used = (high > low) & (at <= d->last_x);
     for (int y = d->first_y; y <= d->last_y; y++) {
         float k = d->share * overlap(d->y0, d->y1, y);
         float *to = s->blocked + (ptrdiff_t)(y - s->top) * s->width - s->left + x;
-        STORE(to, LOAD(to) + SPLAT(k) * width);
+        vi is_drawn = s->views ? is_used & asks_view(s, x, y) : is_used;
+        STORE(to, LOAD(to) + SPLAT(k) * choose(is_drawn, high - low, SPLAT(0)));
     }
 }
 
 static inline void draw_shadow(const struct rf_shadows *s, const struct shadow *d)
 {
-    if (s->view_at)
-        draw_for_view(s, d);
-    else
-        for (int x = d->first_x; x <= d->last_x; x += LANES)
-            draw_columns(s, d, x);
+    for (int x = d->first_x; x <= d->last_x; x += LANES)
+        draw_columns(s, d, x);
 }
 
 static inline struct shadow shadow_of(const struct side *across,
                                       const struct side *down, int l, float share)
 {
-    return (struct shadow){across->low[l],  across->high[l],  down->low[l],
-                           down->high[l],   share,            across->first[l],
-                           across->last[l], down->first[l],   down->last[l]};
+    return (struct shadow){across->low[l],  across->high[l], down->low[l],
+                           down->high[l],   share,           across->first[l],
+                           across->last[l], down->first[l],  down->last[l]};
 }
 
 /* Makes a shadow longer by that of the next pixel, if it has its height and share. */
@@ -147,6 +146,46 @@ static inline bool join_shadows(struct shadow *d, const struct shadow *next)
     d->x0 = next->x0;
     d->first_x = next->first_x;
     return true;
+}
+
+/* Are the values of all lanes those of the next in another array? */
+static inline bool are_next(const float *at, const float *next)
+{
+    return (lane_bits(LOAD(at) == LOAD(next + 1)) & 0x7f) == 0x7f;
+}
+
+/*
+ * LANES pixels of one surface, of one height and share, that meet at their edges: the
+ * shadow of all of them; share 0 where they do not.
+ */
+static inline struct shadow join_lanes(const struct side *across,
+                                       const struct side *down, const float *share)
+{
+    struct shadow all = {.share = 0};
+    if (!are_next(share, share) || !are_next(down->low, down->low) ||
+        !are_next(down->high, down->high))
+        return all;
+    if (are_next(across->high, across->low)) {
+        all = shadow_of(across, down, 0, share[0]);
+        all.x1 = across->high[LANES - 1];
+        all.last_x = across->last[LANES - 1];
+    } else if (are_next(across->low, across->high)) {
+        all = shadow_of(across, down, 0, share[0]);
+        all.x0 = across->low[LANES - 1];
+        all.first_x = across->first[LANES - 1];
+    }
+    return all;
+}
+
+/* Adds a shadow to one that it may make longer, which is drawn where it does not. */
+static inline void add_shadow(const struct rf_shadows *s, struct shadow *shadow,
+                              struct shadow next, bool is_same)
+{
+    if (is_same && join_shadows(shadow, &next))
+        return;
+    if (shadow->share > 0)
+        draw_shadow(s, shadow);
+    *shadow = next;
 }
 
 static bool cast_shadows(const struct rf_shadows *s, const float *radius,
@@ -182,14 +221,17 @@ static bool cast_shadows(const struct rf_shadows *s, const float *radius,
                   cast_edge(s, lower, oy + one, -s->lens_y, s->light_y), is_used,
                   s->top, s->height, &down);
         unsigned same = lane_bits(before == q);
+        if (bits == 0xff && (same & 0xfe) == 0xfe) {
+            struct shadow all = join_lanes(&across, &down, share + x);
+            if (all.share > 0) {
+                add_shadow(s, &shadow, all, same & 1);
+                continue;
+            }
+        }
         for (; bits; bits &= bits - 1) {
             int l = __builtin_ctz(bits);
-            struct shadow next = shadow_of(&across, &down, l, share[x + l]);
-            if (same >> l & 1 && join_shadows(&shadow, &next))
-                continue;
-            if (shadow.share > 0)
-                draw_shadow(s, &shadow);
-            shadow = next;
+            add_shadow(s, &shadow, shadow_of(&across, &down, l, share[x + l]),
+                       same >> l & 1);
         }
     }
     if (shadow.share > 0)

@@ -280,14 +280,14 @@ static void call_sides(const struct rf_kernels *k, struct workspace *w, int vari
 
 struct rf_shadows shadows_of(struct workspace *w, int variant)
 {
-    static unsigned char view_at[RF_LENS_GRID][RF_LENS_GRID];
-    static unsigned char cell_x[SHADOWS_W], cell_y[SHADOWS_H];
-    for (int i = 0; i < RF_LENS_GRID * RF_LENS_GRID; i++)
-        view_at[i / RF_LENS_GRID][i % RF_LENS_GRID] = i % RF_LENS_GRID > 20;
-    for (int x = 0; x < SHADOWS_W; x++)
-        cell_x[x] = (unsigned char)(x * (RF_LENS_GRID - 1) / SHADOWS_W);
+    static unsigned char views[2][SHADOWS_W + RF_SHADOW_MARGIN];
+    static unsigned char views_row[SHADOWS_H];
+    for (int x = 0; x < SHADOWS_W; x++) {
+        views[0][x] = x > 20;
+        views[1][x] = x < 41;
+    }
     for (int y = 0; y < SHADOWS_H; y++)
-        cell_y[y] = (unsigned char)(y + 3);
+        views_row[y] = y > 25;
     return (struct rf_shadows){.light_x = 0.25f,
                                .light_y = 0.75f,
                                .light_r = 20,
@@ -307,9 +307,8 @@ struct rf_shadows shadows_of(struct workspace *w, int variant)
                                .width = SHADOWS_W,
                                .height = SHADOWS_H,
                                .blocked = w->at + 40000,
-                               .view_at = variant == 2 ? view_at[0] : NULL,
-                               .cell_x = cell_x,
-                               .cell_y = cell_y,
+                               .views = variant == 2 ? views[0] : NULL,
+                               .views_row = views_row,
                                .view = 1};
 }
 
