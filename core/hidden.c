@@ -365,8 +365,10 @@ static bool average(const struct search *search, struct scratch *scratch,
     struct rf_hidden_window *window = &scratch->window;
     if (!(window->weight_sum > 0))
         return false;
-    for (int i = 0; i < window->n; i++)
+    for (int i = 0; i < window->n; i++) {
         window->shown[i] = shown_at(search->s, (size_t)window->index[i]);
+        __builtin_prefetch(window->shown[i]);
+    }
     search->kernels->average_window(window, BRIGHTEST, mean->c);
     mean->r = window->r_sum * (1 / window->weight_sum);
     return true;
@@ -459,6 +461,22 @@ static void set_found(const struct search *search, int x, int y, unsigned bits)
     search->out->found[row + (size_t)x / 8] |= (uint8_t)(bits << x % 8);
 }
 
+/* May anything lie behind one of 2 x 2 pixels? Not told of mixed ones. */
+static bool quad_may_hide(const struct search *search, struct scratch *scratch, int x,
+                          int y)
+{
+    const struct rf_surfaces *s = search->s;
+    size_t i = (size_t)y * (size_t)s->width + (size_t)x, below = i + (size_t)s->width;
+    if (x + 1 >= s->width || y + 1 >= s->height || s->share[i] < 1 ||
+        s->share[i + 1] < 1 || s->share[below] < 1 || s->share[below + 1] < 1)
+        return true;
+    const float *r = row_of(search, y) + x, *r_below = row_of(search, y + 1) + x;
+    float least =
+        rf_min_float(rf_min_float(r[0], r[1]), rf_min_float(r_below[0], r_below[1]));
+    struct rf_hidden_query query = query_at(search, x, y, least);
+    return search->kernels->quad_has_candidate(&search->backs, &scratch->group, &query);
+}
+
 /* Answers 2 x 2 pixels; returns how far the rim of the hole is from the first, px^2. */
 static int search_quad(const struct search *search, struct scratch *scratch, int x0,
                        int y0)
@@ -468,6 +486,8 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
     size_t found = 0; /* the last pixel that has an answer to share */
     bool has_found = false;
     int d2 = 0, first_d2 = 0;
+    if (!quad_may_hide(search, scratch, x0, y0))
+        return 0;
     for (int k = 0; k < 4; k++) {
         int x = x0 + (k & 1), y = y0 + (k >> 1);
         if (x >= s->width || y >= s->height)

@@ -20,11 +20,57 @@ static inline vi differs(vf a, vf b, float most)
     return ~(((a - b) <= SPLAT(most)) & ((b - a) <= SPLAT(most)));
 }
 
+/* The greatest and least of eight lanes. */
+static inline float greatest_of(vf v)
+{
+    v = vmax(v, SHUFFLE(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+    v = vmax(v, SHUFFLE(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
+    return rf_max_float(v[0], v[1]);
+}
+
+static inline float least_of(vf v)
+{
+    v = vmin(v, SHUFFLE(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+    v = vmin(v, SHUFFLE(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
+    return rf_min_float(v[0], v[1]);
+}
+
+/*
+ * Does the radius differ by no more than `most` between any two pixels of a block and
+ * around it, all of which there are? Tells the greatest and the least of the block.
+ */
+static inline bool is_calm(const struct rf_backs *backs, int x0, int y0, float most,
+                           float *highest, float *lowest)
+{
+    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
+    vf above = LOAD(row - backs->stride);
+    vf high = SPLAT(-INFINITY), low = SPLAT(INFINITY), high_beside = high;
+    vf low_beside = low;
+    for (int y = 0; y < RF_HIDDEN_BLOCK; y++, row += backs->stride) {
+        vf r = LOAD(row), left = LOAD(row - 1), right = LOAD(row + 1);
+        high = vmax(r, high);
+        low = vmin(r, low);
+        high_beside = vmax(left, vmax(right, high_beside));
+        low_beside = vmin(left, vmin(right, low_beside));
+    }
+    vf below = LOAD(row);
+    *highest = greatest_of(high);
+    *lowest = least_of(low);
+    high = vmax(vmax(above, below), vmax(high, high_beside));
+    low = vmin(vmin(above, below), vmin(low, low_beside));
+    return greatest_of(high) - least_of(low) <= most;
+}
+
 static bool measure_block(const struct rf_backs *backs, int block_x, int block_y,
                           float most_x, float most_y, float *highest, float *lowest)
 {
     int x0 = block_x * RF_HIDDEN_BLOCK, y0 = block_y * RF_HIDDEN_BLOCK;
     int y1 = rf_min_int(y0 + RF_HIDDEN_BLOCK, backs->height);
+    bool is_inner = x0 > 0 && y0 > 0 && x0 + RF_HIDDEN_BLOCK < backs->width &&
+                    y0 + RF_HIDDEN_BLOCK < backs->height;
+    if (is_inner &&
+        is_calm(backs, x0, y0, rf_min_float(most_x, most_y), highest, lowest))
+        return false;
     vi is_inside = lane_numbers() + x0 < backs->width, is_rough = {0};
     vi has_right = lane_numbers() + x0 < backs->width - 1;
     vi is_first = lane_numbers() == 0;
@@ -42,12 +88,8 @@ static bool measure_block(const struct rf_backs *backs, int block_x, int block_y
     }
     if (y1 < backs->height)
         is_rough |= is_inside & differs(LOAD(row), above, most_y);
-    *highest = high[0];
-    *lowest = low[0];
-    for (int l = 1; l < LANES; l++) {
-        *highest = rf_max_float(high[l], *highest);
-        *lowest = rf_min_float(low[l], *lowest);
-    }
+    *highest = greatest_of(high);
+    *lowest = least_of(low);
     return lane_bits(is_rough) != 0;
 }
 
@@ -132,22 +174,22 @@ static inline void vote_block(const struct rf_backs *backs,
     }
 }
 
-/* Distance from x to the pixels of a group that begins at `first`. */
-static inline int gap_to_group(int x, int first)
+/* Distance from x to n pixels that begin at `first`. */
+static inline int gap_to_pixels(int x, int first, int n)
 {
-    return x < first ? first - x : rf_max_int(x - (first + RF_HIDDEN_GROUP - 1), 0);
+    return x < first ? first - x : rf_max_int(x - (first + n - 1), 0);
 }
 
 /*
- * What vote_block() reads, seen from the nearest pixel of a group, but not from itself:
- * every rounding is monotone, so no pixel has a candidate that is not one here.
+ * What vote_block() reads of some rows, seen from the nearest of n x n pixels, but not
+ * from itself: every rounding is monotone, so no pixel has a candidate that is not one
+ * here. With is_any one row is enough.
  */
-static inline unsigned candidate_rows(const struct rf_backs *backs,
-                                      const struct rf_hidden_query *q,
-                                      const struct rf_hidden_block *block)
+static inline __attribute__((always_inline)) unsigned
+candidate_rows(const struct rf_backs *backs, const struct rf_hidden_query *q, int n,
+               const struct rf_hidden_block *block, unsigned rows, bool is_any)
 {
-    int gx = gap_to_block(q->x, RF_HIDDEN_GROUP, block->x);
-    int gy = gap_to_block(q->y, RF_HIDDEN_GROUP, block->y);
+    int gx = gap_to_block(q->x, n, block->x), gy = gap_to_block(q->y, n, block->y);
     float limit = block->highest - q->s;
     float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
     if (limit <= 0 || gap2 >= limit * limit)
@@ -155,21 +197,28 @@ static inline unsigned candidate_rows(const struct rf_backs *backs,
     int stride = stride_at(gx > gy ? gx : gy);
     vi is_read = (lane_numbers() & (stride - 1)) == 0;
     int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
-    vi before = q->x - (lane_numbers() + x0), after = -before - (RF_HIDDEN_GROUP - 1);
+    vi before = q->x - (lane_numbers() + x0), after = -before - (n - 1);
     vi dx = (before & (before > 0)) | (after & (after > 0));
     vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
     const float *row = backs->r + (size_t)y0 * backs->stride + x0;
     vf least2 = SPLAT(rf_min_float(q->inv_x2, q->inv_y2));
-    unsigned rows = 0;
-    int n_rows = rf_min_int(backs->height - y0, RF_HIDDEN_BLOCK);
-    for (int y = 0; y < n_rows; y += stride) {
+    unsigned found = 0;
+    for (rows &= rows_at(stride); rows && !(is_any && found); rows &= rows - 1) {
+        int y = __builtin_ctz(rows), dy = gap_to_pixels(y0 + y, q->y, n);
         vf room = LOAD(row + (size_t)y * backs->stride) - SPLAT(q->s);
-        int dy = gap_to_group(y0 + y, q->y);
         vf d2 = vmax(dx2 + SPLAT((float)(dy * dy) * q->inv_y2), least2);
         vi is_found = is_read & (room > SPLAT(0)) & (d2 < room * room);
-        rows |= (unsigned)(lane_bits(is_found) != 0) << y;
+        found |= (unsigned)(lane_bits(is_found) != 0) << y;
     }
-    return rows;
+    return found;
+}
+
+/* The rows of a block that lie in the picture. */
+static inline unsigned rows_inside(const struct rf_backs *backs,
+                                   const struct rf_hidden_block *block)
+{
+    int n = backs->height - block->y * RF_HIDDEN_BLOCK;
+    return (1u << rf_min_int(n, RF_HIDDEN_BLOCK)) - 1;
 }
 
 /* Is a block so far beyond the nearest candidate that the search ends? */
@@ -189,7 +238,9 @@ static inline bool find_hit(const struct rf_backs *backs, struct rf_hidden_group
     while (g->n_seen < g->n_blocks && s < g->blocks[g->n_seen].most &&
            !is_beyond(&g->blocks[g->n_seen], nearest)) {
         int i = g->n_seen++;
-        unsigned rows = candidate_rows(backs, &g->query, &g->blocks[i]);
+        const struct rf_hidden_block *block = &g->blocks[i];
+        unsigned rows = candidate_rows(backs, &g->query, RF_HIDDEN_GROUP, block,
+                                       rows_inside(backs, block), false);
         if (rows) {
             g->hits[g->n_hits++] = (struct rf_hidden_hit){(int16_t)i, (int16_t)rows};
             return true;
@@ -201,6 +252,21 @@ static inline bool find_hit(const struct rf_backs *backs, struct rf_hidden_group
 static bool has_candidate(const struct rf_backs *backs, struct rf_hidden_group *group)
 {
     return group->n_hits || find_hit(backs, group, group->query.s, INT32_MAX);
+}
+
+static bool quad_has_candidate(const struct rf_backs *backs,
+                               struct rf_hidden_group *group,
+                               const struct rf_hidden_query *q)
+{
+    for (int i = 0; i < group->n_hits || find_hit(backs, group, q->s, INT32_MAX); i++) {
+        const struct rf_hidden_hit *hit = &group->hits[i];
+        const struct rf_hidden_block *block = &group->blocks[hit->block];
+        if (q->s >= block->most)
+            return false;
+        if (candidate_rows(backs, q, 2, block, (unsigned)hit->rows, true))
+            return true;
+    }
+    return false;
 }
 
 static void vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *group,

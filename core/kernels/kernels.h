@@ -365,6 +365,11 @@ struct rf_kernels {
      * for itself.
      */
     bool (*has_candidate)(const struct rf_backs *backs, struct rf_hidden_group *group);
+    /* The same for 2 x 2 pixels of a group, of which the query is the first and has
+     * the least radius of all. */
+    bool (*quad_has_candidate)(const struct rf_backs *backs,
+                               struct rf_hidden_group *group,
+                               const struct rf_hidden_query *query);
     /* Lets the candidates of a pixel of a group vote; the histogram is 0 before. */
     void (*vote_blocks)(const struct rf_backs *backs, struct rf_hidden_group *group,
                         const struct rf_hidden_query *query,

@@ -538,6 +538,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .measure_block = measure_block,
     .log_row = log_row,
     .has_candidate = has_candidate,
+    .quad_has_candidate = quad_has_candidate,
     .vote_blocks = vote_blocks,
     .gather_window = gather_window,
     .average_window = average_window,

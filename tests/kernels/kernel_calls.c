@@ -505,6 +505,9 @@ static void call_candidate(const struct rf_kernels *k, struct workspace *w, int 
         struct rf_hidden_query query = group_query(i);
         struct rf_hidden_group group = group_of(&query, N_BLOCKS - 8 * variant);
         w->at[40000 + i] = k->has_candidate(&backs, &group);
+        query.x += 2 * (i % 2);
+        query.y += 2 * (i / 2 % 2);
+        w->at[40100 + i] = k->quad_has_candidate(&backs, &group, &query);
     }
 }
 

@@ -349,7 +349,7 @@ static void groups_have_what_their_pixels_have(void)
 {
     static struct rf_hidden_vote vote, alone;
     const struct rf_kernels *k = rf_kernels_at(0);
-    int n_groups = 0, n_pixels = 0;
+    int n_groups = 0, n_quads = 0, n_pixels = 0;
     prepare(&first, n_kernels - 1, 0);
     for (int i = 0; i < BACKS_W * BACKS_H; i++) /* few stand out */
         first.at[i] -= i * 7 % 61 ? 12 : 0;
@@ -358,7 +358,7 @@ static void groups_have_what_their_pixels_have(void)
         struct rf_hidden_query corner = group_query(i);
         struct rf_hidden_group group = group_of(&corner, N_BLOCKS);
         bool has_any = k->has_candidate(&backs, &group);
-        bool has_one = false;
+        bool has_one = false, quad_has_one[4] = {false};
         for (int p = 0; p < 16; p++) {
             struct rf_hidden_query query = corner;
             query.x += p % 4;
@@ -368,6 +368,7 @@ static void groups_have_what_their_pixels_have(void)
             memset(&vote, 0, sizeof vote);
             k->vote_blocks(&backs, &group, &query, &vote);
             has_one |= vote.nearest < INT32_MAX;
+            quad_has_one[p / 8 * 2 + p % 4 / 2] |= vote.nearest < INT32_MAX;
             struct rf_hidden_hit hits[N_BLOCKS];
             struct rf_hidden_group own = group;
             own.query = query; /* whose first pixel votes, in a group of its own */
@@ -380,6 +381,14 @@ static void groups_have_what_their_pixels_have(void)
                   memcmp(vote.histogram, alone.histogram, sizeof vote.histogram) == 0);
         }
         CHECK(has_any || !has_one);
+        for (int q = 0; q < 4; q++) {
+            struct rf_hidden_query quad = corner;
+            quad.x += q % 2 * 2;
+            quad.y += q / 2 * 2;
+            bool may_have = k->quad_has_candidate(&backs, &group, &quad);
+            CHECK(may_have || !quad_has_one[q]);
+            n_quads += may_have;
+        }
         /* Blocks from which on none has a candidate for its radius are not asked. */
         struct rf_hidden_block blocks[N_BLOCKS];
         memcpy(blocks, group.blocks, sizeof blocks);
@@ -398,8 +407,9 @@ static void groups_have_what_their_pixels_have(void)
         n_groups += has_any;
         n_pixels += has_one;
     }
-    CHECK(n_groups < 60 && n_pixels > 10);
-    printf("# %d groups of 72, %d of them with a pixel\n", n_groups, n_pixels);
+    CHECK(n_groups < 60 && n_quads < 3 * n_groups && n_pixels > 10);
+    printf("# %d groups of 72 and %d quads, %d of them with a pixel\n", n_groups,
+           n_quads, n_pixels);
 }
 
 /* Against sorting and counting in plain C. */
