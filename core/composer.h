@@ -51,11 +51,10 @@ struct rf_composer {
     struct rf_canvas canvas;
     struct rf_footprints *footprints;
     struct rf_accumulator *acc; /* one per thread */
-    float *tiles;          /* per thread n_tile floats: t of a tile, its sums */
+    float *tiles;               /* per thread n_tile floats: t of a tile, its sums */
     size_t n_tile;
     unsigned char *needed; /* per footprint: does a splat use it? Of a set */
     float split;           /* radius from which the resolution falls, px */
-    double reach[2][2];    /* of footprints along each axis: px, and px per px of r */
     int n_threads;
 };
 

@@ -220,9 +220,8 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
 /* Is none of a set's samples of a coarse level? */
 static bool is_fine(const struct rf_composer *c, const struct set *set)
 {
-    return set->source->survey
-               ? rf_level_of(c->split, set->source->largest_radius) == 0
-               : set->samples->n == 0;
+    return set->source->survey ? rf_level_of(c->split, set->source->largest_radius) == 0
+                               : set->samples->n == 0;
 }
 
 /* Sets without coarse levels: every tile is finished at once, without a canvas. */
@@ -255,17 +254,6 @@ static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
     return result;
 }
 
-static void set_reach(struct rf_composer *c)
-{
-    const struct rf_footprints *f = c->footprints;
-    double extent[2];
-    rf_shape_extent(f->shape, extent);
-    for (int k = 0; k < 2; k++) {
-        c->reach[k][0] = fabs(f->drift.base[k]);
-        c->reach[k][1] = fmax(extent[k], f->shape->size[k]) + fabs(f->drift.slope[k]);
-    }
-}
-
 /* Planes of the whole scene. */
 static rf_result allocate_canvas(struct rf_composer *c, struct rf_error *error)
 {
@@ -289,8 +277,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     const struct rf_canvas *canvas = &c->canvas;
     size_t n_acc = (size_t)rf_accumulator_slots(canvas->n_cells) * RF_TILE_H *
                    RF_ACC_STRIDE * (size_t)canvas->n_planes;
-    c->n_tile =
-        (size_t)(canvas->n_cells + canvas->n_planes) * RF_TILE_H * RF_TILE_W;
+    c->n_tile = (size_t)(canvas->n_cells + canvas->n_planes) * RF_TILE_H * RF_TILE_W;
     c->tiles = rf_alloc(c->context, c->n_tile * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
@@ -346,7 +333,6 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                                    c.split + 1, scene->n_phases};
     rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
     if (result == RF_OK) {
-        set_reach(&c);
         result = allocate(&c, error);
     }
     rf_task_poll(scene->task);

@@ -61,13 +61,8 @@ static const rf_place *first_from_row(const rf_place *from, const rf_place *end,
 /* Pixels of the level that footprints of bin b reach at the most. */
 static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b)
 {
-    static const int REACH = 4; /* of the kernel, with the rounding of the radius */
-    int first = g->first_bin + b;
-    float r = 2.0f * (float)rf_max_int(-first, first + 1) / (float)(1 << g->level);
-    double most = 0;
-    for (int k = 0; k < 2; k++)
-        most = fmax(most, c->reach[k][0] + (double)r * c->reach[k][1]);
-    return (int)ceil(most) + REACH;
+    int first = g->first_bin + b, px = RF_BIN_PX * rf_max_int(-first, first + 1);
+    return rf_footprints_reach(c->footprints, (double)px / (1 << g->level));
 }
 
 /* Spreads the part of n places that can reach a tile. */

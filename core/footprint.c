@@ -23,9 +23,10 @@ enum {
     N_TRIALS = 3 /* until the variance of a footprint is right within 1 % */
 };
 
-static const double MIN_SQUARE = 1e-4; /* px^2, of a footprint's radius */
+static const double RADIUS_STEP = 1.0 / 16; /* px: what rounds a radius, at the most */
+static const double MIN_SQUARE = 1e-4;      /* px^2, of a footprint's radius */
 static const double BOX = 1.0 / 12; /* px^2, what RF_POSITIVE adds where it is wide */
-static const double SAME = 1e-4; /* of the greatest weight: shares are not exact */
+static const double SAME = 1e-4;    /* of the greatest weight: shares are not exact */
 static const double CLOSE = 2e-3;   /* of the variance: near enough */
 
 /* Weights that are left out, in parts of the greatest. */
@@ -193,6 +194,19 @@ static void measure_variance(const struct rf_shape *shape, double variance[2])
     }
     variance[0] = uu / area;
     variance[1] = vv / area;
+}
+
+static void measure_extent(struct rf_footprints *f)
+{
+    const struct rf_shape *shape = f->shape;
+    double extent[2];
+    rf_shape_extent(shape, extent);
+    extent[0] = fmax(extent[0], shape->size[0]);
+    extent[1] = fmax(extent[1], shape->size[1] * shape->pixel_aspect);
+    for (int k = 0; k < 2; k++) {
+        f->extent[k][0] = fabs(f->drift.base[k]);
+        f->extent[k][1] = extent[k] + fabs(f->drift.slope[k]);
+    }
 }
 
 /* ---- one footprint ------------------------------------------------------------- */
@@ -363,22 +377,30 @@ static int padded(int n)
     return (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
 }
 
-/* Are the rows above the middle those below it? Then they become the same numbers. */
-static bool mirror(struct grid *g)
+/* The weight that mirrors that of column x and row y: in the other half of its row, or
+ * of its column. */
+static double *mirrored(const struct grid *g, int x, int y, bool is_in_row)
 {
+    return is_in_row ? &grid_row(g, 0, y)[g->width - 1 - x]
+                     : &grid_row(g, 0, g->height - 1 - y)[x];
+}
+
+/* Do the weights mirror each other? Then they become the same numbers. */
+static bool mirror(struct grid *g, bool is_in_row)
+{
+    int width = is_in_row ? g->width / 2 : g->width;
+    int height = is_in_row ? g->height : g->height / 2;
     double peak = 0;
     for (int i = 0; i < g->width * g->height; i++)
         peak = fmax(peak, g->weight[i]);
-    for (int y = 0; y < g->height / 2; y++)
-        for (int x = 0; x < g->width; x++) {
-            double a = grid_row(g, 0, y)[x], b = grid_row(g, 0, g->height - 1 - y)[x];
-            if (fabs(a - b) > SAME * peak)
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++)
+            if (fabs(grid_row(g, 0, y)[x] - *mirrored(g, x, y, is_in_row)) >
+                SAME * peak)
                 return false;
-        }
-    for (int y = 0; y < g->height / 2; y++)
-        for (int x = 0; x < g->width; x++) {
-            double *a = &grid_row(g, 0, y)[x];
-            double *b = &grid_row(g, 0, g->height - 1 - y)[x];
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            double *a = &grid_row(g, 0, y)[x], *b = mirrored(g, x, y, is_in_row);
             *a = *b = 0.5 * (*a + *b);
         }
     return true;
@@ -388,7 +410,8 @@ static bool mirror(struct grid *g)
 static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
                                  bool is_common)
 {
-    bool is_mirrored = (f->cells.n == 1 || is_common) && mirror(g);
+    bool is_mirrored = (f->cells.n == 1 || is_common) && mirror(g, false);
+    bool is_even = is_mirrored && mirror(g, true);
     int n_segments = 0, n_weights = 0, first, last, n_spare = RF_MAX_SIDE_BY_SIDE - 1;
     for (int y = 0; y < g->height; y++)
         for (int c = 0; c < f->cells.n; c++)
@@ -409,6 +432,7 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
     p->weights = (float *)(memory + head);
     p->segments = (struct rf_segment *)(memory + head + body);
     p->is_common = is_common;
+    p->is_even = is_even;
     p->n_mirrored = is_mirrored ? n_segments / 2 : 0;
     p->n_side_by_side = n_spare + 1;
     p->min_dx = p->min_dy = INT16_MAX;
@@ -524,13 +548,12 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
     double drift_px[2];
     for (int k = 0; k < 2; k++)
         drift_px[k] = drift->slope[k] * r + (is_coarse ? 0 : drift->base[k]);
-    struct grid g = {
-        .kernel = &kernels[kind],
-        .lines = lines,
-        .reach_x = (int)ceil(fabs(r) * size[0] + fabs(drift_px[0])) + 3,
-        .reach_y =
-            (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect + fabs(drift_px[1])) +
-            3};
+    struct grid g = {.kernel = &kernels[kind],
+                     .lines = lines,
+                     .reach_x = (int)ceil(fabs(r) * size[0] + fabs(drift_px[0])) + 3,
+                     .reach_y = (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect +
+                                          fabs(drift_px[1])) +
+                                3};
     g.width = 2 * g.reach_x + 1;
     g.height = 2 * g.reach_y + 1;
     size_t n = (size_t)g.width * (size_t)g.height * (size_t)f->cells.n;
@@ -584,11 +607,20 @@ rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *need
     return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
 }
 
+int rf_footprints_reach(const struct rf_footprints *f, double r)
+{
+    double within_px =
+        f->n_phases > 1 ? 1 : 0.5; /* where the sample lies at the most */
+    double most = 0;
+    for (int k = 0; k < 2; k++)
+        most = fmax(most, f->extent[k][0] + (r + RADIUS_STEP) * f->extent[k][1]);
+    return (int)ceil(most + KERNEL_REACH + within_px - 0.5) - 1;
+}
+
 /* ---- the table ----------------------------------------------------------------- */
 
 rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
-                             const struct rf_footprint_use *use,
-                             struct rf_error *error)
+                             const struct rf_footprint_use *use, struct rf_error *error)
 {
     *f = (struct rf_footprints){.context = context,
                                 .shape = use->shape,
@@ -596,6 +628,7 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
                                 .n_phases = use->n_phases};
     rf_lens_cells_init(&f->cells, use->shape, use->n_cells);
     measure_variance(use->shape, f->variance);
+    measure_extent(f);
     f->max_index = INT32_MAX;
     f->max_index = rf_radius_index(f, (float)use->max_radius) + 1;
     size_t n = rf_footprint_count(f);

@@ -33,6 +33,8 @@ struct rf_footprint {
      * round: a row above the sample those of the row as far below it. */
     int n_mirrored;
     bool is_common;
+    bool is_even; /* mirrored, and each row the same both ways: segments from -dx to dx
+                   */
     /*
      * So many samples side by side can be spread at once: segments end with as many
      * zeros, but one, and as many stand before the first. 1 to RF_MAX_SIDE_BY_SIDE.
@@ -88,6 +90,8 @@ struct rf_footprints {
     struct rf_lens_cells cells;
     int max_index; /* radii from -max_index to max_index, in steps */
     int n_phases;  /* per axis: 1 puts every sample on its pixel's centre */
+    double extent[2]
+                 [2]; /* of the drifting aperture along x and y: px, px per px of r */
     struct rf_footprint **table;
 };
 
@@ -112,8 +116,7 @@ void rf_footprints_free(struct rf_footprints *f);
  */
 rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
                             const struct rf_context *context,
-                            const struct rf_footprint_use *use,
-                            struct rf_error *error);
+                            const struct rf_footprint_use *use, struct rf_error *error);
 void rf_footprints_put(struct rf_footprints *f, struct rf_footprints *own);
 size_t rf_shelf_bytes(void);
 /* Frees what is kept; no picture is in work. */
@@ -187,6 +190,10 @@ static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
     return (slot * RF_N_KINDS + (size_t)kind) * RF_N_LEVEL_CLASSES +
            (size_t)level_class;
 }
+
+/* Pixels right, left, up or down that footprints of radii up to r reach at the most,
+ * whether they are built or not. */
+int rf_footprints_reach(const struct rf_footprints *f, double r);
 
 /*
  * Builds every slot i with needed[i] != 0 on all threads, as one phase of `task` that

@@ -8,20 +8,6 @@
 #include "kernels.h"
 #include "vector.h"
 
-/*
- * Takes 32 floats as one row and interleaves its halves: the bits of each place turn
- * left by one, so three turns take r g b a r g b a .. to eight of r, g, b and a.
- */
-static inline void turn(vf v[4])
-{
-    vf a = INTERLEAVE(v[0], v[2], 0), b = INTERLEAVE(v[0], v[2], 4);
-    vf c = INTERLEAVE(v[1], v[3], 0), d = INTERLEAVE(v[1], v[3], 4);
-    v[0] = a;
-    v[1] = b;
-    v[2] = c;
-    v[3] = d;
-}
-
 /* Pixels of rgba as they are, and which of their floats are not finite, too. */
 static inline void load_pixels(const float *rgba, vf v[4], vi *is_bad)
 {

@@ -6,6 +6,7 @@
 #ifndef RF_VECTOR_H
 #define RF_VECTOR_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 #ifdef __AVX__
@@ -48,6 +49,22 @@ static inline vf choose(vi mask, vf a, vf b)
     return (vf)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)mask);
 #else
     return (vf)(((vi)a & mask) | ((vi)b & ~mask));
+#endif
+}
+
+/* Four whole numbers. */
+typedef uint64_t vu __attribute__((vector_size(32)));
+typedef uint64_t vu_loose __attribute__((vector_size(32), aligned(8)));
+
+#define LOAD_U(p) (*(const vu_loose *)(p))
+
+static inline bool is_same(vu a, vu b)
+{
+    vu d = a ^ b;
+#ifdef __AVX__
+    return _mm256_testz_si256((__m256i)d, (__m256i)d);
+#else
+    return !(d[0] | d[1] | d[2] | d[3]);
 #endif
 }
 
@@ -95,6 +112,34 @@ static inline unsigned lane_bits(vi mask)
 #define INTERLEAVE(a, b, i)                                                            \
     SHUFFLE(a, b, (i), (i) + 8, (i) + 1, (i) + 9, (i) + 2, (i) + 10, (i) + 3, (i) + 11)
 
+/*
+ * Takes 32 floats as one row and interleaves its halves: the bits of each place turn
+ * left by one, so three turns take r g b a r g b a .. to eight of r, g, b and a.
+ */
+static inline void turn(vf v[4])
+{
+    vf a = INTERLEAVE(v[0], v[2], 0), b = INTERLEAVE(v[0], v[2], 4);
+    vf c = INTERLEAVE(v[1], v[3], 0), d = INTERLEAVE(v[1], v[3], 4);
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+    v[3] = d;
+}
+
+/* Four floats from a and four from b, without a way through memory. */
+static inline vf load_halves(const float *a, const float *b)
+{
+#ifdef __AVX__
+    __m256 low = _mm256_castps128_ps256(_mm_loadu_ps(a));
+    return (vf)_mm256_insertf128_ps(low, _mm_loadu_ps(b), 1);
+#else
+    vf v;
+    memcpy(&v, a, 4 * sizeof *a);
+    memcpy((float *)&v + 4, b, 4 * sizeof *b);
+    return v;
+#endif
+}
+
 /* 0, 1, .. 7 */
 static inline vi lane_numbers(void)
 {
@@ -118,20 +163,6 @@ static inline vf vsqrt(vf v)
 #else
     for (int l = 0; l < LANES; l++)
         v[l] = __builtin_sqrtf(v[l]);
-    return v;
-#endif
-}
-
-/* Four floats from a and four from b, without a way through memory. */
-static inline vf load_halves(const float *a, const float *b)
-{
-#ifdef __AVX__
-    __m256 low = _mm256_castps128_ps256(_mm_loadu_ps(a));
-    return (vf)_mm256_insertf128_ps(low, _mm_loadu_ps(b), 1);
-#else
-    vf v;
-    memcpy(&v, a, 4 * sizeof *a);
-    memcpy((float *)&v + 4, b, 4 * sizeof *b);
     return v;
 #endif
 }

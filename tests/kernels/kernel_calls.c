@@ -14,13 +14,14 @@ float noise(void)
 
 /*
  * Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px; those
- * below the middle may be those above it.
+ * below the middle may be those above it, and those to its right those to its left.
  */
 static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
                            float *weights, int reach, int n_side_by_side,
-                           bool is_mirrored)
+                           bool is_mirrored, bool is_even)
 {
     *f = (struct rf_footprint){.is_common = reach < 4,
+                               .is_even = is_even,
                                .n_mirrored = is_mirrored ? reach : 0,
                                .n_side_by_side = n_side_by_side,
                                .segments = segments,
@@ -39,8 +40,11 @@ static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
             .cell = (int16_t)(f->is_common ? 2 : f->n_segments % 2),
             .row = (f->is_common ? 2 : f->n_segments % 2) * RF_TILE_H + dy,
             .weight = 24 * (f->n_segments + 1)};
+        float *weight = weights + g->weight;
         for (int i = 0; i < g->n; i++)
-            weights[g->weight + i] = i <= 2 * half ? noise() - 0.1f : 0;
+            weight[i] = i <= 2 * half ? noise() - 0.1f : 0;
+        for (int i = 0; i < half && is_even; i++)
+            weight[2 * half - i] = weight[i];
         if (is_mirrored && dy > 0)
             g->weight = segments[reach - dy].weight;
         f->n_segments++;
@@ -54,7 +58,7 @@ void make_given(void)
         given.pointers[i] = &given.footprints[i];
         make_footprint(&given.footprints[i], given.segments[i], given.weights[i],
                        (const int[]){3, 6, 10, 7}[i], (const int[]){2, 1, 4, 3}[i],
-                       i % 2 == 0);
+                       i % 2 == 0, i == 0);
     }
     for (int i = 0; i < N_SPLATS; i++) {
         struct rf_splat *s = &given.splats[i];
@@ -64,7 +68,7 @@ void make_given(void)
                                .cover = i % 7 ? 0.5f + noise() : 0};
         for (int c = 0; c < 4; c++)
             s->c[c] = noise() * (i % 11 ? 1 : 1000);
-        if (i % 8 > 2) { /* six side by side */
+        if (i % 24 > 2 && i % 24 != 9) { /* 14 and 7 side by side */
             s->x = s[-1].x + 1;
             s->y = s[-1].y;
             s->slot = s[-1].slot;
@@ -121,8 +125,8 @@ static void call_places(const struct rf_kernels *k, struct workspace *w, int var
     int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61;
     struct rf_tile_surfaces surfaces = {pixels, 0, PLACES_W, given.splats, x, y};
     for (int i = 0; i < N_PLACES; i++) {
-        int column = i % 40 + i % 40 / 7, row = i / 40 * 3;
-        places[i] = rf_place_make(i / 9 % N_FOOTPRINTS, column, row,
+        int column = i % 40 + i % 40 / 23, row = i / 40 * 3;
+        places[i] = rf_place_make(i / 31 % N_FOOTPRINTS, column, row,
                                   i % 17 ? 0 : 1 + i % N_SPLATS);
     }
     k->spread_places(make_accumulator(w, 4 + variant % 2), places, N_PLACES, &surfaces,

@@ -118,7 +118,7 @@ static void places_spread_as_splats_do(void)
     }
 }
 
-enum { N_RUN = 33, RUN_X = 20, RUN_PX = 16 };
+enum { N_RUN = 33, RUN_X = 20, N_SHORT = 7 /* no convolution */ };
 
 /* Spreads a part of a run of one footprint, as splats or as places. */
 static void spread_run(struct workspace *w, int slot, int start, int end,
@@ -164,31 +164,60 @@ static bool are_same_columns(int x, int end)
 /* So windows have the bits of the whole, whose runs may be longer. */
 static void splats_that_do_not_reach_do_not_matter(void)
 {
-    for (int i = 0; i < 2 * N_FOOTPRINTS * N_RUN; i++) {
-        int slot = i / 2 % N_FOOTPRINTS, n = i / 2 / N_FOOTPRINTS + 1;
+    for (int i = 0; i < 2 * N_FOOTPRINTS * (N_RUN - N_SHORT); i++) {
+        int slot = i / 2 % N_FOOTPRINTS, n = N_RUN - i / 2 / N_FOOTPRINTS;
         const struct rf_footprint *f = given.pointers[slot];
         spread_run(&first, slot, 0, N_RUN, i % 2);
         spread_run(&other, slot, 0, n, i % 2);
         CHECK(are_same_columns(RUN_X + f->min_dx,
                                n < N_RUN ? RUN_X + n + f->min_dx : RF_TILE_W));
-        /* One that begins later is the same where it was cut anyway. */
-        int cut = (RUN_X + n + RUN_PX - 1) / RUN_PX * RUN_PX;
-        if (cut + f->max_dx >= RF_TILE_W)
-            continue;
-        spread_run(&other, slot, n, N_RUN, i % 2);
-        CHECK(are_same_columns(cut + f->max_dx, RF_TILE_W));
+        int from = RUN_X + N_RUN - n; /* one that begins later */
+        spread_run(&other, slot, N_RUN - n, N_RUN, i % 2);
+        CHECK(from + f->max_dx >= RF_TILE_W ||
+              are_same_columns(from + f->max_dx, RF_TILE_W));
     }
 }
 
+static void check_near(void)
+{
+    for (int i = 0; i < ACC_FLOATS; i++)
+        CHECK_NEAR(first.at[i], other.at[i], 1e-5 + 1e-5 * fabsf(first.at[i]));
+}
+
+/* Convolutions are the sums of what is spread one by one. */
+static void long_runs_are_as_many_short_ones(void)
+{
+    static struct workspace one;
+    for (int i = 0; i < 2 * N_FOOTPRINTS; i++)
+        for (int n = N_SHORT; n <= N_RUN; n += 2) {
+            spread_run(&first, i / 2, 0, n, i % 2);
+            memset(&other, 0, sizeof other);
+            for (int k = 0; k < n; k++) {
+                spread_run(&one, i / 2, k, k + 1, i % 2);
+                for (int a = 0; a < ACC_FLOATS; a++)
+                    other.at[a] += one.at[a];
+            }
+            check_near();
+        }
+}
+
+/* What is known of a footprint's weights does not change what it leaves. */
 static void mirrored_footprints_spread_as_others_do(void)
 {
     for (int i = 0; i < 2 * N_FOOTPRINTS; i++) {
-        int slot = i / 2, n_mirrored = given.footprints[slot].n_mirrored;
-        spread_run(&first, slot, 0, N_RUN, i % 2);
-        given.footprints[slot].n_mirrored = 0;
-        spread_run(&other, slot, 0, N_RUN, i % 2);
-        given.footprints[slot].n_mirrored = n_mirrored;
+        int slot = i / 2;
+        struct rf_footprint *f = &given.footprints[slot], kept = *f;
+        spread_run(&first, slot, 0, N_SHORT, i % 2);
+        f->is_even = false;
+        f->n_mirrored = 0;
+        spread_run(&other, slot, 0, N_SHORT, i % 2);
         CHECK(is_same("spread", "mirrored", i));
+        *f = kept;
+        spread_run(&first, slot, 0, N_RUN, i % 2);
+        f->is_even = false;
+        spread_run(&other, slot, 0, N_RUN, i % 2);
+        *f = kept;
+        check_near();
     }
 }
 
@@ -697,6 +726,7 @@ int main(int argc, char **argv)
     TEST(every_kernel_writes);
     TEST(places_spread_as_splats_do);
     TEST(splats_that_do_not_reach_do_not_matter);
+    TEST(long_runs_are_as_many_short_ones);
     TEST(mirrored_footprints_spread_as_others_do);
     TEST(bits_tell_what_pixels_are);
     TEST(extremes_are_those_of_all_around);

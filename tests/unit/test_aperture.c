@@ -258,17 +258,35 @@ static double mirrored(const struct rf_footprint *p)
     return 2.0 * p->n_mirrored / (p->n_segments - 1);
 }
 
+/* Is each row the same both ways, if it is said to be? -1: it is not. */
+static double even(const struct rf_footprint *p)
+{
+    for (int i = 0; i < p->n_segments && p->is_even; i++) {
+        const struct rf_segment *g = &p->segments[i];
+        const float *middle = p->weights + g->weight - g->dx;
+        for (int x = 0; x < g->n + g->dx; x++)
+            if (x <= -g->dx ? middle[x] != middle[-x] : middle[x] != 0)
+                return -1;
+    }
+    return p->is_even;
+}
+
 static void footprints_are_mirrored_where_the_lens_is(void)
 {
     struct rf_shape disc = shape_of(RF_APERTURE_DISC, 0, 0, 1.5);
     struct rf_shape hexagon = shape_of(RF_APERTURE_POLYGON, 6, 0, 1);
     struct rf_shape turned = shape_of(RF_APERTURE_POLYGON, 6, 0.1, 1);
+    struct rf_shape triangle = shape_of(RF_APERTURE_POLYGON, 3, 20, 1);
     for (float r = -12; r <= 12; r += 0.75f) {
         if (r == 0)
             continue;
         CHECK(of_footprint(&disc, 1, r, mirrored) == 1);
         CHECK(of_footprint(&hexagon, 1, r, mirrored) == 1);
+        CHECK(of_footprint(&disc, 1, r, even) == 1);
+        CHECK(of_footprint(&hexagon, 1, r, even) == 1);
         CHECK(fabsf(r) < 2 || of_footprint(&turned, 1, r, mirrored) == 0);
+        CHECK(fabsf(r) < 2 || of_footprint(&turned, 1, r, even) == 0);
+        CHECK(fabsf(r) < 4 || of_footprint(&triangle, 1, r, even) == 0);
         CHECK(of_footprint(&disc, 4, r, mirrored) == 0 || fabsf(r) < RF_COMMON_PX);
     }
     CHECK(of_footprint(&disc, 4, 0.125f, mirrored) == 1); /* common to all */
@@ -286,6 +304,52 @@ static void footprints_of_parts_do_without_faint_weights(void)
     CHECK(faintest_weight(&part, 1.5f) < 0.03);
 }
 
+/* Pixels that the footprints of radii up to r really reach. */
+static int true_reach(struct rf_footprints *f, struct rf_context *context, double r)
+{
+    struct rf_task task = {.to = 0};
+    unsigned char *needed = rf_calloc(context, rf_footprint_count(f), 1);
+    int most = rf_radius_index(f, (float)r), reach = 0;
+    size_t n = rf_footprint_count(f) / (size_t)(2 * f->max_index + 1);
+    size_t from = n * (size_t)(f->max_index - most);
+    memset(needed + from, 1, n * (size_t)(2 * most + 1));
+    CHECK(rf_footprints_build(f, needed, &task, 1, NULL) == RF_OK);
+    for (size_t i = from; i < from + n * (size_t)(2 * most + 1); i++) {
+        const struct rf_footprint *p = rf_footprint_at(f->table, i);
+        reach = rf_max_int(reach, rf_max_int(-p->min_dx, p->max_dx));
+        reach = rf_max_int(reach, rf_max_int(-p->min_dy, p->max_dy));
+    }
+    rf_free(context, needed);
+    return reach;
+}
+
+static void no_footprint_reaches_farther_than_said(void)
+{
+    struct rf_context *context;
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    for (int i = 0; i < 8; i++) {
+        struct rf_shape shape = i % 2 ? shape_of(RF_APERTURE_POLYGON, 5, 0.3, 0.5)
+                                      : shape_of(RF_APERTURE_DISC, 0, 0, 1);
+        struct rf_footprint_use use = {.shape = &shape,
+                                       .n_cells = 1,
+                                       .max_radius = 5,
+                                       .n_phases = i / 2 % 2 ? 4 : 1};
+        struct rf_footprints f;
+        if (i >= 4) {
+            shape.pixel_aspect = 1.7;
+            use.drift = (struct rf_drift){{0.6, -0.4}, {0.3, -0.8}};
+        }
+        REQUIRE(rf_footprints_init(&f, context, &use, NULL) == RF_OK);
+        for (double r = 0.25; r < 4.5; r += 0.75) {
+            int reach = true_reach(&f, context, r);
+            CHECK(reach <= rf_footprints_reach(&f, r));
+            CHECK(reach >= rf_footprints_reach(&f, r) - 3);
+        }
+        rf_footprints_free(&f);
+    }
+    rf_context_destroy(context);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -301,5 +365,6 @@ int main(int argc, char **argv)
     TEST(parts_of_places_at_one_point_or_outside);
     TEST(footprints_of_parts_do_without_faint_weights);
     TEST(footprints_are_mirrored_where_the_lens_is);
+    TEST(no_footprint_reaches_farther_than_said);
     return testing_end();
 }

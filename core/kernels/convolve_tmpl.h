@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Samples of one row, side by side, that share a footprint leave a convolution of it on
+ * every row that they reach; part of kernels_tmpl.c:
+ *
+ *   row[x] += sum over dx of  F(dx, dy) c(x - dx)
+ *
+ * with zeros for c beyond the run, summed from one side to the other for every pixel:
+ * it does not matter for the bits where the run is cut, as long as what reaches the
+ * tile is there. An even footprint has F(dx, dy) = F(-dx, dy) = F(dx, -dy): what stands
+ * to both sides of x is added up first, and rows above and below are the same.
+ */
+#include "kernels.h"
+#include "vector.h"
+
+_Static_assert(RF_TILE_HALO <= 12, "samples of a run lie in its planes, with the taps");
+
+enum {
+    RUN_LEFT = 24, /* columns before the tile: samples that reach it, and their taps */
+    RUN_STRIDE = RUN_LEFT + RF_TILE_W + 24,
+#ifdef __AVX__
+    VECTORS = 2, /* side by side: so many sums of five planes are in registers */
+#else
+    VECTORS = 1,
+#endif
+};
+
+/* A run of samples as planes of the tile's columns; zero beside it. */
+struct run_planes {
+    float at[RF_MAX_PLANES][RUN_STRIDE];
+    int from, to; /* columns of the run */
+};
+
+/* Colours of n samples, `stride` floats apart, from column x on. */
+static inline __attribute__((always_inline)) void load_run(struct run_planes *run,
+                                                           const float *c,
+                                                           size_t stride, int x, int n,
+                                                           int n_colours)
+{
+    int i = 0;
+    x += RUN_LEFT;
+    for (; i + LANES <= n; i += LANES, c += LANES * stride) {
+        vf v[4];
+        for (size_t k = 0; k < 4; k++)
+            v[k] = load_halves(c + k * stride, c + (k + 4) * stride);
+        turn_halves(v);
+        for (int p = 0; p < n_colours; p++)
+            STORE(run->at[p] + x + i, v[p]);
+    }
+    for (; i < n; i++, c += stride)
+        for (int p = 0; p < n_colours; p++)
+            run->at[p][x + i] = c[p];
+}
+
+static inline void clear_run(struct run_planes *run, int n_planes)
+{
+    for (int p = 0; p < n_planes; p++)
+        memset(run->at[p] + RUN_LEFT + run->from, 0,
+               (size_t)(run->to - run->from) * sizeof(float));
+}
+
+static inline __attribute__((always_inline)) void
+add_to_row(float *row, vf sum[][VECTORS], vf cover, int n_planes, bool is_full,
+           int n_vectors)
+{
+    for (int p = 0; p < n_planes; p++)
+        for (int i = 0; i < n_vectors; i++) {
+            float *at = row + p * RF_ACC_STRIDE + LANES * i;
+            STORE(at, LOAD(at) + (is_full && p == n_planes - 1 ? cover : sum[p][i]));
+        }
+}
+
+/*
+ * Columns x to x + n_vectors * LANES - 1 of all rows that a run with an even footprint
+ * reaches. If `is_full` all taps there are on samples that cover their pixels: `cover`
+ * is what they leave on each row.
+ */
+static inline __attribute__((always_inline)) void
+convolve_even(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+              const float *cover, int x, int y, int n_planes, bool is_full,
+              int n_vectors)
+{
+    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    const int n_summed = is_full ? n_planes - 1 : n_planes;
+    vf both[RF_TILE_HALO + 1][RF_MAX_PLANES][VECTORS];
+    for (int k = 0; k <= f->max_dx; k++)
+        for (int p = 0; p < n_summed; p++)
+            for (int i = 0; i < n_vectors; i++) {
+                const float *c = run->at[p] + RUN_LEFT + x + LANES * i;
+                both[k][p][i] = k == 0 ? LOAD(c) : LOAD(c - k) + LOAD(c + k);
+            }
+    for (int r = 0; r < f->n_segments - f->n_mirrored; r++) {
+        const struct rf_segment *g = &f->segments[r];
+        bool has_above = (unsigned)(y + g->dy) < RF_TILE_H;
+        bool has_below = g->dy != 0 && (unsigned)(y - g->dy) < RF_TILE_H;
+        float *above = origin + row_size * (y + g->row) + x;
+        if (!has_above && !has_below)
+            continue;
+        const float *weight = f->weights + g->weight - g->dx;
+        vf sum[RF_MAX_PLANES][VECTORS];
+        for (int p = 0; p < n_summed; p++)
+            for (int i = 0; i < n_vectors; i++)
+                sum[p][i] = SPLAT(weight[0]) * both[0][p][i];
+        for (int k = 1; k <= -g->dx; k++)
+            for (int p = 0; p < n_summed; p++)
+                for (int i = 0; i < n_vectors; i++)
+                    sum[p][i] += SPLAT(weight[k]) * both[k][p][i];
+        if (has_above)
+            add_to_row(above, sum, SPLAT(cover[r]), n_planes, is_full, n_vectors);
+        if (has_below)
+            add_to_row(above - 2 * row_size * g->dy, sum, SPLAT(cover[r]), n_planes,
+                       is_full, n_vectors);
+    }
+}
+
+/* The same with any footprint. */
+static inline __attribute__((always_inline)) void
+convolve_any(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+             int x, int y, int n_planes, int n_vectors)
+{
+    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    for (int r = 0; r < f->n_segments; r++) {
+        const struct rf_segment *g = &f->segments[r];
+        if ((unsigned)(y + g->dy) >= RF_TILE_H)
+            continue;
+        const float *weight = f->weights + g->weight;
+        const int n = rf_min_int(g->n, f->max_dx - g->dx + 1);
+        vf sum[RF_MAX_PLANES][VECTORS];
+        for (int p = 0; p < n_planes; p++)
+            for (int i = 0; i < n_vectors; i++)
+                sum[p][i] = SPLAT(0);
+        for (int k = 0; k < n; k++)
+            for (int p = 0; p < n_planes; p++)
+                for (int i = 0; i < n_vectors; i++)
+                    sum[p][i] += SPLAT(weight[k]) * LOAD(run->at[p] + RUN_LEFT + x +
+                                                         LANES * i - g->dx - k);
+        add_to_row(origin + row_size * (y + g->row) + x, sum, SPLAT(0), n_planes, false,
+                   n_vectors);
+    }
+}
+
+/* What samples that cover their pixels leave on the rows of an even footprint. */
+static inline void sum_rows(const struct rf_footprint *f, float *cover)
+{
+    for (int r = 0; r < f->n_segments - f->n_mirrored; r++) {
+        const struct rf_segment *g = &f->segments[r];
+        const float *weight = f->weights + g->weight - g->dx;
+        cover[r] = weight[0];
+        for (int k = 1; k <= -g->dx; k++)
+            cover[r] += weight[k] * 2;
+    }
+}
+
+/* Spreads a run in row y; with is_surface all of it covers its pixels. */
+static inline __attribute__((always_inline)) void
+convolve_run(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+             int y, int n_planes, bool is_surface)
+{
+    int x = rf_max_int(run->from + f->min_dx, 0) / LANES * LANES;
+    int end = rf_min_int(run->to + f->max_dx, RF_TILE_W);
+    float cover[RF_TILE_HALO + 1] = {0};
+    if (f->is_even && is_surface)
+        sum_rows(f, cover);
+    for (int n_vectors; x < end; x += n_vectors * LANES) {
+        n_vectors = rf_min_int((end - x + LANES - 1) / LANES, VECTORS);
+        bool is_full = is_surface && x - f->max_dx >= run->from &&
+                       x + VECTORS * LANES + f->max_dx <= run->to;
+        if (!f->is_even && n_vectors == VECTORS)
+            convolve_any(run, origin, f, x, y, n_planes, VECTORS);
+        else if (!f->is_even)
+            convolve_any(run, origin, f, x, y, n_planes, 1);
+        else if (n_vectors < VECTORS)
+            convolve_even(run, origin, f, cover, x, y, n_planes, false, 1);
+        else if (is_full)
+            convolve_even(run, origin, f, cover, x, y, n_planes, true, VECTORS);
+        else
+            convolve_even(run, origin, f, cover, x, y, n_planes, false, VECTORS);
+    }
+}
+
+static __attribute__((noinline)) void convolve_4(const struct run_planes *run,
+                                                 float *origin,
+                                                 const struct rf_footprint *f, int y,
+                                                 bool is_surface)
+{
+    convolve_run(run, origin, f, y, 4, is_surface);
+}
+
+static __attribute__((noinline)) void convolve_5(const struct run_planes *run,
+                                                 float *origin,
+                                                 const struct rf_footprint *f, int y,
+                                                 bool is_surface)
+{
+    convolve_run(run, origin, f, y, RF_MAX_PLANES, is_surface);
+}
