@@ -56,6 +56,7 @@ struct rf_composer {
     unsigned char *needed; /* per footprint: does a splat use it? Of a set */
     float split;           /* radius from which the resolution falls, px */
     int n_threads;
+    unsigned char *gaps; /* a byte for each pixel of the result; NULL: none is filled */
 };
 
 /* ---- lists of samples ---------------------------------------------------------- */
@@ -103,5 +104,12 @@ struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
 /* Composites a coarse level, and adds it to the canvas. */
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error);
+
+/* ---- gaps.c -------------------------------------------------------------------- */
+
+/* Notes for n pixels how much of a gap they are, 0 for those that are none. */
+void rf_gaps_note(unsigned char *gaps, const float *coverage, int n);
+/* Fills the gaps of a finished part, whose size `gaps` has, from around them. */
+void rf_gaps_fill(const struct rf_crop *crop, const unsigned char *gaps, int n_threads);
 
 #endif

@@ -150,6 +150,9 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
     ptrdiff_t at = crop->stride * y + x;
     for (int p = 0; p < n_colours; p++)
         sums[p] = sum + plane * (size_t)p;
+    if (c->gaps)
+        rf_gaps_note(c->gaps + (size_t)crop->width * (size_t)y + (size_t)x, coverage,
+                     n);
     if (crop->rgba) {
         c->kernels->divide_rgba(sums, coverage, n, crop->rgba + at + 3 * x);
         return;
@@ -299,6 +302,15 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     return RF_OK;
 }
 
+/* To a part no gaps are known. */
+static rf_result begin_gaps(struct rf_composer *c, const struct rf_crop *crop,
+                            struct rf_error *error)
+{
+    size_t n = (size_t)crop->width * (size_t)crop->height;
+    c->gaps = rf_calloc(c->context, n, sizeof *c->gaps);
+    return c->gaps ? RF_OK : rf_fail_memory(error, n, sizeof *c->gaps);
+}
+
 /* Both sets, one after the other, on a canvas. */
 static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
                             double visible_to, double hidden_to, struct rf_error *error)
@@ -346,16 +358,21 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     struct rf_crop crop = {.x = 0};
     if (result == RF_OK)
         crop = crop_of(&c, work);
+    if (result == RF_OK && scene->fills_gaps)
+        result = begin_gaps(&c, &crop, error);
     if (result == RF_OK && is_local)
         result = run_tiles(&c, sets, &crop, most, error);
     else if (result == RF_OK)
         finish(&c, &crop);
+    if (result == RF_OK && c.gaps)
+        rf_gaps_fill(&crop, c.gaps, c.n_threads);
     if (result == RF_OK)
         result = rf_add_highlights(scene, &crop, error);
     if (gives_canvas) {
         work->memory = c.canvas.sum;
         c.canvas.sum = NULL;
     }
+    rf_free(c.context, c.gaps);
     if (c.acc)
         rf_free(c.context, c.acc[0].at);
     rf_free(c.context, c.acc);

@@ -39,7 +39,7 @@ struct rf_source {
     void *user;
     /* Of the plain samples; as large as the scene, packed, but moved by whole px. */
     const struct rf_surface *surfaces;
-    int x, y; /* of the first surface, in the scene */
+    int x, y;             /* of the first surface, in the scene */
     const float *radius;  /* of the plain samples' surfaces; NULL: not at hand */
     size_t radius_stride; /* floats */
     int most_per_pixel;
@@ -64,8 +64,9 @@ struct rf_scene {
     int x0, y0;        /* where the picture begins within it */
     int n_colours;     /* 3 or 4: set by rf_composite_crop() */
     bool is_opaque;    /* every alpha is 1: it needs no sums */
+    bool fills_gaps;   /* what samples leave open looks like the pixels around */
     int n_phases; /* sub-pixel positions per axis; 1: samples lie on pixel centres */
-    struct rf_drift drift; /* of the samples' footprints */
+    struct rf_drift drift;     /* of the samples' footprints */
     struct rf_samples visible; /* spread near to far */
     struct rf_samples hidden;  /* after all visible ones, fill what is left */
     struct rf_source visible_source, hidden_source; /* beside those arrays */
@@ -82,10 +83,13 @@ struct rf_scene {
     double progress_to; /* fraction that this part ends at */
 };
 
+/* How far away a pixel looks where it is a gap, px. */
+enum { RF_GAP_REACH = 3 };
+
 /*
  * Composites the scene, crops the border and writes the image of `work`, its colours,
  * or gives it planes where it has neither (rf_work_drop_views()). Where nothing reached
- * a pixel it is 0.
+ * a pixel it is 0, unless gaps are filled.
  */
 rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error);
@@ -95,7 +99,7 @@ struct rf_crop {
     int x, y, width, height; /* of the part, in the scene */
     ptrdiff_t stride;        /* floats */
     float *planes[4];
-    float *rgba; /* instead of planes: quadruples, all wanted */
+    float *rgba;  /* instead of planes: quadruples, all wanted */
     float weight; /* not 0: colours are added to the planes, times this */
 };
 

@@ -8,9 +8,10 @@
  * the largest radius in px along the longer axis of the aperture, 2^L the pixel of the
  * coarsest level that R needs, and lengths in px:
  *
- *   S = 96                        a surface: 5 x 5 and 7 x 7 pixels (split.c), squares
+ *   S = 99                        a surface: 5 x 5 and 7 x 7 pixels (split.c), squares
  *                                 of 32 px and their neighbours (survey.c); 16 px that
- *                                 are spread together (kernels_tmpl.c)
+ *                                 are spread together (kernels_tmpl.c); 3 px around
+ *                                 gaps (gaps.c)
  *   H = min(120, 5 R + 3)         hidden background (hidden.c): candidates lie within
  *                                 2 R, the window reaches 2.5 times as far
  *   F = R + 4 2^l                 a footprint, in blocks of the level
@@ -30,8 +31,8 @@
 #include "picture.h"
 
 enum {
-    SURFACE = 96,      /* S */
-    HIDDEN_MOST = 128, /* H at most, with the pixels that share an answer */
+    SURFACE = 96 + RF_GAP_REACH, /* S */
+    HIDDEN_MOST = 128,           /* H at most, with the pixels that share an answer */
 };
 
 /* H for footprints of r px. */

@@ -11,6 +11,7 @@
  * shape that things before it leave (highlight.c)
  * - hidden: background that only the lens can see is estimated (hidden.c)
  * - composite: samples near to far, then the hidden ones (composite.c)
+ * - gaps: what is still open looks like the pixels around (gaps.c)
  *
  * Ours; reading: Kosloff 2009 (spreading), Lee, Eisemann and Seidel 2009 (layers), the
  * coverage partition of deep compositing. Approximates: one hidden surface behind each
@@ -89,6 +90,7 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                              .is_opaque = view->survey
                                               ? view->survey->n_transparent == 0
                                               : !l->picture.has_alpha,
+                             .fills_gaps = params->fill_hidden,
                              .highlights = l->picture.highlights,
                              .n_views = 1,
                              .occluders = &occluders,

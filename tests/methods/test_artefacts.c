@@ -268,6 +268,36 @@ static void scatter_darkens_the_border(void)
     frame_free(&f);
 }
 
+/* Least light of a white wall in focus behind two black wires that cross. */
+static float darkest_behind_wires(bool is_filled)
+{
+    struct rf_params p;
+    struct frame f = frame_make(SIZE, SIZE, 3);
+    plain_params(&p, RF_METHOD_LAYERED);
+    p.fill_hidden = is_filled;
+    for (int y = 0; y < SIZE; y++)
+        for (int x = 0; x < SIZE; x++) {
+            bool is_near = abs(x - y) < 2, is_far = abs(x - SIZE / 2) < 1;
+            f.depth[y * SIZE + x] = plain_depth(is_near ? -9 : is_far ? -7 : 0);
+            for (int c = 0; c < 3; c++)
+                *(frame_at(&f, f.colour, x, y) + c) = !is_near && !is_far;
+        }
+    CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+    float least = 1;
+    for (int i = 0; i < SIZE * SIZE * 3; i++)
+        least = fminf(least, f.out[i]);
+    frame_free(&f);
+    return least;
+}
+
+/* Behind the one lies the other, and the wall shows through both. */
+static void crossing_wires_leave_no_dark_point(void)
+{
+    float least = darkest_behind_wires(true);
+    printf("# least light behind crossing wires %.3f\n", (double)least);
+    CHECK(least > 0.5f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -279,5 +309,6 @@ int main(int argc, char **argv)
     TEST(region_shows_the_sharp_picture_through_the_blur);
     TEST(scatter_darkens_the_border);
     TEST(scatter_runs_over_what_is_sharp_before_it);
+    TEST(crossing_wires_leave_no_dark_point);
     return testing_end();
 }
