@@ -21,8 +21,8 @@ struct rf_picture {
     /* A bit for each pixel that is mixed or bright, rows in whole words. */
     uint64_t *others;
     uint64_t *shining; /* the same for those that may be highlights */
-    bool has_alpha;  /* some pixel is not opaque */
-    bool is_refused; /* the view's image needs planes: there are no surfaces */
+    bool has_alpha;    /* some pixel is not opaque */
+    bool is_refused;   /* the view's image needs planes: there are no surfaces */
     struct rf_areas areas;
     struct rf_samples highlights;
 };
@@ -80,6 +80,13 @@ void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
 /* Does rf_picture_emit() put two samples for a surface of pixel (x, y)? */
 bool rf_picture_is_bright(const struct rf_picture *picture,
                           const struct rf_surface *surface, int x, int y);
+
+/* May it, for the near surface of a pixel that is not mixed? At a glance. */
+static inline bool rf_picture_may_be_bright(const struct rf_picture *l, int x, int y)
+{
+    const uint64_t *row = l->others + rf_row_words(l->width) * (size_t)y;
+    return l->has_alpha || (row[x / 64] >> x % 64 & 1);
+}
 
 /* What n <= 64 pixels from (x, y) on have as a source of samples. */
 struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,

@@ -389,6 +389,9 @@ struct rf_kernels {
      * radii are given. n is rounded up to eight.
      */
     void (*place_parts)(const struct rf_sight *own, int n, struct rf_sight_places *p);
+    /* The same for eight pixels from (x, y) on, of their near parts. */
+    void (*place_row)(const struct rf_sight *own, int x, int y,
+                      struct rf_sight_places *p);
     /*
      * Looks for n <= 16 places in a view; what is nearer by less than `nearer` does not
      * hide. Reads n rounded up to eight.

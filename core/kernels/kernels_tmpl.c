@@ -279,6 +279,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .gather_window = gather_window,
     .average_window = average_window,
     .place_parts = place_parts,
+    .place_row = place_row,
     .look_for_parts = look_for_parts,
     .find_pixels = find_pixels,
     .fit_plane = fit_plane,

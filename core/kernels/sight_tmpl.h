@@ -24,6 +24,16 @@ static inline vf shift_of(const struct rf_sight *s, vf r)
     return SPLAT(s->shift_scale) * r + SPLAT(s->shift_bias);
 }
 
+static void place_row(const struct rf_sight *own, int x, int y,
+                      struct rf_sight_places *p)
+{
+    vf r = LOAD(own->radius + own->stride * (size_t)y + x), shift = shift_of(own, r);
+    vf at = to_float(lane_numbers() + x) + SPLAT(0.5f);
+    STORE(p->x, at - vsnap(SPLAT(own->lens[0]) * shift));
+    STORE(p->y, SPLAT((float)y + 0.5f) + vsnap(SPLAT(own->lens[1]) * shift));
+    STORE(p->r, r);
+}
+
 static void place_parts(const struct rf_sight *own, int n, struct rf_sight_places *p)
 {
     for (int i = 0; i < n; i += LANES) {

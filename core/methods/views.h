@@ -105,12 +105,13 @@ static inline float rf_view_pixel_sees(const struct rf_picture *l, int x, int y,
 {
     const struct rf_surfaces *s = &l->surfaces;
     size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-    float limit = r - RF_OCCLUDED_PX, share = s->share[i];
-    if (share <= 0)
-        return rf_far_at(s, i)->r < limit ? 0 : 1;
-    if (s->near[i].r >= limit)
+    float limit = r - RF_OCCLUDED_PX;
+    if (!rf_is_mixed(s, i)) /* the plane of radii is denser than surfaces are */
+        return rf_plane_row(&l->pixels, l->pixels.radius, y)[x] >= limit ? 1 : 0;
+    float share = s->share[i];
+    if (share > 0 && s->near[i].r >= limit)
         return 1;
-    return share < 1 && rf_far_at(s, i)->r >= limit ? 1 - share : 0;
+    return rf_far_at(s, i)->r >= limit ? 1 - share : 0;
 }
 
 /* ---- cells of the lens --------------------------------------------------------- */

@@ -96,9 +96,9 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
     return rf_max_float(left, least);
 }
 
-/* How much view k shows of eight places; nothing but of those in `asked`. */
-static void add_shown(const struct rf_views *v, int k, const struct rf_sight_places *p,
-                      unsigned asked, float left[8])
+/* Takes from eight places, those in `asked`, what view k shows of them. */
+static void take_shown(const struct rf_views *v, int k, const struct rf_sight_places *p,
+                       unsigned asked, float left[8])
 {
     const struct rf_picture *l = &v->pictures[k];
     const struct rf_kernels *kernels = l->filter->context->kernels;
@@ -115,20 +115,14 @@ static void add_shown(const struct rf_views *v, int k, const struct rf_sight_pla
 void rf_views_leave_eight(const struct rf_views *v, int j, int x, int y, unsigned asked,
                           float left[8])
 {
-    const struct rf_sight *own = &v->sights[j];
-    const float *radius = own->radius + own->stride * (size_t)y + x;
     struct rf_sight_places p;
-    for (int i = 0; i < 8; i++) {
-        p.x[i] = (float)(x + i) + 0.5f;
-        p.y[i] = (float)y + 0.5f;
-        p.r[i] = radius[i];
+    for (int i = 0; i < 8; i++)
         left[i] = 1;
-    }
-    v->pictures[j].filter->context->kernels->place_parts(own, 8, &p);
+    v->pictures[j].filter->context->kernels->place_row(&v->sights[j], x, y, &p);
     for (int k = 0; k < v->work->n_views && asked; k++) {
         if (k == j)
             continue;
-        add_shown(v, k, &p, asked, left);
+        take_shown(v, k, &p, asked, left);
         for (unsigned rest = asked; rest; rest &= rest - 1)
             if (left[__builtin_ctz(rest)] <= 0)
                 asked &= ~(rest & -rest);
@@ -435,9 +429,13 @@ static void find_doubts(const struct blocks *b, int view, int by)
 
 /* ---- rows ---------------------------------------------------------------------- */
 
-/* The parts of a row of a block: of each pixel the near one, the far one, or both. */
+/*
+ * The parts of a row of a block: of each pixel the near one, the far one, or both.
+ * Pixels of one surface each are parts from x[0] on, of which no more is noted.
+ */
 struct parts {
     int n;
+    bool are_pure;
     int x[RF_SIGHT_PARTS];
     bool is_far[RF_SIGHT_PARTS];
     float share[RF_SIGHT_PARTS];
@@ -449,15 +447,19 @@ struct parts {
 static void add_parts(const struct rf_surfaces *s, int x0, int x1, int y,
                       struct parts *parts)
 {
+    memset(&parts->places, 0, sizeof parts->places);
     for (int x = x0; x < x1; x++) {
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
         const float shares[2] = {s->share[i], 1 - s->share[i]};
         for (int k = 0; k < 2; k++)
             if (shares[k] > 0) {
-                parts->x[parts->n] = x;
-                parts->is_far[parts->n] = k;
-                parts->share[parts->n] = shares[k];
-                parts->places.r[parts->n++] = k ? rf_far_at(s, i)->r : s->near[i].r;
+                int n = parts->n++;
+                parts->x[n] = x;
+                parts->is_far[n] = k;
+                parts->share[n] = shares[k];
+                parts->places.x[n] = (float)x + 0.5f;
+                parts->places.y[n] = (float)y + 0.5f;
+                parts->places.r[n] = k ? rf_far_at(s, i)->r : s->near[i].r;
             }
     }
 }
@@ -471,24 +473,15 @@ static void find_parts(const struct blocks *b, int view, int bx, int y,
     int x0 = rf_max_int(bx * BLOCK, sight->x0);
     int x1 = rf_min_int((bx + 1) * BLOCK, sight->x1);
     size_t i = (size_t)y * (size_t)l->width + (size_t)x0;
-    parts->n = 0;
-    memset(&parts->places, 0, sizeof parts->places);
-    if (x1 - x0 == BLOCK && !mixed_bits(&l->surfaces, i)) {
-        const float *r = sight->radius + sight->stride * (size_t)y + x0;
-        for (int k = 0; k < BLOCK; k++) {
-            parts->x[k] = x0 + k;
-            parts->is_far[k] = false;
-            parts->share[k] = 1;
-            parts->places.r[k] = r[k];
-        }
+    parts->are_pure = x1 - x0 == BLOCK && !mixed_bits(&l->surfaces, i);
+    if (parts->are_pure) {
         parts->n = BLOCK;
-    } else {
-        add_parts(&l->surfaces, x0, x1, y, parts);
+        parts->x[0] = x0;
+        b->kernels->place_row(sight, x0, y, &parts->places);
+        return;
     }
-    for (int k = 0; k < parts->n; k++) {
-        parts->places.x[k] = (float)parts->x[k] + 0.5f;
-        parts->places.y[k] = (float)y + 0.5f;
-    }
+    parts->n = 0;
+    add_parts(&l->surfaces, x0, x1, y, parts);
     b->kernels->place_parts(sight, parts->n, &parts->places);
 }
 
@@ -563,12 +556,21 @@ struct row_lists {
 static struct rf_unseen unseen_of(const struct rf_picture *l, int y,
                                   const struct parts *parts, int i)
 {
+    const struct rf_surfaces *s = &l->surfaces;
+    if (parts->are_pure) {
+        int x = parts->x[0] + i;
+        const struct rf_surface *near =
+            &s->near[(size_t)y * (size_t)l->width + (size_t)x];
+        /* Most need no look at their colour. */
+        bool is_bright =
+            rf_picture_may_be_bright(l, x, y) && rf_picture_is_bright(l, near, x, y);
+        return (struct rf_unseen){.part = 4 * x + 2 * is_bright, .weight = 1};
+    }
     int x = parts->x[i], is_far = parts->is_far[i];
     size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
-    const struct rf_surface *s =
-        is_far ? rf_far_at(&l->surfaces, pixel) : &l->surfaces.near[pixel];
+    const struct rf_surface *surface = is_far ? rf_far_at(s, pixel) : &s->near[pixel];
     return (struct rf_unseen){
-        .part = 4 * x + 2 * rf_picture_is_bright(l, s, x, y) + is_far,
+        .part = 4 * x + 2 * rf_picture_is_bright(l, surface, x, y) + is_far,
         .weight = is_far ? rf_min_float(1, 2 * parts->share[i]) : parts->share[i]};
 }
 

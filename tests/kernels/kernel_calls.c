@@ -584,6 +584,14 @@ static void call_place(const struct rf_kernels *k, struct workspace *w, int vari
     memcpy(w->at + 40000, &p, sizeof p);
 }
 
+static void call_place_row(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    struct rf_sight sight = sight_of(w);
+    struct rf_sight_places p = {.x = {0}};
+    k->place_row(&sight, 3 * variant, 2 + variant, &p);
+    memcpy(w->at + 40000, &p, sizeof p);
+}
+
 static void call_look(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_sight sight = sight_of(w);
@@ -643,6 +651,7 @@ const struct kernel kernels[] = {
     {"divide", call_divide, 4, NULL},
     {"divide_rgba", call_divide_rgba, 4, NULL},
     {"place_parts", call_place, 2, NULL},
+    {"place_row", call_place_row, 2, NULL},
     {"look_for_parts", call_look, 4, NULL},
     {"find_pixels", call_find_pixels, 4, NULL},
     {"fit_plane", call_fit, 3, NULL},
