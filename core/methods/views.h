@@ -128,6 +128,7 @@ struct rf_view_cell {
     struct rf_filter filter; /* with the part as its aperture */
     float centroid[2];
     float extent[2]; /* half width and height of what it makes of radius 1, px */
+    float reach[2];  /* how far samples of radius 1 have a part in the picture, px */
     /*
      * Of one view, and near its place: samples stay on that view's pixels, moved by
      * whole px, and footprints lie beside them as far as they would have moved. What

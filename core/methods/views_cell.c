@@ -16,26 +16,33 @@ struct collector {
     struct rf_samples out;
 };
 
-/* Does a sample's footprint reach the scene, and does the sample lie in it? */
+/* Is a place along one axis in the scene, and within px of its n pixels from `first`?
+ */
+static inline bool reaches(float at, float px, int first, int n, int size)
+{
+    return at >= 0 && at < (float)size && at >= (float)first - px &&
+           at < (float)(first + n) + px;
+}
+
+/* Does the footprint of a sample beside the picture reach it, and is it in the scene?
+ */
+static inline bool reaches_picture(const struct rf_view_cell *cell, float x, float y,
+                                   float r)
+{
+    const struct rf_picture *l = &cell->v->pictures[cell->middle];
+    float size = fabsf(r);
+    return reaches(x, size * cell->reach[0] + 8, l->x0, l->filter->width, l->width) &&
+           reaches(y, size * cell->reach[1] + 8, l->y0, l->filter->height, l->height);
+}
+
+/* Does a sample's footprint reach the picture, and does it lie in the scene? */
 static bool is_in_scene(const struct rf_view_cell *cell, const struct rf_sample *p)
 {
     const struct rf_picture *l = &cell->v->pictures[cell->middle];
     if (p->x >= (float)l->x0 && p->x < (float)(l->x0 + l->filter->width) &&
         p->y >= (float)l->y0 && p->y < (float)(l->y0 + l->filter->height))
         return true;
-    const float at[2] = {p->x, p->y};
-    const int first[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
-    const int rendered[2] = {l->filter->width, l->filter->height};
-    for (int k = 0; k < 2; k++) {
-        /* Coarse levels reach farther than the footprint does. */
-        float reach = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
-        float px = fabsf(p->r) * reach + 8;
-        float from = rf_max_float((float)first[k] - px, 0);
-        float to = rf_min_float((float)(first[k] + rendered[k]) + px, (float)size[k]);
-        if (!(at[k] >= from && at[k] < to))
-            return false;
-    }
-    return true;
+    return reaches_picture(cell, p->x, p->y, p->r);
 }
 
 static void put(struct collector *c, struct rf_sample p, int x, int y)
@@ -364,19 +371,17 @@ static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
     kernels->find_pixels(&v->sights[cell->middle], &b->places, b->n, &found);
     for (int i = 0; i < b->n; i++) {
         const struct rf_unseen *u = b->at[i];
-        struct rf_sample *p = &out->at[out->n];
+        int x = found.x[i] + cell->shift[0], y = found.y[i] + cell->shift[1];
+        float at_x = (float)x + 0.5f, at_y = (float)y + 0.5f, r = b->places.r[i];
+        if (!rf_view_is_rendered(own, x, y) && !reaches_picture(cell, at_x, at_y, r))
+            continue;
         size_t pixel = (size_t)found.y[i] * (size_t)own->width + (size_t)found.x[i];
-        p->r = b->places.r[i];
-        p->w = u->weight;
+        struct rf_sample *p = &out->at[out->n];
+        *p = (struct rf_sample){at_x, at_y, r, u->weight, {0}, RF_SHARP};
+        memcpy(p->c, b->surface[i]->c, sizeof p->c);
         /* Nothing of it is listed that a pixel of one surface sees. */
         if ((found.rendered >> i & 1) && rf_is_mixed(&own->surfaces, pixel))
-            p->w *= 1 - rf_view_pixel_sees(own, found.x[i], found.y[i], p->r);
-        p->x = (float)(found.x[i] + cell->shift[0]) + 0.5f;
-        p->y = (float)(found.y[i] + cell->shift[1]) + 0.5f;
-        memcpy(p->c, b->surface[i]->c, sizeof p->c);
-        p->kind = RF_SHARP;
-        if (!is_in_scene(cell, p))
-            continue;
+            p->w *= 1 - rf_view_pixel_sees(own, found.x[i], found.y[i], r);
         if (u->part & 2)
             rf_picture_emit(&v->pictures[b->view], *p, u->part / 4, b->y, out);
         else
@@ -493,6 +498,8 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     double from = work->task->to;
     rf_result result = RF_OK;
+    for (int k = 0; k < 2; k++) /* coarse levels reach farther than footprints do */
+        cell->reach[k] = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
     if (work->filter->params.fill_hidden)
         result = find_hidden(cell, from + 0.2 * (progress_to - from), error);
     struct rf_occluders occluders = {.surfaces = &picture->surfaces};

@@ -193,32 +193,55 @@ static unsigned mixed_bits(const struct rf_surfaces *s, size_t i)
     return (unsigned)bits & ((1u << BLOCK) - 1);
 }
 
-/* Is the block within the picture, and its pixels of one surface each? */
+static bool is_inside(const struct rf_surfaces *s, int bx, int by)
+{
+    return (bx + 1) * BLOCK <= s->width && (by + 1) * BLOCK <= s->height;
+}
+
+/* Are all pixels of a block within the picture of one surface each? */
 static bool is_pure_block(const struct rf_surfaces *s, int bx, int by)
 {
-    if ((bx + 1) * BLOCK > s->width || (by + 1) * BLOCK > s->height)
-        return false;
     unsigned mixed = 0;
     for (int y = by * BLOCK; y < (by + 1) * BLOCK; y++)
         mixed |= mixed_bits(s, (size_t)y * (size_t)s->width + (size_t)bx * BLOCK);
     return !mixed;
 }
 
-/* Least and greatest radii of a block's pixels; what lies outside repeats the edge. */
-static void load_block(const struct rf_surfaces *s, int bx, int by, float *low,
-                       float *high)
+/* Least and greatest radius of the parts of pixel i. */
+static void load_pixel(const struct rf_surfaces *s, size_t i, float *low, float *high)
+{
+    const struct rf_surface *back = s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
+    float far = back->r, near = s->share[i] > 0 ? s->near[i].r : far;
+    *low = rf_min_float(near, far);
+    *high = rf_max_float(near, far);
+}
+
+/* The radii of a block's pixels; what lies outside repeats the edge. */
+static void load_edge(const struct rf_surfaces *s, int bx, int by, float *low,
+                      float *high)
 {
     for (int y = 0; y < BLOCK; y++)
         for (int x = 0; x < BLOCK; x++) {
             size_t row = (size_t)rf_min_int(by * BLOCK + y, s->height - 1);
             size_t i = row * (size_t)s->width +
                        (size_t)rf_min_int(bx * BLOCK + x, s->width - 1);
-            const struct rf_surface *back =
-                s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
-            float far = back->r, near = s->share[i] > 0 ? s->near[i].r : far;
-            low[y * BLOCK + x] = rf_min_float(near, far);
-            high[y * BLOCK + x] = rf_max_float(near, far);
+            load_pixel(s, i, &low[y * BLOCK + x], &high[y * BLOCK + x]);
         }
+}
+
+/* The same within the picture, from rows of the plane of near radii. */
+static void load_mixed(const struct rf_surfaces *s, const float *radius, size_t stride,
+                       int bx, int by, float *low, float *high)
+{
+    for (int y = 0; y < BLOCK; y++, low += BLOCK, high += BLOCK, radius += stride) {
+        size_t i = (size_t)(by * BLOCK + y) * (size_t)s->width + (size_t)bx * BLOCK;
+        memcpy(low, radius, BLOCK * sizeof *low);
+        memcpy(high, radius, BLOCK * sizeof *high);
+        for (unsigned mixed = mixed_bits(s, i); mixed; mixed &= mixed - 1) {
+            int x = __builtin_ctz(mixed);
+            load_pixel(s, i + (size_t)x, &low[x], &high[x]);
+        }
+    }
 }
 
 static void measure_block(const struct blocks *b, int view, int bx, int by)
@@ -227,14 +250,18 @@ static void measure_block(const struct blocks *b, int view, int bx, int by)
     const struct rf_picture *l = &b->v->pictures[view];
     const struct rf_sight *sight = &b->v->sights[view];
     struct rf_sight_plane *plane = &b->at[block_index(b, view, bx, by)];
-    if (is_pure_block(&l->surfaces, bx, by)) {
-        const float *r =
-            sight->radius + sight->stride * (size_t)by * BLOCK + (size_t)bx * BLOCK;
+    const struct rf_surfaces *s = &l->surfaces;
+    const float *r =
+        sight->radius + sight->stride * (size_t)by * BLOCK + (size_t)bx * BLOCK;
+    float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
+    if (!is_inside(s, bx, by)) {
+        load_edge(s, bx, by, low, high);
+    } else if (is_pure_block(s, bx, by)) {
         b->kernels->fit_plane(r, r, sight->stride, LEVEL_PX, plane);
         return;
+    } else {
+        load_mixed(s, r, sight->stride, bx, by, low, high);
     }
-    float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
-    load_block(&l->surfaces, bx, by, low, high);
     b->kernels->fit_plane(low, high, BLOCK, LEVEL_PX, plane);
 }
 
