@@ -42,6 +42,8 @@ enum {
     FAR_HOLE2 = 3 * 3,       /* px^2: if the rim of the hole is as far as this */
     FAR_BLOCK2 = 12 * 12,    /* px^2: the same for BLOCK x BLOCK, from their middle */
     MOST_RINGS = MAX_REACH / BLOCK + 1, /* of blocks around one */
+    /* Blocks a side of an area: what a search reaches lies in it and those around. */
+    AREA = MOST_RINGS,
     MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
 };
 
@@ -73,7 +75,7 @@ struct search {
     struct block *blocks;
     uint32_t *rough; /* bits of rough blocks, in rows of n_words */
     int n_words;
-    float highest;
+    float *highest;       /* radius of AREA x AREA blocks and the areas around them */
     float inv_x2, inv_y2; /* 1 / extent^2 */
     double extent[2];     /* half extent of the aperture in px per px of radius */
     float gap2[2][MOST_RINGS + 1]; /* along each axis, see gap2_of() */
@@ -213,6 +215,31 @@ static void measure_block(struct search *search, int bx, int by)
     b->n_rough |= is_rough;
 }
 
+static int n_areas(int n_blocks)
+{
+    return (n_blocks + AREA - 1) / AREA;
+}
+
+/* The highest radius of every area, and then of the areas around each. */
+static void find_highest(struct search *search)
+{
+    int n_x = n_areas(search->n_x), n_y = n_areas(search->n_y);
+    float *own = search->highest + n_x * n_y;
+    for (int i = 0; i < n_x * n_y; i++)
+        own[i] = search->highest[i] = -INFINITY;
+    for (int by = 0; by < search->n_y; by++)
+        for (int bx = 0; bx < search->n_x; bx++) {
+            float *area = &own[by / AREA * n_x + bx / AREA];
+            *area = rf_max_float(search->blocks[by * search->n_x + bx].highest, *area);
+        }
+    for (int i = 0; i < 9 * n_x * n_y; i++) {
+        int area = i / 9, x = area % n_x + i % 3 - 1, y = area / n_x + i % 9 / 3 - 1;
+        if (x >= 0 && x < n_x && y >= 0 && y < n_y)
+            search->highest[area] =
+                rf_max_float(own[y * n_x + x], search->highest[area]);
+    }
+}
+
 static void build_rows(struct search *search, bool has_radii)
 {
 #pragma omp parallel num_threads(search->n_threads)
@@ -232,8 +259,7 @@ static void build_rows(struct search *search, bool has_radii)
                 measure_block(search, bx, by);
     }
     sum_rough(search);
-    for (int i = 0; i < search->n_x * search->n_y; i++)
-        search->highest = rf_max_float(search->highest, search->blocks[i].highest);
+    find_highest(search);
 }
 
 /* ---- where candidates may be --------------------------------------------------- */
@@ -311,7 +337,8 @@ static void list_blocks(const struct search *search, int bx, int by,
                         struct scratch *scratch)
 {
     float lowest = search->blocks[by * search->n_x + bx].lowest;
-    float room = search->highest - lowest;
+    float highest = search->highest[by / AREA * n_areas(search->n_x) + bx / AREA];
+    float room = highest - lowest;
     scratch->n_blocks = 0;
     if (!(room > 0))
         return;
@@ -702,12 +729,14 @@ static rf_result begin(struct search *search, const struct rf_context *context,
     search->blocks = rf_alloc(context, n_blocks, sizeof *search->blocks);
     search->rough = rf_calloc(context, (size_t)search->n_words * (size_t)search->n_y,
                               sizeof *search->rough);
+    size_t n_highest = 2 * (size_t)n_areas(search->n_x) * (size_t)n_areas(search->n_y);
+    search->highest = rf_alloc(context, n_highest, sizeof *search->highest);
     search->out->width = s->width;
     search->out->at = rf_alloc(context, n, sizeof *search->out->at);
     search->out->found =
         rf_alloc(context, rf_found_stride(s->width), (size_t)s->height);
     bool is_complete = search->backs.r && search->blocks && search->rough &&
-                       search->out->at && search->out->found;
+                       search->highest && search->out->at && search->out->found;
     return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *search->out->at);
 }
 
@@ -724,8 +753,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
                             .out = estimates,
                             .n_threads = context->n_threads,
                             .n_x = (surfaces->width + BLOCK - 1) / BLOCK,
-                            .n_y = (surfaces->height + BLOCK - 1) / BLOCK,
-                            .highest = -INFINITY};
+                            .n_y = (surfaces->height + BLOCK - 1) / BLOCK};
     float *own;
     rf_result result = begin(&search, context, radii, &own, error);
     struct scratch *scratch =
@@ -743,6 +771,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
             restore_row(&search, y);
     }
     rf_free(context, scratch);
+    rf_free(context, search.highest);
     rf_free(context, search.rough);
     rf_free(context, search.blocks);
     rf_free(context, own);
