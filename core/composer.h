@@ -34,13 +34,17 @@ struct rf_group {
 
 /*
  * Full-resolution state of the compositing, in whole tiles. What was never begun is not
- * defined: nothing lies there yet.
+ * defined: nothing lies there yet. Each tile's T lies together, and so do its sums, for
+ * who goes through tiles row by row of planes waits for memory; but sums are planes
+ * where they become the work's.
  */
 struct rf_canvas {
-    int n_cells, n_planes;
-    size_t stride, plane; /* floats */
-    float *t;   /* [cell][y][x], what is still uncovered; starts at the cell's share */
-    float *sum; /* [plane][y][x], colours and coverage */
+    int n_cells, n_planes, n_x; /* tiles in a row */
+    bool is_planar;             /* sums are [plane][y][x] of the whole scene */
+    size_t stride, plane;       /* floats, of planes */
+    float *t;   /* [tile][cell][y][x], what is still uncovered; starts at the cell's
+                   share */
+    float *sum; /* [tile][plane][y][x], colours and coverage */
     unsigned char *is_begun; /* of each tile */
 };
 
@@ -94,6 +98,8 @@ void rf_groups_free(struct rf_groups *groups, const struct rf_composer *c);
 
 /* ---- composite_tiles.c --------------------------------------------------------- */
 
+/* Where a tile of the canvas is. */
+struct rf_tile_state rf_canvas_tile(const struct rf_composer *c, int tile);
 /* Begins all tiles of the canvas that are not yet. */
 void rf_begin_canvas(const struct rf_composer *c);
 /* Composites a tile of level 0 straight into the canvas. */
@@ -101,6 +107,21 @@ void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int
 /* Two sets of samples in a tile of level 0, without a canvas: the thread's state. */
 struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
                                       const struct rf_group *const sets[2], int tile);
+/* Has a tile of a group up to `reach` tiles from (tx, ty) samples? */
+bool rf_has_near(const struct rf_group *g, int tx, int ty, int reach);
+/* Has every pixel of the tile been covered? */
+bool rf_is_used_up(const struct rf_tile_state *s, int n_cells);
+/* Composites all bins of the samples around a tile into its state. */
+void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, int tx,
+                       int ty, struct rf_accumulator *acc,
+                       const struct rf_tile_state *state);
+/* Nothing in a tile of a plane. */
+void rf_clear_tile(float *tile, size_t stride);
+/* To a tile nothing has come. */
+void rf_begin_tile(const struct rf_composer *c, const struct rf_tile_state *s);
+
+/* ---- coarse_levels.c ----------------------------------------------------------- */
+
 /* Composites a coarse level, and adds it to the canvas. */
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error);

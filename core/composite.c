@@ -164,15 +164,6 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
             finish_plane(c, p, sums[p], coverage, n, crop->planes[p] + at);
 }
 
-static void finish(const struct rf_composer *c, const struct rf_crop *crop)
-{
-#pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int y = 0; y < crop->height; y++)
-        finish_row(c, crop, 0, y, crop->width,
-                   c->canvas.sum + c->canvas.stride * (size_t)(y + crop->y) + crop->x,
-                   c->canvas.plane);
-}
-
 /* The part of a tile at (x0, y0) of the scene that is wanted. */
 static void finish_tile(const struct rf_composer *c, const struct rf_crop *crop,
                         const struct rf_tile_state *s, int x0, int y0)
@@ -183,6 +174,16 @@ static void finish_tile(const struct rf_composer *c, const struct rf_crop *crop,
     for (int y = rf_max_int(y0, crop->y); y < end && from < to; y++)
         finish_row(c, crop, from - crop->x, y - crop->y, to - from,
                    s->sum + s->row * (size_t)(y - y0) + (from - x0), s->plane);
+}
+
+static void finish(const struct rf_composer *c, const struct rf_crop *crop)
+{
+    int n_x = c->canvas.n_x, n_y = (c->scene->height + RF_TILE_H - 1) / RF_TILE_H;
+#pragma omp parallel for num_threads(c->n_threads) schedule(static)
+    for (int i = 0; i < n_x * n_y; i++) {
+        struct rf_tile_state state = rf_canvas_tile(c, i);
+        finish_tile(c, crop, &state, i % n_x * RF_TILE_W, i / n_x * RF_TILE_H);
+    }
 }
 
 /* Where the result goes: the image or colours of the work, or the canvas' sums. */
@@ -263,6 +264,7 @@ static rf_result allocate_canvas(struct rf_composer *c, struct rf_error *error)
     struct rf_canvas *canvas = &c->canvas;
     struct rf_group full = rf_group_make(c, 0, false);
     size_t n = full.plane;
+    canvas->n_x = full.n_x;
     canvas->stride = full.stride;
     canvas->plane = full.plane;
     canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
@@ -336,7 +338,8 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             .kernels = filter->context->kernels,
                             .n_threads = filter->context->n_threads,
                             .canvas = {.n_cells = filter->params.sub_apertures,
-                                       .n_planes = scene->n_colours + 1}};
+                                       .n_planes = scene->n_colours + 1,
+                                       .is_planar = gives_canvas}};
     double from = scene->task->to;
     double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
     c.split = rf_level_split(&filter->shape);
