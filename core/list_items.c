@@ -194,30 +194,40 @@ static inline int alike_end(const float *radius, int x0, int x1, float low, floa
     return x;
 }
 
+/* Surfaces of one slot in turn: one item or, beside an array's samples, one each. */
+static void put_surfaces(const struct rf_lister *l, struct rf_tile_items *s,
+                         int32_t slot, int x, int end, int y)
+{
+    if (end - x > 1 && !l->start) {
+        s->at[s->n++] = rf_place_make(slot, x, y, RF_PLACE_RUN + end - x - 1);
+        s->has_runs = true;
+        return;
+    }
+    for (; x < end; x++)
+        s->at[s->n++] = rf_place_make(slot, x, y, 0);
+}
+
 /*
- * The surfaces of pixels x0 to x1 - 1 of row y of a tile, an item each, while they are
- * of full resolution; returns where they end. The first one's radius is known.
+ * The surfaces of pixels x0 to x1 - 1 of row y of a tile while they are of full
+ * resolution; returns where they end. The first one's radius is known.
  */
 static int put_places(const struct rf_lister *l, const struct rf_group *full, int x0,
                       int x1, int y, const float *radius, struct known_radius *known,
                       struct rf_tile_items *s)
 {
-    uint64_t *items = s->at + s->n - x0, item = rf_place_make(known->slot, 0, y, 0);
     int x = x0;
-    set_key(s, known->key);
-    for (;;) {
-        int end = alike_end(radius, x + 1, x1, NAN, NAN, known->r);
-        for (; x < end; x++)
-            items[x] = item | rf_place_make(0, x, 0, 0);
-        s->n = (int)(items + x - s->at);
-        if (x == x1)
-            return x;
-        know_radius(l, full, radius[x], known);
-        if (!known->is_full)
-            return x;
-        item = rf_place_make(known->slot, 0, y, 0);
-        set_key(s, known->key);
+    while (x < x1 && known->is_full) {
+        int key = known->key, from = x;
+        int32_t slot = known->slot;
+        do {
+            x = alike_end(radius, x + 1, x1, NAN, NAN, known->r);
+            if (x < x1)
+                know_radius(l, full, radius[x], known);
+        } while (x < x1 && known->is_full && known->slot == slot && known->key == key);
+        set_key(s, key);
+        put_surfaces(l, s, slot, from, x, y);
     }
+    return x;
 }
 
 /* Asks for surfaces of a row: they are summed when all of the tile are listed. */
@@ -299,6 +309,7 @@ static void survey_tile(const struct rf_lister *l, int tile, struct rf_tile_item
 void rf_list_items(const struct rf_lister *l, int tile, struct rf_tile_items *s)
 {
     s->n = s->n_key_runs = s->n_samples = s->n_others = 0;
+    s->has_runs = false;
     s->has_array = l->start && l->start[tile + 1] > l->start[tile];
     if (l->source)
         survey_tile(l, tile, s);

@@ -27,13 +27,14 @@ struct rf_key_run {
 };
 
 /*
- * The samples of a tile: places of a source, whose other samples are `others`, runs of
- * its places, whose slot is their number, samples that it emits for coarse levels, or
+ * The samples of a tile: places of a source, whose other samples are `others`; of coarse
+ * levels runs of its surfaces, whose slot is their number, and samples that it emits; or
  * samples of the array.
  */
 struct rf_tile_items {
     int n, n_key_runs, n_samples, n_others;
     bool has_array;                   /* are samples of the array among them? */
+    bool has_runs;  /* is an item of full resolution more than one surface? */
     struct rf_tile_surfaces surfaces; /* of a source */
     /* Room for as many as a tile may have; a key run more than items. */
     uint64_t *at;

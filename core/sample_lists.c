@@ -207,7 +207,7 @@ static bool keep_splats(const struct builder *b, struct worker *w, const uint64_
         out[i] =
             rf_place_y(at[i]) == RF_ARRAY_ROW
                 ? rf_full_splat(b->lister.c, rf_sample_of(&b->lister, &w->items, at[i]))
-                : rf_place_splat(&w->items.surfaces, at[i]);
+                : rf_place_splat(&w->items.surfaces, at[i], 0);
     list->at = out;
     return out != NULL;
 }
@@ -222,7 +222,8 @@ static bool build_full(const struct builder *b, struct worker *w, int tile)
     struct rf_tile_list *list = &g->tiles[tile];
     count_keys(b, w);
     int from = w->count[g->first_key], n = w->count[g->first_key + g->n_bins] - from;
-    bool has_splats = w->items.has_array || w->items.n_others > n / 4 * 3;
+    bool has_splats =
+        w->items.has_array || (!w->items.has_runs && w->items.n_others > n / 4 * 3);
     uint64_t *places = w->sorted + from;
     if (n > 0 && !has_splats) {
         places = rf_arena_take(&b->lister.groups->arena, &w->room,

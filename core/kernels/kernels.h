@@ -38,9 +38,10 @@ struct rf_splat {
 };
 
 /*
- * A splat of a pixel's surface as it is: where it lies in its tile. 64 bits, so that
- * neighbours are told by one sum: slot << 16 | x << 48 | y << 56 | other, where the
- * last is 0 or, for splats of another kind, 1 + their index.
+ * Splats of the surfaces of pixels side by side as they are: where the first lies in
+ * its tile. 64 bits: slot << 16 | x << 48 | y << 56 | other, where the last is 0 for
+ * one surface, RF_PLACE_RUN + n - 1 for n of them, or, for a splat of another kind, 1 +
+ * its index.
  */
 typedef uint64_t rf_place;
 
@@ -70,6 +71,15 @@ static inline int rf_place_other(rf_place p)
     return (int)(p & 0xffff);
 }
 
+enum { RF_PLACE_RUN = 0x8000 };
+
+/* How many surfaces a place stands for; 0: a splat of another kind. */
+static inline int rf_place_n(rf_place p)
+{
+    int other = rf_place_other(p);
+    return other >= RF_PLACE_RUN ? other - RF_PLACE_RUN + 1 : other == 0;
+}
+
 /* What the places of a tile stand for. */
 struct rf_tile_surfaces {
     const struct rf_surface *at;
@@ -86,13 +96,13 @@ static inline const struct rf_surface *rf_tile_surface(const struct rf_tile_surf
     return &t->at[t->first + (ptrdiff_t)t->width * y + x];
 }
 
-/* The splat that a place of the tile is. */
+/* The splat that a place of the tile is, or the i-th of its surfaces. */
 static inline struct rf_splat rf_place_splat(const struct rf_tile_surfaces *t,
-                                             rf_place place)
+                                             rf_place place, int i)
 {
-    if (rf_place_other(place))
+    if (rf_place_n(place) == 0)
         return t->others[rf_place_other(place) - 1];
-    int x = rf_place_x(place), y = rf_place_y(place);
+    int x = rf_place_x(place) + i, y = rf_place_y(place);
     struct rf_splat splat = {
         .x = t->x + x, .y = t->y + y, .slot = rf_place_slot(place), .cover = 1};
     memcpy(splat.c, rf_tile_surface(t, x, y)->c, sizeof splat.c);

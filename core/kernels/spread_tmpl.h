@@ -85,226 +85,256 @@ spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
         spread_rows(base, value, n_splats, f, y, n_planes, is_summed, false);
 }
 
-/* What is spread: splats, or places and what they stand for. */
-struct spread_list {
-    const struct rf_splat *splats;
-    const rf_place *places;
-    const struct rf_tile_surfaces *surfaces;
+/* Samples side by side with one footprint. */
+struct strip {
+    const float *c; /* colour of the first, `stride` floats before that of the next */
+    size_t stride;
+    bool is_surface; /* all cover their pixels; else cover stands before each colour */
+    int x, y, n;     /* pixel of the tile of the first */
 };
 
-/* How many of n splats from the first one on lie side by side and have its footprint,
- * but no more than `most`. */
-static inline int count_neighbours(const struct rf_splat *s, int n, int most)
+static inline __attribute__((always_inline)) void
+load_value(vf value[], const float *c, bool is_surface, int n_planes)
+{
+    for (int p = 0; p < n_planes - 1; p++)
+        value[p] = SPLAT(c[p]);
+    value[n_planes - 1] = SPLAT(is_surface ? 1 : c[-1]);
+}
+
+/* Spreads n_splats of a strip from the first on. */
+static inline __attribute__((always_inline)) void
+spread_some(const struct strip *s, int first, int n_splats, float *origin,
+            const struct rf_footprint *f, int n_planes, bool is_summed)
+{
+    vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
+    const float *c = s->c + s->stride * (size_t)first;
+    for (int i = 0; i < n_splats; i++, c += s->stride)
+        load_value(value[i], c, s->is_surface, n_planes);
+    spread_values(origin, value, n_splats, f, s->x + first, s->y, n_planes, is_summed);
+}
+
+static inline __attribute__((always_inline)) void
+spread_short(const struct strip *s, float *origin, const struct rf_footprint *f,
+             int n_planes, bool is_summed)
+{
+    for (int i = 0, n_splats; i < s->n; i += n_splats) {
+        n_splats = rf_min_int(s->n - i, f->n_side_by_side);
+        if (n_splats == 4)
+            spread_some(s, i, 4, origin, f, n_planes, is_summed);
+        else if (n_splats == 3)
+            spread_some(s, i, 3, origin, f, n_planes, is_summed);
+        else if (n_splats == 2)
+            spread_some(s, i, 2, origin, f, n_planes, is_summed);
+        else
+            spread_some(s, i, 1, origin, f, n_planes, is_summed);
+    }
+}
+
+static inline __attribute__((always_inline)) void
+spread_long(const struct strip *s, struct run_planes *run, float *origin,
+            const struct rf_footprint *f, int n_planes)
+{
+    float *cover = run->at[n_planes - 1] + RUN_LEFT + s->x;
+    run->from = s->x;
+    run->to = s->x + s->n;
+    load_run(run, s->c, s->stride, s->x, s->n, n_planes - 1);
+    for (int i = 0; i < s->n; i++)
+        cover[i] = s->is_surface ? 1 : s->c[s->stride * (size_t)i - 1];
+    (n_planes == 4 ? convolve_4 : convolve_5)(run, origin, f, s->y, s->is_surface);
+    clear_run(run, n_planes);
+}
+
+/* Samples in a strip from which on a convolution takes less time. */
+enum { LEAST_RUN = 8 };
+
+/* Can a row y of samples reach the tile? */
+static inline bool reaches_rows(const struct rf_footprint *f, int y)
+{
+    return y + f->max_dy >= 0 && y + f->min_dy < RF_TILE_H;
+}
+
+/* Notes the rows that samples of row y reach. */
+static inline void note_rows(struct rf_accumulator *acc, const struct rf_footprint *f,
+                             int y)
+{
+    int top = rf_max_int(y + f->min_dy, 0);
+    int bottom = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
+    acc->first_row = rf_min_int(acc->first_row, top);
+    acc->last_row = rf_max_int(acc->last_row, bottom);
+    if (f->is_common)
+        acc->common_rows |= (2u << bottom) - (1u << top);
+}
+
+/* Spreads what can reach the tile of a strip in a row that does. */
+static inline __attribute__((always_inline)) void
+spread_strip(struct rf_accumulator *acc, struct strip s, struct run_planes *run,
+             const struct rf_footprint *f, int n_planes, bool is_summed)
+{
+    float *const origin = acc->at + RF_ACC_LEFT;
+    int cut = rf_max_int(-f->max_dx - s.x, 0);
+    s.x += cut;
+    s.c += s.stride * (size_t)cut;
+    s.n = rf_min_int(s.n - cut, RF_TILE_W - f->min_dx - s.x);
+    if (s.n <= 0)
+        return;
+    note_rows(acc, f, s.y);
+    if (s.n >= LEAST_RUN)
+        spread_long(&s, run, origin, f, n_planes);
+    else
+        spread_short(&s, origin, f, n_planes, is_summed);
+}
+
+/* How many of n splats from the first one on lie side by side and have its footprint.
+ */
+static inline int count_neighbours(const struct rf_splat *s, int n)
 {
     int i = 1;
-    most = n < most ? n : most;
-    while (i < most && s[i].slot == s->slot && s[i].x == s->x + i && s[i].y == s->y)
+    while (i < n && s[i].slot == s->slot && s[i].x == s->x + i && s[i].y == s->y)
         i++;
     return i;
 }
 
-/* The same for places: any number where all are surfaces, else 1 or 2. */
-static inline int count_places(const rf_place *p, int n, int most)
+static inline __attribute__((always_inline)) void
+spread_splats(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
+              struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
-    const rf_place right = rf_place_make(0, 1, 0, 0);
-    int i = 1;
-    most = n < most ? n : most;
-    if (!rf_place_other(p[0])) {
-        vu next = p[0] + (vu){right, 2 * right, 3 * right, 4 * right};
-        for (; i + 4 <= most; i += 4, next += 4 * right)
-            if (!is_same(LOAD_U(p + i), next))
-                break;
-        for (rf_place q = p[0] + right * (uint64_t)i; i < most && p[i] == q; q += right)
-            i++;
+    const int reach = acc->reach;
+    struct run_planes run = {.from = 0};
+    for (int i = 0, n_strip; i < n; i += n_strip) {
+        const struct rf_splat *s = splats + i;
+        int x = s->x - x0, y = s->y - y0;
+        n_strip = 1;
+        if ((unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach ||
+            (unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
+            continue;
+        const struct rf_footprint *f = rf_footprint_at(footprints, (size_t)s->slot);
+        if (!reaches_rows(f, y))
+            continue;
+        n_strip = count_neighbours(s, n - i);
+        spread_strip(
+            acc, (struct strip){s->c, sizeof *s / sizeof *s->c, false, x, y, n_strip},
+            &run, f, n_planes, false);
     }
-    return i == 1 && most >= 2 && p[1] >> 16 == (p[0] + right) >> 16 ? 2 : i;
 }
 
-/* The first of n places after i that is not before pixel (x, y) of their tile. */
+/* The next of n places after i that may reach column x of row y of their tile. */
 static inline int skip_places(const rf_place *p, int i, int n, int x, int y)
 {
     const rf_place least = rf_place_make(0, x, y, 0);
-    int step = 4, end;
-    /* Where the tile has each pixel once it lies as far on as the pixel does. */
-    int guess = i + (y - rf_place_y(p[i])) * RF_TILE_W + x - rf_place_x(p[i]);
-    if (guess > i && guess < n && p[guess - 1] < least && p[guess] >= least)
-        return guess;
+    int from = ++i, step = 4, end;
     while (i + step < n && p[i + step] < least) {
         i += step;
         step *= 2;
     }
-    for (end = rf_min_int(i + step, n), i++; i < end;) {
+    for (end = rf_min_int(i + step, n); i < end;) {
         int middle = (i + end) / 2;
         if (p[middle] < least)
             i = middle + 1;
         else
             end = middle;
     }
-    return i;
+    bool is_reached = i > from && rf_place_y(p[i - 1]) == y &&
+                      rf_place_x(p[i - 1]) + rf_place_n(p[i - 1]) > x;
+    return i - is_reached;
 }
 
-/* Spreads n_splats splats or places from the first on. */
-static inline __attribute__((always_inline)) void
-spread_some(const struct spread_list *list, int first, int n_splats, float *origin,
-            const struct rf_footprint *f, int x, int y, int n_planes, bool has_places)
+/* Asks for the surfaces two rows below those of a place. */
+static inline void fetch_surfaces(const struct rf_surface *at, size_t width, int n)
 {
-    vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
-    if (has_places)
-        __builtin_prefetch(rf_tile_surface(list->surfaces,
-                                           rf_place_x(list->places[first]),
-                                           rf_place_y(list->places[first]) + 2));
-    for (int i = 0; i < n_splats; i++) {
-        const float *c;
-        float cover = 1;
-        if (has_places) {
-            const struct rf_tile_surfaces *t = list->surfaces;
-            const rf_place *at = list->places + first;
-            int other = n_splats > 2 ? 0 : rf_place_other(at[i]);
-            c = rf_tile_surface(t, rf_place_x(at[0]), rf_place_y(at[0]))[i].c;
-            if (other) {
-                c = t->others[other - 1].c;
-                cover = t->others[other - 1].cover;
-            }
-        } else {
-            c = list->splats[first + i].c;
-            cover = list->splats[first + i].cover;
-        }
-        for (int p = 0; p < n_planes - 1; p++)
-            value[i][p] = SPLAT(c[p]);
-        value[i][n_planes - 1] = SPLAT(cover);
+    const char *next = (const char *)(at + 2 * width);
+    for (size_t i = 0; i < (size_t)n * sizeof *at; i += 64)
+        __builtin_prefetch(next + i);
+}
+
+/* What a place stands for; x and y are the tile's. */
+static inline struct strip strip_of(const struct rf_tile_surfaces *t, rf_place place,
+                                    int n, int x, int y)
+{
+    if (n == 0) {
+        const struct rf_splat *other = &t->others[rf_place_other(place) - 1];
+        return (struct strip){other->c, 0, false, x, y, 1};
     }
-    spread_values(origin, value, n_splats, f, x, y, n_planes, has_places);
+    const struct rf_surface *at =
+        rf_tile_surface(t, rf_place_x(place), rf_place_y(place));
+    fetch_surfaces(at, t->width, n);
+    return (struct strip){at->c, sizeof *at / sizeof *at->c, true, x, y, n};
 }
 
-/* Spreads n splats or places side by side with one footprint. */
+/* Is one splat of any kind to the right of another, with the same footprint? */
+static inline bool is_next(rf_place left, rf_place right)
+{
+    return right >> 16 == (left + rf_place_make(0, 1, 0, 0)) >> 16 &&
+           rf_place_n(right) <= 1;
+}
+
+/* Spreads two splats of any kind side by side, of which both can reach the tile. */
 static inline __attribute__((always_inline)) void
-spread_run(const struct spread_list *list, int first, int n, float *origin,
-           const struct rf_footprint *f, int x, int y, int n_planes, bool has_places)
+spread_pair(struct rf_accumulator *acc, const struct strip *left,
+            const struct strip *right, const struct rf_footprint *f, int n_planes)
 {
-    int most = f->n_side_by_side;
-    for (int n_splats; n > 0; n -= n_splats, first += n_splats, x += n_splats) {
-        n_splats = rf_min_int(n, most);
-        if (n_splats == 4)
-            spread_some(list, first, 4, origin, f, x, y, n_planes, has_places);
-        else if (n_splats == 3)
-            spread_some(list, first, 3, origin, f, x, y, n_planes, has_places);
-        else if (n_splats == 2)
-            spread_some(list, first, 2, origin, f, x, y, n_planes, has_places);
-        else
-            spread_some(list, first, 1, origin, f, x, y, n_planes, has_places);
-    }
-}
-
-/* Samples of one footprint side by side from which on a convolution takes less time. */
-enum { LEAST_RUN = 8 };
-
-/* Asks for n bytes of memory. */
-static inline void fetch(const void *at, size_t n)
-{
-    for (size_t i = 0; i < n; i += 64)
-        __builtin_prefetch((const char *)at + i);
-}
-
-/* The same for many of them. */
-static inline __attribute__((always_inline)) void
-spread_long(const struct spread_list *list, int first, int n, struct run_planes *run,
-            float *origin, const struct rf_footprint *f, int x, int y, int n_planes,
-            bool has_places)
-{
-    const struct rf_splat *splats = has_places ? NULL : list->splats + first;
-    float *cover = run->at[n_planes - 1] + RUN_LEFT + x;
-    run->from = x;
-    run->to = x + n;
-    if (has_places) {
-        rf_place at = list->places[first];
-        const struct rf_surface *surface =
-            rf_tile_surface(list->surfaces, rf_place_x(at), rf_place_y(at));
-        fetch(surface + 2 * list->surfaces->width, n * sizeof *surface);
-        load_run(run, surface->c, sizeof *surface / sizeof(float), x, n, n_planes - 1);
-    } else {
-        load_run(run, splats->c, sizeof *splats / sizeof(float), x, n, n_planes - 1);
-    }
-    for (int i = 0; i < n; i++)
-        cover[i] = has_places ? 1 : splats[i].cover;
-    (n_planes == 4 ? convolve_4 : convolve_5)(run, origin, f, y, has_places);
-    clear_run(run, n_planes);
+    vf value[2][RF_MAX_PLANES];
+    note_rows(acc, f, left->y);
+    load_value(value[0], left->c, left->is_surface, n_planes);
+    load_value(value[1], right->c, right->is_surface, n_planes);
+    spread_values(acc->at + RF_ACC_LEFT, value, 2, f, left->x, left->y, n_planes, true);
 }
 
 static inline __attribute__((always_inline)) void
-spread_all(struct rf_accumulator *acc, const struct spread_list *list, int n,
-           struct rf_footprint *const *footprints, int x0, int y0, int n_planes,
-           bool has_places)
+spread_all(struct rf_accumulator *acc, const rf_place *places, int n,
+           const struct rf_tile_surfaces *surfaces,
+           struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
     const int reach = acc->reach;
-    int first = acc->first_row, last = acc->last_row;
-    float *const origin = acc->at + RF_ACC_LEFT;
     struct run_planes run = {.from = 0};
-    if (has_places) {
-        x0 -= list->surfaces->x;
-        y0 -= list->surfaces->y;
-    }
-    for (int i = 0, n_splats; i < n; i += n_splats) {
-        const struct rf_splat *s = has_places ? NULL : list->splats + i;
-        if (has_places)
-            __builtin_prefetch(list->places + i + 2 * RF_TILE_W);
-        rf_place place = has_places ? list->places[i] : 0;
-        int x = (has_places ? rf_place_x(place) : s->x) - x0;
-        int y = (has_places ? rf_place_y(place) : s->y) - y0;
-        n_splats = 1;
-        if (has_places && (unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach) {
-            int row = rf_place_y(place) + (x >= 0);
-            int column = rf_max_int(x0 - reach, 0);
-            n_splats = skip_places(list->places, i, n, column, row) - i;
+    x0 -= surfaces->x;
+    y0 -= surfaces->y;
+    for (int i = 0; i < n;) {
+        rf_place place = places[i];
+        int x = rf_place_x(place) - x0, y = rf_place_y(place) - y0;
+        int n_strip = rf_place_n(place);
+        bool is_beyond = x >= RF_TILE_W + reach;
+        if (is_beyond || x + rf_max_int(n_strip, 1) + reach <= 0) {
+            i = skip_places(places, i, n, rf_max_int(x0 - reach, 0),
+                            rf_place_y(place) + is_beyond);
             continue;
         }
-        if ((unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach ||
-            (unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
+        i++;
+        if ((unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
             continue;
-        const struct rf_footprint *f = rf_footprint_at(
-            footprints, (size_t)(has_places ? rf_place_slot(place) : s->slot));
-        if (y + f->max_dy < 0 || y + f->min_dy >= RF_TILE_H) {
-            n_splats = has_places ? count_places(list->places + i, n - i, n) : 1;
+        const struct rf_footprint *f =
+            rf_footprint_at(footprints, (size_t)rf_place_slot(place));
+        if (!reaches_rows(f, y))
             continue;
-        }
-        if (x + f->max_dx < 0 || x + f->min_dx >= RF_TILE_W)
-            continue;
-        int top = rf_max_int(y + f->min_dy, 0);
-        int bottom = rf_min_int(y + f->max_dy, RF_TILE_H - 1);
-        first = rf_min_int(first, top);
-        last = rf_max_int(last, bottom);
-        if (f->is_common)
-            acc->common_rows |= (2u << bottom) - (1u << top);
-        int most = RF_TILE_W - f->min_dx - x;
-        n_splats = has_places ? count_places(list->places + i, n - i, most)
-                              : count_neighbours(s, n - i, most);
-        if (n_splats >= LEAST_RUN) {
-            spread_long(list, i, n_splats, &run, origin, f, x, y, n_planes, has_places);
+        struct strip strip = strip_of(surfaces, place, n_strip, x, y);
+        bool is_pair = i < n && n_strip <= 1 && is_next(place, places[i]) &&
+                       f->n_side_by_side > 1 && x + f->max_dx >= 0 &&
+                       x + 1 + f->min_dx < RF_TILE_W;
+        if (is_pair) {
+            struct strip next =
+                strip_of(surfaces, places[i], rf_place_n(places[i]), x + 1, y);
+            spread_pair(acc, &strip, &next, f, n_planes);
+            i++;
         } else {
-            n_splats = f->n_side_by_side > 1 ? n_splats : 1;
-            spread_run(list, i, n_splats, origin, f, x, y, n_planes, has_places);
+            spread_strip(acc, strip, &run, f, n_planes, true);
         }
     }
-    acc->first_row = first;
-    acc->last_row = last;
 }
 
 static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
                    struct rf_footprint *const *footprints, int x0, int y0)
 {
-    const struct spread_list list = {.splats = splats};
     if (acc->n_planes == 4)
-        spread_all(acc, &list, n, footprints, x0, y0, 4, false);
+        spread_splats(acc, splats, n, footprints, x0, y0, 4);
     else
-        spread_all(acc, &list, n, footprints, x0, y0, RF_MAX_PLANES, false);
+        spread_splats(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
 }
 
 static void spread_places(struct rf_accumulator *acc, const rf_place *places, int n,
                           const struct rf_tile_surfaces *surfaces,
                           struct rf_footprint *const *footprints, int x0, int y0)
 {
-    const struct spread_list list = {.places = places, .surfaces = surfaces};
     if (acc->n_planes == 4)
-        spread_all(acc, &list, n, footprints, x0, y0, 4, true);
+        spread_all(acc, places, n, surfaces, footprints, x0, y0, 4);
     else
-        spread_all(acc, &list, n, footprints, x0, y0, RF_MAX_PLANES, true);
+        spread_all(acc, places, n, surfaces, footprints, x0, y0, RF_MAX_PLANES);
 }

@@ -114,20 +114,27 @@ static void call_spread(const struct rf_kernels *k, struct workspace *w, int var
               given.pointers, 100, 50);
 }
 
-enum { PLACES_W = 80, N_PLACES = 400 };
+enum { PLACES_W = 80, N_PLACES = 250 };
 
-/* Places by rows, runs of one footprint, every 17th of another kind; the tile lies
+/* Places by rows, runs of 1 to 13 surfaces, every fourth of another kind; the tile lies
  * where some of its pixels reach the one that is spread over and some do not. */
 static void call_places(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     static rf_place places[N_PLACES];
     const struct rf_surface *pixels = (const void *)(w->at + ACC_FLOATS);
-    int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61;
+    int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61, column = 0, row = 0;
     struct rf_tile_surfaces surfaces = {pixels, 0, PLACES_W, given.splats, x, y};
     for (int i = 0; i < N_PLACES; i++) {
-        int column = i % 40 + i % 40 / 23, row = i / 40 * 3;
-        places[i] = rf_place_make(i / 31 % N_FOOTPRINTS, column, row,
-                                  i % 17 ? 0 : 1 + i % N_SPLATS);
+        int n = i % 4 ? i * 7 % 13 + 1 : 1;
+        if (column + n > RF_TILE_W) {
+            column = 0;
+            row = (row + 1) % RF_TILE_H;
+        }
+        places[i] = rf_place_make(i / 3 % N_FOOTPRINTS, column, row,
+                                  i % 4 == 0 ? 1 + i % N_SPLATS
+                                  : n > 1    ? RF_PLACE_RUN + n - 1
+                                             : 0);
+        column += n + i % 5 / 4;
     }
     k->spread_places(make_accumulator(w, 4 + variant % 2), places, N_PLACES, &surfaces,
                      given.pointers, 100, 50);

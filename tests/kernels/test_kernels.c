@@ -120,14 +120,14 @@ static void places_spread_as_splats_do(void)
 
 enum { N_RUN = 33, RUN_X = 20, N_SHORT = 7 /* no convolution */ };
 
-/* Spreads a part of a run of one footprint, as splats or as places. */
-static void spread_run(struct workspace *w, int slot, int start, int end,
-                       bool as_places)
+/* Spreads a part of a run of one footprint over the tile from column x0 on, as splats
+ * or as one place. */
+static void spread_run_at(struct workspace *w, int x0, int slot, int start, int end,
+                          bool as_place)
 {
     static struct rf_surface surfaces[32 * 64];
     const struct rf_tile_surfaces tile = {surfaces, 0, 64, given.splats, 100, 50};
     struct rf_splat splats[N_RUN];
-    rf_place places[N_RUN];
     int n = end - start;
     memset(w, 0, sizeof *w);
     for (int i = 0; i < n; i++) {
@@ -136,14 +136,20 @@ static void spread_run(struct workspace *w, int slot, int start, int end,
         memcpy(at->c, given.splats[start + i].c, sizeof at->c);
         splats[i] = (struct rf_splat){100 + x, 50 + 10, slot, 1, {0}};
         memcpy(splats[i].c, at->c, sizeof at->c);
-        places[i] = rf_place_make(slot, x, 10, 0);
     }
+    const rf_place place =
+        rf_place_make(slot, RUN_X + start, 10, n > 1 ? RF_PLACE_RUN + n - 1 : 0);
     struct rf_accumulator *acc = make_accumulator(w, 5);
     const struct rf_kernels *k = rf_kernels_at(0);
-    if (as_places)
-        k->spread_places(acc, places, n, &tile, given.pointers, 100, 50);
+    if (as_place)
+        k->spread_places(acc, &place, 1, &tile, given.pointers, x0, 50);
     else
-        k->spread(acc, splats, n, given.pointers, 100, 50);
+        k->spread(acc, splats, n, given.pointers, x0, 50);
+}
+
+static void spread_run(struct workspace *w, int slot, int start, int end, bool as_place)
+{
+    spread_run_at(w, 100, slot, start, end, as_place);
 }
 
 /* Have both the same bits in the columns from x to end - 1, and something there? */
@@ -199,6 +205,55 @@ static void long_runs_are_as_many_short_ones(void)
             }
             check_near();
         }
+}
+
+/* Of a run that begins before the tile or ends after it the part that reaches counts.
+ */
+static void runs_are_cut_where_the_tile_ends(void)
+{
+    for (int i = 0; i < 16 * N_FOOTPRINTS; i++) {
+        int x0 = 100 + 8 * (i % 16) - 60, slot = i / 16; /* the run at 80 to -40 */
+        spread_run_at(&first, x0, slot, 0, N_RUN, false);
+        spread_run_at(&other, x0, slot, 0, N_RUN, true);
+        check_near();
+        CHECK(first.acc.first_row == other.acc.first_row &&
+              first.acc.last_row == other.acc.last_row);
+    }
+}
+
+/* A whole tile of runs, over itself and the tiles around it. */
+static void places_of_runs_spread_as_their_splats_do(void)
+{
+    static struct rf_surface surfaces[RF_TILE_H * RF_TILE_W];
+    static struct rf_splat splats[RF_TILE_H * RF_TILE_W];
+    static rf_place places[RF_TILE_H * RF_TILE_W];
+    const struct rf_tile_surfaces tile = {surfaces, 0, RF_TILE_W, NULL, 64, 32};
+    const struct rf_kernels *k = rf_kernels_at(0);
+    int n_places = 0, n_splats = 0;
+    seed = 11;
+    for (int y = 0; y < RF_TILE_H; y++)
+        for (int x = 0, n; x < RF_TILE_W; x += n, n_places++) {
+            n = rf_min_int(1 + (int)(noise() * 40), RF_TILE_W - x);
+            int slot = n_places % N_FOOTPRINTS;
+            places[n_places] =
+                rf_place_make(slot, x, y, n > 1 ? RF_PLACE_RUN + n - 1 : 0);
+            for (int i = x; i < x + n; i++) {
+                struct rf_surface *at = &surfaces[y * RF_TILE_W + i];
+                *at = (struct rf_surface){{noise(), noise(), noise(), 1}, 0};
+                splats[n_splats++] = rf_place_splat(&tile, places[n_places], i - x);
+            }
+        }
+    for (int i = 0; i < 9; i++) {
+        int x0 = 64 * (i % 3), y0 = 32 * (i / 3);
+        memset(&first, 0, sizeof first);
+        memset(&other, 0, sizeof other);
+        k->spread(make_accumulator(&first, 4), splats, n_splats, given.pointers, x0,
+                  y0);
+        k->spread_places(make_accumulator(&other, 4), places, n_places, &tile,
+                         given.pointers, x0, y0);
+        check_near();
+        CHECK(first.acc.last_row >= 0 && first.acc.last_row == other.acc.last_row);
+    }
 }
 
 /* What is known of a footprint's weights does not change what it leaves. */
@@ -727,6 +782,8 @@ int main(int argc, char **argv)
     TEST(places_spread_as_splats_do);
     TEST(splats_that_do_not_reach_do_not_matter);
     TEST(long_runs_are_as_many_short_ones);
+    TEST(runs_are_cut_where_the_tile_ends);
+    TEST(places_of_runs_spread_as_their_splats_do);
     TEST(mirrored_footprints_spread_as_others_do);
     TEST(bits_tell_what_pixels_are);
     TEST(extremes_are_those_of_all_around);

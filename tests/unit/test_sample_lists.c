@@ -40,12 +40,12 @@ static int emit(void *user, int x, int y, struct rf_sample *at)
     return 1;
 }
 
-/* Radii that rise in steps and fall again. */
+/* Radii that rise in steps, three pixels wide, and fall again. */
 static void fill(float largest, float step)
 {
     int rise = (int)(2 * largest / step);
     for (int i = 0; i < N; i++) {
-        int k = (i + i / WIDTH * 7) % (2 * rise), up = k < rise ? k : 2 * rise - k;
+        int k = (i / 3 + i / WIDTH * 7) % (2 * rise), up = k < rise ? k : 2 * rise - k;
         for (int n = 0; n < 4; n++)
             surfaces[i].c[n] = (float)(1 + (i * 7 + n * 3) % 11);
         surfaces[i].r = radii[i] = (float)up * step - largest;
@@ -53,24 +53,33 @@ static void fill(float largest, float step)
     }
 }
 
-/* Sample i of a list, which may be one of places. */
-static struct rf_splat splat_of(const struct rf_tile_list *list, int i)
+enum { MOST_SPLATS = 8 * RF_TILE_W * RF_TILE_H };
+
+/* The splats of bin k of a list, which may be one of places; returns how many. */
+static int splats_of(const struct rf_tile_list *list, int k, struct rf_splat *out)
 {
-    return list->places ? rf_place_splat(&list->surfaces, list->places[i])
-                        : list->at[i];
+    int n = 0;
+    for (int i = list->bin[k]; i < list->bin[k + 1]; i++) {
+        if (!list->places) {
+            out[n++] = list->at[i];
+            continue;
+        }
+        int n_place = rf_max_int(rf_place_n(list->places[i]), 1);
+        for (int m = 0; m < n_place; m++)
+            out[n++] = rf_place_splat(&list->surfaces, list->places[i], m);
+    }
+    return n;
 }
 
 static bool is_same_list(const struct rf_group *g, const struct rf_tile_list *a,
                          const struct rf_tile_list *b)
 {
-    if (a->n != b->n)
-        return false;
-    for (int k = 0; k <= g->n_bins && a->n > 0; k++)
-        if (a->bin[k] != b->bin[k])
-            return false;
-    for (int i = 0; i < a->n; i++) {
-        struct rf_splat p = splat_of(a, i), q = splat_of(b, i);
-        if (memcmp(&p, &q, sizeof p) != 0)
+    static struct rf_splat p[MOST_SPLATS], q[MOST_SPLATS];
+    if (a->n == 0 || b->n == 0)
+        return a->n == b->n;
+    for (int k = 0; k < g->n_bins; k++) {
+        int n = splats_of(a, k, p);
+        if (n != splats_of(b, k, q) || memcmp(p, q, (size_t)n * sizeof *p) != 0)
             return false;
     }
     return true;
