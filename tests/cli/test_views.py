@@ -264,7 +264,7 @@ def test_the_bound_on_memory_holds(rackfocus, views, tmp_path):
     assert bounded == out.read_bytes()
 
 
-TALL = (250, 3201)
+TALL = (250, 4301)
 FAST = ("--sub-apertures", 1, "--type", "float")
 
 
