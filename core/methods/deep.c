@@ -549,6 +549,7 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
                              .x0 = d->picture.x0,
                              .y0 = d->picture.y0,
                              .n_phases = 1,
+                             .fills_gaps = d->filter->params.fill_hidden,
                              .visible = d->samples,
                              .hidden = hidden,
                              .occluders = &occluders,
