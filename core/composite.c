@@ -174,6 +174,7 @@ static void finish_tile(const struct rf_composer *c, const struct rf_crop *crop,
     for (int y = rf_max_int(y0, crop->y); y < end && from < to; y++)
         finish_row(c, crop, from - crop->x, y - crop->y, to - from,
                    s->sum + s->row * (size_t)(y - y0) + (from - x0), s->plane);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST); /* see divide_rgba() */
 }
 
 static void finish(const struct rf_composer *c, const struct rf_crop *crop)

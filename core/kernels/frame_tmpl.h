@@ -92,25 +92,23 @@ static bool load_row(const float *const planes[4], const float *radius, int n,
 static unsigned load_rgba(const float *rgba, const float *radius, int n,
                           struct rf_surface *at, float *luminance)
 {
-    const vi alphas = {0, 0, 0, -1, 0, 0, 0, -1};
-    vi is_bad = {0}, is_film = {0};
+    vi bad = {0}, is_film = {0};
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
         vf v[4];
-        load_pixels(rgba + 4 * x, v, &is_bad);
-        for (int i = 0; i < 4; i++)
-            is_film |= v[i] != SPLAT(1);
-        for (int i = 0; i < LANES; i++) {
-            memcpy(at[x + i].c, rgba + 4 * (x + i), sizeof at[x + i].c);
-            at[x + i].r = radius[x + i];
+        for (int i = 0; i < 4; i++) {
+            v[i] = load_halves(rgba + 4 * (x + i), rgba + 4 * (x + i + 4));
+            store_halves(at[x + i].c, at[x + i + 4].c, v[i]);
+            bad |= (vi)(v[i] * SPLAT(0)); /* 0 or -0 where it is finite, else NaN */
         }
-        turn(v);
-        turn(v);
-        turn(v);
+        for (int i = 0; i < LANES; i++)
+            at[x + i].r = radius[x + i];
+        turn_halves(v);
+        is_film |= v[3] != SPLAT(1);
         STORE(luminance + x, luminance_of(v));
     }
-    unsigned kind = (lane_bits(is_film & alphas) ? RF_ROW_FILM : 0) |
-                    (lane_bits(is_bad) ? RF_ROW_INFINITE : 0);
+    unsigned kind = (lane_bits(is_film) ? RF_ROW_FILM : 0) |
+                    (lane_bits(bad << 1 != 0) ? RF_ROW_INFINITE : 0);
     for (; x < n; x++) {
         const float *c = rgba + 4 * x;
         memcpy(at[x].c, c, sizeof at[x].c);
@@ -262,21 +260,44 @@ static void divide(const float *sum, const float *coverage, float most, int n,
     }
 }
 
+/* Quotients of up to eight pixels; most of a picture is covered exactly. */
+static inline __attribute__((always_inline)) void
+divide_pixels(const float *const sum[4], const float *coverage, int x, int n, vf v[4])
+{
+    vf w = load_part(coverage + x, n);
+    bool is_full = lane_bits(w == SPLAT(1)) == (1u << LANES) - 1;
+    for (int i = 0; i < 3; i++) {
+        v[i] = load_part(sum[i] + x, n);
+        v[i] = is_full ? vmax(v[i], SPLAT(0)) : quotient(v[i], w, SPLAT(INFINITY));
+    }
+    if (sum[3])
+        v[3] = quotient(load_part(sum[3] + x, n), w, SPLAT(1));
+    else
+        v[3] = choose(w > SPLAT(NO_COVERAGE), SPLAT(1), SPLAT(0));
+}
+
 static void divide_rgba(const float *const sum[4], const float *coverage, int n,
                         float *rgba)
 {
-    for (int x = 0; x < n; x += LANES) {
-        vf v[4], w = load_part(coverage + x, n - x);
-        for (int i = 0; i < 3; i++)
-            v[i] = quotient(load_part(sum[i] + x, n - x), w, SPLAT(INFINITY));
-        if (sum[3])
-            v[3] = quotient(load_part(sum[3] + x, n - x), w, SPLAT(1));
-        else
-            v[3] = choose(w > SPLAT(NO_COVERAGE), SPLAT(1), SPLAT(0));
-        turn(v);
-        turn(v);
-        for (int i = 0; i < 4; i++)
-            if (2 * i < n - x)
-                store_part(rgba + 4 * x + LANES * i, 4 * (n - x) - LANES * i, v[i]);
+    /* A picture is larger than the caches: lines of it would be fetched for nothing. */
+    const bool is_streamed = (uintptr_t)rgba % 16 == 0;
+    vf v[4];
+    int x = 0;
+    for (; x + LANES <= n; x += LANES) {
+        divide_pixels(sum, coverage, x, LANES, v);
+        turn_halves(v);
+        for (int i = 0; i < 4; i++) {
+            float *low = rgba + 4 * (x + i), *high = low + 4 * 4;
+            if (is_streamed)
+                stream_halves(low, high, v[i]);
+            else
+                store_halves(low, high, v[i]);
+        }
     }
+    if (x == n)
+        return;
+    divide_pixels(sum, coverage, x, n - x, v);
+    for (int i = 0; i < n - x; i++)
+        for (int p = 0; p < 4; p++)
+            rgba[4 * (x + i) + p] = v[p][i];
 }

@@ -358,7 +358,8 @@ struct rf_kernels {
                    float *out);
     /*
      * The same to RGBA quadruples, of which the last is at most 1, or with sum[3] NULL
-     * 1 and, where the coverage is as good as none, 0.
+     * 1 and, where the coverage is as good as none, 0. They may be stored past the
+     * caches: before another thread reads them, a fence is needed.
      */
     void (*divide_rgba)(const float *const sum[4], const float *coverage, int n,
                         float *rgba);

@@ -167,9 +167,32 @@ static inline vf vsqrt(vf v)
 #endif
 }
 
+/* The way back. */
+static inline void store_halves(float *a, float *b, vf v)
+{
+#ifdef __AVX__
+    _mm_storeu_ps(a, _mm256_castps256_ps128((__m256)v));
+    _mm_storeu_ps(b, _mm256_extractf128_ps((__m256)v, 1));
+#else
+    memcpy(a, &v, 4 * sizeof *a);
+    memcpy(b, (const float *)&v + 4, 4 * sizeof *b);
+#endif
+}
+
+/* The same past the caches: for what is not read soon, at multiples of 16 bytes. */
+static inline void stream_halves(float *a, float *b, vf v)
+{
+#ifdef __AVX__
+    _mm_stream_ps(a, _mm256_castps256_ps128((__m256)v));
+    _mm_stream_ps(b, _mm256_extractf128_ps((__m256)v, 1));
+#else
+    store_halves(a, b, v);
+#endif
+}
+
 /*
  * Quadruples 0 and 4, 1 and 5, 2 and 6, 3 and 7 become the first floats of all eight,
- * the second ones, .. No lane changes halves, which costs the least.
+ * the second ones, .., and back. No lane changes halves, which costs the least.
  */
 static inline void turn_halves(vf v[4])
 {
