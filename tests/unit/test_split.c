@@ -199,6 +199,23 @@ static void what_a_wire_fills_is_the_wire(void)
     CHECK(missed_radius(0.9f, true) == -9);
 }
 
+/* Its neighbours are to the right and below to the left. */
+static void so_is_what_a_slanting_wire_fills(void)
+{
+    enum { Y = MOST_H / 2, AT = Y * MOST_W + 30 };
+    for (int i = 0; i < N; i++) {
+        int along = i % MOST_W - 30 + 2 * (i / MOST_W - Y);
+        bool is_wire = along == 0 || along == 1;
+        put(MOST_W, i % MOST_W, i / MOST_W, is_wire ? 0.02f : 0.5f,
+            is_wire && i != AT ? -9 : 0);
+    }
+    is_alone = true;
+    split(MOST_W, MOST_H, 1e9f);
+    is_alone = false;
+    CHECK(share[AT] == 1);
+    CHECK_NEAR(near[AT].r, -9, 1e-5);
+}
+
 /* What is of its colour beside it is not. */
 static void what_is_beside_a_wire_is_not_the_wire(void)
 {
@@ -219,6 +236,7 @@ int main(int argc, char **argv)
     TEST(a_third_dark_pixels_make_a_fringe);
     TEST(parts_that_shine_are_noted);
     TEST(what_a_wire_fills_is_the_wire);
+    TEST(so_is_what_a_slanting_wire_fills);
     TEST(what_is_beside_a_wire_is_not_the_wire);
     return testing_end();
 }
