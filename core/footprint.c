@@ -455,6 +455,8 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
             };
             for (int x = first; x <= last; x++)
                 p->weights[n_weights + x - first] = (float)row[x];
+            struct rf_segment *last_one = &p->segments[p->n_segments - 1];
+            last_one->sum = rf_segment_sum(last_one, p->weights, is_even);
             n_weights += padded(last - first + 1);
             p->min_dx = rf_min_int(p->min_dx, dx);
             p->max_dx = rf_max_int(p->max_dx, last - g->reach_x);

@@ -18,7 +18,24 @@ struct rf_segment {
     int16_t cell;
     int32_t row;    /* of an accumulator: dy after all rows of the cells before */
     int32_t weight; /* index of the first weight */
+    float sum;      /* of the weights, see rf_segment_sum() */
 };
+
+/*
+ * The sum of a segment's weights in the order in which a convolution adds what they
+ * weigh: from left to right or, of an even footprint, both sides at once from the
+ * middle.
+ */
+static inline float rf_segment_sum(const struct rf_segment *g, const float *weights,
+                                   bool is_even)
+{
+    const float *w = weights + g->weight - (is_even ? g->dx : 0);
+    int n = is_even ? 1 - g->dx : g->n;
+    float sum = w[0];
+    for (int i = 1; i < n; i++)
+        sum += is_even ? w[i] * 2 : w[i];
+    return sum;
+}
 
 /*
  * Where there are several sub-apertures, a footprint of a radius below this is one for

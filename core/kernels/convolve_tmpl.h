@@ -72,13 +72,12 @@ add_to_row(float *row, vf sum[][VECTORS], vf cover, int n_planes, bool is_full,
 
 /*
  * Columns x to x + n_vectors * LANES - 1 of all rows that a run with an even footprint
- * reaches. If `is_full` all taps there are on samples that cover their pixels: `cover`
- * is what they leave on each row.
+ * reaches. If `is_full` all taps there are on samples that cover their pixels, and the
+ * coverage of each row is the sum of its weights.
  */
 static inline __attribute__((always_inline)) void
 convolve_even(const struct run_planes *run, float *origin, const struct rf_footprint *f,
-              const float *cover, int x, int y, int n_planes, bool is_full,
-              int n_vectors)
+              int x, int y, int n_planes, bool is_full, int n_vectors)
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
     const int n_summed = is_full ? n_planes - 1 : n_planes;
@@ -106,9 +105,9 @@ convolve_even(const struct run_planes *run, float *origin, const struct rf_footp
                 for (int i = 0; i < n_vectors; i++)
                     sum[p][i] += SPLAT(weight[k]) * both[k][p][i];
         if (has_above)
-            add_to_row(above, sum, SPLAT(cover[r]), n_planes, is_full, n_vectors);
+            add_to_row(above, sum, SPLAT(g->sum), n_planes, is_full, n_vectors);
         if (has_below)
-            add_to_row(above - 2 * row_size * g->dy, sum, SPLAT(cover[r]), n_planes,
+            add_to_row(above - 2 * row_size * g->dy, sum, SPLAT(g->sum), n_planes,
                        is_full, n_vectors);
     }
 }
@@ -116,39 +115,39 @@ convolve_even(const struct run_planes *run, float *origin, const struct rf_footp
 /* The same with any footprint. */
 static inline __attribute__((always_inline)) void
 convolve_any(const struct run_planes *run, float *origin, const struct rf_footprint *f,
-             int x, int y, int n_planes, int n_vectors)
+             int x, int y, int n_planes, bool is_full, int n_vectors)
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    const int n_summed = is_full ? n_planes - 1 : n_planes;
     for (int r = 0; r < f->n_segments; r++) {
         const struct rf_segment *g = &f->segments[r];
         if ((unsigned)(y + g->dy) >= RF_TILE_H)
             continue;
         const float *weight = f->weights + g->weight;
         const int n = rf_min_int(g->n, f->max_dx - g->dx + 1);
+        const float *c = run->at[0] + RUN_LEFT + x - g->dx;
         vf sum[RF_MAX_PLANES][VECTORS];
-        for (int p = 0; p < n_planes; p++)
+        for (int p = 0; p < n_summed; p++)
             for (int i = 0; i < n_vectors; i++)
-                sum[p][i] = SPLAT(0);
-        for (int k = 0; k < n; k++)
-            for (int p = 0; p < n_planes; p++)
+                sum[p][i] = SPLAT(weight[0]) * LOAD(c + RUN_STRIDE * p + LANES * i);
+        for (int k = 1; k < n; k++)
+            for (int p = 0; p < n_summed; p++)
                 for (int i = 0; i < n_vectors; i++)
-                    sum[p][i] += SPLAT(weight[k]) * LOAD(run->at[p] + RUN_LEFT + x +
-                                                         LANES * i - g->dx - k);
-        add_to_row(origin + row_size * (y + g->row) + x, sum, SPLAT(0), n_planes, false,
-                   n_vectors);
+                    sum[p][i] +=
+                        SPLAT(weight[k]) * LOAD(c + RUN_STRIDE * p + LANES * i - k);
+        add_to_row(origin + row_size * (y + g->row) + x, sum, SPLAT(g->sum), n_planes,
+                   is_full, n_vectors);
     }
 }
 
-/* What samples that cover their pixels leave on the rows of an even footprint. */
-static inline void sum_rows(const struct rf_footprint *f, float *cover)
+static inline __attribute__((always_inline)) void
+convolve(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+         int x, int y, int n_planes, bool is_full, int n_vectors)
 {
-    for (int r = 0; r < f->n_segments - f->n_mirrored; r++) {
-        const struct rf_segment *g = &f->segments[r];
-        const float *weight = f->weights + g->weight - g->dx;
-        cover[r] = weight[0];
-        for (int k = 1; k <= -g->dx; k++)
-            cover[r] += weight[k] * 2;
-    }
+    if (f->is_even)
+        convolve_even(run, origin, f, x, y, n_planes, is_full, n_vectors);
+    else
+        convolve_any(run, origin, f, x, y, n_planes, is_full, n_vectors);
 }
 
 /* Spreads a run in row y; with is_surface all of it covers its pixels. */
@@ -158,23 +157,16 @@ convolve_run(const struct run_planes *run, float *origin, const struct rf_footpr
 {
     int x = rf_max_int(run->from + f->min_dx, 0) / LANES * LANES;
     int end = rf_min_int(run->to + f->max_dx, RF_TILE_W);
-    float cover[RF_TILE_HALO + 1] = {0};
-    if (f->is_even && is_surface)
-        sum_rows(f, cover);
     for (int n_vectors; x < end; x += n_vectors * LANES) {
         n_vectors = rf_min_int((end - x + LANES - 1) / LANES, VECTORS);
         bool is_full = is_surface && x - f->max_dx >= run->from &&
                        x + VECTORS * LANES + f->max_dx <= run->to;
-        if (!f->is_even && n_vectors == VECTORS)
-            convolve_any(run, origin, f, x, y, n_planes, VECTORS);
-        else if (!f->is_even)
-            convolve_any(run, origin, f, x, y, n_planes, 1);
-        else if (n_vectors < VECTORS)
-            convolve_even(run, origin, f, cover, x, y, n_planes, false, 1);
+        if (n_vectors < VECTORS)
+            convolve(run, origin, f, x, y, n_planes, false, 1);
         else if (is_full)
-            convolve_even(run, origin, f, cover, x, y, n_planes, true, VECTORS);
+            convolve(run, origin, f, x, y, n_planes, true, VECTORS);
         else
-            convolve_even(run, origin, f, cover, x, y, n_planes, false, VECTORS);
+            convolve(run, origin, f, x, y, n_planes, false, VECTORS);
     }
 }
 

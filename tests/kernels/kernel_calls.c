@@ -47,6 +47,7 @@ static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
             weight[2 * half - i] = weight[i];
         if (is_mirrored && dy > 0)
             g->weight = segments[reach - dy].weight;
+        g->sum = rf_segment_sum(g, weights, is_even);
         f->n_segments++;
     }
 }
