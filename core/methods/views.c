@@ -42,8 +42,8 @@
  * Lights are taken out first and added at the end with exact visibility over the whole
  * lens (views_lights.c, highlight.c).
  *
- * Ours. One view gives the method layered, bit for bit. Memory: 130 bytes per pixel and
- * view; core/window.c does with less, of a part of the picture at a time. Cost: 6 to
+ * Ours. One view gives the method layered, bit for bit. Memory: 75 to 80 bytes per pixel
+ * and view; core/window.c does with less, of a part of the picture at a time. Cost: 6 to
  * 7 layered passes for 8 views at 1920x1080.
  */
 #include "../composer.h"
