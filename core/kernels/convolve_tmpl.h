@@ -160,7 +160,7 @@ convolve_run(const struct run_planes *run, float *origin, const struct rf_footpr
     for (int n_vectors; x < end; x += n_vectors * LANES) {
         n_vectors = rf_min_int((end - x + LANES - 1) / LANES, VECTORS);
         bool is_full = is_surface && x - f->max_dx >= run->from &&
-                       x + VECTORS * LANES + f->max_dx <= run->to;
+                       x + VECTORS * LANES - f->min_dx <= run->to;
         if (n_vectors < VECTORS)
             convolve(run, origin, f, x, y, n_planes, false, 1);
         else if (is_full)

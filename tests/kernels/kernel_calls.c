@@ -14,11 +14,12 @@ float noise(void)
 
 /*
  * Rows of 24 weights, of which some are zero, as for a radius of 3, 6 or 10 px; those
- * below the middle may be those above it, and those to its right those to its left.
+ * below the middle may be those above it, and those to its right those to its left. One
+ * lies beside its sample.
  */
 static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
                            float *weights, int reach, int n_side_by_side,
-                           bool is_mirrored, bool is_even)
+                           bool is_mirrored, bool is_even, int shift)
 {
     *f = (struct rf_footprint){.is_common = reach < 4,
                                .is_even = is_even,
@@ -26,15 +27,15 @@ static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
                                .n_side_by_side = n_side_by_side,
                                .segments = segments,
                                .weights = weights,
-                               .min_dx = -reach,
-                               .max_dx = reach,
+                               .min_dx = shift - reach,
+                               .max_dx = shift + reach,
                                .min_dy = -reach,
                                .max_dy = reach};
     for (int dy = -reach; dy <= reach; dy++) {
         struct rf_segment *g = &segments[f->n_segments];
         int half = (int)sqrt(reach * reach - dy * dy);
         *g = (struct rf_segment){
-            .dx = (int16_t)-half,
+            .dx = (int16_t)(shift - half),
             .dy = (int16_t)dy,
             .n = (int16_t)((2 * half + n_side_by_side + 7) / 8 * 8),
             .cell = (int16_t)(f->is_common ? 2 : f->n_segments % 2),
@@ -59,7 +60,7 @@ void make_given(void)
         given.pointers[i] = &given.footprints[i];
         make_footprint(&given.footprints[i], given.segments[i], given.weights[i],
                        (const int[]){3, 6, 10, 7}[i], (const int[]){2, 1, 4, 3}[i],
-                       i % 2 == 0, i == 0);
+                       i % 2 == 0, i == 0, i == 3 ? -4 : 0);
     }
     for (int i = 0; i < N_SPLATS; i++) {
         struct rf_splat *s = &given.splats[i];
