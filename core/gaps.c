@@ -79,17 +79,28 @@ static void fill_gap(const struct rf_crop *crop, const unsigned char *gaps,
     }
 }
 
+/* Is there a gap among 64 pixels? */
+static bool has_gap(const unsigned char *row)
+{
+    uint64_t part[8], any = 0;
+    memcpy(part, row, sizeof part);
+    for (int i = 0; i < 8; i++)
+        any |= part[i];
+    return any != 0;
+}
+
 /* The first gap of a row from x on; n where there is none. */
 static int find_gap(const unsigned char *row, int x, int n)
 {
-    for (; x < n; x++) {
-        uint64_t eight = 1;
-        if (x + 8 <= n)
-            memcpy(&eight, row + x, sizeof eight);
-        if (!eight)
-            x += 7;
-        else if (row[x])
-            return x;
+    while (x < n) {
+        int end = rf_min_int(x + 64, n);
+        if (end - x == 64 && !has_gap(row + x)) {
+            x = end;
+            continue;
+        }
+        for (; x < end; x++)
+            if (row[x])
+                return x;
     }
     return n;
 }

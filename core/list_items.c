@@ -169,27 +169,35 @@ static const float *radii_of_row(const struct rf_source *source,
 
 typedef int32_t truths __attribute__((vector_size(16)));
 
-/* Which of four radii are `same` or lie between two others. */
-static inline truths are_alike(const float *radius, float low, float high, float same)
+/* Radii that are `same` or, if there is a range, lie between two others. */
+struct alike {
+    float same, low, high;
+    bool has_range;
+};
+
+static inline bool is_alike(float r, const struct alike *a)
 {
-    rf_quad r = *(const rf_quad *)radius;
-    return (((rf_quad){low, low, low, low} < r) &
-            (r < (rf_quad){high, high, high, high})) |
-           (r == (rf_quad){same, same, same, same});
+    return r == a->same || (a->has_range && a->low < r && r < a->high);
+}
+
+static inline truths are_alike(const float *radius, const struct alike *a)
+{
+    const rf_quad none = {0}, r = *(const rf_quad *)radius;
+    truths same = r == none + a->same;
+    return a->has_range ? same | ((none + a->low < r) & (r < none + a->high)) : same;
 }
 
 /* The first pixel from x0 on whose radius is not alike, x1 if there is none. */
-static inline int alike_end(const float *radius, int x0, int x1, float low, float high,
-                            float same)
+static inline __attribute__((always_inline)) int
+alike_end(const float *radius, int x0, int x1, const struct alike *alike)
 {
     int x = x0;
     for (; x + 8 <= x1; x += 8) {
-        truths all = are_alike(radius + x, low, high, same) &
-                     are_alike(radius + x + 4, low, high, same);
+        truths all = are_alike(radius + x, alike) & are_alike(radius + x + 4, alike);
         if (!(all[0] & all[1] & all[2] & all[3]))
             break;
     }
-    while (x < x1 && ((low < radius[x] && radius[x] < high) || radius[x] == same))
+    while (x < x1 && is_alike(radius[x], alike))
         x++;
     return x;
 }
@@ -220,7 +228,7 @@ static int put_places(const struct rf_lister *l, const struct rf_group *full, in
         int key = known->key, from = x;
         int32_t slot = known->slot;
         do {
-            x = alike_end(radius, x + 1, x1, NAN, NAN, known->r);
+            x = alike_end(radius, x + 1, x1, &(struct alike){.same = known->r});
             if (x < x1)
                 know_radius(l, full, radius[x], known);
         } while (x < x1 && known->is_full && known->slot == slot && known->key == key);
@@ -245,7 +253,8 @@ static void prefetch_surfaces(const struct rf_tile_surfaces *t, int x0, int x1, 
 static int put_run(int x0, int x1, int y, const float *radius,
                    const struct known_radius *known, struct rf_tile_items *s)
 {
-    int x = alike_end(radius, x0 + 1, x1, known->low, known->high, known->r);
+    const struct alike alike = {known->r, known->low, known->high, true};
+    int x = alike_end(radius, x0 + 1, x1, &alike);
     prefetch_surfaces(&s->surfaces, x0, x, y);
     put_item(s, rf_place_make(x - x0, x0, y, 0), known->key);
     return x;

@@ -13,11 +13,12 @@
 #include "kernels.h"
 #include "vector.h"
 
-_Static_assert(RF_TILE_HALO <= 12, "samples of a run lie in its planes, with the taps");
-
 enum {
-    RUN_LEFT = 24, /* columns before the tile: samples that reach it, and their taps */
-    RUN_STRIDE = RUN_LEFT + RF_TILE_W + 24,
+    /* Columns before the tile, and as many after it: samples that reach it. A footprint
+     * beside its sample reaches 19 px (views_lens.c: 8 px, as far beside it, the
+     * cubic). */
+    RUN_LEFT = 24,
+    RUN_STRIDE = RUN_LEFT + RF_TILE_W + RUN_LEFT,
 #ifdef __AVX__
     VECTORS = 2, /* side by side: so many sums of five planes are in registers */
 #else

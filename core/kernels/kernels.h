@@ -17,7 +17,7 @@
 enum {
     RF_TILE_W = 64,
     RF_TILE_H = 32,
-    RF_TILE_HALO = 12, /* how far a footprint reaches over the edge of its tile, px */
+    RF_TILE_HALO = 12, /* how far a footprint reaches from its middle at the most, px */
     RF_ACC_LEFT = 24,  /* columns before the tile that footprints may write to */
     RF_ACC_STRIDE = RF_ACC_LEFT + RF_TILE_W + 32,
     RF_MAX_PLANES = 5, /* r g b a and coverage */

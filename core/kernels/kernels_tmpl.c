@@ -11,7 +11,8 @@
  * ramp gains 0.3 more there, but moves the edges of mattes by 0.1).
  *
  * Preconditions: segments are padded with zero weights to eight lanes; a footprint
- * reaches at most RF_TILE_HALO px beyond its pixel.
+ * reaches at most RF_TILE_HALO px from its middle, which lies at most 9 px beside its
+ * pixel.
  */
 #include "frame_tmpl.h"
 #include "hidden_tmpl.h"
