@@ -98,7 +98,7 @@ static unsigned load_rgba(const float *rgba, const float *radius, int n,
         vf v[4];
         for (int i = 0; i < 4; i++) {
             v[i] = load_halves(rgba + 4 * (x + i), rgba + 4 * (x + i + 4));
-            store_halves(at[x + i].c, at[x + i + 4].c, v[i]);
+            store_halves(at[x + i].c, at[x + i + 4].c, v[i], false);
             bad |= (vi)(v[i] * SPLAT(0)); /* 0 or -0 where it is finite, else NaN */
         }
         for (int i = 0; i < LANES; i++)
@@ -288,10 +288,7 @@ static void divide_rgba(const float *const sum[4], const float *coverage, int n,
         turn_halves(v);
         for (int i = 0; i < 4; i++) {
             float *low = rgba + 4 * (x + i), *high = low + 4 * 4;
-            if (is_streamed)
-                stream_halves(low, high, v[i]);
-            else
-                store_halves(low, high, v[i]);
+            store_halves(low, high, v[i], is_streamed);
         }
     }
     if (x == n)

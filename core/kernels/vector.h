@@ -140,6 +140,27 @@ static inline vf load_halves(const float *a, const float *b)
 #endif
 }
 
+/* The way back; past the caches, which is for what is not read soon, where both places
+ * are multiples of 16 bytes. */
+static inline void store_halves(float *a, float *b, vf v, bool is_past_caches)
+{
+#ifdef __AVX__
+    __m128 low = _mm256_castps256_ps128((__m256)v);
+    __m128 high = _mm256_extractf128_ps((__m256)v, 1);
+    if (is_past_caches) {
+        _mm_stream_ps(a, low);
+        _mm_stream_ps(b, high);
+        return;
+    }
+    _mm_storeu_ps(a, low);
+    _mm_storeu_ps(b, high);
+#else
+    (void)is_past_caches;
+    memcpy(a, &v, 4 * sizeof *a);
+    memcpy(b, (const float *)&v + 4, 4 * sizeof *b);
+#endif
+}
+
 /* 0, 1, .. 7 */
 static inline vi lane_numbers(void)
 {
@@ -164,29 +185,6 @@ static inline vf vsqrt(vf v)
     for (int l = 0; l < LANES; l++)
         v[l] = __builtin_sqrtf(v[l]);
     return v;
-#endif
-}
-
-/* The way back. */
-static inline void store_halves(float *a, float *b, vf v)
-{
-#ifdef __AVX__
-    _mm_storeu_ps(a, _mm256_castps256_ps128((__m256)v));
-    _mm_storeu_ps(b, _mm256_extractf128_ps((__m256)v, 1));
-#else
-    memcpy(a, &v, 4 * sizeof *a);
-    memcpy(b, (const float *)&v + 4, 4 * sizeof *b);
-#endif
-}
-
-/* The same past the caches: for what is not read soon, at multiples of 16 bytes. */
-static inline void stream_halves(float *a, float *b, vf v)
-{
-#ifdef __AVX__
-    _mm_stream_ps(a, _mm256_castps256_ps128((__m256)v));
-    _mm_stream_ps(b, _mm256_extractf128_ps((__m256)v, 1));
-#else
-    store_halves(a, b, v);
 #endif
 }
 
