@@ -203,6 +203,7 @@ KILLERS = [
     "physics/test_alpha",
     "methods/test_depth_routes",
     "physics/test_energy",
+    "methods/test_artefacts",
 ]
 
 
