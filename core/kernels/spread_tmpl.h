@@ -139,7 +139,7 @@ spread_long(const struct strip *s, struct run_planes *run, float *origin,
     run->to = s->x + s->n;
     load_run(run, s->c, s->stride, s->x, s->n, n_planes - 1);
     for (int i = 0; i < s->n; i++)
-        cover[i] = s->is_surface ? 1 : s->c[s->stride * (size_t)i - 1];
+        cover[i] = s->is_surface ? 1 : (s->c + s->stride * (size_t)i)[-1];
     (n_planes == 4 ? convolve_4 : convolve_5)(run, origin, f, s->y, s->is_surface);
     clear_run(run, n_planes);
 }
