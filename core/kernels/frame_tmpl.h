@@ -121,27 +121,6 @@ static unsigned load_rgba(const float *rgba, const float *radius, int n,
     return kind;
 }
 
-static void unload_row(const struct rf_surface *at, int n, float *radius,
-                       float *luminance)
-{
-    int x = 0;
-    for (; x + LANES <= n; x += LANES) {
-        vf v[4];
-        for (int i = 0; i < 4; i++)
-            v[i] = load_halves(at[x + 2 * i].c, at[x + 2 * i + 1].c);
-        for (int i = 0; i < LANES; i++)
-            radius[x + i] = at[x + i].r;
-        turn(v);
-        turn(v);
-        turn(v);
-        STORE(luminance + x, luminance_of(v));
-    }
-    for (; x < n; x++) {
-        radius[x] = at[x].r;
-        luminance[x] = rf_luminance(at[x].c[0], at[x].c[1], at[x].c[2]);
-    }
-}
-
 /* Adds four columns, one after the other, of each of eight pixels of `size` columns. */
 static inline vf add_four(vf sum, const float *row, int size)
 {

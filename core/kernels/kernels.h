@@ -280,12 +280,10 @@ struct rf_kernels {
                      float *scratch, float *lowest, float *highest);
     /*
      * Surfaces of n pixels and their luminance from planes of colour, alpha (NULL: 1)
-     * and radius; returns whether any is not opaque. unload_row() is the way back.
+     * and radius; returns whether any is not opaque.
      */
     bool (*load_row)(const float *const planes[4], const float *radius, int n,
                      struct rf_surface *at, float *luminance);
-    void (*unload_row)(const struct rf_surface *at, int n, float *radius,
-                       float *luminance);
     /*
      * The same from RGBA quadruples; returns enum rf_row_kind. What is not finite has
      * no defined surface.

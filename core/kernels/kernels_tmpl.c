@@ -258,7 +258,6 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .magnify = magnify,
     .extremes = extremes,
     .load_row = load_row,
-    .unload_row = unload_row,
     .load_rgba = load_rgba,
     .keep_edges = keep_edges,
     .find_mixed = find_mixed,

@@ -387,13 +387,6 @@ static void call_load_rgba(const struct rf_kernels *k, struct workspace *w, int 
                             (struct rf_surface *)(w->at + 10000), w->at + 9000);
 }
 
-static void call_unload_row(const struct rf_kernels *k, struct workspace *w,
-                            int variant)
-{
-    k->unload_row((const struct rf_surface *)(w->at + variant), 193 + variant,
-                  w->at + 10000 + variant, w->at + 11000);
-}
-
 static void call_shrink(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     k->shrink(w->at + variant, 512, 1 << variant, variant, 61 >> variant, w->at + 20000,
@@ -652,7 +645,6 @@ const struct kernel kernels[] = {
     {"unpack", call_unpack, 4, NULL},
     {"pack", call_pack, 4, NULL},
     {"load_row", call_load_row, 4, NULL},
-    {"unload_row", call_unload_row, 4, NULL},
     {"load_rgba", call_load_rgba, 4, NULL},
     {"shrink", call_shrink, 4, NULL},
     {"detail", call_detail, 4, NULL},
