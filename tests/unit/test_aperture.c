@@ -276,7 +276,7 @@ static void footprints_are_mirrored_where_the_lens_is(void)
     struct rf_shape disc = shape_of(RF_APERTURE_DISC, 0, 0, 1.5);
     struct rf_shape hexagon = shape_of(RF_APERTURE_POLYGON, 6, 0, 1);
     struct rf_shape turned = shape_of(RF_APERTURE_POLYGON, 6, 0.1, 1);
-    struct rf_shape triangle = shape_of(RF_APERTURE_POLYGON, 3, 20, 1);
+    struct rf_shape triangle = shape_of(RF_APERTURE_POLYGON, 3, 0, 1);
     for (float r = -12; r <= 12; r += 0.75f) {
         if (r == 0)
             continue;
@@ -286,7 +286,8 @@ static void footprints_are_mirrored_where_the_lens_is(void)
         CHECK(of_footprint(&hexagon, 1, r, even) == 1);
         CHECK(fabsf(r) < 2 || of_footprint(&turned, 1, r, mirrored) == 0);
         CHECK(fabsf(r) < 2 || of_footprint(&turned, 1, r, even) == 0);
-        CHECK(fabsf(r) < 4 || of_footprint(&triangle, 1, r, even) == 0);
+        CHECK(of_footprint(&triangle, 1, r, mirrored) == 1); /* it points left */
+        CHECK(fabsf(r) < 2 || of_footprint(&triangle, 1, r, even) == 0);
         CHECK(of_footprint(&disc, 4, r, mirrored) == 0 || fabsf(r) < RF_COMMON_PX);
     }
     CHECK(of_footprint(&disc, 4, 0.125f, mirrored) == 1); /* common to all */
