@@ -170,8 +170,9 @@ void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_st
 
 const char *depth_stats_guess(const struct depth_stats *stats, const char **reason)
 {
-    const size_t n_bad = stats->n_nan + stats->n_negative + stats->n_no_hit;
-    if (n_bad >= stats->n_pixels) {
+    const size_t n_without =
+        stats->n_nan + stats->n_negative + stats->n_no_hit + stats->n_zero;
+    if (n_without >= stats->n_pixels) {
         *reason = "no pixel has a distance";
         return "planar";
     }

@@ -111,7 +111,7 @@ static bool is_plain(const struct depth_map *map, const struct rf_image *depth)
 static bool convert_plain_row(const struct depth_map *map,
                               const struct rf_kernels *kernels,
                               const struct rf_image *depth, int y, float *radius,
-                              int64_t *n_hit)
+                              int64_t *n_known)
 {
     const struct rf_plain_depth plain = {.factor = map->params->depth_scale,
                                          .offset = map->params->depth_offset,
@@ -120,11 +120,17 @@ static bool convert_plain_row(const struct depth_map *map,
                                          .scale = map->lens->scale,
                                          .most = map->lens->max_radius_px};
     return kernels->radii(&plain, rf_image_at(depth, 0, y, 0), depth->width, radius,
-                          n_hit);
+                          n_known);
+}
+
+/* Is what is infinitely far told from a channel that nothing was written to? */
+static bool says_something(const struct depth_map *map, double value)
+{
+    return value * map->params->depth_scale + map->params->depth_offset != 0;
 }
 
 struct row_tally {
-    int64_t n_bad, n_hit;
+    int64_t n_bad, n_known;
     int bad_x;
     float bad_value;
 };
@@ -141,8 +147,8 @@ static void convert_row(const struct depth_map *map, const struct rf_image *dept
                 tally->bad_value = value;
             }
             z = INFINITY;
-        } else if (isfinite(z)) {
-            tally->n_hit++;
+        } else {
+            tally->n_known += isfinite(z) || says_something(map, value);
         }
         if (radius)
             radius[x] = (float)radius_of(map, value, z);
@@ -151,17 +157,24 @@ static void convert_row(const struct depth_map *map, const struct rf_image *dept
     }
 }
 
+rf_result rf_fail_empty_depth(struct rf_error *error)
+{
+    return rf_fail(error, RF_ERROR_DEPTH, "depth",
+                   "every depth is 0, as in an empty channel; check the depth channel "
+                   "and its kind (nothing but sky is infinity or 1e10 everywhere)");
+}
+
 static rf_result report(const struct depth_map *map, const struct rf_image *depth,
-                        const struct row_tally *rows, int64_t *all_hit,
+                        const struct row_tally *rows, int64_t *n_known,
                         struct rf_error *error)
 {
-    int64_t n_bad = 0, n_hit = 0;
+    int64_t n_bad = 0, known = 0;
     int first = -1;
     for (int y = 0; y < depth->height; y++) {
         if (rows[y].n_bad && first < 0)
             first = y;
         n_bad += rows[y].n_bad;
-        n_hit += rows[y].n_hit;
+        known += rows[y].n_known;
     }
     if (n_bad)
         return rf_fail(
@@ -170,18 +183,16 @@ static rf_result report(const struct depth_map *map, const struct rf_image *dept
             "negative or out of its range; check which kind of depth it is",
             (long long)n_bad, n_bad == 1 ? "" : "s", rows[first].bad_value,
             map->x + rows[first].bad_x, map->y + first);
-    if (all_hit)
-        *all_hit = n_hit;
-    else if (!n_hit)
-        return rf_fail(error, RF_ERROR_DEPTH, "depth",
-                       "nothing was hit: every depth is infinite; check the depth "
-                       "channel and its kind");
+    if (n_known)
+        *n_known = known;
+    else if (!known)
+        return rf_fail_empty_depth(error);
     return RF_OK;
 }
 
 rf_result rf_depth_to_radius(const struct rf_filter *filter,
                              const struct rf_image *depth, float *radius, float *planar,
-                             int64_t *n_hit, struct rf_error *error)
+                             int64_t *n_known, struct rf_error *error)
 {
     const struct rf_context *context = filter->context;
     struct depth_map map = {&filter->params, &filter->lens, filter->place.x,
@@ -195,13 +206,13 @@ rf_result rf_depth_to_radius(const struct rf_filter *filter,
         size_t at = (size_t)y * (size_t)width;
         if (radius && !planar && is_plain(&map, depth) &&
             convert_plain_row(&map, context->kernels, depth, y, radius + at,
-                              &rows[y].n_hit))
+                              &rows[y].n_known))
             continue;
-        rows[y].n_hit = 0;
+        rows[y].n_known = 0;
         convert_row(&map, depth, y, radius ? radius + at : NULL,
                     planar ? planar + at : NULL, &rows[y]);
     }
-    rf_result result = report(&map, depth, rows, n_hit, error);
+    rf_result result = report(&map, depth, rows, n_known, error);
     rf_free(context, rows);
     return result;
 }

@@ -217,7 +217,7 @@ static float largest_of(const struct rf_filter *f, const float *radius)
 }
 
 rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
-                       float *memory, int64_t *n_hit, const struct rf_image *out,
+                       float *memory, int64_t *n_known, const struct rf_image *out,
                        bool *is_copied, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
@@ -225,7 +225,8 @@ rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
     size_t n = (size_t)f->width * (size_t)f->height;
     for (int c = 0; c < work->n_planes; c++)
         w->colour[c] = memory + n * (size_t)(c + 1);
-    rf_result result = rf_depth_to_radius(f, &view->depth, memory, NULL, n_hit, error);
+    rf_result result =
+        rf_depth_to_radius(f, &view->depth, memory, NULL, n_known, error);
     if (result != RF_OK)
         return result;
     float largest = largest_of(f, memory);

@@ -105,12 +105,15 @@ struct rf_place {
 
 /*
  * Signed radius in px of every pixel of `depth` (any of rf_depth) into `radius`, packed
- * width x height; with `planar` not NULL also the planar distance. `n_hit` receives how
- * many pixels were hit; with NULL none at all is an error.
+ * width x height; with `planar` not NULL also the planar distance. `n_known` receives
+ * how many depths are not infinite by a 0 alone; with NULL none at all is an error.
  */
 rf_result rf_depth_to_radius(const struct rf_filter *filter,
                              const struct rf_image *depth, float *radius, float *planar,
-                             int64_t *n_hit, struct rf_error *error);
+                             int64_t *n_known, struct rf_error *error);
+
+/* RF_ERROR_DEPTH: all is infinite by a 0 alone, as in a channel without any depth. */
+rf_result rf_fail_empty_depth(struct rf_error *error);
 
 /*
  * One value of a depth channel at pixel (x, y): its planar distance, INFINITY where
@@ -276,11 +279,11 @@ struct rf_work {
 
 /*
  * Loads view j from the caller's pixels to `memory`, which holds n_planes + 1 planes;
- * `n_hit` as in rf_depth_to_radius(). A lone view that is sharp all over is only copied
- * where `out` is not NULL, and *is_copied then true.
+ * `n_known` as in rf_depth_to_radius(). A lone view that is sharp all over is only
+ * copied where `out` is not NULL, and *is_copied then true.
  */
 rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
-                       float *memory, int64_t *n_hit, const struct rf_image *out,
+                       float *memory, int64_t *n_known, const struct rf_image *out,
                        bool *is_copied, struct rf_error *error);
 
 /*

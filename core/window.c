@@ -108,8 +108,8 @@ static struct rf_filter filter_of(const struct rf_filter *f,
 }
 
 /* Loads the pixels of a window; work->memory is to be freed in any case. */
-static rf_result load(struct rf_work *work, const struct rf_view *views, int64_t *n_hit,
-                      struct rf_error *error)
+static rf_result load(struct rf_work *work, const struct rf_view *views,
+                      int64_t *n_known, struct rf_error *error)
 {
     const struct rf_filter *f = work->filter;
     size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
@@ -119,7 +119,7 @@ static rf_result load(struct rf_work *work, const struct rf_view *views, int64_t
         return rf_fail_memory(error, n * n_views, sizeof *work->memory);
     rf_result result = RF_OK;
     for (size_t j = 0; j < n_views && result == RF_OK; j++)
-        result = rf_work_load(work, (int)j, &views[j], work->memory + n * j, n_hit,
+        result = rf_work_load(work, (int)j, &views[j], work->memory + n * j, n_known,
                               NULL, NULL, error);
     return result;
 }
@@ -150,8 +150,8 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
                            .n_views = 1,
                            .views = &work_view};
     struct rf_areas areas = {.mean = NULL};
-    int64_t n_hit = 0;
-    result = load(&work, view, &n_hit, error);
+    int64_t n_known = 0;
+    result = load(&work, view, &n_known, error);
     if (result == RF_OK)
         result = rf_areas_measure(&areas, &part, &work_view, work.n_planes, error);
     if (result == RF_OK) {
@@ -159,7 +159,7 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
         inner.x -= given->x;
         inner.y -= given->y;
         rf_survey_add(survey, &part, &work_view, work.n_planes, &areas, &inner);
-        survey->n_hit += (double)n_hit;
+        survey->n_known += (double)n_known;
         memcpy(survey->lens_offset, view->lens_offset, sizeof survey->lens_offset);
         survey->shear_distance = view->shear_distance;
     }
@@ -178,10 +178,8 @@ static rf_result check_survey(const struct rf_filter *f, const struct rf_survey 
         return rf_fail(error, RF_ERROR_ARGUMENT, "survey",
                        "the survey has counted %.0f pixels of %.0f", survey->n_pixels,
                        (double)f->width * f->height);
-    if (!(survey->n_hit > 0))
-        return rf_fail(error, RF_ERROR_DEPTH, "depth",
-                       "nothing was hit: every depth is infinite; check the depth "
-                       "channel and its kind");
+    if (!(survey->n_known > 0))
+        return rf_fail_empty_depth(error);
     return RF_OK;
 }
 
@@ -408,8 +406,8 @@ rf_filter_process_window(const struct rf_filter *filter,
                            .stride = (size_t)given->width,
                            .largest_radius = largest_radius(surveys, n_views),
                            .task = &task};
-    int64_t n_hit;
-    result = load(&work, views, &n_hit, error);
+    int64_t n_known;
+    result = load(&work, views, &n_known, error);
     if (result == RF_OK)
         result = run(&work, views, given, kept, out, error);
     rf_free(filter->context, work.memory);

@@ -37,7 +37,7 @@ int plugin_add_errors(PyObject *module, struct module_state *state)
                      "A parameter is unknown, out of range or in conflict.",
                      state->error, PyExc_ValueError);
     state->depth_error =
-        add_subclass(module, "DepthError", "NaN, negative or wholly infinite depth.",
+        add_subclass(module, "DepthError", "NaN, negative or nothing but 0 depth.",
                      state->error, PyExc_ValueError);
     state->pixel_error =
         add_subclass(module, "PixelError", "NaN or infinity in the colour.",

@@ -206,10 +206,10 @@ struct rf_kernels {
     const char *name;
     /*
      * Radii of n planar depths, as planar_distance() and rf_lens_radius_px() give them;
-     * returns whether none is bad, and adds those that were hit to `n_hit`.
+     * returns whether none is bad, and adds those that are not 0 to `n_known`.
      */
     bool (*radii)(const struct rf_plain_depth *depth, const float *value, int n,
-                  float *radius, int64_t *n_hit);
+                  float *radius, int64_t *n_known);
     /*
      * Spreads n splats over a tile whose top left pixel is (x0, y0). Those that do not
      * reach the tile are passed over.

@@ -203,41 +203,41 @@ static void magnify(const float *a, const float *b, float k, int n_level, int le
 }
 
 static inline vd radii_of(const struct rf_plain_depth *d, vd value, vl *n_good,
-                          vl *n_finite)
+                          vl *n_known)
 {
     vd v = value * SPLAT_D(d->factor) + SPLAT_D(d->offset);
     *n_good -= v >= SPLAT_D(0); /* true is -1 */
+    *n_known -= v != SPLAT_D(0);
     vl is_nothing = (v == SPLAT_D(0)) | (v >= SPLAT_D(d->infinity));
     vd z = choose_d(is_nothing, SPLAT_D(INFINITY), v);
-    *n_finite -= z < SPLAT_D(INFINITY);
     vd r = SPLAT_D(d->bias) + SPLAT_D(d->scale) / z, most = SPLAT_D(d->most);
     r = choose_d(r > -most, r, -most);
     return choose_d(r < most, r, most);
 }
 
 static bool radii(const struct rf_plain_depth *depth, const float *value, int n,
-                  float *radius, int64_t *n_hit)
+                  float *radius, int64_t *n_known)
 {
     const struct rf_plain_depth d = *depth;
-    vl n_good = {0}, n_finite = {0};
+    vl n_good = {0}, n_some = {0};
     int x = 0;
     for (; x + LANES_D <= n; x += LANES_D)
-        STORE_D(radius + x, radii_of(&d, LOAD_D(value + x), &n_good, &n_finite));
+        STORE_D(radius + x, radii_of(&d, LOAD_D(value + x), &n_good, &n_some));
     if (x < n) {
         float last[LANES_D] = {0};
-        vl is_good = {0}, is_finite = {0};
+        vl is_good = {0}, is_known = {0};
         memcpy(last, value + x, (size_t)(n - x) * sizeof *last);
-        STORE_D(last, radii_of(&d, LOAD_D(last), &is_good, &is_finite));
+        STORE_D(last, radii_of(&d, LOAD_D(last), &is_good, &is_known));
         memcpy(radius + x, last, (size_t)(n - x) * sizeof *last);
         for (int i = 0; i < n - x; i++) {
             n_good[i] += is_good[i];
-            n_finite[i] += is_finite[i];
+            n_some[i] += is_known[i];
         }
     }
     int64_t good = 0;
     for (int i = 0; i < LANES_D; i++) {
         good += n_good[i];
-        *n_hit += n_finite[i];
+        *n_known += n_some[i];
     }
     return good == n;
 }

@@ -318,7 +318,7 @@ static void bad_windows_are_refused(void)
     CHECK(rf_filter_window(s.filter, &other, 1, &kept, &given, &error) ==
           RF_ERROR_ARGUMENT);
     other = s.survey;
-    other.n_hit = 0;
+    other.n_known = 0;
     CHECK(rf_filter_window(s.filter, &other, 1, &kept, &given, &error) ==
           RF_ERROR_DEPTH);
     subject_free(&s);

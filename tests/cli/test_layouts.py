@@ -184,6 +184,32 @@ def test_many_ways_to_say_that_nothing_was_hit(filtered, tmp_path, nothing):
     assert (found[0] == found[1]).all()
 
 
+@pytest.mark.parametrize("method", ["layered", "scatter", "lowres"])
+def test_nothing_but_sky(filtered, tmp_path, method):
+    """It is blurred as what is very far away."""
+    found = []
+    for value in (1e9, numpy.inf, 1e10):
+        channels = picture()
+        channels["Z"][:] = value
+        path = plainexr.write(tmp_path / "a.exr", channels)
+        found.append(filtered(path, "RGB", "--method", method))
+    assert abs(found[0] - found[1]).max() < 1e-5
+    assert (found[1] == found[2]).all()
+    flat = numpy.dstack([picture()[n] for n in "RGB"])
+    assert abs(found[1] - flat).max() > 0.01
+
+
+def test_frames_of_a_sequence_that_show_nothing_but_sky(rackfocus, tmp_path):
+    for frame, value in enumerate([5, 1e10, numpy.inf, 0]):
+        channels = picture()
+        channels["Z"][:] = value
+        plainexr.write(tmp_path / f"a.{frame:04d}.exr", channels)
+    names = [tmp_path / "a.####.exr", "-o", tmp_path / "o.####.exr"]
+    done = rackfocus("filter", *names, "--frames", "0-3", *LENS, code=1)
+    assert "4 frames: 3 filtered, 0 skipped, 1 failed" in done.stdout
+    assert "a.0003.exr" in done.stderr and "every depth is 0" in done.stderr
+
+
 def test_a_sequence_with_gaps(rackfocus, tmp_path):
     """Frames that are missing or cut off are named; the others are made."""
     for frame in (1, 2, 5, 7):

@@ -102,11 +102,11 @@ static void call_radii(const struct rf_kernels *k, struct workspace *w, int vari
                                    .bias = 4,
                                    .scale = -8,
                                    .most = 5};
-    int64_t n_hit = 3;
+    int64_t n_known = 3;
     int n = 501 + variant;
     w->at[12] = w->at[499 + variant] = 0;
-    bool is_good = k->radii(&depth, w->at + variant, n, w->at + 10001, &n_hit);
-    w->at[20000] = (float)n_hit;
+    bool is_good = k->radii(&depth, w->at + variant, n, w->at + 10001, &n_known);
+    w->at[20000] = (float)n_known;
     w->at[20001] = is_good;
 }
 

@@ -203,17 +203,43 @@ static void a_buffer_stays_in_its_range(void)
     }
 }
 
-static void all_infinite_is_an_error(void)
+/* A frame of nothing but sky; infinity as every kind writes it, unless that is 0. */
+static void all_infinite_is_all_blurred(void)
 {
-    static const float values[] = {INFINITY, 1e10f, 0};
-    for (int k = 0; k < 3; k++) {
+    static const float FARTHEST[] = {
+        [RF_DEPTH_PLANAR] = 1e10f,      [RF_DEPTH_RADIAL] = INFINITY,
+        [RF_DEPTH_BUFFER] = 1,          [RF_DEPTH_BUFFER_REVERSED] = 0,
+        [RF_DEPTH_BUFFER_INFINITE] = 1, [RF_DEPTH_BUFFER_REVERSED_INFINITE] = 0,
+        [RF_DEPTH_INVERSE] = 0,         [RF_DEPTH_DISPARITY] = 0,
+        [RF_DEPTH_NORMALISED] = 1};
+    CHECK(sizeof FARTHEST / sizeof *FARTHEST == (size_t)n_kinds());
+    for (int kind = 0; kind < n_kinds(); kind++) {
         struct rf_params p;
-        float depth[N];
-        rf_params_init(&p);
+        float depth[N], planar[N], radius[N];
+        params_of_kind(&p, kind);
+        p.depth_offset = 0;
+        float value = FARTHEST[kind];
         for (int i = 0; i < N; i++)
-            depth[i] = values[k];
-        expect_error(&p, depth, "nothing was hit", "infinite");
+            depth[i] = value;
+        if (value == 0) {
+            expect_error(&p, depth, "every depth is 0", "empty channel");
+            depth[N - 1] = 0.25f;
+        }
+        REQUIRE(convert(&p, depth, planar, radius, NULL) == RF_OK);
+        CHECK(planar[4] == INFINITY && radius[4] > 0.009);
     }
+}
+
+static void nothing_but_0_is_an_error(void)
+{
+    struct rf_params p;
+    float depth[N] = {0};
+    rf_params_init(&p);
+    expect_error(&p, depth, "every depth is 0", "empty channel");
+    depth[N / 2] = -0.0f;
+    expect_error(&p, depth, "every depth is 0", "empty channel");
+    params_of_kind(&p, RF_DEPTH_RADIAL);
+    expect_error(&p, depth, "every depth is 0", "empty channel");
 }
 
 /* Blender: shift_x > 0 moves the frame right, so the axis lies left of the middle. */
@@ -306,7 +332,8 @@ int main(int argc, char **argv)
     TEST(scale_and_offset);
     TEST(bad_values_name_the_first_pixel_and_the_count);
     TEST(a_buffer_stays_in_its_range);
-    TEST(all_infinite_is_an_error);
+    TEST(all_infinite_is_all_blurred);
+    TEST(nothing_but_0_is_an_error);
     TEST(radial_knows_shift_and_pixel_aspect);
     TEST(orthographic_rays_are_parallel);
     TEST(buffer_optics_agree_with_the_camera);

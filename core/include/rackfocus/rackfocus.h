@@ -63,7 +63,7 @@ typedef enum rf_result {
     RF_OK = 0,
     RF_ERROR_ARGUMENT = 1,  /**< a NULL pointer or a malformed image view */
     RF_ERROR_PARAMETER = 2, /**< a parameter out of range or in conflict; see field */
-    RF_ERROR_DEPTH = 3,     /**< NaN, negative or wholly infinite depth */
+    RF_ERROR_DEPTH = 3,     /**< NaN, negative or nothing but 0 depth */
     RF_ERROR_PIXEL = 4,     /**< NaN or infinity in the colour */
     RF_ERROR_MEMORY = 5,    /**< an allocation failed */
     RF_ERROR_CANCELLED = 6, /**< the progress callback returned false */
@@ -416,6 +416,8 @@ RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
  * colour and may be the same view. `n_views` is 1 for the methods of one view. A
  * picture whose radii are all below 1/64 px is returned bit for bit. `progress` may be
  * NULL. RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
+ * Depth that is all infinite is all blurred; where 0 means infinite, nothing but 0 is
+ * taken for an empty channel: RF_ERROR_DEPTH.
  */
 RF_API rf_result rf_filter_process(const struct rf_filter *filter,
                                    const struct rf_view *views, int32_t n_views,
@@ -441,7 +443,7 @@ struct rf_survey {
     size_t size;          /**< sizeof(struct rf_survey) */
     float largest_radius; /**< px, without sign */
     double n_pixels;      /**< counted */
-    double n_hit;         /**< of the pixels given, those with a finite depth */
+    double n_known;       /**< of the pixels given, those not infinite by a 0 alone */
     double n_transparent; /**< pixels whose alpha is not 1 */
     double disc_area[RF_SURVEY_FACTORS]; /**< px^2 of highlights, by threshold */
     double lens_offset[2];               /**< of the view, as in struct rf_view */
@@ -479,7 +481,7 @@ RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
  * above. `surveys` are those of n_views views; with U how far the views move what is
  * blurred by R, along either axis, more than one of them need up to R + U px more, or
  * 6 R + 3 U + 100 if that is more. RF_ERROR_ARGUMENT: the window, or a survey that has
- * not counted every pixel; RF_ERROR_DEPTH: nothing was hit; RF_ERROR_PARAMETER as
+ * not counted every pixel; RF_ERROR_DEPTH: every depth is 0; RF_ERROR_PARAMETER as
  * rf_filter_survey(). Since 0.1.
  */
 RF_API rf_result rf_filter_window(const struct rf_filter *filter,
