@@ -194,23 +194,33 @@ static inline int count_neighbours(const struct rf_splat *s, int n)
     return i;
 }
 
+/* The first splat from s on that may reach columns and rows from (x, y) on. */
+static inline const struct rf_splat *find_near(const struct rf_splat *s,
+                                               const struct rf_splat *end, int x, int y,
+                                               unsigned width, unsigned height)
+{
+    while (s < end && ((unsigned)(s->x - x) >= width || (unsigned)(s->y - y) >= height))
+        s++;
+    return s;
+}
+
 static inline __attribute__((always_inline)) void
 spread_splats(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
               struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
-    const int reach = acc->reach;
+    const int left = x0 - acc->reach, top = y0 - acc->reach;
+    const unsigned width = RF_TILE_W + 2 * (unsigned)acc->reach;
+    const unsigned height = RF_TILE_H + 2 * (unsigned)acc->reach;
+    const struct rf_splat *s = splats, *end = splats + n;
     struct run_planes run = {.from = 0};
-    for (int i = 0, n_strip; i < n; i += n_strip) {
-        const struct rf_splat *s = splats + i;
+    for (int n_strip; (s = find_near(s, end, left, top, width, height)) < end;
+         s += n_strip) {
         int x = s->x - x0, y = s->y - y0;
-        n_strip = 1;
-        if ((unsigned)(x + reach) >= RF_TILE_W + 2 * (unsigned)reach ||
-            (unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
-            continue;
         const struct rf_footprint *f = rf_footprint_at(footprints, (size_t)s->slot);
+        n_strip = 1;
         if (!reaches_rows(f, y))
             continue;
-        n_strip = count_neighbours(s, n - i);
+        n_strip = count_neighbours(s, (int)(end - s));
         spread_strip(
             acc, (struct strip){s->c, sizeof *s / sizeof *s->c, false, x, y, n_strip},
             &run, f, n_planes, false);
