@@ -77,20 +77,36 @@ static void average_blocks(const struct rf_composer *c, const struct block_row *
         out[last] = sum > RF_USED_UP ? sum : 0;
 }
 
+/* T of a cell in row y of a tile that something has come to, and the rows after it. */
+static struct block_row open_rows(const struct rf_composer *c, int tile, int cell,
+                                  int y, int n_rows, int n)
+{
+    struct rf_tile_state s = rf_canvas_tile(c, tile);
+    const float *t = s.t + s.t_plane * (size_t)cell + s.t_row * (size_t)(y % RF_TILE_H);
+    return (struct block_row){t, s.t_row, n_rows, n};
+}
+
 /* T of n_rows rows of a cell in a tile; where nothing has come to it, T of its first
  * row, put into `fresh`, stands for all. */
 static struct block_row block_row_of(const struct rf_composer *c, int tile, int cell,
                                      int y, int n_rows, float fresh[RF_TILE_W])
 {
-    struct rf_tile_state s = rf_canvas_tile(c, tile);
-    const float *t = s.t + s.t_plane * (size_t)cell + s.t_row * (size_t)(y % RF_TILE_H);
     int n = c->scene->width - tile % c->canvas.n_x * RF_TILE_W;
     n = rf_min_int(n, RF_TILE_W);
     if (c->canvas.is_begun[tile])
-        return (struct block_row){t, s.t_row, n_rows, n};
+        return open_rows(c, tile, cell, y, n_rows, n);
     for (int x = 0; x < RF_TILE_W; x++)
         fresh[x] = (float)c->footprints->cells.share[cell];
     return (struct block_row){fresh, 0, n_rows, n};
+}
+
+/* Asks for the rows of the next tile. */
+static void fetch_block_row(const struct rf_composer *c, int tile, int cell, int y,
+                            int n_rows)
+{
+    struct block_row rows = open_rows(c, tile, cell, y, n_rows, RF_TILE_W);
+    for (int i = 0; i < n_rows && c->canvas.is_begun[tile]; i++)
+        rf_fetch(rows.t + rows.stride * (size_t)i, rows.n);
 }
 
 /* The same for levels whose pixels are more than one tile; `row` has room for two rows
@@ -132,6 +148,8 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g,
         float fresh[RF_TILE_W], *to = out + (tx * RF_TILE_W >> g->level);
         int tile = y0 / RF_TILE_H * c->canvas.n_x + tx;
         bool is_fresh = !c->canvas.is_begun[tile];
+        if (tx + 1 < end)
+            fetch_block_row(c, tile + 1, cell, y0, n_rows);
         if (fresh_mean && is_fresh && (tx + 1) * RF_TILE_W <= c->scene->width) {
             for (int x = 0; x < RF_TILE_W >> g->level; x++)
                 to[x] = *fresh_mean;
@@ -263,8 +281,10 @@ static const float *widen(const struct rf_composer *c, const struct rf_group *g,
                                  ? level->sum + g->plane * (size_t)(cell * n_planes + p)
                                  : level->t + g->plane * (size_t)cell;
         const float *row = plane + g->stride * (size_t)y, *in = ends;
-        if (is_inner)
+        if (is_inner) {
             in = row + first - 1;
+            rf_fetch(in + g->stride, n);
+        }
         for (int i = 0; i < n && !is_inner; i++)
             ends[i] = row[rf_min_int(rf_max_int(first - 1 + i, 0), g->width - 1)];
         c->kernels->stretch(in, g->level, x0 - (first << g->level),

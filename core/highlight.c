@@ -34,8 +34,8 @@
 
 enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
 
-static const float NEARER_PX = 0.6f;    /* an occluder is nearer by this much */
-static const float JOIN_PX = 1;         /* pixels of one surface differ by less */
+static const float NEARER_PX = 0.6f; /* an occluder is nearer by this much */
+static const float JOIN_PX = 1;      /* pixels of one surface differ by less */
 /*
  * What is blocked by more than this is dark: shares are estimates, surfaces that slant
  * along both axes leave cracks, and of a lamp of 1e4 one thousandth is white.
@@ -192,12 +192,8 @@ static void prefetch_row(const struct blockers *view, int x0, int x1, int y)
     const struct rf_surfaces *s = view->occluders->surfaces;
     const float *radius = view->radius + view->stride * (size_t)y;
     const float *share = s->share + (size_t)s->width * (size_t)y;
-    for (int x = x0; x < x1; x += BLOCK) {
-        __builtin_prefetch(radius + x);
-        __builtin_prefetch(share + x);
-    }
-    __builtin_prefetch(radius + x1 - 1);
-    __builtin_prefetch(share + x1 - 1);
+    rf_fetch(radius + x0, x1 - x0);
+    rf_fetch(share + x0, x1 - x0);
 }
 
 /* Draws the occluders of the blocks from bx to end - 1 of a row of blocks, or asks. */
@@ -322,18 +318,17 @@ static bool build_mask(const struct highlights *h, size_t index, float *mask)
     const struct rf_sample *l = &h->samples->at[index];
     const struct rf_footprint *f = footprint_of(h, l);
     int x = (int)floorf(l->x), y = (int)floorf(l->y);
-    struct rf_shadows m = {
-        .light_x = l->x - (float)x,
-        .light_y = l->y - (float)y,
-        .light_r = l->r,
-        .x = x,
-        .y = y,
-        .nearer = NEARER_PX,
-        .join = JOIN_PX,
-        .left = f->min_dx,
-        .top = f->min_dy,
-        .width = f->max_dx - f->min_dx + 1,
-        .height = f->max_dy - f->min_dy + 1};
+    struct rf_shadows m = {.light_x = l->x - (float)x,
+                           .light_y = l->y - (float)y,
+                           .light_r = l->r,
+                           .x = x,
+                           .y = y,
+                           .nearer = NEARER_PX,
+                           .join = JOIN_PX,
+                           .left = f->min_dx,
+                           .top = f->min_dy,
+                           .width = f->max_dx - f->min_dx + 1,
+                           .height = f->max_dy - f->min_dy + 1};
     if (is_free(h, l, &m))
         return false;
     size_t n = (size_t)m.width * (size_t)m.height;
@@ -389,15 +384,17 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
         int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1),
                             crop->width - x - g->dx);
         if (crop->rgba && from < to) {
-            float *out = crop->rgba + (row - crop->y) * crop->stride;
-            add_to_rgba(out + 4 * (x + g->dx + from), colour, weight + from,
+            float *out =
+                crop->rgba + (row - crop->y) * crop->stride + 4 * (x + g->dx + from);
+            if (row + 1 < y1)
+                rf_fetch(out + crop->stride, 4 * (to - from));
+            add_to_rgba(out, colour, weight + from,
                         blocked ? blocked + g->dx + from : NULL, to - from);
         }
         for (int p = 0; p < h->scene->n_colours; p++) {
             if (!crop->planes[p])
                 continue;
-            float *out =
-                crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
+            float *out = crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
             float c = l->c[p] * l->w;
             for (int i = from; i < to; i++)
                 out[i] += c * weight[i] * (blocked ? seen_of(blocked[g->dx + i]) : 1);

@@ -330,6 +330,14 @@ rf_result rf_accumulate_run(struct rf_work *work, struct rf_error *error);
 /* Index of the calling thread in its parallel region. */
 int rf_thread_num(void);
 
+/* Asks for n > 0 floats which are read soon, so that nobody waits for them then. */
+static inline void rf_fetch(const float *at, int n)
+{
+    for (int i = 0; i < n; i += 64 / (int)sizeof *at)
+        __builtin_prefetch(at + i);
+    __builtin_prefetch(at + n - 1);
+}
+
 static inline int rf_min_int(int a, int b)
 {
     return a < b ? a : b;

@@ -241,11 +241,8 @@ static int put_places(const struct rf_lister *l, const struct rf_group *full, in
 /* Asks for surfaces of a row: they are summed when all of the tile are listed. */
 static void prefetch_surfaces(const struct rf_tile_surfaces *t, int x0, int x1, int y)
 {
-    const char *at = (const char *)rf_tile_surface(t, x0, y);
-    const char *end = (const char *)rf_tile_surface(t, x1, y);
-    for (; at < end; at += 64)
-        __builtin_prefetch(at);
-    __builtin_prefetch(end - 1);
+    const struct rf_surface *at = rf_tile_surface(t, x0, y);
+    rf_fetch(at->c, (x1 - x0) * (int)(sizeof *at / sizeof *at->c));
 }
 
 /* The same of a coarse level: an item for all that share a key, its slot their number.
