@@ -36,18 +36,17 @@
 
 enum {
     BLOCK = RF_HIDDEN_BLOCK,
-    MAX_REACH = 60,
+    MAX_REACH = RF_HIDDEN_REACH,
     MAX_WINDOW = 120,
     GROUP = RF_HIDDEN_GROUP, /* px a side: pixels that may share one answer */
     FAR_HOLE2 = 3 * 3,       /* px^2: if the rim of the hole is as far as this */
     FAR_BLOCK2 = 12 * 12,    /* px^2: the same for BLOCK x BLOCK, from their middle */
-    MOST_RINGS = MAX_REACH / BLOCK + 1, /* of blocks around one */
+    MOST_RINGS = RF_HIDDEN_RINGS,
     /* Blocks a side of an area: what a search reaches lies in it and those around. */
     AREA = MOST_RINGS,
-    MOST_BLOCKS = (2 * MOST_RINGS + 1) * (2 * MOST_RINGS + 1),
+    MOST_BLOCKS = RF_HIDDEN_BLOCKS,
 };
 
-static const float BIN_PX = 0.5f;
 static const float BRIGHTEST = 1.5f; /* over the geometric mean */
 static const float FLAT_PX = 4; /* of radius: blocks within it may share one answer */
 /* Answers of less radius are nearly in focus: blocks of one would show. */
@@ -88,13 +87,6 @@ static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t
     if (a >= 1)
         return &s->near[i];
     return a > 0.9f ? NULL : rf_far_at(s, i);
-}
-
-/* The surface that a pixel shows that has a radius in the plane. */
-static const struct rf_surface *shown_at(const struct rf_surfaces *s, size_t i)
-{
-    bool may_be_mixed = s->mixed[i / 64].bits >> i % 64 & 1;
-    return may_be_mixed && s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
 }
 
 /* ---- planes and blocks --------------------------------------------------------- */
@@ -360,31 +352,6 @@ static void list_blocks(const struct search *search, int bx, int by,
 
 /* ---- the answer ---------------------------------------------------------------- */
 
-/*
- * Radius of the winning surface and the squared distance to it; false: none. Clears the
- * histogram.
- */
-static bool count_votes(struct rf_hidden_vote *vote, float s, float *r, int *d2)
-{
-    float best = 0, *h = vote->histogram;
-    int winner = 0;
-    for (int b = rf_max_int(vote->first - 1, 2); b <= vote->last; b++) {
-        float v = 0.5f * h[b - 1] + h[b] + 0.5f * h[b + 1];
-        if (v > best) {
-            best = v;
-            winner = b;
-        }
-    }
-    *r = s + ((float)(winner - 2) + 0.5f) * BIN_PX;
-    *d2 = INT32_MAX;
-    for (int b = rf_max_int(winner - 2, 2); b <= winner + 2; b++)
-        if (h[b] > 0)
-            *d2 = rf_min_int(*d2, vote->nearest2[b]);
-    for (int b = vote->first; b <= vote->last; b++)
-        h[b] = 0;
-    return best > 0 && *d2 < INT32_MAX;
-}
-
 /* Weighted mean of the window, no pixel brighter than the limit. */
 static bool average(const struct search *search, struct scratch *scratch,
                     struct rf_surface *mean)
@@ -392,11 +359,7 @@ static bool average(const struct search *search, struct scratch *scratch,
     struct rf_hidden_window *window = &scratch->window;
     if (!(window->weight_sum > 0))
         return false;
-    for (int i = 0; i < window->n; i++) {
-        window->shown[i] = shown_at(search->s, (size_t)window->index[i]);
-        __builtin_prefetch(window->shown[i]);
-    }
-    search->kernels->average_window(window, BRIGHTEST, mean->c);
+    search->kernels->average_window(search->s, window, BRIGHTEST, mean->c);
     mean->r = window->r_sum * (1 / window->weight_sum);
     return true;
 }
@@ -413,8 +376,8 @@ static bool wins_by_itself(const struct search *search,
     room -= query->s;
     if (!(room > 0) || !(room * room > 0))
         return false;
-    int bin = (int)rf_min_float(room / BIN_PX, RF_HIDDEN_BINS - 1);
-    *r = query->s + ((float)bin + 0.5f) * BIN_PX;
+    int bin = (int)rf_min_float(room / RF_HIDDEN_BIN_PX, RF_HIDDEN_BINS - 1);
+    *r = query->s + ((float)bin + 0.5f) * RF_HIDDEN_BIN_PX;
     return true;
 }
 
@@ -433,9 +396,8 @@ static bool guess_radius(const struct search *search,
     guess->is_own = wins_by_itself(search, query, &guess->r);
     if (guess->is_own)
         return true;
-    search->kernels->vote_blocks(&search->backs, &scratch->group, query,
-                                 &scratch->vote);
-    return count_votes(&scratch->vote, query->s, &guess->r, &guess->d2);
+    return search->kernels->vote_blocks(&search->backs, &scratch->group, query,
+                                        &scratch->vote, &guess->r, &guess->d2);
 }
 
 /* The surface of a guess. */
@@ -451,7 +413,8 @@ static bool fill_in(const struct search *search, const struct rf_hidden_query *q
             return true;
     }
     float reach = rf_min_float(sqrtf((float)guess->d2) * 2.5f + 3, MAX_WINDOW);
-    search->kernels->gather_window(&search->backs, query, r, reach, &scratch->window);
+    search->kernels->gather_window(&search->backs, query, r, reach, search->s->near,
+                                   &scratch->window);
     return average(search, scratch, hidden);
 }
 
@@ -467,11 +430,26 @@ static bool estimate(const struct search *search, const struct rf_hidden_query *
 
 /* ---- all pixels ---------------------------------------------------------------- */
 
-/* May pixel j take the answer of pixel i? */
-static bool is_same_surface(const struct rf_surfaces *s, size_t i, size_t j)
+/*
+ * Radius of the near surface of pixel i, which is (x, y); INFINITY: there is none. Pure
+ * pixels have it in the plane, which is read sooner than the surfaces.
+ */
+static float near_radius(const struct search *search, int x, int y, size_t i)
 {
-    return s->share[i] == 1 && s->share[j] == 1 &&
-           fabsf(s->near[i].r - s->near[j].r) < 0.25f;
+    const struct rf_surfaces *s = search->s;
+    if (!rf_is_mixed(s, i))
+        return row_of(search, y)[x];
+    return s->share[i] > 0 ? s->near[i].r : INFINITY;
+}
+
+/* May pixel (x, y) take the answer of pixel i? */
+static bool is_same_surface(const struct search *search, size_t i, int x, int y)
+{
+    const struct rf_surfaces *s = search->s;
+    size_t j = (size_t)y * (size_t)s->width + (size_t)x;
+    bool is_pure = !rf_is_mixed(s, j) || s->share[j] == 1;
+    return is_pure && s->share[i] == 1 &&
+           fabsf(s->near[i].r - row_of(search, y)[x]) < 0.25f;
 }
 
 static struct rf_hidden_query query_at(const struct search *search, int x, int y,
@@ -494,8 +472,8 @@ static bool quad_may_hide(const struct search *search, struct scratch *scratch, 
 {
     const struct rf_surfaces *s = search->s;
     size_t i = (size_t)y * (size_t)s->width + (size_t)x, below = i + (size_t)s->width;
-    if (x + 1 >= s->width || y + 1 >= s->height || s->share[i] < 1 ||
-        s->share[i + 1] < 1 || s->share[below] < 1 || s->share[below + 1] < 1)
+    if (x + 1 >= s->width || y + 1 >= s->height || rf_is_mixed(s, i) ||
+        rf_is_mixed(s, i + 1) || rf_is_mixed(s, below) || rf_is_mixed(s, below + 1))
         return true;
     const float *r = row_of(search, y) + x, *r_below = row_of(search, y + 1) + x;
     float least =
@@ -520,14 +498,15 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
         if (x >= s->width || y >= s->height)
             continue;
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-        if (has_found && is_same_surface(s, found, i)) {
+        if (has_found && is_same_surface(search, found, x, y)) {
             set_found(search, x, y, 1);
             hidden[i] = hidden[found];
             continue;
         }
-        if (!(s->share[i] > 0))
+        float r = near_radius(search, x, y, i);
+        if (r == INFINITY)
             continue;
-        struct rf_hidden_query query = query_at(search, x, y, s->near[i].r);
+        struct rf_hidden_query query = query_at(search, x, y, r);
         bool is_found = estimate(search, &query, scratch, &hidden[i], &d2);
         if (k == 0 && is_found)
             first_d2 = rf_max_int(d2, 1);
@@ -547,9 +526,7 @@ static bool share_quad(const struct search *search, size_t first, int x0, int y0
     if (x0 + 1 >= s->width || y0 + 1 >= s->height)
         return false;
     for (int k = 0; k < 4; k++)
-        if (!is_same_surface(s, first,
-                             (size_t)(y0 + (k >> 1)) * (size_t)s->width +
-                                 (size_t)(x0 + (k & 1))))
+        if (!is_same_surface(search, first, x0 + (k & 1), y0 + (k >> 1)))
             return false;
     for (int y = y0; y < y0 + 2; y++) {
         struct rf_surface *row = search->out->at + (size_t)y * (size_t)s->width;
@@ -566,16 +543,11 @@ static bool may_hide(const struct search *search, struct scratch *scratch, int x
     const struct rf_surfaces *s = search->s;
     float least = INFINITY;
     bool is_mixed = false;
-    bool has_mixed = search->blocks[y0 / BLOCK * search->n_x + x0 / BLOCK].has_mixed;
     for (int y = y0; y < rf_min_int(y0 + GROUP, s->height); y++)
         for (int x = x0; x < rf_min_int(x0 + GROUP, s->width); x++) {
-            if (!has_mixed) {
-                least = rf_min_float(row_of(search, y)[x], least);
-                continue;
-            }
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-            is_mixed |= s->share[i] > 0 && s->share[i] < 1;
-            least = rf_min_float(s->share[i] > 0 ? s->near[i].r : INFINITY, least);
+            is_mixed |= rf_is_mixed(s, i) && s->share[i] > 0 && s->share[i] < 1;
+            least = rf_min_float(near_radius(search, x, y, i), least);
         }
     scratch->group = (struct rf_hidden_group){.query = query_at(search, x0, y0, least),
                                               .n_blocks = scratch->n_blocks,
@@ -678,6 +650,21 @@ static bool share_block(const struct search *search, struct scratch *scratch, in
     return true;
 }
 
+/* Asks for the estimates of a block, which are written soon: few of them are at hand.
+ */
+static void fetch_block(const struct search *search, int bx, int by)
+{
+    int width = search->s->width;
+    int x1 = rf_min_int((bx + 1) * BLOCK, width) - 1;
+    int y1 = rf_min_int((by + 1) * BLOCK, search->s->height);
+    for (int y = by * BLOCK; y < y1; y++) {
+        const struct rf_surface *row = search->out->at + (size_t)y * (size_t)width;
+        for (int x = bx * BLOCK; x < x1; x += 3)
+            __builtin_prefetch(row + x, 1);
+        __builtin_prefetch((const char *)(row + x1 + 1) - 1, 1);
+    }
+}
+
 static void search_block(const struct search *search, struct scratch *scratch, int bx,
                          int by)
 {
@@ -685,6 +672,8 @@ static void search_block(const struct search *search, struct scratch *scratch, i
     int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
     int y1 = rf_min_int((by + 1) * BLOCK, s->height);
     list_blocks(search, bx, by, scratch);
+    if (scratch->n_blocks)
+        fetch_block(search, bx, by);
     if (scratch->n_blocks == 0 || share_block(search, scratch, bx, by))
         return;
     for (int y = by * BLOCK; y < y1; y += GROUP)

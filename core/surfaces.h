@@ -47,6 +47,13 @@ static inline bool rf_is_mixed(const struct rf_surfaces *s, size_t i)
     return s->mixed[i / 64].bits >> i % 64 & 1;
 }
 
+/* What pixel i shows behind others: its farther part where it has one. */
+static inline const struct rf_surface *rf_shown_at(const struct rf_surfaces *s,
+                                                   size_t i)
+{
+    return rf_is_mixed(s, i) && s->share[i] < 1 ? rf_far_at(s, i) : &s->near[i];
+}
+
 /*
  * The farther parts of a picture have room once all mixed pixels are marked, which any
  * thread does: rf_far_begin(), rf_far_mark(), rf_far_allocate().

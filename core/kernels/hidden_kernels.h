@@ -12,7 +12,17 @@ enum {
     RF_HIDDEN_GROUP = 4, /* px a side: pixels that are looked at together */
     RF_HIDDEN_NEIGHBOURS = 4 * (RF_HIDDEN_STEPS + 1) * (RF_HIDDEN_STEPS + 1),
     RF_HIDDEN_ROOM = RF_HIDDEN_NEIGHBOURS + 8, /* some more than a window has */
+    RF_HIDDEN_REACH = 60, /* px that candidates are away at the most */
+    RF_HIDDEN_RINGS = RF_HIDDEN_REACH / RF_HIDDEN_BLOCK + 1, /* of blocks around one */
+    RF_HIDDEN_BLOCKS = (2 * RF_HIDDEN_RINGS + 1) * (2 * RF_HIDDEN_RINGS + 1),
+    /*
+     * Candidates: all pixels of the nearest blocks, every 4th of both axes of those
+     * beyond, and eight more.
+     */
+    RF_HIDDEN_VOTES = 9 * 64 + (RF_HIDDEN_BLOCKS - 9) * 4 + 8,
 };
+
+static const float RF_HIDDEN_BIN_PX = 0.5f;
 
 /*
  * The radii of the surfaces that pixels show behind others, -INFINITY where those are
@@ -61,15 +71,15 @@ struct rf_hidden_group {
 };
 
 /*
- * Histogram over r - s, in bins of half a pixel, two spare ones at each end. It is 0
- * before the first vote, and then before `first` and after `last`.
+ * The candidates of a pixel, which vote for a radius: r - s as bits of a float, the
+ * squared distance as such bits, the weight, the bin; and the histogram over r - s, two
+ * spare bins before it, which is 0 between the votes.
  */
 struct rf_hidden_vote {
-    float histogram[RF_HIDDEN_BINS + 4];
-    int nearest2[RF_HIDDEN_BINS + 4]; /* squared distance of the nearest candidate, of
-                                         bins that are not 0 */
-    int first, last;                  /* bins in use; first > last: none */
-    int nearest;                      /* squared distance of the nearest of all */
+    int n, nearest; /* squared distance of the nearest candidate */
+    int32_t room[RF_HIDDEN_VOTES], d2[RF_HIDDEN_VOTES], bin[RF_HIDDEN_VOTES];
+    float weight[RF_HIDDEN_VOTES];
+    float histogram[2 + RF_HIDDEN_BINS + 16];
 };
 
 /*
@@ -81,7 +91,6 @@ struct rf_hidden_window {
     float weight_sum, r_sum;       /* of weights, of radii times weight */
     int32_t index[RF_HIDDEN_ROOM]; /* of the pixel, width x height */
     float weight[RF_HIDDEN_ROOM];
-    const struct rf_surface *shown[RF_HIDDEN_ROOM]; /* for average_window() */
 };
 
 #endif

@@ -96,94 +96,178 @@ static bool measure_block(const struct rf_backs *backs, int block_x, int block_y
 /* Distance from the n pixels x, x + 1, .. to those of block b, in px. */
 static inline int gap_to_block(int x, int n, int b)
 {
-    int x0 = b * RF_HIDDEN_BLOCK, x1 = x0 + RF_HIDDEN_BLOCK - 1;
-    return x + n - 1 < x0 ? x0 - (x + n - 1) : x > x1 ? x - x1 : 0;
+    int after = b * RF_HIDDEN_BLOCK - (x + n - 1);
+    int before = x - (b * RF_HIDDEN_BLOCK + RF_HIDDEN_BLOCK - 1);
+    return rf_max_int(rf_max_int(after, before), 0);
 }
 
 /* How many pixels apart those are that are read of a block at a distance. */
 static inline int stride_at(int gap)
 {
-    return gap < STRIDE_2_PX ? 1 : gap < STRIDE_4_PX ? 2 : 4;
+    return 1 << ((gap >= STRIDE_2_PX) + (gap >= STRIDE_4_PX));
 }
 
 /* A bit for each row that is read of a block then. */
 static inline unsigned rows_at(int stride)
 {
-    return stride == 1 ? 0xff : stride == 2 ? 0x55 : 0x11;
-}
-
-/* The votes of those pixels of a row whose bits are set; d2 in px^2. */
-static inline void cast_votes(struct rf_hidden_vote *vote, unsigned bits, vi d2,
-                              vf room, float weight)
-{
-    vf k = SPLAT(1) / (to_float(d2) + SPLAT(0.5f));
-    vf w = SPLAT(weight) * k * k * k;
-    vi bin = to_int(vmin(room * SPLAT(2), SPLAT(RF_HIDDEN_BINS - 1))) + 2;
-    float weights[LANES];
-    int32_t bins[LANES], distances[LANES];
-    STORE(weights, w);
-    memcpy(bins, &bin, sizeof bins);
-    memcpy(distances, &d2, sizeof distances);
-    for (; bits; bits &= bits - 1) {
-        int l = __builtin_ctz(bits), b = bins[l], d = distances[l];
-        vote->nearest = d < vote->nearest ? d : vote->nearest;
-        if (vote->histogram[b] == 0 || d < vote->nearest2[b])
-            vote->nearest2[b] = d;
-        vote->histogram[b] += weights[l];
-        vote->first = b < vote->first ? b : vote->first;
-        vote->last = b > vote->last ? b : vote->last;
-    }
-}
-
-/* Squared distance from which votes count for nothing. */
-static inline int farthest2(const struct rf_hidden_vote *vote)
-{
-    return vote->nearest < INT32_MAX / FAR2 ? FAR2 * vote->nearest : INT32_MAX;
-}
-
-static inline void vote_block(const struct rf_backs *backs,
-                              const struct rf_hidden_query *q,
-                              const struct rf_hidden_block *block, unsigned rows,
-                              struct rf_hidden_vote *vote)
-{
-    int gx = gap_to_block(q->x, 1, block->x), gy = gap_to_block(q->y, 1, block->y);
-    float limit = block->highest - q->s;
-    float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
-    if (limit <= 0 || gap2 >= limit * limit || gx * gx + gy * gy > farthest2(vote))
-        return;
-    int stride = stride_at(gx > gy ? gx : gy);
-    vi is_read = (lane_numbers() & (stride - 1)) == 0;
-    int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
-    vi dx = lane_numbers() + (x0 - q->x);
-    vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
-    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
-    rows &= rows_at(stride);
-    for (; rows; rows &= rows - 1) {
-        int y = __builtin_ctz(rows);
-        vf room = LOAD(row + (size_t)y * backs->stride) - SPLAT(q->s);
-        int dy = y0 + y - q->y;
-        vf d2 = dx2 + SPLAT((float)(dy * dy) * q->inv_y2);
-        int most = farthest2(vote);
-        if (dy * dy > most)
-            continue;
-        vi is_near = dx * dx <= most - dy * dy;
-        unsigned bits =
-            lane_bits(is_read & is_near & (room > SPLAT(0)) & (d2 < room * room));
-        if (bits)
-            cast_votes(vote, bits, dx * dx + dy * dy, room, (float)(stride * stride));
-    }
-}
-
-/* Distance from x to n pixels that begin at `first`. */
-static inline int gap_to_pixels(int x, int first, int n)
-{
-    return x < first ? first - x : rf_max_int(x - (first + n - 1), 0);
+    return 0x01155ffu >> 8 * (stride / 2) & 0xff;
 }
 
 /*
- * What vote_block() reads of some rows, seen from the nearest of n x n pixels, but not
- * from itself: every rounding is monotone, so no pixel has a candidate that is not one
- * here. With is_any one row is enough.
+ * The squared distances of the pixels of a block from a place, along each axis: in px,
+ * INFINITY for columns that are not read, and in units of the lens.
+ */
+struct distances {
+    vf x2, lens_x2;
+    float y2[LANES], lens_y2[LANES];
+};
+
+static inline void set_distances(struct distances *d, vf dx, vf dy, int stride,
+                                 const struct rf_hidden_query *q)
+{
+    vi is_read = (lane_numbers() & (stride - 1)) == 0;
+    d->x2 = choose(is_read, dx * dx, SPLAT(INFINITY));
+    d->lens_x2 = d->x2 * SPLAT(q->inv_x2);
+    STORE(d->y2, dy * dy);
+    STORE(d->lens_y2, dy * dy * SPLAT(q->inv_y2));
+}
+
+/* x |x|, which is above a square if x is above its root. */
+static inline vf signed_square(vf x)
+{
+    return x * (vf)((vi)x & ~(vi)SPLAT(-0.0f));
+}
+
+static inline vf load_bits(const int32_t *p)
+{
+    vf v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+/* Squared distance from which votes count for nothing. */
+static inline float farthest2(const struct rf_hidden_vote *vote)
+{
+    return vote->nearest < INT32_MAX ? (float)(FAR2 * vote->nearest) : 1e30f;
+}
+
+/* Lists the candidates of a block, and some that are too far to count. */
+static inline void list_candidates(const struct rf_backs *backs,
+                                   const struct rf_hidden_query *q,
+                                   const struct rf_hidden_block *block, unsigned rows,
+                                   struct rf_hidden_vote *vote)
+{
+    int gx = gap_to_block(q->x, 1, block->x), gy = gap_to_block(q->y, 1, block->y);
+    float limit = block->highest - q->s, most = farthest2(vote);
+    float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
+    if (limit <= 0 || gap2 >= limit * limit || (float)(gx * gx + gy * gy) > most)
+        return;
+    int stride = stride_at(rf_max_int(gx, gy)), n = vote->n;
+    int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
+    struct distances to;
+    set_distances(&to, to_float(lane_numbers() + (x0 - q->x)),
+                  to_float(lane_numbers() + (y0 - q->y)), stride, q);
+    const size_t row_size = backs->stride;
+    const float *row = backs->r + (size_t)y0 * row_size + x0;
+    const vf s = SPLAT(q->s), farthest = SPLAT(most), weight = SPLAT(stride * stride);
+    vf nearest = SPLAT(INFINITY);
+    for (rows &= rows_at(stride); rows; rows &= rows - 1) {
+        int y = __builtin_ctz(rows);
+        vf room = LOAD(row + (size_t)y * row_size) - s;
+        vf d2 = to.x2 + SPLAT(to.y2[y]), lens2 = to.lens_x2 + SPLAT(to.lens_y2[y]);
+        vi is_found = (d2 <= farthest) & (lens2 < signed_square(room));
+        unsigned bits = lane_bits(is_found);
+        if (!bits)
+            continue;
+        nearest = vmin(nearest, choose(is_found, d2, SPLAT(INFINITY)));
+        store_lanes(vote->room + n, (vi)room, bits);
+        store_lanes(vote->d2 + n, (vi)d2, bits);
+        STORE(vote->weight + n, weight);
+        n += __builtin_popcount(bits);
+    }
+    if (n > vote->n)
+        vote->nearest = rf_min_int((int)least_of(nearest), vote->nearest);
+    vote->n = n;
+}
+
+/* Bins of what lies that far behind. */
+static inline vi bins_of(vf room)
+{
+    return to_int(vmin(room * SPLAT(1 / RF_HIDDEN_BIN_PX), SPLAT(RF_HIDDEN_BINS - 1))) +
+           2;
+}
+
+static inline int bin_of(float room)
+{
+    return (int)rf_min_float(room * (1 / RF_HIDDEN_BIN_PX), RF_HIDDEN_BINS - 1) + 2;
+}
+
+/* The bin from `first` to `last` that has most votes with half of those beside it. */
+static inline int fullest_bin(const float *h, int first, int last)
+{
+    float best = 0;
+    int winner = first;
+    for (int b = first; b <= last; b += LANES) {
+        vf v =
+            SPLAT(0.5f) * LOAD(h + b - 1) + LOAD(h + b) + SPLAT(0.5f) * LOAD(h + b + 1);
+        float most = greatest_of(v);
+        if (most > best) {
+            best = most;
+            winner = b + __builtin_ctz(lane_bits(v == SPLAT(most)));
+        }
+    }
+    return winner;
+}
+
+/* The candidates vote; returns the winning bin, *d2 receives the distance to it. */
+static inline int count_votes(struct rf_hidden_vote *vote, int *d2)
+{
+    float *h = vote->histogram;
+    const vf most = SPLAT(farthest2(vote)), none = SPLAT(INFINITY);
+    vf least_room = none, most_room = {0}, nearest = none;
+    memcpy(vote->d2 + vote->n, &none, sizeof none);
+    memcpy(vote->room + vote->n, &most_room, sizeof most_room);
+    for (int i = 0; i < vote->n; i += LANES) {
+        vf at = load_bits(vote->d2 + i), room = load_bits(vote->room + i);
+        vf k = SPLAT(1) / (at + SPLAT(0.5f));
+        vi counts = at <= most, bin = bins_of(room);
+        STORE(vote->weight + i,
+              choose(counts, LOAD(vote->weight + i) * k * k * k, SPLAT(0)));
+        memcpy(vote->bin + i, &bin, sizeof bin);
+        least_room = vmin(least_room, choose(counts, room, none));
+        most_room = vmax(most_room, choose(counts, room, SPLAT(0)));
+    }
+    int first = bin_of(least_of(least_room)), last = bin_of(greatest_of(most_room));
+    *d2 = vote->nearest;
+    if (first == last)
+        return first;
+    for (int i = 0; i < vote->n; i++)
+        h[vote->bin[i]] += vote->weight[i];
+    int winner = fullest_bin(h, first, last);
+    for (int b = first; b <= last; b += LANES)
+        STORE(h + b, SPLAT(0));
+    for (int i = 0; i < vote->n; i += LANES) {
+        vi bin;
+        memcpy(&bin, vote->bin + i, sizeof bin);
+        vi is_winner = (bin - winner <= 2) & (winner - bin <= 2);
+        vf at = load_bits(vote->d2 + i);
+        nearest = vmin(nearest, choose(is_winner & (at <= most), at, none));
+    }
+    *d2 = (int)least_of(nearest);
+    return winner;
+}
+
+/* Distances from n pixels that begin at `first` to those of a block from x0 on. */
+static inline vf gaps_to_pixels(int first, int n, int x0)
+{
+    vi before = first - (lane_numbers() + x0), after = -before - (n - 1);
+    return to_float((before & (before > 0)) | (after & (after > 0)));
+}
+
+/*
+ * What list_candidates() reads of some rows, seen from the nearest of n x n pixels, but
+ * not from itself: every rounding is monotone, so no pixel has a candidate that is not
+ * one here. With is_any one row is enough.
  */
 static inline __attribute__((always_inline)) unsigned
 candidate_rows(const struct rf_backs *backs, const struct rf_hidden_query *q, int n,
@@ -194,21 +278,21 @@ candidate_rows(const struct rf_backs *backs, const struct rf_hidden_query *q, in
     float gap2 = (float)(gx * gx) * q->inv_x2 + (float)(gy * gy) * q->inv_y2;
     if (limit <= 0 || gap2 >= limit * limit)
         return 0;
-    int stride = stride_at(gx > gy ? gx : gy);
-    vi is_read = (lane_numbers() & (stride - 1)) == 0;
+    int stride = stride_at(rf_max_int(gx, gy));
     int x0 = block->x * RF_HIDDEN_BLOCK, y0 = block->y * RF_HIDDEN_BLOCK;
-    vi before = q->x - (lane_numbers() + x0), after = -before - (n - 1);
-    vi dx = (before & (before > 0)) | (after & (after > 0));
-    vf dx2 = to_float(dx * dx) * SPLAT(q->inv_x2);
-    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
+    struct distances to;
+    set_distances(&to, gaps_to_pixels(q->x, n, x0), gaps_to_pixels(q->y, n, y0), stride,
+                  q);
+    const size_t row_size = backs->stride;
+    const float *row = backs->r + (size_t)y0 * row_size + x0;
+    const vf s = SPLAT(q->s);
     vf least2 = SPLAT(rf_min_float(q->inv_x2, q->inv_y2));
     unsigned found = 0;
     for (rows &= rows_at(stride); rows && !(is_any && found); rows &= rows - 1) {
-        int y = __builtin_ctz(rows), dy = gap_to_pixels(y0 + y, q->y, n);
-        vf room = LOAD(row + (size_t)y * backs->stride) - SPLAT(q->s);
-        vf d2 = vmax(dx2 + SPLAT((float)(dy * dy) * q->inv_y2), least2);
-        vi is_found = is_read & (room > SPLAT(0)) & (d2 < room * room);
-        found |= (unsigned)(lane_bits(is_found) != 0) << y;
+        int y = __builtin_ctz(rows);
+        vf room = LOAD(row + (size_t)y * row_size) - s;
+        vf lens2 = vmax(to.lens_x2 + SPLAT(to.lens_y2[y]), least2);
+        found |= (unsigned)(lane_bits(lens2 < signed_square(room)) != 0) << y;
     }
     return found;
 }
@@ -224,8 +308,14 @@ static inline unsigned rows_inside(const struct rf_backs *backs,
 /* Is a block so far beyond the nearest candidate that the search ends? */
 static inline bool is_beyond(const struct rf_hidden_block *block, int nearest)
 {
-    int gap = (block->ring - 1) * RF_HIDDEN_BLOCK + 1;
-    return block->ring > 1 && nearest < INT32_MAX && 4 * gap * gap > 9 * nearest;
+/* Its distance is more than 3/2 of the candidate's from a square of which on. */
+#define NEAREST(ring) (4 * (8 * (ring)-7) * (8 * (ring)-7) - 1) / (3 * 3)
+    static const int16_t ENDS[] = {-1,         -1,         NEAREST(2),
+                                   NEAREST(3), NEAREST(4), NEAREST(5),
+                                   NEAREST(6), NEAREST(7), NEAREST(8)};
+#undef NEAREST
+    _Static_assert(RF_HIDDEN_BLOCK == 8 && RF_HIDDEN_RINGS == 8, "one of each ring");
+    return nearest <= ENDS[block->ring];
 }
 
 /*
@@ -269,37 +359,42 @@ static bool quad_has_candidate(const struct rf_backs *backs,
     return false;
 }
 
-static void vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *group,
-                        const struct rf_hidden_query *q, struct rf_hidden_vote *vote)
+static bool vote_blocks(const struct rf_backs *backs, struct rf_hidden_group *group,
+                        const struct rf_hidden_query *q, struct rf_hidden_vote *vote,
+                        float *r, int *d2)
 {
-    vote->first = RF_HIDDEN_BINS + 4;
-    vote->last = -1;
+    vote->n = 0;
     vote->nearest = INT32_MAX;
-    for (int i = 0;
-         i < group->n_hits || find_hit(backs, group, q->s, vote->nearest); i++) {
+    for (int i = 0; i < group->n_hits || find_hit(backs, group, q->s, vote->nearest);
+         i++) {
         const struct rf_hidden_hit *hit = &group->hits[i];
         const struct rf_hidden_block *block = &group->blocks[hit->block];
         if (is_beyond(block, vote->nearest) || q->s >= block->most)
-            return;
-        vote_block(backs, q, block, (unsigned)hit->rows, vote);
+            break;
+        list_candidates(backs, q, block, (unsigned)hit->rows, vote);
     }
+    if (vote->n == 0)
+        return false;
+    int winner = count_votes(vote, d2);
+    *r = q->s + ((float)(winner - 2) + 0.5f) * RF_HIDDEN_BIN_PX;
+    return true;
 }
 
-/* Every stride-th float from p on, n <= LANES of them if they are not in turn. */
-static inline vf load_strided(const float *p, int stride, int n)
+/* Every stride-th float from p on, up to `end`. */
+static inline __attribute__((always_inline)) vf load_strided(const float *p, int stride,
+                                                             const float *end)
 {
     vf v = SPLAT(-INFINITY);
     if (stride == 1)
         return LOAD(p);
     if (stride == 2)
-        return SHUFFLE(LOAD(p), 2 * n > LANES ? LOAD(p + LANES) : v, 0, 2, 4, 6, 8, 10,
-                       12, 14);
-    if (n < LANES)
-        for (int l = 0; l < n; l++)
-            v[l] = p[l * stride];
-    else
-        for (int l = 0; l < LANES; l++)
-            v[l] = p[l * stride];
+        return SHUFFLE(LOAD(p), p + LANES <= end ? LOAD(p + LANES) : v, 0, 2, 4, 6, 8,
+                       10, 12, 14);
+    if (p + 7 * stride <= end)
+        return (vf){p[0],          p[stride],     p[2 * stride], p[3 * stride],
+                    p[4 * stride], p[5 * stride], p[6 * stride], p[7 * stride]};
+    for (int l = 0; p + l * stride <= end; l++)
+        v[l] = p[l * stride];
     return v;
 }
 
@@ -312,27 +407,51 @@ struct found {
     int32_t d2[RF_HIDDEN_ROOM];
 };
 
-/* Gathers the pixels of row y, from x0 on, that show a surface of radius about r. */
-static inline void gather_row(const struct rf_backs *backs,
-                              const struct rf_hidden_query *q, float r, int most_d2,
-                              int x0, int x1, int y, int stride, struct found *found,
-                              struct rf_hidden_window *out)
+/* A window: the rows first, first + step, .. that reach so far to both sides. */
+struct span {
+    int x0, x1, y0, step, n_rows;
+    int32_t half[2 * RF_HIDDEN_STEPS + 2 * LANES];
+};
+
+/* Gathers the pixels of a window that show a surface of radius about r. */
+static inline __attribute__((always_inline)) void
+gather_rows(const struct rf_backs *backs, const struct rf_hidden_query *q, float r,
+            const struct span *span, int stride, struct found *found,
+            struct rf_hidden_window *out)
 {
-    const float *row = backs->r + (size_t)y * backs->stride;
-    int dy = y - q->y, most_dx2 = most_d2 - dy * dy;
-    vi step = lane_numbers() * stride;
-    for (int x = x0; x <= x1; x += LANES * stride) {
-        vi dx = step + (x - q->x), dx2 = dx * dx;
-        vf qr = load_strided(row + x, stride, (x1 - x) / stride + 1);
-        vf t = qr - SPLAT(r);
-        unsigned bits =
-            lane_bits((dx2 <= most_dx2) & (qr > SPLAT(q->s)) & (t * t <= SPLAT(9)));
-        if (!bits)
-            continue;
-        store_lanes(out->index + out->n, step + (y * backs->width + x), bits);
-        store_lanes(found->r + out->n, (vi)qr, bits);
-        store_lanes(found->d2 + out->n, dx2 + dy * dy, bits);
-        out->n += __builtin_popcount(bits);
+    const vi step = lane_numbers() * stride;
+    const vf s = SPLAT(q->s), middle = SPLAT(r);
+    const int qx = q->x, qy = q->y, width = backs->width;
+    int n = 0;
+    for (int j = 0; j < span->n_rows; j++) {
+        int y = span->y0 + j * span->step, half = span->half[j];
+        int x1 = rf_min_int(qx + half, span->x1);
+        int x0 = stride == 1 ? rf_max_int(qx - half, span->x0) : span->x0;
+        const float *row = backs->r + (size_t)y * backs->stride;
+        const vi most_dx2 = half * half + (vi){0}, dy2 = (y - qy) * (y - qy) + (vi){0};
+        for (int x = x0; x <= x1; x += LANES * stride) {
+            vi dx = step + (x - qx), dx2 = dx * dx;
+            vf qr = load_strided(row + x, stride, row + x1), t = qr - middle;
+            unsigned bits =
+                lane_bits((dx2 <= most_dx2) & (qr > s) & (t * t <= SPLAT(9)));
+            if (!bits)
+                continue;
+            store_lanes(out->index + n, step + (y * width + x), bits);
+            store_lanes(found->r + n, (vi)qr, bits);
+            store_lanes(found->d2 + n, dx2 + dy2, bits);
+            n += __builtin_popcount(bits);
+        }
+    }
+    out->n = n;
+}
+
+/* How far rows at distances first, first + step, .. reach within a squared distance. */
+static inline void set_halves(int first, int step, int n, int d2, int32_t *half)
+{
+    for (int i = 0; i < n; i += LANES) {
+        vi dy = lane_numbers() * step + (first + i * step);
+        vi v = to_int(vsqrt(vmax(to_float(d2 - dy * dy), SPLAT(0))));
+        memcpy(half + i, &v, sizeof v);
     }
 }
 
@@ -359,7 +478,8 @@ static inline void weigh_window(const struct found *found, float r, float reach,
 }
 
 static void gather_window(const struct rf_backs *backs, const struct rf_hidden_query *q,
-                          float r, float reach, struct rf_hidden_window *out)
+                          float r, float reach, const struct rf_surface *near,
+                          struct rf_hidden_window *out)
 {
     struct found found;
     int n = (int)reach, stride = (n + RF_HIDDEN_STEPS - 1) / RF_HIDDEN_STEPS;
@@ -367,28 +487,36 @@ static void gather_window(const struct rf_backs *backs, const struct rf_hidden_q
     int x0 = rf_max_int(q->x - n, 0), x1 = rf_min_int(q->x + n, backs->width - 1);
     y0 = (backs->y + y0 + stride - 1) / stride * stride - backs->y;
     x0 = (backs->x + x0 + stride - 1) / stride * stride - backs->x;
-    out->n = 0;
     int step = stride;
     if (stride == 1 && n >= WIDE_WINDOW) {
         step = 2;
         y0 += (q->y - y0) & 1; /* so that mirrored pictures have mirrored windows */
     }
-    /* A distance in whole pixels that is no more than reach^2. */
-    int most_d2 = (int)(reach * reach);
-    for (int y = y0; y <= y1; y += step)
-        gather_row(backs, q, r, most_d2, x0, x1, y, stride, &found, out);
+    struct span span = {x0, x1, y0, step, y1 < y0 ? 0 : (y1 - y0) / step + 1, {0}};
+    set_halves(y0 - q->y, step, span.n_rows, (int)(reach * reach), span.half);
+    if (stride == 1)
+        gather_rows(backs, q, r, &span, 1, &found, out);
+    else if (stride == 2)
+        gather_rows(backs, q, r, &span, 2, &found, out);
+    else
+        gather_rows(backs, q, r, &span, stride, &found, out);
+    for (int i = 0; i < out->n; i++)
+        __builtin_prefetch(near + out->index[i]);
     weigh_window(&found, r, reach, out);
 }
 
-static void average_window(struct rf_hidden_window *w, float brightest, float c[4])
+static void average_window(const struct rf_surfaces *s, struct rf_hidden_window *w,
+                           float brightest, float c[4])
 {
     enum { MOST = RF_HIDDEN_ROOM / LANES };
     vf colour[MOST][4], luminance[MOST], log_sum = {0}, sum[4] = {{0}};
     for (int i = w->n; i % LANES; i++)
-        w->shown[i] = w->shown[0];
+        w->index[i] = w->index[0];
     for (int i = 0; i < w->n; i += LANES) {
         vf *v = colour[i / LANES];
-        const struct rf_surface *const *at = w->shown + i;
+        const struct rf_surface *at[LANES];
+        for (int l = 0; l < LANES; l++)
+            at[l] = rf_shown_at(s, (size_t)w->index[i + l]);
         for (int k = 0; k < 4; k++)
             v[k] = load_halves(at[k]->c, at[k + 4]->c);
         turn_halves(v);

@@ -379,20 +379,27 @@ struct rf_kernels {
     bool (*quad_has_candidate)(const struct rf_backs *backs,
                                struct rf_hidden_group *group,
                                const struct rf_hidden_query *query);
-    /* Lets the candidates of a pixel of a group vote; the histogram is 0 before. */
-    void (*vote_blocks)(const struct rf_backs *backs, struct rf_hidden_group *group,
+    /*
+     * Lets the candidates of a pixel of a group vote; false: there is none. Receive the
+     * radius that wins and the squared distance to the nearest of about that radius.
+     */
+    bool (*vote_blocks)(const struct rf_backs *backs, struct rf_hidden_group *group,
                         const struct rf_hidden_query *query,
-                        struct rf_hidden_vote *vote);
-    /* The pixels around a query that show the surface of radius about r. */
+                        struct rf_hidden_vote *vote, float *r, int *d2);
+    /*
+     * The pixels around a query that show the surface of radius about r. Asks for their
+     * near surfaces, which average_window() reads, but does not look at them.
+     */
     void (*gather_window)(const struct rf_backs *backs,
                           const struct rf_hidden_query *query, float r, float reach,
-                          struct rf_hidden_window *out);
+                          const struct rf_surface *near, struct rf_hidden_window *out);
     /*
-     * The weighted mean of what the pixels of a window show, w->shown, none of it of
-     * more luminance than `brightest` times the weighted geometric mean. Completes
-     * w->shown.
+     * The weighted mean of what the pixels of a window that is not empty show, none of
+     * it of more luminance than `brightest` times the weighted geometric mean.
+     * Completes w->index.
      */
-    void (*average_window)(struct rf_hidden_window *w, float brightest, float c[4]);
+    void (*average_window)(const struct rf_surfaces *s, struct rf_hidden_window *w,
+                           float brightest, float c[4]);
     /*
      * Places of the centre's view for n points of one view, whose places there and
      * radii are given. n is rounded up to eight.

@@ -492,10 +492,16 @@ void call_vote(const struct rf_kernels *k, struct workspace *w, int variant)
     struct rf_backs backs = backs_of(w);
     struct rf_hidden_query query = {60 + variant, 30, 4, 1 / 400.0f, 1 / 300.0f};
     struct rf_hidden_group group = group_of(&query, N_BLOCKS);
+    struct vote_result *out = (void *)(w->at + 40000);
     static struct rf_hidden_vote vote;
     memset(&vote, 0, sizeof vote);
-    k->vote_blocks(&backs, &group, &query, &vote);
-    memcpy(w->at + 40000, &vote, sizeof vote);
+    *out = (struct vote_result){0};
+    out->is_found = k->vote_blocks(&backs, &group, &query, &vote, &out->r, &out->d2);
+    /* What lies beyond the candidates is not defined. */
+    out->n = vote.n;
+    memcpy(out->room, vote.room, sizeof *out->room * (size_t)vote.n);
+    memcpy(out->weight, vote.weight, sizeof *out->weight * (size_t)vote.n);
+    memcpy(out->histogram, vote.histogram, sizeof out->histogram);
 }
 
 struct rf_hidden_query group_query(int i)
@@ -523,7 +529,7 @@ void call_window(const struct rf_kernels *k, struct workspace *w, int variant)
     struct rf_hidden_query query = {60, 30 - 9 * variant, 4, 1 / 400.0f, 1 / 300.0f};
     struct rf_hidden_window *out = (void *)(w->at + 40000);
     memset(out, 0, sizeof *out);
-    k->gather_window(&backs, &query, 10, 8 + 9 * (float)variant, out);
+    k->gather_window(&backs, &query, 10, 8 + 9 * (float)variant, (void *)w->at, out);
     /* What lies beyond the pixels found is not defined. */
     memset(out->index + out->n, 0,
            sizeof out->index - sizeof(int32_t) * (size_t)out->n);
@@ -536,16 +542,23 @@ static void call_average_window(const struct rf_kernels *k, struct workspace *w,
                                 int variant)
 {
     static struct rf_hidden_window window;
-    const struct rf_surface *surfaces = (void *)(w->at + 1000);
+    static struct rf_marks mixed[2];
+    const struct rf_surfaces surfaces = {.near = (void *)(w->at + 1000),
+                                         .far = (void *)(w->at + 2000),
+                                         .mixed = mixed,
+                                         .share = w->at + 3000};
+    mixed[0] = (struct rf_marks){0x842108421084210, 0};
+    mixed[1] = (struct rf_marks){0x11, (size_t)__builtin_popcountll(mixed[0].bits)};
     window.n = (const int[]){64, 5, 35}[variant];
     window.weight_sum = (float)window.n;
     for (int i = 0; i < window.n; i++) {
-        window.shown[i] = &surfaces[i * 7 % 101];
+        window.index[i] = i * 7 % 101;
         w->at[1000 + 5 * i] *= i % 9 ? 1 : 50;
+        w->at[3000 + i] += i % 2 ? 1 : 0;
     }
     memset(window.weight, 0, sizeof window.weight);
     memcpy(window.weight, w->at, sizeof(float) * (size_t)window.n);
-    k->average_window(&window, 1.5f, w->at + 40000);
+    k->average_window(&surfaces, &window, 1.5f, w->at + 40000);
 }
 
 /* Places of noise in and around the picture; in some variants eight lie side by side.

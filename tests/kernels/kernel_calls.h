@@ -64,6 +64,14 @@ struct rf_hidden_query group_query(int i);
 struct rf_sight sight_of(const struct workspace *w);
 struct rf_sight_places places_of(const struct workspace *w, int variant);
 
+/* What call_vote() leaves. */
+struct vote_result {
+    int is_found, n, d2;
+    float r;
+    int32_t room[RF_HIDDEN_VOTES];
+    float weight[RF_HIDDEN_VOTES], histogram[RF_HIDDEN_BINS];
+};
+
 void call_vote(const struct rf_kernels *k, struct workspace *w, int variant);
 void call_window(const struct rf_kernels *k, struct workspace *w, int variant);
 

@@ -222,14 +222,82 @@ static void quadruples_are_planes(void)
 /* The searches clear their results themselves, so they are asked for more. */
 static void searches_find_something(void)
 {
-    const struct rf_hidden_vote *vote = (const void *)(first.at + 40000);
+    const struct vote_result *vote = (const void *)(first.at + 40000);
     const struct rf_hidden_window *window = (const void *)(first.at + 40000);
     prepare(&first, n_kernels - 1, 0);
     call_vote(rf_kernels_at(0), &first, 0);
-    CHECK(vote->last > vote->first + 10 && vote->nearest > 0 && vote->nearest < 1000);
+    CHECK(vote->is_found && vote->n > 10 && vote->r > 4 && vote->r < 25);
+    CHECK(vote->d2 > 0 && vote->d2 < 1000);
     prepare(&first, n_kernels - 1, 0);
     call_window(rf_kernels_at(0), &first, 0);
     CHECK(window->n > 10 && window->weight_sum > 0);
+}
+
+static bool has_same_votes(const struct rf_hidden_vote *a,
+                           const struct rf_hidden_vote *b)
+{
+    size_t n = (size_t)a->n;
+    return a->n == b->n && memcmp(a->room, b->room, n * sizeof *a->room) == 0 &&
+           memcmp(a->weight, b->weight, n * sizeof *a->weight) == 0 &&
+           memcmp(a->histogram, b->histogram, sizeof a->histogram) == 0;
+}
+
+/* The votes of a pixel counted in plain C: the radius of most, its distance. */
+static void count_plainly(const struct rf_hidden_vote *vote, float s, float *r, int *d2)
+{
+    float best = 0, h[2 + RF_HIDDEN_BINS + 2] = {0};
+    int bins[RF_HIDDEN_VOTES], winner = 0;
+    for (int i = 0; i < vote->n; i++) {
+        float room;
+        memcpy(&room, &vote->room[i], sizeof room);
+        bins[i] = 2 + (int)rf_min_float(2 * room, RF_HIDDEN_BINS - 1);
+        h[bins[i]] += vote->weight[i];
+    }
+    for (int b = 2; b < 2 + RF_HIDDEN_BINS; b++) {
+        float v = 0.5f * h[b - 1] + h[b] + 0.5f * h[b + 1];
+        winner = v > best ? b : winner;
+        best = rf_max_float(v, best);
+    }
+    *r = s + 0.5f * ((float)(winner - 2) + 0.5f);
+    *d2 = INT32_MAX;
+    for (int i = 0; i < vote->n; i++) {
+        float at;
+        memcpy(&at, &vote->d2[i], sizeof at);
+        if (bins[i] - winner <= 2 && winner - bins[i] <= 2 && vote->weight[i] > 0)
+            *d2 = rf_min_int(*d2, (int)at);
+    }
+}
+
+/* Of candidates of one radius and of many. */
+static void most_votes_win(void)
+{
+    static struct rf_hidden_vote vote;
+    const struct rf_kernels *k = rf_kernels_at(0);
+    for (int is_flat = 0; is_flat < 2; is_flat++) {
+        int n_far = 0;
+        prepare(&first, n_kernels - 1, 0);
+        for (int i = 0; i < BACKS_W * BACKS_H; i++) { /* few stand out */
+            float v = first.at[i];
+            first.at[i] = v < 16 ? -INFINITY : is_flat ? 12.2f : v;
+        }
+        struct rf_backs backs = backs_of(&first);
+        for (int i = 0; i < 120; i++) {
+            struct rf_hidden_query query = {50 + i % 20, 26 + i / 20, 4, 1 / 400.0f,
+                                            1 / 300.0f};
+            struct rf_hidden_group group = group_of(&query, N_BLOCKS);
+            float r, plain_r;
+            int d2, plain_d2;
+            if (!k->vote_blocks(&backs, &group, &query, &vote, &r, &d2))
+                continue;
+            count_plainly(&vote, query.s, &plain_r, &plain_d2);
+            CHECK(r == plain_r && d2 == plain_d2);
+            CHECK(vote.nearest <= d2);
+            for (int b = 0; b < 2 + RF_HIDDEN_BINS; b++)
+                CHECK(vote.histogram[b] == 0);
+            n_far += d2 > vote.nearest;
+        }
+        CHECK((n_far > 0) == !is_flat);
+    }
 }
 
 /* A group has a candidate wherever one of its pixels has, and not everywhere; what it
@@ -238,7 +306,8 @@ static void groups_have_what_their_pixels_have(void)
 {
     static struct rf_hidden_vote vote, alone;
     const struct rf_kernels *k = rf_kernels_at(0);
-    int n_groups = 0, n_quads = 0, n_pixels = 0;
+    int n_groups = 0, n_quads = 0, n_pixels = 0, d2, own_d2;
+    float r, own_r;
     prepare(&first, n_kernels - 1, 0);
     for (int i = 0; i < BACKS_W * BACKS_H; i++) /* few stand out */
         first.at[i] -= i * 7 % 61 ? 12 : 0;
@@ -254,20 +323,18 @@ static void groups_have_what_their_pixels_have(void)
             query.y += p / 4;
             if (backs.r[query.y * BACKS_W + query.x] > query.s)
                 continue; /* it would be one for itself */
-            memset(&vote, 0, sizeof vote);
-            k->vote_blocks(&backs, &group, &query, &vote);
-            has_one |= vote.nearest < INT32_MAX;
-            quad_has_one[p / 8 * 2 + p % 4 / 2] |= vote.nearest < INT32_MAX;
+            bool is_found = k->vote_blocks(&backs, &group, &query, &vote, &r, &d2);
+            has_one |= is_found;
+            quad_has_one[p / 8 * 2 + p % 4 / 2] |= is_found;
             struct rf_hidden_hit hits[N_BLOCKS];
             struct rf_hidden_group own = group;
             own.query = query; /* whose first pixel votes, in a group of its own */
             own.n_seen = own.n_hits = 0;
             own.hits = hits;
-            memset(&alone, 0, sizeof alone);
-            k->vote_blocks(&backs, &own, &query, &alone);
-            CHECK(vote.first == alone.first && vote.last == alone.last &&
-                  vote.nearest == alone.nearest &&
-                  memcmp(vote.histogram, alone.histogram, sizeof vote.histogram) == 0);
+            CHECK(k->vote_blocks(&backs, &own, &query, &alone, &own_r, &own_d2) ==
+                  is_found);
+            CHECK(!is_found || (r == own_r && d2 == own_d2));
+            CHECK(has_same_votes(&vote, &alone));
         }
         CHECK(has_any || !has_one);
         for (int q = 0; q < 4; q++) {
@@ -288,11 +355,9 @@ static void groups_have_what_their_pixels_have(void)
         all.n_blocks = N_BLOCKS;
         all.blocks = blocks;
         all.hits = hits;
-        memset(&vote, 0, sizeof vote);
-        memset(&alone, 0, sizeof alone);
-        k->vote_blocks(&backs, &some, &corner, &vote);
-        k->vote_blocks(&backs, &all, &corner, &alone);
-        CHECK(memcmp(vote.histogram, alone.histogram, sizeof vote.histogram) == 0);
+        k->vote_blocks(&backs, &some, &corner, &vote, &r, &d2);
+        k->vote_blocks(&backs, &all, &corner, &alone, &own_r, &own_d2);
+        CHECK(has_same_votes(&vote, &alone));
         n_groups += has_any;
         n_pixels += has_one;
     }
@@ -590,6 +655,7 @@ int main(int argc, char **argv)
     TEST(rows_become_surfaces);
     TEST(quadruples_are_planes);
     TEST(searches_find_something);
+    TEST(most_votes_win);
     TEST(groups_have_what_their_pixels_have);
     TEST(gaps_and_sides_are_those_of_the_radii);
     TEST(a_pixel_casts_a_square);
