@@ -412,10 +412,11 @@ static bool start_fog(struct povray_scene *scene, const struct shot *shot,
     struct text tail = {0};
     add_camera(&tail, shot);
     text_addf(&tail, "global_settings{max_trace_level 1");
-    /* Indirect light would cost time and say nothing; the last setting wins. */
+    /* Indirect light would cost time, and the fogs would light things differently; the
+     * last setting wins. POV-Ray takes a max_sample of 0 for none. */
     if (scene->sources.has_radiosity)
         text_addf(&tail, " radiosity{pretrace_start 1 pretrace_end 1 count 1 "
-                         "nearest_count 1 recursion_limit 1}");
+                         "nearest_count 1 recursion_limit 1 max_sample 1e-12}");
     if (scene->sources.has_photons)
         text_addf(&tail, " photons{count 1}");
     text_addf(&tail, "}\n");

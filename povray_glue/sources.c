@@ -152,7 +152,8 @@ static int load_file(struct sources *sources, const char *path)
     struct tokens *tokens = &sources->items[k].tokens;
     tokens_scan(tokens, content.data, content.n);
     sources->items[k].needs_copy = k == 0 || rewrite_has_camera(tokens);
-    if (!is_library(path))
+    sources->items[k].is_own = !is_library(path);
+    if (sources->items[k].is_own)
         note_words(sources, tokens);
     load_includes(sources, k);
     return k;
@@ -220,7 +221,8 @@ bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *
     for (int k = 1; k < sources->n; k++) {
         struct source *source = &sources->items[k];
         /* In the hollow mode every file of the scene's own may hold shapes. */
-        if (source->needs_copy && !source->copy[mode]) {
+        const bool has_shapes = mode == REWRITE_HOLLOW && source->is_own;
+        if ((source->needs_copy || has_shapes) && !source->copy[mode]) {
             source->copy[mode] =
                 text_format("%s%c%d.inc", sources->temp_folder, "rph"[mode], k);
             is_new = true;

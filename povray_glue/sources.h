@@ -14,6 +14,7 @@ struct source {
     struct text content;
     struct tokens tokens;
     bool needs_copy;
+    bool is_own; /* the scene's, not one of POV-Ray's */
 };
 
 struct sources {

@@ -8,6 +8,8 @@ from conftest import SCENES, read_exr
 FOG = "fog { distance 9 color rgb <0.6, 0.7, 0.9> }"
 GROUND_FOG = "fog { distance 9 fog_type 2 fog_alt 0.5 turbulence 0.4 rgb 0.7 }"
 ROOM = "sphere { <0, 1, -4>, 100 pigment { rgb 1 } }"
+RADIOSITY = "global_settings { radiosity { count 20 error_bound 0.5 } }"
+WALL = "plane { z, 20 pigment { checker rgb 1 rgb 0.1 } }"
 
 
 def sphere_distance(rays, start, centre, radius):
@@ -46,6 +48,8 @@ def expected_depth(width, height):
         ("1.0", "sky_sphere { pigment { rgb 3 } }"),
         ("1.0", "media { scattering { 1, 0.02 } absorption 0.01 }"),
         ("1.5", ROOM),
+        ("1.0", RADIOSITY),
+        ("srgb", RADIOSITY + ROOM),
     ],
     ids=[
         "1",
@@ -58,11 +62,29 @@ def expected_depth(width, height):
         "sky",
         "media",
         "room",
+        "radiosity",
+        "radiosity in a room",
     ],
 )
 def test_depth_of_known_geometry(rackfocus, tmp_path, gamma, extra):
     text = (SCENES / "depth.template").read_text()
     text = text.replace("GAMMA", gamma).replace("EXTRA", extra)
+    check_depth(rackfocus, tmp_path, text)
+
+
+def test_the_camera_within_what_an_include_holds(rackfocus, tmp_path):
+    """All before a plane is within it: fog is seen in a copy with hollow shapes, in
+    includes of includes, too.
+    """
+    text = (SCENES / "depth.template").read_text()
+    assert WALL in text
+    text = text.replace("GAMMA", "1.0").replace("EXTRA", "")
+    (tmp_path / "stage.inc").write_text('#include "wall.inc"\n')
+    (tmp_path / "wall.inc").write_text(WALL)
+    check_depth(rackfocus, tmp_path, text.replace(WALL, '#include "stage.inc"'))
+
+
+def check_depth(rackfocus, tmp_path, text):
     (tmp_path / "depth.pov").write_text(text)
     rackfocus(
         "povray",
