@@ -108,21 +108,72 @@ size_t depth_divide_by_alpha(float *depth, const float *alpha, size_t stride, si
     return n_changed;
 }
 
-/* The depth of the side that the pixel at `at` is nearer to, where it lies between two
- * flat sides `step` floats away; else its own. */
-static float snapped(const float *at, ptrdiff_t step, double infinity, double *contrast)
+/* Pixels before and behind the one in question, along a row or a column. */
+struct line {
+    const float *at;
+    ptrdiff_t step; /* floats from pixel to pixel */
+    int32_t n_before, n_behind;
+};
+
+/* The two sides of the step that the pixel lies on, the nearest ones; of two as near
+ * the ones of the higher step. `best` has what was found along another line. */
+static void find_sides(const struct line *line, double infinity,
+                       struct depth_step *best)
 {
-    const double a = at[-step], b = at[step], z = *at;
-    const double near = fmin(a, b), far = fmax(a, b);
-    const double flat = fmax(fabs(a - at[-2 * step]), fabs(b - at[2 * step]));
-    if (!(near >= 0 && far < infinity && far >= DEPTH_STEP_RATIO * near &&
-          flat < 0.05 * (far - near)))
-        return *at;
-    const double place = (z - near) / (far - near);
-    if (!(place > 0.02 && place < 0.98) || far - near <= *contrast)
-        return *at;
-    *contrast = far - near;
-    return (float)(place < 0.5 ? near : far);
+    for (int32_t n = 2; n <= DEPTH_STEP_PIXELS + 1 && n <= best->n; n++)
+        for (int32_t k = 1; k < n; k++) {
+            if (k >= line->n_before || n - k >= line->n_behind)
+                continue;
+            const float *a = line->at - k * line->step;
+            const float *b = line->at + (n - k) * line->step;
+            struct depth_step found = {.n = n, .n_low = *a < *b ? k : n - k};
+            if (depth_find_step(*a, a[-line->step], *b, b[line->step], infinity,
+                                &found) &&
+                (n < best->n || found.high - found.low > best->high - best->low))
+                *best = found;
+        }
+}
+
+/* The depth of the side that a pixel is nearer to; its own where it lies on no step, is
+ * one of a side, or is something else. Averages with negative weights lie a little
+ * beyond the sides, or below 0. */
+static float snapped(float z, const struct depth_step *step)
+{
+    if (step->n > DEPTH_STEP_PIXELS + 1)
+        return z;
+    const double height = step->high - step->low, beyond = 0.15 * height;
+    const double side = z < (step->low + step->high) / 2 ? step->low : step->high;
+    const double alike = 0.02 * fmin(height, step->low);
+    /* Further from the low side it may be a thin thing before both. */
+    const double least =
+        fmax(step->low - beyond, step->n_low > 1 ? 0.75 * step->low : 0);
+    const bool is_mixture = z >= least && z <= step->high + beyond;
+    return (is_mixture && fabs(z - side) > alike) || z < 0 ? (float)side : z;
+}
+
+/* For what is below 0 and on no step: the least depth of the neighbours; `z` where none
+ * of them is a depth. */
+static float least_around(const struct line *row, const struct line *column, float z)
+{
+    float least = INFINITY;
+    for (int k = -1; k <= 1; k++)
+        for (int l = -1; l <= 1; l++) {
+            const bool is_inside =
+                (k < 0 ? column->n_before : column->n_behind) >= abs(k) &&
+                (l < 0 ? row->n_before : row->n_behind) >= abs(l);
+            const float v = is_inside ? row->at[k * column->step + l] : z;
+            least = v >= 0 ? fminf(least, v) : least;
+        }
+    return isfinite(least) ? least : z;
+}
+
+/* Is the pixel like those on both sides of it? */
+static bool is_flat(const struct line *line)
+{
+    const float z = *line->at, alike = 1e-3f * z;
+    return line->n_before > 0 && line->n_behind > 0 &&
+           fabsf(line->at[-line->step] - z) <= alike &&
+           fabsf(line->at[line->step] - z) <= alike;
 }
 
 size_t depth_snap(float *depth, int32_t width, int32_t height, double infinity)
@@ -134,13 +185,16 @@ size_t depth_snap(float *depth, int32_t width, int32_t height, double infinity)
     for (int32_t y = 0; y < height; y++)
         for (int32_t x = 0; x < width; x++) {
             const size_t i = (size_t)y * (size_t)width + (size_t)x;
-            double contrast = 0;
-            if (x >= 2 && x + 2 < width)
-                depth[i] = snapped(from + i, 1, infinity, &contrast);
-            if (y >= 2 && y + 2 < height) {
-                const float z = snapped(from + i, width, infinity, &contrast);
-                depth[i] = z != from[i] ? z : depth[i];
-            }
+            const struct line row = {from + i, 1, x, width - 1 - x};
+            const struct line column = {from + i, width, y, height - 1 - y};
+            struct depth_step step = {.n = DEPTH_STEP_PIXELS + 2};
+            if (is_flat(&row) && is_flat(&column))
+                continue;
+            find_sides(&row, infinity, &step);
+            find_sides(&column, infinity, &step);
+            depth[i] = snapped(from[i], &step);
+            if (depth[i] < 0)
+                depth[i] = least_around(&row, &column, depth[i]);
             n_changed += depth[i] != from[i];
         }
     free(from);

@@ -47,7 +47,9 @@ void depth_undo_mist(float *depth, size_t n, enum mist_falloff falloff);
 /* Divides by alpha; 0 where there is none. Returns how many pixels changed. */
 size_t depth_divide_by_alpha(float *depth, const float *alpha, size_t stride, size_t n);
 /* Gives pixels whose depth lies between those of two flat sides the nearer of the two
- * depths. Returns how many. */
+ * depths. Returns how many. What a pixel gets depends on those within DEPTH_SNAP_REACH
+ * in its row and its column, and on its neighbours. */
+enum { DEPTH_SNAP_REACH = DEPTH_STEP_PIXELS + 1 };
 size_t depth_snap(float *depth, int32_t width, int32_t height, double infinity);
 
 #endif

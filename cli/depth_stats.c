@@ -71,29 +71,62 @@ static void count_values(const struct map *map, struct depth_stats *stats)
     }
 }
 
+bool depth_find_step(double a, double beyond_a, double b, double beyond_b,
+                     double infinity, struct depth_step *step)
+{
+    const bool is_a_low = a < b;
+    const double slope_a = fabs(a - beyond_a);
+    const double slope_b = fabs(b - beyond_b);
+    const double slope_low = is_a_low ? slope_a : slope_b;
+    const double slope_high = is_a_low ? slope_b : slope_a;
+    step->low = is_a_low ? a : b;
+    step->high = is_a_low ? b : a;
+    const double height = step->high - step->low;
+    /* A height of 1e10 makes all else look flat. */
+    return step->low >= 0 && step->low < infinity && isfinite(step->high) &&
+           step->high >= DEPTH_STEP_RATIO * step->low && height > 0 &&
+           slope_high < 0.05 * height &&
+           slope_low < fmin(0.05 * height, 0.1 * step->low + 1e-30);
+}
+
+/* Does a pixel from `first` to before `end` lie well between both sides? */
+static bool is_mixed_between(const float *row, int32_t first, int32_t end,
+                             const struct depth_step *step)
+{
+    for (int32_t x = first; x < end; x++) {
+        const double place = (row[x] - step->low) / (step->high - step->low);
+        if (place > 0.1 && place < 0.9)
+            return true;
+    }
+    return false;
+}
+
+/* Counts the step that begins at the end of a flat side, if there is one. */
+static void count_step(const struct map *map, const float *row, int32_t x,
+                       struct depth_tally *tally)
+{
+    const int32_t most = x + DEPTH_STEP_PIXELS + 1;
+    for (int32_t end = x + 1; end <= most && end + 1 < map->width; end++) {
+        struct depth_step step;
+        if (!depth_find_step(row[x], row[x - 1], row[end], row[end + 1], map->infinity,
+                             &step) ||
+            !(fabs(row[x + 1] - row[x]) >= 0.05 * (step.high - step.low)))
+            continue;
+        tally->n_steps++;
+        tally->n_mixed += is_mixed_between(row, x + 1, end, &step);
+        return;
+    }
+}
+
 /*
- * A pixel between two that lie on different surfaces has one of their depths, unless
- * depths were averaged, as anti-aliasing does.
+ * Pixels between two flat sides have one of their depths, unless depths were averaged,
+ * as anti-aliasing does.
  */
 static void count_mixed(const struct map *map, struct depth_tally *tally)
 {
-    for (int32_t y = 0; y < map->height; y++) {
-        const float *row = map->depth + (size_t)y * (size_t)map->width;
-        for (int32_t x = 2; x + 2 < map->width; x++) {
-            /* Both sides must be flat, or a slope would look like a mixture. */
-            const double near = fmin(row[x - 1], row[x + 1]);
-            const double far = fmax(row[x - 1], row[x + 1]);
-            const double flat =
-                fmax(fabs(row[x - 1] - row[x - 2]), fabs(row[x + 1] - row[x + 2]));
-            if (!is_hit(map, row[x - 1]) || !is_hit(map, row[x + 1]) ||
-                !is_hit(map, row[x]) || far < DEPTH_STEP_RATIO * near ||
-                !(flat < 0.05 * (far - near)))
-                continue;
-            const double place = (row[x] - near) / (far - near);
-            tally->n_steps++;
-            tally->n_mixed += place > 0.1 && place < 0.9;
-        }
-    }
+    for (int32_t y = 0; y < map->height; y++)
+        for (int32_t x = 1; x + 2 < map->width; x++)
+            count_step(map, map->depth + (size_t)y * (size_t)map->width, x, tally);
 }
 
 /* Next to a fully covered pixel, depth times alpha is alpha times that pixel's depth.

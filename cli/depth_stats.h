@@ -7,8 +7,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A step: neighbours whose depths differ by this factor. */
+/* A step: two flat sides whose depths differ by this factor, and at most so many pixels
+ * between them. Pixel filters of renderers are up to 4 px wide. */
 #define DEPTH_STEP_RATIO 1.3
+enum { DEPTH_STEP_PIXELS = 6 };
+
+struct depth_step {
+    double low, high; /* depths of the sides */
+    int32_t n, n_low; /* px from the one to the other, and from the pixel to `low` */
+};
+
+/* Do `a` and `b` end the sides of a step, with `beyond_a` and `beyond_b` the next
+ * pixels of these sides? Fills `low` and `high`. */
+bool depth_find_step(double a, double beyond_a, double b, double beyond_b,
+                     double infinity, struct depth_step *step);
 
 struct depth_stats {
     size_t n_pixels;

@@ -98,6 +98,11 @@ static void log_remark(void *user, enum rf_log_level level, const char *text)
 
 /* ---- one view or several -------------------------------------------------------- */
 
+static int n_views(const struct run *run)
+{
+    return run->has_views ? run->views.n : 1;
+}
+
 static int fail_method(const struct run *run)
 {
     char name[32];
@@ -370,6 +375,42 @@ static int report_depth(const struct run *run, const struct depth_findings *foun
     return EXIT_DONE;
 }
 
+/* Undoes what was found in the first view's depth in all of them. */
+static void undo_depth(const struct run *run, const struct depth_findings *found)
+{
+    const bool is_quiet = run->tool->is_quiet;
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    const char *path = exr_path(run->source.depth);
+    size_t n_divided = 0, n_snapped = 0;
+    for (int i = 0; i < n_views(run); i++) {
+        float *depth = run->has_views ? run->views.views[i].depth.data : run->depth;
+        const float *colour =
+            run->has_views ? run->views.views[i].colour.data : run->colour;
+        if (found->is_premultiplied)
+            n_divided += depth_divide_by_alpha(depth, colour + 3, 4, n);
+        if (found->is_mixed)
+            n_snapped += depth_snap(depth, run->source.width, run->source.height,
+                                    run->params.depth_infinity);
+    }
+    if (found->is_premultiplied)
+        warning(is_quiet,
+                "%s: the depth was multiplied by alpha; %zu pixels were divided by it "
+                "(--depth-repair off takes it as it is)",
+                path, n_divided);
+    if (found->is_mixed)
+        warning(is_quiet,
+                "%s: the depth was anti-aliased; %zu pixels between two sides were "
+                "given the depth of one (--depth-repair off takes it as it is)",
+                path, n_snapped);
+}
+
+/* Is the depth to be looked at? The mean of views needs none. */
+static bool needs_depth(const struct run *run)
+{
+    return run->tool->depth_repair != DEPTH_REPAIR_OFF &&
+           run->params.method != RF_METHOD_ACCUMULATE;
+}
+
 /* Looks at the depth: undoes what can be. */
 static int repair_depth(struct run *run)
 {
@@ -377,36 +418,17 @@ static int repair_depth(struct run *run)
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
     const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
-    const char *path = exr_path(source->depth);
     struct depth_findings found;
-    depth_undo_mist(run->depth, n, (enum mist_falloff)tool->mist_falloff);
-    if (tool->depth_repair == DEPTH_REPAIR_OFF)
+    for (int i = 0; i < n_views(run); i++)
+        depth_undo_mist(run->has_views ? run->views.views[i].depth.data : run->depth, n,
+                        (enum mist_falloff)tool->mist_falloff);
+    if (!needs_depth(run))
         return EXIT_DONE;
     depth_find(&found, source, run->settings, rf_filter_lens(run->filter), run->depth,
                alpha, 4);
     if (report_depth(run, &found) != EXIT_DONE)
         return EXIT_FAILED;
-    if (found.is_premultiplied) {
-        const size_t n_changed = depth_divide_by_alpha(run->depth, alpha, 4, n);
-        warning(tool->is_quiet,
-                "%s: the depth was multiplied by alpha; %zu pixels were divided by it "
-                "(--depth-repair off takes it as it is)",
-                path, n_changed);
-    }
-    if (found.is_mixed) {
-        const size_t n_changed = depth_snap(run->depth, source->width, source->height,
-                                            run->params.depth_infinity);
-        warning(
-            tool->is_quiet,
-            "%s: the depth was anti-aliased; %zu pixels between two sides were given "
-            "the depth of one (--depth-repair off takes it as it is)",
-            path, n_changed);
-    }
-    if (found.half_step_px > 0.5)
-        warning(tool->is_quiet,
-                "%s: the depth is 16 bit, radii come in steps of up to %.1f px; write "
-                "it as float",
-                path, found.half_step_px);
+    undo_depth(run, &found);
     return EXIT_DONE;
 }
 
@@ -420,7 +442,7 @@ static int read_pixels(struct run *run)
             return fail_exr(&error);
         run->colour = run->views.views[0].colour.data;
         run->depth = run->views.views[0].depth.data;
-        return is_interrupted() ? interrupt_exit_code() : EXIT_DONE;
+        return is_interrupted() ? interrupt_exit_code() : repair_depth(run);
     }
     run->colour = source_read_colour(&run->source, run->n_threads, &error);
     if (!run->colour)
@@ -448,8 +470,7 @@ static int process(struct run *run)
             ? rf_filter_process_deep(run->filter, &run->deep.frame, &out, &progress,
                                      &error)
             : rf_filter_process(run->filter, run->has_views ? run->views.views : &view,
-                                run->has_views ? run->views.n : 1, &out, &progress,
-                                &error);
+                                n_views(run), &out, &progress, &error);
     progress_end(&bar);
     if (result != RF_OK)
         return fail_core(run, &error);
@@ -498,15 +519,15 @@ static bool needs_windows(const struct run *run)
 {
     const struct filter_options *tool = run->tool;
     const size_t most = (size_t)tool->max_memory_mib << 20;
-    const int n_views = run->has_views ? run->views.n : 1;
+    const int n = n_views(run);
     bool is_possible = !run->is_deep && !tool->view && !tool->output_coc &&
                        !tool->filter_layers &&
                        picture_kind(tool->output) == PICTURE_EXR;
-    for (int i = 0; i < n_views && is_possible; i++)
+    for (int i = 0; i < n && is_possible; i++)
         is_possible =
             windows_are_possible(run->has_views ? &run->views.sources[i] : &run->source,
                                  &run->settings->params);
-    return most && is_possible && windows_whole_bytes(&run->source, n_views) > most;
+    return most && is_possible && windows_whole_bytes(&run->source, n) > most;
 }
 
 static int filter_in_windows(struct run *run)
@@ -528,22 +549,24 @@ static int filter_in_windows(struct run *run)
     to.output.pass_through = tool->pass_through;
     if (run->source.info.is_tiled)
         to.output.tile_size = exr_row_step(run->source.colour, run->source.part);
-    struct windows_job job = {
-        .n_views = run->has_views ? run->views.n : 1,
-        .sources = run->has_views ? run->views.sources : &run->source,
-        .places = run->views.views,
-        .output = &to.output,
-        .path = tool->output,
-        .params = &run->params,
-        .context = &run->context_params,
-        .mist_falloff = run->has_views ? MIST_NONE : tool->mist_falloff,
-        .depth_infinity = run->params.depth_infinity,
-        .n_threads = run->n_threads,
-        .max_bytes = (size_t)tool->max_memory_mib << 20,
-        .is_quiet = tool->is_quiet,
-        .is_in_sequence = tool->is_in_sequence};
-    if (tool->depth_repair != DEPTH_REPAIR_OFF && !run->has_views) {
-        const int code = windows_measure(&job, &stats);
+    struct windows_job job = {.n_views = n_views(run),
+                              .sources =
+                                  run->has_views ? run->views.sources : &run->source,
+                              .places = run->views.views,
+                              .output = &to.output,
+                              .path = tool->output,
+                              .params = &run->params,
+                              .context = &run->context_params,
+                              .mist_falloff = tool->mist_falloff,
+                              .depth_infinity = run->params.depth_infinity,
+                              .n_threads = run->n_threads,
+                              .max_bytes = (size_t)tool->max_memory_mib << 20,
+                              .is_quiet = tool->is_quiet,
+                              .is_in_sequence = tool->is_in_sequence};
+    if (needs_depth(run)) {
+        struct windows_job first = job;
+        first.n_views = 1;
+        const int code = windows_measure(&first, &stats);
         if (code != EXIT_DONE)
             return code;
         depth_judge(&found, &run->source, run->settings, rf_filter_lens(run->filter),

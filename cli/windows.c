@@ -190,11 +190,50 @@ static bool need_rows(struct windows *w, int32_t first, int32_t end,
     return true;
 }
 
+/* A window with the pixels around it that its depth's repair looks at. */
+static struct rf_window with_margin(const struct windows *w,
+                                    const struct rf_window *box)
+{
+    const int32_t margin = w->job->is_mixed ? DEPTH_SNAP_REACH : 0;
+    const int32_t x = most(box->x - margin, 0), y = most(box->y - margin, 0);
+    return (struct rf_window){x, y, least(box->x + box->width + margin, w->width) - x,
+                              least(box->y + box->height + margin, w->height) - y};
+}
+
+/* Repairs the depth of a window with its margin, in memory of its own. */
+static struct rf_image repaired_depth(struct windows *w, int j,
+                                      const struct rf_window *box)
+{
+    const struct rf_window whole = with_margin(w, box);
+    const size_t row = (size_t)w->width, columns = (size_t)whole.width;
+    const size_t n = columns * (size_t)whole.height;
+    if (n > w->n_repaired) {
+        free(w->repaired);
+        w->repaired = need_memory(n, sizeof(float));
+        w->n_repaired = n;
+    }
+    for (int32_t y = 0; y < whole.height; y++) {
+        const size_t from =
+            (size_t)(whole.y + y - w->rows.first) * row + (size_t)whole.x;
+        float *to = w->repaired + (size_t)y * columns;
+        memcpy(to, w->depth[j] + from, columns * sizeof(float));
+        if (w->job->is_premultiplied)
+            depth_divide_by_alpha(to, w->colour[j] + from * (size_t)w->n_channels + 3,
+                                  4, columns);
+    }
+    if (w->job->is_mixed)
+        depth_snap(w->repaired, whole.width, whole.height, w->job->depth_infinity);
+    struct rf_image depth = rf_image_packed(
+        w->repaired + (size_t)(box->y - whole.y) * columns + (size_t)(box->x - whole.x),
+        whole.width, box->height, 1);
+    depth.width = box->width;
+    return depth;
+}
+
 /* The pixels of a window of a view's rows in memory, the depth repaired. */
 static struct rf_view view_of(struct windows *w, int j, const struct rf_window *box)
 {
     const size_t pixel = (size_t)w->n_channels, row = (size_t)w->width;
-    const size_t n = (size_t)box->width * (size_t)box->height;
     const size_t at = (size_t)(box->y - w->rows.first) * row + (size_t)box->x;
     struct rf_view view = {
         .colour = rf_image_packed(w->colour[j] + at * pixel, w->width, box->height,
@@ -206,24 +245,8 @@ static struct rf_view view_of(struct windows *w, int j, const struct rf_window *
         memcpy(view.lens_offset, place->lens_offset, sizeof view.lens_offset);
         view.shear_distance = place->shear_distance;
     }
-    if (!w->job->is_premultiplied && !w->job->is_mixed)
-        return view;
-    if (n > w->n_repaired) {
-        free(w->repaired);
-        w->repaired = need_memory(n, sizeof(float));
-        w->n_repaired = n;
-    }
-    for (int32_t y = 0; y < box->height; y++) {
-        const size_t from = at + (size_t)y * row;
-        float *to = w->repaired + (size_t)y * (size_t)box->width;
-        memcpy(to, w->depth[j] + from, (size_t)box->width * sizeof(float));
-        if (w->job->is_premultiplied)
-            depth_divide_by_alpha(to, w->colour[j] + from * pixel + 3, 4,
-                                  (size_t)box->width);
-    }
-    if (w->job->is_mixed)
-        depth_snap(w->repaired, box->width, box->height, w->job->depth_infinity);
-    view.depth = rf_image_packed(w->repaired, box->width, box->height, 1);
+    if (w->job->is_premultiplied || w->job->is_mixed)
+        view.depth = repaired_depth(w, j, box);
     return view;
 }
 
@@ -271,7 +294,9 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
     const int32_t end = least(y + n + RF_SURVEY_MARGIN, w->height);
     struct exr_error error;
     struct rf_error core;
-    if (!need_rows(w, first, end, &error))
+    const struct rf_window rows =
+        with_margin(w, &(struct rf_window){0, first, w->width, end - first});
+    if (!need_rows(w, rows.y, rows.y + rows.height, &error))
         return fail_exr(&error);
     for (int32_t x = 0; x < w->width; x += SURVEY_COLUMNS) {
         const int32_t x0 = most(x - RF_SURVEY_MARGIN, 0);
@@ -292,7 +317,7 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
 static int survey_all(struct windows *w)
 {
     int code = EXIT_DONE;
-    make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN);
+    make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * DEPTH_SNAP_REACH);
     for (int32_t y = 0; code == EXIT_DONE && y < w->height; y += SURVEY_ROWS) {
         code = survey_strip(w, y, least(SURVEY_ROWS, w->height - y));
         if (!progress_report(&w->bar, SURVEYED * y / w->height))
@@ -331,15 +356,15 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
     given = (struct rf_window){0, 0, needed->width, needed->height};
     const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
     const bool is_repaired = w->job->is_premultiplied || w->job->is_mixed;
+    const size_t width = (size_t)needed->width + 2 * DEPTH_SNAP_REACH;
+    const size_t height = (size_t)needed->height + 2 * DEPTH_SNAP_REACH;
     needed->window_bytes =
         rf_window_bytes(w->filter, w->surveys, w->job->n_views, &given);
     needed->n_bytes =
         needed->window_bytes +
-        (size_t)w->job->n_views * (size_t)needed->height * row *
-            (pixel + sizeof(float)) +
+        (size_t)w->job->n_views * height * row * (pixel + sizeof(float)) +
         (size_t)kept_height * row * 2 * pixel + /* and as it is compressed */
-        (is_repaired ? 2 : 0) * (size_t)needed->width * (size_t)needed->height *
-            sizeof(float) +
+        (is_repaired ? 2 : 0) * width * height * sizeof(float) +
         (size_t)w->job->n_threads * CHUNK_BYTES + (size_t)w->job->n_views * VIEW_BYTES +
         PROGRAM_BYTES;
     return true;
@@ -409,7 +434,8 @@ static int filter_window(struct windows *w, const struct rf_window *kept)
     const int n_views = w->job->n_views;
     if (rf_filter_window(w->filter, w->surveys, n_views, kept, &given, &core) != RF_OK)
         return fail_core(w, 0, &core);
-    if (!need_rows(w, given.y, given.y + given.height, &error))
+    const struct rf_window rows = with_margin(w, &given);
+    if (!need_rows(w, rows.y, rows.y + rows.height, &error))
         return fail_exr(&error);
     for (int j = 0; j < n_views; j++)
         views[j] = view_of(w, j, &given);
@@ -453,7 +479,7 @@ static int filter_all(struct windows *w)
         return fail_exr(&error);
     const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
     w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
-    make_room(w, needed.height);
+    make_room(w, needed.height + 2 * DEPTH_SNAP_REACH);
     w->out = need_memory((size_t)w->kept_height * (size_t)w->width,
                          (size_t)w->n_channels * sizeof(float));
     for (int32_t y = 0; code == EXIT_DONE && y < w->height; y += w->kept_height)
