@@ -71,6 +71,11 @@ struct rf_scene {
     struct rf_samples hidden;  /* after all visible ones, fill what is left */
     struct rf_source visible_source, hidden_source; /* beside those arrays */
     struct rf_samples highlights; /* light to add, with exact visibility */
+    /*
+     * Of each highlight the one whose mask it takes, what stands before that one: itself
+     * or one before it, and those between do so too. NULL: each has its own.
+     */
+    const uint32_t *highlight_leads;
     const struct rf_occluders *occluders;
     int n_views; /* of occluders */
     /*

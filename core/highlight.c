@@ -54,13 +54,20 @@ struct blockers {
     double extent[2];    /* of u - a u_j over its part of the lens */
 };
 
+/* The highlights from `first` to end - 1, which share the mask of the first. */
+struct shade {
+    size_t first, end;
+    int left, top, width, height; /* of the mask: the box of all, from the first's px */
+    float *blocked;               /* what is blocked goes; NULL: nothing is */
+};
+
 struct highlights {
     const struct rf_scene *scene;
     const struct rf_crop *out;
     struct rf_footprints *footprints;
     const struct rf_samples *samples;
-    /* Per highlight of the batch: what is blocked over its box goes, or NULL. */
-    float **mask;
+    struct shade *shades;
+    size_t n_shades;
     struct blockers *views;
     float *memory;                               /* of theirs */
     int n_x, n_y;                                /* blocks */
@@ -312,11 +319,45 @@ static void find_views(const struct highlights *h, float r, struct rf_shadows *m
     }
 }
 
-/* Writes the mask of a highlight; false where nothing stands before it. */
-static bool build_mask(const struct highlights *h, size_t index, float *mask)
+/* A pixel, and the box around it that a footprint covers. */
+struct box {
+    int x, y, min_x, max_x, min_y, max_y;
+};
+
+static struct box box_of(const struct highlights *h, const struct rf_sample *l)
 {
-    const struct rf_sample *l = &h->samples->at[index];
     const struct rf_footprint *f = footprint_of(h, l);
+    int x = (int)floorf(l->x), y = (int)floorf(l->y);
+    return (struct box){
+        x, y, x + f->min_dx, x + f->max_dx, y + f->min_dy, y + f->max_dy};
+}
+
+/* The highlights from `first` on that share a mask, which covers what all of them do.
+ */
+static struct shade shade_from(const struct highlights *h, size_t first)
+{
+    const uint32_t *leads = h->scene->highlight_leads;
+    struct box all = box_of(h, &h->samples->at[first]);
+    size_t end = first + 1;
+    for (; leads && end < h->samples->n && leads[end] == first; end++) {
+        struct box next = box_of(h, &h->samples->at[end]);
+        all.min_x = rf_min_int(next.min_x, all.min_x);
+        all.max_x = rf_max_int(next.max_x, all.max_x);
+        all.min_y = rf_min_int(next.min_y, all.min_y);
+        all.max_y = rf_max_int(next.max_y, all.max_y);
+    }
+    return (struct shade){.first = first,
+                          .end = end,
+                          .left = all.min_x - all.x,
+                          .top = all.min_y - all.y,
+                          .width = all.max_x - all.min_x + 1,
+                          .height = all.max_y - all.min_y + 1};
+}
+
+/* Writes the mask of some highlights; false where nothing stands before them. */
+static bool build_mask(const struct highlights *h, const struct shade *shade)
+{
+    const struct rf_sample *l = &h->samples->at[shade->first];
     int x = (int)floorf(l->x), y = (int)floorf(l->y);
     struct rf_shadows m = {.light_x = l->x - (float)x,
                            .light_y = l->y - (float)y,
@@ -325,16 +366,16 @@ static bool build_mask(const struct highlights *h, size_t index, float *mask)
                            .y = y,
                            .nearer = NEARER_PX,
                            .join = JOIN_PX,
-                           .left = f->min_dx,
-                           .top = f->min_dy,
-                           .width = f->max_dx - f->min_dx + 1,
-                           .height = f->max_dy - f->min_dy + 1};
+                           .left = shade->left,
+                           .top = shade->top,
+                           .width = shade->width,
+                           .height = shade->height};
     if (is_free(h, l, &m))
         return false;
     size_t n = (size_t)m.width * (size_t)m.height;
-    m.blocked = memset(mask, 0, n * sizeof *mask);
+    m.blocked = memset(shade->blocked, 0, n * sizeof *m.blocked);
     if (h->scene->n_views > 1)
-        find_views(h, l->r, &m, (unsigned char *)(mask + n + RF_SHADOW_MARGIN));
+        find_views(h, l->r, &m, (unsigned char *)(m.blocked + n + RF_SHADOW_MARGIN));
     for (int j = 0; j < h->scene->n_views; j++)
         draw_occluders(h, l, j, &m);
     return true;
@@ -360,14 +401,24 @@ static void add_to_rgba(float *out, const float colour[4], const float *weight,
     }
 }
 
+/* What of a shade's mask stands before pixel (x, y) of the scene; NULL: nothing. */
+static const float *blocked_at(const struct highlights *h, const struct shade *s, int x,
+                               int y)
+{
+    const struct rf_sample *first = &h->samples->at[s->first];
+    ptrdiff_t row = y - (int)floorf(first->y) - s->top;
+    return s->blocked
+               ? s->blocked + row * s->width + (x - (int)floorf(first->x) - s->left)
+               : NULL;
+}
+
 /* Adds the light of the rows y0 to y1 - 1 of the scene. */
 static void add_light(const struct highlights *h, const struct rf_sample *l,
-                      const float *mask, int y0, int y1)
+                      const struct shade *shade, int y0, int y1)
 {
     const struct rf_crop *crop = h->out;
     const struct rf_footprint *f = footprint_of(h, l);
     int x = (int)floorf(l->x) - crop->x, y = (int)floorf(l->y);
-    int box_width = f->max_dx - f->min_dx + 1;
     float colour[4] = {0};
     for (int p = 0; p < h->scene->n_colours; p++)
         colour[p] = l->c[p] * l->w;
@@ -377,9 +428,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
         if (row < y0 || row >= y1)
             continue;
         const float *weight = f->weights + g->weight;
-        const float *blocked =
-            mask ? mask + (size_t)(g->dy - f->min_dy) * (size_t)box_width - f->min_dx
-                 : NULL;
+        const float *blocked = blocked_at(h, shade, x + crop->x + g->dx, row);
         int from = rf_max_int(0, -(x + g->dx));
         int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1),
                             crop->width - x - g->dx);
@@ -388,8 +437,8 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
                 crop->rgba + (row - crop->y) * crop->stride + 4 * (x + g->dx + from);
             if (row + 1 < y1)
                 rf_fetch(out + crop->stride, 4 * (to - from));
-            add_to_rgba(out, colour, weight + from,
-                        blocked ? blocked + g->dx + from : NULL, to - from);
+            add_to_rgba(out, colour, weight + from, blocked ? blocked + from : NULL,
+                        to - from);
         }
         for (int p = 0; p < h->scene->n_colours; p++) {
             if (!crop->planes[p])
@@ -397,7 +446,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
             float *out = crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
             float c = l->c[p] * l->w;
             for (int i = from; i < to; i++)
-                out[i] += c * weight[i] * (blocked ? seen_of(blocked[g->dx + i]) : 1);
+                out[i] += c * weight[i] * (blocked ? seen_of(blocked[i]) : 1);
         }
     }
 }
@@ -406,30 +455,29 @@ static void add_band(const struct highlights *h, size_t from, size_t to, int ban
 {
     int y0 = rf_max_int(band * BAND_ROWS, h->out->y);
     int y1 = rf_min_int((band + 1) * BAND_ROWS, h->out->y + h->out->height);
-    for (size_t i = from; i < to; i++) {
-        const struct rf_sample *l = &h->samples->at[i];
-        const struct rf_footprint *f = footprint_of(h, l);
-        int y = (int)floorf(l->y);
-        if (y + f->max_dy >= y0 && y + f->min_dy < y1)
-            add_light(h, l, h->mask[i - from], y0, y1);
-    }
+    for (const struct shade *s = h->shades + from; s < h->shades + to; s++)
+        for (size_t i = s->first; i < s->end; i++) {
+            const struct rf_sample *l = &h->samples->at[i];
+            const struct rf_footprint *f = footprint_of(h, l);
+            int y = (int)floorf(l->y);
+            if (y + f->max_dy >= y0 && y + f->min_dy < y1)
+                add_light(h, l, s, y0, y1);
+        }
 }
 
 /* Of a mask, what vectors touch after it, and which views it asks, floats. */
-static size_t mask_size(const struct highlights *h, size_t index)
+static size_t mask_size(const struct highlights *h, const struct shade *s)
 {
-    const struct rf_footprint *f = footprint_of(h, &h->samples->at[index]);
-    int width = f->max_dx - f->min_dx + 1, height = f->max_dy - f->min_dy + 1;
-    return (size_t)width * (size_t)height + RF_SHADOW_MARGIN +
-           (h->scene->n_views > 1 ? views_size(width, height) : 0);
+    return (size_t)s->width * (size_t)s->height + RF_SHADOW_MARGIN +
+           (h->scene->n_views > 1 ? views_size(s->width, s->height) : 0);
 }
 
-/* How many highlights from `from` on fit into one batch of masks. */
+/* How many shades from `from` on fit into one batch of masks. */
 static size_t batch_end(const struct highlights *h, size_t from)
 {
     size_t n_bytes = 0, i = from;
-    for (; i < h->samples->n && (i == from || n_bytes < BATCH_BYTES); i++)
-        n_bytes += mask_size(h, i) * sizeof(float);
+    for (; i < h->n_shades && (i == from || n_bytes < BATCH_BYTES); i++)
+        n_bytes += mask_size(h, &h->shades[i]) * sizeof(float);
     return i;
 }
 
@@ -442,19 +490,19 @@ static rf_result run_batch(struct highlights *h, size_t from, size_t to,
     int n_bands = (scene->height + BAND_ROWS - 1) / BAND_ROWS;
     size_t n = 0;
     for (size_t i = from; i < to; i++)
-        n += mask_size(h, i);
+        n += mask_size(h, &h->shades[i]);
     float *memory = rf_alloc(scene->filter->context, n, sizeof *memory);
     if (!memory)
         return rf_fail_memory(error, n, sizeof *memory);
     n = 0;
     for (size_t i = from; i < to; i++) {
-        h->mask[i - from] = memory + n;
-        n += mask_size(h, i);
+        h->shades[i].blocked = memory + n;
+        n += mask_size(h, &h->shades[i]);
     }
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 4)
     for (size_t i = from; i < to; i++) {
-        if (rf_task_is_cancelled(scene->task) || !build_mask(h, i, h->mask[i - from]))
-            h->mask[i - from] = NULL;
+        if (rf_task_is_cancelled(scene->task) || !build_mask(h, &h->shades[i]))
+            h->shades[i].blocked = NULL;
         rf_task_step(scene->task);
     }
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 1)
@@ -528,11 +576,13 @@ static rf_result run(struct highlights *h, struct rf_error *error)
         result = build_footprints(h, task->to + 0.2 * (progress_to - task->to), error);
     if (result != RF_OK || rf_task_is_cancelled(task))
         return result;
-    int64_t n_steps = (int64_t)h->samples->n;
-    for (size_t from = 0; from < h->samples->n; from = batch_end(h, from))
+    for (size_t from = 0; from < h->samples->n; from = h->shades[h->n_shades++].end)
+        h->shades[h->n_shades] = shade_from(h, from);
+    int64_t n_steps = (int64_t)h->n_shades;
+    for (size_t from = 0; from < h->n_shades; from = batch_end(h, from))
         n_steps += (h->scene->height + BAND_ROWS - 1) / BAND_ROWS;
     rf_task_phase(task, progress_to, n_steps);
-    for (size_t from = 0, to; from < h->samples->n && result == RF_OK; from = to) {
+    for (size_t from = 0, to; from < h->n_shades && result == RF_OK; from = to) {
         to = batch_end(h, from);
         result = run_batch(h, from, to, error);
     }
@@ -561,14 +611,14 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     struct rf_footprint_use use = {
         .shape = shape, .n_cells = 1, .max_radius = most, .n_phases = scene->n_phases};
     rf_result result = rf_footprints_get(&h.footprints, &own, context, &use, error);
-    h.mask = rf_alloc(context, samples->n, sizeof *h.mask);
-    if (result == RF_OK && !h.mask)
-        result = rf_fail_memory(error, samples->n, sizeof *h.mask);
+    h.shades = rf_alloc(context, samples->n, sizeof *h.shades);
+    if (result == RF_OK && !h.shades)
+        result = rf_fail_memory(error, samples->n, sizeof *h.shades);
     if (result == RF_OK)
         result = run(&h, error);
     rf_free(context, h.memory);
     rf_free(context, h.views);
-    rf_free(context, h.mask);
+    rf_free(context, h.shades);
     rf_footprints_put(h.footprints, &own);
     return result;
 }

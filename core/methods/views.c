@@ -158,6 +158,7 @@ static rf_result add_lights(const struct rf_views *v, float *rgba,
                              .n_colours = v->work->n_planes == 4 ? 4 : 3,
                              .n_phases = RF_VIEW_PHASES,
                              .highlights = v->lights,
+                             .highlight_leads = v->light_leads,
                              .occluders = v->occluders,
                              .n_views = v->work->n_views,
                              .task = v->work->task,
@@ -307,6 +308,7 @@ rf_result rf_views_run(struct rf_work *work, struct rf_error *error)
     rf_views_free_unseen(&v);
     for (size_t j = 0; j < n && v.pictures; j++)
         rf_picture_free(&v.pictures[j]);
+    rf_free(context, v.light_leads);
     rf_free(context, v.lights.at);
     rf_free(context, v.occluders);
     rf_free(context, v.pictures);

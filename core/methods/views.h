@@ -41,6 +41,7 @@ struct rf_views {
     struct rf_picture *pictures;
     struct rf_occluders *occluders;
     struct rf_samples lights;     /* in the centre's view */
+    uint32_t *light_leads;        /* of each the one whose mask it takes */
     struct rf_unseen_row *unseen; /* per view and row; NULL: not asked for */
     struct rf_view_range range;
     struct rf_sight sights[RF_MAX_VIEWS]; /* of the pictures */
@@ -221,11 +222,17 @@ float rf_view_weight(const struct rf_views *v, uint64_t views, int j,
                      struct rf_view_place p, float share, bool is_far,
                      bool is_rendered);
 
+/* ---- views_sight.c ------------------------------------------------------------- */
+
 /* Lists in v->unseen what each view shows that others do not see. */
 rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error);
 void rf_views_free_unseen(struct rf_views *v);
 
 /* ---- views_lights.c ------------------------------------------------------------ */
+
+/* How far from a light others lie that make its lamp one of several pixels, px, and
+ * those that decide whose mask it takes. */
+enum { RF_BESIDE_LAMP_PX = 2, RF_LAMP_REACH_PX = 4 };
 
 /*
  * Takes the lights out of all pictures: each once, the mean of the views that see it

@@ -315,7 +315,7 @@ rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
     float samples = rf_max_float(passes, passes / 2 + (float)hidden_px) + w.footprint +
                     w.moved + shift;
     float lines = 3 * shift + 8, cones = shift + 2 * r * (w.lens + lens / 8) + 2;
-    float lights = lens * r + rf_max_float(lines, cones);
+    float lights = lens * r + rf_max_float(lines, cones) + RF_LAMP_REACH_PX;
     *margin = (struct rf_margin){
         .px = (int)ceilf(rf_max_float(samples, lights)) + surface_px,
         .border = rf_picture_border(rf_views_border(work, cells, n_cells)),

@@ -236,6 +236,129 @@ static size_t merge_lights(struct rf_sample *at, size_t n)
     return n_out;
 }
 
+/* ---- masks that lights share ---------------------------------------------------- */
+
+/*
+ * A lamp of one pixel becomes a light for each half pixel in which some view shows it.
+ * What stands before one of them hardly differs from what stands before the others: to
+ * discs of so many px that masks cost more than it matters. Of wider lamps it does
+ * matter (-0.06 to -0.36 dB on macro).
+ */
+static const float LAMP_PX = 1, LEAST_SHARED_R_PX = 16;
+
+/* The first light from a half pixel on, in the order of compare_places(). */
+static size_t first_from(const struct rf_samples *lights, int row, int column)
+{
+    size_t from = 0, end = lights->n;
+    while (from < end) {
+        size_t middle = from + (end - from) / 2;
+        const struct rf_sample *p = &lights->at[middle];
+        int y = half_px(p->y);
+        if (y < row || (y == row && half_px(p->x) < column))
+            from = middle + 1;
+        else
+            end = middle;
+    }
+    return from;
+}
+
+static float brightness(const struct rf_sample *p)
+{
+    return rf_luminance(p->c[0], p->c[1], p->c[2]);
+}
+
+/*
+ * Of light i and light k, which lies beside it: the brighter one where both are of a
+ * lamp of one pixel, n where the lamp is wider, else `best`.
+ */
+static size_t brighter_of_lamp(const struct rf_samples *lights, size_t i, size_t k,
+                               size_t best)
+{
+    const struct rf_sample *at = lights->at, *own = &at[i], *p = &at[k];
+    float away = rf_max_float(fabsf(p->x - own->x), fabsf(p->y - own->y));
+    if (away >= LAMP_PX || fabsf(p->r - own->r) > SAME_PX)
+        return away < RF_BESIDE_LAMP_PX ? lights->n : best;
+    float light = brightness(p), most = brightness(&at[best]);
+    return light > most || (light == most && k < best) ? k : best;
+}
+
+/* The brightest light of the lamp of one pixel that light i is of; is it wider, n. */
+static size_t brightest_of_lamp(const struct rf_samples *lights, size_t i)
+{
+    static const int REACH = 2 * RF_BESIDE_LAMP_PX; /* half pixels */
+    const struct rf_sample *at = lights->at;
+    int row = half_px(at[i].y), column = half_px(at[i].x);
+    size_t best = i;
+    for (int y = row - REACH; y <= row + REACH; y++)
+        for (size_t k = first_from(lights, y, column - REACH);
+             k < lights->n && best < lights->n && half_px(at[k].y) == y &&
+             half_px(at[k].x) <= column + REACH;
+             k++)
+            best = brighter_of_lamp(lights, i, k, best);
+    return best;
+}
+
+/*
+ * Finds whose mask each light takes: that of the brightest one of its lamp, if both
+ * find the lamp to be of one pixel. Only what is within RF_LAMP_REACH_PX decides, for
+ * windows must come to the same.
+ */
+static void find_leads(const struct rf_samples *lights, uint32_t *lead,
+                       uint32_t *brightest)
+{
+    size_t n = lights->n;
+    for (size_t i = 0; i < n; i++)
+        brightest[i] = (uint32_t)brightest_of_lamp(lights, i);
+    for (size_t i = 0; i < n; i++) {
+        uint32_t k = brightest[i];
+        bool is_shared =
+            k < n && brightest[k] == k && fabsf(lights->at[k].r) >= LEAST_SHARED_R_PX;
+        lead[i] = is_shared ? k : (uint32_t)i;
+    }
+}
+
+/* Puts lights after the ones whose masks they take: `start` has room for n + 1. */
+static void sort_by_leads(const struct rf_samples *lights, const uint32_t *lead,
+                          uint32_t *start, struct rf_sample *sorted, uint32_t *leads)
+{
+    size_t n = lights->n;
+    memset(start, 0, (n + 1) * sizeof *start);
+    for (size_t i = 0; i < n; i++)
+        start[lead[i] + 1]++;
+    for (size_t i = 0; i < n; i++)
+        start[i + 1] += start[i];
+    for (size_t i = 0; i < n; i++)
+        if (lead[i] == i) {
+            for (uint32_t k = start[i]; k < start[i + 1]; k++)
+                leads[k] = start[i];
+            sorted[start[i]++] = lights->at[i];
+        }
+    for (size_t i = 0; i < n; i++)
+        if (lead[i] != i)
+            sorted[start[lead[i]]++] = lights->at[i];
+}
+
+static rf_result share_masks(struct rf_views *v, struct rf_error *error)
+{
+    const struct rf_context *context = v->work->filter->context;
+    size_t n = v->lights.n;
+    struct rf_sample *sorted = rf_alloc(context, n, sizeof *sorted);
+    uint32_t *room = rf_calloc(context, 2 * n + 1, sizeof *room);
+    v->light_leads = rf_alloc(context, n, sizeof *v->light_leads);
+    bool is_complete = sorted && room && v->light_leads;
+    if (is_complete) {
+        uint32_t *lead = room, *other = room + n;
+        find_leads(&v->lights, lead, other);
+        sort_by_leads(&v->lights, lead, other, sorted, v->light_leads);
+        rf_free(context, v->lights.at);
+        v->lights.at = sorted;
+    } else {
+        rf_free(context, sorted);
+    }
+    rf_free(context, room);
+    return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *sorted);
+}
+
 rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error)
 {
     const struct rf_context *context = v->work->filter->context;
@@ -266,5 +389,5 @@ rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error)
     }
     qsort(v->lights.at, v->lights.n, sizeof *v->lights.at, compare_places);
     v->lights.n = merge_lights(v->lights.at, v->lights.n);
-    return RF_OK;
+    return share_masks(v, error);
 }

@@ -292,6 +292,62 @@ static void a_view_shows_what_the_other_does_not(void)
     frame_free(&result);
 }
 
+/*
+ * What a lamp of one pixel, blurred by 20 px, leaves beside a bar that hides it from the
+ * left half of the lens: light to the left and to the right of it. Its place is the edge
+ * of two pixels, and views show it in both.
+ */
+static void half_a_lamp(double light[2])
+{
+    enum { N = 8 };
+    static const double R = 20, X = WIDTH / 2, Y = HEIGHT / 2 + 0.3;
+    struct frame views[N], result = frame_make(WIDTH, HEIGHT, 3);
+    struct rf_view view[N];
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_image out = rf_image_packed(result.out, WIDTH, HEIGHT, 3);
+    for (int j = 0; j < N; j++) {
+        double rho = sqrt((j + 0.5) / N), angle = j * 2.399963;
+        double u = rho * cos(angle), v = rho * sin(angle);
+        int lamp_x = (int)floor(X + u * R), lamp_y = (int)floor(Y - v * R);
+        views[j] = frame_make(WIDTH, HEIGHT, 3);
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            int x = i % WIDTH, y = i / WIDTH;
+            bool is_bar = x + 0.5 < X - u * R;
+            for (int c = 0; c < 3; c++)
+                views[j].colour[3 * i + c] =
+                    !is_bar && x == lamp_x && y == lamp_y ? 1000 : 0;
+            views[j].depth[i] = plain_depth(is_bar ? -R : R);
+        }
+        view[j] = (struct rf_view){
+            .colour = rf_image_packed(views[j].colour, WIDTH, HEIGHT, 3),
+            .depth = rf_image_packed(views[j].depth, WIDTH, HEIGHT, 1),
+            .lens_offset = {u * 40, v * 40},
+            .shear_distance = PLAIN_FOCUS};
+    }
+    plain_params(&params, RF_METHOD_VIEWS);
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &params, WIDTH, HEIGHT, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, view, N, &out, NULL, NULL) == RF_OK);
+    light[0] = light[1] = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        light[i % WIDTH + 0.5 > X] += result.out[3 * i] / 1000;
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    for (int j = 0; j < N; j++)
+        frame_free(&views[j]);
+    frame_free(&result);
+}
+
+static void a_small_lamp_is_hidden_from_half_the_lens(void)
+{
+    double light[2];
+    half_a_lamp(light);
+    CHECK(light[0] < 5e-3);
+    CHECK_NEAR(light[1], 0.5, 5e-3);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -302,5 +358,6 @@ int main(int argc, char **argv)
     TEST(many_views_are_no_grainier);
     TEST(refocused_it_is_sharp);
     TEST(a_view_shows_what_the_other_does_not);
+    TEST(a_small_lamp_is_hidden_from_half_the_lens);
     return testing_end();
 }
