@@ -127,20 +127,6 @@ static void finish_plane(const struct rf_composer *c, int p, const float *sum,
         fill_opaque(out, coverage, n);
 }
 
-/* The same, added to `out`. */
-static void add_plane(const struct rf_composer *c, int p, const float *sum,
-                      const float *coverage, int n, float weight, float *out)
-{
-    enum { MOST = 512 };
-    float some[MOST];
-    for (int x = 0; x < n; x += MOST) {
-        int m = rf_min_int(MOST, n - x);
-        finish_plane(c, p, sum ? sum + x : NULL, coverage + x, m, some);
-        for (int i = 0; i < m; i++)
-            out[x + i] += weight * some[i];
-    }
-}
-
 /* Finished pixels of row y of the part, n from x on. */
 static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, int x,
                        int y, int n, const float *sum, size_t plane)
@@ -157,11 +143,16 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
         c->kernels->divide_rgba(sums, coverage, n, crop->rgba + at + 3 * x);
         return;
     }
+    float *planes[4];
     for (int p = 0; p < 4; p++)
-        if (crop->planes[p] && crop->weight != 0)
-            add_plane(c, p, sums[p], coverage, n, crop->weight, crop->planes[p] + at);
-        else if (crop->planes[p])
-            finish_plane(c, p, sums[p], coverage, n, crop->planes[p] + at);
+        planes[p] = crop->planes[p] ? crop->planes[p] + at : NULL;
+    if (crop->weight != 0) {
+        c->kernels->divide_add(sums, coverage, crop->weight, n, planes);
+        return;
+    }
+    for (int p = 0; p < 4; p++)
+        if (planes[p])
+            finish_plane(c, p, sums[p], coverage, n, planes[p]);
 }
 
 /* The part of a tile at (x0, y0) of the scene that is wanted. */

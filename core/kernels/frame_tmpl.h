@@ -255,6 +255,19 @@ divide_pixels(const float *const sum[4], const float *coverage, int x, int n, vf
         v[3] = choose(w > SPLAT(NO_COVERAGE), SPLAT(1), SPLAT(0));
 }
 
+static void divide_add(const float *const sum[4], const float *coverage, float weight,
+                       int n, float *const out[4])
+{
+    vf v[4];
+    for (int x = 0; x < n; x += LANES) {
+        divide_pixels(sum, coverage, x, n - x, v);
+        for (int p = 0; p < 4; p++)
+            if (out[p])
+                store_part(out[p] + x, n - x,
+                           load_part(out[p] + x, n - x) + SPLAT(weight) * v[p]);
+    }
+}
+
 static void divide_rgba(const float *const sum[4], const float *coverage, int n,
                         float *rgba)
 {

@@ -354,6 +354,10 @@ struct rf_kernels {
      */
     void (*divide)(const float *sum, const float *coverage, float most, int n,
                    float *out);
+    /* The same of three or four sums, times `weight`, added to planes; NULL: not wanted.
+     * With sum[3] NULL the last is as for divide_rgba(). */
+    void (*divide_add)(const float *const sum[4], const float *coverage, float weight,
+                       int n, float *const out[4]);
     /*
      * The same to RGBA quadruples, of which the last is at most 1, or with sum[3] NULL
      * 1 and, where the coverage is as good as none, 0. They may be stored past the
@@ -417,6 +421,8 @@ struct rf_kernels {
     /* The same, but only finds the pixels, and which were rendered. */
     void (*find_pixels)(const struct rf_sight *view, const struct rf_sight_places *p,
                         int n, struct rf_sight_found *found);
+    /* A bit for each of n <= 64 values, n > 0, that is finite and `least` or more. */
+    uint64_t (*find_finite_from)(const float *v, float least, int n);
     /*
      * Fits a plane to 8 x 8 radii, rows of `stride`, by least squares, and measures how
      * far from it `low` and `high` lie. What differs by less than level_px is level.

@@ -270,6 +270,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .detail = detail,
     .join = join,
     .divide = divide,
+    .divide_add = divide_add,
     .divide_rgba = divide_rgba,
     .measure_block = measure_block,
     .log_row = log_row,
@@ -282,5 +283,6 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .place_row = place_row,
     .look_for_parts = look_for_parts,
     .find_pixels = find_pixels,
+    .find_finite_from = find_finite_from,
     .fit_plane = fit_plane,
 };

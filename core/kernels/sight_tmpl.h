@@ -106,6 +106,17 @@ static void look_for_parts(const struct rf_sight *s, const struct rf_sight_place
     found->clear &= (1u << n) - 1;
 }
 
+static uint64_t find_finite_from(const float *v, float least, int n)
+{
+    uint64_t found = 0;
+    for (int x = 0; x < n; x += LANES) {
+        vf at = load_part(v + x, n - x);
+        vi is_found = (at >= SPLAT(least)) & (at < SPLAT(INFINITY));
+        found |= (uint64_t)lane_bits(is_found) << x;
+    }
+    return found & UINT64_MAX >> (64 - n);
+}
+
 /* Eight places in a block, from its middle. */
 static inline vf from_middle(void)
 {

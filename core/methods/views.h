@@ -177,7 +177,7 @@ float rf_views_border(const struct rf_work *work, const struct rf_view_cell *cel
 rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                            struct rf_error *error);
 
-/* ---- views_sight.c ------------------------------------------------------------- */
+/* ---- views_place.c ------------------------------------------------------------- */
 
 /* How much of a place view j sees, and whether in what was rendered. */
 float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
@@ -203,6 +203,14 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
  */
 void rf_views_leave_eight(const struct rf_views *v, int j, int x, int y, unsigned asked,
                           float left[8]);
+
+/*
+ * The same for n <= 64 pixels from (x, y) on, of one surface each and one radius: of
+ * those that are asked for the ones of which all is left, and of which more than
+ * `least`.
+ */
+struct rf_emission rf_views_leave_run(const struct rf_views *v, int j, int x, int y,
+                                      int n, uint64_t asked, float least);
 
 /*
  * How much of a place those of `views` other than j show, and how much what continues

@@ -207,21 +207,28 @@ static uint64_t find_rendered(const struct rf_picture *picture, const struct run
     return UINT64_MAX >> (64 - (end - first)) << first;
 }
 
-/* Are n pixels of a row that continues the picture seen by no view, at a glance? */
-static bool are_beside(const struct rf_view_cell *cell, int x, int y, int n)
+/* How many of n pixels from the first one on have its radius. */
+static int count_level(const float *radius, int n)
 {
-    const struct rf_sight *own = &cell->v->sights[cell->middle];
-    const float *radius = own->radius + own->stride * (size_t)y;
-    for (int i = x; i < x + n; i++)
-        if (radius[i] != radius[x])
-            return false;
-    for (int i = 0; i < 2; i++)
-        if (!rf_views_are_beside(cell->v,
-                                 rf_view_place_of(cell->v, cell->middle,
-                                                  (float)(i ? x + n - 1 : x) + 0.5f,
-                                                  (float)y + 0.5f, radius[x])))
-            return false;
-    return true;
+    int i = 1;
+    while (i < n && radius[i] == radius[0])
+        i++;
+    return i;
+}
+
+/* Of up to eight pixels, what survey_continued() says. */
+static struct rf_emission survey_eight(const struct rf_view_cell *cell, int x, int y,
+                                       unsigned asked)
+{
+    struct rf_emission e = {0, 0};
+    float left[8];
+    rf_views_leave_eight(cell->v, cell->middle, x, y, asked, left);
+    for (; asked; asked &= asked - 1) {
+        int k = __builtin_ctz(asked);
+        e.plain |= (uint64_t)(left[k] == 1) << k;
+        e.other |= (uint64_t)(left[k] < 1 && left[k] > CONTINUED_WEIGHT) << k;
+    }
+    return e;
 }
 
 /*
@@ -231,26 +238,24 @@ static bool are_beside(const struct rf_view_cell *cell, int x, int y, int n)
 static struct rf_emission survey_continued(const struct rf_view_cell *cell,
                                            const struct run *r, uint64_t continued)
 {
-    struct rf_emission e = {0, 0};
-    for (int i = r->first; i < r->end; i += 8) {
-        unsigned asked = (unsigned)(continued >> i) & 0xff;
-        int n = rf_min_int(8, r->end - i);
+    const struct rf_sight *own = &cell->v->sights[cell->middle];
+    const float *radius = own->radius + own->stride * (size_t)r->y + r->x;
+    struct rf_emission all = {0, 0};
+    for (int i = r->first, n; i < r->end; i += n) {
+        n = count_level(radius + i, r->end - i);
+        bool is_level = n >= 8;
+        n = is_level ? n : rf_min_int(8, r->end - i);
+        uint64_t asked = continued >> i & UINT64_MAX >> (64 - n);
         if (!asked)
             continue;
-        if (n == 8 && are_beside(cell, r->x + i, r->y, n)) {
-            e.plain |= (uint64_t)asked << i;
-            continue;
-        }
-        float left[8];
-        rf_views_leave_eight(cell->v, cell->middle, r->x + i, r->y, asked, left);
-        for (; asked; asked &= asked - 1) {
-            int k = __builtin_ctz(asked);
-            uint64_t bit = (uint64_t)1 << (i + k);
-            e.plain |= left[k] == 1 ? bit : 0;
-            e.other |= left[k] < 1 && left[k] > CONTINUED_WEIGHT ? bit : 0;
-        }
+        struct rf_emission e =
+            is_level ? rf_views_leave_run(cell->v, cell->middle, r->x + i, r->y, n,
+                                          asked, CONTINUED_WEIGHT)
+                     : survey_eight(cell, r->x + i, r->y, (unsigned)asked);
+        all.plain |= e.plain << i;
+        all.other |= e.other << i;
     }
-    return e;
+    return all;
 }
 
 static struct rf_emission survey_own(void *user, int x, int y, int n)
@@ -328,8 +333,6 @@ static int emit_estimate(void *user, int x, int y, struct rf_sample *at)
     y -= cell->shift[1];
     size_t i = (size_t)y * (size_t)cell->v->pictures[cell->middle].width + (size_t)x;
     struct rf_sample p = rf_sample_make(&cell->hidden.at[i], x, y, 1);
-    struct rf_view_place place = rf_view_place_of(cell->v, cell->middle, p.x, p.y, p.r);
-    p.w *= rf_views_leave(cell->v, cell->middle, place, ESTIMATE_WEIGHT);
     emit_moved(cell, p, x, y, &out);
     return (int)out.n;
 }

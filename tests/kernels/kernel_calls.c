@@ -416,6 +416,20 @@ static void call_divide(const struct rf_kernels *k, struct workspace *w, int var
               w->at + 10000 + variant);
 }
 
+static void call_divide_add(const struct rf_kernels *k, struct workspace *w,
+                            int variant)
+{
+    const float *sum[4];
+    float *out[4];
+    for (int i = 0; i < 200; i += 3)
+        w->at[4000 + i] *= i % 2 ? 1e-7f : -1;
+    for (int c = 0; c < 4; c++) {
+        sum[c] = c == 3 && variant % 2 ? NULL : w->at + 900 * c + variant;
+        out[c] = c == variant ? NULL : w->at + 10000 + 300 * c;
+    }
+    k->divide_add(sum, w->at + 4000, 0.3f, 193 + variant, out);
+}
+
 /* With alpha and without. */
 static void call_divide_rgba(const struct rf_kernels *k, struct workspace *w,
                              int variant)
@@ -628,6 +642,14 @@ static void call_find_pixels(const struct rf_kernels *k, struct workspace *w,
     memcpy(w->at + 40000, &found, sizeof found);
 }
 
+static void call_finite(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    for (int i = 0; i < 64; i++)
+        w->at[i] = i % 5 ? w->at[i] : INFINITY;
+    uint64_t found = k->find_finite_from(w->at + 3, w->at[7], 61 - 19 * variant);
+    memcpy(w->at + 40000, &found, sizeof found);
+}
+
 static void call_fit(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     struct rf_sight_plane plane;
@@ -663,11 +685,13 @@ const struct kernel kernels[] = {
     {"detail", call_detail, 4, NULL},
     {"join", call_join, 4, NULL},
     {"divide", call_divide, 4, NULL},
+    {"divide_add", call_divide_add, 4, NULL},
     {"divide_rgba", call_divide_rgba, 4, NULL},
     {"place_parts", call_place, 2, NULL},
     {"place_row", call_place_row, 2, NULL},
     {"look_for_parts", call_look, 4, NULL},
     {"find_pixels", call_find_pixels, 4, NULL},
+    {"find_finite_from", call_finite, 4, NULL},
     {"fit_plane", call_fit, 3, NULL},
     {"measure_block", call_measure, 3, prepare_backs},
     {"log_row", call_log_row, 4, NULL},
