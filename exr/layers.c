@@ -12,6 +12,9 @@
  *     R in part ViewLayer.Combined Blender 5       ViewLayer Combined           R
  *     right.R                      multiView       (none)                right  R
  *     depth.Z, ZDepth.R            Nuke, V-Ray     depth, ZDepth                Z, R
+ *
+ * A depth under a name of the program's own (WorldDepth.R, "Z depth.X") serves where it
+ * is the only one.
  */
 #include "exr_private.h"
 
@@ -396,6 +399,39 @@ static int find_depth(const struct exr_input *input, const char *view,
     return best == 1 && is_ambiguous ? -1 : found;
 }
 
+/* Names that speak of depth without being one of the usual ones. */
+static bool is_depth_like(const struct name *name)
+{
+    static const char *const bases[] = {"Z", "V", "Y", "R", "X", "red", NULL};
+    static const char *const words[] = {"distance", "Pz", NULL};
+    const char *base = name->base, *layer = name->n ? name->component[name->n - 1] : "";
+    return strcasestr(base, "depth") || is_one_of(base, words) ||
+           ((strcasestr(layer, "depth") || is_one_of(layer, words)) &&
+            is_one_of(base, bases));
+}
+
+/* The only layer, or channel, that is depth by such a name; -1: none, several, or there
+ * are usual ones. */
+static int find_depth_like(const struct exr_input *input, const char *view)
+{
+    struct name name, first;
+    int found = -1;
+    for (int c = 0; c < input->n_channels; c++) {
+        parse_name(input, c, &name);
+        if (depth_owner(input, &name) >= 0)
+            return -1;
+        if (!is_depth_like(&name) || !is_of_view(input, name.view, view))
+            continue;
+        if (found >= 0 &&
+            (name.n == 0 || !is_same_layer(&name, name.n, &first, first.n)))
+            return -1;
+        if (found < 0)
+            parse_name(input, c, &first);
+        found = found < 0 ? c : found;
+    }
+    return found;
+}
+
 static void list_layers(const struct exr_input *input, char *text, size_t size)
 {
     size_t n = 0;
@@ -444,6 +480,8 @@ static int find_depth_only(const struct exr_input *input, const char *view,
                            const struct exr_layer *found)
 {
     int z = find_depth(input, view, -1);
+    if (z < 0)
+        z = find_depth_like(input, view);
     if (z >= 0)
         return z;
     if (found->r >= 0)
@@ -491,8 +529,11 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
                         "no channel \"%s\"; channels of the file: %s", depth_channel,
                         list);
     }
-    if (has_color)
+    if (has_color) {
         found->z = find_depth(input, view, found->r);
+        if (found->z < 0)
+            found->z = find_depth_like(input, view);
+    }
     if (!depth_only || found->z >= 0)
         return true;
     found->z = find_depth_only(input, view, found);

@@ -100,6 +100,13 @@ NAMES = {
     "V-Ray": ("{}", "RGB", "VRayZDepth.R"),
     "Nuke": ("{}", "RGB", "deep.Z"),
     "Arnold": ("{}", "RGB", "depth"),
+    "Unreal": ("{}", "RGB", "FinalImageMovieRenderQueue_WorldDepth.R"),
+    "Corona": ("{}", "RGB", "CGeometry_ZDepth.R"),
+    "a blank": ("{}", "RGB", "Z depth.X"),
+    "red": ("{}", "RGB", "Depth.red"),
+    "no layer": ("{}", "RGB", "linear_depth"),
+    "distance": ("beauty.{}", "RGB", "beauty.Distance"),
+    "Houdini": ("C.{}", "rgb", "Pz"),
 }
 
 
@@ -110,6 +117,22 @@ def test_names(filtered, want, tmp_path, layout):
     channels = dict(zip([*names, depth], picture().values(), strict=True))
     path = write(tmp_path / "a.exr", (channels, spec_of(channels)))
     assert (filtered(path, names) == want).all()
+
+
+def test_an_unusual_name_must_be_the_only_one(rackfocus, tmp_path):
+    """The channels of one layer are one; two layers are a question."""
+    channels = picture()
+    z = channels.pop("Z")
+    for name in "RGBA":
+        channels[f"WorldDepth.{name}"] = z
+    path = plainexr.write(tmp_path / "a.exr", channels)
+    facts = rackfocus("info", path).stdout
+    assert "WorldDepth.R of" in facts
+    channels["MatteDepth.R"] = z
+    path = plainexr.write(tmp_path / "b.exr", channels)
+    done = rackfocus("filter", path, "-o", tmp_path / "o.exr", *LENS, code=1)
+    assert "there is no depth channel" in done.stderr
+    assert "name the depth with --depth-channel" in done.stderr
 
 
 def colour_and_depth():
