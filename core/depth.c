@@ -107,11 +107,18 @@ static bool is_plain(const struct depth_map *map, const struct rf_image *depth)
            depth->pixel_bytes == sizeof(float);
 }
 
+struct row_tally {
+    int64_t n_bad, n_known;
+    int bad_x;
+    float bad_value;
+    float largest; /* magnitude of a radius */
+};
+
 /* A row of plain depth, without branches; false where a value is bad. */
 static bool convert_plain_row(const struct depth_map *map,
                               const struct rf_kernels *kernels,
                               const struct rf_image *depth, int y, float *radius,
-                              int64_t *n_known)
+                              struct row_tally *tally)
 {
     const struct rf_plain_depth plain = {.factor = map->params->depth_scale,
                                          .offset = map->params->depth_offset,
@@ -120,7 +127,7 @@ static bool convert_plain_row(const struct depth_map *map,
                                          .scale = map->lens->scale,
                                          .most = map->lens->max_radius_px};
     return kernels->radii(&plain, rf_image_at(depth, 0, y, 0), depth->width, radius,
-                          n_known);
+                          &tally->n_known, &tally->largest);
 }
 
 /* Is what is infinitely far told from a channel that nothing was written to? */
@@ -128,12 +135,6 @@ static bool says_something(const struct depth_map *map, double value)
 {
     return value * map->params->depth_scale + map->params->depth_offset != 0;
 }
-
-struct row_tally {
-    int64_t n_bad, n_known;
-    int bad_x;
-    float bad_value;
-};
 
 static void convert_row(const struct depth_map *map, const struct rf_image *depth,
                         int y, float *radius, float *planar, struct row_tally *tally)
@@ -150,8 +151,10 @@ static void convert_row(const struct depth_map *map, const struct rf_image *dept
         } else {
             tally->n_known += isfinite(z) || says_something(map, value);
         }
-        if (radius)
+        if (radius) {
             radius[x] = (float)radius_of(map, value, z);
+            tally->largest = rf_max_float(fabsf(radius[x]), tally->largest);
+        }
         if (planar)
             planar[x] = (float)z;
     }
@@ -192,7 +195,7 @@ static rf_result report(const struct depth_map *map, const struct rf_image *dept
 
 rf_result rf_depth_to_radius(const struct rf_filter *filter,
                              const struct rf_image *depth, float *radius, float *planar,
-                             int64_t *n_known, struct rf_error *error)
+                             int64_t *n_known, float *largest, struct rf_error *error)
 {
     const struct rf_context *context = filter->context;
     struct depth_map map = {&filter->params, &filter->lens, filter->place.x,
@@ -205,13 +208,17 @@ rf_result rf_depth_to_radius(const struct rf_filter *filter,
     for (int y = 0; y < height; y++) {
         size_t at = (size_t)y * (size_t)width;
         if (radius && !planar && is_plain(&map, depth) &&
-            convert_plain_row(&map, context->kernels, depth, y, radius + at,
-                              &rows[y].n_known))
+            convert_plain_row(&map, context->kernels, depth, y, radius + at, &rows[y]))
             continue;
-        rows[y].n_known = 0;
+        rows[y] = (struct row_tally){0};
         convert_row(&map, depth, y, radius ? radius + at : NULL,
                     planar ? planar + at : NULL, &rows[y]);
     }
+    float most = 0;
+    for (int y = 0; y < height; y++)
+        most = rf_max_float(rows[y].largest, most);
+    if (largest)
+        *largest = most;
     rf_result result = report(&map, depth, rows, n_known, error);
     rf_free(context, rows);
     return result;

@@ -225,11 +225,11 @@ rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
     size_t n = (size_t)f->width * (size_t)f->height;
     for (int c = 0; c < work->n_planes; c++)
         w->colour[c] = memory + n * (size_t)(c + 1);
+    float largest;
     rf_result result =
-        rf_depth_to_radius(f, &view->depth, memory, NULL, n_known, error);
+        rf_depth_to_radius(f, &view->depth, memory, NULL, n_known, &largest, error);
     if (result != RF_OK)
         return result;
-    float largest = largest_of(f, memory);
     if (out && work->n_views == 1 && largest < RF_SHARP_PX &&
         rf_frame_copy(f->context, &view->colour, out)) {
         *is_copied = true;
@@ -293,12 +293,11 @@ static rf_result stream(struct rf_work *work, const struct rf_view *view, float 
                         const struct rf_image *out, bool *is_done,
                         struct rf_error *error)
 {
-    rf_result result =
-        rf_depth_to_radius(work->filter, &view->depth, memory, NULL, NULL, error);
+    rf_result result = rf_depth_to_radius(work->filter, &view->depth, memory, NULL,
+                                          NULL, &work->largest_radius, error);
     if (result != RF_OK)
         return result;
     work->radius = work->views->radius = memory;
-    work->largest_radius = largest_of(work->filter, memory);
     if (work->largest_radius < RF_SHARP_PX)
         *is_done = rf_frame_copy(work->filter->context, &view->colour, out);
     else
@@ -327,13 +326,13 @@ static rf_result read_depths(struct rf_work *work, const struct rf_view *views,
         struct rf_work_view *w = &work->views[j];
         const struct rf_view *view = &views[j];
         float *radius = work->memory + n * (size_t)j;
+        float largest;
         rf_result result =
-            rf_depth_to_radius(f, &view->depth, radius, NULL, NULL, error);
+            rf_depth_to_radius(f, &view->depth, radius, NULL, NULL, &largest, error);
         if (result != RF_OK)
             return result;
         w->radius = radius;
-        work->largest_radius =
-            rf_max_float(largest_of(f, radius), work->largest_radius);
+        work->largest_radius = rf_max_float(largest, work->largest_radius);
         rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
     }
     work->radius = work->memory;
@@ -508,7 +507,7 @@ static rf_result convert(const struct rf_filter *filter, const struct rf_image *
     if (!memory)
         return rf_fail_memory(error, n, sizeof(float));
     result = rf_depth_to_radius(filter, depth, is_radius ? memory : NULL,
-                                is_radius ? NULL : memory, NULL, error);
+                                is_radius ? NULL : memory, NULL, NULL, error);
     if (result == RF_OK) {
         struct rf_image packed = rf_image_packed(memory, w, h, 1);
         struct rf_image one = *out;

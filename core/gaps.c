@@ -21,11 +21,18 @@ static const float ENOUGH = 0.25f;
 
 enum { REACH = RF_GAP_REACH, FULL = 255 /* k (1 - W) = 1 */ };
 
+typedef int32_t truths __attribute__((vector_size(16)));
+
 void rf_gaps_note(unsigned char *gaps, const float *coverage, int n)
 {
-    int any = 0;
-    for (int x = 0; x < n; x++)
-        any |= coverage[x] < MOST;
+    const rf_quad most = {MOST, MOST, MOST, MOST};
+    truths is_gap = {0};
+    int any = 0, i = 0;
+    for (; i + 4 <= n; i += 4)
+        is_gap |= *(const rf_quad *)(coverage + i) < most;
+    for (; i < n; i++)
+        any |= coverage[i] < MOST;
+    any |= is_gap[0] | is_gap[1] | is_gap[2] | is_gap[3];
     for (int x = 0; x < n && any; x++) {
         float w = rf_max_float(coverage[x], 0);
         float k = rf_min_float((MOST - w) / (MOST - LEAST), 1);

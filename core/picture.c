@@ -137,10 +137,8 @@ static void note_others(const struct rf_picture *l, int y)
     const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
     const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
     uint64_t *others = l->others + rf_row_words(l->width) * (size_t)y;
-    for (int x = 0; x < l->width; x += 64)
-        others[x / 64] = l->filter->context->kernels->find_others(
-            share + x, luminance + x, radius + x, darkest + x, BRIGHT, MOST_R2,
-            rf_min_int(l->width - x, 64));
+    l->filter->context->kernels->find_others(share, luminance, radius, darkest, BRIGHT,
+                                             MOST_R2, l->width, others);
 }
 
 /*

@@ -525,9 +525,7 @@ static void set_pure(const struct rf_splitter *s, int y)
     uint64_t *shining = s->shining + rf_row_words(p->width) * (size_t)y;
     for (int x = 0; x < p->width; x++)
         share[x] = 1;
-    for (int x = 0; x < p->width; x += 64)
-        shining[x / 64] = s->filter->context->kernels->find_above(
-            row + x, s->bright, rf_min_int(p->width - x, 64));
+    s->filter->context->kernels->find_above(row, s->bright, p->width, shining);
 }
 
 static bool is_shining(const struct rf_splitter *s, const struct split *split)

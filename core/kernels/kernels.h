@@ -206,10 +206,11 @@ struct rf_kernels {
     const char *name;
     /*
      * Radii of n planar depths, as planar_distance() and rf_lens_radius_px() give them;
-     * returns whether none is bad, and adds those that are not 0 to `n_known`.
+     * returns whether none is bad, and adds those that are not 0 to `n_known`;
+     * `largest` receives the greatest magnitude of a radius.
      */
     bool (*radii)(const struct rf_plain_depth *depth, const float *value, int n,
-                  float *radius, int64_t *n_known);
+                  float *radius, int64_t *n_known, float *largest);
     /*
      * Spreads n splats over a tile whose top left pixel is (x0, y0). Those that do not
      * reach the tile are passed over.
@@ -221,14 +222,15 @@ struct rf_kernels {
                           const struct rf_tile_surfaces *surfaces,
                           struct rf_footprint *const *footprints, int x0, int y0);
     /*
-     * A bit for each of n <= 64 pixels that is mixed, share < 1, or has a luminance
-     * above bright (1 + min(radius^2, most_r2)) darkest.
+     * A bit for each of n pixels, in whole words, that is mixed, share < 1, or has a
+     * luminance above bright (1 + min(radius^2, most_r2)) darkest.
      */
-    uint64_t (*find_others)(const float *share, const float *luminance,
-                            const float *radius, const float *darkest, float bright,
-                            float most_r2, int n);
-    /* A bit for each of n <= 64 values that is above a limit of 0 or more. */
-    uint64_t (*find_above)(const float *v, float limit, int n);
+    void (*find_others)(const float *share, const float *luminance, const float *radius,
+                        const float *darkest, float bright, float most_r2, int n,
+                        uint64_t *bits);
+    /* A bit for each of n values, in whole words, that is above a limit of 0 or more.
+     */
+    void (*find_above)(const float *v, float limit, int n, uint64_t *bits);
     /*
      * Saturating sum: w = min(coverage, t); sum += colour w / coverage; t -= w. Clears
      * the accumulator.

@@ -31,27 +31,50 @@
 
 _Static_assert(LANES == RF_FOOTPRINT_LANES, "segments are padded to whole vectors");
 
-static uint64_t find_others(const float *share, const float *luminance,
-                            const float *radius, const float *darkest, float bright,
-                            float most_r2, int n)
+/* A bit for each of eight pixels that find_others() finds. */
+static inline __attribute__((always_inline)) unsigned
+others_of(vf share, vf luminance, vf r, vf darkest, vf bright, vf most_r2)
 {
-    uint64_t found = 0;
-    for (int x = 0; x < n; x += LANES) {
-        vf r = load_part(radius + x, n - x), dark = load_part(darkest + x, n - x);
-        vf limit = SPLAT(bright) + SPLAT(bright) * vmin(r * r, SPLAT(most_r2));
-        vi is_other = (load_part(share + x, n - x) < SPLAT(1)) |
-                      (load_part(luminance + x, n - x) > limit * dark);
-        found |= (uint64_t)lane_bits(is_other) << x;
-    }
-    return found & UINT64_MAX >> (64 - n); /* lanes beyond count as mixed */
+    vf limit = bright + bright * vmin(r * r, most_r2);
+    return lane_bits((share < SPLAT(1)) | (luminance > limit * darkest));
 }
 
-static uint64_t find_above(const float *v, float limit, int n)
+static void find_others(const float *share, const float *luminance, const float *radius,
+                        const float *darkest, float bright, float most_r2, int n,
+                        uint64_t *bits)
 {
-    uint64_t found = 0;
-    for (int x = 0; x < n; x += LANES)
-        found |= (uint64_t)lane_bits(load_part(v + x, n - x) > SPLAT(limit)) << x;
-    return found;
+    const vf k = SPLAT(bright), most = SPLAT(most_r2);
+    for (int x = 0; x < n; x += 64) {
+        uint64_t found = 0;
+        int end = n - x < 64 ? n - x : 64, i = 0;
+        for (; i + LANES <= end; i += LANES)
+            found |= (uint64_t)others_of(LOAD(share + x + i), LOAD(luminance + x + i),
+                                         LOAD(radius + x + i), LOAD(darkest + x + i), k,
+                                         most)
+                     << i;
+        if (i < end) {
+            int m = end - i, at = x + i;
+            unsigned last = others_of(
+                load_part(share + at, m), load_part(luminance + at, m),
+                load_part(radius + at, m), load_part(darkest + at, m), k, most);
+            found |= (uint64_t)(last & ((1u << m) - 1)) << i;
+        }
+        bits[x / 64] = found;
+    }
+}
+
+static void find_above(const float *v, float limit, int n, uint64_t *bits)
+{
+    const vf most = SPLAT(limit);
+    for (int x = 0; x < n; x += 64) {
+        uint64_t found = 0;
+        int end = n - x < 64 ? n - x : 64, i = 0;
+        for (; i + LANES <= end; i += LANES)
+            found |= (uint64_t)lane_bits(LOAD(v + x + i) > most) << i;
+        if (i < end)
+            found |= (uint64_t)lane_bits(load_part(v + x + i, end - i) > most) << i;
+        bits[x / 64] = found;
+    }
 }
 
 /*
@@ -215,8 +238,19 @@ static inline vd radii_of(const struct rf_plain_depth *d, vd value, vl *n_good,
     return choose_d(r < most, r, most);
 }
 
+/* The greatest magnitude of n values. */
+static float largest_of(const float *v, int n)
+{
+    vf most = {0};
+    for (int x = 0; x < n; x += LANES) {
+        vf r = load_part(v + x, n - x);
+        most = vmax((vf)((vi)r & ~(vi)SPLAT(-0.0f)), most);
+    }
+    return greatest_of(most);
+}
+
 static bool radii(const struct rf_plain_depth *depth, const float *value, int n,
-                  float *radius, int64_t *n_known)
+                  float *radius, int64_t *n_known, float *largest)
 {
     const struct rf_plain_depth d = *depth;
     vl n_good = {0}, n_some = {0};
@@ -234,6 +268,7 @@ static bool radii(const struct rf_plain_depth *depth, const float *value, int n,
             n_some[i] += is_known[i];
         }
     }
+    *largest = largest_of(radius, n);
     int64_t good = 0;
     for (int i = 0; i < LANES_D; i++) {
         good += n_good[i];

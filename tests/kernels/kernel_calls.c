@@ -105,7 +105,8 @@ static void call_radii(const struct rf_kernels *k, struct workspace *w, int vari
     int64_t n_known = 3;
     int n = 501 + variant;
     w->at[12] = w->at[499 + variant] = 0;
-    bool is_good = k->radii(&depth, w->at + variant, n, w->at + 10001, &n_known);
+    bool is_good =
+        k->radii(&depth, w->at + variant, n, w->at + 10001, &n_known, w->at + 20002);
     w->at[20000] = (float)n_known;
     w->at[20001] = is_good;
 }
@@ -142,23 +143,28 @@ static void call_places(const struct rf_kernels *k, struct workspace *w, int var
                      given.pointers, 100, 50);
 }
 
+/* Shares most of which are 1, and values some of which are 0 or below. */
+static void prepare_pixels(struct workspace *w)
+{
+    for (int i = 0; i < 2000; i++) {
+        w->at[20000 + i] = i % 9 ? 1 : w->at[20000 + i];
+        w->at[i] = i % 3 ? w->at[i] : i % 2 ? 0 : -1;
+    }
+}
+
 static void call_others(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
-    for (int i = 0; i < 2000; i++)
-        w->at[20000 + i] = i % 9 ? 1 : w->at[20000 + i];
-    for (int n = 1; n <= 64; n++)
-        out[n] = k->find_others(w->at + 20000 + 3 * n, w->at + variant + n,
-                                w->at + 1000, w->at + 2000, 1, 0.25f, n);
+    for (int n = 1; n <= 320; n += 11)
+        k->find_others(w->at + 20000 + 3 * n, w->at + variant + n, w->at + 1000,
+                       w->at + 2000, 1, 0.25f, n, out + 5 * n);
 }
 
 static void call_above(const struct rf_kernels *k, struct workspace *w, int variant)
 {
     uint64_t *out = (uint64_t *)(void *)(w->at + 30000);
-    for (int i = 0; i < 2000; i++)
-        w->at[i] = i % 3 ? w->at[i] : i % 2 ? 0 : -1;
-    for (int n = 1; n <= 64; n++)
-        out[n] = k->find_above(w->at + variant + n, 0.1f * (float)variant, n);
+    for (int n = 1; n <= 320; n += 11)
+        k->find_above(w->at + variant + n, 0.1f * (float)variant, n, out + 5 * n);
 }
 
 static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
@@ -662,8 +668,8 @@ const struct kernel kernels[] = {
     {"radii", call_radii, 6, NULL},
     {"spread", call_spread, 2, NULL},
     {"spread_places", call_places, 4, NULL},
-    {"find_others", call_others, 4, NULL},
-    {"find_above", call_above, 4, NULL},
+    {"find_others", call_others, 4, prepare_pixels},
+    {"find_above", call_above, 4, prepare_pixels},
     {"flush", call_flush, 4, NULL},
     {"average", call_average, 3, NULL},
     {"find_some", call_some, 4, NULL},

@@ -85,10 +85,11 @@ static void every_kernel_writes(void)
 /* Bits are where the plain rule says, and none beyond n. */
 static void bits_tell_what_pixels_are(void)
 {
+    enum { N = 150 };
     const struct rf_kernels *k = rf_kernels_at(0);
-    float share[64], luminance[64], radius[64], darkest[64];
-    uint64_t others = 0, positive = 0;
-    for (int i = 0; i < 64; i++) {
+    float share[N], luminance[N], radius[N], darkest[N];
+    uint64_t others[3] = {0}, positive[3] = {0}, found[3];
+    for (int i = 0; i < N; i++) {
         share[i] = i % 7 ? 1 : 0.5f;
         luminance[i] = 8 * noise();
         radius[i] = 4 * noise() - 2;
@@ -96,15 +97,19 @@ static void bits_tell_what_pixels_are(void)
         float r2 = radius[i] * radius[i];
         float limit = 4 + 4 * (r2 < 1 ? r2 : 1);
         bool is_other = share[i] < 1 || luminance[i] > limit * darkest[i];
-        others |= (uint64_t)is_other << i;
-        positive |= (uint64_t)(darkest[i] > 0) << i;
+        others[i / 64] |= (uint64_t)is_other << i % 64;
+        positive[i / 64] |= (uint64_t)(darkest[i] > 0) << i % 64;
     }
-    CHECK(others && ~others && positive && ~positive);
-    for (int n = 1; n <= 64; n++) {
-        uint64_t all = UINT64_MAX >> (64 - n);
-        CHECK(k->find_others(share, luminance, radius, darkest, 4, 1, n) ==
-              (others & all));
-        CHECK(k->find_above(darkest, 0, n) == (positive & all));
+    CHECK(others[0] && ~others[0] && positive[0] && ~positive[0]);
+    for (int n = 1; n <= N; n++) {
+        int last = (n - 1) / 64;
+        uint64_t all = UINT64_MAX >> (63 - (n - 1) % 64);
+        k->find_others(share, luminance, radius, darkest, 4, 1, n, found);
+        CHECK(found[last] == (others[last] & all) &&
+              (last == 0 || found[0] == others[0]));
+        k->find_above(darkest, 0, n, found);
+        CHECK(found[last] == (positive[last] & all) &&
+              (last == 0 || found[0] == positive[0]));
     }
 }
 
