@@ -245,7 +245,9 @@ def watch(binary, scene, n, private):
         except OSError:
             break
         peak = max(peak, int(found.group(1)) / 1024 if found else 0)
-        n_files = max(n_files, len(list(private.glob("*/*/*.exr"))))
+        walked = os.walk(private)  # unlike glob(), bears folders that vanish
+        n_exr = sum(f.endswith(".exr") for _, _, files in walked for f in files)
+        n_files = max(n_files, n_exr)
         time.sleep(0.02)
     assert done.wait() == 0
     return peak, n_files
