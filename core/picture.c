@@ -194,17 +194,27 @@ static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
 
 /* ---- highlights ---------------------------------------------------------------- */
 
+/* Which highlights to take; out.at NULL: only count. */
+struct lights {
+    const struct rf_work_view *view;
+    int n_planes;
+    float factor;
+    struct rf_samples out;
+};
+
 static float usual_luminance(const struct rf_picture *l, int x, int y)
 {
     return rf_usual_luminance(&l->areas, x - l->x0, y - l->y0);
 }
 
 static bool is_highlight(const struct rf_picture *l, const struct rf_surface *s, int x,
-                         int y, float factor)
+                         int y, const struct lights *lights)
 {
-    float luminance = rf_luminance(s->c[0], s->c[1], s->c[2]);
+    float luminance = rf_luminance(s->c[0], s->c[1], s->c[2]), factor = lights->factor;
     return rf_is_highlight(luminance, s->r, factor, 0) &&
-           rf_is_highlight(luminance, s->r, factor, usual_luminance(l, x, y));
+           rf_is_highlight(luminance, s->r, factor, usual_luminance(l, x, y)) &&
+           !rf_is_large_light(&l->areas, lights->view, lights->n_planes, x - l->x0,
+                              y - l->y0, luminance, s->r);
 }
 
 struct rf_sample rf_sample_make(const struct rf_surface *s, int x, int y, float w)
@@ -240,15 +250,10 @@ void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *
     }
 }
 
-struct lights {
-    float factor;
-    struct rf_samples out; /* at NULL: only count */
-};
-
 static void take_if_highlight(struct rf_picture *l, struct rf_surface *s, int x, int y,
                               float w, struct lights *lights)
 {
-    if (!is_highlight(l, s, x, y, lights->factor))
+    if (!is_highlight(l, s, x, y, lights))
         return;
     if (lights->out.at) {
         struct rf_sample *light = &lights->out.at[lights->out.n];
@@ -287,14 +292,14 @@ static void want_area(struct rf_picture *l, int x, int y, void *wanted)
 }
 
 /* Moves the light of the highlights into `l->highlights`, in the order of rows. */
-static rf_result collect_lights(struct rf_picture *l, float factor, size_t *start,
-                                struct rf_error *error)
+static rf_result collect_lights(struct rf_picture *l, const struct lights *all,
+                                size_t *start, struct rf_error *error)
 {
     const struct rf_context *context = l->filter->context;
     start[0] = 0;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int y = 0; y < l->height; y++) {
-        struct lights lights = {.factor = factor};
+        struct lights lights = *all;
         visit_shining(l, y, collect_light, &lights);
         start[y + 1] = lights.out.n;
     }
@@ -307,8 +312,8 @@ static rf_result collect_lights(struct rf_picture *l, float factor, size_t *star
     l->highlights.n = n;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int y = 0; y < l->height; y++) {
-        struct lights lights = {.factor = factor,
-                                .out = {l->highlights.at + start[y], 0}};
+        struct lights lights = *all;
+        lights.out.at = l->highlights.at + start[y];
         if (start[y + 1] > start[y])
             visit_shining(l, y, collect_light, &lights);
     }
@@ -363,7 +368,9 @@ rf_result rf_picture_take_highlights(struct rf_picture *l,
         return rf_fail_memory(error, n_rows + 1, sizeof *start);
     struct rf_survey survey =
         view->survey ? *view->survey : survey_lights(l, view, n_planes);
-    rf_result result = collect_lights(l, rf_survey_factor(&survey), start, error);
+    const struct lights lights = {
+        .view = view, .n_planes = n_planes, .factor = rf_survey_factor(&survey)};
+    rf_result result = collect_lights(l, &lights, start, error);
     rf_free(f->context, start);
     return result;
 }

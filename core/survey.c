@@ -15,7 +15,13 @@ static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
 static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
 static const float HIGHLIGHT_RADIUS_PX = 1;
 
+/* Shares of a window that is as wide as the blur, and of the luminance within. */
+static const float LARGE_SHARE = 1 / 3.0f, LARGE_LUMINANCE = 0.25f;
+
 enum {
+    LARGE_PLACES = 6, /* across it */
+    LARGE_LEAST_PX = 8,
+    LARGE_MOST_PX = 32,     /* less than what a pixel's areas reach */
     AREA = 32,              /* px a side */
     HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
 };
@@ -156,6 +162,33 @@ bool rf_is_highlight(float luminance, float r, float factor, float usual)
            luminance > HIGHLIGHT_OVER_AREA * factor * usual;
 }
 
+/* The i-th of places across a window from -reach on, even and odd ones in turn: lamps
+ * may stand at every second pixel. */
+static int place_across(int i, int reach)
+{
+    int place = (2 * i - (LARGE_PLACES - 1)) * reach / (LARGE_PLACES - 1);
+    return (place & ~1) | (i & 1);
+}
+
+bool rf_is_large_light(const struct rf_areas *a, const struct rf_work_view *view,
+                       int n_planes, int x, int y, float luminance, float r)
+{
+    int reach = (int)rf_min_float(fabsf(r), LARGE_MOST_PX), n = 0, n_bright = 0;
+    reach = rf_max_int(reach, LARGE_LEAST_PX);
+    for (int j = 0; j < LARGE_PLACES; j++)
+        for (int i = 0; i < LARGE_PLACES; i++) {
+            int at_x = x + place_across(i, reach), at_y = y + place_across(j, reach);
+            if ((unsigned)at_x >= (unsigned)a->width ||
+                (unsigned)at_y >= (unsigned)a->height)
+                continue;
+            size_t at = (size_t)at_y * (size_t)a->width + (size_t)at_x;
+            n_bright += luminance_at(view, n_planes, at_x, at_y, at) >=
+                        LARGE_LUMINANCE * luminance;
+            n++;
+        }
+    return (float)n_bright > LARGE_SHARE * (float)n;
+}
+
 float rf_least_highlight(void)
 {
     return HIGHLIGHT_LUMINANCE;
@@ -169,6 +202,9 @@ void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *vi
     if (!(l > HIGHLIGHT_LUMINANCE))
         return;
     float usual = rf_usual_luminance(areas, x, y);
+    if (!rf_is_highlight(l, r, factor, usual) ||
+        rf_is_large_light(areas, view, n_planes, x, y, l, r))
+        return;
     double disc = floor(RF_PI * (double)r * r + 0.5);
     for (int k = 0; k < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual);
          k++) {

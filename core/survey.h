@@ -45,6 +45,15 @@ float rf_usual_luminance(const struct rf_areas *areas, int x, int y);
 bool rf_is_highlight(float luminance, float r, float factor, float usual);
 
 /*
+ * Is a highlight at pixel (x, y) of those at hand, which may lie beside them, part of
+ * something large: a window, a bright sky or their reflection? As an ordinary surface
+ * it goes on behind what stands before it, where a lamp would be doubled. What counts
+ * lies less than 33 px away.
+ */
+bool rf_is_large_light(const struct rf_areas *areas, const struct rf_work_view *view,
+                       int n_planes, int x, int y, float luminance, float r);
+
+/*
  * Adds the pixels of a window, counted from the first pixel at hand, to the survey. Any
  * order of windows and any threads give the same numbers.
  */

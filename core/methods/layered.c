@@ -7,8 +7,8 @@
  *
  * - border: the picture is continued by its edge pixels, bright ones dimmed to white
  * - split: edge pixels become their two surfaces (split.c)
- * - highlights: their light is taken out and added at the end, each with the exact
- * shape that things before it leave (highlight.c)
+ * - highlights, but for parts of something large: their light is taken out and added
+ * at the end, each with the exact shape that things before it leave (highlight.c)
  * - hidden: background that only the lens can see is estimated (hidden.c)
  * - composite: samples near to far, then the hidden ones (composite.c)
  * - gaps: what is still open looks like the pixels around (gaps.c)

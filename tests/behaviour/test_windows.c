@@ -202,6 +202,10 @@ static void highlights_of_the_whole(void)
         for (int x = 0; x < f->width; x += 2)
             for (int c = 0; c < 3 && (y & 1); c++)
                 frame_at(f, f->colour, x, y)[c] = 20 + 300 * (float)random_unit(&seed);
+    for (int y = 700; y < 900; y++) /* something large, which is no highlight */
+        for (int x = 40; x < 90 + y % 40; x++)
+            for (int c = 0; c < 3; c++)
+                frame_at(f, f->colour, x, y)[c] = 30 + 20 * (float)random_unit(&seed);
     struct rf_window whole = {0, 0, f->width, f->height};
     struct rf_view view = view_of(f, &whole);
     struct rf_image out = cut(f->out, f, 3, &whole);

@@ -170,8 +170,8 @@ static void a_field_of_lamps(void)
 }
 
 /*
- * A slanted thing covers the left of a lamp's disc. Its pixels cast shadows of different
- * sizes, and no light may pass between them.
+ * A slanted thing covers the left of a lamp's disc. Its pixels cast shadows of
+ * different sizes, and no light may pass between them.
  */
 static void a_slanted_thing_has_no_cracks(void)
 {
@@ -199,6 +199,36 @@ static void a_slanted_thing_has_no_cracks(void)
     frame_free(&f);
 }
 
+/*
+ * A thing in focus stands before a window far behind it: where the lens looks past its
+ * edge the window goes on, as bright as it is beside it, and not into a dark seam.
+ */
+static void a_bright_window_goes_on_behind_an_edge(void)
+{
+    enum { EDGE_X = 120, MIDDLE_Y = 90 };
+    static const int radii[] = {4, 8};
+    for (int i = 0; i < 2; i++) {
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_LAYERED);
+        struct frame f = frame_make(240, 180, 3);
+        for (int y = 0; y < f.height; y++)
+            for (int x = 0; x < f.width; x++) {
+                bool is_lit = x >= EDGE_X - 50 && abs(y - MIDDLE_Y) < 25;
+                f.depth[y * f.width + x] =
+                    x < EDGE_X ? plain_depth(radii[i]) : PLAIN_FOCUS;
+                for (int n = 0; n < 3; n++)
+                    frame_at(&f, f.colour, x, y)[n] = x >= EDGE_X ? 0.03f
+                                                      : is_lit    ? 40
+                                                                  : 0.05f;
+            }
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        for (int x = EDGE_X - 8; x < EDGE_X; x++)
+            CHECK_NEAR(frame_at(&f, f.out, x, MIDDLE_Y)[1], 40, 0.8);
+        CHECK_NEAR(frame_at(&f, f.out, EDGE_X, MIDDLE_Y)[1], 0.03, 1e-3);
+        frame_free(&f);
+    }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -211,5 +241,6 @@ int main(int argc, char **argv)
     TEST(every_setting_of_the_method);
     TEST(a_field_of_lamps);
     TEST(a_slanted_thing_has_no_cracks);
+    TEST(a_bright_window_goes_on_behind_an_edge);
     return testing_end();
 }
