@@ -312,6 +312,28 @@ static void survey_tile(const struct rf_lister *l, int tile, struct rf_tile_item
         survey_row(l, g, y, n_x, &known, s);
 }
 
+/* Samples ahead that are asked for: rows of them lie apart. */
+enum { AHEAD = 16 };
+
+/* The samples of the array in a tile. */
+static void list_array(const struct rf_lister *l, int tile, struct rf_tile_items *s)
+{
+    const struct rf_sample *samples = l->samples->at;
+    size_t end = l->start[tile + 1];
+    float known = NAN; /* a radius and its key: samples in turn repeat them */
+    int key = 0;
+    for (size_t i = l->start[tile]; i < end; i++) {
+        const struct rf_sample *p = &samples[l->order[i]];
+        if (i + AHEAD < end)
+            __builtin_prefetch(&samples[l->order[i + AHEAD]].r);
+        if (p->r != known) {
+            known = p->r;
+            key = rf_key_of(l, known);
+        }
+        put_item(s, array_item(l->order[i]), key);
+    }
+}
+
 void rf_list_items(const struct rf_lister *l, int tile, struct rf_tile_items *s)
 {
     s->n = s->n_key_runs = s->n_samples = s->n_others = 0;
@@ -321,8 +343,5 @@ void rf_list_items(const struct rf_lister *l, int tile, struct rf_tile_items *s)
         survey_tile(l, tile, s);
     if (!s->has_array)
         return;
-    for (size_t i = l->start[tile]; i < l->start[tile + 1]; i++) {
-        uint32_t at = l->order[i];
-        put_item(s, array_item(at), rf_key_of(l, l->samples->at[at].r));
-    }
+    list_array(l, tile, s);
 }

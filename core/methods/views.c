@@ -42,9 +42,9 @@
  * Lights are taken out first and added at the end with exact visibility over the whole
  * lens (views_lights.c, highlight.c).
  *
- * Ours. One view gives the method layered, bit for bit. Memory: 75 to 80 bytes per pixel
- * and view; core/window.c does with less, of a part of the picture at a time. Cost: 6 to
- * 7 layered passes for 8 views at 1920x1080.
+ * Ours. One view gives the method layered, bit for bit. Memory: 75 to 80 bytes per
+ * pixel and view; core/window.c does with less, of a part of the picture at a time.
+ * Cost: 6 to 7 layered passes for 8 views at 1920x1080.
  */
 #include "../composer.h"
 #include "views.h"
@@ -144,8 +144,7 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
     return result;
 }
 
-/* Adds the light of the lights over the whole lens to quadruples of the padded picture.
- */
+/* Adds the light of the lights over the whole lens to quadruples of the picture. */
 static rf_result add_lights(const struct rf_views *v, float *rgba,
                             struct rf_error *error)
 {
@@ -163,11 +162,13 @@ static rf_result add_lights(const struct rf_views *v, float *rgba,
                              .n_views = v->work->n_views,
                              .task = v->work->task,
                              .progress_to = 1};
-    struct rf_crop all = {.width = picture->width,
-                          .height = picture->height,
-                          .stride = 4 * (ptrdiff_t)picture->width,
-                          .rgba = rgba};
-    return rf_add_highlights(&scene, &all, error);
+    struct rf_crop crop = {.x = picture->x0,
+                           .y = picture->y0,
+                           .width = picture->filter->width,
+                           .height = picture->filter->height,
+                           .stride = 4 * (ptrdiff_t)picture->filter->width,
+                           .rgba = rgba};
+    return rf_add_highlights(&scene, &crop, error);
 }
 
 /* A row of the planes of the work and its lights, as quadruples, to plain pixels. */
@@ -202,7 +203,6 @@ static void finish(const struct rf_views *v, float *sum, double total,
                    const float *lights)
 {
     struct rf_work *work = v->work;
-    const struct rf_picture *picture = &v->pictures[0];
     int width = work->filter->width, height = work->filter->height;
     size_t n = (size_t)width * (size_t)height;
     work->memory = sum;
@@ -212,9 +212,7 @@ static void finish(const struct rf_views *v, float *sum, double total,
         work->colour[p] = sum + n * (size_t)p;
 #pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
     for (int y = 0; y < height; y++) {
-        const float *light =
-            lights + 4 * ((size_t)(y + picture->y0) * (size_t)picture->width +
-                          (size_t)picture->x0);
+        const float *light = lights + 4 * (size_t)y * (size_t)width;
         for (int p = 0; p < work->n_planes; p++) {
             float *row = work->colour[p] + (size_t)y * (size_t)width;
             for (int x = 0; x < width; x++)
@@ -233,8 +231,8 @@ static rf_result merge(struct rf_views *v, struct rf_view_cell *cells,
 {
     struct rf_work *work = v->work;
     const struct rf_filter *f = work->filter;
-    size_t n = (size_t)f->width * (size_t)f->height * (size_t)work->n_planes;
-    size_t n_padded = (size_t)v->pictures[0].width * (size_t)v->pictures[0].height * 4;
+    size_t n_pixels = (size_t)f->width * (size_t)f->height;
+    size_t n = n_pixels * (size_t)work->n_planes;
     float *sum = rf_calloc(f->context, n, sizeof *sum), *lights = NULL;
     double total = 0;
     for (int i = 0; i < n_cells; i++)
@@ -242,9 +240,9 @@ static rf_result merge(struct rf_views *v, struct rf_view_cell *cells,
     rf_result result = sum ? add_cells(v, cells, area, n_cells, sum, error)
                            : rf_fail_memory(error, n, sizeof *sum);
     if (result == RF_OK && !rf_task_is_cancelled(work->task)) {
-        lights = rf_calloc(f->context, n_padded, sizeof *lights);
+        lights = rf_calloc(f->context, 4 * n_pixels, sizeof *lights);
         result = lights ? add_lights(v, lights, error)
-                        : rf_fail_memory(error, n_padded, sizeof *lights);
+                        : rf_fail_memory(error, 4 * n_pixels, sizeof *lights);
     }
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         finish(v, sum, total, lights);

@@ -479,7 +479,10 @@ static rf_result find_hidden(struct rf_view_cell *cell, double progress_to,
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     rf_task_phase(cell->v->work->task, progress_to, rf_hidden_steps(picture->height));
     struct rf_known known = {is_shown, cell};
-    return rf_find_hidden(&cell->filter, &picture->surfaces, NULL,
+    const struct rf_pixels *pixels = &picture->pixels;
+    /* The other views are asked what they show, not this one, while its radii change. */
+    struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
+    return rf_find_hidden(&cell->filter, &picture->surfaces, &radii,
                           cell->is_whole ? NULL : &known, &cell->hidden,
                           cell->v->work->task, error);
 }
