@@ -528,9 +528,11 @@ static bool share_quad(const struct search *search, size_t first, int x0, int y0
     for (int k = 0; k < 4; k++)
         if (!is_same_surface(search, first, x0 + (k & 1), y0 + (k >> 1)))
             return false;
+    const struct rf_surface found = search->out->at[first];
     for (int y = y0; y < y0 + 2; y++) {
         struct rf_surface *row = search->out->at + (size_t)y * (size_t)s->width;
-        row[x0] = row[x0 + 1] = search->out->at[first];
+        row[x0] = found;
+        row[x0 + 1] = found;
         set_found(search, x0, y, 3);
     }
     return true;
@@ -650,18 +652,22 @@ static bool share_block(const struct search *search, struct scratch *scratch, in
     return true;
 }
 
-/* Asks for the estimates of a block, which are written soon: few of them are at hand.
+/*
+ * Asks for the estimates of a block, which are written soon and seldom at hand. Inline,
+ * for GCC takes a call that only does this for one that does nothing.
  */
-static void fetch_block(const struct search *search, int bx, int by)
+static inline __attribute__((always_inline)) void
+fetch_block(const struct search *search, int bx, int by)
 {
-    int width = search->s->width;
-    int x1 = rf_min_int((bx + 1) * BLOCK, width) - 1;
+    size_t width = (size_t)search->s->width, x0 = (size_t)bx * BLOCK;
+    size_t n_bytes = sizeof(struct rf_surface) *
+                     (size_t)rf_min_int(BLOCK, search->s->width - bx * BLOCK);
     int y1 = rf_min_int((by + 1) * BLOCK, search->s->height);
     for (int y = by * BLOCK; y < y1; y++) {
-        const struct rf_surface *row = search->out->at + (size_t)y * (size_t)width;
-        for (int x = bx * BLOCK; x < x1; x += 3)
-            __builtin_prefetch(row + x, 1);
-        __builtin_prefetch((const char *)(row + x1 + 1) - 1, 1);
+        const char *row = (const char *)(search->out->at + width * (size_t)y + x0);
+        for (size_t i = 0; i < n_bytes; i += 64)
+            __builtin_prefetch(row + i, 1);
+        __builtin_prefetch(row + n_bytes - 1, 1);
     }
 }
 
@@ -672,9 +678,10 @@ static void search_block(const struct search *search, struct scratch *scratch, i
     int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
     int y1 = rf_min_int((by + 1) * BLOCK, s->height);
     list_blocks(search, bx, by, scratch);
-    if (scratch->n_blocks)
-        fetch_block(search, bx, by);
-    if (scratch->n_blocks == 0 || share_block(search, scratch, bx, by))
+    if (scratch->n_blocks == 0)
+        return;
+    fetch_block(search, bx, by);
+    if (share_block(search, scratch, bx, by))
         return;
     for (int y = by * BLOCK; y < y1; y += GROUP)
         for (int x = bx * BLOCK; x < x1; x += GROUP)

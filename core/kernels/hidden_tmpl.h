@@ -532,6 +532,8 @@ static void average_window(const struct rf_surfaces *s, struct rf_hidden_window 
             sum[p] += dim * v[p];
         sum[3] += k * v[3];
     }
-    for (int p = 0; p < 4; p++)
-        c[p] = lane_sum(sum[p]) * (1 / w->weight_sum);
+    /* One store: it is read as a whole soon, before it has left for the cache. */
+    const vf_half mean = {lane_sum(sum[0]), lane_sum(sum[1]), lane_sum(sum[2]),
+                          lane_sum(sum[3])};
+    *(vf_half *)c = mean * (1 / w->weight_sum);
 }
