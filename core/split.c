@@ -12,8 +12,12 @@
  * pixel stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six
  * scenes, 0.6 and 1.2 with eight views). But a lone view gives a thin thing back the
  * pixels that it fills and the depth sample missed: they would stay sharp, a dotted
- * line in the place of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). Two
- * cases:
+ * line in the place of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). And
+ * where the surface that the depth says is textured along e, the colour cannot tell
+ * texture from mixture: of a lone view the pixel stays whole, or the dark squares of a
+ * chessboard would become teeth of a dark thing before it (worth up to 0.2 dB on six
+ * scenes, 0.8 on posts before a chessboard; several views of portrait would lose 0.5).
+ * Two cases:
  *
  *   fringe   a small bright thing bleeds into a pixel whose depth sample missed it;
  *            first, since its share is told by luminance alone
@@ -34,6 +38,7 @@ static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
 static const float HIGHLIGHT_OVER_FRINGE = 1.3f;
 static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
 static const float THIN_ALIKE = 0.3f; /* colours of a thin thing, of what sets it off */
+static const float TEXTURE = 0.35f;   /* colours within a surface, likewise */
 static const float WHITE = 1;         /* luminance: what is brighter may be a lamp */
 
 static const float LEAST_SHARE = 1e-6f; /* smaller ones are none: colours are divided */
@@ -326,13 +331,17 @@ static bool is_between(uint32_t bits)
            (bits & NW && bits & SE) || (bits & NE && bits & SW);
 }
 
-/*
- * Colours and radii of the two surfaces that meet in the pixel; false: only one. The
- * pixel is within a thin thing if that lies to both sides, but nowhere has an interior.
- */
+/* What meets in a pixel. */
+struct meeting {
+    struct rf_surface f, b; /* the near and the far surface */
+    uint32_t own;           /* pixels within the one that the depth says */
+    bool is_near;           /* it is the near one */
+    bool is_within;         /* a thin thing lies to both sides, without an interior */
+};
+
+/* Finds the two surfaces that meet in the pixel; false: only one. */
 static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x, int y,
-                       const struct edge *e, struct rf_surface *f, struct rf_surface *b,
-                       bool *is_within)
+                       const struct edge *e, struct meeting *m)
 {
     const struct around around = {pixel(p, x, y), s->steps};
     const float *rows[AROUND + 2];
@@ -347,13 +356,15 @@ static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x
         return false;
     uint32_t near_inner = near_usual & sides.interior;
     uint32_t far_inner = far_usual & sides.interior;
-    *f = mean_of(&around, near_inner ? near_inner : near_usual);
-    *b = mean_of(&around, far_inner ? far_inner : far_usual);
-    *is_within = !near_inner && is_between(near);
+    m->f = mean_of(&around, near_inner ? near_inner : near_usual);
+    m->b = mean_of(&around, far_inner ? far_inner : far_usual);
+    m->is_near = around.middle->r <= e->threshold;
+    m->own = m->is_near ? near_inner : far_inner;
+    m->is_within = !near_inner && is_between(near);
     if (!near_inner)
-        take_most_unlike(&around, near, b, f);
+        take_most_unlike(&around, near, &m->b, &m->f);
     else if (!far_inner)
-        take_most_unlike(&around, far, f, b);
+        take_most_unlike(&around, far, &m->f, &m->b);
     return true;
 }
 
@@ -387,6 +398,24 @@ static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f
     return d2 < THIN_ALIKE * THIN_ALIKE * norm && luminance(c) <= WHITE;
 }
 
+/* Do pixels within the surface that the depth says look as if the other one had a share
+ * of them? `norm` is |e|^2. */
+static bool is_textured(const struct scratch *s, const struct rf_surface *c,
+                        const struct meeting *m, float norm)
+{
+    float most = 0;
+    const struct rf_surface *own = m->is_near ? &m->f : &m->b;
+    const struct rf_surface *other = m->is_near ? &m->b : &m->f;
+    for (uint32_t bits = m->own; bits; bits &= bits - 1) {
+        const struct rf_surface *q = c + s->steps[__builtin_ctz(bits)];
+        float dot = 0;
+        for (int n = 0; n < 4; n++)
+            dot += (q->c[n] - own->c[n]) * (other->c[n] - own->c[n]);
+        most = rf_max_float(most, dot);
+    }
+    return most > TEXTURE * norm;
+}
+
 /* Colours of both parts, of which the near one covers a: f and b with the residual. */
 static void share_colour(const struct rf_surface *c, const struct rf_surface *f,
                          const struct rf_surface *b, float a, struct rf_surface *near,
@@ -412,37 +441,36 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
                        const struct edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
 {
-    struct rf_surface f, b;
-    bool is_within;
-    if (!find_sides(s, p, x, y, e, &f, &b, &is_within))
+    struct meeting m;
+    if (!find_sides(s, p, x, y, e, &m))
         return false;
-    const struct rf_surface *c = pixel(p, x, y);
-    bool is_near = c->r <= e->threshold;
-    if (b.c[3] < EMPTY * f.c[3]) {
-        split_by_alpha(c, &f, e, &b, near, far, share);
+    const struct rf_surface *c = pixel(p, x, y), *f = &m.f, *b = &m.b;
+    if (b->c[3] < EMPTY * f->c[3]) {
+        split_by_alpha(c, f, e, b, near, far, share);
         return true;
     }
     float dot = 0, norm = 0, size = 0;
     for (int n = 0; n < 4; n++) {
-        float d = f.c[n] - b.c[n];
-        dot += (c->c[n] - b.c[n]) * d;
+        float d = f->c[n] - b->c[n];
+        dot += (c->c[n] - b->c[n]) * d;
         norm += d * d;
-        size += n < 3 ? f.c[n] + b.c[n] : 0;
+        size += n < 3 ? f->c[n] + b->c[n] : 0;
     }
     if (norm < ALIKE * ALIKE * size * size + 1e-8f)
         return false;
     float a = share_of(dot / norm);
-    if (a >= 1 && !is_near && is_within && s->is_alone && is_thin_thing(c, &f, norm)) {
+    if (a >= 1 && !m.is_near && m.is_within && s->is_alone &&
+        is_thin_thing(c, f, norm)) {
         *near = *far = *c;
-        near->r = f.r;
+        near->r = f->r;
         *share = 1;
         return true;
     }
-    if (a <= 0 || a >= 1)
+    if (a <= 0 || a >= 1 || (s->is_alone && is_textured(s, c, &m, norm)))
         return false;
-    share_colour(c, &f, &b, a, near, far);
-    near->r = is_near ? c->r : f.r;
-    far->r = is_near ? b.r : c->r;
+    share_colour(c, f, b, a, near, far);
+    near->r = m.is_near ? c->r : f->r;
+    far->r = m.is_near ? b->r : c->r;
     *share = a;
     return true;
 }
@@ -629,8 +657,8 @@ static rf_result keep_radii(const struct rf_splitter *s, struct rf_error *error)
     for (int y = 0; y < pixels->height; y++)
         for (int k = 0; k < s->splits[y].n; k++) {
             int x = s->splits[y].at[k].x;
-            pixels->split[row[y] + (size_t)k] = (struct rf_split_radius){
-                x, rf_plane_row(pixels, pixels->radius, y)[x]};
+            pixels->split[row[y] + (size_t)k] =
+                (struct rf_split_radius){x, rf_plane_row(pixels, pixels->radius, y)[x]};
         }
     return RF_OK;
 }

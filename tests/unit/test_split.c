@@ -171,6 +171,36 @@ static void parts_that_shine_are_noted(void)
     CHECK(none.n_near == 0 && none.n_far == 0);
 }
 
+/* ---- texture --------------------------------------------------------------------- */
+
+/* Is a pixel whole that lies beside a dark thing, its depth that of a wall behind, its
+ * colour between? The wall has stripes. */
+static bool is_whole_beside(float stripe, bool is_lone)
+{
+    enum { EDGE = 30 };
+    const int i = MOST_H / 2 * MOST_W + EDGE;
+    for (int k = 0; k < N; k++) {
+        bool is_wall = k % MOST_W >= EDGE, is_stripe = k / MOST_W / 2 % 2;
+        float v = !is_wall ? 0.02f : is_stripe ? stripe : 0.5f;
+        put(MOST_W, k % MOST_W, k / MOST_W, k == i ? 0.2f : v, is_wall ? 0 : -9);
+    }
+    is_alone = is_lone;
+    split(MOST_W, MOST_H, 1e9f);
+    is_alone = false;
+    CHECK(share[i] > 0);
+    return share[i] == 1;
+}
+
+/* It may be a dark stripe; several views know better. */
+static void a_textured_surface_keeps_its_pixels(void)
+{
+    CHECK(is_whole_beside(0.02f, true));
+    CHECK(is_whole_beside(0.15f, true));
+    CHECK(!is_whole_beside(0.45f, true));
+    CHECK(!is_whole_beside(0.5f, true));
+    CHECK(!is_whole_beside(0.02f, false));
+}
+
 /* ---- thin things ----------------------------------------------------------------- */
 
 /* Radius of the middle pixel of a wire before a wall, where the depth shows the wall;
@@ -235,6 +265,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(a_third_dark_pixels_make_a_fringe);
     TEST(parts_that_shine_are_noted);
+    TEST(a_textured_surface_keeps_its_pixels);
     TEST(what_a_wire_fills_is_the_wire);
     TEST(so_is_what_a_slanting_wire_fills);
     TEST(what_is_beside_a_wire_is_not_the_wire);
