@@ -148,10 +148,16 @@ def test_two_whole_pictures(fails, scene):
 # ---- pixels ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("nothing", [numpy.inf, 1e10])
-def test_all_infinite_depth(fails, scene, nothing):
+@pytest.mark.parametrize("nothing", [0, -0.0])
+def test_empty_depth(fails, scene, nothing):
     path = scene(change=lambda c: c["Z"].fill(nothing))
     fails(path, code=1, texts=["passes.exr: "])
+
+
+@pytest.mark.parametrize("nothing", [numpy.inf, 1e10])
+def test_nothing_but_sky_is_no_error(rackfocus, scene, tmp_path, nothing):
+    path = scene(change=lambda c: c["Z"].fill(nothing))
+    rackfocus("filter", path, "-o", tmp_path / "out.exr")
 
 
 def test_nan_colour(fails, scene):
