@@ -194,7 +194,8 @@ static bool is_block_in_cone(const struct highlights *h, const struct blockers *
 /* Rows ahead whose radii and shares are asked for, as rows lie far apart. */
 enum { ROWS_AHEAD = 6 };
 
-static void prefetch_row(const struct blockers *view, int x0, int x1, int y)
+static inline __attribute__((always_inline)) void
+prefetch_row(const struct blockers *view, int x0, int x1, int y)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     const float *radius = view->radius + view->stride * (size_t)y;

@@ -331,8 +331,11 @@ rf_result rf_accumulate_run(struct rf_work *work, struct rf_error *error);
 /* Index of the calling thread in its parallel region. */
 int rf_thread_num(void);
 
-/* Asks for n > 0 floats which are read soon, so that nobody waits for them then. */
-static inline void rf_fetch(const float *at, int n)
+/*
+ * Asks for n > 0 floats which are read soon, so that nobody waits for them then. GCC
+ * leaves out calls of functions that do nothing else: they are to be always inline.
+ */
+static inline __attribute__((always_inline)) void rf_fetch(const float *at, int n)
 {
     for (int i = 0; i < n; i += 64 / (int)sizeof *at)
         __builtin_prefetch(at + i);
