@@ -109,6 +109,8 @@ struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
                                       const struct rf_group *const sets[2], int tile);
 /* Has a tile of a group up to `reach` tiles from (tx, ty) samples? */
 bool rf_has_near(const struct rf_group *g, int tx, int ty, int reach);
+/* Is there any T left in a tile's row? */
+bool rf_is_row_open(const float *t);
 /* Has every pixel of the tile been covered? */
 bool rf_is_used_up(const struct rf_tile_state *s, int n_cells);
 /* Composites all bins of the samples around a tile into its state. */
@@ -125,6 +127,13 @@ void rf_begin_tile(const struct rf_composer *c, const struct rf_tile_state *s);
 /* Composites a coarse level, and adds it to the canvas. */
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error);
+
+/* ---- smooth.c ------------------------------------------------------------------ */
+
+/* What smooth surfaces near the focus leave open in a tile of level 0 shows their own
+ * colour; once all samples up to 2 px of radius are in it. Of one view. */
+void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
+                     const struct rf_tile_state *state);
 
 /* ---- gaps.c -------------------------------------------------------------------- */
 

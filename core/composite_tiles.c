@@ -23,11 +23,11 @@ static bool has_neighbours(const struct rf_group *g, int tx, int ty)
     return rf_has_near(g, tx, ty, 1);
 }
 
-/* Is there any T left in n pixels? What is used up is 0. */
-static bool is_open(const float *t, int n)
+/* Is there any T left in a tile's row? What is used up is 0. */
+bool rf_is_row_open(const float *t)
 {
     uint32_t any = 0;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < RF_TILE_W; i++) {
         uint32_t bits;
         memcpy(&bits, t + i, sizeof bits);
         any |= bits;
@@ -40,8 +40,7 @@ bool rf_is_used_up(const struct rf_tile_state *s, int n_cells)
 {
     for (int cell = 0; cell < n_cells; cell++)
         for (int y = 0; y < RF_TILE_H; y++)
-            if (is_open(s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y,
-                        RF_TILE_W))
+            if (rf_is_row_open(s->t + s->t_plane * (size_t)cell + s->t_row * (size_t)y))
                 return false;
     return true;
 }
@@ -91,11 +90,19 @@ static void spread_list(const struct rf_composer *c, const struct rf_tile_list *
         c->kernels->spread(acc, l->at + from, to - from, c->footprints->table, x0, y0);
 }
 
+/* Are the samples of bin b of full resolution and up to 2 px from the focus? */
+static bool is_near_focus(const struct rf_group *g, int b)
+{
+    int bin = g->first_bin + b;
+    return g->level == 0 && (bin == -1 || bin == 0);
+}
+
 /* Composites all bins of the samples around a tile into its state. */
 void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, int tx,
                        int ty, struct rf_accumulator *acc,
                        const struct rf_tile_state *state)
 {
+    bool has_sharp = false;
     for (int b = 0; b < g->n_bins; b++) {
         acc->reach = reach_of(c, g, b);
         for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
@@ -105,10 +112,13 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
                 if (l->n)
                     spread_list(c, l, b, tx * RF_TILE_W, ty * RF_TILE_H, acc);
             }
-        if (acc->last_row < 0)
-            continue;
-        c->kernels->flush(acc, state);
-        if (rf_is_used_up(state, c->canvas.n_cells))
+        bool is_reached = acc->last_row >= 0;
+        if (is_reached)
+            c->kernels->flush(acc, state);
+        has_sharp |= is_reached && is_near_focus(g, b);
+        if (has_sharp && g->first_bin + b == 0)
+            rf_close_smooth(c, tx, ty, state);
+        if (is_reached && rf_is_used_up(state, c->canvas.n_cells))
             return;
     }
 }

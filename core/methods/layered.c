@@ -11,6 +11,7 @@
  * at the end, each with the exact shape that things before it leave (highlight.c)
  * - hidden: background that only the lens can see is estimated (hidden.c)
  * - composite: samples near to far, then the hidden ones (composite.c)
+ * - smooth: a smooth surface near the focus has no holes (smooth.c)
  * - gaps: what is still open looks like the pixels around (gaps.c)
  *
  * Ours; reading: Kosloff 2009 (spreading), Lee, Eisemann and Seidel 2009 (layers), the

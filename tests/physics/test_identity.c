@@ -196,6 +196,33 @@ static void rims_are_alike_on_all_sides(void)
         }
 }
 
+/*
+ * Where a ball rests on the ground its surface turns away within a few pixels, and the
+ * ground comes back. Both are dark, and nothing of what lies far behind the ground's
+ * edge and is bright shines through; these radii let 15 % through.
+ */
+static void a_fold_near_the_focus_has_no_holes(void)
+{
+    static const double fold[] = {-0.25, -0.17, -0.02, 0.09, 0.36,
+                                  0.88,  0.69,  0.41,  0.18, -0.11};
+    enum { FROM = 20, N_FOLD = sizeof fold / sizeof *fold, EDGE = 50 };
+    struct rf_params params;
+    struct frame f = frame_make(48, 70, 3);
+    plain_params(&params, RF_METHOD_LAYERED);
+    for (int y = 0; y < f.height; y++)
+        for (int x = 0; x < f.width; x++) {
+            bool is_fold = y >= FROM && y < FROM + N_FOLD;
+            double r = is_fold ? fold[y - FROM] : y < FROM ? -0.3 : -0.35;
+            for (int c = 0; c < 3; c++)
+                frame_at(&f, f.colour, x, y)[c] = y < EDGE ? 0.1f : 0.9f;
+            f.depth[y * f.width + x] = plain_depth(y < EDGE ? r : 49);
+        }
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    for (int y = FROM - 5; y < FROM + N_FOLD + 5; y++)
+        CHECK_NEAR(frame_at(&f, f.out, 24, y)[1], 0.1, 0.002);
+    frame_free(&f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -204,6 +231,7 @@ int main(int argc, char **argv)
     TEST(a_pinhole_gives_the_input);
     TEST(constant_stays_constant_at_any_depth);
     TEST(rims_are_alike_on_all_sides);
+    TEST(a_fold_near_the_focus_has_no_holes);
     TEST(mirrored_input_gives_a_mirrored_picture);
     return testing_end();
 }
