@@ -72,12 +72,19 @@ struct rf_scene {
     struct rf_source visible_source, hidden_source; /* beside those arrays */
     struct rf_samples highlights; /* light to add, with exact visibility */
     /*
-     * Of each highlight the one whose mask it takes, what stands before that one: itself
-     * or one before it, and those between do so too. NULL: each has its own.
+     * Of each highlight the one whose mask it takes, what stands before that one:
+     * itself or one before it, and those between do so too. NULL: each has its own.
      */
     const uint32_t *highlight_leads;
     const struct rf_occluders *occluders;
     int n_views; /* of occluders */
+    /*
+     * Of one view: the radii of the pixels that one surface covers, INFINITY or a share
+     * below 1 in occluders->surfaces elsewhere, in rows of whole_stride; NULL: not at
+     * hand.
+     */
+    const float *whole_radius;
+    size_t whole_stride;
     /*
      * If not NULL, the result is not the work's: its colours, times `weight`, are added
      * to these planes of the picture's size, packed.

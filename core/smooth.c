@@ -89,8 +89,7 @@ void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
                      const struct rf_tile_state *state)
 {
     const struct rf_scene *scene = c->scene;
-    const struct rf_source *source = &scene->visible_source;
-    if (!source->radius || !scene->fills_gaps)
+    if (!scene->whole_radius || !scene->fills_gaps)
         return;
     const struct rf_surfaces *surfaces = scene->occluders->surfaces;
     /* Those at the scene's border lack neighbours. */
@@ -109,7 +108,7 @@ void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
             continue;
         for (int k = 0; k < 3; k++) {
             size_t row = (size_t)(y + k - 1), x = (size_t)(x0 - 1);
-            rows.radius[k] = source->radius + source->radius_stride * row + x;
+            rows.radius[k] = scene->whole_radius + scene->whole_stride * row + x;
             rows.share[k] = surfaces->share + (size_t)surfaces->width * row + x;
         }
         find_extremes(&rows, n + 2, &columns);

@@ -529,6 +529,21 @@ static void collect_hidden(const struct deep *d, struct rf_samples *out)
                 out->at[out->n++] = rf_sample_make(at, x, y, 1);
 }
 
+/* The radii of pixels that one sample covers, INFINITY elsewhere; NULL: no memory. */
+static float *find_whole(const struct deep *d)
+{
+    size_t width = (size_t)d->picture.width, n = width * (size_t)d->picture.height;
+    float *radius = rf_alloc(d->filter->context, n, sizeof *radius);
+    for (size_t i = 0; radius && i < n; i++)
+        radius[i] = INFINITY;
+    for (size_t i = 0; radius && i < d->samples.n; i++) {
+        const struct rf_sample *p = &d->samples.at[i];
+        if (p->kind == RF_SHARP && p->w >= 1)
+            radius[width * (size_t)p->y + (size_t)p->x] = p->r;
+    }
+    return radius;
+}
+
 /* ---- all ----------------------------------------------------------------------- */
 
 static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error *error)
@@ -542,6 +557,11 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
             return rf_fail_memory(error, n, sizeof *hidden.at);
         collect_hidden(d, &hidden);
     }
+    float *whole = find_whole(d);
+    if (!whole) {
+        rf_free(context, hidden.at);
+        return rf_fail_memory(error, n, sizeof *whole);
+    }
     struct rf_occluders occluders = {.surfaces = &d->picture.surfaces};
     struct rf_scene scene = {.filter = d->filter,
                              .width = d->picture.width,
@@ -554,9 +574,12 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
                              .hidden = hidden,
                              .occluders = &occluders,
                              .n_views = 1,
+                             .whole_radius = whole,
+                             .whole_stride = (size_t)d->picture.width,
                              .task = work->task,
                              .progress_to = 1};
     rf_result result = rf_composite_crop(&scene, work, error);
+    rf_free(context, whole);
     rf_free(context, hidden.at);
     return result;
 }

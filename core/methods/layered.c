@@ -95,6 +95,8 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                              .highlights = l->picture.highlights,
                              .n_views = 1,
                              .occluders = &occluders,
+                             .whole_radius = radius,
+                             .whole_stride = pixels->stride,
                              .task = work->task,
                              .progress_to = 1};
     scene.visible_source = (struct rf_source){.survey = survey_visible,
