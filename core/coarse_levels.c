@@ -283,7 +283,8 @@ static const float *widen(const struct rf_composer *c, const struct rf_group *g,
         const float *row = plane + g->stride * (size_t)y, *in = ends;
         if (is_inner) {
             in = row + first - 1;
-            rf_fetch(in + g->stride, n);
+            if (y + 1 < g->height)
+                rf_fetch(in + g->stride, n);
         }
         for (int i = 0; i < n && !is_inner; i++)
             ends[i] = row[rf_min_int(rf_max_int(first - 1 + i, 0), g->width - 1)];

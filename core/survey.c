@@ -21,7 +21,7 @@ static const float LARGE_SHARE = 1 / 3.0f, LARGE_LUMINANCE = 0.25f;
 enum {
     LARGE_PLACES = 6, /* across it */
     LARGE_LEAST_PX = 8,
-    LARGE_MOST_PX = 32,     /* less than what a pixel's areas reach */
+    LARGE_MOST_PX = 30,     /* less than what a pixel's areas reach */
     AREA = 32,              /* px a side */
     HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
 };
