@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * What the sub-commands of `rackfocus` share: how one is described, the list of them,
- * exit codes and messages.
+ * exit codes and messages (report.h).
  *
  * A new sub-command is one file, cmd_NAME.c, that defines
  *
@@ -16,13 +16,7 @@
 #include <stddef.h>
 
 #include "options.h"
-
-enum exit_code {
-    EXIT_DONE = 0,
-    EXIT_FAILED = 1,
-    EXIT_USAGE = 2,
-    EXIT_INTERRUPTED = 130,
-};
+#include "report.h"
 
 struct command {
     const char *name;
@@ -58,28 +52,5 @@ const struct command *const *command_list(size_t *n);
 
 /* The sub-command of this name, or NULL. */
 const struct command *command_find(const char *name);
-
-/* "rackfocus: " and the text on stderr. The text reads "FILE: what; way out". */
-void message(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
-/* Until it is called with NULL, messages of this thread are also kept in `text`. */
-void message_capture(char *text, size_t n_bytes);
-
-/* The same as a warning; nothing where `is_quiet`. */
-void warning(bool is_quiet, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-struct exr_error;
-
-/* Puts the text into *error; always false, to be returned. */
-bool set_error(struct exr_error *error, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-/* Memory of n_items * item_bytes, zeroed; says so and ends the program where there is
- * none. */
-void *need_memory(size_t n_items, size_t item_bytes);
-
-/* The number of threads for -j `asked`; 0 is one per processor. */
-int thread_count(int asked);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "interrupt.h"
 #include "picture.h"
 #include "progress.h"
 #include "rackfocus/rackfocus.h"
@@ -172,13 +173,13 @@ static int add_all(struct sum *sum, const struct operands *views)
     struct progress bar;
     bool is_good = start_sum(sum, &error);
     progress_start(&bar, "averaging", sum->tool->is_quiet);
-    for (int i = 0; i < views->n && is_good && !is_interrupted(); i++) {
+    for (int i = 0; i < views->n && is_good && !os_is_interrupted(); i++) {
         is_good = add_view(sum, &views->items[i], &error);
         progress_report(&bar, (double)(i + 1) / views->n);
     }
     progress_end(&bar);
-    if (is_good && is_interrupted())
-        return interrupt_exit_code();
+    if (is_good && os_is_interrupted())
+        return os_interrupt_code();
     if (is_good && write_mean(sum, views->n, &error))
         return EXIT_DONE;
     message("%s", error.message);
@@ -190,7 +191,6 @@ static int accumulate(const struct accumulate_options *tool,
 {
     struct exr_error error;
     struct sum sum = {.tool = tool, .n_threads = thread_count(tool->n_threads)};
-    interrupt_catch();
     if (!picture_check_writable(tool->output, &error) ||
         !open_view(tool, &views->items[0], &sum.first, &error)) {
         message("%s", error.message);

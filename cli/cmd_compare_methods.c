@@ -8,6 +8,8 @@
 #include <sys/stat.h>
 
 #include "cli.h"
+#include "clock.h"
+#include "interrupt.h"
 #include "json.h"
 #include "measure.h"
 #include "picture.h"
@@ -120,7 +122,7 @@ static void list_entries(struct comparison *c)
 static int fail_core(const struct comparison *c, const struct rf_error *error)
 {
     if (error->code == RF_ERROR_CANCELLED)
-        return interrupt_exit_code();
+        return os_interrupt_code();
     const struct rf_param_info *info = rf_param_find(error->field);
     if (error->code == RF_ERROR_PARAMETER && info && is_typed(c, info->key)) {
         message("--%s: %s", info->key, error->message);
@@ -225,14 +227,14 @@ static rf_result run_method(struct comparison *c, struct entry *e,
         .depth = rf_image_packed(c->depth, s->width, s->height, 1)};
     const struct rf_image out =
         rf_image_packed(c->out, s->width, s->height, s->n_channels);
-    for (int i = 0; i < c->tool->n_repeats && result == RF_OK && !is_interrupted();
+    for (int i = 0; i < c->tool->n_repeats && result == RF_OK && !os_is_interrupted();
          i++) {
-        const double start = clock_seconds();
+        const double start = os_clock_s();
         result = takes_views(c, e->method)
                      ? rf_filter_process(filter, c->views.views, c->views.n, &out, NULL,
                                          error)
                      : rf_filter_process(filter, &view, 1, &out, NULL, error);
-        e->time_s = fmin(e->time_s, clock_seconds() - start);
+        e->time_s = fmin(e->time_s, os_clock_s() - start);
     }
     rf_filter_destroy(filter);
     return result;
@@ -291,7 +293,7 @@ static int run_entries(struct comparison *c)
     int code = EXIT_DONE;
     progress_start(&bar, "comparing", c->tool->is_quiet);
     for (int i = 0; i < c->n_entries && code == EXIT_DONE; i++) {
-        code = is_interrupted() ? interrupt_exit_code() : run_entry(c, i);
+        code = os_is_interrupted() ? os_interrupt_code() : run_entry(c, i);
         progress_report(&bar, (double)(i + 1) / c->n_entries);
     }
     progress_end(&bar);
@@ -483,7 +485,6 @@ static int compare_methods(struct comparison *c, const struct operands *operands
 {
     const struct compare_methods_options *tool = c->tool;
     struct exr_error error;
-    interrupt_catch();
     if (!find_views(c, operands, &error) || !check_number(c, &error)) {
         views_list_free(&c->list);
         message("%s", error.message);

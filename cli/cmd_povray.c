@@ -2,7 +2,6 @@
 /* rackfocus povray: a POV-Ray scene in, the picture its lens would have made out. */
 #include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,8 +11,10 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "clock.h"
 #include "exr.h"
 #include "filter_run.h"
+#include "interrupt.h"
 #include "measure.h"
 #include "picture.h"
 #include "povray.h"
@@ -205,7 +206,7 @@ static bool check_views(struct povray_tool *tool, const struct settings *setting
 static bool is_cancelled(void *user)
 {
     (void)user;
-    return is_interrupted();
+    return os_is_interrupted();
 }
 
 static void show_progress(void *bar, double fraction)
@@ -288,8 +289,8 @@ struct job {
 
 static int fail_povray(const struct povray_error *error)
 {
-    if (error->is_interrupted || is_interrupted())
-        return interrupt_exit_code();
+    if (error->is_interrupted || os_is_interrupted())
+        return os_interrupt_code();
     message("%s", error->message);
     return EXIT_FAILED;
 }
@@ -542,14 +543,14 @@ static int compare_reference(struct job *job, const char *output, double own_s)
 
 static int make_picture(struct job *job)
 {
-    job->started_s = clock_seconds();
+    job->started_s = os_clock_s();
     char *output = frame_name(job->tool->output, job->options.frame);
     int code = render(job, output);
     if (code == EXIT_DONE && !job->tool->is_average)
         code = keep_passes(job);
     if (code == EXIT_DONE && !job->tool->is_average)
         code = filter_passes(job, output);
-    const double own_s = clock_seconds() - job->started_s;
+    const double own_s = os_clock_s() - job->started_s;
     if (code == EXIT_DONE && !job->tool->is_quiet) {
         print_lens(job);
         printf("%s: %.2f s, %.2f s of it POV-Ray's\n", output, own_s,
@@ -618,13 +619,6 @@ static int run_camera(struct job *job)
     return code;
 }
 
-/* A lost terminal ends the work as an interruption does, so that nothing stays. */
-static void end_politely(int number)
-{
-    (void)number;
-    raise(SIGTERM);
-}
-
 static int run_tool(struct povray_tool *tool, struct settings *settings,
                     const struct operands *operands)
 {
@@ -637,9 +631,6 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
     if (tool->is_linear)
         settings_set(settings, "blend-gamma", "1", NULL);
     job.settings = *settings;
-    interrupt_catch();
-    if (signal(SIGHUP, end_politely) == SIG_IGN)
-        signal(SIGHUP, SIG_IGN); /* nohup */
     if (tool->is_camera_only) {
         job.options.wants_lens = false;
         return run_camera(&job);

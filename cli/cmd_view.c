@@ -2,19 +2,16 @@
 /* rackfocus view: checks the command line and hands over to the window's program. */
 #include "cmd_view.h"
 
-#include <errno.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "cli.h"
 #include "depth_repair.h"
+#include "file.h"
 #include "params_file.h"
 #include "picture.h"
+#include "process.h"
 #include "rackfocus/rackfocus.h"
 
 #define AT(member) offsetof(struct view_options, member)
@@ -133,12 +130,6 @@ static const struct option options[] = {
 
 /* ---- the command line ----------------------------------------------------------- */
 
-bool view_is_scene(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-    return dot && (strcasecmp(dot, ".pov") == 0 || strcasecmp(dot, ".ini") == 0);
-}
-
 static bool fail_usage(const char *text)
 {
     message("%s; see rackfocus view --help", text);
@@ -208,10 +199,10 @@ static bool check_usage(const struct view_options *tool,
         return false;
     }
     for (int i = 0; i < operands->n && operands->n > 1; i++)
-        if (view_is_scene(operands->items[i]))
+        if (picture_is_scene(operands->items[i]))
             return fail_usage("view takes one POV-Ray scene; options for POV-Ray "
                               "follow --");
-    const bool is_scene = operands->n == 1 && view_is_scene(operands->items[0]);
+    const bool is_scene = operands->n == 1 && picture_is_scene(operands->items[0]);
     if (!is_scene && (tool->n_views > 1 || tool->keep))
         return fail_usage("--views and --keep are for POV-Ray scenes");
     if (tool->keep && picture_kind(tool->keep) == PICTURE_EXR)
@@ -247,17 +238,12 @@ int view_parse(int argc, char **argv, struct view_call *call)
 static bool find_window(char *path, size_t n_bytes)
 {
     static const char *const places[] = {"", "../libexec/", "../view/"};
-    char folder[PATH_MAX];
-    const ssize_t n = readlink("/proc/self/exe", folder, sizeof(folder) - 1);
-    if (n <= 0)
+    char folder[4096];
+    if (!os_program_folder(folder, sizeof(folder)))
         return false;
-    folder[n] = 0;
-    *(strrchr(folder, '/') + 1) = 0;
     for (size_t i = 0; i < sizeof(places) / sizeof(places[0]); i++) {
         snprintf(path, n_bytes, "%s%srackfocus-view", folder, places[i]);
-        struct stat status;
-        if (stat(path, &status) == 0 && S_ISREG(status.st_mode) &&
-            access(path, X_OK) == 0)
+        if (os_file_is_program(path))
             return true;
     }
     return false;
@@ -270,7 +256,7 @@ static int cmd_view(int argc, char **argv)
     if (code != OPTIONS_GO_ON)
         return code;
     operands_free(&call.operands);
-    char path[PATH_MAX + 64];
+    char path[4096 + 64];
     if (!find_window(path, sizeof(path))) {
         message("view: this build has no window, since SDL2, OpenGL or FreeType was "
                 "not found; install libsdl2-dev, libgl-dev and libfreetype-dev, and "
@@ -280,8 +266,8 @@ static int cmd_view(int argc, char **argv)
     /* Threads that wait must leave the processor to those that draw. Read when OpenMP
      * starts, so it has to be set before the program does. */
     setenv("OMP_WAIT_POLICY", "passive", 0);
-    execv(path, argv);
-    message("%s: cannot be started: %s", path, strerror(errno));
+    const int number = os_process_become(path, argv);
+    message("%s: cannot be started: %s", path, strerror(number));
     return EXIT_FAILED;
 }
 

@@ -6,9 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "clean_up.h"
 #include "cli.h"
-#include "exr.h"
 #include "help.h"
+#include "interrupt.h"
 #include "rackfocus/rackfocus.h"
 
 static int fail_unknown_command(const char *name)
@@ -73,6 +74,7 @@ static int run(int argc, char **argv)
     const struct command *command = command_find(argv[1]);
     if (!command)
         return fail_unknown_command(argv[1]);
+    os_interrupt_catch();
     return command->run(argc - 1, argv + 1);
 }
 
@@ -82,7 +84,7 @@ int main(int argc, char **argv)
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
     /* Whoever ends the program, OpenMP without memory among them: no half files. */
-    atexit(exr_remove_partial);
+    atexit(os_clean_up);
     const int code = run(argc, argv);
     const bool is_pipe_closed = fflush(stdout) != 0 && errno == EPIPE;
     if (ferror(stdout) && !is_pipe_closed && code == EXIT_DONE) {

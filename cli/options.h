@@ -13,6 +13,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "operands.h"
+
 struct command;
 struct settings;
 
@@ -35,15 +37,6 @@ struct option {
     const char *help;  /* a sentence */
     double min, max;
     const char *choices; /* "half|float" */
-};
-
-/* What is left of the command line after the options. */
-struct operands {
-    char **items; /* allocated; free with operands_free */
-    int n;
-    char **rest; /* what followed "--", within argv; also in items unless the command
-                    keeps_rest */
-    int n_rest;
 };
 
 /* What options_parse returns where the command is to go on. */

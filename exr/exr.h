@@ -240,12 +240,6 @@ bool png_write(const char *path, const float *samples, int32_t width, int32_t he
 bool png_read(const char *path, float **samples, int32_t *width, int32_t *height,
               struct exr_error *error);
 
-/*
- * Removes the files of this process that are written and not yet renamed. For a handler
- * of SIGINT or SIGTERM: calls only unlink. The write itself goes on and then fails.
- */
-void exr_remove_partial(void);
-
 /* Largest picture that readers accept, px; guards against damaged headers. */
 #define EXR_MAX_SIDE 65535
 

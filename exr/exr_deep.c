@@ -10,12 +10,13 @@
  */
 #include "exr_private.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <unistd.h>
+
 #include <zlib.h>
+
+#include "file.h"
 
 struct reader {
     struct exr_input *input;
@@ -84,17 +85,7 @@ static bool undo(int compression, const uint8_t *packed, size_t n_packed,
 static bool read_bytes(const struct exr_input *input, uint8_t *to, size_t n,
                        uint64_t offset)
 {
-    while (n > 0) {
-        ssize_t got = pread(input->fd, to, n, (off_t)offset);
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0)
-            return false;
-        to += got;
-        n -= (size_t)got;
-        offset += (uint64_t)got;
-    }
-    return true;
+    return os_file_read_at(input->fd, to, n, offset) == n;
 }
 
 /*

@@ -9,11 +9,10 @@
 #include "exr_private.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
+
+#include "file.h"
 
 /* Far beyond what renderers write, and small enough for searches by name. */
 enum { MAX_CHANNELS = 8192, MAX_PARTS = 2048 };
@@ -75,19 +74,10 @@ static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
                        exr_stream_error_func_ptr_t report)
 {
     const struct exr_input *input = user;
-    uint64_t done = 0;
-    while (done < size) {
-        ssize_t n = pread(input->fd, (char *)buffer + done, size - done,
-                          (off_t)(offset + done));
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n < 0)
-            report(context, EXR_ERR_READ_IO, "%s", strerror(errno));
-        if (n <= 0)
-            break;
-        done += (uint64_t)n;
-    }
-    return (int64_t)done;
+    const size_t n = os_file_read_at(input->fd, buffer, size, offset);
+    if (n < size && errno != 0)
+        report(context, EXR_ERR_READ_IO, "%s", strerror(errno));
+    return (int64_t)n;
 }
 
 static int64_t query_size(exr_const_context_t context, void *user)
@@ -97,22 +87,21 @@ static int64_t query_size(exr_const_context_t context, void *user)
 
 static bool open_file(struct exr_input *input, struct exr_error *error)
 {
-    struct stat status;
+    struct os_file_facts facts;
     unsigned char magic[4] = {0};
 
-    input->fd = open(input->path, O_RDONLY | O_CLOEXEC);
-    if (input->fd < 0 || fstat(input->fd, &status) != 0)
-        return exr_fail(error, input->path, "%s", strerror(errno));
-    if (S_ISDIR(status.st_mode))
+    int number = os_file_open(input->path, &input->fd, &facts);
+    if (number != 0)
+        return exr_fail(error, input->path, "%s", strerror(number));
+    if (facts.kind == OS_FILE_FOLDER)
         return exr_fail(error, input->path, "is a folder, not an OpenEXR file");
-    if (!S_ISREG(status.st_mode))
+    if (facts.kind != OS_FILE_REGULAR)
         return exr_fail(error, input->path,
                         "is not a regular file; OpenEXR files cannot be piped");
-    input->size_bytes = status.st_size;
-    if (status.st_size == 0)
+    input->size_bytes = facts.n_bytes;
+    if (facts.n_bytes == 0)
         return exr_fail(error, input->path, "is empty");
-    ssize_t n = pread(input->fd, magic, sizeof magic, 0);
-    if (n < 0)
+    if (os_file_read_at(input->fd, magic, sizeof magic, 0) == 0 && errno != 0)
         return exr_fail(error, input->path, "%s", strerror(errno));
     if (memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
         return exr_fail(error, input->path, "is not an OpenEXR file");
@@ -315,7 +304,7 @@ void exr_close(struct exr_input *input)
     if (input->context)
         exr_finish(&input->context);
     if (input->fd >= 0)
-        close(input->fd);
+        os_file_close(input->fd);
     free(input->path);
     free(input->parts);
     free(input->channels);

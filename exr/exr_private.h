@@ -8,6 +8,7 @@
 #include <openexr.h>
 
 #include "exr.h"
+#include "replace.h"
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "EXR stores little-endian samples and this code copies them as they are"
@@ -123,18 +124,10 @@ bool exr_has_f16c(void);
 void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
                      const uint8_t *samples);
 
-/* A file written beside `path`, to be renamed over it. */
-struct partial_file {
-    char *target, *path;
-    int fd;
-    int slot;
-};
-
-bool partial_open(struct partial_file *file, const char *path, struct exr_error *error);
-/* Syncs, renames and closes; on failure removes. */
-bool partial_commit(struct partial_file *file, struct exr_error *error);
-void partial_abort(struct partial_file *file);
-/* False, with the words for a failed write; removes nothing yet. */
-bool partial_fail(const struct partial_file *file, int number, struct exr_error *error);
+/* os_replace_*() with words in place of numbers; messages name `path`. */
+bool partial_open(struct os_replace *file, const char *path, struct exr_error *error);
+bool partial_commit(struct os_replace *file, const char *path, struct exr_error *error);
+/* The words for an errno; always false. */
+bool partial_fail(const char *path, int number, struct exr_error *error);
 
 #endif

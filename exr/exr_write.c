@@ -31,8 +31,8 @@ static bool end_file(struct writer *w, bool is_good)
 {
     writer_free_plan(w);
     if (is_good)
-        return partial_commit(&w->file, w->error);
-    partial_abort(&w->file);
+        return partial_commit(&w->file, w->path, w->error);
+    os_replace_abort(&w->file);
     return false;
 }
 

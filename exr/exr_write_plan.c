@@ -12,32 +12,24 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+
+#include "file.h"
 
 static int64_t write_at(exr_const_context_t context, void *user, const void *buffer,
                         uint64_t size, uint64_t offset,
                         exr_stream_error_func_ptr_t report)
 {
     struct writer *w = user;
-    uint64_t done = 0;
-    while (done < size) {
-        ssize_t n = pwrite(w->file.fd, (const char *)buffer + done, size - done,
-                           (off_t)(offset + done));
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0) {
-            w->write_errno = n < 0 ? errno : EIO;
-            return -1;
-        }
-        done += (uint64_t)n;
-    }
-    return (int64_t)done;
+    if (os_file_write_at(w->file.fd, buffer, size, offset) == size)
+        return (int64_t)size;
+    w->write_errno = errno;
+    return -1;
 }
 
 bool writer_fail(struct writer *w, exr_result_t result)
 {
     if (w->write_errno != 0)
-        return partial_fail(&w->file, w->write_errno, w->error);
+        return partial_fail(w->path, w->write_errno, w->error);
     return exr_fail(w->error, w->path, "cannot write: %s", exr_core_message(result));
 }
 /* ---- the plan ------------------------------------------------------------------- */

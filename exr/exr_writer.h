@@ -36,7 +36,7 @@ struct writer {
     const char *path;
     int n_threads;
     exr_context_t context;
-    struct partial_file file;
+    struct os_replace file;
     int write_errno;
     int n_parts;
     struct out_part *parts;

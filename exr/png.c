@@ -11,10 +11,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <png.h>
+
+#include "file.h"
 
 /* zlib cannot shrink by more than this; a header that claims more is damaged. */
 enum { MAX_ZLIB_RATIO = 1040 };
@@ -112,7 +112,7 @@ static bool write_stream(struct png_work *work, const float *samples, int32_t wi
 bool png_write(const char *path, const float *samples, int32_t width, int32_t height,
                int n_channels, int bits, bool is_encoded, struct exr_error *error)
 {
-    struct partial_file file;
+    struct os_replace file;
     struct png_work work = {0};
     if (width < 1 || height < 1 || n_channels < 1 || n_channels > 4 ||
         n_channels == 2 || (bits != 8 && bits != 16))
@@ -121,9 +121,7 @@ bool png_write(const char *path, const float *samples, int32_t width, int32_t he
                         (int)width, (int)height, n_channels, bits);
     if (!partial_open(&file, path, error))
         return false;
-    /* The stream owns its own descriptor: partial_commit syncs and closes the other. */
-    int fd = dup(file.fd);
-    work.stream = fd >= 0 ? fdopen(fd, "wb") : NULL;
+    work.stream = os_replace_stream(&file);
     bool is_good = work.stream && write_stream(&work, samples, width, height,
                                                n_channels, bits, is_encoded);
     int write_errno = errno;
@@ -134,10 +132,9 @@ bool png_write(const char *path, const float *samples, int32_t width, int32_t he
         write_errno = errno;
     }
     if (is_good)
-        return partial_commit(&file, error);
-    partial_fail(&file, write_errno ? write_errno : EIO, error);
-    partial_abort(&file);
-    return false;
+        return partial_commit(&file, path, error);
+    os_replace_abort(&file);
+    return partial_fail(path, write_errno ? write_errno : EIO, error);
 }
 
 /* Header, checks and the transformations to 8 or 16 bit RGBA. */
@@ -210,20 +207,18 @@ bool png_read(const char *path, float **samples, int32_t *width, int32_t *height
               struct exr_error *error)
 {
     struct png_work work = {0};
-    struct stat status;
     unsigned char signature[8];
     *samples = NULL;
+    const struct os_file_facts facts = os_file_facts(path);
+    if (facts.kind == OS_FILE_OTHER)
+        return exr_fail(error, path, "is no regular file");
     work.stream = fopen(path, "rb");
-    if (!work.stream || fstat(fileno(work.stream), &status) != 0) {
-        exr_fail(error, path, "%s", strerror(errno));
-        if (work.stream)
-            fclose(work.stream);
-        return false;
-    }
+    if (!work.stream)
+        return exr_fail(error, path, "%s", strerror(errno));
     bool is_png =
         fread(signature, 1, 8, work.stream) == 8 && png_sig_cmp(signature, 0, 8) == 0;
     rewind(work.stream);
-    bool is_good = is_png && read_stream(&work, status.st_size, samples, width, height);
+    bool is_good = is_png && read_stream(&work, facts.n_bytes, samples, width, height);
     png_destroy_read_struct(&work.png, &work.info, NULL);
     free(work.row);
     fclose(work.stream);

@@ -9,15 +9,16 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "cmd_view.h"
 #include "demo.h"
 #include "font.h"
 #include "gl.h"
+#include "operands.h"
 #include "picture.h"
 #include "stage.h"
 #include "state.h"
 #include "stats.h"
 #include "ui.h"
+#include "view_options.h"
 #include "worker.h"
 
 #define MAX_PATH 4096

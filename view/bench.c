@@ -10,7 +10,7 @@
 #include <sys/resource.h>
 
 #include "app.h"
-#include "progress.h"
+#include "clock.h"
 
 #define EVENTS_A_SECOND 60
 #define PERIOD_S 4.0 /* to and fro */
@@ -59,7 +59,7 @@ static bool find_handle(const struct app *app, struct area *area)
 void bench_step(struct app *app)
 {
     struct area handle;
-    const double now_s = clock_seconds();
+    const double now_s = os_clock_s();
     struct bench *bench = &app->bench;
     if (!find_handle(app, &handle) || !app->shot || bench->is_over)
         return;

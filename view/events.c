@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "app.h"
-#include "progress.h"
+#include "clock.h"
 
 #define CLICK_PX 4 /* a button that moved less is a click */
 
@@ -235,10 +235,10 @@ static void place_mouse(struct app *app, int x, int y)
     app->input.y = y * app->density;
 }
 
-/* When it happened, in seconds of clock_seconds(). */
+/* When it happened, in seconds of os_clock_s(). */
 static double time_of(const SDL_Event *event)
 {
-    return clock_seconds() - 1e-3 * (SDL_GetTicks() - event->common.timestamp);
+    return os_clock_s() - 1e-3 * (SDL_GetTicks() - event->common.timestamp);
 }
 
 static void take_window_event(struct app *app, const SDL_WindowEvent *event)

@@ -9,7 +9,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "cli.h"
+#include "report.h"
 
 /* Letters beyond ASCII that the window writes; they follow those in the table. */
 static const unsigned extra[] = {0x221e, 0xb0, 0xd7, 0x2026, 0x2192, 0x25b8, 0x2212};

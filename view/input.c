@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
 #include "relief.h"
+#include "report.h"
 
 struct input *input_create(int32_t width, int32_t height, int n_channels, int n_views)
 {

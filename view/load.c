@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
-#include "progress.h"
+#include "clock.h"
+#include "report.h"
 
 static void push_event(const struct app *app, enum app_event code, void *data)
 {
@@ -226,7 +226,7 @@ bool load_demo(struct app *app)
 
 void load_look_for_files(struct app *app)
 {
-    const double now_s = clock_seconds();
+    const double now_s = os_clock_s();
     if (!app->stage || now_s - app->looked_s < 1)
         return;
     app->looked_s = now_s;

@@ -7,8 +7,11 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
-#include "progress.h"
+#include "clean_up.h"
+#include "clock.h"
+#include "cmd_view.h"
+#include "interrupt.h"
+#include "report.h"
 
 #define STATUS_S 6.0
 #define DRAG_FRAME_S 0.04 /* between two frames without a new picture */
@@ -19,7 +22,7 @@ void app_say(struct app *app, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(app->status, sizeof(app->status), format, arguments);
     va_end(arguments);
-    app->status_until_s = clock_seconds() + STATUS_S;
+    app->status_until_s = os_clock_s() + STATUS_S;
     app->state.problem[0] = 0;
     app->is_redraw_due = true;
     trace_text(app, "said", app->status);
@@ -154,7 +157,7 @@ void app_act(struct app *app, enum action action)
     switch (action) {
     case ACTION_STATS:
         app->has_stats = !app->has_stats;
-        stats_start(&app->stats, clock_seconds());
+        stats_start(&app->stats, os_clock_s());
         break;
     case ACTION_PANEL:
         app->has_panel = !app->has_panel;
@@ -323,10 +326,10 @@ static bool take_shot(struct app *app, bool is_pinhole)
         shot_free(shot);
         return false;
     }
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     gl_picture_put(is_pinhole ? &app->before : &app->after, shot->rgba, shot->width,
                    shot->height);
-    app->stats.draw_ms += 1000 * (clock_seconds() - start_s);
+    app->stats.draw_ms += 1000 * (os_clock_s() - start_s);
     free(shot->rgba);
     shot->rgba = NULL;
     if (is_pinhole && app->shot) {
@@ -343,7 +346,7 @@ static bool take_shot(struct app *app, bool is_pinhole)
  */
 static bool is_drawn_soon(const struct app *app)
 {
-    return ui_is_dragging(&app->ui) && clock_seconds() - app->drawn_s < DRAG_FRAME_S;
+    return ui_is_dragging(&app->ui) && os_clock_s() - app->drawn_s < DRAG_FRAME_S;
 }
 
 static void show(struct app *app)
@@ -360,10 +363,10 @@ static void show(struct app *app)
     trace_layout(app);
     const struct shot *shot = app->shot;
     if (has_new && shot)
-        stats_shown(&app->stats, shot->id, clock_seconds(), shot->filter_ms,
+        stats_shown(&app->stats, shot->id, os_clock_s(), shot->filter_ms,
                     shot->display_ms, shot->quality == SHOT_PREVIEW, shot->times > 1);
     else if (has_pinhole)
-        stats_shown(&app->stats, app->pinhole_id, clock_seconds(), 0, 0, false, false);
+        stats_shown(&app->stats, app->pinhole_id, os_clock_s(), 0, 0, false, false);
     if (has_new)
         trace_shown(app, false);
     if (has_pinhole)
@@ -389,14 +392,14 @@ static int wait_ms(const struct app *app)
 static void run(struct app *app)
 {
     SDL_Event event;
-    while (!app->is_ending && !is_interrupted()) {
+    while (!app->is_ending && !os_is_interrupted()) {
         if (SDL_WaitEventTimeout(&event, wait_ms(app))) {
             do {
                 events_take(app, &event);
             } while (!app->is_ending && SDL_PollEvent(&event));
         } else if (app->loader.is_running || app->status[0]) {
             app->is_redraw_due = true;
-            if (clock_seconds() > app->status_until_s)
+            if (os_clock_s() > app->status_until_s)
                 app->status[0] = 0;
         }
         load_look_for_files(app);
@@ -479,13 +482,14 @@ static int run_app(struct app *app)
     run(app);
     if (app->options->benchmark_s > 0 && app->bench.is_over)
         bench_print(app);
-    return is_interrupted() ? interrupt_exit_code() : app->exit_code;
+    return os_is_interrupted() ? os_interrupt_code() : app->exit_code;
 }
 
 int main(int argc, char **argv)
 {
     struct view_call call;
     signal(SIGPIPE, SIG_IGN);
+    atexit(os_clean_up);
     const int code = view_parse(argc, argv, &call);
     if (code != OPTIONS_GO_ON)
         return code;
@@ -495,7 +499,7 @@ int main(int argc, char **argv)
                         .typed = call.settings,
                         .has_panel = true,
                         .density = 1};
-    interrupt_catch();
+    os_interrupt_catch();
     app->exit_code = run_app(app);
     const int result = app->exit_code;
     close_app(app);

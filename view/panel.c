@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "app.h"
-#include "progress.h"
+#include "clock.h"
 
 /* ---- parameters --------------------------------------------------------------------
  */
@@ -368,11 +368,11 @@ static void draw_status(struct app *app)
                  100 * app->loader.stage->fraction);
     else if (app->state.problem[0])
         snprintf(left, sizeof(left), "%s", app->state.problem);
-    else if (clock_seconds() < app->status_until_s)
+    else if (os_clock_s() < app->status_until_s)
         snprintf(left, sizeof(left), "%s", app->status);
     else if (app->has_stage)
         describe_place(app, left, sizeof(left));
-    if (app->state.problem[0] || clock_seconds() < app->status_until_s)
+    if (app->state.problem[0] || os_clock_s() < app->status_until_s)
         colour = WARN;
     const int right_width = font_width(&app->font, right, SIZE_MAX);
     ui_draw_text(ui, &ui->above, area.x + pad, top, area.width - right_width - 3 * pad,

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "cli.h"
+#include "report.h"
 #include "stage.h"
 
 static char *copy_text(const char *text)

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
 #include "params_file.h"
+#include "report.h"
 
 /* One saving on its way; the worker's thread ends it. */
 struct saving {

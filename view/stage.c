@@ -9,10 +9,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "cli.h"
 #include "depth_repair.h"
 #include "filter_run.h"
+#include "picture.h"
 #include "povray_files.h"
+#include "report.h"
 
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
 
@@ -242,7 +243,7 @@ bool stage_load(struct stage *stage, const struct settings *typed,
                 struct exr_error *error)
 {
     stage->is_scene =
-        stage->files->n_paths == 1 && view_is_scene(stage->files->paths[0]);
+        stage->files->n_paths == 1 && picture_is_scene(stage->files->paths[0]);
     if (!stage->is_scene)
         return read_files(stage, typed, stage->files->paths, stage->files->n_paths,
                           error);

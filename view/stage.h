@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cmd_view.h"
+#include "view_options.h"
 #include "input.h"
 #include "povray.h"
 #include "source.h"

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
 #include "progress.h"
+#include "report.h"
 
 void trace_open(struct app *app)
 {

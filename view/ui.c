@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
+#include "report.h"
 
 /* 0xRRGGBBAA, on UI_PANEL_COLOUR; contrast of text to ground 11:1 and more. */
 #define FIELD_COLOUR 0x3a3a40ff

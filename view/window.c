@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
+#include "clock.h"
 #include "density.h"
-#include "progress.h"
+#include "report.h"
 
 #define STATUS_COLOUR 0x1a1a1eff
 #define LETTER_PX 14 /* at 96 dots per inch */
@@ -233,7 +233,7 @@ static void draw_split(struct app *app)
 
 void window_draw(struct app *app)
 {
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     app->is_redraw_due = false;
     app->drawn_s = start_s;
     if (app->width < 1 || app->height < 1)
@@ -250,5 +250,5 @@ void window_draw(struct app *app)
     gl_clip(0, 0, app->width, app->height);
     gl_draw_quads(app->ui.above.items, app->ui.above.n, app->mask);
     SDL_GL_SwapWindow(app->window);
-    stats_drawn(&app->stats, 1000 * (clock_seconds() - start_s));
+    stats_drawn(&app->stats, 1000 * (os_clock_s() - start_s));
 }

@@ -8,10 +8,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "cli.h"
+#include "clock.h"
 #include "display.h"
 #include "measure.h"
-#include "progress.h"
+#include "report.h"
 #include "shrink.h"
 
 enum {
@@ -135,7 +135,7 @@ static bool is_ending(struct worker *w)
 static bool report_best(void *user, double fraction)
 {
     struct worker *w = user;
-    const double now_s = clock_seconds();
+    const double now_s = os_clock_s();
     pthread_mutex_lock(&w->lock);
     w->state.fraction = fraction;
     pthread_mutex_unlock(&w->lock);
@@ -185,7 +185,7 @@ static rf_result run_filter(struct worker *w, const struct rf_params *params,
                             const struct rf_progress *progress, double *ms,
                             struct rf_error *error)
 {
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     struct rf_filter *filter;
     rf_result result =
         rf_filter_create(&filter, w->context, params, out->width, out->height, error);
@@ -197,7 +197,7 @@ static rf_result run_filter(struct worker *w, const struct rf_params *params,
     if (result == RF_OK)
         result = rf_filter_process(filter, views, n_views, out, progress, error);
     rf_filter_destroy(filter);
-    *ms = 1000 * (clock_seconds() - start_s);
+    *ms = 1000 * (os_clock_s() - start_s);
     return result;
 }
 
@@ -332,7 +332,7 @@ static rf_result make_best(struct worker *w, const struct job *job,
     pthread_mutex_lock(&w->lock);
     w->state.is_best = false;
     if (result == RF_ERROR_CANCELLED) {
-        const double ms = 1000 * (clock_seconds() - w->asked_s);
+        const double ms = 1000 * (os_clock_s() - w->asked_s);
         w->state.n_cancelled++;
         if (w->is_new)
             w->state.cancel_ms = fmax(w->state.cancel_ms, ms);
@@ -351,7 +351,7 @@ static rf_result make_best(struct worker *w, const struct job *job,
 
 static rf_result see(struct worker *w, const struct job *job, struct rf_error *error)
 {
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     struct rf_lens lens;
     const rf_result result =
         rf_lens_init(&lens, &job->params, job->input->width, job->input->height, error);
@@ -359,7 +359,7 @@ static rf_result see(struct worker *w, const struct job *job, struct rf_error *e
         return result;
     begin_kept(&w->best, job, 1);
     input_see(job->input, &lens, job->eye, w->best.pixels, &w->best.eye_view);
-    w->best.filter_ms = 1000 * (clock_seconds() - start_s);
+    w->best.filter_ms = 1000 * (os_clock_s() - start_s);
     snprintf(w->best.method, sizeof(w->best.method), "eye");
     return RF_OK;
 }
@@ -394,7 +394,7 @@ static void show_difference(const struct job *job, const float *pixels,
 static void show_kept(struct worker *w, const struct job *job, const struct kept *kept,
                       enum shot_quality quality)
 {
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     struct shot *shot = new_shot(job, kept->times);
     const size_t n = (size_t)shot->width * (size_t)shot->height;
     shot->quality = quality;
@@ -406,7 +406,7 @@ static void show_kept(struct worker *w, const struct job *job, const struct kept
     else
         display_picture(w->tone, kept->pixels, job->input->n_channels, n, job->exposure,
                         shot->rgba);
-    shot->display_ms = 1000 * (clock_seconds() - start_s);
+    shot->display_ms = 1000 * (os_clock_s() - start_s);
     publish(w, shot);
 }
 
@@ -445,7 +445,7 @@ static double full_radius(const float *radius, size_t n)
 static bool show_map(struct worker *w, const struct job *job, struct rf_error *error)
 {
     const struct input *input = job->input;
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     struct shot *shot = new_shot(job, 1);
     const size_t n = (size_t)shot->width * (size_t)shot->height;
     shot->quality = SHOT_BEST;
@@ -466,7 +466,7 @@ static bool show_map(struct worker *w, const struct job *job, struct rf_error *e
                          job->exposure, job->params.coc_limit, shot->rgba);
         free(radius);
     }
-    shot->display_ms = 1000 * (clock_seconds() - start_s);
+    shot->display_ms = 1000 * (os_clock_s() - start_s);
     publish(w, shot);
     return true;
 }
@@ -476,14 +476,14 @@ static void show_pinhole(struct worker *w, const struct job *job)
     const struct input *input = job->input;
     if (w->pinhole_input == input && w->pinhole_exposure == job->exposure)
         return;
-    const double start_s = clock_seconds();
+    const double start_s = os_clock_s();
     struct shot *shot = new_shot(job, 1);
     shot->is_pinhole = true;
     shot->quality = SHOT_BEST;
     display_picture(w->tone, input->colour, input->n_channels,
                     (size_t)input->width * (size_t)input->height, job->exposure,
                     shot->rgba);
-    shot->display_ms = 1000 * (clock_seconds() - start_s);
+    shot->display_ms = 1000 * (os_clock_s() - start_s);
     input_drop(w->pinhole_input);
     w->pinhole_input = input_hold(job->input);
     w->pinhole_exposure = job->exposure;
@@ -677,7 +677,7 @@ void worker_ask(struct worker *w, const struct job *job)
     w->asked = *job;
     input_hold(job->input);
     w->is_new = true;
-    w->asked_s = clock_seconds();
+    w->asked_s = os_clock_s();
     pthread_cond_broadcast(&w->changed);
     pthread_mutex_unlock(&w->lock);
     input_drop(old);

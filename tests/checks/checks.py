@@ -374,7 +374,7 @@ def valgrind():
 
 # ---- static analysis ---------------------------------------------------------------
 
-ANALYSED = ["core", "exr", "povray_glue", "plugin", "cli"]
+ANALYSED = ["os", "core", "exr", "povray_glue", "plugin", "app", "cli"]
 TIDY = (
     "-*,bugprone-*,clang-analyzer-*,-bugprone-easily-swappable-parameters,"
     "-bugprone-narrowing-conversions,-bugprone-implicit-widening-of-multiplication-result,"

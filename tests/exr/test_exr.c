@@ -292,15 +292,15 @@ static void says_when_the_disk_is_full(void)
 static void removes_partial_files(void)
 {
     struct exr_error error = {""};
-    struct partial_file file;
+    struct os_replace file;
     int n = count_files(folder);
     REQUIRE(partial_open(&file, in_folder("partial.exr"), &error));
     CHECK(count_files(folder) == n + 1);
     errno = 77;
-    exr_remove_partial();
+    os_replace_remove_all();
     CHECK(errno == 77);
     CHECK(count_files(folder) == n);
-    CHECK(!partial_commit(&file, &error));
+    CHECK(!partial_commit(&file, "partial.exr", &error));
     CHECK(count_files(folder) == n);
 }
 

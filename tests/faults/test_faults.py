@@ -129,7 +129,8 @@ def test_no_threads(binary, failing, tmp_path):
         out.unlink()
         done, _ = run_failing(binary, failing, count, *arguments, FAIL_THREAD=k)
         assert done.returncode == 0, done.stderr
-        assert f"only {k} of 5 threads" in done.stderr
+        # One of them watches for signals.
+        assert f"only {max(k - 1, 1)} of 5 threads" in done.stderr
         assert out.read_bytes() == want
     scene(tmp_path / "S.1.exr")
     scene(tmp_path / "S.2.exr")

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "clock.h"
 #include "display.h"
-#include "progress.h"
 #include "testing.h"
 #include "worker.h"
 
@@ -27,8 +27,8 @@ static void wake(void *user)
 /* The next shot of this kind; NULL after a minute. */
 static struct shot *wait_shot(struct worker *worker, bool is_pinhole)
 {
-    const double end_s = clock_seconds() + 60;
-    while (clock_seconds() < end_s) {
+    const double end_s = os_clock_s() + 60;
+    while (os_clock_s() < end_s) {
         struct shot *shot = worker_take(worker, is_pinhole);
         if (shot)
             return shot;

@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a run of the filter writes. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter_private.h"
+#include "picture.h"
+#include "report.h"
+
+static const char *const compressions[] = {
+    NULL, "none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"};
+
+const char *filter_compression(const struct run *run)
+{
+    const char *asked = compressions[run->tool->compression];
+    return asked ? asked : run->source.info.compression;
+}
+
+/* Attributes that the lens's picture does not have: it is no view, and one merged from
+ * a multi-view file is alone in its file. */
+static const char *const of_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
+static const char *const of_multi_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view",
+                                            "multiView",      "name",          NULL};
+
+/* Of the view of a multi-view file that the result is like; else NULL. */
+static const char *view_name(const struct run *run)
+{
+    return run->has_views ? run->list.items[0].name : run->tool->view;
+}
+
+/* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
+static void drop_view(const char *name, const char *view, char *out, size_t n_bytes)
+{
+    const size_t n = strlen(view);
+    const char *at = name;
+    while (at && !(strncmp(at, view, n) == 0 && at[n] == '.')) {
+        at = strchr(at, '.');
+        at = at ? at + 1 : NULL;
+    }
+    if (at)
+        snprintf(out, n_bytes, "%.*s%s", (int)(at - name), name, at + n + 1);
+    else
+        snprintf(out, n_bytes, "%s", name);
+}
+
+void filter_drop_view(const struct run *run, struct source_description *to)
+{
+    const char *view = view_name(run);
+    to->output.dropped = view ? of_multi_view : of_view;
+    for (int i = 0; i < to->output.n_channels && view; i++) {
+        char name[sizeof(to->own_names[i])];
+        drop_view(to->own_names[i], view, name, sizeof(name));
+        strcpy(to->own_names[i], name);
+    }
+}
+
+/* The colour with the filtered layers beside it; the colour itself where there are
+ * none. */
+static float *add_aovs(const struct run *run, int n_channels)
+{
+    const struct aovs *aovs = &run->aovs;
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    const size_t n_colour = (size_t)n_channels, n_aovs = (size_t)aovs->n;
+    if (n_aovs == 0)
+        return run->colour;
+    float *samples = need_memory(n, (n_colour + n_aovs) * sizeof(float));
+    for (size_t i = 0; i < n; i++) {
+        float *to = samples + i * (n_colour + n_aovs);
+        memcpy(to, run->colour + i * n_colour, n_colour * sizeof(float));
+        memcpy(to + n_colour, aovs->samples + i * n_aovs, n_aovs * sizeof(float));
+    }
+    return samples;
+}
+
+/* Channels of the size and the place of what was read. */
+static struct exr_output output_of(const struct source *source, int n_channels,
+                                   const char *const *names,
+                                   const enum exr_sample_type *types,
+                                   const float *samples)
+{
+    return (struct exr_output){.width = source->width,
+                               .height = source->height,
+                               .data_window = source->info.data_window,
+                               .display_window = source->info.display_window,
+                               .pixel_aspect = source->info.pixel_aspect,
+                               .n_channels = n_channels,
+                               .channel_names = names,
+                               .types = types,
+                               .samples = samples};
+}
+
+static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
+                      struct exr_error *error)
+{
+    const struct source *source = &run->source;
+    int n;
+    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
+    const struct exr_layer *layer = &source->layer;
+    const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
+    const int grey_alpha[2] = {layer->r, layer->a};
+    const int *indices = source->is_grey ? grey_alpha : rgba;
+    const bool is_half = run->tool->type == FILTER_TYPE_HALF;
+    int n_channels = source->n_channels;
+    if (source->is_grey && n_channels == 4) {
+        source_pack_grey_alpha(run->colour,
+                               (size_t)source->width * (size_t)source->height);
+        n_channels = 2;
+    }
+    const int n_all = n_channels + run->aovs.n;
+    const char **names = need_memory((size_t)n_all, sizeof(*names));
+    enum exr_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
+    float *samples = add_aovs(run, n_channels);
+    if (is_half)
+        picture_clip_to_half(run->tool->output, samples,
+                             (size_t)source->width * (size_t)source->height *
+                                 (size_t)n_all,
+                             run->tool->is_quiet);
+    char own_names[4][256];
+    const char *view = view_name(run);
+    for (int i = 0; i < n_all; i++) {
+        const bool is_aov = i >= n_channels;
+        names[i] =
+            channels[is_aov ? run->aovs.channels[i - n_channels] : indices[i]].name;
+        if (layer->is_chroma && i < 3) {
+            source_channel_name(source, i, own_names[i], sizeof(own_names[i]));
+            names[i] = own_names[i];
+        } else if (view && !is_aov) {
+            drop_view(names[i], view, own_names[i], sizeof(own_names[i]));
+            names[i] = own_names[i];
+        }
+        types[i] = is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT;
+    }
+    struct exr_output output = output_of(source, n_all, names, types, samples);
+    output.compression = filter_compression(run);
+    output.attributes = filtered;
+    output.n_attributes = 1;
+    output.dropped = view ? of_multi_view : of_view;
+    output.like = source->colour;
+    output.like_part = source->part;
+    output.pass_through = run->tool->pass_through;
+    const bool is_written =
+        exr_write(run->tool->output, &output, run->n_threads, error);
+    if (samples != run->colour)
+        free(samples);
+    free(names);
+    free(types);
+    return is_written;
+}
+
+bool filter_write_flattened(const struct run *run, struct exr_error *error)
+{
+    static const char *const names[] = {"R", "G", "B", "A", "Z"};
+    static const char *const grey[] = {"Y", "Z"};
+    static const enum exr_sample_type types[5] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
+                                                  EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
+                                                  EXR_SAMPLE_FLOAT};
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const int n_colours = source->n_channels, n_channels = n_colours + 1;
+    float *samples = need_memory(n, (size_t)n_channels * sizeof(float));
+    for (size_t i = 0; i < n; i++) {
+        memcpy(samples + i * (size_t)n_channels, run->colour + i * (size_t)n_colours,
+               (size_t)n_colours * sizeof(float));
+        samples[i * (size_t)n_channels + (size_t)n_colours] = run->depth[i];
+    }
+    const char *channels[5];
+    for (int i = 0; i < n_channels; i++)
+        channels[i] = n_colours == 1 ? grey[i] : i == n_colours ? names[4] : names[i];
+    struct exr_output output = output_of(source, n_channels, channels, types, samples);
+    output.compression = "zip";
+    output.like = source->colour;
+    output.like_part = source->part;
+    const bool is_written =
+        exr_write(run->tool->flattened, &output, run->n_threads, error);
+    free(samples);
+    return is_written;
+}
+
+static bool write_coc(const struct run *run, const struct exr_attribute *filtered,
+                      struct exr_error *error)
+{
+    static const char *const name = "Y";
+    static const enum exr_sample_type type = EXR_SAMPLE_FLOAT;
+    const struct source *source = &run->source;
+    struct exr_output output = output_of(source, 1, &name, &type, run->depth);
+    output.compression = "zip";
+    output.attributes = filtered;
+    output.n_attributes = 1;
+    return exr_write(run->tool->output_coc, &output, run->n_threads, error);
+}
+
+static bool write_picture(const struct run *run, const struct exr_attribute *filtered,
+                          struct exr_error *error)
+{
+    if (picture_kind(run->tool->output) == PICTURE_EXR)
+        return write_exr(run, filtered, error);
+    return png_write(run->tool->output, run->colour, run->source.width,
+                     run->source.height, run->source.n_channels,
+                     run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
+}
+
+void filter_describe(const struct run *run, char *text, size_t n_bytes)
+{
+    char used[4000];
+    settings_print_options(&run->settings->params, used, sizeof(used));
+    snprintf(text, n_bytes, "rackfocus %s%s%s", rf_version(), *used ? " " : "", used);
+}
+
+bool filter_write_files(const struct run *run, struct exr_error *error)
+{
+    char text[4096];
+    filter_describe(run, text, sizeof(text));
+    const struct exr_attribute filtered = {
+        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
+    return write_picture(run, &filtered, error) &&
+           (!run->tool->output_coc || write_coc(run, &filtered, error));
+}
+
+bool filter_write(const struct filter_options *tool, struct settings *settings,
+                  const struct source *source, float *pixels, struct exr_error *error)
+{
+    const struct run run = {.tool = tool,
+                            .settings = settings,
+                            .source = *source,
+                            .colour = pixels,
+                            .n_threads = thread_count(tool->n_threads)};
+    return filter_write_files(&run, error);
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Numbers of frames: from the command line, from the files that there are, from CSV. */
+#ifndef APP_FRAME_LIST_H
+#define APP_FRAME_LIST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct frame_list {
+    int32_t *numbers; /* rising, each once */
+    int n;
+};
+
+/* "1-240x2,300": from 1 to 240 in steps of 2, and 300. False with a message. */
+bool frame_list_parse(struct frame_list *list, const char *text, char *message,
+                      size_t n_bytes);
+/* The files that a pattern names. */
+bool frame_list_find(struct frame_list *list, const char *pattern, char *message,
+                     size_t n_bytes);
+void frame_list_free(struct frame_list *list);
+
+/* The name of a frame: the last run of # in the last part of the path becomes its
+ * number, padded with zeros. The caller frees. */
+char *frame_name(const char *pattern, int32_t number);
+
+/* Parameters per frame: a table whose first column is `frame`, the others parameters.
+ */
+struct frame_table {
+    char **keys; /* of the columns behind the first */
+    int n_keys, n_rows;
+    int32_t *frames;
+    char **values; /* n_keys per row */
+};
+
+bool frame_table_read(struct frame_table *table, const char *path, char *message,
+                      size_t n_bytes);
+/* The row of a frame, -1: none. */
+int frame_table_row(const struct frame_table *table, int32_t frame);
+void frame_table_free(struct frame_table *table);
+
+#endif

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * How far two pictures are apart.
+ *
+ *   t(v)    tone mapped: clip(v, 0, 1)^(1/2.2)
+ *   PSNR    -10 log10 mean (clip(a) - clip(b))^2, linear values, peak 1
+ *   tPSNR   -10 log10 mean (t(a) - t(b))^2
+ *   RMSE    sqrt mean (a - b)^2, linear values, not clipped
+ *   energy  sum a / sum b, linear values, not clipped
+ *   SSIM    Wang 2004 on t(a) and t(b): Gaussian window of 11 x 11, sigma 1.5, range 1,
+ *           population covariance; per channel, then the mean over the channels. The
+ *           border of 5 pixels is left out as in scikit-image; pictures smaller than
+ *           the window are mirrored instead.
+ *
+ * All means run over pixels and over red, green and blue.
+ */
+#ifndef APP_MEASURE_H
+#define APP_MEASURE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct measures {
+    double psnr_db, tpsnr_db; /* INFINITY for identical pictures */
+    double ssim;
+    double rmse;
+    double energy_ratio;  /* NAN where b is black */
+    double max_error;     /* linear, over pixels and channels */
+    int32_t max_x, max_y; /* its pixel, from the top left corner */
+    int max_channel;
+};
+
+/* Packed RGB floats, width * height * 3 each; no NaN. */
+void measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
+                      struct measures *measures);
+
+/* The tone mapped value that tPSNR and SSIM compare. */
+double measure_tone(double value);
+
+/* Errors from here on have the brightest colour of the heat map (tone mapped). */
+#define HEAT_FULL_SCALE 0.25
+
+/*
+ * Heat map: the largest tone mapped error over the channels, from black over violet,
+ * red and yellow to white. `rgb` is packed, in the encoding of the screen.
+ */
+void measure_heatmap(const float *a, const float *b, int32_t width, int32_t height,
+                     float *rgb);
+
+#endif

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The inputs that a command line names. */
+#ifndef APP_OPERANDS_H
+#define APP_OPERANDS_H
+
+/* What is left of the command line after the options. */
+struct operands {
+    char **items; /* allocated; free with operands_free */
+    int n;
+    char **rest; /* what followed "--", within argv; also in items unless the command
+                    keeps_rest */
+    int n_rest;
+};
+
+#endif

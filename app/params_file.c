@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "params_file.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "replace.h"
+#include "report.h"
+
+#define MAX_LINE 256
+
+/* What was typed wins over the file, the last of two lines over the first. */
+static bool read_line(const char *path, int number, char *line,
+                      const struct settings *typed, struct settings *found)
+{
+    char key[64], value[64];
+    struct rf_error error;
+    line[strcspn(line, "#\n")] = 0;
+    const int n = sscanf(line, " %63s %63s", key, value);
+    if (n < 1)
+        return true;
+    const struct rf_param_info *info = rf_param_find(key);
+    if (n < 2 || !info) {
+        message("%s:%d: '%s' is not a parameter and its value, such as 'f-stop 2.8'",
+                path, number, key);
+        return false;
+    }
+    if (settings_origin(typed, info->key) == ORIGIN_COMMAND_LINE ||
+        settings_set(found, info->key, value, &error) == RF_OK)
+        return true;
+    message("%s:%d: %s: %s", path, number, key, error.message);
+    return false;
+}
+
+bool params_file_read(const char *path, struct settings *settings)
+{
+    char line[MAX_LINE];
+    bool is_good = true;
+    const struct settings typed = *settings;
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        message("%s: cannot be read: %s", path, strerror(errno));
+        return false;
+    }
+    for (int number = 1; is_good && fgets(line, sizeof(line), file); number++)
+        is_good = read_line(path, number, line, &typed, settings);
+    fclose(file);
+    return is_good;
+}
+
+static bool write_lines(FILE *file, const struct settings *settings)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    fprintf(file, "# rackfocus %s; read with --params FILE\n", rf_version());
+    for (size_t i = 0; i < n; i++) {
+        char value[64];
+        if (settings_origin(settings, list[i].key) != ORIGIN_COMMAND_LINE)
+            continue;
+        rf_params_get(&settings->params, list[i].key, value, sizeof(value));
+        fprintf(file, "%s %s\n", list[i].key, value);
+    }
+    return fflush(file) == 0 && !ferror(file);
+}
+
+/* Closes the stream too. 0 or errno. */
+static int write_stream(FILE *stream, const struct settings *settings)
+{
+    if (!stream)
+        return errno;
+    const int written = write_lines(stream, settings) ? 0 : errno ? errno : EIO;
+    return fclose(stream) == 0 || written != 0 ? written : errno;
+}
+
+bool params_file_write(const char *path, const struct settings *settings,
+                       struct exr_error *error)
+{
+    struct os_replace file;
+    int reason = os_replace_open(&file, path);
+    if (reason == 0) {
+        reason = write_stream(os_replace_stream(&file), settings);
+        if (reason == 0)
+            reason = os_replace_commit(&file);
+        else
+            os_replace_abort(&file);
+    }
+    if (reason == 0)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: cannot be written: %s; choose another name or free some space", path,
+             reason == OS_REPLACE_NOT_REGULAR ? "is no regular file"
+                                              : strerror(reason));
+    return false;
+}

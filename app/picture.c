@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "picture.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "file.h"
+#include "report.h"
+
+static bool is_png(const char *path)
+{
+    static const unsigned char magic[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    unsigned char bytes[8] = {0};
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        return false; /* the reader says why */
+    const size_t n = fread(bytes, 1, sizeof(bytes), file);
+    fclose(file);
+    return n == sizeof(bytes) && memcmp(bytes, magic, sizeof(bytes)) == 0;
+}
+
+static bool read_png(const char *path, struct picture *picture, struct exr_error *error)
+{
+    float *rgba;
+    if (!png_read(path, &rgba, &picture->width, &picture->height, error))
+        return false;
+    const size_t n = (size_t)picture->width * (size_t)picture->height;
+    picture->samples = need_memory(3 * n, sizeof(float));
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++)
+            picture->samples[3 * i + c] = rgba[4 * i + c] * rgba[4 * i + 3];
+    free(rgba);
+    return true;
+}
+
+static bool read_open_exr(struct exr_input *input, const char *layer, int n_threads,
+                          struct picture *picture, struct exr_error *error)
+{
+    struct exr_layer found;
+    if (!exr_find_layer(input, layer, NULL, false, &found, error))
+        return false;
+    int n;
+    const int part = exr_channels(input, &n)[found.r].part;
+    const struct exr_box box = exr_parts(input, &n)[part].data_window;
+    picture->min_x = box.min_x;
+    picture->min_y = box.min_y;
+    picture->width = box.max_x - box.min_x + 1;
+    picture->height = box.max_y - box.min_y + 1;
+    const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;
+    picture->samples = need_memory(3 * n_pixels, sizeof(float));
+    return exr_read_layer(input, &found, 3, picture->samples, n_threads, error);
+}
+
+static bool check_finite(const char *path, const struct picture *picture,
+                         struct exr_error *error)
+{
+    const size_t n = 3 * (size_t)picture->width * (size_t)picture->height;
+    size_t n_bad = 0, first = 0;
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(picture->samples[i]) && n_bad++ == 0)
+            first = i / 3;
+    if (n_bad == 0)
+        return true;
+    snprintf(error->message, sizeof(error->message),
+             "%s: %zu values are NaN or infinite, the first at pixel (%zu, %zu); "
+             "pictures with such values have no distance, render or repair them first",
+             path, n_bad, first % (size_t)picture->width,
+             first / (size_t)picture->width);
+    return false;
+}
+
+bool picture_read(const char *path, const char *layer, int n_threads,
+                  struct picture *picture, struct exr_error *error)
+{
+    *picture = (struct picture){0};
+    bool is_read;
+    if (is_png(path)) {
+        is_read = read_png(path, picture, error);
+    } else {
+        struct exr_input *input;
+        is_read = exr_open(&input, path, error);
+        if (is_read) {
+            is_read = read_open_exr(input, layer, n_threads, picture, error);
+            exr_close(input);
+        }
+    }
+    if (is_read && check_finite(path, picture, error))
+        return true;
+    picture_free(picture);
+    return false;
+}
+
+void picture_free(struct picture *picture)
+{
+    free(picture->samples);
+    picture->samples = NULL;
+}
+
+enum picture_kind picture_kind(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    if (dot && strcasecmp(dot, ".exr") == 0)
+        return PICTURE_EXR;
+    if (dot && strcasecmp(dot, ".png") == 0)
+        return PICTURE_PNG;
+    return PICTURE_UNKNOWN;
+}
+
+bool picture_is_scene(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot && (strcasecmp(dot, ".pov") == 0 || strcasecmp(dot, ".ini") == 0);
+}
+
+bool picture_check_writable(const char *path, struct exr_error *error)
+{
+    const char *slash = strrchr(path, '/');
+    char *folder = slash ? strndup(path, (size_t)(slash - path + 1)) : strdup(".");
+    const int reason = folder ? os_folder_is_writable(folder) : ENOMEM;
+    free(folder);
+    if (reason != 0)
+        snprintf(error->message, sizeof(error->message),
+                 "%s: cannot write into its folder: %s; create it or choose another",
+                 path, strerror(reason));
+    else if (os_file_facts(path).kind == OS_FILE_FOLDER)
+        snprintf(error->message, sizeof(error->message),
+                 "%s: is a folder; give the name of a file in it", path);
+    else
+        return true;
+    return false;
+}
+
+void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_quiet)
+{
+    const float half_max = 65504;
+    size_t n_clipped = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (fabsf(samples[i]) <= half_max)
+            continue;
+        samples[i] = copysignf(half_max, samples[i]);
+        n_clipped++;
+    }
+    if (n_clipped)
+        warning(is_quiet,
+                "%s: %zu values above 65504 were clipped to it, the largest half; "
+                "--type float keeps them",
+                path, n_clipped);
+}

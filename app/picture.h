@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A whole picture in memory, from an EXR or a PNG file. */
+#ifndef APP_PICTURE_H
+#define APP_PICTURE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "exr.h"
+
+/* Packed RGB floats, scene-linear, alpha multiplied in. */
+struct picture {
+    float *samples; /* width * height * 3; free with picture_free */
+    int32_t width, height;
+    int32_t min_x, min_y; /* where its data window begins; 0 for PNG */
+};
+
+/* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */
+bool picture_read(const char *path, const char *layer, int n_threads,
+                  struct picture *picture, struct exr_error *error);
+void picture_free(struct picture *picture);
+
+enum picture_kind { PICTURE_EXR, PICTURE_PNG, PICTURE_UNKNOWN };
+
+/* What the end of the name asks for: .exr or .png in any case. */
+enum picture_kind picture_kind(const char *path);
+
+/* Is this the name of a POV-Ray scene? */
+bool picture_is_scene(const char *path);
+
+/* Can a file of this name be made? False with a message, before the work begins. */
+bool picture_check_writable(const char *path, struct exr_error *error);
+
+/* Half floats end at 65504; beyond they would turn into infinity. Clips, and warns with
+ * the name of the file unless is_quiet. */
+void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_quiet);
+
+#endif

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "povray_files.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "rackfocus/rackfocus.h"
+#include "report.h"
+#include "views.h"
+
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static struct exr_attribute number_attribute(const char *key, double number)
+{
+    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
+                                  .type = EXR_ATTRIBUTE_FLOAT,
+                                  .number = {number, 0}};
+}
+
+static struct exr_attribute text_attribute(const char *key, const char *text)
+{
+    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
+                                  .type = EXR_ATTRIBUTE_STRING,
+                                  .text = text};
+}
+
+enum { MAX_FACTS = 12 };
+
+/* The facts of the camera for the header; returns their number. */
+static int list_facts(const struct povray_passes *passes, enum povray_file kind,
+                      const char *made, struct exr_attribute *list)
+{
+    const struct povray_camera *camera = &passes->camera;
+    int n = 0;
+    list[n++] = number_attribute("focus-distance", camera->focus_distance);
+    list[n++] = number_attribute("lens-radius", camera->aperture / 4);
+    list[n++] = number_attribute("blend-gamma", passes->gamma);
+    list[n++] = text_attribute("depth", "planar");
+    list[n++] = text_attribute("projection", camera->is_orthographic ? "orthographic"
+                                                                     : "perspective");
+    if (camera->is_orthographic) {
+        list[n++] = text_attribute("sensor-fit", "horizontal");
+        list[n++] = number_attribute("ortho-scale", length(camera->right));
+    } else {
+        list[n++] = number_attribute("focal-length-px", passes->width *
+                                                            length(camera->direction) /
+                                                            length(camera->right));
+    }
+    if (kind == POVRAY_FILE_VIEW || kind == POVRAY_FILE_COLOUR)
+        list[n++] = (struct exr_attribute){
+            .name = VIEWS_OFFSET,
+            .type = EXR_ATTRIBUTE_V2F,
+            .number = {passes->lens_offset[0], passes->lens_offset[1]}};
+    if (kind == POVRAY_FILE_VIEW)
+        list[n++] = (struct exr_attribute){.name = VIEWS_SHEAR,
+                                           .type = EXR_ATTRIBUTE_FLOAT,
+                                           .number = {camera->focus_distance, 0}};
+    if (made)
+        list[n++] = (struct exr_attribute){
+            .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = made};
+    return n;
+}
+
+/* The samples as they go into the file, interleaved: R G B, A where there is one, Z. */
+static float *pack(const struct povray_passes *passes, bool has_depth)
+{
+    const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
+    const size_t n_colours = passes->has_alpha ? 4 : 3, n = n_colours + has_depth;
+    float *samples = need_memory(n_pixels * n, sizeof(float));
+    for (size_t i = 0; i < n_pixels; i++) {
+        memcpy(samples + n * i, passes->colour + 4 * i, n_colours * sizeof(float));
+        if (has_depth)
+            samples[n * i + n_colours] = passes->depth[i];
+    }
+    return samples;
+}
+
+bool povray_file_write(const char *path, const struct povray_passes *passes,
+                       enum povray_file kind, const char *made, int n_threads,
+                       struct exr_error *error)
+{
+    static const char *const names[] = {"R", "G", "B", "A", "Z"};
+    static const char *const opaque_names[] = {"R", "G", "B", "Z"};
+    const bool has_depth = kind == POVRAY_FILE_PASSES || kind == POVRAY_FILE_VIEW;
+    const int n_colours = passes->has_alpha ? 4 : 3;
+    enum exr_sample_type types[5];
+    /* Half is what POV-Ray gave. */
+    for (int c = 0; c < 5; c++)
+        types[c] = c < n_colours && kind != POVRAY_FILE_RESULT ? EXR_SAMPLE_HALF
+                                                               : EXR_SAMPLE_FLOAT;
+    struct exr_attribute facts[MAX_FACTS];
+    const double pixel_width = length(passes->camera.right) / passes->width;
+    const double pixel_height = length(passes->camera.up) / passes->height;
+    float *samples = pack(passes, has_depth);
+    const struct exr_output output = {
+        .width = passes->width,
+        .height = passes->height,
+        .pixel_aspect = (float)(pixel_width / pixel_height),
+        .n_channels = n_colours + has_depth,
+        .channel_names = passes->has_alpha ? names : opaque_names,
+        .types = types,
+        .samples = samples,
+        .attributes = facts,
+        .n_attributes = list_facts(passes, kind, made, facts)};
+    const bool is_written = exr_write(path, &output, n_threads, error);
+    free(samples);
+    return is_written;
+}
+
+bool povray_files_views(struct povray_scene *scene, int n_views, povray_view_fn receive,
+                        void *user, double *total_s, struct povray_error *error)
+{
+    struct rf_lens_point points[RF_MAX_VIEWS];
+    double places[RF_MAX_VIEWS][2];
+    struct rf_params disc;
+    struct rf_error rf_error;
+    rf_params_init(&disc);
+    *total_s = 0;
+    if (rf_lens_points(&disc, n_views, 0, points, &rf_error) != RF_OK) {
+        snprintf(error->message, sizeof(error->message), "%s", rf_error.message);
+        return false;
+    }
+    for (int i = 0; i < n_views; i++) {
+        places[i][0] = points[i].u;
+        places[i][1] = points[i].v;
+    }
+    return povray_render_views(scene, (const double(*)[2])places, n_views, receive,
+                               user, total_s, error);
+}

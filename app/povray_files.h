@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What POV-Ray rendered, as EXR files with the camera's facts in the header. */
+#ifndef APP_POVRAY_FILES_H
+#define APP_POVRAY_FILES_H
+
+#include "exr.h"
+#include "povray.h"
+
+/* What a file holds beside the camera's facts. */
+enum povray_file {
+    POVRAY_FILE_PASSES, /* colour as half and depth as float */
+    POVRAY_FILE_VIEW,   /* the same from a point of the lens, and where that is */
+    POVRAY_FILE_COLOUR, /* colour alone, from a point of the lens */
+    POVRAY_FILE_RESULT, /* colour alone as float; `made` says how it was made */
+};
+
+/* Writes the passes, R G B (A) (Z). `made` may be NULL. */
+bool povray_file_write(const char *path, const struct povray_passes *passes,
+                       enum povray_file kind, const char *made, int n_threads,
+                       struct exr_error *error);
+
+/*
+ * povray_render_views() of 2 to RF_MAX_VIEWS views from rf_lens_points() of a disc,
+ * which POV-Ray's lens is, whatever aperture the filter has.
+ */
+bool povray_files_views(struct povray_scene *scene, int n_views, povray_view_fn receive,
+                        void *user, double *total_s, struct povray_error *error);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Sequences: names with #### for the number of the frame, filtered frame by frame.
+ *
+ * The file PATTERN.frames beside the output has one line per finished frame: its
+ * number, what it was made of and with (a hash), size and checksum of the files. A
+ * frame is skipped when its line still says what would be made and the files are as the
+ * line says. Lines are only ever added, each in one write, so that a crash or a second
+ * process costs at most a frame that is made again.
+ */
+#ifndef APP_SEQUENCE_H
+#define APP_SEQUENCE_H
+
+#include "filter_run.h"
+#include "settings.h"
+
+/* Is this the name of a sequence: with # in its last part, and no file itself? */
+bool sequence_is_pattern(const char *name);
+
+struct sequence_options {
+    const char *frames;     /* "1-240x2,300"; NULL: those that there are */
+    const char *parameters; /* CSV file or NULL */
+    int32_t n_jobs;         /* frames at a time, 0: 2 */
+    bool is_anew;           /* skip nothing */
+};
+
+/*
+ * Filters all frames: `tool` and `paths` as for one, with patterns in place of names.
+ * `settings` is the command line. Failed frames are listed at the end; the others are
+ * made. Returns an exit code.
+ */
+int sequence_run(const struct sequence_options *sequence,
+                 const struct filter_options *tool, const struct settings *settings,
+                 char *const *paths, int n_paths);
+
+#endif

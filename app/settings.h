@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The parameters of a run and where each value came from.
+ *
+ * The command line wins over the header, the header over the default. Two parameters
+ * can say the same thing (f-stop and lens radius; focal length in mm and in px): where
+ * the command line gives one and the header the other, the header's is recomputed, so
+ * that what the user typed takes effect.
+ */
+#ifndef APP_SETTINGS_H
+#define APP_SETTINGS_H
+
+#include <stdbool.h>
+
+#include "exr.h"
+#include "rackfocus/rackfocus.h"
+
+enum origin {
+    ORIGIN_DEFAULT,
+    ORIGIN_HEADER,
+    ORIGIN_COMMAND_LINE,
+    ORIGIN_DERIVED, /* recomputed from a value of the command line */
+};
+
+#define SETTINGS_MAX_PARAMS 128
+
+struct settings {
+    struct rf_params params;
+    enum origin origins[SETTINGS_MAX_PARAMS]; /* in the order of rf_param_list */
+    char sources[SETTINGS_MAX_PARAMS][96]; /* attribute or how it was derived; or "" */
+};
+
+void settings_init(struct settings *settings);
+
+/* Where the parameter came from; `field` or key. */
+enum origin settings_origin(const struct settings *settings, const char *name);
+
+/* "command line", "header rackfocus:fStop", "default", ... */
+void settings_describe_origin(const struct settings *settings, const char *name,
+                              char *text, size_t n_bytes);
+
+/* Sets a value from the command line. */
+rf_result settings_set(struct settings *settings, const char *name, const char *text,
+                       struct rf_error *error);
+
+/* Sets a value as a program recovered it; it ranks as a header's does. */
+rf_result settings_set_header(struct settings *settings, const char *name, double value,
+                              const char *source, struct rf_error *error);
+
+/*
+ * Takes every parameter that is still open from the header: rackfocus:* first, then the
+ * standard attributes, then what the part says (pixel aspect). Returns false with a
+ * message where the header holds nonsense or conflicts with an option.
+ */
+bool settings_read_header(struct settings *settings, const struct exr_input *input,
+                          int part, char *text, size_t n_bytes);
+
+/*
+ * Parameters for the data window of a picture whose camera sees the display window:
+ * focal length in px, scale and shift are such that every pixel keeps its ray.
+ */
+rf_result settings_fit_window(const struct settings *settings,
+                              const struct exr_part_info *part,
+                              struct rf_params *params, struct rf_error *error);
+
+/* "--focus-distance 8 --f-stop 1.4": whatever is not the default. */
+void settings_print_options(const struct rf_params *params, char *text, size_t n_bytes);
+
+#endif

@@ -1,0 +1,516 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A picture larger than memory passes by three times: the depth is measured as a whole
+ * one would be, rf_filter_survey() counts what windows must know of the whole, and then
+ * strips of rows are read, filtered in windows and written.
+ *
+ * In memory are the rows that a strip's windows need, whole rows since files hold them
+ * so; the strip's result; and one window on its way through the filter. Heights and
+ * widths are chosen for the least work that fits: the smaller the windows, the more
+ * pixels are filtered for the margins only.
+ */
+#include "windows.h"
+
+#include <malloc.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "depth_repair.h"
+#include "interrupt.h"
+#include "picture.h"
+#include "progress.h"
+#include "report.h"
+
+enum {
+    SURVEY_ROWS = 64,        /* counted at a time */
+    SURVEY_COLUMNS = 4096,   /* likewise */
+    LEAST_SIDE = 32,         /* of what a window is kept of */
+    MOST_ROWS = 4096,        /* of a strip */
+    CHUNK_BYTES = 8 << 20,   /* of the file, per thread, coming or going */
+    VIEW_BYTES = 2 << 20,    /* of each open file */
+    PROGRAM_BYTES = 24 << 20 /* the rest of the program */
+};
+
+/* Fractions of the time after which the survey and the measuring are done. */
+static const double SURVEYED = 0.05;
+
+struct rows {
+    int32_t first, n, room;
+};
+
+struct windows {
+    const struct windows_job *job;
+    int32_t width, height, n_channels, step; /* strips end at multiples of step */
+    struct rows rows;                        /* in memory, from the first on */
+    float *colour[RF_MAX_VIEWS], *depth[RF_MAX_VIEWS]; /* of them, per view */
+    float *repaired; /* depth of one window; room for n_repaired */
+    size_t n_repaired;
+    float *out; /* of one strip */
+    struct rf_survey surveys[RF_MAX_VIEWS];
+    int32_t kept_width, kept_height; /* of a window */
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct progress bar;
+    int64_t n_done, n_windows;
+};
+
+static int32_t least(int32_t a, int32_t b)
+{
+    return a < b ? a : b;
+}
+
+static int32_t most(int32_t a, int32_t b)
+{
+    return a > b ? a : b;
+}
+
+size_t windows_whole_bytes(const struct source *source, int n_views)
+{
+    const size_t n = (size_t)n_views, n_more = n > 1 ? n : 0;
+    return (size_t)source->width * (size_t)source->height *
+               (RF_WINDOW_BYTES_PER_PIXEL + n_more * RF_WINDOW_BYTES_PER_VIEW +
+                n * (size_t)(source->n_channels + 1) * sizeof(float)) +
+           RF_WINDOW_BYTES;
+}
+
+bool windows_are_possible(const struct source *source, const struct rf_params *params)
+{
+    return (params->method == RF_METHOD_LAYERED || params->method == RF_METHOD_VIEWS) &&
+           params->quality != RF_QUALITY_PREVIEW && !source->layer.is_chroma &&
+           !(source->is_grey && source->n_channels == 4) &&
+           source_has_one_window(source);
+}
+
+static int fail_exr(const struct exr_error *error)
+{
+    message("%s", error->message);
+    return EXIT_FAILED;
+}
+
+static int fail_core(const struct windows *w, int view, const struct rf_error *error)
+{
+    const struct source *source = &w->job->sources[view];
+    if (error->code == RF_ERROR_CANCELLED)
+        return os_interrupt_code();
+    if (error->code == RF_ERROR_MEMORY)
+        message("--max-memory: %zu MiB are too few for windows of %d x %d px of %s: "
+                "%s; allow more",
+                w->job->max_bytes >> 20, (int)w->kept_width, (int)w->kept_height,
+                exr_path(source->colour), error->message);
+    else
+        message(
+            "%s: %s",
+            exr_path(error->code == RF_ERROR_DEPTH ? source->depth : source->colour),
+            error->message);
+    return EXIT_FAILED;
+}
+
+/* A filter whose context takes at most max_bytes, in place of the one before. */
+static int open_filter(struct windows *w, size_t max_bytes)
+{
+    struct rf_error error;
+    struct rf_context_params context = *w->job->context;
+    context.max_bytes = max_bytes;
+    rf_filter_destroy(w->filter);
+    rf_context_destroy(w->context);
+    w->filter = NULL;
+    w->context = NULL;
+    if (rf_context_create(&w->context, &context, &error) == RF_OK &&
+        rf_filter_create(&w->filter, w->context, w->job->params, w->width, w->height,
+                         &error) == RF_OK)
+        return EXIT_DONE;
+    return fail_core(w, 0, &error);
+}
+
+/* ---- rows ------------------------------------------------------------------------ */
+
+static void make_room(struct windows *w, int32_t n_rows)
+{
+    const size_t n = (size_t)w->width * (size_t)n_rows;
+    w->rows = (struct rows){0, 0, n_rows};
+    for (int j = 0; j < w->job->n_views; j++) {
+        w->colour[j] = need_memory(n, (size_t)w->n_channels * sizeof(float));
+        w->depth[j] = need_memory(n, sizeof(float));
+    }
+}
+
+static void drop_rows(struct windows *w)
+{
+    for (int j = 0; j < w->job->n_views; j++) {
+        free(w->colour[j]);
+        free(w->depth[j]);
+        w->colour[j] = w->depth[j] = NULL;
+    }
+    w->rows = (struct rows){0, 0, 0};
+}
+
+/* Reads rows of a view behind those in memory. */
+static bool read_rows(struct windows *w, int view, int32_t n, struct exr_error *error)
+{
+    const struct source *source = &w->job->sources[view];
+    float *colour = w->colour[view], *depth = w->depth[view];
+    const int channels[4] = {source->layer.r, source->layer.g, source->layer.b,
+                             source->layer.a};
+    const size_t at = (size_t)w->rows.n * (size_t)w->width;
+    const struct exr_rows rows = {w->rows.first + w->rows.n, n};
+    if (n <= 0)
+        return true;
+    if (!exr_read_rows(source->colour, channels, w->n_channels, rows,
+                       colour + at * (size_t)w->n_channels, w->job->n_threads, error) ||
+        !exr_read_rows(source->depth, &source->z, 1, rows, depth + at,
+                       w->job->n_threads, error))
+        return false;
+    depth_undo_mist(depth + at, (size_t)n * (size_t)w->width,
+                    (enum mist_falloff)w->job->mist_falloff);
+    return true;
+}
+
+/* Gets rows `first` to before `end` into memory; those that are there stay. */
+static bool need_rows(struct windows *w, int32_t first, int32_t end,
+                      struct exr_error *error)
+{
+    const int32_t kept_end = w->rows.first + w->rows.n;
+    const int32_t n_kept = first >= w->rows.first ? most(kept_end - first, 0) : 0;
+    const size_t row = (size_t)w->width;
+    const size_t n = (size_t)n_kept * row;
+    const size_t from = n_kept ? (size_t)(first - w->rows.first) * row : 0;
+    const size_t pixel = (size_t)w->n_channels;
+    w->rows.first = first;
+    w->rows.n = n_kept;
+    for (int j = 0; j < w->job->n_views; j++) {
+        if (n_kept) {
+            memmove(w->colour[j], w->colour[j] + from * pixel,
+                    n * pixel * sizeof(float));
+            memmove(w->depth[j], w->depth[j] + from, n * sizeof(float));
+        }
+        if (!read_rows(w, j, end - first - n_kept, error))
+            return false;
+    }
+    w->rows.n = most(end - first, n_kept);
+    return true;
+}
+
+/* A window with the pixels around it that its depth's repair looks at. */
+static struct rf_window with_margin(const struct windows *w,
+                                    const struct rf_window *box)
+{
+    const int32_t margin = w->job->is_mixed ? DEPTH_SNAP_REACH : 0;
+    const int32_t x = most(box->x - margin, 0), y = most(box->y - margin, 0);
+    return (struct rf_window){x, y, least(box->x + box->width + margin, w->width) - x,
+                              least(box->y + box->height + margin, w->height) - y};
+}
+
+/* Repairs the depth of a window with its margin, in memory of its own. */
+static struct rf_image repaired_depth(struct windows *w, int j,
+                                      const struct rf_window *box)
+{
+    const struct rf_window whole = with_margin(w, box);
+    const size_t row = (size_t)w->width, columns = (size_t)whole.width;
+    const size_t n = columns * (size_t)whole.height;
+    if (n > w->n_repaired) {
+        free(w->repaired);
+        w->repaired = need_memory(n, sizeof(float));
+        w->n_repaired = n;
+    }
+    for (int32_t y = 0; y < whole.height; y++) {
+        const size_t from =
+            (size_t)(whole.y + y - w->rows.first) * row + (size_t)whole.x;
+        float *to = w->repaired + (size_t)y * columns;
+        memcpy(to, w->depth[j] + from, columns * sizeof(float));
+        if (w->job->is_premultiplied)
+            depth_divide_by_alpha(to, w->colour[j] + from * (size_t)w->n_channels + 3,
+                                  4, columns);
+    }
+    if (w->job->is_mixed)
+        depth_snap(w->repaired, whole.width, whole.height, w->job->depth_infinity);
+    struct rf_image depth = rf_image_packed(
+        w->repaired + (size_t)(box->y - whole.y) * columns + (size_t)(box->x - whole.x),
+        whole.width, box->height, 1);
+    depth.width = box->width;
+    return depth;
+}
+
+/* The pixels of a window of a view's rows in memory, the depth repaired. */
+static struct rf_view view_of(struct windows *w, int j, const struct rf_window *box)
+{
+    const size_t pixel = (size_t)w->n_channels, row = (size_t)w->width;
+    const size_t at = (size_t)(box->y - w->rows.first) * row + (size_t)box->x;
+    struct rf_view view = {
+        .colour = rf_image_packed(w->colour[j] + at * pixel, w->width, box->height,
+                                  w->n_channels),
+        .depth = rf_image_packed(w->depth[j] + at, w->width, box->height, 1)};
+    view.colour.width = view.depth.width = box->width;
+    if (w->job->n_views > 1) {
+        const struct rf_view *place = &w->job->places[j];
+        memcpy(view.lens_offset, place->lens_offset, sizeof view.lens_offset);
+        view.shear_distance = place->shear_distance;
+    }
+    if (w->job->is_premultiplied || w->job->is_mixed)
+        view.depth = repaired_depth(w, j, box);
+    return view;
+}
+
+/* ---- passes over the whole ------------------------------------------------------- */
+
+static struct windows windows_of(const struct windows_job *job)
+{
+    const struct source *source = job->sources;
+    struct windows w = {.job = job,
+                        .width = source->width,
+                        .height = source->height,
+                        .n_channels = source->n_channels};
+    for (int j = 0; j < job->n_views; j++)
+        w.surveys[j].size = sizeof w.surveys[j];
+    w.step = exr_row_step(source->colour, source->part);
+    return w;
+}
+
+int windows_measure(const struct windows_job *job, struct depth_stats *stats)
+{
+    struct windows w = windows_of(job);
+    struct depth_tally tally;
+    struct exr_error error;
+    bool is_good = true;
+    const int32_t n_rows = most(w.step, SURVEY_ROWS);
+    make_room(&w, n_rows);
+    depth_tally_begin(&tally, w.width, w.height, job->depth_infinity);
+    for (int32_t y = 0; is_good && y < w.height && !os_is_interrupted(); y += n_rows) {
+        const int32_t n = least(n_rows, w.height - y);
+        is_good = need_rows(&w, y, y + n, &error);
+        if (is_good)
+            depth_tally_add(&tally, w.depth[0],
+                            w.n_channels == 4 ? w.colour[0] + 3 : NULL, 4, n);
+    }
+    depth_tally_end(&tally, stats);
+    drop_rows(&w);
+    if (!is_good)
+        return fail_exr(&error);
+    return os_is_interrupted() ? os_interrupt_code() : EXIT_DONE;
+}
+
+static int survey_strip(struct windows *w, int32_t y, int32_t n)
+{
+    const int32_t first = most(y - RF_SURVEY_MARGIN, 0);
+    const int32_t end = least(y + n + RF_SURVEY_MARGIN, w->height);
+    struct exr_error error;
+    struct rf_error core;
+    const struct rf_window rows =
+        with_margin(w, &(struct rf_window){0, first, w->width, end - first});
+    if (!need_rows(w, rows.y, rows.y + rows.height, &error))
+        return fail_exr(&error);
+    for (int32_t x = 0; x < w->width; x += SURVEY_COLUMNS) {
+        const int32_t x0 = most(x - RF_SURVEY_MARGIN, 0);
+        const int32_t columns = least(SURVEY_COLUMNS, w->width - x);
+        const int32_t x1 = least(x + columns + RF_SURVEY_MARGIN, w->width);
+        const struct rf_window counted = {x, y, columns, n};
+        const struct rf_window given = {x0, first, x1 - x0, end - first};
+        for (int j = 0; j < w->job->n_views; j++) {
+            const struct rf_view view = view_of(w, j, &given);
+            if (rf_filter_survey(w->filter, &view, &given, &counted, &w->surveys[j],
+                                 &core) != RF_OK)
+                return fail_core(w, j, &core);
+        }
+    }
+    return EXIT_DONE;
+}
+
+static int survey_all(struct windows *w)
+{
+    int code = EXIT_DONE;
+    make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * DEPTH_SNAP_REACH);
+    for (int32_t y = 0; code == EXIT_DONE && y < w->height; y += SURVEY_ROWS) {
+        code = survey_strip(w, y, least(SURVEY_ROWS, w->height - y));
+        if (!progress_report(&w->bar, SURVEYED * y / w->height))
+            code = os_interrupt_code();
+    }
+    drop_rows(w);
+    return code;
+}
+
+/* ---- the plan -------------------------------------------------------------------- */
+
+/* Largest window needed, over all places, for windows of a size to be kept. */
+struct needed {
+    int32_t width, height;
+    size_t n_bytes, window_bytes; /* of all, and of the filter alone */
+};
+
+static bool find_needed(const struct windows *w, int32_t kept_width,
+                        int32_t kept_height, struct needed *needed,
+                        struct rf_error *error)
+{
+    struct rf_window given;
+    *needed = (struct needed){.width = 0};
+    for (int32_t y = 0; y < w->height; y += kept_height)
+        for (int32_t x = 0; x < w->width; x += kept_width) {
+            const struct rf_window kept = {x, y, least(kept_width, w->width - x),
+                                           least(kept_height, w->height - y)};
+            if (x > 0 && y > 0) /* as wide as those above, as high as those left */
+                break;
+            if (rf_filter_window(w->filter, w->surveys, w->job->n_views, &kept, &given,
+                                 error) != RF_OK)
+                return false;
+            needed->width = most(needed->width, given.width);
+            needed->height = most(needed->height, given.height);
+        }
+    given = (struct rf_window){0, 0, needed->width, needed->height};
+    const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
+    const bool is_repaired = w->job->is_premultiplied || w->job->is_mixed;
+    const size_t width = (size_t)needed->width + 2 * DEPTH_SNAP_REACH;
+    const size_t height = (size_t)needed->height + 2 * DEPTH_SNAP_REACH;
+    needed->window_bytes =
+        rf_window_bytes(w->filter, w->surveys, w->job->n_views, &given);
+    needed->n_bytes =
+        needed->window_bytes +
+        (size_t)w->job->n_views * height * row * (pixel + sizeof(float)) +
+        (size_t)kept_height * row * 2 * pixel + /* and as it is compressed */
+        (is_repaired ? 2 : 0) * width * height * sizeof(float) +
+        (size_t)w->job->n_threads * CHUNK_BYTES + (size_t)w->job->n_views * VIEW_BYTES +
+        PROGRAM_BYTES;
+    return true;
+}
+
+static int32_t round_up(int32_t n, int32_t step)
+{
+    return (n + step - 1) / step * step;
+}
+
+/* Chooses the size of the windows: the least pixels filtered for each that is kept. */
+static int choose_size(struct windows *w, struct needed *chosen)
+{
+    double best = INFINITY;
+    size_t least_bytes = SIZE_MAX;
+    const int32_t end = least(w->height, MOST_ROWS) + w->step;
+    for (int32_t height = round_up(least(LEAST_SIDE, w->height), w->step); height < end;
+         height = round_up(height + height / 8, w->step))
+        for (int32_t n = 1; n == 1 || w->width / n >= LEAST_SIDE; n += 1 + n / 8) {
+            struct rf_error error;
+            struct needed needed;
+            const int32_t width = (w->width + n - 1) / n;
+            if (!find_needed(w, width, height, &needed, &error))
+                return fail_core(w, 0, &error);
+            least_bytes = needed.n_bytes < least_bytes ? needed.n_bytes : least_bytes;
+            const double work = (double)needed.width * needed.height /
+                                ((double)width * least(height, w->height));
+            if (needed.n_bytes > w->job->max_bytes || work >= best)
+                continue;
+            best = work;
+            w->kept_width = width;
+            w->kept_height = height;
+            *chosen = needed;
+        }
+    if (best < INFINITY)
+        return EXIT_DONE;
+    double largest = 0;
+    for (int j = 0; j < w->job->n_views; j++)
+        largest = fmax(w->surveys[j].largest_radius, largest);
+    message("--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
+            "px; in windows it takes %zu MiB, allow that",
+            w->job->max_bytes >> 20, exr_path(w->job->sources->colour), (int)w->width,
+            (int)w->height, ceil(largest), (least_bytes >> 20) + 1);
+    return EXIT_FAILED;
+}
+
+/* ---- filtering ------------------------------------------------------------------- */
+
+static bool report_window(void *user, double fraction)
+{
+    struct windows *w = user;
+    const double done = ((double)w->n_done + fraction) / (double)w->n_windows;
+    return progress_report(&w->bar, SURVEYED + (1 - SURVEYED) * done);
+}
+
+static int filter_window(struct windows *w, const struct rf_window *kept)
+{
+    struct rf_window given;
+    struct rf_error core;
+    struct exr_error error;
+    const struct rf_progress progress = {report_window, w};
+    const size_t pixel = (size_t)w->n_channels;
+    struct rf_image out = rf_image_packed(w->out + (size_t)kept->x * pixel, w->width,
+                                          kept->height, w->n_channels);
+    out.width = kept->width;
+    struct rf_view views[RF_MAX_VIEWS];
+    const int n_views = w->job->n_views;
+    if (rf_filter_window(w->filter, w->surveys, n_views, kept, &given, &core) != RF_OK)
+        return fail_core(w, 0, &core);
+    const struct rf_window rows = with_margin(w, &given);
+    if (!need_rows(w, rows.y, rows.y + rows.height, &error))
+        return fail_exr(&error);
+    for (int j = 0; j < n_views; j++)
+        views[j] = view_of(w, j, &given);
+    if (rf_filter_process_window(w->filter, w->surveys, views, n_views, &given, kept,
+                                 &out, &progress, &core) != RF_OK)
+        return fail_core(w, 0, &core);
+    w->n_done++;
+    return EXIT_DONE;
+}
+
+static int filter_strip(struct windows *w, struct exr_writer *writer, int32_t y)
+{
+    int code = EXIT_DONE;
+    struct exr_error error;
+    const int32_t n = least(w->kept_height, w->height - y);
+    const size_t n_samples = (size_t)n * (size_t)w->width * (size_t)w->n_channels;
+    for (int32_t x = 0; code == EXIT_DONE && x < w->width; x += w->kept_width) {
+        const struct rf_window kept = {x, y, least(w->kept_width, w->width - x), n};
+        code = filter_window(w, &kept);
+    }
+    if (code != EXIT_DONE)
+        return code;
+    if (w->job->output->types[0] == EXR_SAMPLE_HALF)
+        picture_clip_to_half(w->job->path, w->out, n_samples, w->job->is_quiet);
+    return exr_write_rows(writer, n, w->out, &error) ? EXIT_DONE : fail_exr(&error);
+}
+
+static int filter_all(struct windows *w)
+{
+    struct exr_writer *writer;
+    struct exr_error error;
+    struct needed needed = {0};
+    int code = choose_size(w, &needed);
+    if (code == EXIT_DONE)
+        code =
+            open_filter(w, w->job->max_bytes - (needed.n_bytes - needed.window_bytes));
+    if (code != EXIT_DONE)
+        return code;
+    if (!exr_write_begin(&writer, w->job->path, w->job->output, w->job->n_threads,
+                         &error))
+        return fail_exr(&error);
+    const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
+    w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
+    make_room(w, needed.height + 2 * DEPTH_SNAP_REACH);
+    w->out = need_memory((size_t)w->kept_height * (size_t)w->width,
+                         (size_t)w->n_channels * sizeof(float));
+    for (int32_t y = 0; code == EXIT_DONE && y < w->height; y += w->kept_height)
+        code = filter_strip(w, writer, y);
+    drop_rows(w);
+    free(w->out);
+    if (code == EXIT_DONE && os_is_interrupted())
+        code = os_interrupt_code();
+    if (code == EXIT_DONE)
+        return exr_write_finish(writer, &error) ? EXIT_DONE : fail_exr(&error);
+    exr_write_abort(writer);
+    return code;
+}
+
+int windows_filter(const struct windows_job *job)
+{
+    struct windows w = windows_of(job);
+#ifdef M_MMAP_THRESHOLD
+    /* The C library else keeps ever larger freed blocks, in gaps of its heap. */
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
+    progress_start(&w.bar, "filtering", job->is_quiet || job->is_in_sequence);
+    int code = open_filter(&w, job->max_bytes);
+    if (code == EXIT_DONE)
+        code = survey_all(&w);
+    if (code == EXIT_DONE)
+        code = filter_all(&w);
+    progress_end(&w.bar);
+    rf_filter_destroy(w.filter);
+    rf_context_destroy(w.context);
+    free(w.repaired);
+    return code;
+}

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Time. */
+#ifndef OS_CLOCK_H
+#define OS_CLOCK_H
+
+/* Seconds of a clock that only goes forward; from when is not said. */
+double os_clock_s(void);
+
+/* Waits. */
+void os_sleep_s(double seconds);
+
+#endif

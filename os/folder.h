@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Temporary folders, and what is in a folder. */
+#ifndef OS_FOLDER_H
+#define OS_FOLDER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Where temporary files belong, without a slash at its end. */
+const char *os_folder_for_temporary(void);
+
+/* A new folder that only this user may enter; its name, `prefix` and six characters,
+ * into `path`. It goes with os_clean_up(). 0 or errno. */
+int os_folder_make_temporary(const char *prefix, char *path, size_t n_bytes);
+
+/* A new folder for this user alone. 0 or errno. */
+int os_folder_make(const char *path);
+
+/* Removes a folder with all that is in it; links are not followed. */
+void os_folder_remove(const char *path);
+
+/* Removes all temporary folders that still exist. */
+void os_folder_remove_all(void);
+
+/* Calls `visit` with the name of each entry, in no order, . and .. left out, until it
+ * returns false. 0 or errno. */
+int os_folder_list(const char *path, bool (*visit)(void *user, const char *name),
+                   void *user);
+
+#endif

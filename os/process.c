@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "process.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* More at once are not known to os_process_end_all(); the system ends those. */
+enum { MOST_CHILDREN = 64 };
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static pid_t children[MOST_CHILDREN];
+
+static void exchange_child(pid_t from, pid_t to)
+{
+    int i = 0;
+    while (i < MOST_CHILDREN && children[i] != from)
+        i++;
+    if (i < MOST_CHILDREN)
+        children[i] = to;
+}
+
+/* In the child: never returns. */
+static void execute(char *const *arguments, const char *log, int report)
+{
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    setpgid(0, 0);
+    const int null = open("/dev/null", O_RDONLY);
+    const int out = open(log, O_CREAT | O_WRONLY, 0600);
+    if (null >= 0 && out >= 0) {
+        dup2(null, 0);
+        dup2(out, 1);
+        dup2(out, 2);
+        execvp(arguments[0], arguments);
+    }
+    const int number = errno;
+    const ssize_t n = write(report, &number, sizeof number);
+    _exit(n == sizeof number ? 127 : 126);
+}
+
+static int start(struct os_process *process, char *const *arguments, const char *log,
+                 const int ends[2])
+{
+    /* Locked, so that os_process_end_all() misses no child. */
+    pthread_mutex_lock(&lock);
+    const pid_t pid = fork();
+    const int forked = pid < 0 ? errno : 0;
+    if (pid == 0)
+        execute(arguments, log, ends[1]);
+    if (pid > 0)
+        exchange_child(0, pid);
+    pthread_mutex_unlock(&lock);
+    close(ends[1]);
+    if (forked != 0)
+        return forked;
+    process->id = pid;
+    int number = 0;
+    if (read(ends[0], &number, sizeof number) == sizeof number)
+        os_process_wait(process); /* it found no program */
+    return number;
+}
+
+int os_process_start(struct os_process *process, char *const *arguments,
+                     const char *log)
+{
+    int ends[2];
+    *process = (struct os_process){0};
+    if (pipe2(ends, O_CLOEXEC) != 0)
+        return errno;
+    const int number = start(process, arguments, log, ends);
+    close(ends[0]);
+    return number;
+}
+
+/* Waits with these flags; true once the process is no more. */
+static bool reap(struct os_process *process, int flags)
+{
+    int status = 0;
+    if (process->id == 0)
+        return true;
+    const pid_t pid = (pid_t)process->id;
+    pid_t found;
+    while ((found = waitpid(pid, &status, flags)) < 0 && errno == EINTR)
+        ;
+    if (found == 0)
+        return false;
+    pthread_mutex_lock(&lock);
+    exchange_child(pid, 0);
+    pthread_mutex_unlock(&lock);
+    *process = (struct os_process){
+        .has_ended = true,
+        .exit_code = found > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1};
+    return true;
+}
+
+bool os_process_has_ended(struct os_process *process)
+{
+    return reap(process, WNOHANG);
+}
+
+void os_process_wait(struct os_process *process)
+{
+    reap(process, 0);
+}
+
+static void kill_group(pid_t pid)
+{
+    kill(-pid, SIGKILL);
+    kill(pid, SIGKILL);
+}
+
+void os_process_end(struct os_process *process)
+{
+    if (process->id == 0)
+        return;
+    kill_group((pid_t)process->id);
+    reap(process, 0);
+}
+
+void os_process_end_all(void)
+{
+    pthread_mutex_lock(&lock);
+    for (int i = 0; i < MOST_CHILDREN; i++)
+        if (children[i] > 0) {
+            kill_group(children[i]);
+            waitpid(children[i], NULL, 0);
+            children[i] = 0;
+        }
+    pthread_mutex_unlock(&lock);
+}
+
+bool os_process_holds(const struct os_process *process, const char *path)
+{
+    char name[64], target[4096];
+    snprintf(name, sizeof name, "/proc/%d/fd", (int)process->id);
+    DIR *folder = opendir(name);
+    bool is_open = !folder;
+    for (struct dirent *entry; !is_open && folder && (entry = readdir(folder));) {
+        const ssize_t n =
+            readlinkat(dirfd(folder), entry->d_name, target, sizeof target - 1);
+        is_open =
+            n > 0 && (size_t)n == strlen(path) && memcmp(target, path, (size_t)n) == 0;
+    }
+    if (folder)
+        closedir(folder);
+    return is_open;
+}
+
+int os_process_become(const char *program, char *const *arguments)
+{
+    if (strchr(program, '/'))
+        execv(program, arguments);
+    else
+        execvp(program, arguments);
+    return errno;
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Child processes. None outlives this one: a child is killed with what it started when
+ * os_process_end() or os_clean_up() says so, and by the system when this process dies.
+ * A struct belongs to one thread.
+ */
+#ifndef OS_PROCESS_H
+#define OS_PROCESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct os_process {
+    intptr_t id;    /* 0: not running */
+    int exit_code;  /* once ended: what it returned, -1 where it was killed */
+    bool has_ended; /* also by os_process_end() */
+};
+
+/*
+ * Starts arguments[0], which is looked for on the PATH, with the arguments up to NULL.
+ * It reads nothing and what it prints goes to the file `log`. 0 or errno: ENOENT where
+ * there is no such program.
+ */
+int os_process_start(struct os_process *process, char *const *arguments,
+                     const char *log);
+
+/* Does not wait. */
+bool os_process_has_ended(struct os_process *process);
+
+/* Waits for it. */
+void os_process_wait(struct os_process *process);
+
+/* Kills it where it runs, with all that it started. */
+void os_process_end(struct os_process *process);
+
+/* Has the running process this file open? True where that cannot be told. */
+bool os_process_holds(const struct os_process *process, const char *path);
+
+/* Kills all that run. */
+void os_process_end_all(void);
+
+/* In place of this program, the other one with these arguments, up to NULL; a name
+ * without a slash is looked for on the PATH. Returns, with errno, only on failure. */
+int os_process_become(const char *program, char *const *arguments);
+
+#endif
