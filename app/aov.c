@@ -25,19 +25,19 @@ static bool is_of_layer(const char *channel, const char *layer, size_t n)
 }
 
 static bool fail_layer(const struct source *source, const char *layer, size_t n,
-                       const char *text, struct exr_error *error)
+                       const char *text, struct image_error *error)
 {
     char channels[400];
     source_list_channels(source->colour, channels, sizeof(channels));
     snprintf(error->message, sizeof(error->message),
-             "%s: layer \"%.*s\" %s; its channels are %s", exr_path(source->colour),
+             "%s: layer \"%.*s\" %s; its channels are %s", image_path(source->colour),
              (int)n, layer, text, channels);
     return false;
 }
 
 static bool is_colour(const struct source *source, int channel)
 {
-    const struct exr_layer *layer = &source->layer;
+    const struct image_layer *layer = &source->layer;
     return channel == layer->r || channel == layer->g || channel == layer->b ||
            channel == layer->a;
 }
@@ -51,15 +51,15 @@ static bool is_known(const struct aovs *aovs, int channel)
 }
 
 static bool find_one(struct aovs *aovs, const struct source *source, const char *layer,
-                     size_t length, struct exr_error *error)
+                     size_t length, struct image_error *error)
 {
     int n, n_found = 0;
-    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
     for (int c = 0; c < n; c++) {
         if (channels[c].part != source->part ||
             !is_of_layer(channels[c].name, layer, length))
             continue;
-        if (channels[c].type == EXR_SAMPLE_UINT ||
+        if (channels[c].type == IMAGE_SAMPLE_UINT ||
             strcasestr(channels[c].name, "crypto"))
             return fail_layer(source, layer, length,
                               "holds identifiers, which cannot be blurred; use "
@@ -74,10 +74,10 @@ static bool find_one(struct aovs *aovs, const struct source *source, const char 
 }
 
 bool aovs_find(struct aovs *aovs, const struct source *source, const char *names,
-               struct exr_error *error)
+               struct image_error *error)
 {
     int n;
-    exr_channels(source->colour, &n);
+    image_channels(source->colour, &n);
     *aovs = (struct aovs){.channels = need_memory((size_t)n, sizeof(int))};
     for (const char *name = names; *name;) {
         const size_t length = strcspn(name, ",");
@@ -144,14 +144,14 @@ static rf_result filter_groups(struct aovs *aovs, const struct source *source,
 
 bool aovs_filter(struct aovs *aovs, const struct source *source,
                  const struct rf_context *context, const struct rf_params *params,
-                 const float *depth, int n_threads, struct exr_error *error)
+                 const float *depth, int n_threads, struct image_error *error)
 {
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
     if (aovs->n == 0)
         return true;
     aovs->samples = need_memory(n_pixels, (size_t)aovs->n * sizeof(float));
-    if (!exr_read(source->colour, aovs->channels, aovs->n, aovs->samples, n_threads,
-                  error))
+    if (!image_read(source->colour, aovs->channels, aovs->n, aovs->samples, n_threads,
+                    error))
         return false;
     struct rf_params plain = *params;
     plain.split_edges = plain.exact_highlights = 0;
@@ -165,7 +165,7 @@ bool aovs_filter(struct aovs *aovs, const struct source *source,
     rf_filter_destroy(filter);
     if (result != RF_OK)
         snprintf(error->message, sizeof(error->message),
-                 "%s: in the layers to filter: %s", exr_path(source->colour),
+                 "%s: in the layers to filter: %s", image_path(source->colour),
                  core_error.message);
     return result == RF_OK;
 }

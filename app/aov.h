@@ -19,7 +19,7 @@ struct aovs {
  * of that name, identifiers, which no mean can be taken of.
  */
 bool aovs_find(struct aovs *aovs, const struct source *source, const char *names,
-               struct exr_error *error);
+               struct image_error *error);
 
 /*
  * Reads and filters them, three channels at a time, with weights that follow from depth
@@ -30,7 +30,7 @@ bool aovs_find(struct aovs *aovs, const struct source *source, const char *names
  */
 bool aovs_filter(struct aovs *aovs, const struct source *source,
                  const struct rf_context *context, const struct rf_params *params,
-                 const float *depth, int n_threads, struct exr_error *error);
+                 const float *depth, int n_threads, struct image_error *error);
 
 void aovs_free(struct aovs *aovs);
 

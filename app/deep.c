@@ -10,16 +10,17 @@
 enum { R, G, B, A, Z, BACK, N_WANTED };
 
 /* Samples of one file, in the order above. */
-static bool read_file(struct exr_input *input, const struct exr_layer *layer, int z,
-                      int n_threads, struct exr_deep *deep, struct exr_error *error)
+static bool read_file(struct image_input *input, const struct image_layer *layer, int z,
+                      int n_threads, struct image_deep *deep, struct image_error *error)
 {
     const int wanted[N_WANTED] = {layer->r, layer->g, layer->b,
-                                  layer->a, z,        exr_find_z_back(input, z)};
-    return exr_read_deep(input, wanted, N_WANTED, deep, n_threads, error);
+                                  layer->a, z,        image_find_z_back(input, z)};
+    return image_read_deep(input, wanted, N_WANTED, deep, n_threads, error);
 }
 
-static struct rf_deep_sample make_sample(const float *in, const struct exr_layer *layer,
-                                         bool has_back, bool is_holdout)
+static struct rf_deep_sample make_sample(const float *in,
+                                         const struct image_layer *layer, bool has_back,
+                                         bool is_holdout)
 {
     struct rf_deep_sample s = {.depth = in[Z],
                                .depth_back = has_back ? in[BACK] : in[Z],
@@ -33,8 +34,8 @@ static struct rf_deep_sample make_sample(const float *in, const struct exr_layer
 
 /* One file's samples, appended pixel by pixel by merge(). */
 struct layer_samples {
-    struct exr_deep deep;
-    struct exr_layer layer;
+    struct image_deep deep;
+    struct image_layer layer;
     bool has_back, is_holdout;
 };
 
@@ -49,7 +50,7 @@ static void put_pixel(const struct layer_samples *from, size_t pixel,
 
 static void merge(struct deep_frame *to, const struct layer_samples *files, int n_files)
 {
-    const struct exr_deep *size = &files[0].deep;
+    const struct image_deep *size = &files[0].deep;
     const size_t n_pixels = (size_t)size->width * (size_t)size->height;
     size_t n_samples = 0, n = 0;
     for (int i = 0; i < n_files; i++)
@@ -68,17 +69,17 @@ static void merge(struct deep_frame *to, const struct layer_samples *files, int 
                                  .samples = to->samples};
 }
 
-static bool fail_holdout(const char *path, const char *text, struct exr_error *error)
+static bool fail_holdout(const char *path, const char *text, struct image_error *error)
 {
     snprintf(error->message, sizeof(error->message), "%s: %s", path, text);
     return false;
 }
 
 /* The plain A of the part that has channel z, where no colour leads to it. */
-static int find_alpha(const struct exr_input *input, int z)
+static int find_alpha(const struct image_input *input, int z)
 {
     int n;
-    const struct exr_channel_info *channels = exr_channels(input, &n);
+    const struct image_channel_info *channels = image_channels(input, &n);
     for (int c = 0; c < n; c++)
         if (channels[c].part == channels[z].part && strcmp(channels[c].name, "A") == 0)
             return c;
@@ -87,41 +88,41 @@ static int find_alpha(const struct exr_input *input, int z)
 
 /* A holdout needs depth and alpha only. */
 static bool read_holdout(const char *path, const struct source *source, int n_threads,
-                         struct layer_samples *samples, struct exr_error *error)
+                         struct layer_samples *samples, struct image_error *error)
 {
-    struct exr_input *input;
-    if (!exr_open(&input, path, error))
+    struct image_input *input;
+    if (!image_open(&input, path, error))
         return false;
-    struct exr_layer *layer = &samples->layer;
-    bool is_good = exr_find_layer(input, NULL, NULL, true, layer, error);
+    struct image_layer *layer = &samples->layer;
+    bool is_good = image_find_layer(input, NULL, NULL, true, layer, error);
     int n;
-    const struct exr_channel_info *channels = exr_channels(input, &n);
-    const struct exr_part_info *parts = exr_parts(input, &n);
+    const struct image_channel_info *channels = image_channels(input, &n);
+    const struct image_part_info *parts = image_parts(input, &n);
     if (is_good && (layer->z < 0 || !parts[channels[layer->z].part].is_deep))
         is_good =
             fail_holdout(path, "has no deep samples; a holdout needs them", error);
     if (is_good && memcmp(&parts[channels[layer->z].part].data_window,
-                          &source->info.data_window, sizeof(struct exr_box)) != 0)
+                          &source->info.data_window, sizeof(struct image_box)) != 0)
         is_good = fail_holdout(path,
                                "its data window is not that of the picture; render "
                                "both with one",
                                error);
     if (is_good && layer->a < 0)
         layer->a = find_alpha(input, layer->z);
-    samples->has_back = is_good && exr_find_z_back(input, layer->z) >= 0;
+    samples->has_back = is_good && image_find_z_back(input, layer->z) >= 0;
     samples->is_holdout = true;
     is_good =
         is_good && read_file(input, layer, layer->z, n_threads, &samples->deep, error);
-    exr_close(input);
+    image_close(input);
     return is_good;
 }
 
 bool deep_read(struct deep_frame *deep, const struct source *source,
-               const char *holdout, int n_threads, struct exr_error *error)
+               const char *holdout, int n_threads, struct image_error *error)
 {
     struct layer_samples files[2] = {
         {.layer = source->layer,
-         .has_back = exr_find_z_back(source->colour, source->z) >= 0}};
+         .has_back = image_find_z_back(source->colour, source->z) >= 0}};
     bool is_good = read_file(source->colour, &source->layer, source->z, n_threads,
                              &files[0].deep, error);
     if (is_good && holdout)
@@ -129,7 +130,7 @@ bool deep_read(struct deep_frame *deep, const struct source *source,
     if (is_good)
         merge(deep, files, holdout ? 2 : 1);
     for (int i = 0; i < 2; i++)
-        exr_deep_free(&files[i].deep);
+        image_deep_free(&files[i].deep);
     return is_good;
 }
 

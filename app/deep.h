@@ -17,7 +17,7 @@ struct deep_frame {
  * the same size whose samples hide and show nothing. False with a message.
  */
 bool deep_read(struct deep_frame *deep, const struct source *source,
-               const char *holdout, int n_threads, struct exr_error *error);
+               const char *holdout, int n_threads, struct image_error *error);
 void deep_free(struct deep_frame *deep);
 
 /*

@@ -15,7 +15,7 @@
 static bool names_mist(const struct source *source)
 {
     int n;
-    const char *name = exr_channels(source->depth, &n)[source->z].name;
+    const char *name = image_channels(source->depth, &n)[source->z].name;
     return strcasestr(name, "mist") != NULL;
 }
 
@@ -43,7 +43,8 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         .is_premultiplied = depth_stats_is_premultiplied(stats),
         .is_mist = names_mist(source),
         .is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT,
-        .is_half = exr_channels(source->depth, &n)[source->z].type == EXR_SAMPLE_HALF,
+        .is_half =
+            image_channels(source->depth, &n)[source->z].type == IMAGE_SAMPLE_HALF,
     };
     const bool is_distance =
         params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;

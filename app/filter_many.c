@@ -22,7 +22,7 @@ struct folder {
 };
 
 static bool folder_make(struct folder *folder, const char *output,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
     char prefix[4096];
     snprintf(prefix, sizeof(prefix), "%s.", output);
@@ -46,7 +46,7 @@ static void folder_remove(const struct folder *folder)
     os_folder_remove(folder->path);
 }
 
-static int fail_exr(const struct exr_error *error)
+static int fail_exr(const struct image_error *error)
 {
     if (os_is_interrupted())
         return os_interrupt_code();
@@ -57,7 +57,7 @@ static int fail_exr(const struct exr_error *error)
 /* ---- layers --------------------------------------------------------------------- */
 
 static bool open_result(const char *path, struct source *source,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
     char *paths[] = {(char *)path};
     const struct source_request request = {.paths = paths, .n_paths = 1};
@@ -66,7 +66,7 @@ static bool open_result(const char *path, struct source *source,
 
 static bool check_layers(const struct source *top, const char *top_name,
                          const struct source *bottom, const char *bottom_name,
-                         struct exr_error *error)
+                         struct image_error *error)
 {
     const char *what = NULL;
     if (memcmp(&top->info.data_window, &bottom->info.data_window,
@@ -100,7 +100,7 @@ static void put_over(const float *top, float *bottom, size_t n_pixels, int n_cha
 /* Puts the results 0 .. n - 2 over the last, whose samples are given. */
 static bool put_all_over(const struct folder *folder, char *const *names,
                          const struct source *bottom, float *samples, int n_threads,
-                         struct exr_error *error)
+                         struct image_error *error)
 {
     const size_t n_pixels = (size_t)bottom->width * (size_t)bottom->height;
     const int last = folder->n_files - 1;
@@ -123,15 +123,15 @@ static bool put_all_over(const struct folder *folder, char *const *names,
 }
 
 static bool write_layers(const struct filter_options *tool, const struct source *bottom,
-                         float *samples, struct exr_error *error)
+                         float *samples, struct image_error *error)
 {
     if (picture_kind(tool->output) == PICTURE_PNG)
-        return png_write(tool->output, samples, bottom->width, bottom->height,
-                         bottom->n_channels, tool->png_bits == FILTER_PNG_16 ? 16 : 8,
-                         false, error);
+        return image_write_png(tool->output, samples, bottom->width, bottom->height,
+                               bottom->n_channels,
+                               tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
     const bool is_half = tool->type == FILTER_TYPE_HALF;
-    const struct source_output how = {.type =
-                                          is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT,
+    const struct source_output how = {.type = is_half ? IMAGE_SAMPLE_HALF
+                                                      : IMAGE_SAMPLE_FLOAT,
                                       .n_threads = thread_count(tool->n_threads)};
     if (is_half)
         picture_clip_to_half(tool->output, samples,
@@ -144,7 +144,7 @@ static bool write_layers(const struct filter_options *tool, const struct source 
 static int join_layers(const struct filter_options *tool, const struct folder *folder,
                        char *const *names)
 {
-    struct exr_error error;
+    struct image_error error;
     struct source bottom;
     char path[4200];
     const int n_threads = thread_count(tool->n_threads);
@@ -163,7 +163,7 @@ static int join_layers(const struct filter_options *tool, const struct folder *f
 int filter_over(const struct filter_options *tool, const struct settings *settings,
                 char *const *paths, int n_paths)
 {
-    struct exr_error error;
+    struct image_error error;
     struct folder folder;
     if (!picture_check_writable(tool->output, &error) ||
         !folder_make(&folder, tool->output, &error))
@@ -219,17 +219,17 @@ static void mark_name(const char *pattern, const char *view, char *name, size_t 
 }
 
 /* The views of one file. */
-static int list_inside(char *path, struct eye *eyes, struct exr_error *error)
+static int list_inside(char *path, struct eye *eyes, struct image_error *error)
 {
-    struct exr_input *input;
-    if (!exr_open(&input, path, error))
+    struct image_input *input;
+    if (!image_open(&input, path, error))
         return 0;
-    const int n = exr_view_count(input);
+    const int n = image_view_count(input);
     for (int i = 0; i < n && i < MAX_EYES; i++) {
         eyes[i] = (struct eye){.path = path, .is_inside = true};
-        snprintf(eyes[i].name, sizeof(eyes[i].name), "%s", exr_view_name(input, i));
+        snprintf(eyes[i].name, sizeof(eyes[i].name), "%s", image_view_name(input, i));
     }
-    exr_close(input);
+    image_close(input);
     if (n >= 2 && n <= MAX_EYES)
         return n;
     snprintf(error->message, sizeof(error->message),
@@ -240,19 +240,19 @@ static int list_inside(char *path, struct eye *eyes, struct exr_error *error)
 }
 
 /* Two files: their own names of views, where both have one, else left and right. */
-static bool name_pair(char *const *paths, struct eye *eyes, struct exr_error *error)
+static bool name_pair(char *const *paths, struct eye *eyes, struct image_error *error)
 {
     static const char *const usual[] = {"left", "right"};
     bool is_named = true;
     for (int i = 0; i < 2; i++) {
-        struct exr_input *input;
-        if (!exr_open(&input, paths[i], error))
+        struct image_input *input;
+        if (!image_open(&input, paths[i], error))
             return false;
-        const char *own = exr_view_name(input, 0);
+        const char *own = image_view_name(input, 0);
         eyes[i] = (struct eye){.path = paths[i]};
         snprintf(eyes[i].name, sizeof(eyes[i].name), "%s", own ? own : "");
         is_named = is_named && own;
-        exr_close(input);
+        image_close(input);
     }
     if (!is_named || strcmp(eyes[0].name, eyes[1].name) == 0)
         for (int i = 0; i < 2; i++)
@@ -261,22 +261,22 @@ static bool name_pair(char *const *paths, struct eye *eyes, struct exr_error *er
 }
 
 static bool join_eyes(const struct filter_options *tool, const struct folder *folder,
-                      const struct eye *eyes, struct exr_error *error)
+                      const struct eye *eyes, struct image_error *error)
 {
-    struct exr_input *inputs[MAX_EYES] = {NULL};
+    struct image_input *inputs[MAX_EYES] = {NULL};
     const char *names[MAX_EYES];
     bool is_good = true;
     for (int i = 0; i < folder->n_files && is_good; i++) {
         char path[4200];
         folder_file(folder, i, path, sizeof(path));
         names[i] = eyes[i].name;
-        is_good = exr_open(&inputs[i], path, error);
+        is_good = image_open(&inputs[i], path, error);
     }
-    is_good =
-        is_good && exr_join_views(tool->output, inputs, names, folder->n_files, error);
+    is_good = is_good &&
+              image_join_views(tool->output, inputs, names, folder->n_files, error);
     for (int i = 0; i < folder->n_files; i++)
         if (inputs[i])
-            exr_close(inputs[i]);
+            image_close(inputs[i]);
     return is_good;
 }
 
@@ -317,7 +317,7 @@ static int filter_eyes(const struct filter_options *tool, struct settings *setti
 int filter_stereo(const struct filter_options *tool, struct settings *settings,
                   char *const *paths, int n_paths)
 {
-    struct exr_error error;
+    struct image_error error;
     struct folder folder;
     struct eye eyes[MAX_EYES];
     int n = 2;

@@ -74,29 +74,29 @@ static float *add_aovs(const struct run *run, int n_channels)
 }
 
 /* Channels of the size and the place of what was read. */
-static struct exr_output output_of(const struct source *source, int n_channels,
-                                   const char *const *names,
-                                   const enum exr_sample_type *types,
-                                   const float *samples)
+static struct image_output output_of(const struct source *source, int n_channels,
+                                     const char *const *names,
+                                     const enum image_sample_type *types,
+                                     const float *samples)
 {
-    return (struct exr_output){.width = source->width,
-                               .height = source->height,
-                               .data_window = source->info.data_window,
-                               .display_window = source->info.display_window,
-                               .pixel_aspect = source->info.pixel_aspect,
-                               .n_channels = n_channels,
-                               .channel_names = names,
-                               .types = types,
-                               .samples = samples};
+    return (struct image_output){.width = source->width,
+                                 .height = source->height,
+                                 .data_window = source->info.data_window,
+                                 .display_window = source->info.display_window,
+                                 .pixel_aspect = source->info.pixel_aspect,
+                                 .n_channels = n_channels,
+                                 .channel_names = names,
+                                 .types = types,
+                                 .samples = samples};
 }
 
-static bool write_exr(const struct run *run, const struct exr_attribute *filtered,
-                      struct exr_error *error)
+static bool write_exr(const struct run *run, const struct image_attribute *filtered,
+                      struct image_error *error)
 {
     const struct source *source = &run->source;
     int n;
-    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
-    const struct exr_layer *layer = &source->layer;
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    const struct image_layer *layer = &source->layer;
     const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
     const int grey_alpha[2] = {layer->r, layer->a};
     const int *indices = source->is_grey ? grey_alpha : rgba;
@@ -109,7 +109,7 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     }
     const int n_all = n_channels + run->aovs.n;
     const char **names = need_memory((size_t)n_all, sizeof(*names));
-    enum exr_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
+    enum image_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
     float *samples = add_aovs(run, n_channels);
     if (is_half)
         picture_clip_to_half(run->tool->output, samples,
@@ -129,9 +129,9 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
             drop_view(names[i], view, own_names[i], sizeof(own_names[i]));
             names[i] = own_names[i];
         }
-        types[i] = is_half ? EXR_SAMPLE_HALF : EXR_SAMPLE_FLOAT;
+        types[i] = is_half ? IMAGE_SAMPLE_HALF : IMAGE_SAMPLE_FLOAT;
     }
-    struct exr_output output = output_of(source, n_all, names, types, samples);
+    struct image_output output = output_of(source, n_all, names, types, samples);
     output.compression = filter_compression(run);
     output.attributes = filtered;
     output.n_attributes = 1;
@@ -140,7 +140,7 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     output.like_part = source->part;
     output.pass_through = run->tool->pass_through;
     const bool is_written =
-        exr_write(run->tool->output, &output, run->n_threads, error);
+        image_write(run->tool->output, &output, run->n_threads, error);
     if (samples != run->colour)
         free(samples);
     free(names);
@@ -148,13 +148,13 @@ static bool write_exr(const struct run *run, const struct exr_attribute *filtere
     return is_written;
 }
 
-bool filter_write_flattened(const struct run *run, struct exr_error *error)
+bool filter_write_flattened(const struct run *run, struct image_error *error)
 {
     static const char *const names[] = {"R", "G", "B", "A", "Z"};
     static const char *const grey[] = {"Y", "Z"};
-    static const enum exr_sample_type types[5] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
-                                                  EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
-                                                  EXR_SAMPLE_FLOAT};
+    static const enum image_sample_type types[5] = {
+        IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT,
+        IMAGE_SAMPLE_FLOAT};
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
     const int n_colours = source->n_channels, n_channels = n_colours + 1;
@@ -167,37 +167,38 @@ bool filter_write_flattened(const struct run *run, struct exr_error *error)
     const char *channels[5];
     for (int i = 0; i < n_channels; i++)
         channels[i] = n_colours == 1 ? grey[i] : i == n_colours ? names[4] : names[i];
-    struct exr_output output = output_of(source, n_channels, channels, types, samples);
+    struct image_output output =
+        output_of(source, n_channels, channels, types, samples);
     output.compression = "zip";
     output.like = source->colour;
     output.like_part = source->part;
     const bool is_written =
-        exr_write(run->tool->flattened, &output, run->n_threads, error);
+        image_write(run->tool->flattened, &output, run->n_threads, error);
     free(samples);
     return is_written;
 }
 
-static bool write_coc(const struct run *run, const struct exr_attribute *filtered,
-                      struct exr_error *error)
+static bool write_coc(const struct run *run, const struct image_attribute *filtered,
+                      struct image_error *error)
 {
     static const char *const name = "Y";
-    static const enum exr_sample_type type = EXR_SAMPLE_FLOAT;
+    static const enum image_sample_type type = IMAGE_SAMPLE_FLOAT;
     const struct source *source = &run->source;
-    struct exr_output output = output_of(source, 1, &name, &type, run->depth);
+    struct image_output output = output_of(source, 1, &name, &type, run->depth);
     output.compression = "zip";
     output.attributes = filtered;
     output.n_attributes = 1;
-    return exr_write(run->tool->output_coc, &output, run->n_threads, error);
+    return image_write(run->tool->output_coc, &output, run->n_threads, error);
 }
 
-static bool write_picture(const struct run *run, const struct exr_attribute *filtered,
-                          struct exr_error *error)
+static bool write_picture(const struct run *run, const struct image_attribute *filtered,
+                          struct image_error *error)
 {
     if (picture_kind(run->tool->output) == PICTURE_EXR)
         return write_exr(run, filtered, error);
-    return png_write(run->tool->output, run->colour, run->source.width,
-                     run->source.height, run->source.n_channels,
-                     run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
+    return image_write_png(run->tool->output, run->colour, run->source.width,
+                           run->source.height, run->source.n_channels,
+                           run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
 }
 
 void filter_describe(const struct run *run, char *text, size_t n_bytes)
@@ -207,18 +208,18 @@ void filter_describe(const struct run *run, char *text, size_t n_bytes)
     snprintf(text, n_bytes, "rackfocus %s%s%s", rf_version(), *used ? " " : "", used);
 }
 
-bool filter_write_files(const struct run *run, struct exr_error *error)
+bool filter_write_files(const struct run *run, struct image_error *error)
 {
     char text[4096];
     filter_describe(run, text, sizeof(text));
-    const struct exr_attribute filtered = {
-        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
+    const struct image_attribute filtered = {
+        .name = "rackfocus:filtered", .type = IMAGE_ATTRIBUTE_STRING, .text = text};
     return write_picture(run, &filtered, error) &&
            (!run->tool->output_coc || write_coc(run, &filtered, error));
 }
 
 bool filter_write(const struct filter_options *tool, struct settings *settings,
-                  const struct source *source, float *pixels, struct exr_error *error)
+                  const struct source *source, float *pixels, struct image_error *error)
 {
     const struct run run = {.tool = tool,
                             .settings = settings,

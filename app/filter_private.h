@@ -42,8 +42,8 @@ void filter_describe(const struct run *run, char *text, size_t n_bytes);
 /* Of the output; that of the input where nothing was said. */
 const char *filter_compression(const struct run *run);
 /* The picture and, from the depth, which holds radii by then, the radii. */
-bool filter_write_files(const struct run *run, struct exr_error *error);
+bool filter_write_files(const struct run *run, struct image_error *error);
 /* Colour and depth of a deep input, flat: float, as other filters would want them. */
-bool filter_write_flattened(const struct run *run, struct exr_error *error);
+bool filter_write_flattened(const struct run *run, struct image_error *error);
 
 #endif

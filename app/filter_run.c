@@ -16,7 +16,7 @@
 
 /* ---- messages ------------------------------------------------------------------- */
 
-static int fail_exr(const struct exr_error *error)
+static int fail_exr(const struct image_error *error)
 {
     message("%s", error->message);
     return EXIT_FAILED;
@@ -39,7 +39,7 @@ static bool is_group_typed(const struct settings *settings, enum rf_param_group 
 static int fail_parameter(const struct run *run, const struct rf_error *error)
 {
     const struct rf_param_info *info = rf_param_find(error->field);
-    const char *path = exr_path(run->source.colour);
+    const char *path = image_path(run->source.colour);
     if (!info) {
         message("%s: %s", path, error->message);
         return EXIT_FAILED;
@@ -84,9 +84,9 @@ static int fail_core(const struct run *run, const struct rf_error *error)
         return EXIT_FAILED;
     }
     const struct source *source = faulty_source(run);
-    const struct exr_input *input =
+    const struct image_input *input =
         error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
-    message("%s: %s", exr_path(input), error->message);
+    message("%s: %s", image_path(input), error->message);
     return EXIT_FAILED;
 }
 
@@ -94,7 +94,7 @@ static void log_remark(void *user, enum rf_log_level level, const char *text)
 {
     const struct run *run = user;
     if (level == RF_LOG_WARNING)
-        warning(run->tool->is_quiet, "%s: %s", exr_path(run->source.colour), text);
+        warning(run->tool->is_quiet, "%s: %s", image_path(run->source.colour), text);
 }
 
 /* ---- one view or several -------------------------------------------------------- */
@@ -162,7 +162,7 @@ static int check_views(const struct run *run)
  * --layer names one. */
 static int find_views(struct run *run)
 {
-    struct exr_error error;
+    struct image_error error;
     const char *other = NULL;
     const int n_paths = run->request.n_paths;
     if (n_paths == 1 && run->request.layer)
@@ -183,12 +183,12 @@ static int find_views(struct run *run)
 /* Other layers that are to be filtered. */
 static int find_layers(struct run *run)
 {
-    struct exr_error error;
+    struct image_error error;
     if (!run->tool->filter_layers)
         return EXIT_DONE;
     if (run->is_deep || run->has_views) {
         message("--filter-layers: takes one flat picture, and %s %s",
-                exr_path(run->source.colour),
+                image_path(run->source.colour),
                 run->is_deep ? "is deep" : "is one of several views");
         return EXIT_USAGE;
     }
@@ -199,7 +199,7 @@ static int find_layers(struct run *run)
 
 static int filter_layers(struct run *run)
 {
-    struct exr_error error;
+    struct image_error error;
     return aovs_filter(&run->aovs, &run->source, run->context, &run->params, run->depth,
                        run->n_threads, &error)
                ? EXIT_DONE
@@ -209,7 +209,7 @@ static int filter_layers(struct run *run)
 /* Is the input deep, and is what was asked for possible then? */
 static int check_deep(struct run *run)
 {
-    const char *path = exr_path(run->source.colour);
+    const char *path = image_path(run->source.colour);
     run->is_deep = run->source.info.is_deep;
     if (!run->is_deep && (run->tool->holdout || run->tool->flattened)) {
         message("--%s: %s holds no deep samples; leave it out",
@@ -235,7 +235,7 @@ static int check_deep(struct run *run)
 static int set_distribution(struct run *run)
 {
     const char *path = run->tool->distribution_image;
-    struct exr_error error;
+    struct image_error error;
     struct rf_error core_error;
     struct picture picture;
     if (!path)
@@ -292,10 +292,10 @@ static int read_facts(struct run *run)
     if (run->has_views)
         settings_set_header(run->settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET,
                             NULL);
-    if (exr_attribute_string(source->colour, "rackfocus:filtered", &by))
+    if (image_attribute_string(source->colour, "rackfocus:filtered", &by))
         warning(run->tool->is_quiet,
                 "%s: was filtered before (%s); filter the pinhole render instead",
-                exr_path(source->colour), by);
+                image_path(source->colour), by);
     const int code = check_distribution(run);
     if (code != EXIT_DONE)
         return code;
@@ -327,7 +327,7 @@ static int make_filter(struct run *run)
 /* Opens the files of several views, places counted from the aperture's middle. */
 static int open_views(struct run *run)
 {
-    struct exr_error error;
+    struct image_error error;
     if (!run->has_views)
         return EXIT_DONE;
     if (!views_open(&run->views, &run->source, &run->list, &run->request, &error))
@@ -341,7 +341,7 @@ static int open_views(struct run *run)
 /* Samples, and the flat picture, whose colour makes room for the result. */
 static int read_deep(struct run *run)
 {
-    struct exr_error error;
+    struct image_error error;
     struct rf_error core_error;
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
@@ -362,7 +362,7 @@ static int read_deep(struct run *run)
 /* Refuses depth that cannot be meant. */
 static int report_depth(const struct run *run, const struct depth_findings *found)
 {
-    const char *path = exr_path(run->source.depth);
+    const char *path = image_path(run->source.depth);
     char text[400];
     if (depth_is_refused(found, text, sizeof(text))) {
         message("%s: the depth %s", path, text);
@@ -381,7 +381,7 @@ static void undo_depth(const struct run *run, const struct depth_findings *found
 {
     const bool is_quiet = run->tool->is_quiet;
     const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    const char *path = exr_path(run->source.depth);
+    const char *path = image_path(run->source.depth);
     size_t n_divided = 0, n_snapped = 0;
     for (int i = 0; i < n_views(run); i++) {
         float *depth = run->has_views ? run->views.views[i].depth.data : run->depth;
@@ -435,7 +435,7 @@ static int repair_depth(struct run *run)
 
 static int read_pixels(struct run *run)
 {
-    struct exr_error error;
+    struct image_error error;
     if (run->is_deep)
         return read_deep(run);
     if (run->has_views) {
@@ -498,7 +498,7 @@ static int write_output(struct run *run)
     const char *output = run->tool->output, *coc = run->tool->output_coc;
     const bool is_new = os_file_facts(output).kind == OS_FILE_NONE;
     const bool is_coc_new = coc && os_file_facts(coc).kind == OS_FILE_NONE;
-    struct exr_error error;
+    struct image_error error;
     int code = coc ? make_coc(run) : EXIT_DONE;
     if (code != EXIT_DONE)
         return code;
@@ -541,15 +541,15 @@ static int filter_in_windows(struct run *run)
     filter_describe(run, text, sizeof(text));
     source_describe(&run->source,
                     &(struct source_output){.type = tool->type == FILTER_TYPE_HALF
-                                                        ? EXR_SAMPLE_HALF
-                                                        : EXR_SAMPLE_FLOAT,
+                                                        ? IMAGE_SAMPLE_HALF
+                                                        : IMAGE_SAMPLE_FLOAT,
                                             .compression = filter_compression(run),
                                             .made = text},
                     &to);
     filter_drop_view(run, &to);
     to.output.pass_through = tool->pass_through;
     if (run->source.info.is_tiled)
-        to.output.tile_size = exr_row_step(run->source.colour, run->source.part);
+        to.output.tile_size = image_row_step(run->source.colour, run->source.part);
     struct windows_job job = {.n_views = n_views(run),
                               .sources =
                                   run->has_views ? run->views.sources : &run->source,
@@ -580,7 +580,7 @@ static int filter_in_windows(struct run *run)
             warning(tool->is_quiet,
                     "%s: the depth was %s; that is undone (--depth-repair off takes it "
                     "as it is)",
-                    exr_path(run->source.depth),
+                    image_path(run->source.depth),
                     found.is_premultiplied ? "multiplied by alpha" : "anti-aliased");
     }
     return windows_filter(&job);
@@ -593,7 +593,7 @@ static int run_steps(struct run *run)
     static int (*const steps[])(struct run *) = {
         find_layers, read_facts, make_filter,   open_views,
         read_pixels, process,    filter_layers, write_output};
-    struct exr_error error;
+    struct image_error error;
     if (!source_check(&run->source, &error) ||
         !picture_check_writable(run->tool->output, &error) ||
         (run->tool->output_coc &&
@@ -638,7 +638,7 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
                     .depth_channel = tool->depth_channel},
         .n_threads = thread_count(tool->n_threads),
     };
-    struct exr_error error;
+    struct image_error error;
     int code = tool->view ? EXIT_DONE : find_views(&run);
     if (code == EXIT_DONE)
         code = read_aperture(&run);

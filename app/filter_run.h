@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct exr_error;
+struct image_error;
 struct settings;
 struct source;
 
@@ -45,6 +45,7 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
  * source_read_colour in layout; they may be changed.
  */
 bool filter_write(const struct filter_options *tool, struct settings *settings,
-                  const struct source *source, float *pixels, struct exr_error *error);
+                  const struct source *source, float *pixels,
+                  struct image_error *error);
 
 #endif

@@ -75,7 +75,7 @@ static int write_stream(FILE *stream, const struct settings *settings)
 }
 
 bool params_file_write(const char *path, const struct settings *settings,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     struct os_replace file;
     int reason = os_replace_open(&file, path);

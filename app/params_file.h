@@ -8,7 +8,7 @@
 
 #include <stdbool.h>
 
-#include "exr.h"
+#include "image.h"
 #include "settings.h"
 
 /* Sets what the file says, as if typed; what was typed before stays. A message names
@@ -17,6 +17,6 @@ bool params_file_read(const char *path, struct settings *settings);
 
 /* Writes what was typed; beside its place and renamed. */
 bool params_file_write(const char *path, const struct settings *settings,
-                       struct exr_error *error);
+                       struct image_error *error);
 
 #endif

@@ -23,10 +23,11 @@ static bool is_png(const char *path)
     return n == sizeof(bytes) && memcmp(bytes, magic, sizeof(bytes)) == 0;
 }
 
-static bool read_png(const char *path, struct picture *picture, struct exr_error *error)
+static bool read_png(const char *path, struct picture *picture,
+                     struct image_error *error)
 {
     float *rgba;
-    if (!png_read(path, &rgba, &picture->width, &picture->height, error))
+    if (!image_read_png(path, &rgba, &picture->width, &picture->height, error))
         return false;
     const size_t n = (size_t)picture->width * (size_t)picture->height;
     picture->samples = need_memory(3 * n, sizeof(float));
@@ -37,26 +38,26 @@ static bool read_png(const char *path, struct picture *picture, struct exr_error
     return true;
 }
 
-static bool read_open_exr(struct exr_input *input, const char *layer, int n_threads,
-                          struct picture *picture, struct exr_error *error)
+static bool read_open_exr(struct image_input *input, const char *layer, int n_threads,
+                          struct picture *picture, struct image_error *error)
 {
-    struct exr_layer found;
-    if (!exr_find_layer(input, layer, NULL, false, &found, error))
+    struct image_layer found;
+    if (!image_find_layer(input, layer, NULL, false, &found, error))
         return false;
     int n;
-    const int part = exr_channels(input, &n)[found.r].part;
-    const struct exr_box box = exr_parts(input, &n)[part].data_window;
+    const int part = image_channels(input, &n)[found.r].part;
+    const struct image_box box = image_parts(input, &n)[part].data_window;
     picture->min_x = box.min_x;
     picture->min_y = box.min_y;
     picture->width = box.max_x - box.min_x + 1;
     picture->height = box.max_y - box.min_y + 1;
     const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;
     picture->samples = need_memory(3 * n_pixels, sizeof(float));
-    return exr_read_layer(input, &found, 3, picture->samples, n_threads, error);
+    return image_read_layer(input, &found, 3, picture->samples, n_threads, error);
 }
 
 static bool check_finite(const char *path, const struct picture *picture,
-                         struct exr_error *error)
+                         struct image_error *error)
 {
     const size_t n = 3 * (size_t)picture->width * (size_t)picture->height;
     size_t n_bad = 0, first = 0;
@@ -74,18 +75,18 @@ static bool check_finite(const char *path, const struct picture *picture,
 }
 
 bool picture_read(const char *path, const char *layer, int n_threads,
-                  struct picture *picture, struct exr_error *error)
+                  struct picture *picture, struct image_error *error)
 {
     *picture = (struct picture){0};
     bool is_read;
     if (is_png(path)) {
         is_read = read_png(path, picture, error);
     } else {
-        struct exr_input *input;
-        is_read = exr_open(&input, path, error);
+        struct image_input *input;
+        is_read = image_open(&input, path, error);
         if (is_read) {
             is_read = read_open_exr(input, layer, n_threads, picture, error);
-            exr_close(input);
+            image_close(input);
         }
     }
     if (is_read && check_finite(path, picture, error))
@@ -116,7 +117,7 @@ bool picture_is_scene(const char *path)
     return dot && (strcasecmp(dot, ".pov") == 0 || strcasecmp(dot, ".ini") == 0);
 }
 
-bool picture_check_writable(const char *path, struct exr_error *error)
+bool picture_check_writable(const char *path, struct image_error *error)
 {
     const char *slash = strrchr(path, '/');
     char *folder = slash ? strndup(path, (size_t)(slash - path + 1)) : strdup(".");

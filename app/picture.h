@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "exr.h"
+#include "image.h"
 
 /* Packed RGB floats, scene-linear, alpha multiplied in. */
 struct picture {
@@ -18,7 +18,7 @@ struct picture {
 
 /* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */
 bool picture_read(const char *path, const char *layer, int n_threads,
-                  struct picture *picture, struct exr_error *error);
+                  struct picture *picture, struct image_error *error);
 void picture_free(struct picture *picture);
 
 enum picture_kind { PICTURE_EXR, PICTURE_PNG, PICTURE_UNKNOWN };
@@ -30,7 +30,7 @@ enum picture_kind picture_kind(const char *path);
 bool picture_is_scene(const char *path);
 
 /* Can a file of this name be made? False with a message, before the work begins. */
-bool picture_check_writable(const char *path, struct exr_error *error);
+bool picture_check_writable(const char *path, struct image_error *error);
 
 /* Half floats end at 65504; beyond they would turn into infinity. Clips, and warns with
  * the name of the file unless is_quiet. */

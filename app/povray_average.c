@@ -84,12 +84,12 @@ static bool keep_view(const struct work *work, int view,
                       const struct povray_passes *passes, struct povray_error *error)
 {
     char path[4096];
-    struct exr_error exr_error;
+    struct image_error image_error;
     snprintf(path, sizeof(path), "%s_%04d.exr", work->how->keep, view);
     if (povray_file_write(path, passes, POVRAY_FILE_COLOUR, NULL, work->how->n_threads,
-                          &exr_error))
+                          &image_error))
         return true;
-    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    snprintf(error->message, sizeof(error->message), "%s", image_error.message);
     return false;
 }
 
@@ -125,7 +125,7 @@ static int drop_alpha(float *samples, size_t n_pixels)
 /* ---- the result ----------------------------------------------------------------- */
 
 static bool write_picture(const struct povray_average *how,
-                          const struct povray_passes *mean, struct exr_error *error)
+                          const struct povray_passes *mean, struct image_error *error)
 {
     char used[1000], made[1100];
     if (picture_kind(how->output) == PICTURE_EXR) {
@@ -137,23 +137,23 @@ static bool write_picture(const struct povray_average *how,
     }
     const size_t n_pixels = (size_t)mean->width * (size_t)mean->height;
     const int n_channels = mean->has_alpha ? 4 : drop_alpha(mean->colour, n_pixels);
-    return png_write(how->output, mean->colour, mean->width, mean->height, n_channels,
-                     8, false, error);
+    return image_write_png(how->output, mean->colour, mean->width, mean->height,
+                           n_channels, 8, false, error);
 }
 
 static bool write_mean(struct work *work, struct povray_error *error)
 {
     struct povray_passes mean = work->facts;
     struct rf_error core_error;
-    struct exr_error exr_error;
+    struct image_error image_error;
     mean.colour =
         need_memory((size_t)mean.width * (size_t)mean.height * 4, sizeof(*mean.colour));
     const struct rf_image image = image_of(&mean);
     const char *what = NULL;
     if (rf_accumulator_mean(work->accumulator, &image, &core_error) != RF_OK)
         what = core_error.message;
-    else if (!write_picture(work->how, &mean, &exr_error))
-        what = exr_error.message;
+    else if (!write_picture(work->how, &mean, &image_error))
+        what = image_error.message;
     if (what)
         snprintf(error->message, sizeof(error->message), "%s", what);
     free(mean.colour);

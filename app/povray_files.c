@@ -15,25 +15,25 @@ static double length(const double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static struct exr_attribute number_attribute(const char *key, double number)
+static struct image_attribute number_attribute(const char *key, double number)
 {
-    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
-                                  .type = EXR_ATTRIBUTE_FLOAT,
-                                  .number = {number, 0}};
+    return (struct image_attribute){.name = rf_param_find(key)->attribute,
+                                    .type = IMAGE_ATTRIBUTE_FLOAT,
+                                    .number = {number, 0}};
 }
 
-static struct exr_attribute text_attribute(const char *key, const char *text)
+static struct image_attribute text_attribute(const char *key, const char *text)
 {
-    return (struct exr_attribute){.name = rf_param_find(key)->attribute,
-                                  .type = EXR_ATTRIBUTE_STRING,
-                                  .text = text};
+    return (struct image_attribute){.name = rf_param_find(key)->attribute,
+                                    .type = IMAGE_ATTRIBUTE_STRING,
+                                    .text = text};
 }
 
 enum { MAX_FACTS = 12 };
 
 /* The facts of the camera for the header; returns their number. */
 static int list_facts(const struct povray_passes *passes, enum povray_file kind,
-                      const char *made, struct exr_attribute *list)
+                      const char *made, struct image_attribute *list)
 {
     const struct povray_camera *camera = &passes->camera;
     int n = 0;
@@ -52,17 +52,17 @@ static int list_facts(const struct povray_passes *passes, enum povray_file kind,
                                                             length(camera->right));
     }
     if (kind == POVRAY_FILE_VIEW || kind == POVRAY_FILE_COLOUR)
-        list[n++] = (struct exr_attribute){
+        list[n++] = (struct image_attribute){
             .name = VIEWS_OFFSET,
-            .type = EXR_ATTRIBUTE_V2F,
+            .type = IMAGE_ATTRIBUTE_V2F,
             .number = {passes->lens_offset[0], passes->lens_offset[1]}};
     if (kind == POVRAY_FILE_VIEW)
-        list[n++] = (struct exr_attribute){.name = VIEWS_SHEAR,
-                                           .type = EXR_ATTRIBUTE_FLOAT,
-                                           .number = {camera->focus_distance, 0}};
+        list[n++] = (struct image_attribute){.name = VIEWS_SHEAR,
+                                             .type = IMAGE_ATTRIBUTE_FLOAT,
+                                             .number = {camera->focus_distance, 0}};
     if (made)
-        list[n++] = (struct exr_attribute){
-            .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = made};
+        list[n++] = (struct image_attribute){
+            .name = "rackfocus:filtered", .type = IMAGE_ATTRIBUTE_STRING, .text = made};
     return n;
 }
 
@@ -82,22 +82,22 @@ static float *pack(const struct povray_passes *passes, bool has_depth)
 
 bool povray_file_write(const char *path, const struct povray_passes *passes,
                        enum povray_file kind, const char *made, int n_threads,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     static const char *const names[] = {"R", "G", "B", "A", "Z"};
     static const char *const opaque_names[] = {"R", "G", "B", "Z"};
     const bool has_depth = kind == POVRAY_FILE_PASSES || kind == POVRAY_FILE_VIEW;
     const int n_colours = passes->has_alpha ? 4 : 3;
-    enum exr_sample_type types[5];
+    enum image_sample_type types[5];
     /* Half is what POV-Ray gave. */
     for (int c = 0; c < 5; c++)
-        types[c] = c < n_colours && kind != POVRAY_FILE_RESULT ? EXR_SAMPLE_HALF
-                                                               : EXR_SAMPLE_FLOAT;
-    struct exr_attribute facts[MAX_FACTS];
+        types[c] = c < n_colours && kind != POVRAY_FILE_RESULT ? IMAGE_SAMPLE_HALF
+                                                               : IMAGE_SAMPLE_FLOAT;
+    struct image_attribute facts[MAX_FACTS];
     const double pixel_width = length(passes->camera.right) / passes->width;
     const double pixel_height = length(passes->camera.up) / passes->height;
     float *samples = pack(passes, has_depth);
-    const struct exr_output output = {
+    const struct image_output output = {
         .width = passes->width,
         .height = passes->height,
         .pixel_aspect = (float)(pixel_width / pixel_height),
@@ -107,7 +107,7 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         .samples = samples,
         .attributes = facts,
         .n_attributes = list_facts(passes, kind, made, facts)};
-    const bool is_written = exr_write(path, &output, n_threads, error);
+    const bool is_written = image_write(path, &output, n_threads, error);
     free(samples);
     return is_written;
 }

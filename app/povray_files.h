@@ -3,7 +3,7 @@
 #ifndef APP_POVRAY_FILES_H
 #define APP_POVRAY_FILES_H
 
-#include "exr.h"
+#include "image.h"
 #include "povray.h"
 
 /* What a file holds beside the camera's facts. */
@@ -17,7 +17,7 @@ enum povray_file {
 /* Writes the passes, R G B (A) (Z). `made` may be NULL. */
 bool povray_file_write(const char *path, const struct povray_passes *passes,
                        enum povray_file kind, const char *made, int n_threads,
-                       struct exr_error *error);
+                       struct image_error *error);
 
 /*
  * povray_render_views() of 2 to RF_MAX_VIEWS views from rf_lens_points() of a disc,

@@ -8,7 +8,7 @@
 
 #include <omp.h>
 
-#include "exr.h"
+#include "image.h"
 #include "rackfocus/rackfocus.h"
 
 static _Thread_local struct {
@@ -58,7 +58,7 @@ void warning(bool is_quiet, const char *format, ...)
     va_end(arguments);
 }
 
-bool set_error(struct exr_error *error, const char *format, ...)
+bool set_error(struct image_error *error, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);

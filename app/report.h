@@ -23,10 +23,10 @@ void message_capture(char *text, size_t n_bytes);
 void warning(bool is_quiet, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-struct exr_error;
+struct image_error;
 
 /* Puts the text into *error; always false, to be returned. */
-bool set_error(struct exr_error *error, const char *format, ...)
+bool set_error(struct image_error *error, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 /* Memory of n_items * item_bytes, zeroed; says so and ends the program where there is

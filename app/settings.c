@@ -93,7 +93,7 @@ static bool is_open(const struct settings *settings, const char *name)
 struct reader {
     struct settings *settings; /* with the command line in it */
     struct settings facts;
-    const struct exr_input *input;
+    const struct image_input *input;
     char *text; /* for the message */
     size_t n_bytes;
 };
@@ -103,7 +103,7 @@ static bool fail_attribute(const struct reader *reader,
 {
     snprintf(reader->text, reader->n_bytes,
              "%s: attribute %s of the header: %s; give --%s to overrule it",
-             exr_path(reader->input), info->attribute, reason, info->key);
+             image_path(reader->input), info->attribute, reason, info->key);
     return false;
 }
 
@@ -115,9 +115,9 @@ static bool read_own_attribute(struct reader *reader, const struct rf_param_info
     rf_result result = RF_OK;
     double number;
     const char *text;
-    if (exr_attribute_string(reader->input, info->attribute, &text))
+    if (image_attribute_string(reader->input, info->attribute, &text))
         result = rf_params_set(&facts->params, info->key, text, &error);
-    else if (exr_attribute_number(reader->input, info->attribute, &number))
+    else if (image_attribute_number(reader->input, info->attribute, &number))
         result = rf_params_set_number(&facts->params, info->key, number, &error);
     else
         return true;
@@ -143,15 +143,15 @@ static void set_fact(struct reader *reader, const char *key, double value,
 /* Attributes that other programs write: lengths in mm, the focus in metres. */
 static void read_standard_attributes(struct reader *reader)
 {
-    const struct exr_input *input = reader->input;
+    const struct image_input *input = reader->input;
     double number, size[2];
-    if (exr_attribute_number(input, "aperture", &number))
+    if (image_attribute_number(input, "aperture", &number))
         set_fact(reader, "f-stop", number, "aperture");
-    if (exr_attribute_number(input, "pinholeFocalLength", &number))
+    if (image_attribute_number(input, "pinholeFocalLength", &number))
         set_fact(reader, "focal-length", number, "pinholeFocalLength");
-    if (exr_attribute_number(input, "nominalFocalLength", &number))
+    if (image_attribute_number(input, "nominalFocalLength", &number))
         set_fact(reader, "focal-length", number, "nominalFocalLength");
-    if (exr_attribute_v2f(input, "sensorOverallDimensions", size) && size[0] > 0 &&
+    if (image_attribute_v2f(input, "sensorOverallDimensions", size) && size[0] > 0 &&
         is_open(&reader->facts, "sensor-width")) {
         set_fact(reader, "sensor-width", size[0], "sensorOverallDimensions");
         set_fact(reader, "sensor-height", size[1], "sensorOverallDimensions");
@@ -159,7 +159,7 @@ static void read_standard_attributes(struct reader *reader)
         set_fact(reader, "sensor-fit", RF_SENSOR_FIT_HORIZONTAL,
                  "sensorOverallDimensions");
     }
-    if (exr_attribute_number(input, "focus", &number) && number > 0) {
+    if (image_attribute_number(input, "focus", &number) && number > 0) {
         const struct settings *known = is_typed(reader->settings, "unit-scale")
                                            ? reader->settings
                                            : &reader->facts;
@@ -232,8 +232,8 @@ static bool settle_lens_radius(struct reader *reader)
     snprintf(reader->text, reader->n_bytes,
              "%s: its header gives the lens radius (%g) without %s, so --%s cannot be "
              "applied; give --lens-radius, or --f-stop and --focal-length together",
-             exr_path(reader->input), radius, has_stop ? "an f-stop" : "a focal length",
-             typed);
+             image_path(reader->input), radius,
+             has_stop ? "an f-stop" : "a focal length", typed);
     return false;
 }
 
@@ -273,7 +273,8 @@ static bool settle_focal_length_px(struct reader *reader)
         "%s: its header gives the focal length in pixels only (%g), so --%s cannot "
         "be applied; give --focal-length-px, or --focal-length and --sensor-width "
         "together",
-        exr_path(reader->input), focal_px, has_focal ? "focal-length" : "sensor-width");
+        image_path(reader->input), focal_px,
+        has_focal ? "focal-length" : "sensor-width");
     return false;
 }
 
@@ -313,7 +314,7 @@ static void merge_facts(struct reader *reader)
     }
 }
 
-bool settings_read_header(struct settings *settings, const struct exr_input *input,
+bool settings_read_header(struct settings *settings, const struct image_input *input,
                           int part, char *text, size_t n_bytes)
 {
     struct reader reader = {
@@ -326,7 +327,7 @@ bool settings_read_header(struct settings *settings, const struct exr_input *inp
             return false;
     read_standard_attributes(&reader);
     int n_parts;
-    const struct exr_part_info *parts = exr_parts(input, &n_parts);
+    const struct image_part_info *parts = image_parts(input, &n_parts);
     if (part >= 0 && part < n_parts && parts[part].pixel_aspect != 1)
         set_fact(&reader, "pixel-aspect", parts[part].pixel_aspect, "pixelAspectRatio");
     if (!settle_lens_radius(&reader) || !settle_focal_length_px(&reader))
@@ -350,10 +351,10 @@ static double solve_shift(double at_zero, double at_one, double target_px)
 }
 
 rf_result settings_fit_window(const struct settings *settings,
-                              const struct exr_part_info *part,
+                              const struct image_part_info *part,
                               struct rf_params *params, struct rf_error *error)
 {
-    const struct exr_box *data = &part->data_window, *display = &part->display_window;
+    const struct image_box *data = &part->data_window, *display = &part->display_window;
     *params = settings->params;
     if (memcmp(data, display, sizeof(*data)) == 0)
         return RF_OK;

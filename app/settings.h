@@ -12,7 +12,7 @@
 
 #include <stdbool.h>
 
-#include "exr.h"
+#include "image.h"
 #include "rackfocus/rackfocus.h"
 
 enum origin {
@@ -52,7 +52,7 @@ rf_result settings_set_header(struct settings *settings, const char *name, doubl
  * standard attributes, then what the part says (pixel aspect). Returns false with a
  * message where the header holds nonsense or conflicts with an option.
  */
-bool settings_read_header(struct settings *settings, const struct exr_input *input,
+bool settings_read_header(struct settings *settings, const struct image_input *input,
                           int part, char *text, size_t n_bytes);
 
 /*
@@ -60,7 +60,7 @@ bool settings_read_header(struct settings *settings, const struct exr_input *inp
  * focal length in px, scale and shift are such that every pixel keeps its ray.
  */
 rf_result settings_fit_window(const struct settings *settings,
-                              const struct exr_part_info *part,
+                              const struct image_part_info *part,
                               struct rf_params *params, struct rf_error *error);
 
 /* "--focus-distance 8 --f-stop 1.4": whatever is not the default. */

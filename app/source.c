@@ -11,9 +11,9 @@
 void source_channel_name(const struct source *source, int i, char *text, size_t n_bytes)
 {
     int n;
-    const struct exr_layer *layer = &source->layer;
+    const struct image_layer *layer = &source->layer;
     const int indices[4] = {layer->r, layer->g, layer->b, layer->a};
-    const struct exr_channel_info *channels = exr_channels(source->colour, &n);
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
     const char *name = channels[indices[i]].name;
     if (layer->is_chroma && i < 3)
         snprintf(text, n_bytes, "%.*s%c", (int)strlen(channels[layer->r].name) - 1,
@@ -22,11 +22,11 @@ void source_channel_name(const struct source *source, int i, char *text, size_t 
         snprintf(text, n_bytes, "%s", name);
 }
 
-void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes)
+void source_list_channels(const struct image_input *input, char *text, size_t n_bytes)
 {
     int n;
     size_t used = 0;
-    const struct exr_channel_info *channels = exr_channels(input, &n);
+    const struct image_channel_info *channels = image_channels(input, &n);
     *text = 0;
     for (int i = 0; i < n; i++) {
         const char *name = channels[i].name;
@@ -41,12 +41,12 @@ void source_list_channels(const struct exr_input *input, char *text, size_t n_by
 
 /* Opens a file that is there for its depth; `depth_channel` may be NULL. */
 static bool open_depth(struct source *source, const char *path,
-                       const char *depth_channel, struct exr_error *error)
+                       const char *depth_channel, struct image_error *error)
 {
-    struct exr_layer found;
-    if (!exr_open(&source->depth, path, error))
+    struct image_layer found;
+    if (!image_open(&source->depth, path, error))
         return false;
-    if (!exr_find_layer(source->depth, NULL, depth_channel, true, &found, error))
+    if (!image_find_layer(source->depth, NULL, depth_channel, true, &found, error))
         return false;
     /* The reader falls back on the red of a picture; only a grey one can be meant. */
     const bool is_red = found.r >= 0 && found.z == found.r && found.r != found.g;
@@ -65,27 +65,27 @@ static bool open_depth(struct source *source, const char *path,
 /* The second file where it is nothing but depth, or where the first has none. With two
  * whole pictures it is a guess which depth is meant. */
 static bool open_second(struct source *source, const struct source_request *request,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
-    struct exr_layer found;
+    struct image_layer found;
     const char *path = request->paths[1];
     if (!open_depth(source, path, request->depth_channel, error))
         return false;
     const bool has_colour =
-        exr_find_layer(source->depth, NULL, NULL, false, &found, error) &&
+        image_find_layer(source->depth, NULL, NULL, false, &found, error) &&
         found.r != found.g;
     if (source->layer.z >= 0 && has_colour)
         return set_error(
             error,
             "%s: has colour and depth, and so has %s; to take the depth of the "
             "one and the colour of the other, say --depth-file",
-            path, exr_path(source->colour));
+            path, image_path(source->colour));
     return true;
 }
 
 /* Depth: --depth-file, else the second file, else the colour's own. */
 static bool find_depth(struct source *source, const struct source_request *request,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     if (request->depth_file)
         return open_depth(source, request->depth_file, request->depth_channel, error);
@@ -100,16 +100,16 @@ static bool find_depth(struct source *source, const struct source_request *reque
 
 /* Colour and depth of the first file; files of mere depth have r = -1. */
 static bool find_colour(struct source *source, const struct source_request *request,
-                        const char *depth_channel, struct exr_error *error)
+                        const char *depth_channel, struct image_error *error)
 {
-    if (exr_find_view_layer(source->colour, request->view, request->layer,
-                            depth_channel, false, &source->layer, error))
+    if (image_find_view_layer(source->colour, request->view, request->layer,
+                              depth_channel, false, &source->layer, error))
         return true;
     if (request->layer)
         return false;
-    if (!exr_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
-                             &source->layer, error)) {
-        source->layer = (struct exr_layer){-1, -1, -1, -1, -1, "", false};
+    if (!image_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
+                               &source->layer, error)) {
+        source->layer = (struct image_layer){-1, -1, -1, -1, -1, "", false};
         return depth_channel == NULL;
     }
     return true;
@@ -118,13 +118,13 @@ static bool find_colour(struct source *source, const struct source_request *requ
 static void describe(struct source *source)
 {
     const bool has_colour = source->layer.r >= 0;
-    const struct exr_input *input =
+    const struct image_input *input =
         has_colour || !source->depth ? source->colour : source->depth;
     const int first = has_colour ? source->layer.r : source->z;
     int n;
-    source->part = first >= 0 ? exr_channels(input, &n)[first].part : 0;
-    source->info = exr_parts(input, &n)[source->part];
-    const struct exr_box *box = &source->info.data_window;
+    source->part = first >= 0 ? image_channels(input, &n)[first].part : 0;
+    source->info = image_parts(input, &n)[source->part];
+    const struct image_box *box = &source->info.data_window;
     source->width = box->max_x - box->min_x + 1;
     source->height = box->max_y - box->min_y + 1;
     source->is_grey = source->layer.r >= 0 && source->layer.r == source->layer.g;
@@ -133,13 +133,13 @@ static void describe(struct source *source)
 }
 
 bool source_open(struct source *source, const struct source_request *request,
-                 struct exr_error *error)
+                 struct image_error *error)
 {
     /* A depth channel that is asked for may be in the second file. */
     const bool has_own_depth = !request->depth_file && request->n_paths == 1;
     const char *own_channel = has_own_depth ? request->depth_channel : NULL;
     *source = (struct source){.z = -1};
-    if (!exr_open(&source->colour, request->paths[0], error))
+    if (!image_open(&source->colour, request->paths[0], error))
         return false;
     if (!find_colour(source, request, own_channel, error) ||
         !find_depth(source, request, error)) {
@@ -153,9 +153,9 @@ bool source_open(struct source *source, const struct source_request *request,
 void source_close(struct source *source)
 {
     if (source->depth && source->depth != source->colour)
-        exr_close(source->depth);
+        image_close(source->depth);
     if (source->colour)
-        exr_close(source->colour);
+        image_close(source->colour);
     source->colour = source->depth = NULL;
 }
 
@@ -167,22 +167,22 @@ bool source_read_facts(const struct source *source, struct settings *settings,
     if (!source->depth || source->depth == source->colour)
         return true;
     int n;
-    const int part = exr_channels(source->depth, &n)[source->z].part;
+    const int part = image_channels(source->depth, &n)[source->z].part;
     return settings_read_header(settings, source->depth, part, text, n_bytes);
 }
 
-static const struct exr_box *depth_window(const struct source *source)
+static const struct image_box *depth_window(const struct source *source)
 {
     int n;
-    const int part = exr_channels(source->depth, &n)[source->z].part;
-    return &exr_parts(source->depth, &n)[part].data_window;
+    const int part = image_channels(source->depth, &n)[source->z].part;
+    return &image_parts(source->depth, &n)[part].data_window;
 }
 
 /* The depth must cover the colour; an overscan of it is of no use and no harm. */
-static bool check_windows(const struct source *source, struct exr_error *error)
+static bool check_windows(const struct source *source, struct image_error *error)
 {
-    const struct exr_box *depth = depth_window(source);
-    const struct exr_box *colour = &source->info.data_window;
+    const struct image_box *depth = depth_window(source);
+    const struct image_box *colour = &source->info.data_window;
     if (depth->min_x <= colour->min_x && depth->min_y <= colour->min_y &&
         depth->max_x >= colour->max_x && depth->max_y >= colour->max_y)
         return true;
@@ -193,16 +193,16 @@ static bool check_windows(const struct source *source, struct exr_error *error)
             error,
             "%s: the depth is %d x %d, but the colour in %s is %d x %d; render "
             "both in one size",
-            exr_path(source->depth), width, height, exr_path(source->colour),
+            image_path(source->depth), width, height, image_path(source->colour),
             source->width, source->height);
     return set_error(error,
                      "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
                      "(%d, %d); write both with one data window",
-                     exr_path(source->depth), depth->min_x, depth->min_y,
-                     exr_path(source->colour), colour->min_x, colour->min_y);
+                     image_path(source->depth), depth->min_x, depth->min_y,
+                     image_path(source->colour), colour->min_x, colour->min_y);
 }
 
-bool source_check(const struct source *source, struct exr_error *error)
+bool source_check(const struct source *source, struct image_error *error)
 {
     char channels[400];
     source_list_channels(source->colour, channels, sizeof(channels));
@@ -211,30 +211,30 @@ bool source_check(const struct source *source, struct exr_error *error)
             error,
             "%s: there is no colour; its channels are %s; give the file of the "
             "picture first, and that of the depth with --depth-file",
-            exr_path(source->colour), channels);
+            image_path(source->colour), channels);
     if (source->z < 0)
         return set_error(
             error,
             "%s: there is no depth channel; its channels are %s; name the depth "
             "with --depth-channel, or give the file that has it with "
             "--depth-file",
-            exr_path(source->colour), channels);
+            image_path(source->colour), channels);
     if (source->info.is_deep && source->depth != source->colour)
         return set_error(
             error,
             "%s: holds deep samples, which have depths of their own; leave "
             "the file of the depth out",
-            exr_path(source->colour));
+            image_path(source->colour));
     return check_windows(source, error);
 }
 
 float *source_read_colour(const struct source *source, int n_threads,
-                          struct exr_error *error)
+                          struct image_error *error)
 {
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
     float *samples = need_memory(n_pixels, (size_t)source->n_channels * sizeof(float));
-    if (exr_read_layer(source->colour, &source->layer, source->n_channels, samples,
-                       n_threads, error))
+    if (image_read_layer(source->colour, &source->layer, source->n_channels, samples,
+                         n_threads, error))
         return samples;
     free(samples);
     return NULL;
@@ -243,14 +243,14 @@ float *source_read_colour(const struct source *source, int n_threads,
 bool source_has_one_window(const struct source *source)
 {
     return memcmp(depth_window(source), &source->info.data_window,
-                  sizeof(struct exr_box)) == 0;
+                  sizeof(struct image_box)) == 0;
 }
 
 /* Moves the colour's part of a larger depth to its beginning. */
 static void crop_depth(const struct source *source, float *samples)
 {
-    const struct exr_box *depth = depth_window(source);
-    const struct exr_box *colour = &source->info.data_window;
+    const struct image_box *depth = depth_window(source);
+    const struct image_box *colour = &source->info.data_window;
     const size_t stride = (size_t)(depth->max_x - depth->min_x + 1);
     const float *from = samples + (size_t)(colour->min_y - depth->min_y) * stride +
                         (size_t)(colour->min_x - depth->min_x);
@@ -260,13 +260,13 @@ static void crop_depth(const struct source *source, float *samples)
 }
 
 float *source_read_depth(const struct source *source, int n_threads,
-                         struct exr_error *error)
+                         struct image_error *error)
 {
-    const struct exr_box *box = depth_window(source);
+    const struct image_box *box = depth_window(source);
     const size_t n_pixels =
         (size_t)(box->max_x - box->min_x + 1) * (size_t)(box->max_y - box->min_y + 1);
     float *samples = need_memory(n_pixels, sizeof(float));
-    if (exr_read(source->depth, &source->z, 1, samples, n_threads, error)) {
+    if (image_read(source->depth, &source->z, 1, samples, n_threads, error)) {
         if (source->layer.r >= 0)
             crop_depth(source, samples);
         return samples;
@@ -294,9 +294,10 @@ void source_describe(const struct source *like, const struct source_output *how,
         d->names[i] = d->own_names[i];
         d->types[i] = how->type;
     }
-    d->made = (struct exr_attribute){
-        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = how->made};
-    d->output = (struct exr_output){
+    d->made = (struct image_attribute){.name = "rackfocus:filtered",
+                                       .type = IMAGE_ATTRIBUTE_STRING,
+                                       .text = how->made};
+    d->output = (struct image_output){
         .width = like->width,
         .height = like->height,
         .data_window = like->info.data_window,
@@ -314,12 +315,12 @@ void source_describe(const struct source *like, const struct source_output *how,
 }
 
 bool source_write_colour(const struct source *like, const char *path, float *samples,
-                         const struct source_output *how, struct exr_error *error)
+                         const struct source_output *how, struct image_error *error)
 {
     struct source_description description;
     source_describe(like, how, &description);
     if (description.output.n_channels == 2)
         source_pack_grey_alpha(samples, (size_t)like->width * (size_t)like->height);
     description.output.samples = samples;
-    return exr_write(path, &description.output, how->n_threads, error);
+    return image_write(path, &description.output, how->n_threads, error);
 }

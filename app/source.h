@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "exr.h"
+#include "image.h"
 
 /* What the command line says about the input. */
 struct source_request {
@@ -22,14 +22,14 @@ struct source_request {
 struct settings;
 
 struct source {
-    struct exr_input *colour;
-    struct exr_input *depth;   /* may be the same as colour; NULL where there is none */
-    struct exr_layer layer;    /* in `colour`; r is -1 where it has no colour */
+    struct image_input *colour;
+    struct image_input *depth; /* may be the same as colour; NULL where there is none */
+    struct image_layer layer;  /* in `colour`; r is -1 where it has no colour */
     int z;                     /* channel of `depth`, -1: none */
     int part;                  /* of the colour, else of the depth */
-    struct exr_part_info info; /* of that part */
-    int32_t width, height;     /* of its data window */
-    int n_channels;            /* of the colour: 1 grey, 3 RGB, 4 RGBA */
+    struct image_part_info info; /* of that part */
+    int32_t width, height;       /* of its data window */
+    int n_channels;              /* of the colour: 1 grey, 3 RGB, 4 RGBA */
     bool is_grey;
 };
 
@@ -38,7 +38,7 @@ struct source {
  * an error here, but layers and channels that were asked for by name must exist.
  */
 bool source_open(struct source *source, const struct source_request *request,
-                 struct exr_error *error);
+                 struct image_error *error);
 void source_close(struct source *source);
 
 /* Takes the camera's facts from the header of the colour, then from that of the depth.
@@ -47,7 +47,7 @@ bool source_read_facts(const struct source *source, struct settings *settings,
                        char *text, size_t n_bytes);
 
 /* Is there all that a filter needs, in one size? */
-bool source_check(const struct source *source, struct exr_error *error);
+bool source_check(const struct source *source, struct image_error *error);
 
 /* Do colour and depth cover the same pixels? */
 bool source_has_one_window(const struct source *source);
@@ -55,9 +55,9 @@ bool source_has_one_window(const struct source *source);
 /* Interleaved samples, n_channels each; grey with alpha is spread to RGBA. To be freed
  * by the caller; NULL on failure. */
 float *source_read_colour(const struct source *source, int n_threads,
-                          struct exr_error *error);
+                          struct image_error *error);
 float *source_read_depth(const struct source *source, int n_threads,
-                         struct exr_error *error);
+                         struct image_error *error);
 
 /* Name for channel i of the colour (0 to 3, A last; grey: 0 and 3) in a file like the
  * source: as it is there, R G B in place of luminance and chroma. */
@@ -65,23 +65,23 @@ void source_channel_name(const struct source *source, int i, char *text,
                          size_t n_bytes);
 
 /* "R, G, B, A" for messages; ends in ", ..." where there are many. */
-void source_list_channels(const struct exr_input *input, char *text, size_t n_bytes);
+void source_list_channels(const struct image_input *input, char *text, size_t n_bytes);
 
 /* How to write a picture that was made of a source. */
 struct source_output {
-    enum exr_sample_type type;
+    enum image_sample_type type;
     const char *compression; /* NULL: the source's */
     const char *made;        /* for the attribute rackfocus:filtered; NULL: none */
     int n_threads;
 };
 
-/* A picture like a source, for exr_write. */
+/* A picture like a source, for image_write. */
 struct source_description {
     char own_names[4][256];
     const char *names[4];
-    enum exr_sample_type types[4];
-    struct exr_attribute made;
-    struct exr_output output;
+    enum image_sample_type types[4];
+    struct image_attribute made;
+    struct image_output output;
 };
 
 /* Names, windows and attributes of `like`; the description must stay where it is. Grey
@@ -95,6 +95,6 @@ void source_pack_grey_alpha(float *samples, size_t n);
 /* Writes samples as source_read_colour gives them, with the names, windows and
  * attributes of `like`; they are packed in place. */
 bool source_write_colour(const struct source *like, const char *path, float *samples,
-                         const struct source_output *how, struct exr_error *error);
+                         const struct source_output *how, struct image_error *error);
 
 #endif

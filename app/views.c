@@ -7,16 +7,16 @@
 
 #include "report.h"
 
-bool views_find_place(const struct exr_input *input, const char *view,
+bool views_find_place(const struct image_input *input, const char *view,
                       double lens_offset[2], double *shear_distance)
 {
     *shear_distance = 0;
     if (view) {
-        exr_view_number(input, view, VIEWS_SHEAR, shear_distance);
-        return exr_view_v2f(input, view, VIEWS_OFFSET, lens_offset);
+        image_view_number(input, view, VIEWS_SHEAR, shear_distance);
+        return image_view_v2f(input, view, VIEWS_OFFSET, lens_offset);
     }
-    exr_attribute_number(input, VIEWS_SHEAR, shear_distance);
-    return exr_attribute_v2f(input, VIEWS_OFFSET, lens_offset);
+    image_attribute_number(input, VIEWS_SHEAR, shear_distance);
+    return image_attribute_v2f(input, VIEWS_OFFSET, lens_offset);
 }
 
 static void add_view(struct view_list *list, const char *path, const char *name)
@@ -35,10 +35,10 @@ static void add_view(struct view_list *list, const char *path, const char *name)
 }
 
 /* Adds the views of a file, none where it is no view; false on failure. */
-static bool add_views(struct view_list *list, const struct exr_input *input,
-                      const char *path, struct exr_error *error)
+static bool add_views(struct view_list *list, const struct image_input *input,
+                      const char *path, struct image_error *error)
 {
-    const int n_views = exr_view_count(input), n_before = list->n;
+    const int n_views = image_view_count(input), n_before = list->n;
     double place[2], shear;
     if (n_views < 2) {
         if (views_find_place(input, NULL, place, &shear))
@@ -47,7 +47,7 @@ static bool add_views(struct view_list *list, const struct exr_input *input,
     }
     const char *without = NULL;
     for (int i = 0; i < n_views; i++) {
-        const char *name = exr_view_name(input, i);
+        const char *name = image_view_name(input, i);
         if (views_find_place(input, name, place, &shear))
             add_view(list, path, name);
         else
@@ -63,17 +63,17 @@ static bool add_views(struct view_list *list, const struct exr_input *input,
 }
 
 bool views_list(char *const *paths, int n_paths, struct view_list *list,
-                const char **other, struct exr_error *error)
+                const char **other, struct image_error *error)
 {
     *list = (struct view_list){0};
     *other = NULL;
     for (int i = 0; i < n_paths && !*other; i++) {
-        struct exr_input *input;
+        struct image_input *input;
         const int n_before = list->n;
-        if (!exr_open(&input, paths[i], error))
+        if (!image_open(&input, paths[i], error))
             return false;
         const bool is_good = add_views(list, input, paths[i], error);
-        exr_close(input);
+        image_close(input);
         if (!is_good)
             return false;
         if (list->n == n_before)
@@ -91,9 +91,9 @@ void views_list_free(struct view_list *list)
 }
 
 static bool check_like(const struct source *view, const struct source *first,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
-    const struct exr_part_info *a = &view->info, *b = &first->info;
+    const struct image_part_info *a = &view->info, *b = &first->info;
     if (memcmp(&a->data_window, &b->data_window, sizeof(a->data_window)) == 0 &&
         memcmp(&a->display_window, &b->display_window, sizeof(a->display_window)) ==
             0 &&
@@ -102,14 +102,14 @@ static bool check_like(const struct source *view, const struct source *first,
     snprintf(error->message, sizeof(error->message),
              "%s: is %d x %d with %d channels of colour, but %s is %d x %d with %d; "
              "render all views with the same windows and channels",
-             exr_path(view->colour), view->width, view->height, view->n_channels,
-             exr_path(first->colour), first->width, first->height, first->n_channels);
+             image_path(view->colour), view->width, view->height, view->n_channels,
+             image_path(first->colour), first->width, first->height, first->n_channels);
     return false;
 }
 
 bool views_open(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
-                struct exr_error *error)
+                struct image_error *error)
 {
     *views =
         (struct views){.sources = need_memory((size_t)list->n, sizeof(*views->sources)),
@@ -133,7 +133,7 @@ bool views_open(struct views *views, const struct source *first,
     return true;
 }
 
-bool views_read_pixels(struct views *views, int n_threads, struct exr_error *error)
+bool views_read_pixels(struct views *views, int n_threads, struct image_error *error)
 {
     for (int i = 0; i < views->n; i++) {
         const struct source *source = &views->sources[i];
@@ -153,7 +153,7 @@ bool views_read_pixels(struct views *views, int n_threads, struct exr_error *err
 
 bool views_read(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
-                int n_threads, struct exr_error *error)
+                int n_threads, struct image_error *error)
 {
     return views_open(views, first, list, request, error) &&
            views_read_pixels(views, n_threads, error);

@@ -14,7 +14,7 @@
 
 /* Where a view was taken; `view` names one of a multi-view file, or is NULL. False
  * where the header does not say it: no view from a point of the lens. */
-bool views_find_place(const struct exr_input *input, const char *view,
+bool views_find_place(const struct image_input *input, const char *view,
                       double lens_offset[2], double *shear_distance);
 
 /* A view to read. */
@@ -35,7 +35,7 @@ struct view_list {
  * failure.
  */
 bool views_list(char *const *paths, int n_paths, struct view_list *list,
-                const char **other, struct exr_error *error);
+                const char **other, struct image_error *error);
 void views_list_free(struct view_list *list);
 
 /* Opened files, where they were taken, and their pixels once they are read. */
@@ -48,12 +48,12 @@ struct views {
 /* Opens all views; they must be like `first`, which is the first of them, opened. */
 bool views_open(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
-                struct exr_error *error);
-bool views_read_pixels(struct views *views, int n_threads, struct exr_error *error);
+                struct image_error *error);
+bool views_read_pixels(struct views *views, int n_threads, struct image_error *error);
 /* Both. */
 bool views_read(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
-                int n_threads, struct exr_error *error);
+                int n_threads, struct image_error *error);
 void views_free(struct views *views);
 
 #endif

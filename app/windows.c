@@ -82,7 +82,7 @@ bool windows_are_possible(const struct source *source, const struct rf_params *p
            source_has_one_window(source);
 }
 
-static int fail_exr(const struct exr_error *error)
+static int fail_exr(const struct image_error *error)
 {
     message("%s", error->message);
     return EXIT_FAILED;
@@ -97,11 +97,11 @@ static int fail_core(const struct windows *w, int view, const struct rf_error *e
         message("--max-memory: %zu MiB are too few for windows of %d x %d px of %s: "
                 "%s; allow more",
                 w->job->max_bytes >> 20, (int)w->kept_width, (int)w->kept_height,
-                exr_path(source->colour), error->message);
+                image_path(source->colour), error->message);
     else
         message(
             "%s: %s",
-            exr_path(error->code == RF_ERROR_DEPTH ? source->depth : source->colour),
+            image_path(error->code == RF_ERROR_DEPTH ? source->depth : source->colour),
             error->message);
     return EXIT_FAILED;
 }
@@ -146,20 +146,21 @@ static void drop_rows(struct windows *w)
 }
 
 /* Reads rows of a view behind those in memory. */
-static bool read_rows(struct windows *w, int view, int32_t n, struct exr_error *error)
+static bool read_rows(struct windows *w, int view, int32_t n, struct image_error *error)
 {
     const struct source *source = &w->job->sources[view];
     float *colour = w->colour[view], *depth = w->depth[view];
     const int channels[4] = {source->layer.r, source->layer.g, source->layer.b,
                              source->layer.a};
     const size_t at = (size_t)w->rows.n * (size_t)w->width;
-    const struct exr_rows rows = {w->rows.first + w->rows.n, n};
+    const struct image_rows rows = {w->rows.first + w->rows.n, n};
     if (n <= 0)
         return true;
-    if (!exr_read_rows(source->colour, channels, w->n_channels, rows,
-                       colour + at * (size_t)w->n_channels, w->job->n_threads, error) ||
-        !exr_read_rows(source->depth, &source->z, 1, rows, depth + at,
-                       w->job->n_threads, error))
+    if (!image_read_rows(source->colour, channels, w->n_channels, rows,
+                         colour + at * (size_t)w->n_channels, w->job->n_threads,
+                         error) ||
+        !image_read_rows(source->depth, &source->z, 1, rows, depth + at,
+                         w->job->n_threads, error))
         return false;
     depth_undo_mist(depth + at, (size_t)n * (size_t)w->width,
                     (enum mist_falloff)w->job->mist_falloff);
@@ -168,7 +169,7 @@ static bool read_rows(struct windows *w, int view, int32_t n, struct exr_error *
 
 /* Gets rows `first` to before `end` into memory; those that are there stay. */
 static bool need_rows(struct windows *w, int32_t first, int32_t end,
-                      struct exr_error *error)
+                      struct image_error *error)
 {
     const int32_t kept_end = w->rows.first + w->rows.n;
     const int32_t n_kept = first >= w->rows.first ? most(kept_end - first, 0) : 0;
@@ -262,7 +263,7 @@ static struct windows windows_of(const struct windows_job *job)
                         .n_channels = source->n_channels};
     for (int j = 0; j < job->n_views; j++)
         w.surveys[j].size = sizeof w.surveys[j];
-    w.step = exr_row_step(source->colour, source->part);
+    w.step = image_row_step(source->colour, source->part);
     return w;
 }
 
@@ -270,7 +271,7 @@ int windows_measure(const struct windows_job *job, struct depth_stats *stats)
 {
     struct windows w = windows_of(job);
     struct depth_tally tally;
-    struct exr_error error;
+    struct image_error error;
     bool is_good = true;
     const int32_t n_rows = most(w.step, SURVEY_ROWS);
     make_room(&w, n_rows);
@@ -293,7 +294,7 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
 {
     const int32_t first = most(y - RF_SURVEY_MARGIN, 0);
     const int32_t end = least(y + n + RF_SURVEY_MARGIN, w->height);
-    struct exr_error error;
+    struct image_error error;
     struct rf_error core;
     const struct rf_window rows =
         with_margin(w, &(struct rf_window){0, first, w->width, end - first});
@@ -407,7 +408,7 @@ static int choose_size(struct windows *w, struct needed *chosen)
         largest = fmax(w->surveys[j].largest_radius, largest);
     message("--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
             "px; in windows it takes %zu MiB, allow that",
-            w->job->max_bytes >> 20, exr_path(w->job->sources->colour), (int)w->width,
+            w->job->max_bytes >> 20, image_path(w->job->sources->colour), (int)w->width,
             (int)w->height, ceil(largest), (least_bytes >> 20) + 1);
     return EXIT_FAILED;
 }
@@ -425,7 +426,7 @@ static int filter_window(struct windows *w, const struct rf_window *kept)
 {
     struct rf_window given;
     struct rf_error core;
-    struct exr_error error;
+    struct image_error error;
     const struct rf_progress progress = {report_window, w};
     const size_t pixel = (size_t)w->n_channels;
     struct rf_image out = rf_image_packed(w->out + (size_t)kept->x * pixel, w->width,
@@ -447,10 +448,10 @@ static int filter_window(struct windows *w, const struct rf_window *kept)
     return EXIT_DONE;
 }
 
-static int filter_strip(struct windows *w, struct exr_writer *writer, int32_t y)
+static int filter_strip(struct windows *w, struct image_writer *writer, int32_t y)
 {
     int code = EXIT_DONE;
-    struct exr_error error;
+    struct image_error error;
     const int32_t n = least(w->kept_height, w->height - y);
     const size_t n_samples = (size_t)n * (size_t)w->width * (size_t)w->n_channels;
     for (int32_t x = 0; code == EXIT_DONE && x < w->width; x += w->kept_width) {
@@ -459,15 +460,15 @@ static int filter_strip(struct windows *w, struct exr_writer *writer, int32_t y)
     }
     if (code != EXIT_DONE)
         return code;
-    if (w->job->output->types[0] == EXR_SAMPLE_HALF)
+    if (w->job->output->types[0] == IMAGE_SAMPLE_HALF)
         picture_clip_to_half(w->job->path, w->out, n_samples, w->job->is_quiet);
-    return exr_write_rows(writer, n, w->out, &error) ? EXIT_DONE : fail_exr(&error);
+    return image_write_rows(writer, n, w->out, &error) ? EXIT_DONE : fail_exr(&error);
 }
 
 static int filter_all(struct windows *w)
 {
-    struct exr_writer *writer;
-    struct exr_error error;
+    struct image_writer *writer;
+    struct image_error error;
     struct needed needed = {0};
     int code = choose_size(w, &needed);
     if (code == EXIT_DONE)
@@ -475,8 +476,8 @@ static int filter_all(struct windows *w)
             open_filter(w, w->job->max_bytes - (needed.n_bytes - needed.window_bytes));
     if (code != EXIT_DONE)
         return code;
-    if (!exr_write_begin(&writer, w->job->path, w->job->output, w->job->n_threads,
-                         &error))
+    if (!image_write_begin(&writer, w->job->path, w->job->output, w->job->n_threads,
+                           &error))
         return fail_exr(&error);
     const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
     w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
@@ -490,8 +491,8 @@ static int filter_all(struct windows *w)
     if (code == EXIT_DONE && os_is_interrupted())
         code = os_interrupt_code();
     if (code == EXIT_DONE)
-        return exr_write_finish(writer, &error) ? EXIT_DONE : fail_exr(&error);
-    exr_write_abort(writer);
+        return image_write_finish(writer, &error) ? EXIT_DONE : fail_exr(&error);
+    image_write_abort(writer);
     return code;
 }
 

@@ -9,10 +9,10 @@
 
 struct windows_job {
     int n_views;
-    const struct source *sources;    /* of the views */
-    const struct rf_view *places;    /* on the lens; of one view not looked at */
-    const struct exr_output *output; /* but for its samples */
-    const char *path;                /* of the output */
+    const struct source *sources;      /* of the views */
+    const struct rf_view *places;      /* on the lens; of one view not looked at */
+    const struct image_output *output; /* but for its samples */
+    const char *path;                  /* of the output */
     const struct rf_params *params;
     const struct rf_context_params *context; /* max_bytes is not looked at */
     int32_t mist_falloff;                    /* as in depth_repair.h */

@@ -43,7 +43,7 @@ struct sum {
 };
 
 static bool open_view(const struct accumulate_options *tool, char *const *path,
-                      struct source *view, struct exr_error *error)
+                      struct source *view, struct image_error *error)
 {
     const struct source_request request = {
         .paths = path, .n_paths = 1, .layer = tool->layer};
@@ -60,7 +60,7 @@ static bool open_view(const struct accumulate_options *tool, char *const *path,
 }
 
 static bool check_view(const struct sum *sum, const struct source *view,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     const struct source *first = &sum->first;
     if (memcmp(&view->info.data_window, &first->info.data_window,
@@ -70,8 +70,8 @@ static bool check_view(const struct sum *sum, const struct source *view,
     snprintf(error->message, sizeof(error->message),
              "%s: is %d x %d with %d channels, but %s is %d x %d with %d; views of one "
              "window and kind can be averaged",
-             exr_path(view->colour), view->width, view->height, view->n_channels,
-             exr_path(first->colour), first->width, first->height, first->n_channels);
+             image_path(view->colour), view->width, view->height, view->n_channels,
+             image_path(first->colour), first->width, first->height, first->n_channels);
     return false;
 }
 
@@ -83,14 +83,14 @@ static struct rf_image image_of(const struct sum *sum, float *samples)
 }
 
 static bool fail_core(const char *path, const struct rf_error *core_error,
-                      struct exr_error *error)
+                      struct image_error *error)
 {
     snprintf(error->message, sizeof(error->message), "%s: %s", path,
              core_error->message);
     return false;
 }
 
-static bool start_sum(struct sum *sum, struct exr_error *error)
+static bool start_sum(struct sum *sum, struct image_error *error)
 {
     const struct rf_context_params run = {.size = sizeof(run),
                                           .cpu = getenv("RACKFOCUS_CPU"),
@@ -102,17 +102,17 @@ static bool start_sum(struct sum *sum, struct exr_error *error)
     if (!isnan(sum->tool->blend_gamma))
         params.blend_gamma = sum->tool->blend_gamma;
     else
-        exr_attribute_number(first->colour, rf_param_find("blend-gamma")->attribute,
-                             &params.blend_gamma);
+        image_attribute_number(first->colour, rf_param_find("blend-gamma")->attribute,
+                               &params.blend_gamma);
     if (rf_context_create(&sum->context, &run, &core_error) == RF_OK &&
         rf_accumulator_create(&sum->accumulator, sum->context, &params, first->width,
                               first->height, first->n_channels, &core_error) == RF_OK)
         return true;
-    return fail_core(exr_path(first->colour), &core_error, error);
+    return fail_core(image_path(first->colour), &core_error, error);
 }
 
 static bool add_samples(struct sum *sum, const struct source *view,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
     struct rf_error core_error;
     float *samples = source_read_colour(view, sum->n_threads, error);
@@ -121,10 +121,10 @@ static bool add_samples(struct sum *sum, const struct source *view,
     const struct rf_image image = image_of(sum, samples);
     const rf_result result = rf_accumulator_add(sum->accumulator, &image, &core_error);
     free(samples);
-    return result == RF_OK || fail_core(exr_path(view->colour), &core_error, error);
+    return result == RF_OK || fail_core(image_path(view->colour), &core_error, error);
 }
 
-static bool add_view(struct sum *sum, char *const *path, struct exr_error *error)
+static bool add_view(struct sum *sum, char *const *path, struct image_error *error)
 {
     struct source view;
     if (!open_view(sum->tool, path, &view, error))
@@ -136,17 +136,17 @@ static bool add_view(struct sum *sum, char *const *path, struct exr_error *error
 }
 
 static bool write_exr(const struct sum *sum, float *samples, int n_views,
-                      struct exr_error *error)
+                      struct image_error *error)
 {
     char made[96];
     snprintf(made, sizeof(made), "rackfocus %s accumulate, %d views", rf_version(),
              n_views);
     const struct source_output how = {
-        .type = EXR_SAMPLE_FLOAT, .made = made, .n_threads = sum->n_threads};
+        .type = IMAGE_SAMPLE_FLOAT, .made = made, .n_threads = sum->n_threads};
     return source_write_colour(&sum->first, sum->tool->output, samples, &how, error);
 }
 
-static bool write_mean(const struct sum *sum, int n_views, struct exr_error *error)
+static bool write_mean(const struct sum *sum, int n_views, struct image_error *error)
 {
     const struct source *first = &sum->first;
     struct rf_error core_error;
@@ -159,17 +159,18 @@ static bool write_mean(const struct sum *sum, int n_views, struct exr_error *err
     if (!is_written)
         fail_core(sum->tool->output, &core_error, error);
     else
-        is_written = picture_kind(sum->tool->output) == PICTURE_EXR
-                         ? write_exr(sum, samples, n_views, error)
-                         : png_write(sum->tool->output, samples, first->width,
-                                     first->height, first->n_channels, 8, false, error);
+        is_written =
+            picture_kind(sum->tool->output) == PICTURE_EXR
+                ? write_exr(sum, samples, n_views, error)
+                : image_write_png(sum->tool->output, samples, first->width,
+                                  first->height, first->n_channels, 8, false, error);
     free(samples);
     return is_written;
 }
 
 static int add_all(struct sum *sum, const struct operands *views)
 {
-    struct exr_error error;
+    struct image_error error;
     struct progress bar;
     bool is_good = start_sum(sum, &error);
     progress_start(&bar, "averaging", sum->tool->is_quiet);
@@ -189,7 +190,7 @@ static int add_all(struct sum *sum, const struct operands *views)
 static int accumulate(const struct accumulate_options *tool,
                       const struct operands *views)
 {
-    struct exr_error error;
+    struct image_error error;
     struct sum sum = {.tool = tool, .n_threads = thread_count(tool->n_threads)};
     if (!picture_check_writable(tool->output, &error) ||
         !open_view(tool, &views->items[0], &sum.first, &error)) {

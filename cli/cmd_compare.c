@@ -83,7 +83,7 @@ static void paste(const float *from, int32_t width, int32_t height, bool is_line
 }
 
 static bool write_pictures(const struct compare_options *tool, const struct picture *a,
-                           const struct picture *b, struct exr_error *error)
+                           const struct picture *b, struct image_error *error)
 {
     const int32_t width = a->width, height = a->height;
     const size_t n = 3 * (size_t)width * (size_t)height;
@@ -93,14 +93,15 @@ static bool write_pictures(const struct compare_options *tool, const struct pict
     measure_heatmap(a->samples, b->samples, width, height, heat);
     bool is_done = true;
     if (tool->heatmap)
-        is_done = png_write(tool->heatmap, heat, width, height, 3, 8, true, error);
+        is_done =
+            image_write_png(tool->heatmap, heat, width, height, 3, 8, true, error);
     if (is_done && tool->side_by_side) {
         float *all = need_memory(3 * n, sizeof(*all));
         paste(a->samples, width, height, true, all, 3 * width, 0);
         paste(b->samples, width, height, true, all, 3 * width, width);
         paste(heat, width, height, false, all, 3 * width, 2 * width);
-        is_done =
-            png_write(tool->side_by_side, all, 3 * width, height, 3, 8, true, error);
+        is_done = image_write_png(tool->side_by_side, all, 3 * width, height, 3, 8,
+                                  true, error);
         free(all);
     }
     free(heat);
@@ -110,7 +111,7 @@ static bool write_pictures(const struct compare_options *tool, const struct pict
 static int compare(const struct compare_options *tool, const char *path_a,
                    const char *path_b, const struct picture *a, const struct picture *b)
 {
-    struct exr_error error;
+    struct image_error error;
     if (a->width != b->width || a->height != b->height) {
         message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be "
                 "compared",
@@ -154,7 +155,7 @@ static int cmd_compare(int argc, char **argv)
     } else if (check_png_name("heatmap", tool.heatmap) &&
                check_png_name("side-by-side", tool.side_by_side)) {
         struct picture a = {0}, b = {0};
-        struct exr_error error;
+        struct image_error error;
         const int n_threads = thread_count(tool.n_threads);
         code = EXIT_FAILED;
         if (picture_read(operands.items[0], tool.layer, n_threads, &a, &error) &&

@@ -128,7 +128,7 @@ static int fail_core(const struct comparison *c, const struct rf_error *error)
         message("--%s: %s", info->key, error->message);
         return EXIT_USAGE;
     }
-    message("%s: %s", exr_path(c->source.colour), error->message);
+    message("%s: %s", image_path(c->source.colour), error->message);
     return EXIT_FAILED;
 }
 
@@ -242,7 +242,7 @@ static rf_result run_method(struct comparison *c, struct entry *e,
 
 /* DIR/box_coc.exr */
 static bool keep_result(struct comparison *c, const struct entry *e,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
     char path[4096];
     const struct source *s = &c->source;
@@ -254,7 +254,7 @@ static bool keep_result(struct comparison *c, const struct entry *e,
             *at = '_';
     float *samples = need_memory(n, sizeof(float)); /* writing packs it in place */
     memcpy(samples, e->method >= 0 ? c->out : c->colour, n * sizeof(float));
-    const struct source_output how = {.type = EXR_SAMPLE_FLOAT,
+    const struct source_output how = {.type = IMAGE_SAMPLE_FLOAT,
                                       .made = e->method >= 0 ? e->name : NULL,
                                       .n_threads = thread_count(c->tool->n_threads)};
     const bool is_written = source_write_colour(s, path, samples, &how, error);
@@ -272,9 +272,9 @@ static int run_entry(struct comparison *c, int index)
     measure_pictures(c->rgb, c->reference.samples, c->source.width, c->source.height,
                      &e->measures);
     e->leak_percent = measure_leak(c);
-    struct exr_error exr_error;
-    if (c->tool->results && !keep_result(c, e, &exr_error)) {
-        message("%s", exr_error.message);
+    struct image_error image_error;
+    if (c->tool->results && !keep_result(c, e, &image_error)) {
+        message("%s", image_error.message);
         return EXIT_FAILED;
     }
     if (c->tool->sheet) {
@@ -346,7 +346,7 @@ static void print_json(const struct comparison *c)
 
 static int finish(struct comparison *c)
 {
-    struct exr_error error;
+    struct image_error error;
     if (c->tool->sheet && !sheet_write(&c->sheet, c->tool->sheet, &error)) {
         message("%s", error.message);
         return EXIT_FAILED;
@@ -360,7 +360,7 @@ static int finish(struct comparison *c)
 
 /* ---- the run -------------------------------------------------------------------- */
 
-static bool read_facts(struct comparison *c, struct exr_error *text, int *code)
+static bool read_facts(struct comparison *c, struct image_error *text, int *code)
 {
     struct rf_error error;
     const int32_t n_threads = c->tool->n_threads;
@@ -381,7 +381,7 @@ static bool read_facts(struct comparison *c, struct exr_error *text, int *code)
     return true;
 }
 
-static bool read_pixels(struct comparison *c, struct exr_error *error)
+static bool read_pixels(struct comparison *c, struct image_error *error)
 {
     const struct source *s = &c->source;
     const int n_threads = thread_count(c->tool->n_threads);
@@ -394,7 +394,7 @@ static bool read_pixels(struct comparison *c, struct exr_error *error)
         snprintf(error->message, sizeof(error->message),
                  "%s: is %d x %d, but %s is %d x %d; the reference must show the same",
                  c->tool->reference, c->reference.width, c->reference.height,
-                 exr_path(s->colour), s->width, s->height);
+                 image_path(s->colour), s->width, s->height);
         return false;
     }
     const struct source_request request = {.layer = c->tool->layer,
@@ -407,7 +407,7 @@ static bool read_pixels(struct comparison *c, struct exr_error *error)
     return true;
 }
 
-static bool make_folder(const char *path, struct exr_error *error)
+static bool make_folder(const char *path, struct image_error *error)
 {
     if (mkdir(path, 0777) == 0 || errno == EEXIST)
         return true;
@@ -418,7 +418,7 @@ static bool make_folder(const char *path, struct exr_error *error)
 
 static int run_steps(struct comparison *c)
 {
-    struct exr_error error = {""};
+    struct image_error error = {""};
     int code = EXIT_FAILED;
     if ((c->tool->sheet && !picture_check_writable(c->tool->sheet, &error)) ||
         (c->tool->results && !make_folder(c->tool->results, &error)) ||
@@ -443,7 +443,7 @@ static int run_steps(struct comparison *c)
 /* The views among the inputs: all but the first, and that too where it is one. False
  * where some of more than two are none. */
 static bool find_views(struct comparison *c, const struct operands *operands,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     const char *other = NULL;
     if (operands->n < 2 || c->tool->depth_file)
@@ -470,7 +470,7 @@ static bool find_views(struct comparison *c, const struct operands *operands,
     return false;
 }
 
-static bool check_number(const struct comparison *c, struct exr_error *error)
+static bool check_number(const struct comparison *c, struct image_error *error)
 {
     if (c->list.n <= RF_MAX_VIEWS)
         return true;
@@ -484,7 +484,7 @@ static bool check_number(const struct comparison *c, struct exr_error *error)
 static int compare_methods(struct comparison *c, const struct operands *operands)
 {
     const struct compare_methods_options *tool = c->tool;
-    struct exr_error error;
+    struct image_error error;
     if (!find_views(c, operands, &error) || !check_number(c, &error)) {
         views_list_free(&c->list);
         message("%s", error.message);

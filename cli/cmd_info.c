@@ -52,7 +52,7 @@ static void measure_radii(struct info *info, const struct rf_params *params,
 
 /* The flat depth and colour of a deep file, and how many samples it has. */
 static bool read_deep(struct info *info, const struct rf_params *params, int n_threads,
-                      float **depth, float **colour, struct exr_error *error)
+                      float **depth, float **colour, struct image_error *error)
 {
     const struct source *source = &info->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
@@ -71,7 +71,7 @@ static bool read_deep(struct info *info, const struct rf_params *params, int n_t
         deep_flatten(&deep, filter, source, *colour, *depth, &core_error) == RF_OK;
     if (!is_flat)
         snprintf(error->message, sizeof(error->message), "%s: %s",
-                 exr_path(source->colour), core_error.message);
+                 image_path(source->colour), core_error.message);
     info_count_deep(info, &deep.frame);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
@@ -80,7 +80,7 @@ static bool read_deep(struct info *info, const struct rf_params *params, int n_t
 }
 
 static bool measure_depth(struct info *info, const struct rf_params *params,
-                          int n_threads, struct exr_error *error)
+                          int n_threads, struct image_error *error)
 {
     const struct source *source = &info->source;
     const bool has_alpha = source->layer.r >= 0 && source->layer.a >= 0;
@@ -110,7 +110,7 @@ static bool measure_depth(struct info *info, const struct rf_params *params,
 static int look(struct info *info, const struct info_options *tool)
 {
     char text[1024];
-    struct exr_error error;
+    struct image_error error;
     struct rf_error lens_error;
     struct rf_params params;
     const struct source *source = &info->source;
@@ -157,7 +157,7 @@ static int cmd_info(int argc, char **argv)
                                            .layer = tool.layer,
                                            .depth_file = tool.depth_file,
                                            .depth_channel = tool.depth_channel};
-    struct exr_error error;
+    struct image_error error;
     if (operands.n < 1 || operands.n > 2) {
         message("info takes one EXR file, and one of depth at most, not %d; see "
                 "rackfocus info --help",

@@ -12,7 +12,7 @@
 
 #include "cli.h"
 #include "clock.h"
-#include "exr.h"
+#include "image.h"
 #include "filter_run.h"
 #include "interrupt.h"
 #include "measure.h"
@@ -330,28 +330,28 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
                          struct povray_error *error)
 {
     struct job *job = user;
-    struct exr_error exr_error;
+    struct image_error image_error;
     if (view == 0)
         warn_passes(job, passes);
     job->passes = *passes;
     job->passes.colour = job->passes.depth = NULL;
     if (povray_file_write(job->paths[view], passes, POVRAY_FILE_VIEW, NULL,
-                          job->options.n_threads, &exr_error))
+                          job->options.n_threads, &image_error))
         return true;
-    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    snprintf(error->message, sizeof(error->message), "%s", image_error.message);
     return false;
 }
 
 static bool render_one(struct job *job, struct povray_error *error)
 {
-    struct exr_error exr_error;
+    struct image_error image_error;
     if (!povray_render(job->scene, &job->passes, error))
         return false;
     warn_passes(job, &job->passes);
     if (povray_file_write(job->paths[0], &job->passes, POVRAY_FILE_PASSES, NULL,
-                          job->options.n_threads, &exr_error))
+                          job->options.n_threads, &image_error))
         return true;
-    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    snprintf(error->message, sizeof(error->message), "%s", image_error.message);
     return false;
 }
 
@@ -385,28 +385,29 @@ static char *pass_path(const struct job *job, int view)
 }
 
 /* Joins the files of all views to one, as compressed. */
-static bool join_views(const struct job *job, const char *path, struct exr_error *error)
+static bool join_views(const struct job *job, const char *path,
+                       struct image_error *error)
 {
-    struct exr_input *inputs[RF_MAX_VIEWS] = {NULL};
+    struct image_input *inputs[RF_MAX_VIEWS] = {NULL};
     char names[RF_MAX_VIEWS][16];
     const char *views[RF_MAX_VIEWS];
     bool is_good = true;
     int n = 0;
     for (; n < job->tool->n_views && is_good; n++) {
-        is_good = exr_open(&inputs[n], job->paths[n], error);
+        is_good = image_open(&inputs[n], job->paths[n], error);
         snprintf(names[n], sizeof(names[n]), "v%02d", n);
         views[n] = names[n];
     }
-    is_good = is_good && exr_join_views(path, inputs, views, n, error);
+    is_good = is_good && image_join_views(path, inputs, views, n, error);
     for (int i = 0; i < n; i++)
         if (inputs[i])
-            exr_close(inputs[i]);
+            image_close(inputs[i]);
     return is_good;
 }
 
 static int keep_passes(struct job *job)
 {
-    struct exr_error error;
+    struct image_error error;
     if (!keeps_one_file(job->tool))
         return EXIT_DONE;
     char *path = frame_name(job->tool->keep, job->options.frame);
@@ -491,7 +492,8 @@ static void print_lens(const struct job *job)
 }
 
 /* Writes POV-Ray's own focal blur, RGBA, where that is asked for. */
-static bool write_reference(const struct job *job, float *rgba, struct exr_error *error)
+static bool write_reference(const struct job *job, float *rgba,
+                            struct image_error *error)
 {
     if (!job->tool->reference)
         return true;
@@ -510,7 +512,7 @@ static bool write_reference(const struct job *job, float *rgba, struct exr_error
 static int compare_reference(struct job *job, const char *output, double own_s)
 {
     struct povray_error error;
-    struct exr_error file_error;
+    struct image_error file_error;
     struct picture picture;
     struct progress bar;
     float *rgba = NULL;
@@ -571,7 +573,7 @@ static bool prepare_output(const struct povray_tool *tool, const struct frames *
     for (size_t i = 0; i < sizeof(files) / sizeof(files[0]); i++) {
         if (!files[i])
             continue;
-        struct exr_error error;
+        struct image_error error;
         char *name = frame_name(files[i], frames->is_animation ? frames->first : -1);
         const bool is_writable = picture_check_writable(name, &error);
         free(name);

@@ -53,14 +53,14 @@ void info_count_deep(struct info *info, const struct rf_deep *frame)
     }
 }
 
-static const char *type_name(enum exr_sample_type type)
+static const char *type_name(enum image_sample_type type)
 {
     return ((const char *const[]){"half", "float", "uint"})[type];
 }
 
 static bool filtered_by(const struct info *info, const char **text)
 {
-    return exr_attribute_string(info->source.colour, "rackfocus:filtered", text);
+    return image_attribute_string(info->source.colour, "rackfocus:filtered", text);
 }
 
 static double share(const struct info *info, size_t n)
@@ -70,25 +70,25 @@ static double share(const struct info *info, size_t n)
 
 /* ---- text ----------------------------------------------------------------------- */
 
-static void print_box(const char *name, const struct exr_box *box)
+static void print_box(const char *name, const struct image_box *box)
 {
     printf("  %-16s %d x %d at (%d, %d)\n", name, box->max_x - box->min_x + 1,
            box->max_y - box->min_y + 1, box->min_x, box->min_y);
 }
 
-static const char *part_kind(const struct exr_part_info *part)
+static const char *part_kind(const struct image_part_info *part)
 {
     if (part->is_deep)
         return part->is_tiled ? "deep tiles" : "deep scan lines";
     return part->is_tiled ? "tiles" : "scan lines";
 }
 
-static void print_file(const struct exr_input *input)
+static void print_file(const struct image_input *input)
 {
     int n_parts, n_channels;
-    const struct exr_part_info *parts = exr_parts(input, &n_parts);
-    const struct exr_channel_info *channels = exr_channels(input, &n_channels);
-    printf("%s\n", exr_path(input));
+    const struct image_part_info *parts = image_parts(input, &n_parts);
+    const struct image_channel_info *channels = image_channels(input, &n_channels);
+    printf("%s\n", image_path(input));
     for (int p = 0; p < n_parts; p++) {
         printf("  part %d%s%s: %s, %s%s%s\n", p, *parts[p].name ? " " : "",
                parts[p].name, part_kind(&parts[p]), parts[p].compression,
@@ -123,10 +123,10 @@ static void print_place(const struct info *info)
 {
     char label[80];
     double at[2], shear;
-    const struct exr_input *input = info->source.colour;
-    const int n_views = exr_view_count(input);
+    const struct image_input *input = info->source.colour;
+    const int n_views = image_view_count(input);
     for (int i = 0; i < n_views && n_views > 1; i++) {
-        const char *name = exr_view_name(input, i);
+        const char *name = image_view_name(input, i);
         snprintf(label, sizeof(label), "view %.60s", name);
         if (views_find_place(input, name, at, &shear))
             print_point(info, label, at, shear);
@@ -141,7 +141,7 @@ static void print_choice_of_channels(const struct info *info)
 {
     int n;
     const struct source *source = &info->source;
-    const struct exr_layer *layer = &source->layer;
+    const struct image_layer *layer = &source->layer;
     printf("\nUsed\n");
     if (layer->r >= 0)
         printf("  %-16s %s%s%s\n", "colour",
@@ -154,8 +154,8 @@ static void print_choice_of_channels(const struct info *info)
         printf("  %-16s none\n", "colour");
     if (source->z >= 0)
         printf("  %-16s %s of %s\n", "depth",
-               exr_channels(source->depth, &n)[source->z].name,
-               exr_path(source->depth));
+               image_channels(source->depth, &n)[source->z].name,
+               image_path(source->depth));
     else
         printf("  %-16s none; name it with --depth-channel or --depth-file\n", "depth");
     const char *text;
@@ -305,7 +305,7 @@ void info_print_text(const struct info *info)
 
 /* ---- JSON ----------------------------------------------------------------------- */
 
-static void json_box(struct json *json, const char *name, const struct exr_box *box)
+static void json_box(struct json *json, const char *name, const struct image_box *box)
 {
     const int32_t values[4] = {box->min_x, box->min_y, box->max_x, box->max_y};
     json_open(json, name, '[');
@@ -314,13 +314,13 @@ static void json_box(struct json *json, const char *name, const struct exr_box *
     json_close(json, ']');
 }
 
-static void json_file(struct json *json, const struct exr_input *input)
+static void json_file(struct json *json, const struct image_input *input)
 {
     int n_parts, n_channels;
-    const struct exr_part_info *parts = exr_parts(input, &n_parts);
-    const struct exr_channel_info *channels = exr_channels(input, &n_channels);
+    const struct image_part_info *parts = image_parts(input, &n_parts);
+    const struct image_channel_info *channels = image_channels(input, &n_channels);
     json_open(json, NULL, '{');
-    json_text(json, "path", exr_path(input));
+    json_text(json, "path", image_path(input));
     json_open(json, "parts", '[');
     for (int p = 0; p < n_parts; p++) {
         json_open(json, NULL, '{');
@@ -440,14 +440,14 @@ static void json_point(struct json *json, const double at[2], double shear)
 static void json_place(struct json *json, const struct info *info)
 {
     double at[2], shear;
-    const struct exr_input *input = info->source.colour;
-    const int n_views = exr_view_count(input);
+    const struct image_input *input = info->source.colour;
+    const int n_views = image_view_count(input);
     if (n_views > 0) {
         json_open(json, "views", '[');
         for (int i = 0; i < n_views; i++) {
             json_open(json, NULL, '{');
-            json_text(json, "name", exr_view_name(input, i));
-            if (views_find_place(input, exr_view_name(input, i), at, &shear))
+            json_text(json, "name", image_view_name(input, i));
+            if (views_find_place(input, image_view_name(input, i), at, &shear))
                 json_point(json, at, shear);
             json_close(json, '}');
         }
@@ -479,7 +479,7 @@ void info_print_json(const struct info *info)
     json_bool(&json, "has_alpha", source->layer.a >= 0);
     if (source->z >= 0)
         json_text(&json, "depth_channel",
-                  exr_channels(source->depth, &n)[source->z].name);
+                  image_channels(source->depth, &n)[source->z].name);
     json_bool(&json, "filtered", filtered_by(info, &text));
     json_place(&json, info);
     json_params(&json, &info->settings);

@@ -162,7 +162,8 @@ void sheet_put(struct sheet *sheet, int i, const float *picture, const float *he
         paste(sheet, heat, false, x + sheet->picture_width + MARGIN, y + LABEL);
 }
 
-bool sheet_write(const struct sheet *sheet, const char *path, struct exr_error *error)
+bool sheet_write(const struct sheet *sheet, const char *path, struct image_error *error)
 {
-    return png_write(path, sheet->rgb, sheet->width, sheet->height, 3, 8, true, error);
+    return image_write_png(path, sheet->rgb, sheet->width, sheet->height, 3, 8, true,
+                           error);
 }

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "exr.h"
+#include "image.h"
 
 struct sheet {
     int32_t width, height;           /* of the sheet, px */
@@ -29,6 +29,7 @@ void sheet_free(struct sheet *sheet);
 void sheet_put(struct sheet *sheet, int i, const float *picture, const float *heat,
                const char *label);
 
-bool sheet_write(const struct sheet *sheet, const char *path, struct exr_error *error);
+bool sheet_write(const struct sheet *sheet, const char *path,
+                 struct image_error *error);
 
 #endif

@@ -129,16 +129,16 @@ static exr_result_t copy_attribute(exr_context_t to, int part, const exr_attribu
 }
 
 static exr_result_t set_attribute(exr_context_t to, int part,
-                                  const struct exr_attribute *a)
+                                  const struct image_attribute *a)
 {
     switch (a->type) {
-    case EXR_ATTRIBUTE_FLOAT:
+    case IMAGE_ATTRIBUTE_FLOAT:
         return exr_attr_set_float(to, part, a->name, (float)a->number[0]);
-    case EXR_ATTRIBUTE_INT:
+    case IMAGE_ATTRIBUTE_INT:
         return exr_attr_set_int(to, part, a->name, (int32_t)a->number[0]);
-    case EXR_ATTRIBUTE_STRING:
+    case IMAGE_ATTRIBUTE_STRING:
         return exr_attr_set_string(to, part, a->name, a->text ? a->text : "");
-    case EXR_ATTRIBUTE_V2F: {
+    case IMAGE_ATTRIBUTE_V2F: {
         exr_attr_v2f_t v;
         v.x = (float)a->number[0];
         v.y = (float)a->number[1];
@@ -148,8 +148,8 @@ static exr_result_t set_attribute(exr_context_t to, int part,
     return EXR_ERR_INVALID_ARGUMENT;
 }
 
-static const struct exr_attribute *find_new(const struct exr_output *output,
-                                            const char *name)
+static const struct image_attribute *find_new(const struct image_output *output,
+                                              const char *name)
 {
     for (int i = 0; i < output->n_attributes; i++)
         if (strcmp(output->attributes[i].name, name) == 0)
@@ -157,8 +157,8 @@ static const struct exr_attribute *find_new(const struct exr_output *output,
     return NULL;
 }
 
-exr_result_t exr_set_attributes(exr_context_t to, int part,
-                                const struct exr_output *output)
+exr_result_t image_set_attributes(exr_context_t to, int part,
+                                  const struct image_output *output)
 {
     exr_result_t result = EXR_ERR_SUCCESS;
     for (int i = 0; i < output->n_attributes && result == EXR_ERR_SUCCESS; i++)
@@ -166,7 +166,7 @@ exr_result_t exr_set_attributes(exr_context_t to, int part,
     return result;
 }
 
-bool exr_is_dropped(const struct exr_output *output, const char *name)
+bool image_is_dropped(const struct image_output *output, const char *name)
 {
     for (const char *const *at = output->dropped; at && *at; at++) {
         size_t n = strlen(*at);
@@ -177,8 +177,8 @@ bool exr_is_dropped(const struct exr_output *output, const char *name)
     return false;
 }
 
-exr_result_t exr_copy_attributes(exr_context_t to, int part,
-                                 const struct exr_output *output, int like_part)
+exr_result_t image_copy_attributes(exr_context_t to, int part,
+                                   const struct image_output *output, int like_part)
 {
     exr_const_context_t from = output->like->context;
     int32_t n = 0;
@@ -188,9 +188,9 @@ exr_result_t exr_copy_attributes(exr_context_t to, int part,
         result = exr_get_attribute_by_index(from, like_part, EXR_ATTR_LIST_FILE_ORDER,
                                             i, &a);
         if (result != EXR_ERR_SUCCESS || is_structural(a->name) ||
-            (like_part == output->like_part && exr_is_dropped(output, a->name)))
+            (like_part == output->like_part && image_is_dropped(output, a->name)))
             continue;
-        const struct exr_attribute *new_value = find_new(output, a->name);
+        const struct image_attribute *new_value = find_new(output, a->name);
         if (!new_value)
             result = copy_attribute(to, part, a);
         else if (like_part != output->like_part)

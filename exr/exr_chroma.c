@@ -65,7 +65,7 @@ static bool fill_channel(float *samples, size_t n, int32_t width, int32_t height
 }
 
 /* Weights of R, G, B in Y: the Y row of RGB to XYZ for white at Y = 1. */
-static void find_weights(const struct exr_input *input, int part, double w[3])
+static void find_weights(const struct image_input *input, int part, double w[3])
 {
     double c[8] = {0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329};
     const exr_attribute_t *a;
@@ -107,22 +107,22 @@ static void to_rgb(float *p, const double w[3])
     p[2] = (float)(is_grey ? y : b);
 }
 
-bool exr_read_layer(struct exr_input *input, const struct exr_layer *layer, int n,
-                    float *samples, int n_threads, struct exr_error *error)
+bool image_read_layer(struct image_input *input, const struct image_layer *layer, int n,
+                      float *samples, int n_threads, struct image_error *error)
 {
     const int channels[4] = {layer->r, layer->g, layer->b, layer->a};
-    if (!exr_read(input, channels, n, samples, n_threads, error))
+    if (!image_read(input, channels, n, samples, n_threads, error))
         return false;
     if (!layer->is_chroma || n < 3)
         return true;
     int part = input->channels[layer->r].part;
-    const struct exr_box *box = &input->parts[part].data_window;
+    const struct image_box *box = &input->parts[part].data_window;
     int32_t width = box->max_x - box->min_x + 1, height = box->max_y - box->min_y + 1;
     for (int c = 1; c < 3; c++) {
-        const struct exr_channel_info *info = &input->channels[channels[c]];
+        const struct image_channel_info *info = &input->channels[channels[c]];
         if (!fill_channel(samples + c, (size_t)n, width, height, info->x_sampling == 2,
                           info->y_sampling == 2))
-            return exr_fail(error, input->path, "out of memory");
+            return image_fail(error, input->path, "out of memory");
     }
     double w[3];
     find_weights(input, part, w);

@@ -19,13 +19,13 @@
 #include "file.h"
 
 struct reader {
-    struct exr_input *input;
+    struct image_input *input;
     int part;
-    struct exr_chunks chunks;
+    struct image_chunks chunks;
     const int *wanted; /* indices into input->channels */
     int n;
     int sample_bytes; /* of all channels */
-    struct exr_deep *deep;
+    struct image_deep *deep;
 };
 
 /* ---- compression --------------------------------------------------------------- */
@@ -82,7 +82,7 @@ static bool undo(int compression, const uint8_t *packed, size_t n_packed,
     return true;
 }
 
-static bool read_bytes(const struct exr_input *input, uint8_t *to, size_t n,
+static bool read_bytes(const struct image_input *input, uint8_t *to, size_t n,
                        uint64_t offset)
 {
     return os_file_read_at(input->fd, to, n, offset) == n;
@@ -111,7 +111,7 @@ static uint8_t *read_piece(const struct reader *r, const exr_chunk_info_t *chunk
                            uint64_t n_unpacked)
 {
     uint64_t size = (uint64_t)r->input->size_bytes;
-    uint64_t ratio = exr_max_ratio(chunk->compression);
+    uint64_t ratio = image_max_ratio(chunk->compression);
     if (offset > size || n_packed > size - offset ||
         n_unpacked / ratio > n_packed + 64 || (n_packed == 0 && n_unpacked > 0))
         return NULL;
@@ -135,7 +135,7 @@ static uint8_t *read_piece(const struct reader *r, const exr_chunk_info_t *chunk
 static bool place_chunk(const struct reader *r, const exr_chunk_info_t *chunk,
                         int32_t *x, int32_t *y)
 {
-    const struct exr_box *box = &r->input->parts[r->part].data_window;
+    const struct image_box *box = &r->input->parts[r->part].data_window;
     bool is_tile = r->chunks.n_tiles_x > 0;
     *x = is_tile ? chunk->start_x * r->chunks.tile_width : 0;
     *y = is_tile ? chunk->start_y * r->chunks.tile_height : chunk->start_y - box->min_y;
@@ -192,17 +192,17 @@ static bool read_counts(const struct reader *r, const exr_chunk_info_t *chunk)
 static const uint8_t *put_channel(const struct reader *r, int channel, size_t first,
                                   int64_t n_samples, const uint8_t *samples)
 {
-    enum exr_sample_type type = r->input->channels[channel].type;
+    enum image_sample_type type = r->input->channels[channel].type;
     for (int c = 0; c < r->n; c++)
         if (r->wanted[c] == channel)
             for (int64_t i = 0; i < n_samples; i += INT32_MAX / 8) {
                 int64_t left = n_samples - i;
                 int32_t n = left < INT32_MAX / 8 ? (int32_t)left : INT32_MAX / 8;
-                exr_convert_run(
+                image_convert_run(
                     r->deep->samples + (first + (size_t)i) * (size_t)r->n + (size_t)c,
-                    (size_t)r->n, type, n, samples + i * exr_sample_bytes(type));
+                    (size_t)r->n, type, n, samples + i * image_sample_bytes(type));
             }
-    return samples + n_samples * exr_sample_bytes(type);
+    return samples + n_samples * image_sample_bytes(type);
 }
 
 /* A line of a chunk is a run of whole pixels, and so of samples. */
@@ -239,7 +239,7 @@ static bool read_samples(const struct reader *r, const exr_chunk_info_t *chunk)
 
 static bool each_chunk(const struct reader *r, int n_threads,
                        bool (*visit)(const struct reader *, const exr_chunk_info_t *),
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     int n_bad = 0;
     if (n_threads < 1)
@@ -247,95 +247,97 @@ static bool each_chunk(const struct reader *r, int n_threads,
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic) reduction(+ : n_bad)
     for (int i = 0; i < r->chunks.n_chunks; i++) {
         exr_chunk_info_t chunk;
-        exr_core_clear();
-        if (exr_find_chunk(r->input, r->part, &r->chunks, i, &chunk) !=
+        image_core_clear();
+        if (image_find_chunk(r->input, r->part, &r->chunks, i, &chunk) !=
                 EXR_ERR_SUCCESS ||
             !visit(r, &chunk))
             n_bad++;
     }
     return n_bad == 0 ||
-           exr_fail(error, r->input->path,
-                    "damaged: %d of %d chunks of deep samples cannot be read", n_bad,
-                    r->chunks.n_chunks);
+           image_fail(error, r->input->path,
+                      "damaged: %d of %d chunks of deep samples cannot be read", n_bad,
+                      r->chunks.n_chunks);
 }
 
-static bool check_channels(struct reader *r, struct exr_error *error)
+static bool check_channels(struct reader *r, struct image_error *error)
 {
-    const struct exr_input *input = r->input;
+    const struct image_input *input = r->input;
     for (int c = 0; c < r->n; c++)
         if (r->wanted[c] >= 0 && (r->wanted[c] >= input->n_channels ||
                                   input->channels[r->wanted[c]].part != r->part))
-            return exr_fail(error, input->path,
-                            "colour and depth of deep samples must be in one part");
+            return image_fail(error, input->path,
+                              "colour and depth of deep samples must be in one part");
     for (int c = input->first_channel[r->part]; c < input->first_channel[r->part + 1];
          c++) {
-        const struct exr_channel_info *info = &input->channels[c];
+        const struct image_channel_info *info = &input->channels[c];
         if (info->x_sampling != 1 || info->y_sampling != 1)
-            return exr_fail(error, input->path,
-                            "channel %s of deep samples is sub-sampled", info->name);
-        r->sample_bytes += exr_sample_bytes(info->type);
+            return image_fail(error, input->path,
+                              "channel %s of deep samples is sub-sampled", info->name);
+        r->sample_bytes += image_sample_bytes(info->type);
     }
     return true;
 }
 
-static bool allocate_samples(const struct reader *r, struct exr_error *error)
+static bool allocate_samples(const struct reader *r, struct image_error *error)
 {
-    struct exr_deep *deep = r->deep;
+    struct image_deep *deep = r->deep;
     size_t n_pixels = (size_t)deep->width * (size_t)deep->height;
     deep->first[0] = 0;
     for (size_t i = 0; i < n_pixels; i++)
         deep->first[i + 1] += deep->first[i];
     size_t n = deep->first[n_pixels];
     if (n > SIZE_MAX / sizeof(float) / (size_t)r->n - 1)
-        return exr_fail(error, r->input->path, "damaged: %zu deep samples", n);
+        return image_fail(error, r->input->path, "damaged: %zu deep samples", n);
     deep->samples = calloc(n * (size_t)r->n + 1, sizeof *deep->samples);
     return deep->samples ||
-           exr_fail(error, r->input->path, "out of memory for %zu deep samples", n);
+           image_fail(error, r->input->path, "out of memory for %zu deep samples", n);
 }
 
-bool exr_read_deep(struct exr_input *input, const int *channels, int n,
-                   struct exr_deep *deep, int n_threads, struct exr_error *error)
+bool image_read_deep(struct image_input *input, const int *channels, int n,
+                     struct image_deep *deep, int n_threads, struct image_error *error)
 {
     struct reader r = {.input = input, .wanted = channels, .n = n, .deep = deep};
-    *deep = (struct exr_deep){0};
+    *deep = (struct image_deep){0};
     r.part = -1;
     for (int c = 0; c < n && r.part < 0; c++)
         if (channels[c] >= 0 && channels[c] < input->n_channels)
             r.part = input->channels[channels[c]].part;
     if (r.part < 0 || !input->parts[r.part].is_deep)
-        return exr_fail(error, input->path, "has no deep samples there");
-    const struct exr_box *box = &input->parts[r.part].data_window;
+        return image_fail(error, input->path, "has no deep samples there");
+    const struct image_box *box = &input->parts[r.part].data_window;
     deep->width = box->max_x - box->min_x + 1;
     deep->height = box->max_y - box->min_y + 1;
-    if (!check_channels(&r, error) || !exr_plan_chunks(input, r.part, &r.chunks, error))
+    if (!check_channels(&r, error) ||
+        !image_plan_chunks(input, r.part, &r.chunks, error))
         return false;
     size_t n_pixels = (size_t)deep->width * (size_t)deep->height;
     /* Each chunk has at least its own header, and each pixel its share of a table. */
     if (n_pixels * 4 / 1200 > (uint64_t)input->size_bytes)
-        return exr_fail(error, input->path,
-                        "damaged or cut off: %d x %d deep pixels do not fit into %lld "
-                        "bytes",
-                        deep->width, deep->height, (long long)input->size_bytes);
+        return image_fail(
+            error, input->path,
+            "damaged or cut off: %d x %d deep pixels do not fit into %lld "
+            "bytes",
+            deep->width, deep->height, (long long)input->size_bytes);
     deep->first = calloc(n_pixels + 1, sizeof *deep->first);
     if (!deep->first)
-        return exr_fail(error, input->path, "out of memory");
+        return image_fail(error, input->path, "out of memory");
     if (each_chunk(&r, n_threads, read_counts, error) && allocate_samples(&r, error) &&
         each_chunk(&r, n_threads, read_samples, error))
         return true;
-    exr_deep_free(deep);
+    image_deep_free(deep);
     return false;
 }
 
-void exr_deep_free(struct exr_deep *deep)
+void image_deep_free(struct image_deep *deep)
 {
     free(deep->first);
     free(deep->samples);
-    *deep = (struct exr_deep){0};
+    *deep = (struct image_deep){0};
 }
 
-int exr_find_z_back(const struct exr_input *input, int z)
+int image_find_z_back(const struct image_input *input, int z)
 {
-    const struct exr_channel_info *depth = &input->channels[z];
+    const struct image_channel_info *depth = &input->channels[z];
     const char *dot = strrchr(depth->name, '.');
     size_t n = dot ? (size_t)(dot + 1 - depth->name) : 0;
     for (int c = input->first_channel[depth->part];

@@ -69,18 +69,18 @@ static uint16_t to_linear(uint16_t half)
 {
     if ((half & 0x7c00) == 0x7c00)
         return 0;
-    double x = (double)exr_half_to_float(half & 0x7fff);
+    double x = (double)image_half_to_float(half & 0x7fff);
     double linear = x <= 1 ? pow(x, 2.2) : exp(2.2 * (x - 1));
     float value = (float)linear;
     uint16_t sign = half & 0x8000;
     return value >= 65520.0f ? (uint16_t)(sign | 0x7c00)
-                             : (uint16_t)(sign | exr_float_to_half(value));
+                             : (uint16_t)(sign | image_float_to_half(value));
 }
 
 static void make_linear_table(void)
 {
     static bool is_made;
-#pragma omp critical(exr_dwa_table)
+#pragma omp critical(image_dwa_table)
     {
         for (int i = 0; i < 65536 && !is_made; i++)
             linear_table[i] = to_linear((uint16_t)i);
@@ -278,7 +278,7 @@ static bool load_ac(struct dwa *d, size_t n_all_blocks)
     if (!d->ac || d->sizes[AC_BYTES] == 0)
         return d->ac && n == 0;
     if (d->sizes[AC_METHOD] == AC_HUFFMAN)
-        return exr_undo_huffman(d->stream[1], d->sizes[AC_BYTES], d->ac, n);
+        return image_undo_huffman(d->stream[1], d->sizes[AC_BYTES], d->ac, n);
     return d->sizes[AC_METHOD] == AC_DEFLATE &&
            inflate_to((uint8_t *)d->ac, n * sizeof *d->ac, d->stream[1],
                       d->sizes[AC_BYTES]);
@@ -372,7 +372,7 @@ static bool read_block(struct dwa *d, uint16_t dc, float block[64])
         35, 42, 49, 56, 57, 50, 43, 36, 29, 22, 15, 23, 30, 37, 44, 51,
         58, 59, 52, 45, 38, 31, 39, 46, 53, 60, 61, 54, 47, 55, 62, 63};
     memset(block, 0, 64 * sizeof *block);
-    block[0] = exr_half_to_float(dc);
+    block[0] = image_half_to_float(dc);
     for (int i = 1; i < 64;) {
         if (d->ac_at >= d->sizes[N_AC])
             return false;
@@ -382,7 +382,7 @@ static bool read_block(struct dwa *d, uint16_t dc, float block[64])
         if (value >> 8 == 0xff)
             i += value & 0xff;
         else
-            block[zigzag[i++]] = exr_half_to_float(value);
+            block[zigzag[i++]] = image_half_to_float(value);
     }
     inverse_dct(block);
     return true;
@@ -408,14 +408,14 @@ static void store_block(struct dwa *d, int channel, const float block[64], size_
         size_t x = x0 + i % 8, y = y0 + i / 8;
         if (x >= lane->width || y >= lane->height)
             continue;
-        uint16_t half = exr_float_to_half(block[i]);
+        uint16_t half = image_float_to_half(block[i]);
         if (is_perceptual)
             half = linear_table[half];
         uint8_t *out = d->out + lane->row[y] + x * lane->n_bytes_per_sample;
         if (lane->n_bytes_per_sample == 2) {
             memcpy(out, &half, 2);
         } else {
-            float value = exr_half_to_float(half);
+            float value = image_half_to_float(half);
             memcpy(out, &value, 4);
         }
     }
@@ -557,7 +557,7 @@ static bool undo(struct dwa *d, exr_decode_pipeline_t *pipeline)
            load_rle(d) && undo_colors(d) && undo_rest(d);
 }
 
-exr_result_t exr_undo_dwa(exr_decode_pipeline_t *pipeline)
+exr_result_t image_undo_dwa(exr_decode_pipeline_t *pipeline)
 {
     struct dwa d = {.out = pipeline->unpacked_buffer};
     make_linear_table();
@@ -570,7 +570,7 @@ exr_result_t exr_undo_dwa(exr_decode_pipeline_t *pipeline)
     free(d.rle);
     if (is_good)
         return EXR_ERR_SUCCESS;
-    exr_core_on_error(pipeline->context, EXR_ERR_CORRUPT_CHUNK,
-                      "invalid DWA data, or out of memory");
+    image_core_on_error(pipeline->context, EXR_ERR_CORRUPT_CHUNK,
+                        "invalid DWA data, or out of memory");
     return EXR_ERR_CORRUPT_CHUNK;
 }

@@ -17,7 +17,7 @@
 #include <immintrin.h>
 #endif
 
-float exr_half_to_float(uint16_t half)
+float image_half_to_float(uint16_t half)
 {
     union {
         uint32_t bits;
@@ -37,7 +37,7 @@ float exr_half_to_float(uint16_t half)
     return f.value;
 }
 
-uint16_t exr_float_to_half(float value)
+uint16_t image_float_to_half(float value)
 {
     union {
         float value;
@@ -66,7 +66,7 @@ uint16_t exr_float_to_half(float value)
 
 /* Asked once: CPUID takes microseconds in a virtual machine. Clang 14 does not know the
  * name for __builtin_cpu_supports(). */
-bool exr_has_f16c(void)
+bool image_has_f16c(void)
 {
     static _Atomic int known; /* 0: not yet, 1: no, 2: yes */
     if (known == 0) {
@@ -117,7 +117,7 @@ __attribute__((target("avx,f16c"))) static void narrow(uint8_t *halves, const fl
 
 #else
 
-bool exr_has_f16c(void)
+bool image_has_f16c(void)
 {
     return false;
 }
@@ -132,23 +132,23 @@ static void narrow(uint8_t *halves, const float *in, size_t stride, size_t n)
 
 #endif
 
-void exr_halves_to_floats(float *out, size_t stride, const uint8_t *halves, size_t n)
+void image_halves_to_floats(float *out, size_t stride, const uint8_t *halves, size_t n)
 {
-    size_t done = exr_has_f16c() ? n / 8 * 8 : 0;
+    size_t done = image_has_f16c() ? n / 8 * 8 : 0;
     widen(out, stride, halves, done);
     for (size_t i = done; i < n; i++) {
         uint16_t half;
         memcpy(&half, halves + 2 * i, 2);
-        out[i * stride] = exr_half_to_float(half);
+        out[i * stride] = image_half_to_float(half);
     }
 }
 
-void exr_floats_to_halves(uint8_t *halves, const float *in, size_t stride, size_t n)
+void image_floats_to_halves(uint8_t *halves, const float *in, size_t stride, size_t n)
 {
-    size_t done = exr_has_f16c() ? n / 8 * 8 : 0;
+    size_t done = image_has_f16c() ? n / 8 * 8 : 0;
     narrow(halves, in, stride, done);
     for (size_t i = done; i < n; i++) {
-        uint16_t half = exr_float_to_half(in[i * stride]);
+        uint16_t half = image_float_to_half(in[i * stride]);
         memcpy(halves + 2 * i, &half, 2);
     }
 }

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static const exr_attribute_t *attribute_of(const struct exr_input *input, int part,
+static const exr_attribute_t *attribute_of(const struct image_input *input, int part,
                                            const char *name)
 {
     const exr_attribute_t *attribute;
@@ -48,7 +48,8 @@ static bool v2f_of(const exr_attribute_t *a, double v[2])
     return true;
 }
 
-bool exr_attribute_number(const struct exr_input *input, const char *name, double *v)
+bool image_attribute_number(const struct image_input *input, const char *name,
+                            double *v)
 {
     for (int part = 0; part < input->n_parts; part++)
         if (number_of(attribute_of(input, part, name), v))
@@ -56,8 +57,8 @@ bool exr_attribute_number(const struct exr_input *input, const char *name, doubl
     return false;
 }
 
-bool exr_view_number(const struct exr_input *input, const char *view, const char *name,
-                     double *v)
+bool image_view_number(const struct image_input *input, const char *view,
+                       const char *name, double *v)
 {
     char own_name[256];
     for (int part = 0; part < input->n_parts; part++)
@@ -65,11 +66,11 @@ bool exr_view_number(const struct exr_input *input, const char *view, const char
             number_of(attribute_of(input, part, name), v))
             return true;
     snprintf(own_name, sizeof own_name, "%s.%s", name, view);
-    return exr_attribute_number(input, own_name, v);
+    return image_attribute_number(input, own_name, v);
 }
 
-bool exr_view_v2f(const struct exr_input *input, const char *view, const char *name,
-                  double v[2])
+bool image_view_v2f(const struct image_input *input, const char *view, const char *name,
+                    double v[2])
 {
     char own_name[256];
     for (int part = 0; part < input->n_parts; part++)
@@ -77,11 +78,11 @@ bool exr_view_v2f(const struct exr_input *input, const char *view, const char *n
             v2f_of(attribute_of(input, part, name), v))
             return true;
     snprintf(own_name, sizeof own_name, "%s.%s", name, view);
-    return exr_attribute_v2f(input, own_name, v);
+    return image_attribute_v2f(input, own_name, v);
 }
 
-bool exr_attribute_string(const struct exr_input *input, const char *name,
-                          const char **text)
+bool image_attribute_string(const struct image_input *input, const char *name,
+                            const char **text)
 {
     for (int part = 0; part < input->n_parts; part++) {
         const exr_attribute_t *a = attribute_of(input, part, name);
@@ -93,7 +94,7 @@ bool exr_attribute_string(const struct exr_input *input, const char *name,
     return false;
 }
 
-bool exr_attribute_v2f(const struct exr_input *input, const char *name, double v[2])
+bool image_attribute_v2f(const struct image_input *input, const char *name, double v[2])
 {
     for (int part = 0; part < input->n_parts; part++)
         if (v2f_of(attribute_of(input, part, name), v))

@@ -166,7 +166,7 @@ static uint32_t load32(const uint8_t *bytes)
     return value;
 }
 
-bool exr_undo_huffman(const uint8_t *in, size_t n_in, uint16_t *out, size_t n_out)
+bool image_undo_huffman(const uint8_t *in, size_t n_in, uint16_t *out, size_t n_out)
 {
     if (n_in < HEADER_BYTES)
         return n_out == 0;

@@ -33,7 +33,7 @@ static void make_printable(char *text)
     }
 }
 
-bool exr_fail(struct exr_error *error, const char *path, const char *format, ...)
+bool image_fail(struct image_error *error, const char *path, const char *format, ...)
 {
     if (!error)
         return false;
@@ -52,19 +52,19 @@ static _Thread_local char core_message[400];
 static _Thread_local bool core_lacked_memory;
 static _Thread_local int core_compression = -1;
 
-void exr_core_clear(void)
+void image_core_clear(void)
 {
     core_message[0] = '\0';
     core_lacked_memory = false;
     core_compression = -1;
 }
 
-bool exr_core_lacked_memory(void)
+bool image_core_lacked_memory(void)
 {
     return core_lacked_memory;
 }
 
-int exr_core_unknown_compression(void)
+int image_core_unknown_compression(void)
 {
     return core_compression;
 }
@@ -78,8 +78,8 @@ static void note_compression(const char *message)
         core_compression = (int)strtol(value + sizeof phrase - 1, NULL, 10);
 }
 
-void exr_core_on_error(exr_const_context_t context, exr_result_t code,
-                       const char *message)
+void image_core_on_error(exr_const_context_t context, exr_result_t code,
+                         const char *message)
 {
     core_lacked_memory |= code == EXR_ERR_OUT_OF_MEMORY;
     if (message)
@@ -88,7 +88,7 @@ void exr_core_on_error(exr_const_context_t context, exr_result_t code,
         snprintf(core_message, sizeof core_message, "%s", message);
 }
 
-const char *exr_core_message(exr_result_t fallback)
+const char *image_core_message(exr_result_t fallback)
 {
     if (core_message[0])
         return core_message;

@@ -44,14 +44,14 @@ static const uint64_t lines_of[EXR_COMPRESSION_LAST_TYPE] = {
     [EXR_COMPRESSION_DWAA] = 32, [EXR_COMPRESSION_DWAB] = 256,
 };
 
-const char *exr_compression_name(int compression)
+const char *image_compression_name(int compression)
 {
     if (compression < 0 || compression >= EXR_COMPRESSION_LAST_TYPE)
         return NULL;
     return compressions[compression].name;
 }
 
-int exr_compression_number(const char *name)
+int image_compression_number(const char *name)
 {
     for (int i = 0; i < EXR_COMPRESSION_LAST_TYPE; i++)
         if (strcmp(name, compressions[i].name) == 0)
@@ -59,12 +59,12 @@ int exr_compression_number(const char *name)
     return -1;
 }
 
-bool exr_is_lossy(int compression)
+bool image_is_lossy(int compression)
 {
     return compressions[compression].is_lossy;
 }
 
-uint32_t exr_max_ratio(int compression)
+uint32_t image_max_ratio(int compression)
 {
     return compressions[compression].max_ratio;
 }
@@ -73,7 +73,7 @@ static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
                        uint64_t size, uint64_t offset,
                        exr_stream_error_func_ptr_t report)
 {
-    const struct exr_input *input = user;
+    const struct image_input *input = user;
     const size_t n = os_file_read_at(input->fd, buffer, size, offset);
     if (n < size && errno != 0)
         report(context, EXR_ERR_READ_IO, "%s", strerror(errno));
@@ -82,65 +82,67 @@ static int64_t read_at(exr_const_context_t context, void *user, void *buffer,
 
 static int64_t query_size(exr_const_context_t context, void *user)
 {
-    return ((const struct exr_input *)user)->size_bytes;
+    return ((const struct image_input *)user)->size_bytes;
 }
 
-static bool open_file(struct exr_input *input, struct exr_error *error)
+static bool open_file(struct image_input *input, struct image_error *error)
 {
     struct os_file_facts facts;
     unsigned char magic[4] = {0};
 
     int number = os_file_open(input->path, &input->fd, &facts);
     if (number != 0)
-        return exr_fail(error, input->path, "%s", strerror(number));
+        return image_fail(error, input->path, "%s", strerror(number));
     if (facts.kind == OS_FILE_FOLDER)
-        return exr_fail(error, input->path, "is a folder, not an OpenEXR file");
+        return image_fail(error, input->path, "is a folder, not an OpenEXR file");
     if (facts.kind != OS_FILE_REGULAR)
-        return exr_fail(error, input->path,
-                        "is not a regular file; OpenEXR files cannot be piped");
+        return image_fail(error, input->path,
+                          "is not a regular file; OpenEXR files cannot be piped");
     input->size_bytes = facts.n_bytes;
     if (facts.n_bytes == 0)
-        return exr_fail(error, input->path, "is empty");
+        return image_fail(error, input->path, "is empty");
     if (os_file_read_at(input->fd, magic, sizeof magic, 0) == 0 && errno != 0)
-        return exr_fail(error, input->path, "%s", strerror(errno));
+        return image_fail(error, input->path, "%s", strerror(errno));
     if (memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
-        return exr_fail(error, input->path, "is not an OpenEXR file");
+        return image_fail(error, input->path, "is not an OpenEXR file");
     return true;
 }
 
-static bool fail_at_compression(const struct exr_input *input, int number,
-                                struct exr_error *error)
+static bool fail_at_compression(const struct image_input *input, int number,
+                                struct image_error *error)
 {
-    return exr_fail(error, input->path,
-                    "its compression, number %d, is newer than this program; write the "
-                    "file with zip, piz or another of up to number %d (dwab)",
-                    number, EXR_COMPRESSION_DWAB);
+    return image_fail(
+        error, input->path,
+        "its compression, number %d, is newer than this program; write the "
+        "file with zip, piz or another of up to number %d (dwab)",
+        number, EXR_COMPRESSION_DWAB);
 }
 
-static bool open_context(struct exr_input *input, struct exr_error *error)
+static bool open_context(struct image_input *input, struct image_error *error)
 {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = exr_core_on_error;
+    settings.error_handler_fn = image_core_on_error;
     settings.user_data = input;
     settings.read_fn = read_at;
     settings.size_fn = query_size;
-    settings.max_image_width = settings.max_image_height = EXR_MAX_SIDE;
-    settings.max_tile_width = settings.max_tile_height = EXR_MAX_SIDE;
+    settings.max_image_width = settings.max_image_height = IMAGE_MAX_SIDE;
+    settings.max_tile_width = settings.max_tile_height = IMAGE_MAX_SIDE;
     /* A table of chunks that does not fit means damage; guessing hides it. */
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
 
-    exr_core_clear();
+    image_core_clear();
     exr_result_t result = exr_start_read(&input->context, input->path, &settings);
-    if (exr_core_lacked_memory())
-        return exr_fail(error, input->path, "out of memory for the header");
+    if (image_core_lacked_memory())
+        return image_fail(error, input->path, "out of memory for the header");
     if (result != EXR_ERR_SUCCESS)
-        return exr_fail(error, input->path, "damaged header: %s",
-                        exr_core_message(result));
-    int unknown = exr_core_unknown_compression();
+        return image_fail(error, input->path, "damaged header: %s",
+                          image_core_message(result));
+    int unknown = image_core_unknown_compression();
     return unknown < 0 || fail_at_compression(input, unknown, error);
 }
 
-static const char *part_text(const struct exr_input *input, int part, const char *name)
+static const char *part_text(const struct image_input *input, int part,
+                             const char *name)
 {
     const exr_attribute_t *attribute;
     if (exr_get_attribute_by_name(input->context, part, name, &attribute) !=
@@ -150,22 +152,22 @@ static const char *part_text(const struct exr_input *input, int part, const char
     return attribute->string->str;
 }
 
-static struct exr_box to_box(exr_attr_box2i_t box)
+static struct image_box to_box(exr_attr_box2i_t box)
 {
-    return (struct exr_box){box.min.x, box.min.y, box.max.x, box.max.y};
+    return (struct image_box){box.min.x, box.min.y, box.max.x, box.max.y};
 }
 
 /* Refuses sizes that the file cannot hold. */
-static bool check_part_size(const struct exr_input *input, int part,
+static bool check_part_size(const struct image_input *input, int part,
                             const exr_attr_chlist_t *list, int compression,
-                            struct exr_error *error)
+                            struct image_error *error)
 {
-    const struct exr_box *box = &input->parts[part].data_window;
+    const struct image_box *box = &input->parts[part].data_window;
     int64_t width = (int64_t)box->max_x - box->min_x + 1;
     int64_t height = (int64_t)box->max_y - box->min_y + 1;
-    if (width < 1 || height < 1 || width > EXR_MAX_SIDE || height > EXR_MAX_SIDE)
-        return exr_fail(error, input->path, "damaged header: size %lld x %lld px",
-                        (long long)width, (long long)height);
+    if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE)
+        return image_fail(error, input->path, "damaged header: size %lld x %lld px",
+                          (long long)width, (long long)height);
 
     uint64_t n_bytes = 0;
     for (int i = 0; i < list->num_channels; i++) {
@@ -177,27 +179,27 @@ static bool check_part_size(const struct exr_input *input, int part,
     /* Each chunk has an entry in the table, a head, and some bytes of its own. */
     if (!input->parts[part].is_tiled &&
         (uint64_t)height / lines_of[compression] * 17 > (uint64_t)input->size_bytes)
-        return exr_fail(error, input->path,
-                        "damaged or cut off: %lld lines do not fit into %lld bytes",
-                        (long long)height, (long long)input->size_bytes);
+        return image_fail(error, input->path,
+                          "damaged or cut off: %lld lines do not fit into %lld bytes",
+                          (long long)height, (long long)input->size_bytes);
     if (!input->parts[part].is_deep && n_bytes / compressions[compression].max_ratio >
                                            (uint64_t)input->size_bytes + 4096)
-        return exr_fail(error, input->path,
-                        "damaged or cut off: %lld x %lld px do not fit into %lld bytes",
-                        (long long)width, (long long)height,
-                        (long long)input->size_bytes);
+        return image_fail(
+            error, input->path,
+            "damaged or cut off: %lld x %lld px do not fit into %lld bytes",
+            (long long)width, (long long)height, (long long)input->size_bytes);
     return true;
 }
 
-static bool read_part_info(struct exr_input *input, int part,
-                           const exr_attr_chlist_t **list, struct exr_error *error)
+static bool read_part_info(struct image_input *input, int part,
+                           const exr_attr_chlist_t **list, struct image_error *error)
 {
-    struct exr_part_info *info = &input->parts[part];
+    struct image_part_info *info = &input->parts[part];
     exr_attr_box2i_t data_window, display_window;
     exr_storage_t storage;
     exr_compression_t compression;
 
-    exr_core_clear();
+    image_core_clear();
     exr_result_t result =
         exr_get_data_window(input->context, part, &data_window) |
         exr_get_display_window(input->context, part, &display_window) |
@@ -206,8 +208,8 @@ static bool read_part_info(struct exr_input *input, int part,
         exr_get_pixel_aspect_ratio(input->context, part, &info->pixel_aspect) |
         exr_get_channels(input->context, part, list);
     if (result != EXR_ERR_SUCCESS)
-        return exr_fail(error, input->path, "damaged header: %s",
-                        exr_core_message(EXR_ERR_MISSING_REQ_ATTR));
+        return image_fail(error, input->path, "damaged header: %s",
+                          image_core_message(EXR_ERR_MISSING_REQ_ATTR));
     info->name = part_text(input, part, "name");
     info->view = part_text(input, part, "view");
     info->is_tiled = storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED;
@@ -215,39 +217,39 @@ static bool read_part_info(struct exr_input *input, int part,
         storage == EXR_STORAGE_DEEP_SCANLINE || storage == EXR_STORAGE_DEEP_TILED;
     info->data_window = to_box(data_window);
     info->display_window = to_box(display_window);
-    info->compression = exr_compression_name((int)compression);
+    info->compression = image_compression_name((int)compression);
     if (!info->compression)
         return fail_at_compression(input, (int)compression, error);
     return check_part_size(input, part, *list, (int)compression, error);
 }
 
-static enum exr_sample_type to_sample_type(exr_pixel_type_t type)
+static enum image_sample_type to_sample_type(exr_pixel_type_t type)
 {
     switch (type) {
     case EXR_PIXEL_HALF:
-        return EXR_SAMPLE_HALF;
+        return IMAGE_SAMPLE_HALF;
     case EXR_PIXEL_FLOAT:
-        return EXR_SAMPLE_FLOAT;
+        return IMAGE_SAMPLE_FLOAT;
     default:
-        return EXR_SAMPLE_UINT;
+        return IMAGE_SAMPLE_UINT;
     }
 }
 
-static bool append_channels(struct exr_input *input, int part,
-                            const exr_attr_chlist_t *list, struct exr_error *error)
+static bool append_channels(struct image_input *input, int part,
+                            const exr_attr_chlist_t *list, struct image_error *error)
 {
     size_t n = (size_t)input->n_channels + (size_t)list->num_channels;
     if (n > MAX_CHANNELS)
-        return exr_fail(error, input->path, "damaged header: more than %d channels",
-                        MAX_CHANNELS);
-    struct exr_channel_info *channels =
+        return image_fail(error, input->path, "damaged header: more than %d channels",
+                          MAX_CHANNELS);
+    struct image_channel_info *channels =
         realloc(input->channels, n * sizeof *input->channels);
     if (!channels)
-        return exr_fail(error, input->path, "out of memory");
+        return image_fail(error, input->path, "out of memory");
     input->channels = channels;
     for (int i = 0; i < list->num_channels; i++) {
         const exr_attr_chlist_entry_t *entry = &list->entries[i];
-        channels[input->n_channels++] = (struct exr_channel_info){
+        channels[input->n_channels++] = (struct image_channel_info){
             .name = entry->name.str,
             .type = to_sample_type(entry->pixel_type),
             .x_sampling = entry->x_sampling,
@@ -259,16 +261,17 @@ static bool append_channels(struct exr_input *input, int part,
     return true;
 }
 
-static bool read_headers(struct exr_input *input, struct exr_error *error)
+static bool read_headers(struct image_input *input, struct image_error *error)
 {
     if (exr_get_count(input->context, &input->n_parts) != EXR_ERR_SUCCESS ||
         input->n_parts < 1 || input->n_parts > MAX_PARTS)
-        return exr_fail(error, input->path, "damaged header: %d parts", input->n_parts);
+        return image_fail(error, input->path, "damaged header: %d parts",
+                          input->n_parts);
     input->parts = calloc((size_t)input->n_parts, sizeof *input->parts);
     input->first_channel =
         calloc((size_t)input->n_parts + 1, sizeof *input->first_channel);
     if (!input->parts || !input->first_channel)
-        return exr_fail(error, input->path, "out of memory");
+        return image_fail(error, input->path, "out of memory");
     for (int part = 0; part < input->n_parts; part++) {
         const exr_attr_chlist_t *list;
         if (!read_part_info(input, part, &list, error) ||
@@ -278,26 +281,26 @@ static bool read_headers(struct exr_input *input, struct exr_error *error)
     return true;
 }
 
-bool exr_open(struct exr_input **input, const char *path, struct exr_error *error)
+bool image_open(struct image_input **input, const char *path, struct image_error *error)
 {
     *input = NULL;
-    struct exr_input *in = calloc(1, sizeof *in);
+    struct image_input *in = calloc(1, sizeof *in);
     if (!in)
-        return exr_fail(error, path, "out of memory");
+        return image_fail(error, path, "out of memory");
     in->fd = -1;
     in->path = strdup(path);
     if (!in->path)
-        exr_fail(error, path, "out of memory");
+        image_fail(error, path, "out of memory");
     if (!in->path || !open_file(in, error) || !open_context(in, error) ||
         !read_headers(in, error)) {
-        exr_close(in);
+        image_close(in);
         return false;
     }
     *input = in;
     return true;
 }
 
-void exr_close(struct exr_input *input)
+void image_close(struct image_input *input)
 {
     if (!input)
         return;
@@ -312,19 +315,19 @@ void exr_close(struct exr_input *input)
     free(input);
 }
 
-const char *exr_path(const struct exr_input *input)
+const char *image_path(const struct image_input *input)
 {
     return input->path;
 }
 
-const struct exr_part_info *exr_parts(const struct exr_input *input, int *n)
+const struct image_part_info *image_parts(const struct image_input *input, int *n)
 {
     if (n)
         *n = input->n_parts;
     return input->parts;
 }
 
-const struct exr_channel_info *exr_channels(const struct exr_input *input, int *n)
+const struct image_channel_info *image_channels(const struct image_input *input, int *n)
 {
     if (n)
         *n = input->n_channels;

@@ -16,24 +16,24 @@
 /* ---- chunks --------------------------------------------------------------------- */
 
 struct decoder {
-    struct exr_input *input;
+    struct image_input *input;
     int part;
-    exr_run_fn run;
+    image_run_fn run;
     void *user;
-    struct exr_chunks chunks;
+    struct image_chunks chunks;
     exr_result_t (*undo)(exr_decode_pipeline_t *); /* of the core, or ours */
 };
 
-bool exr_plan_chunks(const struct exr_input *input, int part, struct exr_chunks *c,
-                     struct exr_error *error)
+bool image_plan_chunks(const struct image_input *input, int part,
+                       struct image_chunks *c, struct image_error *error)
 {
-    const struct exr_part_info *info = &input->parts[part];
+    const struct image_part_info *info = &input->parts[part];
     exr_const_context_t context = input->context;
     int32_t width = info->data_window.max_x - info->data_window.min_x + 1;
     int32_t height = info->data_window.max_y - info->data_window.min_y + 1;
     exr_result_t result;
 
-    exr_core_clear();
+    image_core_clear();
     if (info->is_tiled) {
         result =
             exr_get_tile_sizes(context, part, 0, 0, &c->tile_width, &c->tile_height);
@@ -50,14 +50,15 @@ bool exr_plan_chunks(const struct exr_input *input, int part, struct exr_chunks 
             return true;
         }
     }
-    return exr_fail(error, input->path, "damaged header: %s", exr_core_message(result));
+    return image_fail(error, input->path, "damaged header: %s",
+                      image_core_message(result));
 }
 
-exr_result_t exr_find_chunk(const struct exr_input *input, int part,
-                            const struct exr_chunks *c, int index,
-                            exr_chunk_info_t *chunk)
+exr_result_t image_find_chunk(const struct image_input *input, int part,
+                              const struct image_chunks *c, int index,
+                              exr_chunk_info_t *chunk)
 {
-    const struct exr_part_info *info = &input->parts[part];
+    const struct image_part_info *info = &input->parts[part];
     /* The core leaves fields alone that mean nothing for this kind of part. */
     memset(chunk, 0, sizeof *chunk);
     if (c->n_tiles_x > 0)
@@ -82,7 +83,7 @@ static exr_result_t unpack(exr_decode_pipeline_t *pipeline)
 {
     const struct decoder *d = pipeline->decoding_user_data;
     const exr_chunk_info_t *chunk = &pipeline->chunk;
-    const struct exr_box *box = &d->input->parts[d->part].data_window;
+    const struct image_box *box = &d->input->parts[d->part].data_window;
     const uint8_t *samples = pipeline->unpacked_buffer;
     const uint8_t *end = samples + chunk->unpacked_size;
     bool is_tile = d->chunks.n_tiles_x > 0;
@@ -126,14 +127,14 @@ static exr_result_t start_pipeline(struct decoder *d, const exr_chunk_info_t *ch
 }
 
 /* The core's own decompressor is only reachable through a pipeline. */
-static bool choose_undo(struct decoder *d, struct exr_error *error)
+static bool choose_undo(struct decoder *d, struct image_error *error)
 {
     exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
     exr_chunk_info_t chunk;
     exr_const_context_t context = d->input->context;
 
-    exr_core_clear();
-    exr_result_t result = exr_find_chunk(d->input, d->part, &d->chunks, 0, &chunk);
+    image_core_clear();
+    exr_result_t result = image_find_chunk(d->input, d->part, &d->chunks, 0, &chunk);
     if (result == EXR_ERR_SUCCESS)
         result = exr_decoding_initialize(context, d->part, &chunk, &pipeline);
     if (result == EXR_ERR_SUCCESS)
@@ -142,16 +143,17 @@ static bool choose_undo(struct decoder *d, struct exr_error *error)
     exr_decoding_destroy(context, &pipeline);
     if (chunk.compression == EXR_COMPRESSION_DWAA ||
         chunk.compression == EXR_COMPRESSION_DWAB)
-        d->undo = exr_undo_dwa;
+        d->undo = image_undo_dwa;
     return result == EXR_ERR_SUCCESS ||
-           exr_fail(error, d->input->path, "damaged: %s", exr_core_message(result));
+           image_fail(error, d->input->path, "damaged: %s", image_core_message(result));
 }
 
 static exr_result_t decode_chunk(struct decoder *d, int index,
                                  exr_decode_pipeline_t *pipeline, bool *is_started)
 {
     exr_chunk_info_t chunk;
-    exr_result_t result = exr_find_chunk(d->input, d->part, &d->chunks, index, &chunk);
+    exr_result_t result =
+        image_find_chunk(d->input, d->part, &d->chunks, index, &chunk);
     if (result != EXR_ERR_SUCCESS)
         return result;
     if (*is_started) {
@@ -166,7 +168,8 @@ static exr_result_t decode_chunk(struct decoder *d, int index,
 }
 
 /* The first chunk of these rows, and the one after the last. */
-static void find_range(const struct exr_chunks *c, struct exr_rows rows, int range[2])
+static void find_range(const struct image_chunks *c, struct image_rows rows,
+                       int range[2])
 {
     int32_t step = c->n_tiles_x > 0 ? c->tile_height : c->lines_per_chunk;
     int per_row = c->n_tiles_x > 0 ? c->n_tiles_x : 1;
@@ -174,17 +177,18 @@ static void find_range(const struct exr_chunks *c, struct exr_rows rows, int ran
     range[1] = (rows.first + rows.n - 1) / step * per_row + per_row;
 }
 
-bool exr_decode_rows(struct exr_input *input, int part, struct exr_rows rows,
-                     exr_run_fn run, void *user, int n_threads, struct exr_error *error)
+bool image_decode_rows(struct image_input *input, int part, struct image_rows rows,
+                       image_run_fn run, void *user, int n_threads,
+                       struct image_error *error)
 {
     struct decoder d = {.input = input, .part = part, .run = run, .user = user};
     if (input->parts[part].is_deep)
-        return exr_fail(
+        return image_fail(
             error, input->path,
             "part %d (\"%s\") holds deep samples, and here a flat picture is needed; "
             "rackfocus filter --flattened makes one",
             part, input->parts[part].name);
-    if (!exr_plan_chunks(input, part, &d.chunks, error) || !choose_undo(&d, error))
+    if (!image_plan_chunks(input, part, &d.chunks, error) || !choose_undo(&d, error))
         return false;
 
     int range[2];
@@ -201,49 +205,49 @@ bool exr_decode_rows(struct exr_input *input, int part, struct exr_rows rows,
         for (int i = range[0]; i < range[1]; i++) {
             if (is_failed)
                 continue;
-            exr_core_clear();
+            image_core_clear();
             exr_result_t result = decode_chunk(&d, i, &pipeline, &is_started);
             if (result == EXR_ERR_SUCCESS)
                 continue;
 #pragma omp critical(exr_decode_message)
             {
                 if (!is_failed)
-                    snprintf(message, sizeof message, "%s", exr_core_message(result));
+                    snprintf(message, sizeof message, "%s", image_core_message(result));
                 is_failed = true;
             }
         }
         exr_decoding_destroy(input->context, &pipeline);
     }
-    return !is_failed || exr_fail(error, input->path, "damaged: %s", message);
+    return !is_failed || image_fail(error, input->path, "damaged: %s", message);
 }
 
 /* ---- samples -------------------------------------------------------------------- */
 
-int exr_sample_bytes(enum exr_sample_type type)
+int image_sample_bytes(enum image_sample_type type)
 {
-    return type == EXR_SAMPLE_HALF ? 2 : 4;
+    return type == IMAGE_SAMPLE_HALF ? 2 : 4;
 }
 
 struct interleaver {
-    const struct exr_input *input;
+    const struct image_input *input;
     int part;
     const int *wanted; /* indices into input->channels */
     int n;
     float *samples; /* of the first of the rows */
     size_t width;
-    struct exr_rows rows;
+    struct image_rows rows;
 };
 
-void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32_t n,
-                     const uint8_t *samples)
+void image_convert_run(float *out, size_t stride, enum image_sample_type type,
+                       int32_t n, const uint8_t *samples)
 {
-    if (type == EXR_SAMPLE_HALF) {
-        exr_halves_to_floats(out, stride, samples, (size_t)n);
+    if (type == IMAGE_SAMPLE_HALF) {
+        image_halves_to_floats(out, stride, samples, (size_t)n);
         return;
     }
     for (int32_t i = 0; i < n; i++, out += stride) {
         uint32_t whole;
-        if (type == EXR_SAMPLE_FLOAT) {
+        if (type == IMAGE_SAMPLE_FLOAT) {
             memcpy(out, samples + 4 * (size_t)i, 4);
         } else {
             memcpy(&whole, samples + 4 * (size_t)i, 4);
@@ -256,8 +260,8 @@ void exr_convert_run(float *out, size_t stride, enum exr_sample_type type, int32
 static void spread_run(const struct interleaver *to, int channel, int c, int32_t x,
                        int32_t y, int32_t n, const uint8_t *samples)
 {
-    const struct exr_channel_info *info = &to->input->channels[channel];
-    const struct exr_box *box = &to->input->parts[to->part].data_window;
+    const struct image_channel_info *info = &to->input->channels[channel];
+    const struct image_box *box = &to->input->parts[to->part].data_window;
     int32_t width = (int32_t)to->width, height = box->max_y - box->min_y + 1;
     int32_t step_x = info->x_sampling, step_y = info->y_sampling;
     int32_t y0 = y * step_y, y1 = height - y0 < step_y ? height : y0 + step_y;
@@ -267,8 +271,8 @@ static void spread_run(const struct interleaver *to, int channel, int c, int32_t
     /* Without the samples of its rest the last block of a cut window has none. */
     for (int32_t i = 0; i < n; i++) {
         float v;
-        exr_convert_run(&v, 1, info->type, 1,
-                        samples + (size_t)i * (size_t)exr_sample_bytes(info->type));
+        image_convert_run(&v, 1, info->type, 1,
+                          samples + (size_t)i * (size_t)image_sample_bytes(info->type));
         int32_t x0 = (x + i) * step_x, x1 = i + 1 < n ? x0 + step_x : width;
         for (int32_t py = y0; py < y1; py++)
             for (int32_t px = x0; px < x1 && px < width; px++)
@@ -283,7 +287,7 @@ static void interleave_run(void *user, int channel_in_part, int32_t x, int32_t y
 {
     const struct interleaver *to = user;
     int channel = to->input->first_channel[to->part] + channel_in_part;
-    const struct exr_channel_info *info = &to->input->channels[channel];
+    const struct image_channel_info *info = &to->input->channels[channel];
     for (int c = 0; c < to->n; c++) {
         if (to->wanted[c] != channel)
             continue;
@@ -292,36 +296,36 @@ static void interleave_run(void *user, int channel_in_part, int32_t x, int32_t y
         if (info->x_sampling != 1 || info->y_sampling != 1)
             spread_run(to, channel, c, x, y, n, samples);
         else if (row >= 0 && row < to->rows.n)
-            exr_convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
-                            info->type, n, samples);
+            image_convert_run(to->samples + pixel * (size_t)to->n + c, (size_t)to->n,
+                              info->type, n, samples);
     }
 }
 
-static bool check_wanted(const struct exr_input *input, const int *channels, int n,
-                         struct exr_error *error)
+static bool check_wanted(const struct image_input *input, const int *channels, int n,
+                         struct image_error *error)
 {
-    const struct exr_box *box = NULL;
+    const struct image_box *box = NULL;
     for (int c = 0; c < n; c++) {
         if (channels[c] == -1)
             continue;
         if (channels[c] < -1 || channels[c] >= input->n_channels)
-            return exr_fail(error, input->path, "there is no channel number %d",
-                            channels[c]);
-        const struct exr_channel_info *info = &input->channels[channels[c]];
-        const struct exr_box *other = &input->parts[info->part].data_window;
+            return image_fail(error, input->path, "there is no channel number %d",
+                              channels[c]);
+        const struct image_channel_info *info = &input->channels[channels[c]];
+        const struct image_box *other = &input->parts[info->part].data_window;
         if (box && memcmp(box, other, sizeof *box) != 0)
-            return exr_fail(error, input->path,
-                            "channel %s has another data window than the first",
-                            info->name);
+            return image_fail(error, input->path,
+                              "channel %s has another data window than the first",
+                              info->name);
         box = other;
     }
     if (!box)
-        return exr_fail(error, input->path, "no channel is asked for");
+        return image_fail(error, input->path, "no channel is asked for");
     return true;
 }
 
-static bool is_wanted_part(const struct exr_input *input, int part, const int *channels,
-                           int n)
+static bool is_wanted_part(const struct image_input *input, int part,
+                           const int *channels, int n)
 {
     for (int c = 0; c < n; c++)
         if (channels[c] >= 0 && input->channels[channels[c]].part == part)
@@ -338,42 +342,42 @@ static void fill_ones(float *samples, size_t n_pixels, const int *channels, int 
 
 /* Rows that hold what is to be seen in `rows`: a sub-sampled channel's block may begin
  * above them. */
-static struct exr_rows with_blocks(const struct exr_input *input, int part,
-                                   struct exr_rows rows)
+static struct image_rows with_blocks(const struct image_input *input, int part,
+                                     struct image_rows rows)
 {
     int32_t step = 1;
     for (int c = input->first_channel[part]; c < input->first_channel[part + 1]; c++)
         if (input->channels[c].y_sampling > step)
             step = input->channels[c].y_sampling;
     int32_t more = rows.first < step - 1 ? rows.first : step - 1;
-    return (struct exr_rows){rows.first - more, rows.n + more};
+    return (struct image_rows){rows.first - more, rows.n + more};
 }
 
 /* Of the data window that all wanted channels have; one of them is not -1. */
-static int32_t wanted_height(const struct exr_input *input, const int *channels)
+static int32_t wanted_height(const struct image_input *input, const int *channels)
 {
     while (*channels < 0)
         channels++;
-    const struct exr_box *box =
+    const struct image_box *box =
         &input->parts[input->channels[*channels].part].data_window;
     return box->max_y - box->min_y + 1;
 }
 
-static bool check_rows(const struct exr_input *input, const int *channels,
-                       struct exr_rows rows, struct exr_error *error)
+static bool check_rows(const struct image_input *input, const int *channels,
+                       struct image_rows rows, struct image_error *error)
 {
     int32_t height = wanted_height(input, channels);
     if (rows.first >= 0 && rows.n > 0 && rows.n <= height &&
         rows.first <= height - rows.n)
         return true;
-    return exr_fail(
+    return image_fail(
         error, input->path, "rows %d to %lld are asked for, but there are only 0 to %d",
         (int)rows.first, (long long)rows.first + rows.n - 1, (int)height - 1);
 }
 
-bool exr_read_rows(struct exr_input *input, const int *channels, int n,
-                   struct exr_rows rows, float *samples, int n_threads,
-                   struct exr_error *error)
+bool image_read_rows(struct image_input *input, const int *channels, int n,
+                     struct image_rows rows, float *samples, int n_threads,
+                     struct image_error *error)
 {
     if (!check_wanted(input, channels, n, error) ||
         !check_rows(input, channels, rows, error))
@@ -381,7 +385,7 @@ bool exr_read_rows(struct exr_input *input, const int *channels, int n,
     for (int part = 0; part < input->n_parts; part++) {
         if (!is_wanted_part(input, part, channels, n))
             continue;
-        const struct exr_box *box = &input->parts[part].data_window;
+        const struct image_box *box = &input->parts[part].data_window;
         struct interleaver to = {
             .input = input,
             .part = part,
@@ -392,26 +396,26 @@ bool exr_read_rows(struct exr_input *input, const int *channels, int n,
             .rows = rows,
         };
         fill_ones(samples, to.width * (size_t)rows.n, channels, n);
-        if (!exr_decode_rows(input, part, with_blocks(input, part, rows),
-                             interleave_run, &to, n_threads, error))
+        if (!image_decode_rows(input, part, with_blocks(input, part, rows),
+                               interleave_run, &to, n_threads, error))
             return false;
     }
     return true;
 }
 
-bool exr_read(struct exr_input *input, const int *channels, int n, float *samples,
-              int n_threads, struct exr_error *error)
+bool image_read(struct image_input *input, const int *channels, int n, float *samples,
+                int n_threads, struct image_error *error)
 {
     if (!check_wanted(input, channels, n, error))
         return false;
-    const struct exr_rows all = {0, wanted_height(input, channels)};
-    return exr_read_rows(input, channels, n, all, samples, n_threads, error);
+    const struct image_rows all = {0, wanted_height(input, channels)};
+    return image_read_rows(input, channels, n, all, samples, n_threads, error);
 }
 
-int32_t exr_row_step(const struct exr_input *input, int part)
+int32_t image_row_step(const struct image_input *input, int part)
 {
-    struct exr_chunks chunks = {0};
-    if (!exr_plan_chunks(input, part, &chunks, NULL))
+    struct image_chunks chunks = {0};
+    if (!image_plan_chunks(input, part, &chunks, NULL))
         return 1;
     return chunks.n_tiles_x > 0 ? chunks.tile_height : chunks.lines_per_chunk;
 }

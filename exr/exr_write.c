@@ -16,7 +16,7 @@ static bool finish_context(struct writer *w, bool is_good)
 {
     if (!w->context)
         return is_good;
-    exr_core_clear();
+    image_core_clear();
     exr_result_t result = exr_finish(&w->context);
     return is_good && (result == EXR_ERR_SUCCESS || writer_fail(w, result));
 }
@@ -36,8 +36,8 @@ static bool end_file(struct writer *w, bool is_good)
     return false;
 }
 
-bool exr_write(const char *path, const struct exr_output *output, int n_threads,
-               struct exr_error *error)
+bool image_write(const char *path, const struct image_output *output, int n_threads,
+                 struct image_error *error)
 {
     struct writer w = {
         .output = output,
@@ -46,7 +46,7 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
         .error = error,
     };
     if (!output->samples)
-        return exr_fail(error, path, "no channel to write");
+        return image_fail(error, path, "no channel to write");
     if (!writer_check(output, path, error) || !partial_open(&w.file, path, error))
         return false;
     return end_file(&w, writer_plan(&w) && write_planned(&w));
@@ -54,14 +54,14 @@ bool exr_write(const char *path, const struct exr_output *output, int n_threads,
 
 /* ---- strip by strip ------------------------------------------------------------- */
 
-struct exr_writer {
+struct image_writer {
     struct writer w;
     int target; /* the part that the strips belong to */
     int32_t next_row;
 };
 
 /* Header and parts before the target. */
-static bool begin_file(struct exr_writer *writer)
+static bool begin_file(struct image_writer *writer)
 {
     struct writer *w = &writer->w;
     if (!writer_plan(w))
@@ -73,16 +73,16 @@ static bool begin_file(struct exr_writer *writer)
            writer_find_file_order(w, writer->target);
 }
 
-bool exr_write_begin(struct exr_writer **writer, const char *path,
-                     const struct exr_output *output, int n_threads,
-                     struct exr_error *error)
+bool image_write_begin(struct image_writer **writer, const char *path,
+                       const struct image_output *output, int n_threads,
+                       struct image_error *error)
 {
     *writer = NULL;
     if (!writer_check(output, path, error))
         return false;
-    struct exr_writer *new = calloc(1, sizeof *new);
+    struct image_writer *new = calloc(1, sizeof *new);
     if (!new)
-        return exr_fail(error, path, "out of memory");
+        return image_fail(error, path, "out of memory");
     new->w = (struct writer){
         .output = output,
         .path = path,
@@ -94,54 +94,54 @@ bool exr_write_begin(struct exr_writer **writer, const char *path,
         return false;
     }
     if (!begin_file(new)) {
-        exr_write_abort(new);
+        image_write_abort(new);
         return false;
     }
     *writer = new;
     return true;
 }
 
-int32_t exr_write_step(const struct exr_writer *writer)
+int32_t image_write_step(const struct image_writer *writer)
 {
     return writer_row_step(&writer->w, writer->target);
 }
 
-bool exr_write_rows(struct exr_writer *writer, int32_t n_rows, const float *samples,
-                    struct exr_error *error)
+bool image_write_rows(struct image_writer *writer, int32_t n_rows, const float *samples,
+                      struct image_error *error)
 {
     struct writer *w = &writer->w;
     const int32_t left = writer_height(&w->parts[writer->target]) - writer->next_row;
     w->error = error;
     if (n_rows < 1 || n_rows > left ||
-        (n_rows < left && n_rows % exr_write_step(writer) != 0))
-        return exr_fail(error, w->path,
-                        "a strip of %d rows with %d left; strips are multiples of %d "
-                        "rows, but for the last",
-                        (int)n_rows, (int)left, (int)exr_write_step(writer));
+        (n_rows < left && n_rows % image_write_step(writer) != 0))
+        return image_fail(error, w->path,
+                          "a strip of %d rows with %d left; strips are multiples of %d "
+                          "rows, but for the last",
+                          (int)n_rows, (int)left, (int)image_write_step(writer));
     if (!writer_make_rows(w, writer->target,
-                          (struct exr_rows){writer->next_row, n_rows}, samples))
+                          (struct image_rows){writer->next_row, n_rows}, samples))
         return false;
     writer->next_row += n_rows;
     return true;
 }
 
-bool exr_write_finish(struct exr_writer *writer, struct exr_error *error)
+bool image_write_finish(struct image_writer *writer, struct image_error *error)
 {
     struct writer *w = &writer->w;
     const int32_t left = writer_height(&w->parts[writer->target]) - writer->next_row;
     w->error = error;
     bool is_good = left == 0;
     if (!is_good)
-        exr_fail(error, w->path, "the last %d rows are missing", (int)left);
+        image_fail(error, w->path, "the last %d rows are missing", (int)left);
     is_good = is_good && writer_write_parts(w, writer->target + 1, w->n_parts);
     is_good = end_file(w, finish_context(w, is_good));
     free(writer);
     return is_good;
 }
 
-void exr_write_abort(struct exr_writer *writer)
+void image_write_abort(struct image_writer *writer)
 {
-    struct exr_error ignored;
+    struct image_error ignored;
     if (!writer)
         return;
     writer->w.error = &ignored;
@@ -153,38 +153,39 @@ void exr_write_abort(struct exr_writer *writer)
 /* ---- several files joined to one ------------------------------------------------ */
 
 /* Part i of the file is the first of input i. */
-static bool plan_joined(struct writer *w, struct exr_input *const *inputs,
-                        const char *const *views, struct exr_output *outputs,
-                        struct exr_attribute *attributes)
+static bool plan_joined(struct writer *w, struct image_input *const *inputs,
+                        const char *const *views, struct image_output *outputs,
+                        struct image_attribute *attributes)
 {
     for (int i = 0; i < w->n_parts; i++) {
         if (inputs[i]->n_parts != 1 || inputs[i]->parts[0].is_deep)
-            return exr_fail(w->error, w->path,
-                            "%s has several parts or deep data; a view is one flat one",
-                            exr_path(inputs[i]));
-        attributes[i] = (struct exr_attribute){
-            .name = "view", .type = EXR_ATTRIBUTE_STRING, .text = views[i]};
-        outputs[i] = (struct exr_output){
+            return image_fail(
+                w->error, w->path,
+                "%s has several parts or deep data; a view is one flat one",
+                image_path(inputs[i]));
+        attributes[i] = (struct image_attribute){
+            .name = "view", .type = IMAGE_ATTRIBUTE_STRING, .text = views[i]};
+        outputs[i] = (struct image_output){
             .like = inputs[i], .attributes = &attributes[i], .n_attributes = 1};
         struct out_part *part = &w->parts[i];
         *part = (struct out_part){
             .output = &outputs[i], .name = views[i], .is_copied = true};
         writer_plan_windows(&outputs[i], part);
-        part->compression = exr_compression_number(inputs[i]->parts[0].compression);
+        part->compression = image_compression_number(inputs[i]->parts[0].compression);
     }
     return true;
 }
 
-bool exr_join_views(const char *path, struct exr_input *const *inputs,
-                    const char *const *views, int n, struct exr_error *error)
+bool image_join_views(const char *path, struct image_input *const *inputs,
+                      const char *const *views, int n, struct image_error *error)
 {
     struct writer w = {.path = path, .n_threads = 1, .error = error, .n_parts = n};
-    struct exr_output *outputs = calloc((size_t)n, sizeof *outputs);
-    struct exr_attribute *attributes = calloc((size_t)n, sizeof *attributes);
+    struct image_output *outputs = calloc((size_t)n, sizeof *outputs);
+    struct image_attribute *attributes = calloc((size_t)n, sizeof *attributes);
     w.parts = calloc((size_t)n, sizeof *w.parts);
     bool is_good = outputs && attributes && w.parts;
     if (!is_good)
-        exr_fail(error, path, "out of memory");
+        image_fail(error, path, "out of memory");
     if (is_good && partial_open(&w.file, path, error))
         is_good = end_file(&w, plan_joined(&w, inputs, views, outputs, attributes) &&
                                    write_planned(&w));

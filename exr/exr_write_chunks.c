@@ -20,7 +20,7 @@
 static exr_result_t copy_chunk(struct writer *w, int part,
                                const exr_chunk_info_t *chunk, bool is_tiled)
 {
-    const struct exr_input *like = w->parts[part].output->like;
+    const struct image_input *like = w->parts[part].output->like;
     int from = w->parts[part].like_part;
     uint8_t *data = malloc(chunk->packed_size + chunk->sample_count_table_size + 1);
     bool is_deep = like->parts[from].is_deep;
@@ -56,9 +56,9 @@ static exr_result_t copy_chunk(struct writer *w, int part,
 
 static exr_result_t copy_lines(struct writer *w, int part)
 {
-    const struct exr_input *like = w->parts[part].output->like;
+    const struct image_input *like = w->parts[part].output->like;
     int from = w->parts[part].like_part;
-    const struct exr_box *box = &like->parts[from].data_window;
+    const struct image_box *box = &like->parts[from].data_window;
     int32_t step = 0;
     exr_result_t result = exr_get_scanlines_per_chunk(like->context, from, &step);
     for (int64_t y = box->min_y; y <= box->max_y && result == EXR_ERR_SUCCESS;
@@ -96,10 +96,10 @@ static exr_result_t copy_level(struct writer *w, int part, int level)
 
 static bool copy_part(struct writer *w, int part)
 {
-    const struct exr_input *like = w->parts[part].output->like;
+    const struct image_input *like = w->parts[part].output->like;
     int from = w->parts[part].like_part;
     exr_result_t result;
-    exr_core_clear();
+    image_core_clear();
     if (like->parts[from].is_tiled) {
         int32_t n_levels = 0;
         result = exr_get_tile_levels(like->context, from, &n_levels, NULL);
@@ -109,8 +109,8 @@ static bool copy_part(struct writer *w, int part)
         result = copy_lines(w, part);
     }
     if (result != EXR_ERR_SUCCESS && w->write_errno == 0)
-        return exr_fail(w->error, exr_path(like), "damaged: %s",
-                        exr_core_message(result));
+        return image_fail(w->error, image_path(like), "damaged: %s",
+                          image_core_message(result));
     return result == EXR_ERR_SUCCESS || writer_fail(w, result);
 }
 
@@ -185,10 +185,11 @@ static bool load_kept_channels(struct writer *w, struct out_part *part)
             calloc(plane_width(part, channel) * plane_height(part, channel),
                    sample_bytes(channel));
         if (!channel->plane)
-            return exr_fail(w->error, w->path, "out of memory");
+            return image_fail(w->error, w->path, "out of memory");
     }
-    return !has_kept || exr_decode_rows(part->output->like, part->like_part, part->rows,
-                                        keep_run, part, w->n_threads, w->error);
+    return !has_kept ||
+           image_decode_rows(part->output->like, part->like_part, part->rows, keep_run,
+                             part, w->n_threads, w->error);
 }
 
 static void free_planes(struct out_part *part)
@@ -223,7 +224,7 @@ static void convert_line(const struct out_part *part, const struct out_channel *
                       (row * (size_t)part->output->width + span.x) * stride +
                       channel->sample;
     if (channel->type == EXR_PIXEL_HALF) {
-        exr_floats_to_halves(out, in, stride, span.n);
+        image_floats_to_halves(out, in, stride, span.n);
         return;
     }
     for (size_t i = 0; i < span.n; i++, in += stride, out += 4) {
@@ -389,7 +390,7 @@ static void encode_one(struct encoder *e, int i)
     static const exr_encode_pipeline_t empty = EXR_ENCODE_PIPELINE_INITIALIZER;
     struct encoded *c = &e->chunks[i];
     c->pipeline = empty;
-    exr_core_clear();
+    image_core_clear();
     c->result = find_out_chunk(e->w, e->index, e->first + i, &c->chunk);
     if (c->result == EXR_ERR_SUCCESS)
         c->result =
@@ -399,7 +400,7 @@ static void encode_one(struct encoder *e, int i)
 static void note_failure(struct encoder *e, exr_result_t result)
 {
     if (!e->is_failed)
-        snprintf(e->message, sizeof e->message, "%s", exr_core_message(result));
+        snprintf(e->message, sizeof e->message, "%s", image_core_message(result));
     e->is_failed = true;
 }
 
@@ -408,7 +409,7 @@ static void store_ready(struct encoder *e)
 {
     while (e->n_stored < e->n_chunks && e->chunks[e->n_stored].is_ready) {
         struct encoded *c = &e->chunks[e->n_stored++];
-        exr_core_clear();
+        image_core_clear();
         exr_result_t result = c->result;
         if (!e->is_failed && result == EXR_ERR_SUCCESS)
             result = store_chunk(e->w, e->index, &c->chunk, c->data, c->size);
@@ -435,7 +436,7 @@ static bool encode_rows(struct writer *w, int index)
     e.n_chunks = end - e.first;
     e.chunks = calloc((size_t)e.n_chunks, sizeof *e.chunks);
     if (!e.chunks)
-        return exr_fail(w->error, w->path, "out of memory");
+        return image_fail(w->error, w->path, "out of memory");
 
 #pragma omp parallel for schedule(dynamic, 1) num_threads(w->n_threads)
     for (int i = 0; i < e.n_chunks; i++) {
@@ -453,12 +454,12 @@ static bool encode_rows(struct writer *w, int index)
     free(e.chunks);
     if (!e.is_failed)
         return true;
-    exr_core_clear();
-    exr_core_on_error(NULL, EXR_ERR_UNKNOWN, e.message);
+    image_core_clear();
+    image_core_on_error(NULL, EXR_ERR_UNKNOWN, e.message);
     return writer_fail(w, EXR_ERR_UNKNOWN);
 }
 
-bool writer_make_rows(struct writer *w, int index, struct exr_rows rows,
+bool writer_make_rows(struct writer *w, int index, struct image_rows rows,
                       const float *samples)
 {
     struct out_part *part = &w->parts[index];
@@ -478,7 +479,7 @@ static bool make_part(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
     return writer_find_file_order(w, index) &&
-           writer_make_rows(w, index, (struct exr_rows){0, writer_height(part)},
+           writer_make_rows(w, index, (struct image_rows){0, writer_height(part)},
                             part->output->samples);
 }
 

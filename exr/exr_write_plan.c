@@ -30,23 +30,24 @@ bool writer_fail(struct writer *w, exr_result_t result)
 {
     if (w->write_errno != 0)
         return partial_fail(w->path, w->write_errno, w->error);
-    return exr_fail(w->error, w->path, "cannot write: %s", exr_core_message(result));
+    return image_fail(w->error, w->path, "cannot write: %s",
+                      image_core_message(result));
 }
 /* ---- the plan ------------------------------------------------------------------- */
 
-static exr_pixel_type_t to_pixel_type(enum exr_sample_type type)
+static exr_pixel_type_t to_pixel_type(enum image_sample_type type)
 {
     switch (type) {
-    case EXR_SAMPLE_HALF:
+    case IMAGE_SAMPLE_HALF:
         return EXR_PIXEL_HALF;
-    case EXR_SAMPLE_FLOAT:
+    case IMAGE_SAMPLE_FLOAT:
         return EXR_PIXEL_FLOAT;
     default:
         return EXR_PIXEL_UINT;
     }
 }
 
-static bool is_replaced(const struct exr_output *output, const char *name)
+static bool is_replaced(const struct image_output *output, const char *name)
 {
     for (int i = 0; i < output->n_channels; i++)
         if (strcmp(output->channel_names[i], name) == 0)
@@ -54,7 +55,7 @@ static bool is_replaced(const struct exr_output *output, const char *name)
     return false;
 }
 
-static exr_attr_box2i_t from_box(const struct exr_box *box)
+static exr_attr_box2i_t from_box(const struct image_box *box)
 {
     exr_attr_box2i_t out;
     out.min.x = box->min_x;
@@ -64,12 +65,12 @@ static exr_attr_box2i_t from_box(const struct exr_box *box)
     return out;
 }
 
-static void add_new_channels(struct out_part *part, const struct exr_output *output)
+static void add_new_channels(struct out_part *part, const struct image_output *output)
 {
     for (int i = 0; i < output->n_channels; i++)
         part->channels[part->n_channels++] = (struct out_channel){
             .name = output->channel_names[i],
-            .type = to_pixel_type(output->types ? output->types[i] : EXR_SAMPLE_HALF),
+            .type = to_pixel_type(output->types ? output->types[i] : IMAGE_SAMPLE_HALF),
             .x_sampling = 1,
             .y_sampling = 1,
             .sample = i,
@@ -99,20 +100,20 @@ static bool add_kept_channels(struct writer *w, struct out_part *part, bool is_t
     return true;
 }
 
-static void choose_compression(const struct exr_output *output, struct out_part *part,
+static void choose_compression(const struct image_output *output, struct out_part *part,
                                bool is_target)
 {
     const char *name = is_target ? output->compression : NULL;
     if (!name && output->like)
         name = output->like->parts[part->like_part].compression;
-    part->compression = exr_compression_number(name ? name : "zip");
+    part->compression = image_compression_number(name ? name : "zip");
     bool is_inherited = !(is_target && output->compression);
     bool is_dwa = part->compression == EXR_COMPRESSION_DWAA ||
                   part->compression == EXR_COMPRESSION_DWAB;
     bool has_kept = false;
     for (int i = 0; i < part->n_channels; i++)
         has_kept |= part->channels[i].sample < 0;
-    if (is_inherited && (is_dwa || (has_kept && exr_is_lossy(part->compression))))
+    if (is_inherited && (is_dwa || (has_kept && image_is_lossy(part->compression))))
         part->compression = EXR_COMPRESSION_ZIP;
 }
 
@@ -120,7 +121,7 @@ static void choose_compression(const struct exr_output *output, struct out_part 
  */
 static bool plan_made(struct writer *w, struct out_part *part, bool is_target)
 {
-    const struct exr_output *output = w->output;
+    const struct image_output *output = w->output;
     size_t n = is_target ? (size_t)output->n_channels : 0;
     if (output->like)
         n += (size_t)(output->like->first_channel[part->like_part + 1] -
@@ -128,42 +129,43 @@ static bool plan_made(struct writer *w, struct out_part *part, bool is_target)
     part->channels = calloc(n, sizeof *part->channels);
     part->in_file_order = calloc(n, sizeof *part->in_file_order);
     if (!part->channels || !part->in_file_order)
-        return exr_fail(w->error, w->path, "out of memory");
+        return image_fail(w->error, w->path, "out of memory");
     if (is_target)
         add_new_channels(part, output);
     if (output->like && (output->pass_through || !is_target) &&
         !add_kept_channels(w, part, is_target))
-        return exr_fail(w->error, w->path, "cannot read the channels of %s",
-                        exr_path(output->like));
+        return image_fail(w->error, w->path, "cannot read the channels of %s",
+                          image_path(output->like));
     part->tile_size = is_target ? output->tile_size : 0;
     for (int i = 0; part->tile_size > 0 && i < part->n_channels; i++)
         if (part->channels[i].x_sampling != 1 || part->channels[i].y_sampling != 1)
-            return exr_fail(w->error, w->path,
-                            "channel \"%s\" is sub-sampled, which tiles cannot hold; "
-                            "write scan lines",
-                            part->channels[i].name);
+            return image_fail(w->error, w->path,
+                              "channel \"%s\" is sub-sampled, which tiles cannot hold; "
+                              "write scan lines",
+                              part->channels[i].name);
     choose_compression(output, part, is_target);
     return true;
 }
 
 /* A window of the output: its own, or the whole picture where it has none. */
-static struct exr_box window_of(const struct exr_output *output, struct exr_box own)
+static struct image_box window_of(const struct image_output *output,
+                                  struct image_box own)
 {
     const bool has_own = own.min_x || own.min_y || own.max_x || own.max_y;
-    const struct exr_box whole = {0, 0, output->width - 1, output->height - 1};
+    const struct image_box whole = {0, 0, output->width - 1, output->height - 1};
     return has_own ? own : whole;
 }
 
-void writer_plan_windows(const struct exr_output *output, struct out_part *part)
+void writer_plan_windows(const struct image_output *output, struct out_part *part)
 {
     if (output->like) {
-        const struct exr_part_info *info = &output->like->parts[part->like_part];
+        const struct image_part_info *info = &output->like->parts[part->like_part];
         part->data_window = from_box(&info->data_window);
         part->display_window = from_box(&info->display_window);
         part->pixel_aspect = info->pixel_aspect;
     } else {
-        const struct exr_box data = window_of(output, output->data_window);
-        const struct exr_box display = window_of(output, output->display_window);
+        const struct image_box data = window_of(output, output->data_window);
+        const struct image_box display = window_of(output, output->display_window);
         part->data_window = from_box(&data);
         part->display_window = from_box(&display);
         part->pixel_aspect = output->pixel_aspect > 0 ? output->pixel_aspect : 1.0f;
@@ -171,7 +173,7 @@ void writer_plan_windows(const struct exr_output *output, struct out_part *part)
 }
 
 /* Rip-maps are made anew, as one level: 3.1 counts their tiles wrongly. */
-static bool is_ripmap(const struct exr_input *input, int part)
+static bool is_ripmap(const struct image_input *input, int part)
 {
     uint32_t width, height;
     exr_tile_level_mode_t levels;
@@ -184,12 +186,12 @@ static bool is_ripmap(const struct exr_input *input, int part)
 
 bool writer_plan(struct writer *w)
 {
-    const struct exr_output *output = w->output;
+    const struct image_output *output = w->output;
     bool is_whole = output->like && output->pass_through;
     w->n_parts = is_whole ? output->like->n_parts : 1;
     w->parts = calloc((size_t)w->n_parts, sizeof *w->parts);
     if (!w->parts)
-        return exr_fail(w->error, w->path, "out of memory");
+        return image_fail(w->error, w->path, "out of memory");
     for (int i = 0; i < w->n_parts; i++) {
         struct out_part *part = &w->parts[i];
         part->output = output;
@@ -199,54 +201,55 @@ bool writer_plan(struct writer *w)
         part->is_copied = !is_target && !is_ripmap(output->like, i);
         if (part->is_copied)
             part->compression =
-                exr_compression_number(output->like->parts[i].compression);
+                image_compression_number(output->like->parts[i].compression);
         else if (!plan_made(w, part, is_target))
             return false;
     }
     return true;
 }
 
-bool writer_check(const struct exr_output *output, const char *path,
-                  struct exr_error *error)
+bool writer_check(const struct image_output *output, const char *path,
+                  struct image_error *error)
 {
-    struct exr_box box = window_of(output, output->data_window);
+    struct image_box box = window_of(output, output->data_window);
     if (output->like) {
         if (output->like_part < 0 || output->like_part >= output->like->n_parts)
-            return exr_fail(error, path, "%s has no part %d", exr_path(output->like),
-                            output->like_part);
+            return image_fail(error, path, "%s has no part %d",
+                              image_path(output->like), output->like_part);
         box = output->like->parts[output->like_part].data_window;
         if (output->pass_through && output->like->parts[output->like_part].is_deep)
-            return exr_fail(error, path,
-                            "the deep samples of %s cannot be kept beside the flat "
-                            "picture made of them",
-                            exr_path(output->like));
+            return image_fail(error, path,
+                              "the deep samples of %s cannot be kept beside the flat "
+                              "picture made of them",
+                              image_path(output->like));
     }
     if (output->n_channels < 1)
-        return exr_fail(error, path, "no channel to write");
-    if (output->tile_size < 0 || output->tile_size > EXR_MAX_SIDE)
-        return exr_fail(error, path, "tiles of %d px; take 16 to 4096",
-                        (int)output->tile_size);
+        return image_fail(error, path, "no channel to write");
+    if (output->tile_size < 0 || output->tile_size > IMAGE_MAX_SIDE)
+        return image_fail(error, path, "tiles of %d px; take 16 to 4096",
+                          (int)output->tile_size);
     if ((int64_t)box.max_x - box.min_x + 1 != output->width ||
         (int64_t)box.max_y - box.min_y + 1 != output->height)
-        return exr_fail(error, path,
-                        "the picture of %d x %d px does not fit its data window",
-                        (int)output->width, (int)output->height);
-    int compression = output->compression ? exr_compression_number(output->compression)
-                                          : EXR_COMPRESSION_ZIP;
+        return image_fail(error, path,
+                          "the picture of %d x %d px does not fit its data window",
+                          (int)output->width, (int)output->height);
+    int compression = output->compression
+                          ? image_compression_number(output->compression)
+                          : EXR_COMPRESSION_ZIP;
     if (compression < 0)
-        return exr_fail(error, path,
-                        "unknown compression \"%s\"; known are none, rle, zips, zip, "
-                        "piz, pxr24, b44, b44a",
-                        output->compression);
+        return image_fail(error, path,
+                          "unknown compression \"%s\"; known are none, rle, zips, zip, "
+                          "piz, pxr24, b44, b44a",
+                          output->compression);
     if (compression >= EXR_COMPRESSION_DWAA)
-        return exr_fail(error, path,
-                        "%s cannot be written by this version of OpenEXR; take zip",
-                        output->compression);
+        return image_fail(error, path,
+                          "%s cannot be written by this version of OpenEXR; take zip",
+                          output->compression);
     for (int i = 0; i < output->n_channels; i++)
         for (int k = 0; k < i; k++)
             if (strcmp(output->channel_names[i], output->channel_names[k]) == 0)
-                return exr_fail(error, path, "channel \"%s\" is given twice",
-                                output->channel_names[i]);
+                return image_fail(error, path, "channel \"%s\" is given twice",
+                                  output->channel_names[i]);
     return true;
 }
 
@@ -278,9 +281,9 @@ static void lengthen(size_t *longest, const char *name)
 }
 
 /* Longest of all names in the file; beyond 31 the file must say so up front. */
-static size_t longest_name(const struct exr_output *output)
+static size_t longest_name(const struct image_output *output)
 {
-    const struct exr_input *like = output->like;
+    const struct image_input *like = output->like;
     size_t longest = 0;
     for (int i = 0; i < output->n_channels; i++)
         lengthen(&longest, output->channel_names[i]);
@@ -307,7 +310,7 @@ static size_t longest_name(const struct exr_output *output)
 static exr_result_t set_structure(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
-    const struct exr_input *like = part->output->like;
+    const struct image_input *like = part->output->like;
     exr_attr_v2f_t center;
     float width = 1.0f;
     center.x = center.y = 0.0f;
@@ -379,8 +382,8 @@ static exr_result_t set_channels(struct writer *w, int index)
 static exr_result_t add_part(struct writer *w, int index)
 {
     const struct out_part *part = &w->parts[index];
-    const struct exr_input *like = part->output->like;
-    bool is_named = like && !exr_is_dropped(part->output, "name");
+    const struct image_input *like = part->output->like;
+    bool is_named = like && !image_is_dropped(part->output, "name");
     const char *name = part->name ? part->name
                        : is_named ? like->parts[part->like_part].name
                                   : "";
@@ -397,23 +400,24 @@ static exr_result_t add_part(struct writer *w, int index)
         result = set_version(w, index);
     bool is_target = part->like_part < 0 || part->like_part == part->output->like_part;
     if (result == EXR_ERR_SUCCESS && is_target)
-        result = exr_set_attributes(w->context, index, part->output);
+        result = image_set_attributes(w->context, index, part->output);
     if (result == EXR_ERR_SUCCESS && like)
-        result = exr_copy_attributes(w->context, index, part->output, part->like_part);
+        result =
+            image_copy_attributes(w->context, index, part->output, part->like_part);
     return result;
 }
 
 bool writer_write_header(struct writer *w)
 {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = exr_core_on_error;
+    settings.error_handler_fn = image_core_on_error;
     settings.user_data = w;
     settings.write_fn = write_at;
     settings.alloc_fn = malloc; /* known, for free_pipeline */
     settings.zip_level = 4; /* as the C++ library; 6 takes 30 % more time for 0.7 % */
     settings.free_fn = free;
 
-    exr_core_clear();
+    image_core_clear();
     exr_result_t result =
         exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &settings);
     bool has_long_name = false;
@@ -423,7 +427,7 @@ bool writer_write_header(struct writer *w)
         result = exr_set_longname_support(w->context, 1);
     for (int i = 0; i < w->n_parts && result == EXR_ERR_SUCCESS; i++)
         result = add_part(w, i);
-    if (exr_core_lacked_memory())
+    if (image_core_lacked_memory())
         result = EXR_ERR_OUT_OF_MEMORY;
     if (result == EXR_ERR_SUCCESS)
         result = exr_write_header(w->context);

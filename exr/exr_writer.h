@@ -16,7 +16,7 @@ struct out_channel {
 };
 
 struct out_part {
-    const struct exr_output *output;
+    const struct image_output *output;
     int like_part;    /* of output->like; -1: none */
     const char *name; /* NULL: as there */
     bool is_copied;
@@ -26,13 +26,14 @@ struct out_part {
     int n_channels;
     struct out_channel *channels; /* of parts that are not copied */
     const struct out_channel **in_file_order;
-    int32_t tile_size;    /* of parts that are not copied; 0: scan lines */
-    struct exr_rows rows; /* those in memory */
-    const float *samples; /* new ones, from the first of those rows */
+    int32_t tile_size;      /* of parts that are not copied; 0: scan lines */
+    struct image_rows rows; /* those in memory */
+    const float *samples;   /* new ones, from the first of those rows */
 };
 
 struct writer {
-    const struct exr_output *output; /* of all parts; of a joined file, of the first */
+    const struct image_output
+        *output; /* of all parts; of a joined file, of the first */
     const char *path;
     int n_threads;
     exr_context_t context;
@@ -40,19 +41,19 @@ struct writer {
     int write_errno;
     int n_parts;
     struct out_part *parts;
-    struct exr_error *error;
+    struct image_error *error;
 };
 
 /* ---- exr_write_plan.c ------------------------------------------------------------ */
 
 /* Always false, with the words for what the core or the system said. */
 bool writer_fail(struct writer *w, exr_result_t result);
-bool writer_check(const struct exr_output *output, const char *path,
-                  struct exr_error *error);
+bool writer_check(const struct image_output *output, const char *path,
+                  struct image_error *error);
 /* Fills parts from w->output. */
 bool writer_plan(struct writer *w);
 /* Windows and aspect of a part, from its input or else its output. */
-void writer_plan_windows(const struct exr_output *output, struct out_part *part);
+void writer_plan_windows(const struct image_output *output, struct out_part *part);
 bool writer_write_header(struct writer *w);
 void writer_free_plan(struct writer *w);
 
@@ -63,7 +64,7 @@ bool writer_write_parts(struct writer *w, int first, int end);
 /* To be called once for a part before its rows are made. */
 bool writer_find_file_order(struct writer *w, int index);
 /* Rows of a part, from the first row of a chunk; samples are those of the rows. */
-bool writer_make_rows(struct writer *w, int index, struct exr_rows rows,
+bool writer_make_rows(struct writer *w, int index, struct image_rows rows,
                       const float *samples);
 /* Rows of a chunk; 0 on failure. */
 int32_t writer_row_step(const struct writer *w, int index);

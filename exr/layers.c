@@ -69,7 +69,8 @@ static int color_index(const char *base)
 }
 
 /* The strings of part p's `multiView`; NULL where it has none. */
-static const exr_attr_string_vector_t *multi_view(const struct exr_input *input, int p)
+static const exr_attr_string_vector_t *multi_view(const struct image_input *input,
+                                                  int p)
 {
     const exr_attribute_t *a;
     bool is_found = exr_get_attribute_by_name(input->context, p, "multiView", &a) ==
@@ -79,7 +80,7 @@ static const exr_attr_string_vector_t *multi_view(const struct exr_input *input,
 }
 
 /* Is `word` a view of the file: in `multiView`, or the view of its part? */
-static bool is_view(const struct exr_input *input, int part, const char *word)
+static bool is_view(const struct image_input *input, int part, const char *word)
 {
     if (strcmp(input->parts[part].view, word) == 0)
         return true;
@@ -93,7 +94,7 @@ static bool is_view(const struct exr_input *input, int part, const char *word)
 }
 
 /* Does an earlier part have the same view? */
-static bool is_repeated_view(const struct exr_input *input, int part)
+static bool is_repeated_view(const struct image_input *input, int part)
 {
     for (int p = 0; p < part; p++)
         if (strcmp(input->parts[p].view, input->parts[part].view) == 0)
@@ -101,7 +102,7 @@ static bool is_repeated_view(const struct exr_input *input, int part)
     return false;
 }
 
-const char *exr_view_name(const struct exr_input *input, int i)
+const char *image_view_name(const struct image_input *input, int i)
 {
     const exr_attr_string_vector_t *views = multi_view(input, 0);
     if (i < 0)
@@ -114,29 +115,29 @@ const char *exr_view_name(const struct exr_input *input, int i)
     return NULL;
 }
 
-int exr_view_count(const struct exr_input *input)
+int image_view_count(const struct image_input *input)
 {
     int n = 0;
-    while (exr_view_name(input, n))
+    while (image_view_name(input, n))
         n++;
     return n;
 }
 
 /* What has no view belongs to the first, which is also the one to show. */
-static bool is_of_view(const struct exr_input *input, const char *view,
+static bool is_of_view(const struct image_input *input, const char *view,
                        const char *wanted)
 {
-    const char *first = exr_view_name(input, 0);
+    const char *first = image_view_name(input, 0);
     if (!wanted)
         return view[0] == '\0' || (first && strcmp(first, view) == 0);
     return strcmp(view[0] || !first ? view : first, wanted) == 0;
 }
 
 /* Stored name, with the part's name in front where it says more. */
-static void full_name(const struct exr_input *input, int channel, char *text,
+static void full_name(const struct image_input *input, int channel, char *text,
                       size_t size)
 {
-    const struct exr_channel_info *info = &input->channels[channel];
+    const struct image_channel_info *info = &input->channels[channel];
     const char *part = input->parts[info->part].name;
     size_t n = strlen(part);
     bool is_repeated = strncmp(info->name, part, n) == 0 && info->name[n] == '.';
@@ -146,7 +147,7 @@ static void full_name(const struct exr_input *input, int channel, char *text,
         snprintf(text, size, "%s.%s", part, info->name);
 }
 
-static void parse_name(const struct exr_input *input, int channel, struct name *name)
+static void parse_name(const struct image_input *input, int channel, struct name *name)
 {
     memset(name, 0, sizeof *name);
     name->part = input->channels[channel].part;
@@ -236,8 +237,8 @@ static void format_layer(const struct name *name, char *text, size_t size)
 }
 
 /* Fills r g b a from the layer of `first`; false if one of r g b is missing. */
-static bool collect_color(const struct exr_input *input, const struct name *first,
-                          struct exr_layer *layer)
+static bool collect_color(const struct image_input *input, const struct name *first,
+                          struct image_layer *layer)
 {
     int found[4] = {-1, -1, -1, -1};
     int begin = input->first_channel[first->part];
@@ -258,8 +259,8 @@ static bool collect_color(const struct exr_input *input, const struct name *firs
 }
 
 /* Grey: a Y alone. Y with RY and BY is a colour picture in other terms. */
-static bool collect_grey(const struct exr_input *input, const struct name *first,
-                         int channel, struct exr_layer *layer)
+static bool collect_grey(const struct image_input *input, const struct name *first,
+                         int channel, struct image_layer *layer)
 {
     if (strcmp(first->base, "Y") != 0)
         return false;
@@ -289,7 +290,7 @@ static bool collect_grey(const struct exr_input *input, const struct name *first
 }
 
 /* Layers of vectors (normals, positions) end in X Y Z: their Y is no luminance. */
-static bool has_sibling(const struct exr_input *input, const struct name *of,
+static bool has_sibling(const struct image_input *input, const struct name *of,
                         const char *base)
 {
     for (int c = input->first_channel[of->part]; c < input->first_channel[of->part + 1];
@@ -303,13 +304,13 @@ static bool has_sibling(const struct exr_input *input, const struct name *of,
     return false;
 }
 
-static bool find_color(const struct exr_input *input, const char *view,
-                       const char *wanted, struct exr_layer *found)
+static bool find_color(const struct image_input *input, const char *view,
+                       const char *wanted, struct image_layer *found)
 {
     int best = 1000;
     for (int c = 0; c < input->n_channels; c++) {
         struct name name;
-        struct exr_layer layer = {.z = -1};
+        struct image_layer layer = {.z = -1};
         parse_name(input, c, &name);
         bool is_red = color_index(name.base) == 0;
         if (!is_red && (strcmp(name.base, "Y") != 0 || has_sibling(input, &name, "X")))
@@ -339,7 +340,7 @@ static bool find_color(const struct exr_input *input, const char *view,
  * for a channel that is no depth. "ViewLayer.Depth.Z" belongs to "ViewLayer"; the Z of
  * "ViewLayer.Normal" is refused because of its sibling X.
  */
-static int depth_owner(const struct exr_input *input, const struct name *name)
+static int depth_owner(const struct image_input *input, const struct name *name)
 {
     static const char *const bases[] = {"Z", "V", "Y", "R", "depth", "distance", NULL};
     if (name->n > 0 && is_depth_word(name->component[name->n - 1]))
@@ -351,7 +352,7 @@ static int depth_owner(const struct exr_input *input, const struct name *name)
 }
 
 /* How well a depth fits a colour; 0: not at all. */
-static int depth_score(const struct exr_input *input, const struct name *depth,
+static int depth_score(const struct image_input *input, const struct name *depth,
                        const struct name *color)
 {
     int n = depth_owner(input, depth);
@@ -372,7 +373,7 @@ static int depth_score(const struct exr_input *input, const struct name *depth,
 
 /* `view` may be NULL: any. Where colour and depth have one, depth without serves last.
  */
-static int find_depth(const struct exr_input *input, const char *view,
+static int find_depth(const struct image_input *input, const char *view,
                       int color_channel)
 {
     struct name color, name;
@@ -412,7 +413,7 @@ static bool is_depth_like(const struct name *name)
 
 /* The only layer, or channel, that is depth by such a name; -1: none, several, or there
  * are usual ones. */
-static int find_depth_like(const struct exr_input *input, const char *view)
+static int find_depth_like(const struct image_input *input, const char *view)
 {
     struct name name, first;
     int found = -1;
@@ -432,7 +433,7 @@ static int find_depth_like(const struct exr_input *input, const char *view)
     return found;
 }
 
-static void list_layers(const struct exr_input *input, char *text, size_t size)
+static void list_layers(const struct image_input *input, char *text, size_t size)
 {
     size_t n = 0;
     text[0] = '\0';
@@ -450,7 +451,7 @@ static void list_layers(const struct exr_input *input, char *text, size_t size)
         snprintf(text, size, "none");
 }
 
-static void list_channels(const struct exr_input *input, char *text, size_t size)
+static void list_channels(const struct image_input *input, char *text, size_t size)
 {
     size_t n = 0;
     text[0] = '\0';
@@ -461,7 +462,7 @@ static void list_channels(const struct exr_input *input, char *text, size_t size
     }
 }
 
-static int channel_by_name(const struct exr_input *input, const char *wanted)
+static int channel_by_name(const struct image_input *input, const char *wanted)
 {
     char name[NAME_SIZE];
     for (int c = 0; c < input->n_channels; c++)
@@ -476,8 +477,8 @@ static int channel_by_name(const struct exr_input *input, const char *wanted)
 }
 
 /* In a file that is nothing but depth, the first channel of the picture is it. */
-static int find_depth_only(const struct exr_input *input, const char *view,
-                           const struct exr_layer *found)
+static int find_depth_only(const struct image_input *input, const char *view,
+                           const struct image_layer *found)
 {
     int z = find_depth(input, view, -1);
     if (z < 0)
@@ -489,33 +490,34 @@ static int find_depth_only(const struct exr_input *input, const char *view,
     return input->n_channels == 1 ? 0 : -1;
 }
 
-static bool fail_without_color(const struct exr_input *input, const char *layer,
-                               struct exr_error *error)
+static bool fail_without_color(const struct image_input *input, const char *layer,
+                               struct image_error *error)
 {
     char list[600];
     list_layers(input, list, sizeof list);
     if (layer)
-        return exr_fail(error, input->path,
-                        "no layer \"%s\" with R G B; layers of the file: %s", layer,
-                        list);
-    return exr_fail(error, input->path, "no R G B channels; layers of the file: %s",
-                    list);
+        return image_fail(error, input->path,
+                          "no layer \"%s\" with R G B; layers of the file: %s", layer,
+                          list);
+    return image_fail(error, input->path, "no R G B channels; layers of the file: %s",
+                      list);
 }
 
-bool exr_find_layer(const struct exr_input *input, const char *layer,
-                    const char *depth_channel, bool depth_only, struct exr_layer *found,
-                    struct exr_error *error)
+bool image_find_layer(const struct image_input *input, const char *layer,
+                      const char *depth_channel, bool depth_only,
+                      struct image_layer *found, struct image_error *error)
 {
-    return exr_find_view_layer(input, NULL, layer, depth_channel, depth_only, found,
-                               error);
+    return image_find_view_layer(input, NULL, layer, depth_channel, depth_only, found,
+                                 error);
 }
 
-bool exr_find_view_layer(const struct exr_input *input, const char *view,
-                         const char *layer, const char *depth_channel, bool depth_only,
-                         struct exr_layer *found, struct exr_error *error)
+bool image_find_view_layer(const struct image_input *input, const char *view,
+                           const char *layer, const char *depth_channel,
+                           bool depth_only, struct image_layer *found,
+                           struct image_error *error)
 {
     char list[600];
-    *found = (struct exr_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
+    *found = (struct image_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
     bool has_color = find_color(input, view, layer, found);
     if (!has_color && !depth_only)
         return fail_without_color(input, layer, error);
@@ -525,9 +527,9 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
         if (found->z >= 0)
             return true;
         list_channels(input, list, sizeof list);
-        return exr_fail(error, input->path,
-                        "no channel \"%s\"; channels of the file: %s", depth_channel,
-                        list);
+        return image_fail(error, input->path,
+                          "no channel \"%s\"; channels of the file: %s", depth_channel,
+                          list);
     }
     if (has_color) {
         found->z = find_depth(input, view, found->r);
@@ -540,6 +542,6 @@ bool exr_find_view_layer(const struct exr_input *input, const char *view,
     if (found->z >= 0)
         return true;
     list_channels(input, list, sizeof list);
-    return exr_fail(error, input->path,
-                    "no depth channel; name it; channels of the file: %s", list);
+    return image_fail(error, input->path,
+                      "no depth channel; name it; channels of the file: %s", list);
 }

@@ -5,30 +5,32 @@
 #include <errno.h>
 #include <string.h>
 
-static bool fail_number(struct exr_error *error, const char *path, int number)
+static bool fail_number(struct image_error *error, const char *path, int number)
 {
     if (number == OS_REPLACE_NOT_REGULAR)
-        return exr_fail(error, path, "is not a regular file and cannot be replaced");
+        return image_fail(error, path, "is not a regular file and cannot be replaced");
     if (number == ENOMEM)
-        return exr_fail(error, path, "out of memory");
+        return image_fail(error, path, "out of memory");
     if (number == ENOSPC || number == EDQUOT)
-        return exr_fail(error, path, "no space left on the disk; nothing was written");
-    return exr_fail(error, path, "cannot write: %s", strerror(number));
+        return image_fail(error, path,
+                          "no space left on the disk; nothing was written");
+    return image_fail(error, path, "cannot write: %s", strerror(number));
 }
 
-bool partial_open(struct os_replace *file, const char *path, struct exr_error *error)
+bool partial_open(struct os_replace *file, const char *path, struct image_error *error)
 {
     const int number = os_replace_open(file, path);
     return number == 0 || fail_number(error, path, number);
 }
 
-bool partial_commit(struct os_replace *file, const char *path, struct exr_error *error)
+bool partial_commit(struct os_replace *file, const char *path,
+                    struct image_error *error)
 {
     const int number = os_replace_commit(file);
     return number == 0 || fail_number(error, path, number);
 }
 
-bool partial_fail(const char *path, int number, struct exr_error *error)
+bool partial_fail(const char *path, int number, struct image_error *error)
 {
     return fail_number(error, path, number);
 }

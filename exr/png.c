@@ -109,16 +109,17 @@ static bool write_stream(struct png_work *work, const float *samples, int32_t wi
     return true;
 }
 
-bool png_write(const char *path, const float *samples, int32_t width, int32_t height,
-               int n_channels, int bits, bool is_encoded, struct exr_error *error)
+bool image_write_png(const char *path, const float *samples, int32_t width,
+                     int32_t height, int n_channels, int bits, bool is_encoded,
+                     struct image_error *error)
 {
     struct os_replace file;
     struct png_work work = {0};
     if (width < 1 || height < 1 || n_channels < 1 || n_channels > 4 ||
         n_channels == 2 || (bits != 8 && bits != 16))
-        return exr_fail(error, path,
-                        "cannot write a PNG of %d x %d px, %d channels, %d bits",
-                        (int)width, (int)height, n_channels, bits);
+        return image_fail(error, path,
+                          "cannot write a PNG of %d x %d px, %d channels, %d bits",
+                          (int)width, (int)height, n_channels, bits);
     if (!partial_open(&file, path, error))
         return false;
     work.stream = os_replace_stream(&file);
@@ -141,7 +142,7 @@ bool png_write(const char *path, const float *samples, int32_t width, int32_t he
 static void read_header(struct png_work *work, int64_t file_bytes)
 {
     png_init_io(work->png, work->stream);
-    png_set_user_limits(work->png, EXR_MAX_SIDE, EXR_MAX_SIDE);
+    png_set_user_limits(work->png, IMAGE_MAX_SIDE, IMAGE_MAX_SIDE);
     png_read_info(work->png, work->info);
     uint64_t n_bytes = (uint64_t)png_get_rowbytes(work->png, work->info) *
                        png_get_image_height(work->png, work->info);
@@ -203,18 +204,18 @@ static bool read_stream(struct png_work *work, int64_t file_bytes, float **sampl
     return true;
 }
 
-bool png_read(const char *path, float **samples, int32_t *width, int32_t *height,
-              struct exr_error *error)
+bool image_read_png(const char *path, float **samples, int32_t *width, int32_t *height,
+                    struct image_error *error)
 {
     struct png_work work = {0};
     unsigned char signature[8];
     *samples = NULL;
     const struct os_file_facts facts = os_file_facts(path);
     if (facts.kind == OS_FILE_OTHER)
-        return exr_fail(error, path, "is no regular file");
+        return image_fail(error, path, "is no regular file");
     work.stream = fopen(path, "rb");
     if (!work.stream)
-        return exr_fail(error, path, "%s", strerror(errno));
+        return image_fail(error, path, "%s", strerror(errno));
     bool is_png =
         fread(signature, 1, 8, work.stream) == 8 && png_sig_cmp(signature, 0, 8) == 0;
     rewind(work.stream);
@@ -227,6 +228,6 @@ bool png_read(const char *path, float **samples, int32_t *width, int32_t *height
     free(*samples);
     *samples = NULL;
     if (!is_png)
-        return exr_fail(error, path, "is not a PNG file");
-    return exr_fail(error, path, "damaged: %s", work.message);
+        return image_fail(error, path, "is not a PNG file");
+    return image_fail(error, path, "damaged: %s", work.message);
 }

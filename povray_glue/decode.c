@@ -20,7 +20,7 @@
 #include <string.h>
 
 #include "camera.h"
-#include "exr.h"
+#include "image.h"
 #include "text.h"
 
 #define MIX_FROM 1.5
@@ -32,30 +32,30 @@
 bool decode_read(struct decode_picture *picture, const char *path, int n_threads,
                  struct povray_error *error)
 {
-    struct exr_input *input = NULL;
-    struct exr_error exr_error = {""};
-    struct exr_layer layer;
+    struct image_input *input = NULL;
+    struct image_error image_error = {""};
+    struct image_layer layer;
     int n;
     *picture = (struct decode_picture){0};
-    bool is_read = exr_open(&input, path, &exr_error) &&
-                   exr_find_layer(input, NULL, NULL, false, &layer, &exr_error);
+    bool is_read = image_open(&input, path, &image_error) &&
+                   image_find_layer(input, NULL, NULL, false, &layer, &image_error);
     if (is_read) {
-        const struct exr_box box = exr_parts(input, &n)->data_window;
+        const struct image_box box = image_parts(input, &n)->data_window;
         picture->width = box.max_x - box.min_x + 1;
         picture->height = box.max_y - box.min_y + 1;
         picture->has_alpha = layer.a >= 0;
         size_t n_samples = (size_t)picture->width * (size_t)picture->height * 4;
         picture->rgba = glue_alloc(n_samples, sizeof(float));
-        is_read = exr_read(input, (const int[]){layer.r, layer.g, layer.b, layer.a}, 4,
-                           picture->rgba, n_threads, &exr_error);
+        is_read = image_read(input, (const int[]){layer.r, layer.g, layer.b, layer.a},
+                             4, picture->rgba, n_threads, &image_error);
         for (size_t i = 0; i < n_samples; i++) {
             float v = picture->rgba[i];
             picture->rgba[i] = v != v ? 0 : v > HALF_MAX ? HALF_MAX : v;
         }
     }
-    exr_close(input);
+    image_close(input);
     if (!is_read) {
-        snprintf(error->message, sizeof error->message, "%s", exr_error.message);
+        snprintf(error->message, sizeof error->message, "%s", image_error.message);
         free(picture->rgba);
         picture->rgba = NULL;
     }

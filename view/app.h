@@ -78,7 +78,7 @@ struct loader {
     struct stage *stage;
     struct settings typed;
     bool is_good; /* valid once the thread has ended */
-    struct exr_error error;
+    struct image_error error;
 };
 
 /* A run of --benchmark. */

@@ -32,7 +32,7 @@ static const struct place {
 
 /* A file's picture, as sRGB. */
 static uint8_t *read_picture(const char *path, int32_t *width, int32_t *height,
-                             struct exr_error *error)
+                             struct image_error *error)
 {
     struct picture picture;
     if (!picture_read(path, NULL, thread_count(0), &picture, error))
@@ -66,7 +66,7 @@ static void make_texture(struct demo *demo, const uint8_t *rgba, int32_t width,
 }
 
 static bool check_size(const char *path, int32_t width, int32_t height,
-                       struct exr_error *error)
+                       struct image_error *error)
 {
     GLint most = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
@@ -80,7 +80,7 @@ static bool check_size(const char *path, int32_t width, int32_t height,
 }
 
 bool demo_open(struct demo *demo, int32_t width, const char *path,
-               struct exr_error *error)
+               struct image_error *error)
 {
     int32_t w = DEMO_PICTURE_SIDE, h = DEMO_PICTURE_SIDE;
     *demo = (struct demo){.width = width, .height = (width * 9 + 8) / 16};
@@ -254,30 +254,30 @@ void demo_facts(struct settings *settings)
         settings_set_header(settings, facts[i].key, facts[i].value, "(demo)", NULL);
 }
 
-static int list_attributes(struct exr_attribute *list)
+static int list_attributes(struct image_attribute *list)
 {
     int n = 0;
     for (int i = 0; i < N_FACTS; i++) {
         const struct rf_param_info *info = rf_param_find(facts[i].key);
         list[n++] =
             info->choices
-                ? (struct exr_attribute){.name = info->attribute,
-                                         .type = EXR_ATTRIBUTE_STRING,
-                                         .text =
-                                             info->choices[(int)facts[i].value].name}
-                : (struct exr_attribute){.name = info->attribute,
-                                         .type = EXR_ATTRIBUTE_FLOAT,
-                                         .number = {facts[i].value, 0}};
+                ? (struct image_attribute){.name = info->attribute,
+                                           .type = IMAGE_ATTRIBUTE_STRING,
+                                           .text =
+                                               info->choices[(int)facts[i].value].name}
+                : (struct image_attribute){.name = info->attribute,
+                                           .type = IMAGE_ATTRIBUTE_FLOAT,
+                                           .number = {facts[i].value, 0}};
     }
     return n;
 }
 
 bool demo_save_passes(const char *path, const struct input *input, int n_threads,
-                      struct exr_error *error)
+                      struct image_error *error)
 {
     static const char *const names[] = {"R", "G", "B", "Z"};
-    static const enum exr_sample_type types[] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
-                                                 EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT};
+    static const enum image_sample_type types[] = {
+        IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT};
     const size_t n = (size_t)input->width * (size_t)input->height;
     const float *colour = input->views[0].colour.data;
     const float *depth = input->views[0].depth.data;
@@ -286,40 +286,41 @@ bool demo_save_passes(const char *path, const struct input *input, int n_threads
         memcpy(samples + 4 * i, colour + 3 * i, 3 * sizeof(float));
         samples[4 * i + 3] = depth[i];
     }
-    struct exr_attribute attributes[N_FACTS];
-    const struct exr_output output = {.width = input->width,
-                                      .height = input->height,
-                                      .n_channels = 4,
-                                      .channel_names = names,
-                                      .types = types,
-                                      .samples = samples,
-                                      .attributes = attributes,
-                                      .n_attributes = list_attributes(attributes)};
-    const bool is_written = exr_write(path, &output, n_threads, error);
+    struct image_attribute attributes[N_FACTS];
+    const struct image_output output = {.width = input->width,
+                                        .height = input->height,
+                                        .n_channels = 4,
+                                        .channel_names = names,
+                                        .types = types,
+                                        .samples = samples,
+                                        .attributes = attributes,
+                                        .n_attributes = list_attributes(attributes)};
+    const bool is_written = image_write(path, &output, n_threads, error);
     free(samples);
     return is_written;
 }
 
 bool demo_save(const char *path, const float *pixels, int32_t width, int32_t height,
-               const struct settings *settings, int n_threads, struct exr_error *error)
+               const struct settings *settings, int n_threads,
+               struct image_error *error)
 {
     static const char *const names[] = {"R", "G", "B"};
-    static const enum exr_sample_type types[] = {EXR_SAMPLE_FLOAT, EXR_SAMPLE_FLOAT,
-                                                 EXR_SAMPLE_FLOAT};
+    static const enum image_sample_type types[] = {
+        IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT};
     if (picture_kind(path) == PICTURE_PNG)
-        return png_write(path, pixels, width, height, 3, 8, false, error);
+        return image_write_png(path, pixels, width, height, 3, 8, false, error);
     char used[4000], text[4096];
     settings_print_options(&settings->params, used, sizeof(used));
     snprintf(text, sizeof(text), "rackfocus %s %s", rf_version(), used);
-    const struct exr_attribute filtered = {
-        .name = "rackfocus:filtered", .type = EXR_ATTRIBUTE_STRING, .text = text};
-    const struct exr_output output = {.width = width,
-                                      .height = height,
-                                      .n_channels = 3,
-                                      .channel_names = names,
-                                      .types = types,
-                                      .samples = pixels,
-                                      .attributes = &filtered,
-                                      .n_attributes = 1};
-    return exr_write(path, &output, n_threads, error);
+    const struct image_attribute filtered = {
+        .name = "rackfocus:filtered", .type = IMAGE_ATTRIBUTE_STRING, .text = text};
+    const struct image_output output = {.width = width,
+                                        .height = height,
+                                        .n_channels = 3,
+                                        .channel_names = names,
+                                        .types = types,
+                                        .samples = pixels,
+                                        .attributes = &filtered,
+                                        .n_attributes = 1};
+    return image_write(path, &output, n_threads, error);
 }

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "exr.h"
+#include "image.h"
 #include "gl.h"
 #include "input.h"
 #include "settings.h"
@@ -36,7 +36,7 @@ struct demo {
 /* The scene with the picture of a file, or with its own where `path` is NULL. Needs a
  * current OpenGL context. False with a message. */
 bool demo_open(struct demo *demo, int32_t width, const char *path,
-               struct exr_error *error);
+               struct image_error *error);
 void demo_close(struct demo *demo);
 
 /* Turns by a drag of (dx, dy) px of the picture; the pitch stays from -20 to 60
@@ -54,10 +54,11 @@ double demo_distance(const struct demo *demo, int i);
 
 /* Writes colour and depth buffer as a file of passes, float, with the facts. */
 bool demo_save_passes(const char *path, const struct input *input, int n_threads,
-                      struct exr_error *error);
+                      struct image_error *error);
 
 /* Writes a filtered picture, float or PNG, with the options that made it. */
 bool demo_save(const char *path, const float *pixels, int32_t width, int32_t height,
-               const struct settings *settings, int n_threads, struct exr_error *error);
+               const struct settings *settings, int n_threads,
+               struct image_error *error);
 
 #endif

@@ -206,7 +206,7 @@ void load_end(struct app *app)
 
 bool load_demo(struct app *app)
 {
-    struct exr_error error;
+    struct image_error error;
     const char *path = app->operands->n > 0 ? app->operands->items[0] : NULL;
     if (!demo_open(&app->demo, app->options->demo_width, path, &error)) {
         message("%s", error.message);

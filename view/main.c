@@ -414,7 +414,7 @@ static void run(struct app *app)
 
 static bool prepare(struct app *app)
 {
-    struct exr_error error;
+    struct image_error error;
     const struct view_options *options = app->options;
     if (!options->is_demo && !playlist_open(&app->playlist, app->operands->items,
                                             app->operands->n, &error)) {

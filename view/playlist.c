@@ -74,7 +74,7 @@ static int is_passes(const struct dirent *entry)
 
 /* The kept passes of a folder; where there is none called so, all its EXR files. */
 static bool open_folder(struct playlist *playlist, const char *folder,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
     struct dirent **names;
     int n = scandir(folder, &names, is_passes, alphasort);
@@ -108,7 +108,7 @@ static bool open_folder(struct playlist *playlist, const char *folder,
 }
 
 bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
-                   struct exr_error *error)
+                   struct image_error *error)
 {
     struct stat status;
     *playlist = (struct playlist){0};

@@ -39,19 +39,19 @@ void save_default_name(struct app *app)
 static void finish(void *user, float *pixels, const char *error)
 {
     struct saving *saving = user;
-    struct exr_error exr_error;
+    struct image_error image_error;
     char text[MAX_PATH + 1100];
     const int n_threads = thread_count(saving->app->options->n_threads);
     if (error)
         snprintf(text, sizeof(text), "%s: not saved: %.900s", saving->path, error);
     else if (saving->stage
                  ? stage_save(saving->stage, &saving->settings, saving->path, pixels,
-                              &exr_error)
+                              &image_error)
                  : demo_save(saving->path, pixels, saving->width, saving->height,
-                             &saving->settings, n_threads, &exr_error))
+                             &saving->settings, n_threads, &image_error))
         snprintf(text, sizeof(text), "saved %s", saving->path);
     else
-        snprintf(text, sizeof(text), "%s", exr_error.message);
+        snprintf(text, sizeof(text), "%s", image_error.message);
     SDL_Event event = {.user = {.type = saving->app->event_type,
                                 .code = APP_SAVED,
                                 .data1 = SDL_strdup(text)}};
@@ -61,7 +61,7 @@ static void finish(void *user, float *pixels, const char *error)
 
 void save_picture(struct app *app)
 {
-    struct exr_error error;
+    struct image_error error;
     if (picture_kind(app->output) == PICTURE_UNKNOWN) {
         app_say(app,
                 "%s: pictures are written as EXR or PNG; end the name in .exr or "
@@ -92,7 +92,7 @@ void save_picture(struct app *app)
 void save_params(struct app *app)
 {
     char path[MAX_PATH];
-    struct exr_error error;
+    struct image_error error;
     make_name(path, app->output, ".params");
     const char *slash = strrchr(app->output, '/');
     if (slash) {
@@ -110,7 +110,7 @@ void save_params(struct app *app)
 
 void save_passes(struct app *app)
 {
-    struct exr_error error;
+    struct image_error error;
     if (!app->options->is_demo)
         return;
     /* The pixels are there once something was shown. */

@@ -52,7 +52,7 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
 }
 
 static bool write_pass(struct stage *stage, const struct povray_passes *passes, int i,
-                       bool is_view, struct exr_error *error)
+                       bool is_view, struct image_error *error)
 {
     char path[4200];
     const char *folder =
@@ -71,15 +71,15 @@ static bool write_pass(struct stage *stage, const struct povray_passes *passes, 
 static bool receive_view(void *user, int view, const struct povray_passes *passes,
                          struct povray_error *error)
 {
-    struct exr_error exr_error;
-    if (write_pass(user, passes, view, true, &exr_error))
+    struct image_error image_error;
+    if (write_pass(user, passes, view, true, &image_error))
         return true;
-    snprintf(error->message, sizeof(error->message), "%s", exr_error.message);
+    snprintf(error->message, sizeof(error->message), "%s", image_error.message);
     return false;
 }
 
 static bool render_scene(struct stage *stage, const struct settings *typed,
-                         struct exr_error *error)
+                         struct image_error *error)
 {
     struct povray_error povray_error;
     struct povray_passes passes = {0};
@@ -114,7 +114,7 @@ static void take_view(struct input *input, int i, struct rf_view *view)
 }
 
 static bool read_views(struct stage *stage, const struct view_list *list,
-                       const struct source_request *request, struct exr_error *error)
+                       const struct source_request *request, struct image_error *error)
 {
     const struct source *source = &stage->source;
     struct views views;
@@ -132,7 +132,7 @@ static bool read_views(struct stage *stage, const struct view_list *list,
 
 /* As `rackfocus filter` does: undoes what can be, refuses what cannot be meant. */
 static bool repair_depth(struct stage *stage, const struct settings *typed,
-                         const float *colour, float *depth, struct exr_error *error)
+                         const float *colour, float *depth, struct image_error *error)
 {
     const struct view_options *options = stage->options;
     const struct source *source = &stage->source;
@@ -153,10 +153,11 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
         return false;
     if (rf_lens_init(&lens, &params, source->width, source->height, &core_error) !=
         RF_OK)
-        return set_error(error, "%s: %s", exr_path(source->colour), core_error.message);
+        return set_error(error, "%s: %s", image_path(source->colour),
+                         core_error.message);
     depth_find(&found, source, &settings, &lens, depth, alpha, 4);
     if (depth_is_refused(&found, text, sizeof(text)))
-        return set_error(error, "%s: the depth %s", exr_path(source->depth), text);
+        return set_error(error, "%s: the depth %s", image_path(source->depth), text);
     if (found.is_premultiplied)
         n_changed += depth_divide_by_alpha(depth, alpha, 4, n);
     if (found.is_mixed)
@@ -172,7 +173,7 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
 }
 
 static bool read_single(struct stage *stage, const struct settings *typed,
-                        struct exr_error *error)
+                        struct image_error *error)
 {
     const struct source *source = &stage->source;
     const int n_threads = thread_count(stage->options->n_threads);
@@ -192,7 +193,7 @@ static bool read_single(struct stage *stage, const struct settings *typed,
 }
 
 static bool open_source(struct stage *stage, const struct source_request *request,
-                        const struct view_list *list, struct exr_error *error)
+                        const struct view_list *list, struct image_error *error)
 {
     struct source_request first = *request;
     first.n_paths = stage->has_views ? 1 : request->n_paths;
@@ -210,7 +211,7 @@ static bool open_source(struct stage *stage, const struct source_request *reques
 }
 
 static bool read_files(struct stage *stage, const struct settings *typed,
-                       char *const *paths, int n_paths, struct exr_error *error)
+                       char *const *paths, int n_paths, struct image_error *error)
 {
     struct source_request request = {.paths = paths,
                                      .n_paths = n_paths,
@@ -240,7 +241,7 @@ static bool read_files(struct stage *stage, const struct settings *typed,
 }
 
 bool stage_load(struct stage *stage, const struct settings *typed,
-                struct exr_error *error)
+                struct image_error *error)
 {
     stage->is_scene =
         stage->files->n_paths == 1 && picture_is_scene(stage->files->paths[0]);
@@ -411,7 +412,7 @@ void stage_command(const struct stage *stage, const struct settings *typed,
 /* ---- saving ---------------------------------------------------------------------- */
 
 bool stage_save(const struct stage *stage, const struct settings *settings,
-                const char *path, float *pixels, struct exr_error *error)
+                const char *path, float *pixels, struct image_error *error)
 {
     const struct filter_options tool = {
         .output = path, .n_threads = stage->options->n_threads, .is_quiet = true};

@@ -30,7 +30,7 @@ struct playlist {
 /* Finds the pictures; scenes count as one picture of one path. False with a message in
  * `error`. */
 bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
-                   struct exr_error *error);
+                   struct image_error *error);
 void playlist_close(struct playlist *playlist);
 
 struct stage {
@@ -55,7 +55,7 @@ struct stage {
 
 /* Opens and reads; `typed` is the command line. False with a message. */
 bool stage_load(struct stage *stage, const struct settings *typed,
-                struct exr_error *error);
+                struct image_error *error);
 void stage_close(struct stage *stage);
 
 /*
@@ -76,7 +76,7 @@ void stage_command(const struct stage *stage, const struct settings *typed,
 
 /* Writes filtered pixels as `rackfocus filter` would; they may be changed. */
 bool stage_save(const struct stage *stage, const struct settings *settings,
-                const char *path, float *pixels, struct exr_error *error);
+                const char *path, float *pixels, struct image_error *error);
 
 /* Is a file of the stage gone, or another than was read? Names it. */
 const char *stage_find_missing(const struct stage *stage);

@@ -41,7 +41,7 @@ static void stop(struct span_ms *best, struct span_ms since)
     best->cpu = fmin(best->cpu, now_ms(CLOCK_PROCESS_CPUTIME_ID) - since.cpu);
 }
 
-static void check(bool is_good, const struct exr_error *error)
+static void check(bool is_good, const struct image_error *error)
 {
     if (is_good)
         return;
@@ -52,23 +52,23 @@ static void check(bool is_good, const struct exr_error *error)
 static void write_picture(const char *path, const char *compression,
                           const float *samples, int n_threads)
 {
-    const struct exr_box box = {0, 0, WIDTH - 1, HEIGHT - 1};
-    struct exr_output output = rgbz_output(box, compression, 0);
+    const struct image_box box = {0, 0, WIDTH - 1, HEIGHT - 1};
+    struct image_output output = rgbz_output(box, compression, 0);
     output.samples = samples;
-    struct exr_error error;
-    check(exr_write(path, &output, n_threads, &error), &error);
+    struct image_error error;
+    check(image_write(path, &output, n_threads, &error), &error);
 }
 
 static void read_picture(const char *path, float *samples, int n_threads)
 {
-    struct exr_input *input;
-    struct exr_error error;
-    struct exr_layer layer;
-    check(exr_open(&input, path, &error), &error);
-    check(exr_find_layer(input, NULL, NULL, false, &layer, &error), &error);
+    struct image_input *input;
+    struct image_error error;
+    struct image_layer layer;
+    check(image_open(&input, path, &error), &error);
+    check(image_find_layer(input, NULL, NULL, false, &layer, &error), &error);
     const int channels[] = {layer.r, layer.g, layer.b, layer.z};
-    check(exr_read(input, channels, N_CHANNELS, samples, n_threads, &error), &error);
-    exr_close(input);
+    check(image_read(input, channels, N_CHANNELS, samples, n_threads, &error), &error);
+    image_close(input);
 }
 
 static void bench_files(const char *path, const char *compression, float *samples,
@@ -99,15 +99,15 @@ static void convert(float *samples, uint16_t *halves, bool is_run,
 {
     struct span_ms since = start();
     if (is_run)
-        exr_floats_to_halves((uint8_t *)halves, samples, N_CHANNELS, N_PIXELS);
+        image_floats_to_halves((uint8_t *)halves, samples, N_CHANNELS, N_PIXELS);
     for (size_t i = 0; !is_run && i < N_PIXELS; i++)
-        halves[i] = exr_float_to_half(samples[i * N_CHANNELS]);
+        halves[i] = image_float_to_half(samples[i * N_CHANNELS]);
     stop(&best[0], since);
     since = start();
     if (is_run)
-        exr_halves_to_floats(samples, N_CHANNELS, (const uint8_t *)halves, N_PIXELS);
+        image_halves_to_floats(samples, N_CHANNELS, (const uint8_t *)halves, N_PIXELS);
     for (size_t i = 0; !is_run && i < N_PIXELS; i++)
-        samples[i * N_CHANNELS] = exr_half_to_float(halves[i]);
+        samples[i * N_CHANNELS] = image_half_to_float(halves[i]);
     stop(&best[1], since);
 }
 
@@ -122,7 +122,7 @@ static void bench_halves(float *samples, uint16_t *halves, int n_runs)
     printf("one channel of 1920 x 1080, 1 thread, CPU: to half %.2f ms by values, %.2f "
            "by runs; to float %.2f, %.2f (F16C: %s)\n",
            best[0][0].cpu, best[1][0].cpu, best[0][1].cpu, best[1][1].cpu,
-           exr_has_f16c() ? "yes" : "no");
+           image_has_f16c() ? "yes" : "no");
 }
 
 int main(int argc, char **argv)

@@ -51,7 +51,7 @@ static void fill_pixel(const struct scene *s, int32_t x, int32_t y, float *out)
     out[3] = (float)(40000 / (400 - r));
 }
 
-static int fail(const struct exr_error *error)
+static int fail(const struct image_error *error)
 {
     fprintf(stderr, "large_exr: %s\n", error->message);
     return 1;
@@ -60,19 +60,19 @@ static int fail(const struct exr_error *error)
 static int write_scene(const char *path, const struct scene *s, int32_t tile,
                        const char *compression)
 {
-    static const struct exr_attribute lens[] = {
+    static const struct image_attribute lens[] = {
         {.name = "rackfocus:lensRadius", .number = {40}},
         {.name = "rackfocus:focalLengthPx", .number = {1000}},
         {.name = "rackfocus:focusDistance", .number = {FOCUS}}};
-    const struct exr_box box = {0, 0, s->width - 1, s->height - 1};
-    struct exr_output output = rgbz_output(box, compression, tile);
+    const struct image_box box = {0, 0, s->width - 1, s->height - 1};
+    struct image_output output = rgbz_output(box, compression, tile);
     output.attributes = lens;
     output.n_attributes = 3;
-    struct exr_writer *writer;
-    struct exr_error error;
-    if (!exr_write_begin(&writer, path, &output, 2, &error))
+    struct image_writer *writer;
+    struct image_error error;
+    if (!image_write_begin(&writer, path, &output, 2, &error))
         return fail(&error);
-    const int32_t step = exr_write_step(writer);
+    const int32_t step = image_write_step(writer);
     float *rows = malloc((size_t)step * (size_t)s->width * N_CHANNELS * sizeof(*rows));
     bool is_good = rows != NULL;
     for (int32_t y = 0; is_good && y < s->height; y += step) {
@@ -82,12 +82,12 @@ static int write_scene(const char *path, const struct scene *s, int32_t tile,
                 fill_pixel(s, x, y + j,
                            rows +
                                ((size_t)j * (size_t)s->width + (size_t)x) * N_CHANNELS);
-        is_good = exr_write_rows(writer, n, rows, &error);
+        is_good = image_write_rows(writer, n, rows, &error);
     }
     free(rows);
     if (is_good)
-        return exr_write_finish(writer, &error) ? 0 : fail(&error);
-    exr_write_abort(writer);
+        return image_write_finish(writer, &error) ? 0 : fail(&error);
+    image_write_abort(writer);
     return fail(&error);
 }
 

@@ -15,14 +15,14 @@ enum { WIDTH = 37, HEIGHT = 29 };
 
 /* A picture with the given channels, all of one type. */
 static bool write_channels(const char *path, const char *const *names, int n,
-                           enum exr_sample_type type, struct exr_error *error)
+                           enum image_sample_type type, struct image_error *error)
 {
     float *samples = malloc(sizeof *samples * WIDTH * HEIGHT * (size_t)n);
-    enum exr_sample_type types[64];
+    enum image_sample_type types[64];
     for (int i = 0; i < n; i++)
         types[i] = type;
     fill(samples, (size_t)(WIDTH * HEIGHT * n));
-    const struct exr_output output = {
+    const struct image_output output = {
         .width = WIDTH,
         .height = HEIGHT,
         .n_channels = n,
@@ -30,7 +30,7 @@ static bool write_channels(const char *path, const char *const *names, int n,
         .types = types,
         .samples = samples,
     };
-    bool is_good = exr_write(path, &output, 2, error);
+    bool is_good = image_write(path, &output, 2, error);
     free(samples);
     return is_good;
 }
@@ -38,30 +38,30 @@ static bool write_channels(const char *path, const char *const *names, int n,
 static void writes_and_reads_back(void)
 {
     static const char *const names[] = {"R", "G", "B", "A", "Z"};
-    struct exr_error error = {""};
-    struct exr_input *input;
+    struct image_error error = {""};
+    struct image_input *input;
     const char *path = in_folder("plain.exr");
-    REQUIRE(write_channels(path, names, 5, EXR_SAMPLE_FLOAT, &error));
-    REQUIRE(exr_open(&input, path, &error));
+    REQUIRE(write_channels(path, names, 5, IMAGE_SAMPLE_FLOAT, &error));
+    REQUIRE(image_open(&input, path, &error));
     int n_parts, n;
-    const struct exr_part_info *parts = exr_parts(input, &n_parts);
-    exr_channels(input, &n);
+    const struct image_part_info *parts = image_parts(input, &n_parts);
+    image_channels(input, &n);
     CHECK(n_parts == 1 && n == 5);
-    const struct exr_box *boxes[] = {&parts[0].data_window, &parts[0].display_window};
+    const struct image_box *boxes[] = {&parts[0].data_window, &parts[0].display_window};
     for (int i = 0; i < 2; i++) /* neither was named */
         CHECK(boxes[i]->min_x == 0 && boxes[i]->min_y == 0 &&
               boxes[i]->max_x == WIDTH - 1 && boxes[i]->max_y == HEIGHT - 1);
     CHECK(parts[0].pixel_aspect == 1);
     CHECK_STR(parts[0].compression, "zip");
     CHECK(parts[0].data_window.max_x == WIDTH - 1);
-    CHECK_STR(exr_path(input), path);
+    CHECK_STR(image_path(input), path);
 
-    struct exr_layer layer;
-    REQUIRE(exr_find_layer(input, NULL, NULL, false, &layer, &error));
+    struct image_layer layer;
+    REQUIRE(image_find_layer(input, NULL, NULL, false, &layer, &error));
     int wanted[] = {layer.r, layer.g, layer.b, layer.a, layer.z, -1};
     static float got[WIDTH * HEIGHT * 6], want[WIDTH * HEIGHT * 5];
     fill(want, WIDTH * HEIGHT * 5);
-    REQUIRE(exr_read(input, wanted, 6, got, 3, &error));
+    REQUIRE(image_read(input, wanted, 6, got, 3, &error));
     bool is_same = true;
     for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
         is_same &= memcmp(got + 6 * i, want + 5 * i, 5 * sizeof *got) == 0;
@@ -69,9 +69,9 @@ static void writes_and_reads_back(void)
     }
     CHECK(is_same);
     int wrong[] = {99};
-    CHECK(!exr_read(input, wrong, 1, got, 1, &error));
+    CHECK(!image_read(input, wrong, 1, got, 1, &error));
     CHECK_CONTAINS(error.message, "no channel number 99");
-    exr_close(input);
+    image_close(input);
 }
 
 /* Layer finding, one line per kind of file: channels, the layer asked for, what comes
@@ -149,22 +149,23 @@ static int split(const char *text, char *buffer, const char **words)
     return n;
 }
 
-static const char *name_of(const struct exr_input *input, int channel)
+static const char *name_of(const struct image_input *input, int channel)
 {
-    return channel < 0 ? "-" : exr_channels(input, NULL)[channel].name;
+    return channel < 0 ? "-" : image_channels(input, NULL)[channel].name;
 }
 
 static void find_one(const struct layer_case *c)
 {
     char buffer[600], got[800];
     const char *names[64];
-    struct exr_error error = {""};
-    struct exr_input *input;
-    struct exr_layer layer;
+    struct image_error error = {""};
+    struct image_input *input;
+    struct image_layer layer;
     int n = split(c->channels, buffer, names);
-    REQUIRE(write_channels(in_folder("layers.exr"), names, n, EXR_SAMPLE_HALF, &error));
-    REQUIRE(exr_open(&input, in_folder("layers.exr"), &error));
-    if (exr_find_layer(input, c->layer, c->depth, c->depth_only, &layer, &error)) {
+    REQUIRE(
+        write_channels(in_folder("layers.exr"), names, n, IMAGE_SAMPLE_HALF, &error));
+    REQUIRE(image_open(&input, in_folder("layers.exr"), &error));
+    if (image_find_layer(input, c->layer, c->depth, c->depth_only, &layer, &error)) {
         snprintf(got, sizeof got, "%s %s %s", layer.name, name_of(input, layer.r),
                  name_of(input, layer.z));
         CHECK_STR(got, c->want);
@@ -174,7 +175,7 @@ static void find_one(const struct layer_case *c)
     } else {
         CHECK_STR(error.message, c->want);
     }
-    exr_close(input);
+    image_close(input);
 }
 
 static void finds_layers(void)
@@ -187,19 +188,19 @@ static void keeps_old_file_on_failure(void)
 {
     static const char *const names[] = {"R", "G", "B"};
     static const char *const twice[] = {"R", "R"};
-    struct exr_error error = {""};
+    struct image_error error = {""};
     struct stat before, after;
     const char *path = in_folder("old.exr");
-    REQUIRE(write_channels(path, names, 3, EXR_SAMPLE_HALF, &error));
+    REQUIRE(write_channels(path, names, 3, IMAGE_SAMPLE_HALF, &error));
     REQUIRE(chmod(path, 0640) == 0);
     REQUIRE(stat(path, &before) == 0);
     int n = count_files(folder);
-    CHECK(!write_channels(path, twice, 2, EXR_SAMPLE_HALF, &error));
+    CHECK(!write_channels(path, twice, 2, IMAGE_SAMPLE_HALF, &error));
     CHECK_CONTAINS(error.message, "given twice");
     REQUIRE(stat(path, &after) == 0);
     CHECK(before.st_ino == after.st_ino);
     CHECK(count_files(folder) == n);
-    REQUIRE(write_channels(path, names, 3, EXR_SAMPLE_HALF, &error));
+    REQUIRE(write_channels(path, names, 3, IMAGE_SAMPLE_HALF, &error));
     REQUIRE(stat(path, &after) == 0);
     CHECK((after.st_mode & 0777) == 0640);
     CHECK(count_files(folder) == n);
@@ -208,11 +209,12 @@ static void keeps_old_file_on_failure(void)
 static void follows_links(void)
 {
     static const char *const names[] = {"Y"};
-    struct exr_error error = {""};
+    struct image_error error = {""};
     struct stat status;
-    REQUIRE(write_channels(in_folder("target.exr"), names, 1, EXR_SAMPLE_HALF, &error));
+    REQUIRE(
+        write_channels(in_folder("target.exr"), names, 1, IMAGE_SAMPLE_HALF, &error));
     REQUIRE(symlink(in_folder("target.exr"), in_folder("link.exr")) == 0);
-    CHECK(write_channels(in_folder("link.exr"), names, 1, EXR_SAMPLE_FLOAT, &error));
+    CHECK(write_channels(in_folder("link.exr"), names, 1, IMAGE_SAMPLE_FLOAT, &error));
     REQUIRE(lstat(in_folder("link.exr"), &status) == 0);
     CHECK(S_ISLNK(status.st_mode));
 }
@@ -220,42 +222,43 @@ static void follows_links(void)
 static void says_why_it_cannot_write(void)
 {
     static const char *const names[] = {"Y"};
-    struct exr_error error = {""};
-    CHECK(!write_channels(in_folder("none/x.exr"), names, 1, EXR_SAMPLE_HALF, &error));
+    struct image_error error = {""};
+    CHECK(
+        !write_channels(in_folder("none/x.exr"), names, 1, IMAGE_SAMPLE_HALF, &error));
     CHECK_CONTAINS(error.message, "No such file or directory");
-    CHECK(!write_channels(folder, names, 1, EXR_SAMPLE_HALF, &error));
+    CHECK(!write_channels(folder, names, 1, IMAGE_SAMPLE_HALF, &error));
     CHECK_CONTAINS(error.message, "not a regular file");
-    CHECK(!write_channels("/dev/null", names, 1, EXR_SAMPLE_HALF, &error));
+    CHECK(!write_channels("/dev/null", names, 1, IMAGE_SAMPLE_HALF, &error));
     CHECK_CONTAINS(error.message, "not a regular file");
 }
 
 static void says_why_it_cannot_read(void)
 {
-    struct exr_error error = {""};
-    struct exr_input *input;
-    CHECK(!exr_open(&input, in_folder("missing.exr"), &error));
+    struct image_error error = {""};
+    struct image_input *input;
+    CHECK(!image_open(&input, in_folder("missing.exr"), &error));
     CHECK(input == NULL);
     CHECK_CONTAINS(error.message, "missing.exr: No such file or directory");
-    CHECK(!exr_open(&input, folder, &error));
+    CHECK(!image_open(&input, folder, &error));
     CHECK_CONTAINS(error.message, "is a folder");
-    CHECK(!exr_open(&input, "/dev/null", &error));
+    CHECK(!image_open(&input, "/dev/null", &error));
     CHECK_CONTAINS(error.message, "not a regular file");
     FILE *file = fopen(in_folder("text.exr"), "w");
     REQUIRE(file != NULL);
     fclose(file);
-    CHECK(!exr_open(&input, in_folder("text.exr"), &error));
+    CHECK(!image_open(&input, in_folder("text.exr"), &error));
     CHECK_CONTAINS(error.message, "is empty");
     file = fopen(in_folder("text.exr"), "w");
     REQUIRE(file != NULL);
     fputs("hello", file);
     fclose(file);
-    CHECK(!exr_open(&input, in_folder("text.exr"), &error));
+    CHECK(!image_open(&input, in_folder("text.exr"), &error));
     CHECK_CONTAINS(error.message, "is not an OpenEXR file");
     file = fopen(in_folder("text.exr"), "w");
     REQUIRE(file != NULL);
     fwrite("\x76\x2f\x31\x01\x02\0\0\0", 1, 8, file);
     fclose(file);
-    CHECK(!exr_open(&input, in_folder("text.exr"), &error));
+    CHECK(!image_open(&input, in_folder("text.exr"), &error));
     CHECK_CONTAINS(error.message, "damaged header");
 }
 
@@ -263,7 +266,7 @@ static void says_when_the_disk_is_full(void)
 {
     static const char *const names[] = {"Y"};
     char mount_point[200];
-    struct exr_error error = {""};
+    struct image_error error = {""};
     snprintf(mount_point, sizeof mount_point, "%s/full", folder);
     REQUIRE(mkdir(mount_point, 0700) == 0);
     if (mount("tmpfs", mount_point, "tmpfs", 0, "size=4k") != 0)
@@ -274,16 +277,17 @@ static void says_when_the_disk_is_full(void)
         noise = noise * 1664525u + 1013904223u;
         samples[i] = (float)(noise >> 8) * 0x1p-24f;
     }
-    const struct exr_output output = {.width = 200,
-                                      .height = 200,
-                                      .n_channels = 1,
-                                      .channel_names = names,
-                                      .samples = samples};
-    CHECK(!exr_write(in_folder("full/x.exr"), &output, 2, &error));
+    const struct image_output output = {.width = 200,
+                                        .height = 200,
+                                        .n_channels = 1,
+                                        .channel_names = names,
+                                        .samples = samples};
+    CHECK(!image_write(in_folder("full/x.exr"), &output, 2, &error));
     CHECK_CONTAINS(error.message, "no space left on the disk");
     CHECK(count_files(mount_point) == 0);
     error.message[0] = '\0';
-    CHECK(!png_write(in_folder("full/x.png"), samples, 200, 200, 1, 16, false, &error));
+    CHECK(!image_write_png(in_folder("full/x.png"), samples, 200, 200, 1, 16, false,
+                           &error));
     CHECK_CONTAINS(error.message, "no space left on the disk");
     CHECK(count_files(mount_point) == 0);
     umount(mount_point);
@@ -291,7 +295,7 @@ static void says_when_the_disk_is_full(void)
 
 static void removes_partial_files(void)
 {
-    struct exr_error error = {""};
+    struct image_error error = {""};
     struct os_replace file;
     int n = count_files(folder);
     REQUIRE(partial_open(&file, in_folder("partial.exr"), &error));
@@ -309,20 +313,20 @@ static void same_file_from_any_threads(void)
 {
     static float samples[200 * 300 * 3];
     static const char *const names[] = {"R", "G", "B"};
-    struct exr_error error = {""};
+    struct image_error error = {""};
     fill(samples, 200 * 300 * 3);
-    struct exr_output output = {.width = 200,
-                                .height = 300,
-                                .data_window = {-7, -9, 192, 290},
-                                .display_window = {0, 0, 99, 99},
-                                .pixel_aspect = 2,
-                                .n_channels = 3,
-                                .channel_names = names,
-                                .samples = samples};
+    struct image_output output = {.width = 200,
+                                  .height = 300,
+                                  .data_window = {-7, -9, 192, 290},
+                                  .display_window = {0, 0, 99, 99},
+                                  .pixel_aspect = 2,
+                                  .n_channels = 3,
+                                  .channel_names = names,
+                                  .samples = samples};
     static char bytes[2][1000000];
     size_t n[2] = {0};
     for (int i = 0; i < 2; i++) {
-        REQUIRE(exr_write(in_folder("threads.exr"), &output, i ? 7 : 1, &error));
+        REQUIRE(image_write(in_folder("threads.exr"), &output, i ? 7 : 1, &error));
         FILE *file = fopen(in_folder("threads.exr"), "rb");
         REQUIRE(file != NULL);
         n[i] = fread(bytes[i], 1, sizeof bytes[i], file);
@@ -335,44 +339,44 @@ static void attributes_come_back(void)
 {
     static const char *const names[] = {"Y"};
     static const float samples[4] = {0};
-    struct exr_error error = {""};
-    const struct exr_attribute attributes[] = {
-        {.name = "aperture", .type = EXR_ATTRIBUTE_FLOAT, .number = {2.8}},
-        {.name = "rackfocus:blades", .type = EXR_ATTRIBUTE_INT, .number = {7}},
+    struct image_error error = {""};
+    const struct image_attribute attributes[] = {
+        {.name = "aperture", .type = IMAGE_ATTRIBUTE_FLOAT, .number = {2.8}},
+        {.name = "rackfocus:blades", .type = IMAGE_ATTRIBUTE_INT, .number = {7}},
         {.name = "rackfocus:a-name-longer-than-31-characters",
-         .type = EXR_ATTRIBUTE_STRING,
+         .type = IMAGE_ATTRIBUTE_STRING,
          .text = "radial"},
         {.name = "rackfocus:lensOffset",
-         .type = EXR_ATTRIBUTE_V2F,
+         .type = IMAGE_ATTRIBUTE_V2F,
          .number = {0.25, -0.5}},
     };
-    const struct exr_output output = {.width = 2,
-                                      .height = 2,
-                                      .n_channels = 1,
-                                      .channel_names = names,
-                                      .samples = samples,
-                                      .attributes = attributes,
-                                      .n_attributes = 4};
-    REQUIRE(exr_write(in_folder("attributes.exr"), &output, 1, &error));
-    struct exr_input *input;
-    REQUIRE(exr_open(&input, in_folder("attributes.exr"), &error));
+    const struct image_output output = {.width = 2,
+                                        .height = 2,
+                                        .n_channels = 1,
+                                        .channel_names = names,
+                                        .samples = samples,
+                                        .attributes = attributes,
+                                        .n_attributes = 4};
+    REQUIRE(image_write(in_folder("attributes.exr"), &output, 1, &error));
+    struct image_input *input;
+    REQUIRE(image_open(&input, in_folder("attributes.exr"), &error));
     double v[2];
     const char *text;
-    REQUIRE(exr_attribute_number(input, "aperture", &v[0]));
+    REQUIRE(image_attribute_number(input, "aperture", &v[0]));
     CHECK_NEAR(v[0], 2.8, 1e-6);
-    REQUIRE(exr_attribute_number(input, "rackfocus:blades", &v[0]));
+    REQUIRE(image_attribute_number(input, "rackfocus:blades", &v[0]));
     CHECK_NEAR(v[0], 7, 0);
-    REQUIRE(exr_attribute_string(input, "rackfocus:a-name-longer-than-31-characters",
-                                 &text));
+    REQUIRE(image_attribute_string(input, "rackfocus:a-name-longer-than-31-characters",
+                                   &text));
     CHECK_STR(text, "radial");
-    REQUIRE(exr_attribute_v2f(input, "rackfocus:lensOffset", v));
+    REQUIRE(image_attribute_v2f(input, "rackfocus:lensOffset", v));
     CHECK_NEAR(v[0], 0.25, 0);
     CHECK_NEAR(v[1], -0.5, 0);
-    CHECK(!exr_attribute_number(input, "rackfocus:lensOffset", v));
-    CHECK(!exr_attribute_number(input, "nothing", v));
-    CHECK(!exr_attribute_string(input, "aperture", &text));
-    CHECK(!exr_attribute_v2f(input, "aperture", v));
-    exr_close(input);
+    CHECK(!image_attribute_number(input, "rackfocus:lensOffset", v));
+    CHECK(!image_attribute_number(input, "nothing", v));
+    CHECK(!image_attribute_string(input, "aperture", &text));
+    CHECK(!image_attribute_v2f(input, "aperture", v));
+    image_close(input);
 }
 
 /* What a file may hold beside what we set, written with OpenEXRCore itself. */
@@ -465,19 +469,19 @@ static void copies_attributes_of_every_type(void)
     static const char *const names[] = {"Y"};
     static const float samples[16];
     static char before[8192], after[8192];
-    struct exr_error error = {""};
-    struct exr_input *input;
+    struct image_error error = {""};
+    struct image_input *input;
     const char *path = in_folder("all.exr"), *copy = in_folder("copy.exr");
     REQUIRE(write_with_all(path) == EXR_ERR_SUCCESS);
-    REQUIRE(exr_open(&input, path, &error));
-    const struct exr_output output = {.width = 4,
-                                      .height = 4,
-                                      .like = input,
-                                      .n_channels = 1,
-                                      .channel_names = names,
-                                      .samples = samples};
-    CHECK(exr_write(copy, &output, 1, &error));
-    exr_close(input);
+    REQUIRE(image_open(&input, path, &error));
+    const struct image_output output = {.width = 4,
+                                        .height = 4,
+                                        .like = input,
+                                        .n_channels = 1,
+                                        .channel_names = names,
+                                        .samples = samples};
+    CHECK(image_write(copy, &output, 1, &error));
+    image_close(input);
     const size_t n_before = read_bytes(path, before, sizeof before);
     const size_t n_after = read_bytes(copy, after, sizeof after);
     static const char *const kept[] = {"preview", "texts",  "floats", "text",
@@ -490,37 +494,37 @@ static void copies_attributes_of_every_type(void)
         CHECK(has_same_attribute(before, n_before, after, n_after, name));
     }
     double v[2];
-    REQUIRE(exr_open(&input, copy, &error));
-    CHECK(exr_attribute_number(input, "double", v) && v[0] == 1.25);
-    CHECK(exr_attribute_v2f(input, "block10", v)); /* whole numbers, and doubles */
-    CHECK(exr_attribute_v2f(input, "block12", v));
-    exr_close(input);
+    REQUIRE(image_open(&input, copy, &error));
+    CHECK(image_attribute_number(input, "double", v) && v[0] == 1.25);
+    CHECK(image_attribute_v2f(input, "block10", v)); /* whole numbers, and doubles */
+    CHECK(image_attribute_v2f(input, "block12", v));
+    image_close(input);
 }
 
 static void refuses_bad_output(void)
 {
     static const char *const names[] = {"Y"};
     static const float samples[4] = {0};
-    struct exr_error error = {""};
-    struct exr_output output = {.width = 2,
-                                .height = 2,
-                                .data_window = {0, 0, 1, 1},
-                                .n_channels = 1,
-                                .channel_names = names,
-                                .samples = samples,
-                                .compression = "lzma"};
-    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    struct image_error error = {""};
+    struct image_output output = {.width = 2,
+                                  .height = 2,
+                                  .data_window = {0, 0, 1, 1},
+                                  .n_channels = 1,
+                                  .channel_names = names,
+                                  .samples = samples,
+                                  .compression = "lzma"};
+    CHECK(!image_write(in_folder("bad.exr"), &output, 1, &error));
     CHECK_CONTAINS(error.message, "unknown compression \"lzma\"");
     output.compression = "dwaa";
-    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK(!image_write(in_folder("bad.exr"), &output, 1, &error));
     CHECK_CONTAINS(error.message, "dwaa cannot be written");
     output.compression = NULL;
     output.width = 3;
-    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK(!image_write(in_folder("bad.exr"), &output, 1, &error));
     CHECK_CONTAINS(error.message, "does not fit its data window");
     output.width = 2;
     output.n_channels = 0;
-    CHECK(!exr_write(in_folder("bad.exr"), &output, 1, &error));
+    CHECK(!image_write(in_folder("bad.exr"), &output, 1, &error));
     CHECK_CONTAINS(error.message, "no channel");
     CHECK(access(in_folder("bad.exr"), F_OK) != 0);
 }

@@ -104,7 +104,7 @@ def spec_in(path, part=0):
 
 
 def read_ours(path, folder, part=0, width=WIDTH, height=HEIGHT):
-    """Channels by name as exr_read reads them."""
+    """Channels by name as image_read reads them."""
     raw = Path(folder) / "ours.raw"
     dump("read", path, part, raw)
     names = [

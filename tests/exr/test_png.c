@@ -9,7 +9,7 @@
 
 static void png_comes_back(void)
 {
-    struct exr_error error = {""};
+    struct image_error error = {""};
     static float samples[5 * 3 * 4];
     for (size_t i = 0; i < 5 * 3; i++) {
         float alpha = (float)(i % 5) / 4.0f;
@@ -20,8 +20,9 @@ static void png_comes_back(void)
     for (int bits = 8; bits <= 16; bits += 8) {
         float *got = NULL;
         int32_t width, height;
-        REQUIRE(png_write(in_folder("x.png"), samples, 5, 3, 4, bits, false, &error));
-        REQUIRE(png_read(in_folder("x.png"), &got, &width, &height, &error));
+        REQUIRE(
+            image_write_png(in_folder("x.png"), samples, 5, 3, 4, bits, false, &error));
+        REQUIRE(image_read_png(in_folder("x.png"), &got, &width, &height, &error));
         CHECK(width == 5 && height == 3);
         double tolerance = bits == 8 ? 0.6 / 255 * 2.3 : 0.6 / 65535 * 2.3;
         for (size_t i = 0; i < 5 * 3 * 4; i++)
@@ -33,11 +34,11 @@ static void png_comes_back(void)
 static void png_clips_and_encodes(void)
 {
     static const float samples[] = {-1, 0, 0.5f, 1, 20, NAN};
-    struct exr_error error = {""};
+    struct image_error error = {""};
     float *got = NULL;
     int32_t width, height;
-    REQUIRE(png_write(in_folder("g.png"), samples, 6, 1, 1, 8, false, &error));
-    REQUIRE(png_read(in_folder("g.png"), &got, &width, &height, &error));
+    REQUIRE(image_write_png(in_folder("g.png"), samples, 6, 1, 1, 8, false, &error));
+    REQUIRE(image_read_png(in_folder("g.png"), &got, &width, &height, &error));
     static const float want[] = {0, 0, 0.5f, 1, 1, 0};
     for (size_t i = 0; i < 6; i++) {
         CHECK_NEAR(got[4 * i], want[i], 0.004);
@@ -45,33 +46,33 @@ static void png_clips_and_encodes(void)
     }
     free(got);
     /* As it is: 0.5 is 128 of 255 and reads as the linear light of that. */
-    REQUIRE(png_write(in_folder("g.png"), samples, 6, 1, 1, 8, true, &error));
-    REQUIRE(png_read(in_folder("g.png"), &got, &width, &height, &error));
+    REQUIRE(image_write_png(in_folder("g.png"), samples, 6, 1, 1, 8, true, &error));
+    REQUIRE(image_read_png(in_folder("g.png"), &got, &width, &height, &error));
     CHECK_NEAR(got[4 * 2], 0.2158605, 1e-4);
     free(got);
 }
 
 static void png_says_why(void)
 {
-    struct exr_error error = {""};
+    struct image_error error = {""};
     float *got, pixel[3] = {0};
     int32_t width, height;
-    CHECK(!png_read(in_folder("missing.png"), &got, &width, &height, &error));
+    CHECK(!image_read_png(in_folder("missing.png"), &got, &width, &height, &error));
     CHECK_CONTAINS(error.message, "No such file");
     FILE *file = fopen(in_folder("text.png"), "w");
     REQUIRE(file != NULL);
     fputs("hello", file);
     fclose(file);
-    CHECK(!png_read(in_folder("text.png"), &got, &width, &height, &error));
+    CHECK(!image_read_png(in_folder("text.png"), &got, &width, &height, &error));
     CHECK_CONTAINS(error.message, "is not a PNG file");
-    CHECK(!png_write(in_folder("y.png"), pixel, 1, 1, 3, 12, false, &error));
+    CHECK(!image_write_png(in_folder("y.png"), pixel, 1, 1, 3, 12, false, &error));
     CHECK_CONTAINS(error.message, "12 bits");
     static float noise[64 * 64];
     for (size_t i = 0; i < 64 * 64; i++)
         noise[i] = (float)(i * 7919 % 97) / 97;
-    REQUIRE(png_write(in_folder("cut.png"), noise, 64, 64, 1, 8, false, &error));
+    REQUIRE(image_write_png(in_folder("cut.png"), noise, 64, 64, 1, 8, false, &error));
     REQUIRE(truncate(in_folder("cut.png"), 500) == 0);
-    CHECK(!png_read(in_folder("cut.png"), &got, &width, &height, &error));
+    CHECK(!image_read_png(in_folder("cut.png"), &got, &width, &height, &error));
     CHECK_CONTAINS(error.message, "cut.png: damaged");
     CHECK(got == NULL);
 }

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "exr.h"
+#include "image.h"
 #include "testing.h"
 
 void *__real_malloc(size_t n);
@@ -66,61 +66,61 @@ void __wrap_free(void *memory)
 
 static const char *corpus;
 static char out[64];
-static struct exr_error error;
+static struct image_error error;
 
-static bool read_deep(struct exr_input *input, const struct exr_layer *layer)
+static bool read_deep(struct image_input *input, const struct image_layer *layer)
 {
-    struct exr_deep deep;
+    struct image_deep deep;
     const int wanted[] = {layer->r, layer->a, layer->z,
-                          exr_find_z_back(input, layer->z)};
-    if (!exr_read_deep(input, wanted, 4, &deep, 1, &error))
+                          image_find_z_back(input, layer->z)};
+    if (!image_read_deep(input, wanted, 4, &deep, 1, &error))
         return false;
-    exr_deep_free(&deep);
+    image_deep_free(&deep);
     return true;
 }
 
-static bool read_flat(struct exr_input *input, const struct exr_layer *layer)
+static bool read_flat(struct image_input *input, const struct image_layer *layer)
 {
     static float samples[64 * 64 * 4];
     static const char *const names[] = {"R", "G", "B", "A"};
-    static const enum exr_sample_type types[4] = {EXR_SAMPLE_HALF};
+    static const enum image_sample_type types[4] = {IMAGE_SAMPLE_HALF};
     int n;
-    const struct exr_part_info *part =
-        &exr_parts(input, &n)[exr_channels(input, &n)[layer->r].part];
-    const struct exr_box *box = &part->data_window;
+    const struct image_part_info *part =
+        &image_parts(input, &n)[image_channels(input, &n)[layer->r].part];
+    const struct image_box *box = &part->data_window;
     const int width = box->max_x - box->min_x + 1, height = box->max_y - box->min_y + 1;
     if (width * height > 64 * 64)
-        return exr_find_layer(input, "nothing", NULL, false, NULL, &error);
-    const struct exr_output output = {.width = width,
-                                      .height = height,
-                                      .n_channels = 4,
-                                      .channel_names = names,
-                                      .types = types,
-                                      .samples = samples,
-                                      .compression = "zip",
-                                      .like = input,
-                                      .pass_through = true};
-    return exr_read_layer(input, layer, 4, samples, 1, &error) &&
-           exr_write(out, &output, 1, &error) &&
-           png_write(out, samples, width, height, 4, 8, false, &error);
+        return image_find_layer(input, "nothing", NULL, false, NULL, &error);
+    const struct image_output output = {.width = width,
+                                        .height = height,
+                                        .n_channels = 4,
+                                        .channel_names = names,
+                                        .types = types,
+                                        .samples = samples,
+                                        .compression = "zip",
+                                        .like = input,
+                                        .pass_through = true};
+    return image_read_layer(input, layer, 4, samples, 1, &error) &&
+           image_write(out, &output, 1, &error) &&
+           image_write_png(out, samples, width, height, 4, 8, false, &error);
 }
 
 /* Opens, reads and writes; true where all of it went well. */
 static bool use(const char *name)
 {
     char path[512];
-    struct exr_input *input;
-    struct exr_layer layer;
+    struct image_input *input;
+    struct image_layer layer;
     snprintf(path, sizeof path, "%s/%s", corpus, name);
     error.message[0] = '\0';
-    if (!exr_open(&input, path, &error))
+    if (!image_open(&input, path, &error))
         return false;
     int n;
-    bool is_good = exr_find_layer(input, NULL, NULL, false, &layer, &error);
+    bool is_good = image_find_layer(input, NULL, NULL, false, &layer, &error);
     if (is_good)
-        is_good = exr_parts(input, &n)[0].is_deep ? read_deep(input, &layer)
-                                                  : read_flat(input, &layer);
-    exr_close(input);
+        is_good = image_parts(input, &n)[0].is_deep ? read_deep(input, &layer)
+                                                    : read_flat(input, &layer);
+    image_close(input);
     return is_good;
 }
 

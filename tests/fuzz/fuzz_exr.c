@@ -7,34 +7,34 @@
 #include <unistd.h>
 
 #include "bytes.h"
-#include "exr.h"
+#include "image.h"
 
 enum { MAX_PIXELS = 1 << 20 };
 
-static bool is_small(const struct exr_input *input, int channel)
+static bool is_small(const struct image_input *input, int channel)
 {
     int n;
-    const struct exr_channel_info *channels = exr_channels(input, &n);
+    const struct image_channel_info *channels = image_channels(input, &n);
     PROMISE(channel >= 0 && channel < n);
-    const struct exr_part_info *parts = exr_parts(input, &n);
-    const struct exr_box *box = &parts[channels[channel].part].data_window;
+    const struct image_part_info *parts = image_parts(input, &n);
+    const struct image_box *box = &parts[channels[channel].part].data_window;
     return ((int64_t)box->max_x - box->min_x + 1) *
                ((int64_t)box->max_y - box->min_y + 1) <=
            MAX_PIXELS;
 }
 
-static float *read_layer(struct exr_input *input, const struct exr_layer *layer)
+static float *read_layer(struct image_input *input, const struct image_layer *layer)
 {
     const int wanted[5] = {layer->r, layer->g, layer->b, layer->a, layer->z};
     int n;
-    struct exr_error error = {""};
-    const struct exr_part_info *parts = exr_parts(input, &n);
-    const struct exr_box *box =
-        &parts[exr_channels(input, &n)[layer->r].part].data_window;
+    struct image_error error = {""};
+    const struct image_part_info *parts = image_parts(input, &n);
+    const struct image_box *box =
+        &parts[image_channels(input, &n)[layer->r].part].data_window;
     size_t size = (size_t)(box->max_x - box->min_x + 1) *
                   (size_t)(box->max_y - box->min_y + 1) * 5;
     float *samples = calloc(size, sizeof *samples);
-    if (!exr_read(input, wanted, 5, samples, 1, &error)) {
+    if (!image_read(input, wanted, 5, samples, 1, &error)) {
         PROMISE(error.message[0]);
         free(samples);
         return NULL;
@@ -42,16 +42,16 @@ static float *read_layer(struct exr_input *input, const struct exr_layer *layer)
     return samples;
 }
 
-static void write_again(struct exr_input *input, const struct exr_layer *layer,
+static void write_again(struct image_input *input, const struct image_layer *layer,
                         const float *samples, const char *path)
 {
     static const char *const names[] = {"R", "G", "B", "A", "Z"};
-    static const enum exr_sample_type types[5] = {0};
-    int n, part = exr_channels(input, &n)[layer->r].part;
-    struct exr_error error = {""};
-    const struct exr_part_info *info = &exr_parts(input, &n)[part];
-    const struct exr_box *box = &info->data_window;
-    const struct exr_output output = {
+    static const enum image_sample_type types[5] = {0};
+    int n, part = image_channels(input, &n)[layer->r].part;
+    struct image_error error = {""};
+    const struct image_part_info *info = &image_parts(input, &n)[part];
+    const struct image_box *box = &info->data_window;
+    const struct image_output output = {
         .width = box->max_x - box->min_x + 1,
         .height = box->max_y - box->min_y + 1,
         .data_window = *box,
@@ -66,22 +66,22 @@ static void write_again(struct exr_input *input, const struct exr_layer *layer,
         .like_part = part,
         .pass_through = true,
     };
-    if (!exr_write(path, &output, 1, &error))
+    if (!image_write(path, &output, 1, &error))
         PROMISE(error.message[0]);
 }
 
 /* Samples of a deep part: offsets that rise, and as many samples as they say. */
-static bool read_deep(struct exr_input *input, const struct exr_layer *layer)
+static bool read_deep(struct image_input *input, const struct image_layer *layer)
 {
     int n;
-    struct exr_deep deep;
-    struct exr_error error = {""};
+    struct image_deep deep;
+    struct image_error error = {""};
     if (layer->z < 0 ||
-        !exr_parts(input, &n)[exr_channels(input, &n)[layer->z].part].is_deep)
+        !image_parts(input, &n)[image_channels(input, &n)[layer->z].part].is_deep)
         return false;
     const int wanted[] = {layer->r, layer->a, layer->z,
-                          exr_find_z_back(input, layer->z)};
-    if (!exr_read_deep(input, wanted, 4, &deep, 1, &error)) {
+                          image_find_z_back(input, layer->z)};
+    if (!image_read_deep(input, wanted, 4, &deep, 1, &error)) {
         PROMISE(error.message[0]);
         return true;
     }
@@ -91,27 +91,27 @@ static bool read_deep(struct exr_input *input, const struct exr_layer *layer)
         PROMISE(deep.first[i] <= deep.first[i + 1]);
     for (size_t i = 0; i < deep.first[n_pixels] * 4; i++)
         sum = sum + deep.samples[i];
-    exr_deep_free(&deep);
+    image_deep_free(&deep);
     return true;
 }
 
-static void visit(struct exr_input *input)
+static void visit(struct image_input *input)
 {
     int n;
     double v[2];
     const char *text;
-    struct exr_layer layer;
-    struct exr_error error = {""};
-    const struct exr_channel_info *channels = exr_channels(input, &n);
+    struct image_layer layer;
+    struct image_error error = {""};
+    const struct image_channel_info *channels = image_channels(input, &n);
     for (int i = 0; i < n; i++)
         PROMISE(channels[i].name && channels[i].x_sampling > 0 &&
                 channels[i].y_sampling > 0);
-    exr_attribute_number(input, "rackfocus:focusDistance", v);
-    exr_attribute_string(input, "rackfocus:filtered", &text);
-    exr_attribute_v2f(input, "rackfocus:lensOffset", v);
-    exr_find_layer(input, "ViewLayer.Combined", NULL, false, &layer, &error);
-    exr_find_layer(input, NULL, "Z", true, &layer, &error);
-    if (!exr_find_layer(input, NULL, NULL, false, &layer, &error)) {
+    image_attribute_number(input, "rackfocus:focusDistance", v);
+    image_attribute_string(input, "rackfocus:filtered", &text);
+    image_attribute_v2f(input, "rackfocus:lensOffset", v);
+    image_find_layer(input, "ViewLayer.Combined", NULL, false, &layer, &error);
+    image_find_layer(input, NULL, "Z", true, &layer, &error);
+    if (!image_find_layer(input, NULL, NULL, false, &layer, &error)) {
         PROMISE(error.message[0]);
         return;
     }
@@ -133,13 +133,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     int fd = memfd_create("fuzz", MFD_CLOEXEC);
     char path[64];
-    struct exr_input *input;
-    struct exr_error error = {""};
+    struct image_input *input;
+    struct image_error error = {""};
     PROMISE(fd >= 0 && write(fd, data, size) == (ssize_t)size);
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
-    if (exr_open(&input, path, &error)) {
+    if (image_open(&input, path, &error)) {
         visit(input);
-        exr_close(input);
+        image_close(input);
     } else {
         PROMISE(error.message[0]);
     }

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "display.h"
-#include "exr.h"
+#include "image.h"
 #include "testing.h"
 
 /* As png_write encodes, from its formula. */

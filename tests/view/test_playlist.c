@@ -40,7 +40,7 @@ static void frames_and_views(void)
         "passes_v01.exr", "passes0003_v01.exr", "passes0003_v00.exr",
         "lens.exr",       "notes.txt",          NULL};
     struct playlist list;
-    struct exr_error error;
+    struct image_error error;
     make_folder(names);
     char *paths[] = {folder};
     REQUIRE(playlist_open(&list, paths, 1, &error));
@@ -61,7 +61,7 @@ static void other_names(void)
 {
     static const char *const names[] = {"a.exr", "b.EXR", "c.png", NULL};
     struct playlist list;
-    struct exr_error error;
+    struct image_error error;
     make_folder(names);
     char *paths[] = {folder};
     REQUIRE(playlist_open(&list, paths, 1, &error));
@@ -74,7 +74,7 @@ static void nothing_there(void)
 {
     static const char *const names[] = {"c.png", NULL};
     struct playlist list;
-    struct exr_error error;
+    struct image_error error;
     make_folder(names);
     char *paths[] = {folder};
     CHECK(!playlist_open(&list, paths, 1, &error));
