@@ -10,8 +10,9 @@
  * tile is there. An even footprint has F(dx, dy) = F(-dx, dy) = F(dx, -dy): what stands
  * to both sides of x is added up first, and rows above and below are the same.
  */
-#include "kernels.h"
-#include "vector.h"
+#include "base/math.h"
+#include "kernels/kernels.h"
+#include "kernels/vector.h"
 
 enum {
     /* Columns before the tile, and as many after it: samples that reach it. A footprint

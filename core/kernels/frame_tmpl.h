@@ -4,9 +4,10 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "../surfaces.h"
-#include "kernels.h"
-#include "vector.h"
+#include "base/math.h"
+#include "kernels/data.h"
+#include "kernels/kernels.h"
+#include "kernels/vector.h"
 
 /* Pixels of rgba as they are, and which of their floats are not finite, too. */
 static inline void load_pixels(const float *rgba, vf v[4], vi *is_bad)

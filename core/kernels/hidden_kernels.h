@@ -3,7 +3,8 @@
 #ifndef RF_HIDDEN_KERNELS_H
 #define RF_HIDDEN_KERNELS_H
 
-#include "../surfaces.h"
+#include <stddef.h>
+#include <stdint.h>
 
 enum {
     RF_HIDDEN_BLOCK = 8,

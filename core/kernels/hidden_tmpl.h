@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Inner loops of hidden.c, which says what they compute; part of kernels_tmpl.c. */
-#include "hidden_kernels.h"
-#include "vector.h"
+#include "base/math.h"
+#include "kernels/hidden_kernels.h"
+#include "kernels/vector.h"
 
 /* Votes from farther than sqrt(5) times the nearest candidate count for nothing. */
 enum { FAR2 = 5 };

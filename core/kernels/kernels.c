@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Chooses the instruction set. */
-#include "kernels.h"
+#include "kernels/kernels.h"
+
+#include <stdbool.h>
+#include <string.h>
 
 extern const struct rf_kernels rf_kernels_generic;
 #ifdef RF_HAVE_X86

@@ -4,203 +4,16 @@
  * run time. Every level gives the same bits: vectors of eight floats everywhere, no
  * contraction, fixed order of sums.
  */
-#ifndef RF_KERNELS_H
-#define RF_KERNELS_H
+#ifndef RF_KERNELS_KERNELS_H
+#define RF_KERNELS_KERNELS_H
 
+#include <stdbool.h>
 #include <stddef.h>
-#include <string.h>
+#include <stdint.h>
 
-#include "../footprint.h"
-#include "hidden_kernels.h"
-#include "sight_kernels.h"
-
-enum {
-    RF_TILE_W = 64,
-    RF_TILE_H = 32,
-    RF_TILE_HALO = 12, /* how far a footprint reaches from its middle at the most, px */
-    RF_ACC_LEFT = 24,  /* columns before the tile that footprints may write to */
-    RF_ACC_STRIDE = RF_ACC_LEFT + RF_TILE_W + 32,
-    RF_MAX_PLANES = 5, /* r g b a and coverage */
-};
-
-/* Transmittance that counts as none. */
-#define RF_USED_UP 1e-6f
-
-/* Four floats in turn, such as a colour, on every instruction set. */
-typedef float rf_quad __attribute__((vector_size(16), aligned(4)));
-
-/* A sample ready to be spread: pixel of its level, footprint, coverage, light. */
-struct rf_splat {
-    int32_t x, y;
-    int32_t slot;
-    float cover; /* 0 for light that belongs to another splat's surface */
-    float c[4];  /* colour times weight */
-};
-
-/*
- * Splats of the surfaces of pixels side by side as they are: where the first lies in
- * its tile. 64 bits: slot << 16 | x << 48 | y << 56 | other, where the last is 0 for
- * one surface, RF_PLACE_RUN + n - 1 for n of them, or, for a splat of another kind, 1 +
- * its index.
- */
-typedef uint64_t rf_place;
-
-static inline rf_place rf_place_make(int32_t slot, int x, int y, int other)
-{
-    return (uint64_t)(uint32_t)slot << 16 | (uint64_t)x << 48 | (uint64_t)y << 56 |
-           (uint64_t)other;
-}
-
-static inline int32_t rf_place_slot(rf_place p)
-{
-    return (int32_t)(p >> 16);
-}
-
-static inline int rf_place_x(rf_place p)
-{
-    return (int)(p >> 48 & 0xff);
-}
-
-static inline int rf_place_y(rf_place p)
-{
-    return (int)(p >> 56);
-}
-
-static inline int rf_place_other(rf_place p)
-{
-    return (int)(p & 0xffff);
-}
-
-enum { RF_PLACE_RUN = 0x8000 };
-
-/* How many surfaces a place stands for; 0: a splat of another kind. */
-static inline int rf_place_n(rf_place p)
-{
-    int other = rf_place_other(p);
-    return other >= RF_PLACE_RUN ? other - RF_PLACE_RUN + 1 : other == 0;
-}
-
-/* What the places of a tile stand for. */
-struct rf_tile_surfaces {
-    const struct rf_surface *at;
-    ptrdiff_t first; /* of them, in the tile's first pixel */
-    size_t width;    /* of a row of them */
-    const struct rf_splat *others;
-    int x, y; /* the tile's first pixel */
-};
-
-/* The surface of pixel (x, y) of the tile. */
-static inline const struct rf_surface *rf_tile_surface(const struct rf_tile_surfaces *t,
-                                                       int x, int y)
-{
-    return &t->at[t->first + (ptrdiff_t)t->width * y + x];
-}
-
-/* The splat that a place of the tile is, or the i-th of its surfaces. */
-static inline struct rf_splat rf_place_splat(const struct rf_tile_surfaces *t,
-                                             rf_place place, int i)
-{
-    if (rf_place_n(place) == 0)
-        return t->others[rf_place_other(place) - 1];
-    int x = rf_place_x(place) + i, y = rf_place_y(place);
-    struct rf_splat splat = {
-        .x = t->x + x, .y = t->y + y, .slot = rf_place_slot(place), .cover = 1};
-    memcpy(splat.c, rf_tile_surface(t, x, y)->c, sizeof splat.c);
-    return splat;
-}
-
-/*
- * Where samples of one bin gather: per cell and row, the colour planes and, last, the
- * coverage; RF_ACC_STRIDE columns each, of which the tile is the middle part.
- */
-struct rf_accumulator {
-    int n_cells, n_planes; /* planes with coverage */
-    /*
-     * [cell][row][plane][RF_ACC_STRIDE], zero between bins. With several cells there is
-     * one more, for footprints that all have in common.
-     */
-    float *at;
-    uint32_t
-        common_rows; /* a bit for each row that the common one holds something of */
-    float share[RF_MAX_CELLS]; /* of each cell in what is common */
-    int reach;                 /* px that the footprints of the bin reach at the most */
-    int first_row,
-        last_row; /* rows touched since the last flush; empty: first > last */
-};
-
-_Static_assert(RF_TILE_H == 32, "a bit for each row");
-
-static inline int rf_accumulator_slots(int n_cells)
-{
-    return n_cells > 1 ? n_cells + 1 : 1;
-}
-
-/* Transmittance per cell, and sums per cell or over all cells, of a tile of planes. */
-struct rf_tile_state {
-    float *t;                /* [cell][row][RF_TILE_W] */
-    size_t t_row, t_plane;   /* floats from one to the next */
-    float *sum;              /* [cell or one][plane][row][RF_TILE_W] */
-    size_t row, plane, cell; /* cell 0 where all share the sums */
-};
-
-/* Rows of luminance and of what lies around each pixel, to n rounded up to eight. */
-struct rf_around {
-    const float *luminance, *darkest, *brightest; /* of 5 x 5 pixels */
-    const float *nearest, *farthest;              /* radii of 3 x 3 */
-};
-
-enum { RF_SIDES_AROUND = 5 };
-
-/*
- * The pixels around one, 5 x 5 of them: a bit for each, i + 5 j for column i of row j
- * from the top left.
- */
-struct rf_sides {
-    uint32_t far;      /* beyond the threshold */
-    uint32_t interior; /* all neighbours are on its own side */
-    uint32_t usual;    /* neither below `lowest` nor above `highest` */
-};
-
-/*
- * A highlight and what stands before it, as highlight.c has it. Places count from the
- * light's pixel: where the light lies must not decide how they are rounded.
- */
-enum { RF_LENS_GRID = 64 };    /* cells per axis that say which view to ask */
-enum { RF_SHADOW_MARGIN = 8 }; /* floats after a mask that are read and written back */
-
-struct rf_shadows {
-    float light_x, light_y, light_r; /* in its pixel; signed radius */
-    int x, y;                        /* the light's pixel */
-    /* Where the view sees the light, and the half extent of the cone per px of r. */
-    float seen_x, seen_y, extent_x, extent_y;
-    float nearer; /* an occluder's radius is less by this much */
-    float join;   /* pixels of one surface differ by less */
-    /* The rows around the one that is cast, NULL where there is none; their length. */
-    const float *above, *below;
-    int row;
-    /* What the view shows of radius q is moved by lens (shift_scale q + shift_bias). */
-    float lens_x, lens_y, shift_scale, shift_bias;
-    int left, top, width, height; /* the mask's box */
-    float *blocked;               /* NULL: only asks */
-    /*
-     * With several views: which one the mask's columns ask, in rows of RF_SHADOW_MARGIN
-     * more than its width, and which of these each row of the mask has; else NULL.
-     */
-    const unsigned char *views, *views_row;
-    int view;
-};
-
-/* What pixels of a row have that others lack. */
-enum rf_row_kind {
-    RF_ROW_FILM = 1,    /* alpha other than 1 */
-    RF_ROW_INFINITE = 2 /* values that are not finite */
-};
-
-/* Planar depth in a perspective: what makes a radius of it. */
-struct rf_plain_depth {
-    double factor, offset, infinity; /* params.depth_scale, _offset, _infinity */
-    double bias, scale, most;        /* of the lens */
-};
+#include "kernels/data.h"
+#include "kernels/hidden_kernels.h"
+#include "kernels/sight_kernels.h"
 
 struct rf_kernels {
     const char *name;
@@ -215,10 +28,10 @@ struct rf_kernels {
      * Spreads n splats over a tile whose top left pixel is (x0, y0). Those that do not
      * reach the tile are passed over.
      */
-    void (*spread)(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
+    void (*spread)(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
                    struct rf_footprint *const *footprints, int x0, int y0);
     /* The same for n places of a tile. */
-    void (*spread_places)(struct rf_accumulator *acc, const rf_place *places, int n,
+    void (*spread_places)(struct rf_spread_sums *acc, const rf_packed *places, int n,
                           const struct rf_tile_surfaces *surfaces,
                           struct rf_footprint *const *footprints, int x0, int y0);
     /*
@@ -235,7 +48,7 @@ struct rf_kernels {
      * Saturating sum: w = min(coverage, t); sum += colour w / coverage; t -= w. Clears
      * the accumulator.
      */
-    void (*flush)(struct rf_accumulator *acc, const struct rf_tile_state *state);
+    void (*flush)(struct rf_spread_sums *acc, const struct rf_tile_state *state);
 
     /*
      * One row of a coarse level from n_rows rows of transmittance, each `stride` after
@@ -356,8 +169,8 @@ struct rf_kernels {
      */
     void (*divide)(const float *sum, const float *coverage, float most, int n,
                    float *out);
-    /* The same of three or four sums, times `weight`, added to planes; NULL: not wanted.
-     * With sum[3] NULL the last is as for divide_rgba(). */
+    /* The same of three or four sums, times `weight`, added to planes; NULL: not
+     * wanted. With sum[3] NULL the last is as for divide_rgba(). */
     void (*divide_add)(const float *const sum[4], const float *coverage, float weight,
                        int n, float *const out[4]);
     /*
@@ -438,6 +251,7 @@ struct rf_kernels {
  * best of the machine but for AVX-512, which lowers the clock of older processors.
  */
 const struct rf_kernels *rf_kernels_find(const char *name);
+
 /* The levels of this machine from the plainest on: i = 0, 1, .. until NULL. */
 const struct rf_kernels *rf_kernels_at(int i);
 

@@ -14,15 +14,15 @@
  * reaches at most RF_TILE_HALO px from its middle, which lies at most 9 px beside its
  * pixel.
  */
-#include "frame_tmpl.h"
-#include "hidden_tmpl.h"
-#include "kernels.h"
-#include "levels_tmpl.h"
-#include "shadows_tmpl.h"
-#include "sight_tmpl.h"
-#include "split_tmpl.h"
-#include "spread_tmpl.h"
-#include "vector.h"
+#include "kernels/frame_tmpl.h"
+#include "kernels/hidden_tmpl.h"
+#include "kernels/kernels.h"
+#include "kernels/levels_tmpl.h"
+#include "kernels/shadows_tmpl.h"
+#include "kernels/sight_tmpl.h"
+#include "kernels/split_tmpl.h"
+#include "kernels/spread_tmpl.h"
+#include "kernels/vector.h"
 
 #define RF_CONCAT2(a, b) a##b
 #define RF_CONCAT(a, b) RF_CONCAT2(a, b)
@@ -135,7 +135,7 @@ flush_row(float *acc, const float *common, float share, float *t, float *sum,
 }
 
 static inline __attribute__((always_inline)) void
-flush_all(struct rf_accumulator *acc, const struct rf_tile_state *state, int n_planes)
+flush_all(struct rf_spread_sums *acc, const struct rf_tile_state *state, int n_planes)
 {
     const size_t row_size = (size_t)n_planes * RF_ACC_STRIDE;
     float *const common = acc->at + row_size * RF_TILE_H * (size_t)acc->n_cells;
@@ -158,7 +158,7 @@ flush_all(struct rf_accumulator *acc, const struct rf_tile_state *state, int n_p
     acc->last_row = -1;
 }
 
-static void flush(struct rf_accumulator *acc, const struct rf_tile_state *state)
+static void flush(struct rf_spread_sums *acc, const struct rf_tile_state *state)
 {
     if (acc->n_planes == 4)
         flush_all(acc, state, 4);

@@ -3,8 +3,8 @@
  * Coarse levels: T averaged down, and their sums magnified and added to the canvas;
  * composite.c says what is computed. Part of kernels_tmpl.c.
  */
-#include "kernels.h"
-#include "vector.h"
+#include "kernels/kernels.h"
+#include "kernels/vector.h"
 
 /*
  * What is left of T: so little that it does not show counts as nothing, for every pixel

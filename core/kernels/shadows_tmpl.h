@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Shadows on the disc of a highlight: highlight.c says why; part of kernels_tmpl.c. */
-#include "kernels.h"
-#include "vector.h"
+/* Shadows on the disc of a highlight: highlights_add.c says why; part of
+ * kernels_tmpl.c. */
+#include "kernels/kernels.h"
+#include "kernels/vector.h"
 
 static inline vf vabs(vf v)
 {

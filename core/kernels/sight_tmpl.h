@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which view sees what: views_sight.c says why; part of kernels_tmpl.c. */
-#include "../internal.h"
-#include "sight_kernels.h"
-#include "vector.h"
+#include "base/math.h"
+#include "kernels/sight_kernels.h"
+#include "kernels/vector.h"
 
 static inline vf vsnap(vf v)
 {

@@ -2,8 +2,8 @@
 /* Which pixels are mixed: split.c says why; part of kernels_tmpl.c. */
 #include <string.h>
 
-#include "kernels.h"
-#include "vector.h"
+#include "kernels/kernels.h"
+#include "kernels/vector.h"
 
 static inline __attribute__((always_inline)) void
 extremes_of(const float *const *rows, int n_rows, int reach, int n, float *scratch,

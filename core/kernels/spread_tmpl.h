@@ -3,9 +3,10 @@
  * Inner loops that spread samples over an accumulator; part of kernels_tmpl.c, which
  * says what they compute. Runs of many with one footprint: convolve_tmpl.h.
  */
-#include "convolve_tmpl.h"
-#include "kernels.h"
-#include "vector.h"
+#include "base/math.h"
+#include "kernels/convolve_tmpl.h"
+#include "kernels/kernels.h"
+#include "kernels/vector.h"
 
 /*
  * Adds a segment of n weights, n > 0 and a multiple of eight, to the row at a, and to
@@ -154,7 +155,7 @@ static inline bool reaches_rows(const struct rf_footprint *f, int y)
 }
 
 /* Notes the rows that samples of row y reach. */
-static inline void note_rows(struct rf_accumulator *acc, const struct rf_footprint *f,
+static inline void note_rows(struct rf_spread_sums *acc, const struct rf_footprint *f,
                              int y)
 {
     int top = rf_max_int(y + f->min_dy, 0);
@@ -167,7 +168,7 @@ static inline void note_rows(struct rf_accumulator *acc, const struct rf_footpri
 
 /* Spreads what can reach the tile of a strip in a row that does. */
 static inline __attribute__((always_inline)) void
-spread_strip(struct rf_accumulator *acc, struct strip s, struct run_planes *run,
+spread_strip(struct rf_spread_sums *acc, struct strip s, struct run_planes *run,
              const struct rf_footprint *f, int n_planes, bool is_summed)
 {
     float *const origin = acc->at + RF_ACC_LEFT;
@@ -205,7 +206,7 @@ static inline const struct rf_splat *find_near(const struct rf_splat *s,
 }
 
 static inline __attribute__((always_inline)) void
-spread_splats(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
+spread_splats(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
               struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
     const int left = x0 - acc->reach, top = y0 - acc->reach;
@@ -228,9 +229,9 @@ spread_splats(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
 }
 
 /* The next of n places after i that may reach column x of row y of their tile. */
-static inline int skip_places(const rf_place *p, int i, int n, int x, int y)
+static inline int skip_places(const rf_packed *p, int i, int n, int x, int y)
 {
-    const rf_place least = rf_place_make(0, x, y, 0);
+    const rf_packed least = rf_packed_make(0, x, y, 0);
     int from = ++i, step = 4, end;
     while (i + step < n && p[i + step] < least) {
         i += step;
@@ -243,8 +244,8 @@ static inline int skip_places(const rf_place *p, int i, int n, int x, int y)
         else
             end = middle;
     }
-    bool is_reached = i > from && rf_place_y(p[i - 1]) == y &&
-                      rf_place_x(p[i - 1]) + rf_place_n(p[i - 1]) > x;
+    bool is_reached = i > from && rf_packed_y(p[i - 1]) == y &&
+                      rf_packed_x(p[i - 1]) + rf_packed_n(p[i - 1]) > x;
     return i - is_reached;
 }
 
@@ -257,29 +258,29 @@ static inline void fetch_surfaces(const struct rf_surface *at, size_t width, int
 }
 
 /* What a place stands for; x and y are the tile's. */
-static inline struct strip strip_of(const struct rf_tile_surfaces *t, rf_place place,
+static inline struct strip strip_of(const struct rf_tile_surfaces *t, rf_packed place,
                                     int n, int x, int y)
 {
     if (n == 0) {
-        const struct rf_splat *other = &t->others[rf_place_other(place) - 1];
+        const struct rf_splat *other = &t->others[rf_packed_other(place) - 1];
         return (struct strip){other->c, 0, false, x, y, 1};
     }
     const struct rf_surface *at =
-        rf_tile_surface(t, rf_place_x(place), rf_place_y(place));
+        rf_tile_surface(t, rf_packed_x(place), rf_packed_y(place));
     fetch_surfaces(at, t->width, n);
     return (struct strip){at->c, sizeof *at / sizeof *at->c, true, x, y, n};
 }
 
 /* Is one splat of any kind to the right of another, with the same footprint? */
-static inline bool is_next(rf_place left, rf_place right)
+static inline bool is_next(rf_packed left, rf_packed right)
 {
-    return right >> 16 == (left + rf_place_make(0, 1, 0, 0)) >> 16 &&
-           rf_place_n(right) <= 1;
+    return right >> 16 == (left + rf_packed_make(0, 1, 0, 0)) >> 16 &&
+           rf_packed_n(right) <= 1;
 }
 
 /* Spreads two splats of any kind side by side, of which both can reach the tile. */
 static inline __attribute__((always_inline)) void
-spread_pair(struct rf_accumulator *acc, const struct strip *left,
+spread_pair(struct rf_spread_sums *acc, const struct strip *left,
             const struct strip *right, const struct rf_footprint *f, int n_planes)
 {
     vf value[2][RF_MAX_PLANES];
@@ -290,7 +291,7 @@ spread_pair(struct rf_accumulator *acc, const struct strip *left,
 }
 
 static inline __attribute__((always_inline)) void
-spread_all(struct rf_accumulator *acc, const rf_place *places, int n,
+spread_all(struct rf_spread_sums *acc, const rf_packed *places, int n,
            const struct rf_tile_surfaces *surfaces,
            struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
@@ -299,20 +300,20 @@ spread_all(struct rf_accumulator *acc, const rf_place *places, int n,
     x0 -= surfaces->x;
     y0 -= surfaces->y;
     for (int i = 0; i < n;) {
-        rf_place place = places[i];
-        int x = rf_place_x(place) - x0, y = rf_place_y(place) - y0;
-        int n_strip = rf_place_n(place);
+        rf_packed place = places[i];
+        int x = rf_packed_x(place) - x0, y = rf_packed_y(place) - y0;
+        int n_strip = rf_packed_n(place);
         bool is_beyond = x >= RF_TILE_W + reach;
         if (is_beyond || x + rf_max_int(n_strip, 1) + reach <= 0) {
             i = skip_places(places, i, n, rf_max_int(x0 - reach, 0),
-                            rf_place_y(place) + is_beyond);
+                            rf_packed_y(place) + is_beyond);
             continue;
         }
         i++;
         if ((unsigned)(y + reach) >= RF_TILE_H + 2 * (unsigned)reach)
             continue;
         const struct rf_footprint *f =
-            rf_footprint_at(footprints, (size_t)rf_place_slot(place));
+            rf_footprint_at(footprints, (size_t)rf_packed_slot(place));
         if (!reaches_rows(f, y))
             continue;
         struct strip strip = strip_of(surfaces, place, n_strip, x, y);
@@ -321,7 +322,7 @@ spread_all(struct rf_accumulator *acc, const rf_place *places, int n,
                        x + 1 + f->min_dx < RF_TILE_W;
         if (is_pair) {
             struct strip next =
-                strip_of(surfaces, places[i], rf_place_n(places[i]), x + 1, y);
+                strip_of(surfaces, places[i], rf_packed_n(places[i]), x + 1, y);
             spread_pair(acc, &strip, &next, f, n_planes);
             i++;
         } else {
@@ -330,7 +331,7 @@ spread_all(struct rf_accumulator *acc, const rf_place *places, int n,
     }
 }
 
-static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, int n,
+static void spread(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
                    struct rf_footprint *const *footprints, int x0, int y0)
 {
     if (acc->n_planes == 4)
@@ -339,7 +340,7 @@ static void spread(struct rf_accumulator *acc, const struct rf_splat *splats, in
         spread_splats(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
 }
 
-static void spread_places(struct rf_accumulator *acc, const rf_place *places, int n,
+static void spread_places(struct rf_spread_sums *acc, const rf_packed *places, int n,
                           const struct rf_tile_surfaces *surfaces,
                           struct rf_footprint *const *footprints, int x0, int y0)
 {

@@ -18,7 +18,20 @@
  * Cost: N renders; of the sum itself, N reads and writes of 8 bytes per sample. Memory
  * of the accumulator: 12 bytes per sample, whatever N is.
  */
-#include "../internal.h"
+#include "methods/accumulate.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "input/views_in.h"
+#include "lens/params.h"
+#include "rackfocus/rackfocus.h"
 
 struct rf_accumulator {
     const struct rf_context *context;

@@ -78,9 +78,9 @@ void make_given(void)
     }
 }
 
-struct rf_accumulator *make_accumulator(struct workspace *w, int n_planes)
+struct rf_spread_sums *make_accumulator(struct workspace *w, int n_planes)
 {
-    w->acc = (struct rf_accumulator){.n_cells = 2,
+    w->acc = (struct rf_spread_sums){.n_cells = 2,
                                      .n_planes = n_planes,
                                      .at = w->at,
                                      .share = {0.375f, 0.625f},
@@ -123,7 +123,7 @@ enum { PLACES_W = 80, N_PLACES = 250 };
  * where some of its pixels reach the one that is spread over and some do not. */
 static void call_places(const struct rf_kernels *k, struct workspace *w, int variant)
 {
-    static rf_place places[N_PLACES];
+    static rf_packed places[N_PLACES];
     const struct rf_surface *pixels = (const void *)(w->at + ACC_FLOATS);
     int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61, column = 0, row = 0;
     struct rf_tile_surfaces surfaces = {pixels, 0, PLACES_W, given.splats, x, y};
@@ -133,10 +133,10 @@ static void call_places(const struct rf_kernels *k, struct workspace *w, int var
             column = 0;
             row = (row + 1) % RF_TILE_H;
         }
-        places[i] = rf_place_make(i / 3 % N_FOOTPRINTS, column, row,
-                                  i % 4 == 0 ? 1 + i % N_SPLATS
-                                  : n > 1    ? RF_PLACE_RUN + n - 1
-                                             : 0);
+        places[i] = rf_packed_make(i / 3 % N_FOOTPRINTS, column, row,
+                                   i % 4 == 0 ? 1 + i % N_SPLATS
+                                   : n > 1    ? RF_PACKED_RUN + n - 1
+                                              : 0);
         column += n + i % 5 / 4;
     }
     k->spread_places(make_accumulator(w, 4 + variant % 2), places, N_PLACES, &surfaces,
@@ -169,7 +169,7 @@ static void call_above(const struct rf_kernels *k, struct workspace *w, int vari
 
 static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
 {
-    struct rf_accumulator *acc = make_accumulator(w, 4 + variant % 2);
+    struct rf_spread_sums *acc = make_accumulator(w, 4 + variant % 2);
     float *t = w->at + ACC_FLOATS + 64;
     float *sum = t + 2 * RF_TILE_H * RF_TILE_W + 64;
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;

@@ -5,7 +5,11 @@
 
 #include <stdint.h>
 
-#include "kernels.h"
+#include "base/math.h"
+#include "kernels/data.h"
+#include "kernels/hidden_kernels.h"
+#include "kernels/kernels.h"
+#include "kernels/sight_kernels.h"
 
 enum { WORK_FLOATS = 1 << 17, N_SPLATS = 64, N_FOOTPRINTS = 4, MAX_SEGMENTS = 32 };
 enum { ACC_FLOATS = 3 * RF_TILE_H * RF_MAX_PLANES * RF_ACC_STRIDE };
@@ -15,7 +19,7 @@ enum { SIGHT_W = 48, SIGHT_H = 24 };
 /* Everything that a kernel may read or write. */
 struct workspace {
     float at[WORK_FLOATS];
-    struct rf_accumulator acc;
+    struct rf_spread_sums acc;
 };
 
 /* The same for all levels and runs. */
@@ -48,7 +52,7 @@ extern const int n_kernels;
 
 /* ---- what some of them are given ------------------------------------------------ */
 
-struct rf_accumulator *make_accumulator(struct workspace *w, int n_planes);
+struct rf_spread_sums *make_accumulator(struct workspace *w, int n_planes);
 
 /* A light at the pixel (40, 30), with one view or two. */
 struct rf_shadows shadows_of(struct workspace *w, int variant);

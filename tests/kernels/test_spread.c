@@ -14,7 +14,7 @@ static void places_spread_as_splats_do(void)
 {
     static struct rf_splat splats[N_SPLATS];
     static struct rf_surface surfaces[32 * 64];
-    static rf_place places[N_SPLATS];
+    static rf_packed places[N_SPLATS];
     const struct rf_tile_surfaces tile = {surfaces + 5, -5, 64, given.splats, 100, 50};
     const struct rf_kernels *k = rf_kernels_at(0);
     for (int i = 0; i < N_SPLATS; i++) {
@@ -29,7 +29,7 @@ static void places_spread_as_splats_do(void)
             splats[i].cover = given.splats[i].cover;
             memcpy(splats[i].c, given.splats[i].c, sizeof splats[i].c);
         }
-        places[i] = rf_place_make(slot, x, y, is_other ? i + 1 : 0);
+        places[i] = rf_packed_make(slot, x, y, is_other ? i + 1 : 0);
     }
     for (int i = 0; i < 6; i++) { /* a tile to the left, about them, to the right */
         int n_planes = 4 + i % 2, x0 = (const int[]){40, 90, 127}[i / 2];
@@ -64,9 +64,9 @@ static void spread_run_at(struct workspace *w, int x0, int slot, int start, int 
         splats[i] = (struct rf_splat){100 + x, 50 + 10, slot, 1, {0}};
         memcpy(splats[i].c, at->c, sizeof at->c);
     }
-    const rf_place place =
-        rf_place_make(slot, RUN_X + start, 10, n > 1 ? RF_PLACE_RUN + n - 1 : 0);
-    struct rf_accumulator *acc = make_accumulator(w, 5);
+    const rf_packed place =
+        rf_packed_make(slot, RUN_X + start, 10, n > 1 ? RF_PACKED_RUN + n - 1 : 0);
+    struct rf_spread_sums *acc = make_accumulator(w, 5);
     const struct rf_kernels *k = rf_kernels_at(0);
     if (as_place)
         k->spread_places(acc, &place, 1, &tile, given.pointers, x0, 50);
@@ -153,7 +153,7 @@ static void places_of_runs_spread_as_their_splats_do(void)
 {
     static struct rf_surface surfaces[RF_TILE_H * RF_TILE_W];
     static struct rf_splat splats[RF_TILE_H * RF_TILE_W];
-    static rf_place places[RF_TILE_H * RF_TILE_W];
+    static rf_packed places[RF_TILE_H * RF_TILE_W];
     const struct rf_tile_surfaces tile = {surfaces, 0, RF_TILE_W, NULL, 64, 32};
     const struct rf_kernels *k = rf_kernels_at(0);
     int n_places = 0, n_splats = 0;
@@ -163,11 +163,11 @@ static void places_of_runs_spread_as_their_splats_do(void)
             n = rf_min_int(1 + (int)(noise() * 40), RF_TILE_W - x);
             int slot = n_places % N_FOOTPRINTS;
             places[n_places] =
-                rf_place_make(slot, x, y, n > 1 ? RF_PLACE_RUN + n - 1 : 0);
+                rf_packed_make(slot, x, y, n > 1 ? RF_PACKED_RUN + n - 1 : 0);
             for (int i = x; i < x + n; i++) {
                 struct rf_surface *at = &surfaces[y * RF_TILE_W + i];
                 *at = (struct rf_surface){{noise(), noise(), noise(), 1}, 0};
-                splats[n_splats++] = rf_place_splat(&tile, places[n_places], i - x);
+                splats[n_splats++] = rf_packed_splat(&tile, places[n_places], i - x);
             }
         }
     for (int i = 0; i < 9; i++) {

@@ -2,7 +2,7 @@
 /* The mean of pictures, streamed: against sums in long double, and its errors. */
 #include <stdlib.h>
 
-#include "internal.h"
+#include "base/context.h"
 #include "testing.h"
 
 enum { WIDTH = 7, HEIGHT = 5, N = WIDTH * HEIGHT * 4, N_VIEWS = 300 };

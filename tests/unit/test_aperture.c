@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "footprint.h"
-#include "internal.h"
+#include "base/context.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "compose/footprint.h"
+#include "kernels/data.h"
+#include "lens/aperture.h"
 #include "testing.h"
 
 static struct rf_shape shape_of(int aperture, int blades, double rotation, double ratio)

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Threads take parts of chunks; no part reaches into another, and all go back. */
-#include "arena.h"
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/pool.h"
+#include "kernels/kernels.h"
 #include "testing.h"
 
 enum { N_THREADS = 2, N_PARTS = 400 };

@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is estimated behind surfaces: a post in the middle of a wall. */
-#include "surfaces.h"
+#include "base/context.h"
+#include "base/math.h"
+#include "base/task.h"
+#include "input/frame.h"
+#include "kernels/data.h"
+#include "surfaces/hidden.h"
+#include "surfaces/surfaces.h"
 #include "testing.h"
 
 enum { SIDE = 32, POST = 14, POST_END = 22, N = SIDE * SIDE, STRIDE = SIDE + 16 };

@@ -2,7 +2,8 @@
 /* rf_lens_points() by what it promises: even shares, places, moments, repeatability. */
 #include <stdlib.h>
 
-#include "internal.h"
+#include "base/math.h"
+#include "lens/aperture.h"
 #include "testing.h"
 
 static struct rf_params params_of(int pattern, int blades, double rotation,
@@ -135,8 +136,9 @@ static double mean_distance2(int n)
 }
 
 /*
- * Two to four stand where the rest of the lens is near to one of them, at places of their
- * own along both axes; a plain mean of them must have the blur of the lens instead.
+ * Two to four stand where the rest of the lens is near to one of them, at places of
+ * their own along both axes; a plain mean of them must have the blur of the lens
+ * instead.
  */
 static void few_are_near_to_all_of_the_lens(void)
 {

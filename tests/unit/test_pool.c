@@ -2,7 +2,8 @@
 /* Memory that is given back serves again, in parts too, and within its bound. */
 #include <stdlib.h>
 
-#include "internal.h"
+#include "base/context.h"
+#include "base/pool.h"
 #include "testing.h"
 
 enum { MIB = 1 << 20 };

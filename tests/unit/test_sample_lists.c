@@ -1,6 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lists of tiles: a source's pixels are listed as samples of an array are. */
-#include "composer.h"
+#include "base/context.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "compose/composer.h"
+#include "compose/footprint.h"
+#include "compose/levels.h"
+#include "compose/sample_lists.h"
+#include "compose/scene.h"
+#include "input/frame.h"
+#include "kernels/data.h"
+#include "kernels/kernels.h"
 #include "testing.h"
 
 enum { WIDTH = 150, HEIGHT = 70, N = WIDTH * HEIGHT };
@@ -64,9 +75,9 @@ static int splats_of(const struct rf_tile_list *list, int k, struct rf_splat *ou
             out[n++] = list->at[i];
             continue;
         }
-        int n_place = rf_max_int(rf_place_n(list->places[i]), 1);
+        int n_place = rf_max_int(rf_packed_n(list->places[i]), 1);
         for (int m = 0; m < n_place; m++)
-            out[n++] = rf_place_splat(&list->surfaces, list->places[i], m);
+            out[n++] = rf_packed_splat(&list->surfaces, list->places[i], m);
     }
     return n;
 }

@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Splitting mixed pixels: which may be fringes of a highlight, and what is noted. */
-#include "surfaces.h"
+#include "base/context.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "input/frame.h"
+#include "kernels/data.h"
+#include "surfaces/split.h"
+#include "surfaces/surfaces.h"
 #include "testing.h"
 
 enum { MOST_W = 72, MOST_H = 9, STRIDE = MOST_W + 2 * RF_ROW_MARGIN };

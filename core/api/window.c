@@ -1,0 +1,436 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Windows of a picture, with the bits of the whole.
+ *
+ * Everything is local but for two facts of the whole, which a survey finds: the largest
+ * radius, by which the picture is continued beyond its edges, and the threshold of
+ * highlights (bright_areas.c). What remains is how far a pixel of the result looks.
+ * With R the largest radius in px along the longer axis of the aperture, 2^L the pixel
+ * of the coarsest level that R needs, and lengths in px:
+ *
+ *   S = 99                        a surface: 5 x 5 and 7 x 7 pixels (split.c), squares
+ *                                 of 32 px and their neighbours (bright_areas.c); 16 px
+ * that are spread together (kernels_tmpl.c); 3 px around gaps (gaps.c) H = min(120, 5 R
+ * + 3)         hidden background (hidden.c): candidates lie within 2 R, the window
+ * reaches 2.5 times as far F = R + 4 2^l                 a footprint, in blocks of the
+ * level 4 (2^L - 1)                   T once through the levels, 2 2^l at each of them
+ *
+ * T passes the levels four times: visible and hidden samples, near and far. A pixel so
+ * depends on surfaces within 16 2^L + F + S, on those behind hidden samples within
+ * 8 2^L + F + H + S, and on those that stand before highlights within 3 R + S. Tiles of
+ * the levels must be those of the whole picture, since sums are in their order: windows
+ * begin at multiples of the coarsest one. They may end anywhere.
+ *
+ * Several views: methods/views_lens.c has the margin (rf_views_margin()). Each is
+ * surveyed by itself. Places between pixels are whole 128ths of one (rf_snap_px()), so
+ * that they are the same from wherever they are counted.
+ */
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "compose/levels.h"
+#include "compose/scene.h"
+#include "input/depth.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "input/views_in.h"
+#include "kernels/data.h"
+#include "lens/aperture.h"
+#include "methods/views/views.h"
+#include "methods/views/views_lens.h"
+#include "surfaces/bright_areas.h"
+#include "surfaces/picture.h"
+#include "rackfocus/rackfocus.h"
+
+enum {
+    SURFACE = 96 + RF_GAP_REACH, /* S */
+    HIDDEN_MOST = 128,           /* H at most, with the pixels that share an answer */
+};
+
+/* H for footprints of r px. */
+static int hidden_reach(int r)
+{
+    return rf_min_int(5 * r + 16, HIDDEN_MOST);
+}
+
+static rf_result check_method(const struct rf_filter *f, struct rf_error *error)
+{
+    size_t n;
+    if (f->params.method != RF_METHOD_LAYERED && f->params.method != RF_METHOD_VIEWS)
+        return rf_fail(error, RF_ERROR_PARAMETER, "method",
+                       "%s needs the whole picture at once; windows of it are for "
+                       "layered and views",
+                       rf_method_list(&n)[f->params.method].name);
+    if (f->params.quality == RF_QUALITY_PREVIEW)
+        return rf_fail(error, RF_ERROR_PARAMETER, "quality",
+                       "preview needs the whole picture at once; take normal or best");
+    return RF_OK;
+}
+
+static bool is_within(const struct rf_window *w, const struct rf_window *outer)
+{
+    return w->width >= 1 && w->height >= 1 && w->x >= outer->x && w->y >= outer->y &&
+           w->width <= outer->width && w->height <= outer->height &&
+           w->x - outer->x <= outer->width - w->width &&
+           w->y - outer->y <= outer->height - w->height;
+}
+
+/* Is `window` within the picture, or within `outer` where that is not NULL? */
+static rf_result check_window(const struct rf_filter *f, const struct rf_window *window,
+                              const struct rf_window *outer, const char *name,
+                              struct rf_error *error)
+{
+    struct rf_window whole = {0, 0, f->width, f->height};
+    if (!window)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name, "%s is NULL", name);
+    if (is_within(window, outer ? outer : &whole))
+        return RF_OK;
+    return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                   "%s, %d x %d px from (%d, %d), is empty or not within the %s", name,
+                   window->width, window->height, window->x, window->y,
+                   outer ? "window given" : "picture");
+}
+
+static rf_result check_view(const struct rf_filter *f, const struct rf_view *view,
+                            const struct rf_window *given, struct rf_error *error)
+{
+    rf_result result = check_method(f, error);
+    if (result == RF_OK)
+        result = check_window(f, given, NULL, "given", error);
+    if (result == RF_OK)
+        result =
+            rf_image_check(&view->colour, "colour", given->width, given->height, error);
+    if (result == RF_OK)
+        result =
+            rf_image_check(&view->depth, "depth", given->width, given->height, error);
+    if (result == RF_OK)
+        result = rf_view_check_place(view, error);
+    return result;
+}
+
+/* The filter of the pixels of a window. */
+static struct rf_filter filter_of(const struct rf_filter *f,
+                                  const struct rf_window *given)
+{
+    struct rf_filter part = *f;
+    part.place = (struct rf_place){given->x, given->y, f->width, f->height};
+    part.width = given->width;
+    part.height = given->height;
+    return part;
+}
+
+/* Loads the pixels of a window; work->memory is to be freed in any case. */
+static rf_result load(struct rf_work *work, const struct rf_view *views,
+                      int64_t *n_known, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
+    size_t n_views = (size_t)work->n_views;
+    work->memory = rf_alloc(f->context, n * n_views, sizeof *work->memory);
+    if (!work->memory)
+        return rf_fail_memory(error, n * n_views, sizeof *work->memory);
+    rf_result result = RF_OK;
+    for (size_t j = 0; j < n_views && result == RF_OK; j++)
+        result = rf_work_load(work, (int)j, &views[j], work->memory + n * j, n_known,
+                              NULL, NULL, error);
+    return result;
+}
+
+rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view *view,
+                           const struct rf_window *given,
+                           const struct rf_window *counted, struct rf_survey *survey,
+                           struct rf_error *error)
+{
+    if (!filter || !view || !survey)
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       !filter ? "filter"
+                       : !view ? "view"
+                               : "survey",
+                       "a pointer is NULL");
+    if (survey->size != sizeof *survey)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "size",
+                       "set rf_survey.size to its sizeof");
+    rf_result result = check_view(filter, view, given, error);
+    if (result == RF_OK)
+        result = check_window(filter, counted, given, "counted", error);
+    if (result != RF_OK)
+        return result;
+    struct rf_filter part = filter_of(filter, given);
+    struct rf_work_view work_view = {.radius = NULL};
+    struct rf_work work = {.filter = &part,
+                           .n_planes = view->colour.channels,
+                           .n_views = 1,
+                           .views = &work_view};
+    struct rf_areas areas = {.mean = NULL};
+    int64_t n_known = 0;
+    result = load(&work, view, &n_known, error);
+    if (result == RF_OK)
+        result = rf_areas_measure(&areas, &part, &work_view, work.n_planes, error);
+    if (result == RF_OK) {
+        struct rf_window inner = *counted;
+        inner.x -= given->x;
+        inner.y -= given->y;
+        rf_survey_add(survey, &part, &work_view, work.n_planes, &areas, &inner);
+        survey->n_known += (double)n_known;
+        memcpy(survey->lens_offset, view->lens_offset, sizeof survey->lens_offset);
+        survey->shear_distance = view->shear_distance;
+    }
+    rf_areas_free(&areas, filter->context);
+    rf_free(filter->context, work.memory);
+    return result;
+}
+
+static rf_result check_survey(const struct rf_filter *f, const struct rf_survey *survey,
+                              struct rf_error *error)
+{
+    if (!survey || survey->size != sizeof *survey)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "survey",
+                       "there is no survey: count the picture with rf_filter_survey()");
+    if (survey->n_pixels != (double)f->width * f->height)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "survey",
+                       "the survey has counted %.0f pixels of %.0f", survey->n_pixels,
+                       (double)f->width * f->height);
+    if (!(survey->n_known > 0))
+        return rf_fail_empty_depth(error);
+    return RF_OK;
+}
+
+static rf_result check_surveys(const struct rf_filter *f,
+                               const struct rf_survey *surveys, int32_t n_views,
+                               struct rf_error *error)
+{
+    int most = f->params.method == RF_METHOD_VIEWS ? RF_MAX_VIEWS : 1;
+    if (n_views < 1 || n_views > most)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
+                       "%d views were given; the method takes 1 to %d", n_views, most);
+    rf_result result = check_survey(f, surveys, error);
+    for (int j = 1; j < n_views && result == RF_OK; j++)
+        result = check_survey(f, &surveys[j], error);
+    return result;
+}
+
+static float largest_radius(const struct rf_survey *surveys, int n_views)
+{
+    float largest = 0;
+    for (int j = 0; j < n_views; j++)
+        largest = rf_max_float(surveys[j].largest_radius, largest);
+    return largest;
+}
+
+/* What one view needs around a window. */
+static struct rf_margin margin_of_one(const struct rf_filter *f, float largest)
+{
+    double extent[2];
+    rf_shape_extent(&f->shape, extent);
+    float reach = largest * (float)fmax(fmax(extent[0], extent[1]), 1);
+    /* Radii are averaged: a sum may round up beyond the largest. */
+    int level = rf_level_of(rf_level_split(&f->shape), largest * 1.0001f);
+    int size = 1 << level, passes = level ? 16 * size : 0;
+    int r = (int)ceilf(reach), spread = r + 4 * size;
+    int visible = rf_max_int(passes, passes / 2 + hidden_reach(r)) + spread;
+    return (struct rf_margin){.px = rf_max_int(visible, 3 * r) + SURFACE,
+                              .border = rf_picture_border(largest),
+                              .level = level};
+}
+
+static rf_result margin_of(const struct rf_filter *f, const struct rf_survey *surveys,
+                           int n_views, struct rf_margin *margin,
+                           struct rf_error *error)
+{
+    struct rf_work_view places[RF_MAX_VIEWS] = {{.radius = NULL}};
+    struct rf_work work = {.filter = f,
+                           .n_views = n_views,
+                           .views = places,
+                           .largest_radius = largest_radius(surveys, n_views)};
+    if (n_views == 1) {
+        *margin = margin_of_one(f, work.largest_radius);
+        return RF_OK;
+    }
+    for (int j = 0; j < n_views; j++)
+        rf_work_view_place(&places[j], surveys[j].lens_offset,
+                           surveys[j].shear_distance, &f->lens);
+    double extent[2];
+    rf_shape_extent(&f->shape, extent);
+    float reach = work.largest_radius * (float)fmax(fmax(extent[0], extent[1]), 1);
+    return rf_views_margin(&work, SURFACE, hidden_reach((int)ceilf(reach)), margin,
+                           error);
+}
+
+/* Where the window that begins at `first` must begin to have the whole's tiles. */
+static int first_on_grid(int first, int border, int tile)
+{
+    int at = (first + border) / tile * tile - border;
+    return first <= 0 || at <= 0 ? 0 : at;
+}
+
+rf_result rf_filter_window(const struct rf_filter *filter,
+                           const struct rf_survey *surveys, int32_t n_views,
+                           const struct rf_window *kept, struct rf_window *given,
+                           struct rf_error *error)
+{
+    if (!filter || !given)
+        return rf_fail(error, RF_ERROR_ARGUMENT, !filter ? "filter" : "given",
+                       "a pointer is NULL");
+    rf_result result = check_method(filter, error);
+    if (result == RF_OK)
+        result = check_surveys(filter, surveys, n_views, error);
+    if (result == RF_OK)
+        result = check_window(filter, kept, NULL, "kept", error);
+    if (result != RF_OK)
+        return result;
+    if (n_views == 1 && surveys->largest_radius < RF_SHARP_PX) {
+        *given = *kept;
+        return RF_OK;
+    }
+    struct rf_margin margin;
+    result = margin_of(filter, surveys, n_views, &margin, error);
+    if (result != RF_OK)
+        return result;
+    int border = margin.border, px = margin.px, level = margin.level;
+    int x0 = first_on_grid(kept->x - px, border, RF_TILE_W << level);
+    int y0 = first_on_grid(kept->y - px, border, RF_TILE_H << level);
+    int x1 = rf_min_int(kept->x + kept->width + px, filter->width);
+    int y1 = rf_min_int(kept->y + kept->height + px, filter->height);
+    *given = (struct rf_window){x0, y0, x1 - x0, y1 - y0};
+    return RF_OK;
+}
+
+size_t rf_window_bytes(const struct rf_filter *filter, const struct rf_survey *surveys,
+                       int32_t n_views, const struct rf_window *given)
+{
+    int border = 2 * rf_picture_border(largest_radius(surveys, n_views));
+    size_t n_more = n_views > 1 ? (size_t)n_views : 0;
+    int width = given->width + (given->width < filter->width ? border / 2 : border);
+    int height = given->height + (given->height < filter->height ? border / 2 : border);
+    return (size_t)width * (size_t)height *
+               (RF_WINDOW_BYTES_PER_PIXEL + n_more * RF_WINDOW_BYTES_PER_VIEW) +
+           RF_WINDOW_BYTES;
+}
+
+/* Are the views those that were surveyed, and all like the first? */
+static rf_result check_alike(const struct rf_survey *surveys,
+                             const struct rf_view *views, int n_views,
+                             struct rf_error *error)
+{
+    for (int j = 0; j < n_views; j++) {
+        const struct rf_view *view = &views[j];
+        if (view->colour.channels != views->colour.channels)
+            return rf_fail(error, RF_ERROR_ARGUMENT, "colour",
+                           "view %d has %d channels and view 0 %d: give all the same",
+                           j, view->colour.channels, views->colour.channels);
+        if (view->lens_offset[0] != surveys[j].lens_offset[0] ||
+            view->lens_offset[1] != surveys[j].lens_offset[1] ||
+            view->shear_distance != surveys[j].shear_distance)
+            return rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
+                           "view %d was at another place when it was surveyed", j);
+    }
+    return RF_OK;
+}
+
+static rf_result check_process(const struct rf_filter *f,
+                               const struct rf_survey *surveys,
+                               const struct rf_view *views, int32_t n_views,
+                               const struct rf_window *given,
+                               const struct rf_window *kept, const struct rf_image *out,
+                               struct rf_error *error)
+{
+    struct rf_window needed;
+    rf_result result = check_view(f, views, given, error);
+    if (result == RF_OK)
+        result = check_window(f, kept, given, "kept", error);
+    if (result == RF_OK)
+        result = rf_filter_window(f, surveys, n_views, kept, &needed, error);
+    for (int j = 1; j < n_views && result == RF_OK; j++)
+        result = check_view(f, &views[j], given, error);
+    if (result == RF_OK)
+        result = check_alike(surveys, views, n_views, error);
+    if (result != RF_OK)
+        return result;
+    if (memcmp(&needed, given, sizeof needed) != 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "given",
+                       "%d x %d px from (%d, %d) are given; rf_filter_window() asks "
+                       "for %d x %d px from (%d, %d)",
+                       given->width, given->height, given->x, given->y, needed.width,
+                       needed.height, needed.x, needed.y);
+    result = rf_image_check(out, "out", kept->width, kept->height, error);
+    if (result == RF_OK && out->channels != views->colour.channels)
+        result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
+                         "out has %d channels and colour %d: give both the same",
+                         out->channels, views->colour.channels);
+    return result;
+}
+
+static rf_result run(struct rf_work *work, const struct rf_view *views,
+                     const struct rf_window *given, const struct rf_window *kept,
+                     const struct rf_image *out, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    int x = kept->x - given->x, y = kept->y - given->y;
+    if (work->n_views == 1 && work->largest_radius < RF_SHARP_PX) {
+        struct rf_image from = views->colour;
+        from.data = (void *)rf_image_at(&views->colour, x, y, 0);
+        rf_image_copy(&from, out);
+        return RF_OK;
+    }
+    memcpy(work->colour, work->views[0].colour, sizeof work->colour);
+    work->radius = work->views[0].radius;
+    rf_result result = rf_views_run(work, error); /* of one view: the method layered */
+    if (result == RF_OK && rf_task_is_cancelled(work->task))
+        result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    if (result != RF_OK)
+        return result;
+    float *planes[4] = {NULL};
+    for (int p = 0; p < work->n_planes; p++)
+        planes[p] = work->colour[p] + (size_t)y * work->stride + (size_t)x;
+    rf_frame_store(f->context, &f->params, planes, work->stride, out);
+    return RF_OK;
+}
+
+rf_result
+rf_filter_process_window(const struct rf_filter *filter,
+                         const struct rf_survey *surveys, const struct rf_view *views,
+                         int32_t n_views, const struct rf_window *given,
+                         const struct rf_window *kept, const struct rf_image *out,
+                         const struct rf_progress *progress, struct rf_error *error)
+{
+    if (!filter || !views || !out)
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       !filter  ? "filter"
+                       : !views ? "views"
+                                : "out",
+                       "a pointer is NULL");
+    rf_result result =
+        check_process(filter, surveys, views, n_views, given, kept, out, error);
+    if (result != RF_OK)
+        return result;
+    struct rf_task task;
+    rf_task_begin(&task, progress);
+    if (rf_task_is_cancelled(&task))
+        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    struct rf_filter part = filter_of(filter, given);
+    struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
+    for (int j = 0; j < n_views; j++)
+        work_views[j].survey = &surveys[j];
+    struct rf_work work = {.filter = &part,
+                           .n_planes = views->colour.channels,
+                           .n_views = n_views,
+                           .views = work_views,
+                           .stride = (size_t)given->width,
+                           .largest_radius = largest_radius(surveys, n_views),
+                           .task = &task};
+    int64_t n_known;
+    result = load(&work, views, &n_known, error);
+    if (result == RF_OK)
+        result = run(&work, views, given, kept, out, error);
+    rf_free(filter->context, work.memory);
+    if (result == RF_OK)
+        rf_task_end(&task);
+    return result;
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Progress of one method over its phases, and cancelling. */
+#include "base/task.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/parallel.h"
+#include "rackfocus/rackfocus.h"
+
+static const double LEAST_STEP = 1.0 / 4096; /* callers may redraw at each report */
+
+static void ask(struct rf_task *task)
+{
+    if (task->progress && task->progress->report &&
+        !task->progress->report(task->progress->user, task->last))
+        __atomic_store_n(&task->cancelled, 1, __ATOMIC_RELAXED);
+}
+
+static void report(struct rf_task *task, double fraction)
+{
+    if (task->last >= 0 && fraction < task->last + LEAST_STEP && fraction < 1)
+        return;
+    task->last = fraction;
+    ask(task);
+}
+
+void rf_task_begin(struct rf_task *task, const struct rf_progress *progress)
+{
+    *task = (struct rf_task){.progress = progress, .last = -1};
+    report(task, 0);
+}
+
+void rf_task_end(struct rf_task *task)
+{
+    report(task, 1);
+}
+
+void rf_task_phase(struct rf_task *task, double to, int64_t n_steps)
+{
+    task->from = task->to;
+    task->to = to;
+    task->n_steps = n_steps;
+    task->n_done = 0;
+}
+
+bool rf_task_poll(struct rf_task *task)
+{
+    if (rf_thread_num() == 0 && !rf_task_is_cancelled(task))
+        ask(task);
+    return !rf_task_is_cancelled(task);
+}
+
+bool rf_task_is_cancelled(const struct rf_task *task)
+{
+    return __atomic_load_n(&task->cancelled, __ATOMIC_RELAXED) != 0;
+}
+
+bool rf_task_step(struct rf_task *task)
+{
+    int64_t done = __atomic_add_fetch(&task->n_done, 1, __ATOMIC_RELAXED);
+    /* The master of a parallel region is the thread that entered it. */
+    if (rf_thread_num() == 0 && !rf_task_is_cancelled(task))
+        report(task, fmin(task->from + (task->to - task->from) * (double)done /
+                                           (double)task->n_steps,
+                          0.999));
+    return !rf_task_is_cancelled(task);
+}

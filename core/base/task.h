@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Progress and cancelling. */
+#ifndef RF_BASE_TASK_H
+#define RF_BASE_TASK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "rackfocus/rackfocus.h"
+
+/*
+ * Progress over the phases of one method: fractions [from, to] of the whole. Worker
+ * threads count finished tiles with rf_task_step(); the caller's thread reports.
+ */
+struct rf_task {
+    const struct rf_progress *progress;
+    double from, to; /* of the current phase */
+    double last;     /* last fraction reported */
+    int64_t n_steps; /* of the current phase */
+    int64_t n_done;  /* atomic */
+    int cancelled;   /* atomic */
+};
+
+void rf_task_begin(struct rf_task *task, const struct rf_progress *progress);
+
+/* Reports 1. */
+void rf_task_end(struct rf_task *task);
+
+void rf_task_phase(struct rf_task *task, double to, int64_t n_steps);
+
+/* Counts one tile; true while work goes on. Any thread. */
+bool rf_task_step(struct rf_task *task);
+
+/* Reports the last fraction again, if the caller's thread calls it; true while work
+ * goes on. Any thread. */
+bool rf_task_poll(struct rf_task *task);
+
+bool rf_task_is_cancelled(const struct rf_task *task);
+
+#endif

@@ -1,0 +1,406 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Compositing (recipe step 6), at a cost that does not grow with the radius.
+ *
+ * Samples gather in fixed bins of 2 px of signed radius, near to far. For each pixel p
+ * and sub-aperture c, with T(p, c) what is still uncovered,
+ *
+ *   w = min(coverage of the bin, T),  out += colour w / coverage,  T -= w
+ *
+ * a saturating sum: a continuous surface that a bin border cuts adds up to exactly 1
+ * (the kernel rounds a coverage of 95 % of T or more up to T).
+ *
+ * Levels. |r| < 8 px (less for shapes wider than high) is spread at full resolution.
+ * Level l = 1, 2, ... takes 8 2^(l-1)
+ * <= |r| < 8 2^l at 1/2^l resolution, where the radius is again 4 to 8 px: the samples
+ * of a block and bin become one. Each level starts from T averaged down to it, T_l, and
+ * gives sums S_l with coverage W_l; at full resolution, bilinearly magnified,
+ *
+ *   w = T min(1, W_l / T_l),  out += S_l w / W_l,  T -= w
+ *
+ * The order is: near levels, coarse to fine; level 0; far levels, fine to coarse; first
+ * for the visible samples and then for the hidden ones, which so fill only what is
+ * left. Averaging down and magnifying widen a footprint by 4^l / 4 px^2 per axis (box
+ * and tent), so its radius is shortened to keep the second moment r^2/4.
+ *
+ * Work is cut into tiles of 64 x 32 px of the level; a tile is one thread's from its
+ * first bin to its last, and the order of sums in it is fixed.
+ */
+#include "compose/composite.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "compose/coarse_levels.h"
+#include "compose/composer.h"
+#include "compose/composite_tiles.h"
+#include "compose/footprint.h"
+#include "compose/footprint_shelf.h"
+#include "compose/gaps.h"
+#include "compose/highlights_add.h"
+#include "compose/levels.h"
+#include "compose/sample_lists.h"
+#include "compose/scene.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "input/views_in.h"
+#include "kernels/data.h"
+#include "kernels/kernels.h"
+#include "rackfocus/rackfocus.h"
+
+/* ---- one set of samples -------------------------------------------------------- */
+
+static bool has_samples(const struct rf_group *g)
+{
+    for (int i = 0; i < g->n_x * g->n_y; i++)
+        if (g->tiles[i].n > 0)
+            return true;
+    return false;
+}
+
+static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups,
+                            int n_groups, double progress_to, struct rf_error *error)
+{
+    struct rf_task *task = c->scene->task;
+    rf_result result = RF_OK;
+    const struct rf_group full = rf_group_make(c, 0, false);
+    int64_t n_steps = 0;
+    for (int k = 0; k < n_groups; k++)
+        if (has_samples(&groups[k]))
+            n_steps += groups[k].n_x * groups[k].n_y +
+                       (groups[k].level ? full.n_x * full.n_y : 0);
+    rf_task_phase(task, progress_to, n_steps);
+    for (int k = 0; k < n_groups && result == RF_OK && !rf_task_is_cancelled(task);
+         k++) {
+        const struct rf_group *g = &groups[k];
+        int n_tiles = g->n_x * g->n_y;
+        bool is_filled = has_samples(g);
+        if (is_filled && g->level > 0)
+            result = rf_run_level(c, g, error);
+        else if (is_filled) {
+#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 1)
+            for (int i = 0; i < n_tiles; i++)
+                if (!rf_task_is_cancelled(c->scene->task)) {
+                    rf_run_full_tile(c, g, i);
+                    rf_task_step(c->scene->task);
+                }
+        }
+    }
+    return result;
+}
+
+/* A set of samples, and its lists once there are some. */
+struct set {
+    const struct rf_samples *samples;
+    const struct rf_source *source;
+    struct rf_groups groups;
+};
+
+/* Builds the lists of a set and the footprints that they need. */
+static rf_result build_set(struct rf_composer *c, struct set *set, double lists_to,
+                           double footprints_to, struct rf_error *error)
+{
+    struct rf_task *task = c->scene->task;
+    set->groups.n = 0;
+    if ((set->samples->n == 0 && !set->source->survey) || rf_task_is_cancelled(task))
+        return RF_OK;
+    rf_result result =
+        rf_groups_build(&set->groups, c, set->samples, set->source, lists_to, error);
+    if (result == RF_OK)
+        result =
+            rf_footprints_build(c->footprints, c->needed, task, footprints_to, error);
+    rf_free(c->context, c->needed);
+    c->needed = NULL;
+    return result;
+}
+
+static rf_result run_set(struct rf_composer *c, struct set *set, double progress_to,
+                         struct rf_error *error)
+{
+    double from = c->scene->task->to, room = progress_to - from;
+    rf_result result =
+        build_set(c, set, from + 0.05 * room, from + 0.145 * room, error);
+    if (result == RF_OK && set->groups.n > 0)
+        result = run_groups(c, set->groups.at, set->groups.n, progress_to, error);
+    rf_groups_free(&set->groups, c);
+    return result;
+}
+
+/* ---- all ----------------------------------------------------------------------- */
+
+/* Alpha of what is opaque: what is covered by anything is covered. */
+static void fill_opaque(float *out, const float *coverage, int n)
+{
+    for (int x = 0; x < n; x++)
+        out[x] = coverage[x] > 1e-6f ? 1 : 0;
+}
+
+/* Colour p of n pixels; of p = 3 without sums, alpha. */
+static void finish_plane(const struct rf_composer *c, int p, const float *sum,
+                         const float *coverage, int n, float *out)
+{
+    if (sum)
+        c->kernels->divide(sum, coverage, p == 3 ? 1 : INFINITY, n, out);
+    else
+        fill_opaque(out, coverage, n);
+}
+
+/* Finished pixels of row y of the part, n from x on. */
+static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, int x,
+                       int y, int n, const float *sum, size_t plane)
+{
+    int n_colours = c->scene->n_colours;
+    const float *coverage = sum + plane * (size_t)n_colours, *sums[4] = {NULL};
+    ptrdiff_t at = crop->stride * y + x;
+    for (int p = 0; p < n_colours; p++)
+        sums[p] = sum + plane * (size_t)p;
+    if (c->gaps)
+        rf_gaps_note(c->gaps + (size_t)crop->width * (size_t)y + (size_t)x, coverage,
+                     n);
+    if (crop->rgba) {
+        c->kernels->divide_rgba(sums, coverage, n, crop->rgba + at + 3 * x);
+        return;
+    }
+    float *planes[4];
+    for (int p = 0; p < 4; p++)
+        planes[p] = crop->planes[p] ? crop->planes[p] + at : NULL;
+    if (crop->weight != 0) {
+        c->kernels->divide_add(sums, coverage, crop->weight, n, planes);
+        return;
+    }
+    for (int p = 0; p < 4; p++)
+        if (planes[p])
+            finish_plane(c, p, sums[p], coverage, n, planes[p]);
+}
+
+/* The part of a tile at (x0, y0) of the scene that is wanted. */
+static void finish_tile(const struct rf_composer *c, const struct rf_crop *crop,
+                        const struct rf_tile_state *s, int x0, int y0)
+{
+    int from = rf_max_int(x0, crop->x);
+    int to = rf_min_int(x0 + RF_TILE_W, crop->x + crop->width);
+    int end = rf_min_int(y0 + RF_TILE_H, crop->y + crop->height);
+    for (int y = rf_max_int(y0, crop->y); y < end && from < to; y++)
+        finish_row(c, crop, from - crop->x, y - crop->y, to - from,
+                   s->sum + s->row * (size_t)(y - y0) + (from - x0), s->plane);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST); /* see divide_rgba() */
+}
+
+static void finish(const struct rf_composer *c, const struct rf_crop *crop)
+{
+    int n_x = c->canvas.n_x, n_y = (c->scene->height + RF_TILE_H - 1) / RF_TILE_H;
+#pragma omp parallel for num_threads(c->n_threads) schedule(static)
+    for (int i = 0; i < n_x * n_y; i++) {
+        struct rf_tile_state state = rf_canvas_tile(c, i);
+        finish_tile(c, crop, &state, i % n_x * RF_TILE_W, i / n_x * RF_TILE_H);
+    }
+}
+
+/* Where the result goes: the image or colours of the work, or the canvas' sums. */
+static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
+{
+    const struct rf_scene *scene = c->scene;
+    struct rf_crop crop = {
+        .x = scene->x0,
+        .y = scene->y0,
+        .width = work->filter->width,
+        .height = work->filter->height,
+        .stride = work->filter->width,
+    };
+    if (scene->sum) {
+        crop.weight = scene->weight;
+        for (int p = 0; p < work->n_planes; p++)
+            crop.planes[p] =
+                scene->sum + (size_t)crop.width * (size_t)crop.height * (size_t)p;
+        return crop;
+    }
+    if (work->out) {
+        crop.rgba = (float *)rf_image_at(work->out, 0, 0, 0);
+        crop.stride = work->out->row_bytes / (ptrdiff_t)sizeof(float);
+        work->is_stored = true;
+        return crop;
+    }
+    if (!work->colour[0]) {
+        crop.stride = (ptrdiff_t)c->canvas.stride;
+        work->stride = c->canvas.stride;
+        for (int p = 0; p < work->n_planes; p++)
+            work->colour[p] = c->canvas.sum + c->canvas.plane * (size_t)p +
+                              crop.stride * crop.y + crop.x;
+    }
+    memcpy(crop.planes, work->colour, (size_t)work->n_planes * sizeof *crop.planes);
+    return crop;
+}
+
+/* Is none of a set's samples of a coarse level? */
+static bool is_fine(const struct rf_composer *c, const struct set *set)
+{
+    return set->source->survey ? rf_level_of(c->split, set->source->largest_radius) == 0
+                               : set->samples->n == 0;
+}
+
+/* Sets without coarse levels: every tile is finished at once, without a canvas. */
+static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
+                           const struct rf_crop *crop, double progress_to,
+                           struct rf_error *error)
+{
+    struct rf_task *task = c->scene->task;
+    double from = task->to, room = progress_to - from;
+    const struct rf_group *at[2], g = rf_group_make(c, 0, false);
+    rf_result result = RF_OK;
+    for (int k = 0; k < 2 && result == RF_OK; k++) {
+        double lists_to = from + (0.1 * k + 0.05) * room;
+        result = build_set(c, &sets[k], lists_to, lists_to + 0.05 * room, error);
+        at[k] = sets[k].groups.n > 0 ? sets[k].groups.at : NULL;
+    }
+    rf_task_phase(task, progress_to, (int64_t)g.n_x * g.n_y);
+    if (result == RF_OK) {
+#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 1)
+        for (int i = 0; i < g.n_x * g.n_y; i++) {
+            if (rf_task_is_cancelled(task))
+                continue;
+            struct rf_tile_state state = rf_run_lone_tile(c, at, i);
+            finish_tile(c, crop, &state, i % g.n_x * RF_TILE_W, i / g.n_x * RF_TILE_H);
+            rf_task_step(task);
+        }
+    }
+    for (int k = 0; k < 2; k++)
+        rf_groups_free(&sets[k].groups, c);
+    return result;
+}
+
+/* Planes of the whole scene. */
+static rf_result allocate_canvas(struct rf_composer *c, struct rf_error *error)
+{
+    struct rf_canvas *canvas = &c->canvas;
+    struct rf_group full = rf_group_make(c, 0, false);
+    size_t n = full.plane;
+    canvas->n_x = full.n_x;
+    canvas->stride = full.stride;
+    canvas->plane = full.plane;
+    canvas->t = rf_alloc(c->context, n * (size_t)canvas->n_cells, sizeof(float));
+    canvas->sum = rf_alloc(c->context, n * (size_t)canvas->n_planes, sizeof(float));
+    canvas->is_begun = rf_calloc(c->context, (size_t)full.n_x * (size_t)full.n_y, 1);
+    return canvas->t && canvas->sum && canvas->is_begun
+               ? RF_OK
+               : rf_fail_memory(error, n * (size_t)(canvas->n_cells + canvas->n_planes),
+                                sizeof(float));
+}
+
+/* What the threads work with. */
+static rf_result allocate(struct rf_composer *c, struct rf_error *error)
+{
+    const struct rf_canvas *canvas = &c->canvas;
+    size_t n_acc = (size_t)rf_spread_sums_slots(canvas->n_cells) * RF_TILE_H *
+                   RF_ACC_STRIDE * (size_t)canvas->n_planes;
+    c->n_tile = (size_t)(canvas->n_cells + canvas->n_planes) * RF_TILE_H * RF_TILE_W;
+    c->tiles = rf_alloc(c->context, c->n_tile * (size_t)c->n_threads, sizeof(float));
+    c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
+    float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
+    if (!c->tiles || !c->acc || !acc) {
+        rf_free(c->context, acc);
+        rf_free(c->context, c->acc);
+        c->acc = NULL;
+        return rf_fail_memory(error, n_acc * (size_t)c->n_threads, sizeof(float));
+    }
+    for (int i = 0; i < c->n_threads; i++) {
+        c->acc[i] = (struct rf_spread_sums){.n_cells = canvas->n_cells,
+                                            .n_planes = canvas->n_planes,
+                                            .at = acc + n_acc * (size_t)i,
+                                            .first_row = RF_TILE_H,
+                                            .last_row = -1};
+        for (int cell = 0; cell < canvas->n_cells; cell++)
+            c->acc[i].share[cell] = (float)c->footprints->cells.share[cell];
+    }
+    return RF_OK;
+}
+
+/* To a part no gaps are known. */
+static rf_result begin_gaps(struct rf_composer *c, const struct rf_crop *crop,
+                            struct rf_error *error)
+{
+    size_t n = (size_t)crop->width * (size_t)crop->height;
+    c->gaps = rf_calloc(c->context, n, sizeof *c->gaps);
+    return c->gaps ? RF_OK : rf_fail_memory(error, n, sizeof *c->gaps);
+}
+
+/* Both sets, one after the other, on a canvas. */
+static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
+                            double visible_to, double hidden_to, struct rf_error *error)
+{
+    rf_result result = allocate_canvas(c, error);
+    if (result == RF_OK)
+        result = run_set(c, &sets[0], visible_to, error);
+    if (result == RF_OK)
+        result = run_set(c, &sets[1], hidden_to, error);
+    if (result == RF_OK)
+        rf_begin_canvas(c);
+    return result;
+}
+
+rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
+                            struct rf_error *error)
+{
+    scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
+    bool gives_canvas = !work->colour[0] && !work->out && !scene->sum;
+    const struct rf_filter *filter = scene->filter;
+    struct rf_composer c = {.scene = scene,
+                            .context = filter->context,
+                            .kernels = filter->context->kernels,
+                            .n_threads = filter->context->n_threads,
+                            .canvas = {.n_cells = filter->params.sub_apertures,
+                                       .n_planes = scene->n_colours + 1,
+                                       .is_planar = gives_canvas}};
+    double from = scene->task->to;
+    double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
+    c.split = rf_level_split(&filter->shape);
+    struct rf_footprints own;
+    struct rf_footprint_use use = {&filter->shape, scene->drift, c.canvas.n_cells,
+                                   c.split + 1, scene->n_phases};
+    rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
+    if (result == RF_OK) {
+        result = allocate(&c, error);
+    }
+    rf_task_poll(scene->task);
+    struct set sets[2] = {
+        {.samples = &scene->visible, .source = &scene->visible_source},
+        {.samples = &scene->hidden, .source = &scene->hidden_source}};
+    bool is_local = !gives_canvas && is_fine(&c, &sets[0]) && is_fine(&c, &sets[1]);
+    double most = from + (1 - kept) * room;
+    if (result == RF_OK && !is_local)
+        result = run_canvas(&c, sets, from + 0.6 * room, most, error);
+    struct rf_crop crop = {.x = 0};
+    if (result == RF_OK)
+        crop = crop_of(&c, work);
+    if (result == RF_OK && scene->fills_gaps)
+        result = begin_gaps(&c, &crop, error);
+    if (result == RF_OK && is_local)
+        result = run_tiles(&c, sets, &crop, most, error);
+    else if (result == RF_OK)
+        finish(&c, &crop);
+    if (result == RF_OK && c.gaps)
+        rf_gaps_fill(&crop, c.gaps, c.n_threads);
+    if (result == RF_OK)
+        result = rf_add_highlights(scene, &crop, error);
+    if (gives_canvas) {
+        work->memory = c.canvas.sum;
+        c.canvas.sum = NULL;
+    }
+    rf_free(c.context, c.gaps);
+    if (c.acc)
+        rf_free(c.context, c.acc[0].at);
+    rf_free(c.context, c.acc);
+    rf_free(c.context, c.tiles);
+    rf_free(c.context, c.canvas.is_begun);
+    rf_free(c.context, c.canvas.sum);
+    rf_free(c.context, c.canvas.t);
+    rf_footprints_put(c.footprints, &own);
+    return result;
+}

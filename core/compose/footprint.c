@@ -1,0 +1,667 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Footprints of a sample.
+ *
+ *   W(i, j) = integral over the aperture of  k(x_i - u r) k(y_j + v r a)  du dv
+ *
+ *   r        signed radius in px; the sample lands at (x + u r, y - v r a)
+ *   a        pixel aspect
+ *   k        Catmull-Rom's interpolation kernel: r -> 0 becomes the identity and rims
+ * stay sharp (a box costs 0.15 dB, a tent 1.2 dB; recipe step 4)
+ *
+ * A line v = const cuts the convex aperture, and every Voronoi cell of it, in one
+ * interval, whose integral over u is a difference of the kernel's antiderivative: exact
+ * in x. In y the lines are 1/16 px apart or closer. Each cell is scaled to its share of
+ * the lens, so that light is neither made nor lost.
+ */
+#include "compose/footprint.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "kernels/data.h"
+#include "lens/aperture.h"
+#include "rackfocus/rackfocus.h"
+
+enum {
+    LINES_PER_PX = 16,
+    MAX_LINES = 4096,
+    KERNEL_REACH = 2,
+    N_TRIALS = 3 /* until the variance of a footprint is right within 1 % */
+};
+
+static const double RADIUS_STEP = 1.0 / 16; /* px: what rounds a radius, at the most */
+static const double MIN_SQUARE = 1e-4;      /* px^2, of a footprint's radius */
+static const double BOX = 1.0 / 12; /* px^2, what RF_POSITIVE adds where it is wide */
+static const double SAME = 1e-4;    /* of the greatest weight: shares are not exact */
+static const double CLOSE = 2e-3;   /* of the variance: near enough */
+
+/* Weights that are left out, in parts of the greatest. */
+static const double DUST = 1e-6;
+/* Of the cubic's flat tails where its footprint is wide: they lengthen every row. */
+static const double WIDE_DUST = 4e-3, WIDE_PX = 1;
+/* Of a part of the lens: most of its rim is inside, where the next part makes up. */
+static const double PART_DUST = 5e-2;
+
+static double cubic(double t, double height)
+{
+    (void)height;
+    t = fabs(t);
+    if (t < 1)
+        return (1.5 * t - 2.5) * t * t + 1;
+    if (t < 2)
+        return ((-0.5 * t + 2.5) * t - 4) * t + 2;
+    return 0;
+}
+
+/* Antiderivative of cubic() that is 0 at -2 and 1 at 2. */
+static double cubic_integral(double t)
+{
+    double s = fabs(t), v;
+    if (s >= 2)
+        return t < 0 ? 0 : 1;
+    if (s < 1)
+        v = ((0.375 * s - 2.5 / 3) * s * s + 1) * s;
+    else
+        v = (((-0.125 * s + 2.5 / 3) * s - 2) * s + 2) * s - 1.0 / 6;
+    return t < 0 ? 0.5 - v : 0.5 + v;
+}
+
+static double box_integral(double t)
+{
+    return t < -0.5 ? 0 : t > 0.5 ? 1 : t + 0.5;
+}
+
+static double box(double t, double height)
+{
+    double half = 0.5 * fmax(height, 1e-6);
+    return (box_integral(t + half) - box_integral(t - half)) / (2 * half);
+}
+
+/*
+ * k, meant over a line's height where it is not smooth, and its antiderivative; per
+ * enum rf_footprint_kind.
+ */
+static const struct kernel {
+    double (*value)(double t, double height);
+    double (*integral)(double t);
+} kernels[RF_N_KINDS] = {
+    [RF_SHARP] = {cubic, cubic_integral},
+    [RF_POSITIVE] = {box, box_integral},
+};
+
+/* ---- the lens ------------------------------------------------------------------ */
+
+struct interval {
+    double from, to;
+};
+
+/* Where the line v cuts the aperture. */
+static struct interval cut_aperture(const struct rf_shape *shape, double v)
+{
+    struct interval cut = {-1 / shape->ratio, 1 / shape->ratio};
+    if (shape->is_disc) {
+        double half = v * v < 1 ? sqrt(1 - v * v) / shape->ratio : 0;
+        return (struct interval){-half, half};
+    }
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        double du = b[0] - a[0], dv = b[1] - a[1];
+        /* Inside: du (v - a1) - dv (u - a0) >= 0. */
+        double rest = du * (v - a[1]);
+        if (fabs(dv) < 1e-12) {
+            if (rest < 0)
+                return (struct interval){0, 0};
+        } else if (dv > 0) {
+            cut.to = fmin(cut.to, a[0] + rest / dv);
+        } else {
+            cut.from = fmax(cut.from, a[0] + rest / dv);
+        }
+    }
+    return cut;
+}
+
+/* The part of `cut` that is nearer to site c than to the others. */
+static struct interval cut_cell(const struct rf_lens_cells *cells, int c, double v,
+                                struct interval cut)
+{
+    const double *s = cells->site[c];
+    for (int d = 0; d < cells->n; d++) {
+        const double *t = cells->site[d];
+        double du = t[0] - s[0];
+        double limit = 0.5 * (t[0] * t[0] + t[1] * t[1] - s[0] * s[0] - s[1] * s[1]) -
+                       v * (t[1] - s[1]);
+        if (d == c)
+            continue;
+        if (du > 0)
+            cut.to = fmin(cut.to, limit / du);
+        else if (du < 0)
+            cut.from = fmax(cut.from, limit / du);
+        else if (limit < 0)
+            return (struct interval){0, 0};
+    }
+    return cut;
+}
+
+static struct interval v_range(const struct rf_shape *shape)
+{
+    struct interval range = {-1, 1};
+    if (shape->is_disc)
+        return range;
+    range = (struct interval){1, -1};
+    for (int i = 0; i < shape->n_corners; i++) {
+        range.from = fmin(range.from, shape->corner[i][1]);
+        range.to = fmax(range.to, shape->corner[i][1]);
+    }
+    return range;
+}
+
+void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                        int n)
+{
+    *cells = (struct rf_lens_cells){.n = n};
+    for (int i = 0; i < n; i++) {
+        double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
+        if (n == 2) { /* side by side */
+            rho = 0.5;
+            theta = RF_PI * i;
+        }
+        cells->site[i][0] = rho * cos(theta) * shape->size[0];
+        cells->site[i][1] = rho * sin(theta) * shape->size[1];
+    }
+    struct interval range = v_range(shape);
+    double total = 0;
+    for (int line = 0; line < MAX_LINES; line++) {
+        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
+        struct interval cut = cut_aperture(shape, v);
+        for (int c = 0; c < n; c++) {
+            struct interval part = cut_cell(cells, c, v, cut);
+            double length = fmax(part.to - part.from, 0);
+            cells->share[c] += length;
+            total += length;
+        }
+    }
+    for (int c = 0; c < n; c++)
+        cells->share[c] /= total;
+}
+
+/* Variance of u and v over the aperture. */
+static void measure_variance(const struct rf_shape *shape, double variance[2])
+{
+    struct interval range = v_range(shape);
+    double area = 0, uu = 0, vv = 0;
+    for (int line = 0; line < MAX_LINES; line++) {
+        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
+        struct interval cut = cut_aperture(shape, v);
+        double length = fmax(cut.to - cut.from, 0);
+        area += length;
+        vv += length * v * v;
+        uu += length * (cut.from * cut.from + cut.from * cut.to + cut.to * cut.to) / 3;
+    }
+    variance[0] = uu / area;
+    variance[1] = vv / area;
+}
+
+static void measure_extent(struct rf_footprints *f)
+{
+    const struct rf_shape *shape = f->shape;
+    double extent[2];
+    rf_shape_extent(shape, extent);
+    extent[0] = fmax(extent[0], shape->size[0]);
+    extent[1] = fmax(extent[1], shape->size[1] * shape->pixel_aspect);
+    for (int k = 0; k < 2; k++) {
+        f->extent[k][0] = fabs(f->drift.base[k]);
+        f->extent[k][1] = extent[k] + fabs(f->drift.slope[k]);
+    }
+}
+
+/* ---- one footprint ------------------------------------------------------------- */
+
+/*
+ * Where n lines cut the cells of the aperture, [line][cell]; kept by a thread, since
+ * footprints of one radius have as many.
+ */
+struct lines {
+    int n;
+    struct interval *part;
+};
+
+/* A dense grid of weights, one layer per cell, around the sample's pixel. */
+struct grid {
+    const struct kernel *kernel;
+    struct lines *lines;
+    int reach_x, reach_y, width, height;
+    double *weight; /* [cell][y][x] */
+    double *line;   /* width + 1 entries: differences of one line */
+};
+
+static double *grid_row(const struct grid *g, int cell, int y)
+{
+    return g->weight +
+           ((size_t)cell * (size_t)g->height + (size_t)y) * (size_t)g->width;
+}
+
+/*
+ * Adds one line of the aperture: pixels x of the interval [from, to] (px, relative to
+ * the sample's pixel corner) get the kernel's integral, spread over four rows around y.
+ */
+static void add_line(struct grid *g, int cell, double from, double to, double y,
+                     double height)
+{
+    int first = rf_max_int((int)floor(from - 0.5) - KERNEL_REACH + 1, -g->reach_x);
+    int last = rf_min_int((int)floor(to - 0.5) + KERNEL_REACH, g->reach_x);
+    for (int x = first; x <= last; x++) {
+        bool is_rim = x < from + 2.5 || x > to - 3.5;
+        double center = x + 0.5;
+        g->line[x + g->reach_x] = is_rim ? g->kernel->integral(to - center) -
+                                               g->kernel->integral(from - center)
+                                         : 1;
+    }
+    int row = (int)floor(y - 0.5) - KERNEL_REACH + 1;
+    for (int i = 0; i < 2 * KERNEL_REACH; i++, row++) {
+        double k = g->kernel->value(row + 0.5 - y, height);
+        if (row < -g->reach_y || row > g->reach_y || k == 0)
+            continue;
+        double *out = grid_row(g, cell, row + g->reach_y) + g->reach_x;
+        for (int x = first; x <= last; x++)
+            out[x] += k * g->line[x + g->reach_x];
+    }
+}
+
+/* The middle of line i of n. */
+static double line_at(struct interval range, int i, int n)
+{
+    return range.from + (range.to - range.from) * (i + 0.5) / n;
+}
+
+static bool cut_lines(struct lines *lines, const struct rf_footprints *f,
+                      struct interval range, int n)
+{
+    int n_cells = f->cells.n;
+    if (lines->part && lines->n == n)
+        return true;
+    rf_free(f->context, lines->part);
+    *lines = (struct lines){
+        n, rf_alloc(f->context, (size_t)n * (size_t)n_cells, sizeof *lines->part)};
+    for (int i = 0; i < n && lines->part; i++) {
+        double v = line_at(range, i, n);
+        struct interval cut = cut_aperture(f->shape, v);
+        for (int c = 0; c < n_cells; c++)
+            lines->part[i * n_cells + c] = cut_cell(&f->cells, c, v, cut);
+    }
+    return lines->part != NULL;
+}
+
+/* False: out of memory. */
+static bool fill_grid(struct grid *g, const struct rf_footprints *f, const double r[2],
+                      double phase_x, double phase_y)
+{
+    const struct rf_shape *shape = f->shape;
+    struct interval range = v_range(shape);
+    double height_px = (range.to - range.from) * fabs(r[1]) * shape->pixel_aspect;
+    int n_lines = rf_min_int(
+        rf_max_int((int)(height_px * LINES_PER_PX), shape->min_lines), MAX_LINES);
+    if (!cut_lines(g->lines, f, range, n_lines))
+        return false;
+    for (int i = 0; i < n_lines; i++) {
+        double y = phase_y - line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
+        for (int c = 0; c < f->cells.n; c++) {
+            struct interval part = g->lines->part[i * f->cells.n + c];
+            if (part.to <= part.from)
+                continue;
+            double a = phase_x + part.from * r[0], b = phase_x + part.to * r[0];
+            add_line(g, c, fmin(a, b), fmax(a, b), y, height_px / n_lines);
+        }
+    }
+    return true;
+}
+
+/* Radius 0: the sample stays in its pixel (or interpolates between pixels). */
+static void fill_point(struct grid *g, const struct rf_footprints *f, double phase_x,
+                       double phase_y)
+{
+    for (int c = 0; c < f->cells.n; c++)
+        for (int y = -g->reach_y; y <= g->reach_y; y++)
+            for (int x = -g->reach_x; x <= g->reach_x; x++)
+                grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
+                    g->kernel->value(x + 0.5 - phase_x, 0) *
+                    g->kernel->value(y + 0.5 - phase_y, 0);
+}
+
+/* The weights that a footprint does without, in parts of the greatest. */
+static double dust_of(const struct rf_shape *shape, double r, bool is_coarse,
+                      enum rf_footprint_kind kind)
+{
+    double extent = fmin(shape->size[0], shape->size[1]) * fabs(r);
+    if (kind != RF_SHARP || fabs(r) < WIDE_PX)
+        return DUST;
+    return shape->is_part && (is_coarse || extent >= WIDE_PX) ? PART_DUST : WIDE_DUST;
+}
+
+/* Drops the dust and scales every cell to its share. */
+static void normalise(struct grid *g, const struct rf_lens_cells *cells, double dust)
+{
+    size_t n = (size_t)g->width * (size_t)g->height;
+    for (int c = 0; c < cells->n; c++) {
+        double *w = g->weight + n * (size_t)c, sum = 0, peak = 0;
+        for (size_t i = 0; i < n; i++)
+            peak = fmax(peak, w[i]);
+        for (size_t i = 0; i < n; i++) {
+            if (fabs(w[i]) < dust * peak)
+                w[i] = 0;
+            sum += w[i];
+        }
+        for (size_t i = 0; i < n; i++)
+            w[i] = sum > 0 ? w[i] * cells->share[c] / sum : 0;
+    }
+}
+
+/* Adds up all cells in the first one, whose weights then add up to 1. */
+static void join_cells(struct grid *g, int n_cells)
+{
+    size_t n = (size_t)g->width * (size_t)g->height;
+    for (size_t i = n; i < n * (size_t)n_cells; i++) {
+        g->weight[i % n] += g->weight[i];
+        g->weight[i] = 0;
+    }
+}
+
+static bool row_extent(const double *row, int n, int *first, int *last)
+{
+    *first = n;
+    *last = -1;
+    for (int x = 0; x < n; x++)
+        if (row[x] != 0) {
+            *first = rf_min_int(*first, x);
+            *last = x;
+        }
+    return *last >= 0;
+}
+
+static int padded(int n)
+{
+    return (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES * RF_FOOTPRINT_LANES;
+}
+
+/* The weight that mirrors that of column x and row y: in the other half of its row, or
+ * of its column. */
+static double *mirrored(const struct grid *g, int x, int y, bool is_in_row)
+{
+    return is_in_row ? &grid_row(g, 0, y)[g->width - 1 - x]
+                     : &grid_row(g, 0, g->height - 1 - y)[x];
+}
+
+/* Do the weights mirror each other? Then they become the same numbers. */
+static bool mirror(struct grid *g, bool is_in_row)
+{
+    int width = is_in_row ? g->width / 2 : g->width;
+    int height = is_in_row ? g->height : g->height / 2;
+    double peak = 0;
+    for (int i = 0; i < g->width * g->height; i++)
+        peak = fmax(peak, g->weight[i]);
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++)
+            if (fabs(grid_row(g, 0, y)[x] - *mirrored(g, x, y, is_in_row)) >
+                SAME * peak)
+                return false;
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            double *a = &grid_row(g, 0, y)[x], *b = mirrored(g, x, y, is_in_row);
+            *a = *b = 0.5 * (*a + *b);
+        }
+    return true;
+}
+
+/* Turns the grid into segments; one block of memory holds all of it. */
+static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
+                                 bool is_common)
+{
+    bool is_mirrored = (f->cells.n == 1 || is_common) && mirror(g, false);
+    bool is_even = is_mirrored && mirror(g, true);
+    int n_segments = 0, n_weights = 0, first, last, n_spare = RF_MAX_SIDE_BY_SIDE - 1;
+    for (int y = 0; y < g->height; y++)
+        for (int c = 0; c < f->cells.n; c++)
+            if (row_extent(grid_row(g, c, y), g->width, &first, &last)) {
+                int n = last - first + 1;
+                n_segments++;
+                n_weights += padded(n);
+                n_spare = rf_min_int(n_spare, padded(n) - n);
+            }
+    size_t head = 64 + RF_FOOTPRINT_LANES * sizeof(float),
+           body = ((size_t)n_weights * sizeof(float) + 63) / 64 * 64;
+    char *memory = rf_calloc(
+        f->context, 1, head + body + (size_t)n_segments * sizeof(struct rf_segment));
+    if (!memory)
+        return NULL;
+    struct rf_footprint *p = (struct rf_footprint *)memory;
+    _Static_assert(sizeof *p <= 64, "the head holds the footprint");
+    p->weights = (float *)(memory + head);
+    p->segments = (struct rf_segment *)(memory + head + body);
+    p->is_common = is_common;
+    p->is_even = is_even;
+    p->n_mirrored = is_mirrored ? n_segments / 2 : 0;
+    p->n_side_by_side = n_spare + 1;
+    p->min_dx = p->min_dy = INT16_MAX;
+    p->max_dx = p->max_dy = INT16_MIN;
+    n_weights = 0;
+    for (int y = 0; y < g->height; y++)
+        for (int c = 0; c < f->cells.n; c++) {
+            const double *row = grid_row(g, c, y);
+            if (!row_extent(row, g->width, &first, &last))
+                continue;
+            int dx = first - g->reach_x, dy = y - g->reach_y;
+            int cell = is_common ? f->cells.n : c;
+            p->segments[p->n_segments++] = (struct rf_segment){
+                .dx = (int16_t)dx,
+                .dy = (int16_t)dy,
+                .n = (int16_t)padded(last - first + 1),
+                .cell = (int16_t)cell,
+                .row = cell * RF_TILE_H + dy,
+                .weight = n_weights,
+            };
+            for (int x = first; x <= last; x++)
+                p->weights[n_weights + x - first] = (float)row[x];
+            struct rf_segment *last_one = &p->segments[p->n_segments - 1];
+            last_one->sum = rf_segment_sum(last_one, p->weights, is_even);
+            n_weights += padded(last - first + 1);
+            p->min_dx = rf_min_int(p->min_dx, dx);
+            p->max_dx = rf_max_int(p->max_dx, last - g->reach_x);
+            p->min_dy = rf_min_int(p->min_dy, dy);
+            p->max_dy = rf_max_int(p->max_dy, dy);
+        }
+    return p;
+}
+
+/* Variances of a grid's weights along x and y, px^2. */
+static void grid_variance(const struct grid *g, int n_cells, double variance[2])
+{
+    double sum[3] = {0}, square[2] = {0};
+    for (int i = 0; i < n_cells * g->height; i++)
+        for (int x = 0; x < g->width; x++) {
+            double y = i % g->height, w = g->weight[(size_t)i * (size_t)g->width + x];
+            sum[0] += w * x;
+            sum[1] += w * y;
+            sum[2] += w;
+            square[0] += w * x * x;
+            square[1] += w * y * y;
+        }
+    for (int k = 0; k < 2; k++)
+        variance[k] = sum[2] > 0 ? (square[k] - sum[k] * sum[k] / sum[2]) / sum[2] : 0;
+}
+
+/*
+ * Fills the grid so that the variance of what is seen of it at full resolution is that
+ * of the aperture at radius r. The level's averaging and magnifying add to it; so does
+ * the box of RF_POSITIVE, by 1/12 px^2 where the footprint is wide and by less where it
+ * is narrow, which the secant method finds. Up to 1 px at full resolution the box is
+ * left alone: it is the pixel. False: out of memory.
+ */
+static bool fill_level(struct grid *g, const struct rf_footprints *f, double r,
+                       bool is_coarse, enum rf_footprint_kind kind,
+                       const double phase[2])
+{
+    double aspect = f->shape->pixel_aspect;
+    double unit[2] = {f->variance[0], f->variance[1] * aspect * aspect};
+    double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
+    double radii[2], variance[2], before[2] = {0}, step[2] = {0};
+    size_t n = (size_t)g->width * (size_t)g->height * (size_t)f->cells.n;
+    bool is_tried = kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
+    if (is_tried && !is_coarse)
+        loss -= fmax(2 - fabs(r), 0) / 12;
+    for (int k = 0; k < 2; k++) {
+        target[k] = r * r * unit[k] - loss;
+        slope[k] = unit[k];
+        square[k] = (target[k] - (is_tried ? BOX : 0)) / unit[k];
+        square[k] = fmin(fmax(square[k], MIN_SQUARE), r * r);
+    }
+    for (int trial = 0; trial <= (is_tried ? N_TRIALS : 0); trial++) {
+        for (int k = 0; k < 2; k++)
+            radii[k] = copysign(sqrt(square[k]), r);
+        memset(g->weight, 0, n * sizeof *g->weight);
+        if (!fill_grid(g, f, radii, phase[0], phase[1]))
+            return false;
+        if (!is_tried || trial == N_TRIALS)
+            break;
+        grid_variance(g, f->cells.n, variance);
+        if (fabs(variance[0] - target[0]) < CLOSE * target[0] &&
+            fabs(variance[1] - target[1]) < CLOSE * target[1])
+            break;
+        for (int k = 0; k < 2; k++) {
+            double found = step[k] != 0 ? (variance[k] - before[k]) / step[k] : 0;
+            if (found > 0.25 * unit[k] && found < 16 * unit[k])
+                slope[k] = found;
+            double next = square[k] + (target[k] - variance[k]) / slope[k];
+            next = fmin(fmax(next, MIN_SQUARE), r * r);
+            step[k] = next - square[k];
+            before[k] = variance[k];
+            square[k] = next;
+        }
+    }
+    return true;
+}
+
+static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
+{
+    if (__atomic_load_n(&f->table[slot], __ATOMIC_ACQUIRE))
+        return true;
+    int n_phases = f->n_phases * f->n_phases;
+    bool is_coarse = slot % RF_N_LEVEL_CLASSES > 0;
+    size_t rest = slot / RF_N_LEVEL_CLASSES;
+    enum rf_footprint_kind kind = (enum rf_footprint_kind)(rest % RF_N_KINDS);
+    int phase = (int)(rest / RF_N_KINDS) % n_phases;
+    int index = (int)(rest / RF_N_KINDS) / n_phases - f->max_index;
+    double r = rf_radius_of_index(index);
+    const double *size = f->shape->size;
+    const struct rf_drift *drift = &f->drift;
+    double drift_px[2];
+    for (int k = 0; k < 2; k++)
+        drift_px[k] = drift->slope[k] * r + (is_coarse ? 0 : drift->base[k]);
+    struct grid g = {.kernel = &kernels[kind],
+                     .lines = lines,
+                     .reach_x = (int)ceil(fabs(r) * size[0] + fabs(drift_px[0])) + 3,
+                     .reach_y = (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect +
+                                          fabs(drift_px[1])) +
+                                3};
+    g.width = 2 * g.reach_x + 1;
+    g.height = 2 * g.reach_y + 1;
+    size_t n = (size_t)g.width * (size_t)g.height * (size_t)f->cells.n;
+    g.weight = rf_calloc(f->context, n + (size_t)g.width, sizeof(double));
+    if (!g.weight)
+        return false;
+    g.line = g.weight + n;
+    double at[2] = {(phase % f->n_phases + 0.5) / f->n_phases + drift_px[0],
+                    (phase / f->n_phases + 0.5) / f->n_phases + drift_px[1]};
+    if (index == 0)
+        fill_point(&g, f, at[0], at[1]);
+    else if (!fill_level(&g, f, r, is_coarse, kind, at)) {
+        rf_free(f->context, g.weight);
+        return false;
+    }
+    normalise(&g, &f->cells, dust_of(f->shape, r, is_coarse, kind));
+    bool is_common = f->cells.n > 1 && !is_coarse && fabs(r) < RF_COMMON_PX;
+    if (is_common)
+        join_cells(&g, f->cells.n);
+    struct rf_footprint *built = pack(&g, f, is_common), *none = NULL;
+    rf_free(f->context, g.weight);
+    if (built && !__atomic_compare_exchange_n(&f->table[slot], &none, built, false,
+                                              __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE))
+        rf_free(f->context, built); /* another picture was first */
+    return built != NULL;
+}
+
+rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
+                              struct rf_task *task, double progress_to,
+                              struct rf_error *error)
+{
+    int64_t n = (int64_t)rf_footprint_count(f), n_needed = 0;
+    int n_failed = 0;
+    for (int64_t i = 0; i < n; i++)
+        n_needed += needed[i] != 0;
+    rf_task_phase(task, progress_to, n_needed);
+#pragma omp parallel num_threads(f->context->n_threads)
+    {
+        struct lines lines = {.n = 0};
+#pragma omp for schedule(dynamic, 4)
+        for (int64_t i = 0; i < n; i++)
+            if (needed[i] && !rf_task_is_cancelled(task)) {
+                if (!build(f, (size_t)i, &lines)) {
+#pragma omp atomic
+                    n_failed++;
+                }
+                rf_task_step(task);
+            }
+        rf_free(f->context, lines.part);
+    }
+    return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
+}
+
+int rf_footprints_reach(const struct rf_footprints *f, double r)
+{
+    double within_px =
+        f->n_phases > 1 ? 1 : 0.5; /* where the sample lies at the most */
+    double most = 0;
+    for (int k = 0; k < 2; k++)
+        most = fmax(most, f->extent[k][0] + (r + RADIUS_STEP) * f->extent[k][1]);
+    return (int)ceil(most + KERNEL_REACH + within_px - 0.5) - 1;
+}
+
+/* ---- the table ----------------------------------------------------------------- */
+
+rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
+                             const struct rf_footprint_use *use, struct rf_error *error)
+{
+    *f = (struct rf_footprints){.context = context,
+                                .shape = use->shape,
+                                .drift = use->drift,
+                                .n_phases = use->n_phases};
+    rf_lens_cells_init(&f->cells, use->shape, use->n_cells);
+    measure_variance(use->shape, f->variance);
+    measure_extent(f);
+    f->max_index = INT32_MAX;
+    f->max_index = rf_radius_index(f, (float)use->max_radius) + 1;
+    size_t n = rf_footprint_count(f);
+    f->table = rf_calloc(context, n, sizeof *f->table);
+    if (!f->table)
+        return rf_fail_memory(error, n, sizeof *f->table);
+    return RF_OK;
+}
+
+void rf_footprints_free(struct rf_footprints *f)
+{
+    if (!f->table)
+        return;
+    size_t n = rf_footprint_count(f);
+    for (size_t i = 0; i < n; i++)
+        rf_free(f->context, f->table[i]);
+    rf_free(f->context, f->table);
+    f->table = NULL;
+}

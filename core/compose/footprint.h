@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Footprints: what one sample of a given radius leaves on the pixels around it. */
+#ifndef RF_COMPOSE_FOOTPRINT_H
+#define RF_COMPOSE_FOOTPRINT_H
+
+#include <math.h>
+#include <stddef.h>
+
+#include "base/context.h"
+#include "base/math.h"
+#include "base/task.h"
+#include "kernels/data.h"
+#include "lens/aperture.h"
+#include "rackfocus/rackfocus.h"
+
+/*
+ * The sub-apertures: the lens is cut into k cells whose visibility is kept apart. The
+ * sites are Vogel's points, but two stand side by side; a cell is what lies nearest to
+ * its site.
+ */
+struct rf_lens_cells {
+    int n;
+    double site[RF_MAX_CELLS][2];
+    double share[RF_MAX_CELLS]; /* of the aperture's area, adds up to 1 */
+};
+
+void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                        int n);
+
+/*
+ * Footprints by quantised radius, sub-pixel phase and kind, built when first asked for.
+ * RF_SHARP keeps the negative weights of the cubic, which keep an in-focus texture
+ * sharp; RF_POSITIVE clips them, for samples so bright that they would show.
+ */
+enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
+
+/*
+ * Averaging down to level l = 1, 2, .. and magnifying again widen a footprint by 4^l /
+ * 4 px^2 per axis: the place in the block adds (4^l - 1)/12, the tent (2 4^l + 1)/12.
+ * The footprints of a coarse level are narrower by as much, 1/4 in pixels of the level,
+ * so that the second moments come out right.
+ */
+enum { RF_N_LEVEL_CLASSES = 2 }; /* full resolution, and all others */
+
+/*
+ * Where footprints lie beside their sample: px right and down per px of radius, and px
+ * of full resolution. (0, 0) for a lens whose middle the view was taken from.
+ */
+struct rf_drift {
+    double slope[2], base[2];
+};
+
+struct rf_footprints {
+    const struct rf_context *context;
+    const struct rf_shape *shape;
+    struct rf_drift drift;
+    double variance[2]; /* of the aperture in u and v, per unit radius */
+    struct rf_lens_cells cells;
+    int max_index; /* radii from -max_index to max_index, in steps */
+    int n_phases;  /* per axis: 1 puts every sample on its pixel's centre */
+    double extent[2]
+                 [2]; /* of the drifting aperture along x and y: px, px per px of r */
+    struct rf_footprint **table;
+};
+
+/* What footprints are asked for. */
+struct rf_footprint_use {
+    const struct rf_shape *shape;
+    struct rf_drift drift;
+    int n_cells;
+    double max_radius;
+    int n_phases;
+};
+
+rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
+                             const struct rf_footprint_use *use,
+                             struct rf_error *error);
+
+void rf_footprints_free(struct rf_footprints *f);
+
+/*
+ * Radii are quantised to 1/32 px below 4 px, 1/16 below 8 px and 1/8 above. A step of
+ * the radius changes the second moment by r dr / 2, which shows as a ripple of the
+ * coverage where a slanted surface passes it: the smaller the footprint, the finer the
+ * steps.
+ */
+enum { RF_INDEX_4PX = 4 * 32, RF_INDEX_8PX = RF_INDEX_4PX + 4 * 16 };
+
+static inline int rf_radius_index(const struct rf_footprints *f, float r)
+{
+    float a = r < 0 ? -r : r;
+    int i = a < 4   ? (int)lrintf(a * 32)
+            : a < 8 ? RF_INDEX_4PX + (int)lrintf((a - 4) * 16)
+                    : RF_INDEX_8PX + (int)lrintf((a - 8) * 8);
+    i = i > f->max_index ? f->max_index : i;
+    return r < 0 ? -i : i;
+}
+
+static inline double rf_radius_of_index(int index)
+{
+    int i = index < 0 ? -index : index;
+    double r = i < RF_INDEX_4PX   ? i / 32.0
+               : i < RF_INDEX_8PX ? 4 + (i - RF_INDEX_4PX) / 16.0
+                                  : 8 + (i - RF_INDEX_8PX) / 8.0;
+    return index < 0 ? -r : r;
+}
+
+/* Phase of a sample's place in its pixel. */
+static inline int rf_phase_of(const struct rf_footprints *f, float x, float y)
+{
+    int n = f->n_phases;
+    int px = (int)((x - floorf(x)) * (float)n), py = (int)((y - floorf(y)) * (float)n);
+    return rf_min_int(py, n - 1) * n + rf_min_int(px, n - 1);
+}
+
+/* The phase of a sample on its pixel's centre. */
+static inline int rf_centre_phase(const struct rf_footprints *f)
+{
+    return f->n_phases / 2 * f->n_phases + f->n_phases / 2;
+}
+
+static inline size_t rf_footprint_count(const struct rf_footprints *f)
+{
+    return (size_t)(2 * f->max_index + 1) * (size_t)(f->n_phases * f->n_phases) *
+           RF_N_KINDS * RF_N_LEVEL_CLASSES;
+}
+
+/* Slot of (radius in pixels of the level, phase, kind, level). */
+static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
+                                       int phase, enum rf_footprint_kind kind,
+                                       int level)
+{
+    int n_phases = f->n_phases * f->n_phases;
+    int level_class = rf_min_int(level, RF_N_LEVEL_CLASSES - 1);
+    size_t slot = (size_t)(index + f->max_index) * (size_t)n_phases + (size_t)phase;
+    return (slot * RF_N_KINDS + (size_t)kind) * RF_N_LEVEL_CLASSES +
+           (size_t)level_class;
+}
+
+/* Pixels right, left, up or down that footprints of radii up to r reach at the most,
+ * whether they are built or not. */
+int rf_footprints_reach(const struct rf_footprints *f, double r);
+
+/*
+ * Builds every slot i with needed[i] != 0 on all threads, as one phase of `task` that
+ * ends at `progress_to`. After a cancel the slots are incomplete and RF_OK comes back.
+ */
+rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
+                              struct rf_task *task, double progress_to,
+                              struct rf_error *error);
+
+#endif

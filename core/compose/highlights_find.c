@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The light of highlights is taken out of their surfaces, to be spread with exact
+ * visibility (highlights_add.c).
+ */
+#include "compose/highlights_find.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "compose/emit.h"
+#include "compose/scene.h"
+#include "input/frame.h"
+#include "input/views_in.h"
+#include "kernels/data.h"
+#include "surfaces/bright_areas.h"
+#include "surfaces/picture.h"
+#include "rackfocus/rackfocus.h"
+
+/* Which highlights to take; out.at NULL: only count. */
+struct lights {
+    const struct rf_work_view *view;
+    int n_planes;
+    float factor;
+    struct rf_samples out;
+};
+
+static float usual_luminance(const struct rf_picture *l, int x, int y)
+{
+    return rf_usual_luminance(&l->areas, x - l->x0, y - l->y0);
+}
+
+static bool is_highlight(const struct rf_picture *l, const struct rf_surface *s, int x,
+                         int y, const struct lights *lights)
+{
+    float luminance = rf_luminance(s->c[0], s->c[1], s->c[2]), factor = lights->factor;
+    return rf_is_highlight(luminance, s->r, factor, 0) &&
+           rf_is_highlight(luminance, s->r, factor, usual_luminance(l, x, y)) &&
+           !rf_is_large_light(&l->areas, lights->view, lights->n_planes, x - l->x0,
+                              y - l->y0, luminance, s->r);
+}
+
+static void take_if_highlight(struct rf_picture *l, struct rf_surface *s, int x, int y,
+                              float w, struct lights *lights)
+{
+    if (!is_highlight(l, s, x, y, lights))
+        return;
+    if (lights->out.at) {
+        struct rf_sample *light = &lights->out.at[lights->out.n];
+        *light = rf_sample_make(s, x, y, w);
+        rf_take_light(s->c, light->c,
+                      usual_luminance(l, x, y) /
+                          rf_luminance(s->c[0], s->c[1], s->c[2]));
+    }
+    lights->out.n++;
+}
+
+static void collect_light(struct rf_picture *l, int x, int y, void *user)
+{
+    struct rf_surfaces *s = &l->surfaces;
+    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    float share = s->share[i];
+    if (share > 0)
+        take_if_highlight(l, &s->near[i], x, y, share, user);
+    if (share < 1)
+        take_if_highlight(l, rf_far_at(s, i), x, y, 1 - share, user);
+}
+
+/* Moves the light of the highlights into `l->highlights`, in the order of rows. */
+static rf_result collect_lights(struct rf_picture *l, const struct lights *all,
+                                size_t *start, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    start[0] = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int y = 0; y < l->height; y++) {
+        struct lights lights = *all;
+        rf_picture_visit_shining(l, y, collect_light, &lights);
+        start[y + 1] = lights.out.n;
+    }
+    for (int y = 0; y < l->height; y++)
+        start[y + 1] += start[y];
+    size_t n = start[l->height];
+    l->highlights = rf_alloc(context, n, sizeof *l->highlights);
+    if (!l->highlights)
+        return rf_fail_memory(error, n, sizeof *l->highlights);
+    l->n_highlights = n;
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int y = 0; y < l->height; y++) {
+        struct lights lights = *all;
+        lights.out.at = l->highlights + start[y];
+        if (start[y + 1] > start[y])
+            rf_picture_visit_shining(l, y, collect_light, &lights);
+    }
+    return RF_OK;
+}
+
+/* What the survey of a view's lights needs and finds. */
+struct tally {
+    const struct rf_work_view *view;
+    int n_planes;
+    struct rf_survey survey;
+};
+
+static void count_light(struct rf_picture *l, int x, int y, void *user)
+{
+    struct tally *tally = user;
+    const struct rf_filter *f = l->filter;
+    x -= l->x0;
+    y -= l->y0;
+    if (x >= 0 && x < f->width)
+        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes, &l->areas, x,
+                            y, (size_t)y * (size_t)f->width + (size_t)x);
+}
+
+/* Surveys the view without its border. */
+static struct rf_survey survey_lights(struct rf_picture *l,
+                                      const struct rf_work_view *view, int n_planes)
+{
+    const struct rf_filter *f = l->filter;
+    struct rf_survey all = {.n_pixels = (double)f->width * f->height};
+#pragma omp parallel num_threads(f->context->n_threads)
+    {
+        struct tally own = {.view = view, .n_planes = n_planes};
+#pragma omp for schedule(dynamic, 16)
+        for (int y = l->y0; y < l->y0 + f->height; y++)
+            rf_picture_visit_shining(l, y, count_light, &own);
+#pragma omp critical
+        for (int i = 0; i < RF_SURVEY_FACTORS; i++)
+            all.disc_area[i] += own.survey.disc_area[i];
+    }
+    return all;
+}
+
+rf_result rf_picture_take_highlights(struct rf_picture *l,
+                                     const struct rf_work_view *view, int n_planes,
+                                     struct rf_error *error)
+{
+    const struct rf_filter *f = l->filter;
+    size_t n_rows = (size_t)l->height;
+    size_t *start = rf_alloc(f->context, n_rows + 1, sizeof *start);
+    if (!start)
+        return rf_fail_memory(error, n_rows + 1, sizeof *start);
+    struct rf_survey survey =
+        view->survey ? *view->survey : survey_lights(l, view, n_planes);
+    const struct lights lights = {
+        .view = view, .n_planes = n_planes, .factor = rf_survey_factor(&survey)};
+    rf_result result = collect_lights(l, &lights, start, error);
+    rf_free(f->context, start);
+    return result;
+}

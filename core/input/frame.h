@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is filtered: size, place, lens, aperture and parameters. */
+#ifndef RF_INPUT_FRAME_H
+#define RF_INPUT_FRAME_H
+
+#include "base/context.h"
+#include "lens/aperture.h"
+#include "rackfocus/rackfocus.h"
+
+struct rf_bokeh; /* methods/scatter/distribution.h */
+
+/* Where the pixels at hand lie in the whole picture; of a whole one (0, 0). */
+struct rf_place {
+    int x, y, whole_width, whole_height; /* px */
+};
+
+struct rf_filter {
+    const struct rf_context *context;
+    struct rf_params params;
+    struct rf_lens lens;
+    struct rf_shape shape;
+    int width, height; /* of the pixels at hand */
+    struct rf_place place;
+    struct rf_bokeh *bokeh; /* NULL until one is set */
+};
+
+#endif

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Views of the caller's pixels, and their way into and out of the blend space. */
+#include "input/pixels.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "input/frame.h"
+#include "kernels/kernels.h"
+#include "rackfocus/rackfocus.h"
+
+rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
+                         int height, struct rf_error *error)
+{
+    if (!image || !image->data)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name, "the image %s has no pixels",
+                       name);
+    if (image->width != width || image->height != height)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                       "%s is %d x %d px, but the picture is %d x %d px: both must be "
+                       "renders of the same size",
+                       name, image->width, image->height, width, height);
+    int n = image->channels;
+    if (n != 1 && n != 3 && n != 4)
+        return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                       "%s has %d channels; it takes 1, 3 or 4", name, n);
+    ptrdiff_t strides[] = {image->channel_bytes, image->pixel_bytes, image->row_bytes};
+    for (int i = 0; i < 3; i++)
+        if (strides[i] % (ptrdiff_t)sizeof(float))
+            return rf_fail(error, RF_ERROR_ARGUMENT, name,
+                           "the strides of %s are not multiples of 4 bytes", name);
+    return RF_OK;
+}
+
+struct rf_image rf_image_packed(float *data, int32_t width, int32_t height,
+                                int32_t channels)
+{
+    ptrdiff_t pixel = channels * (ptrdiff_t)sizeof(float);
+    return (struct rf_image){.data = data,
+                             .width = width,
+                             .height = height,
+                             .channels = channels,
+                             .channel_bytes = sizeof(float),
+                             .pixel_bytes = pixel,
+                             .row_bytes = pixel * width};
+}
+
+void rf_image_copy(const struct rf_image *from, const struct rf_image *to)
+{
+    if (from->data == to->data && from->channel_bytes == to->channel_bytes &&
+        from->pixel_bytes == to->pixel_bytes && from->row_bytes == to->row_bytes)
+        return;
+    for (int y = 0; y < to->height; y++)
+        for (int x = 0; x < to->width; x++)
+            for (int c = 0; c < to->channels; c++)
+                memcpy((void *)rf_image_at(to, x, y, c), rf_image_at(from, x, y, c),
+                       sizeof(float));
+}
+
+/* Odd in v, so that negative values survive the way there and back. */
+static float signed_power(float v, double exponent)
+{
+    return copysignf((float)pow(fabs((double)v), exponent), v);
+}
+
+float rf_to_blend_space(const struct rf_params *params, float v)
+{
+    return params->blend_gamma == 1 ? v : signed_power(v, 1 / params->blend_gamma);
+}
+
+/* A blend gamma makes infinities of finite values; sums of them come before. */
+static const float MOST_LIGHT = 1e36f;
+
+bool rf_is_light(const struct rf_params *params, float v)
+{
+    return params->blend_gamma == 1 ? isfinite(v) : fabsf(v) <= MOST_LIGHT;
+}
+
+/* Alpha is coverage, not light: the blend gamma leaves it alone. */
+static bool has_gamma(const struct rf_params *params, int plane)
+{
+    return params->blend_gamma != 1 && plane < 3;
+}
+
+static int64_t load_row(const struct rf_params *params, const struct rf_image *colour,
+                        int y, float *planes[4], int *bad_x)
+{
+    int64_t n_bad = 0;
+    double power = 1 / params->blend_gamma;
+    for (int c = 0; c < colour->channels; c++) {
+        float *row = planes[c] + (size_t)y * (size_t)colour->width;
+        for (int x = 0; x < colour->width; x++) {
+            float v = *rf_image_at(colour, x, y, c);
+            if (has_gamma(params, c))
+                v = signed_power(v, power);
+            if (!rf_is_light(params, v)) {
+                if (n_bad++ == 0 || x < *bad_x)
+                    *bad_x = x;
+                v = 0;
+            }
+            row[x] = v;
+        }
+    }
+    return n_bad;
+}
+
+bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image)
+{
+    return image->channels == 4 && image->channel_bytes == sizeof(float) &&
+           image->pixel_bytes == 4 * sizeof(float) && params->blend_gamma == 1;
+}
+
+/* A row of floats copied as it is; false where a value is not finite. */
+static bool copy_row(const float *from, float *to, int n)
+{
+    uint32_t largest = 0; /* bits without sign: those of infinity and above are bad */
+    for (int i = 0; i < n; i++) {
+        uint32_t bits;
+        memcpy(&bits, from + i, sizeof bits);
+        memcpy(to + i, &bits, sizeof bits);
+        bits &= 0x7fffffffu;
+        largest = bits > largest ? bits : largest;
+    }
+    return largest < 0x7f800000u;
+}
+
+bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colour,
+                   const struct rf_image *out)
+{
+    int n = colour->width * colour->channels;
+    ptrdiff_t pixel = colour->channels * (ptrdiff_t)sizeof(float);
+    const struct rf_image *both[] = {colour, out};
+    for (int i = 0; i < 2; i++)
+        if (both[i]->channel_bytes != sizeof(float) || both[i]->pixel_bytes != pixel)
+            return false;
+    if (out->data == colour->data)
+        return false;
+    bool is_good = true;
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)              \
+    reduction(&&                                                                       \
+              : is_good)
+    for (int y = 0; y < colour->height; y++)
+        is_good = copy_row(rf_image_at(colour, 0, y, 0),
+                           (float *)rf_image_at(out, 0, y, 0), n) &&
+                  is_good;
+    return is_good;
+}
+
+rf_result rf_frame_load(const struct rf_context *context,
+                        const struct rf_params *params, const struct rf_image *colour,
+                        const struct rf_place *place, float *planes[4],
+                        struct rf_error *error)
+{
+    int height = colour->height, first_x = 0, first_y = -1;
+    int64_t n_bad = 0;
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+    for (int y = 0; y < height; y++) {
+        int bad_x = 0;
+        float *rows[4];
+        for (int c = 0; c < colour->channels; c++)
+            rows[c] = planes[c] + (size_t)y * (size_t)colour->width;
+        if (rf_image_is_plain(params, colour) &&
+            context->kernels->unpack(rf_image_at(colour, 0, y, 0), colour->width, rows))
+            continue;
+        int64_t n = load_row(params, colour, y, planes, &bad_x);
+        if (n) {
+#pragma omp critical
+            {
+                n_bad += n;
+                if (first_y < 0 || y < first_y) {
+                    first_y = y;
+                    first_x = bad_x;
+                }
+            }
+        }
+    }
+    if (n_bad)
+        return rf_fail(error, RF_ERROR_PIXEL, "colour",
+                       "%lld colour value%s NaN or infinite%s, the first at pixel "
+                       "(%d, %d): repair the render, the blur would spread them",
+                       (long long)n_bad, n_bad == 1 ? " is" : "s are",
+                       params->blend_gamma == 1 ? "" : " in the blend gamma",
+                       first_x + (place ? place->x : 0),
+                       first_y + (place ? place->y : 0));
+    return RF_OK;
+}
+
+void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
+                    float *const planes[4], size_t stride, const struct rf_image *out)
+{
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+    for (int y = 0; y < out->height; y++) {
+        const float *rows[4];
+        for (int c = 0; c < out->channels; c++)
+            rows[c] = planes[c] + (size_t)y * stride;
+        if (rf_image_is_plain(params, out)) {
+            context->kernels->pack(rows, out->width,
+                                   (float *)rf_image_at(out, 0, y, 0));
+            continue;
+        }
+        for (int c = 0; c < out->channels; c++) {
+            for (int x = 0; x < out->width; x++) {
+                float v = rows[c][x];
+                if (has_gamma(params, c))
+                    v = signed_power(v, params->blend_gamma);
+                *(float *)rf_image_at(out, x, y, c) = v;
+            }
+        }
+    }
+}

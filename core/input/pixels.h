@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The caller's pixels to planes of light, and back. */
+#ifndef RF_INPUT_PIXELS_H
+#define RF_INPUT_PIXELS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/context.h"
+#include "input/frame.h"
+#include "rackfocus/rackfocus.h"
+
+/* Checks one view; `name` is the field in errors. */
+rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
+                         int height, struct rf_error *error);
+
+static inline const float *rf_image_at(const struct rf_image *image, int x, int y,
+                                       int c)
+{
+    return (const float *)((const char *)image->data + (ptrdiff_t)y * image->row_bytes +
+                           (ptrdiff_t)x * image->pixel_bytes +
+                           (ptrdiff_t)c * image->channel_bytes);
+}
+
+/* Are the pixels RGBA quadruples, in the space that light is summed in? */
+bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image);
+
+/*
+ * The colour of a view, unpacked to planes of width x height in the space in which
+ * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four. `place`
+ * is for errors; NULL: that of a whole picture.
+ */
+rf_result rf_frame_load(const struct rf_context *context,
+                        const struct rf_params *params, const struct rf_image *colour,
+                        const struct rf_place *place, float *planes[4],
+                        struct rf_error *error);
+
+/* One value of light in the space in which light is summed. */
+float rf_to_blend_space(const struct rf_params *params, float v);
+
+/* Can a value of that space be summed up? Not NaN, not infinite or nearly so. */
+bool rf_is_light(const struct rf_params *params, float v);
+
+/*
+ * Copies plain pixels; false where they are not packed or not finite, or are the same,
+ * which rf_frame_load() and rf_image_copy() know.
+ */
+bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colour,
+                   const struct rf_image *out);
+
+/* Writes planes, rows of `stride` floats, to an image, undoing the blend gamma. */
+void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
+                    float *const planes[4], size_t stride, const struct rf_image *out);
+
+/* Copies pixels bit for bit between two views of the same size and channel count. */
+void rf_image_copy(const struct rf_image *from, const struct rf_image *to);
+
+#endif

@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Apertures. A new one is one function here and one line in the list below and in
+ * RF_LIST_APERTURE.
+ *
+ * Every shape fits the unit circle: its corner radius is the lens radius, as in Cycles.
+ * Rotation comes first, then `aperture_ratio` divides u. A sample with signed radius r
+ * lands at (x + u r, y - v r), so shapes turn over by themselves before the focus.
+ */
+#include "lens/aperture.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include "base/math.h"
+#include "rackfocus/rackfocus.h"
+
+enum { MIN_LINES = 64, MIN_LINES_OF_PART = 16 };
+
+typedef void (*shape_fn)(struct rf_shape *shape, const struct rf_params *params);
+
+static void put_corner(struct rf_shape *shape, int i, double angle)
+{
+    shape->corner[i][0] = cos(angle);
+    shape->corner[i][1] = sin(angle);
+}
+
+static void shape_disc(struct rf_shape *shape, const struct rf_params *params)
+{
+    shape->is_disc = true;
+    shape->n_corners = RF_DISC_CORNERS;
+    for (int i = 0; i < shape->n_corners; i++)
+        put_corner(shape, i, 2 * RF_PI * i / shape->n_corners);
+}
+
+/* Cycles: the middle of an edge at the rotation; POV-Ray: a corner. Both measured. */
+static void shape_polygon(struct rf_shape *shape, const struct rf_params *params)
+{
+    int n = params->blades;
+    double turn = params->blade_rotation * RF_PI / 180;
+    double first = params->blade_orientation == RF_ORIENTATION_CYCLES ? RF_PI / n : 0;
+    shape->n_corners = n;
+    for (int i = 0; i < n; i++)
+        put_corner(shape, i, turn + first + 2 * RF_PI * i / n);
+}
+
+static void shape_auto(struct rf_shape *shape, const struct rf_params *params)
+{
+    (params->blades >= 3 ? shape_polygon : shape_disc)(shape, params);
+}
+
+static const shape_fn shapes[] = {
+    [RF_APERTURE_AUTO] = shape_auto,
+    [RF_APERTURE_DISC] = shape_disc,
+    [RF_APERTURE_POLYGON] = shape_polygon,
+};
+
+void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
+{
+    *shape = (struct rf_shape){.ratio = params->aperture_ratio,
+                               .size = {1 / params->aperture_ratio, 1},
+                               .pixel_aspect = params->pixel_aspect,
+                               .min_lines = MIN_LINES};
+    shapes[params->aperture](shape, params);
+    for (int i = 0; i < shape->n_corners; i++)
+        shape->corner[i][0] /= shape->ratio;
+}
+
+bool rf_shape_contains(const struct rf_shape *shape, double u, double v)
+{
+    if (shape->is_disc)
+        return u * u * shape->ratio * shape->ratio + v * v < 1;
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        if ((b[0] - a[0]) * (v - a[1]) - (b[1] - a[1]) * (u - a[0]) <= 0)
+            return false;
+    }
+    return true;
+}
+
+void rf_shape_extent(const struct rf_shape *shape, double extent[2])
+{
+    extent[0] = extent[1] = 0;
+    for (int i = 0; i < shape->n_corners; i++) {
+        extent[0] = fmax(extent[0], fabs(shape->corner[i][0]));
+        extent[1] = fmax(extent[1], fabs(shape->corner[i][1]) * shape->pixel_aspect);
+    }
+}
+
+/* ---- parts --------------------------------------------------------------------- */
+
+static bool is_same(const double a[2], const double b[2])
+{
+    return fabs(a[0] - b[0]) + fabs(a[1] - b[1]) < 1e-9;
+}
+
+/* Adds a corner, but for one at the place of its neighbour: its edge has no side. */
+static void add_corner(struct rf_shape *shape, const double corner[2])
+{
+    int n = shape->n_corners;
+    if (n > 0 && is_same(shape->corner[n - 1], corner))
+        return;
+    memcpy(shape->corner[n], corner, sizeof shape->corner[n]);
+    shape->n_corners++;
+}
+
+/* Cuts off what lies beyond normal . (u, v) = limit. */
+static void cut(struct rf_shape *shape, const double normal[2], double limit)
+{
+    struct rf_shape whole = *shape;
+    shape->n_corners = 0;
+    for (int i = 0; i < whole.n_corners; i++) {
+        const double *a = whole.corner[i];
+        const double *b = whole.corner[(i + 1) % whole.n_corners];
+        double beyond_a = a[0] * normal[0] + a[1] * normal[1] - limit;
+        double beyond_b = b[0] * normal[0] + b[1] * normal[1] - limit;
+        if (beyond_a <= 0)
+            add_corner(shape, a);
+        if ((beyond_a < 0 && beyond_b > 0) || (beyond_a > 0 && beyond_b < 0)) {
+            double t = beyond_a / (beyond_a - beyond_b);
+            add_corner(shape,
+                       (double[]){a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
+        }
+    }
+    int n = shape->n_corners;
+    if (n > 1 && is_same(shape->corner[n - 1], shape->corner[0]))
+        shape->n_corners--;
+}
+
+static double area_of(const struct rf_shape *shape, double centroid[2])
+{
+    double area = 0, u = 0, v = 0;
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        double cross = a[0] * b[1] - a[1] * b[0];
+        area += cross / 2;
+        u += cross * (a[0] + b[0]) / 6;
+        v += cross * (a[1] + b[1]) / 6;
+    }
+    centroid[0] = area > 0 ? u / area : 0;
+    centroid[1] = area > 0 ? v / area : 0;
+    return area;
+}
+
+double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int j,
+                     struct rf_shape *part, double centroid[2])
+{
+    static const double LEAST_AREA = 1e-6;
+    *part = *whole;
+    part->is_disc = false;
+    part->is_part = true;
+    int n_same = 1;
+    for (int k = 0; k < n; k++) {
+        double to[2] = {site[k][0] - site[j][0], site[k][1] - site[j][1]};
+        double middle = to[0] * (site[k][0] + site[j][0]) / 2 +
+                        to[1] * (site[k][1] + site[j][1]) / 2;
+        if (k == j)
+            continue;
+        if (to[0] == 0 && to[1] == 0)
+            n_same++;
+        else
+            cut(part, to, middle);
+    }
+    double area = area_of(part, centroid);
+    if (!(area > LEAST_AREA))
+        return 0;
+    part->size[0] = part->size[1] = 0;
+    for (int i = 0; i < part->n_corners; i++)
+        for (int k = 0; k < 2; k++) {
+            part->corner[i][k] -= centroid[k];
+            part->size[k] = fmax(part->size[k], fabs(part->corner[i][k]));
+        }
+    part->min_lines = rf_max_int((int)(part->size[1] * MIN_LINES), MIN_LINES_OF_PART);
+    return area / n_same;
+}

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The table of parameters at run time: params.def turned into defaults, checks, text.
+ */
+#include "lens/params.h"
+
+#include <errno.h>
+#include <locale.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/error.h"
+#include "rackfocus/rackfocus.h"
+
+#define RF_X_CHOICE(constant, name, help) {name, help},
+#define RF_CHOICES(list) ((const struct rf_choice[]){list(RF_X_CHOICE)})
+#define RF_N_CHOICES(list) ((int)(sizeof RF_CHOICES(list) / sizeof(struct rf_choice)))
+
+static const struct rf_param_info table[] = {
+#define RF_FLOAT(k, f, a, u, lo, hi, d, g, h)                                          \
+    {k,                                                                                \
+     #f,                                                                               \
+     "rackfocus:" #a,                                                                  \
+     u,                                                                                \
+     h,                                                                                \
+     RF_TYPE_FLOAT,                                                                    \
+     RF_GROUP_##g,                                                                     \
+     offsetof(struct rf_params, f),                                                    \
+     lo,                                                                               \
+     hi,                                                                               \
+     d,                                                                                \
+     NULL,                                                                             \
+     0},
+#define RF_INT(k, f, a, u, lo, hi, d, g, h)                                            \
+    {k,                                                                                \
+     #f,                                                                               \
+     "rackfocus:" #a,                                                                  \
+     u,                                                                                \
+     h,                                                                                \
+     RF_TYPE_INT,                                                                      \
+     RF_GROUP_##g,                                                                     \
+     offsetof(struct rf_params, f),                                                    \
+     lo,                                                                               \
+     hi,                                                                               \
+     d,                                                                                \
+     NULL,                                                                             \
+     0},
+#define RF_BOOL(k, f, a, d, g, h)                                                      \
+    {k,                                                                                \
+     #f,                                                                               \
+     "rackfocus:" #a,                                                                  \
+     "",                                                                               \
+     h,                                                                                \
+     RF_TYPE_BOOL,                                                                     \
+     RF_GROUP_##g,                                                                     \
+     offsetof(struct rf_params, f),                                                    \
+     0,                                                                                \
+     1,                                                                                \
+     d,                                                                                \
+     NULL,                                                                             \
+     0},
+#define RF_ENUM(k, f, a, list, d, g, h)                                                \
+    {k,                                                                                \
+     #f,                                                                               \
+     "rackfocus:" #a,                                                                  \
+     "",                                                                               \
+     h,                                                                                \
+     RF_TYPE_ENUM,                                                                     \
+     RF_GROUP_##g,                                                                     \
+     offsetof(struct rf_params, f),                                                    \
+     0,                                                                                \
+     RF_N_CHOICES(list) - 1,                                                           \
+     d,                                                                                \
+     RF_CHOICES(list),                                                                 \
+     RF_N_CHOICES(list)},
+#include "rackfocus/params.def"
+#undef RF_FLOAT
+#undef RF_INT
+#undef RF_BOOL
+#undef RF_ENUM
+};
+
+enum { N_PARAMS = sizeof table / sizeof table[0] };
+
+const struct rf_param_info *rf_param_list(size_t *n)
+{
+    if (n)
+        *n = N_PARAMS;
+    return table;
+}
+
+const struct rf_param_info *rf_param_find(const char *name)
+{
+    for (size_t i = 0; name && i < N_PARAMS; i++)
+        if (!strcmp(name, table[i].key) || !strcmp(name, table[i].field))
+            return &table[i];
+    return NULL;
+}
+
+static double get_number(const struct rf_params *params, const struct rf_param_info *p)
+{
+    const char *member = (const char *)params + p->offset;
+    return p->type == RF_TYPE_FLOAT ? *(const double *)member
+                                    : *(const int32_t *)member;
+}
+
+static void put_number(struct rf_params *params, const struct rf_param_info *p,
+                       double v)
+{
+    char *member = (char *)params + p->offset;
+    if (p->type == RF_TYPE_FLOAT)
+        *(double *)member = v;
+    else
+        *(int32_t *)member = (int32_t)v;
+}
+
+void rf_params_init_sized(struct rf_params *params, size_t size)
+{
+    memset(params, 0, size);
+    for (size_t i = 0; i < N_PARAMS; i++) {
+        bool is_float = table[i].type == RF_TYPE_FLOAT;
+        if (table[i].offset + (is_float ? sizeof(double) : sizeof(int32_t)) <= size)
+            put_number(params, &table[i], table[i].def);
+    }
+    params->size = size;
+}
+
+static rf_result check_range(const struct rf_param_info *p, double v,
+                             struct rf_error *error)
+{
+    if (p->type != RF_TYPE_FLOAT && v != floor(v))
+        return rf_fail(error, RF_ERROR_PARAMETER, p->field,
+                       "%s is %g, but it takes whole numbers from %g to %g", p->key, v,
+                       p->min, p->max);
+    if (!(v >= p->min && v <= p->max))
+        return rf_fail(error, RF_ERROR_PARAMETER, p->field,
+                       "%s is %g; its range is %g to %g%s%s", p->key, v, p->min, p->max,
+                       p->unit[0] ? " " : "", p->unit);
+    return RF_OK;
+}
+
+static rf_result fail_unknown(const char *name, struct rf_error *error)
+{
+    return rf_fail(error, RF_ERROR_PARAMETER, name ? name : "",
+                   "there is no parameter %s", name ? name : "NULL");
+}
+
+rf_result rf_params_set_number(struct rf_params *params, const char *name, double value,
+                               struct rf_error *error)
+{
+    const struct rf_param_info *p = rf_param_find(name);
+    if (!p)
+        return fail_unknown(name, error);
+    rf_result result = check_range(p, value, error);
+    if (result == RF_OK)
+        put_number(params, p, value);
+    return result;
+}
+
+static rf_result fail_choice(const struct rf_param_info *p, const char *text,
+                             struct rf_error *error)
+{
+    char list[160] = "";
+    size_t used = 0;
+    for (int i = 0; i < p->n_choices && used < sizeof list; i++)
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "",
+                                 p->choices[i].name);
+    return rf_fail(error, RF_ERROR_PARAMETER, p->field,
+                   "%s cannot be '%.40s'; it is one of %s", p->key, text, list);
+}
+
+/* strtod in the C locale, so that a German desktop reads "2.8" too. */
+static bool parse_number(const char *text, double *value)
+{
+    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    char *end;
+    *value = c_locale ? strtod_l(text, &end, c_locale) : strtod(text, &end);
+    if (c_locale)
+        freelocale(c_locale);
+    return end != text && *end == '\0';
+}
+
+static bool parse_bool(const char *text, double *value)
+{
+    static const char *const names[2][4] = {{"0", "false", "no", "off"},
+                                            {"1", "true", "yes", "on"}};
+    for (int v = 0; v < 2; v++)
+        for (int i = 0; i < 4; i++)
+            if (!strcasecmp(text, names[v][i])) {
+                *value = v;
+                return true;
+            }
+    return false;
+}
+
+rf_result rf_params_set(struct rf_params *params, const char *name, const char *text,
+                        struct rf_error *error)
+{
+    const struct rf_param_info *p = rf_param_find(name);
+    if (!p)
+        return fail_unknown(name, error);
+    double value;
+    if (p->type == RF_TYPE_ENUM) {
+        for (int i = 0; i < p->n_choices; i++)
+            if (!strcmp(text, p->choices[i].name)) {
+                put_number(params, p, i);
+                return RF_OK;
+            }
+        return fail_choice(p, text, error);
+    }
+    if (p->type == RF_TYPE_BOOL && !parse_bool(text, &value))
+        return rf_fail(error, RF_ERROR_PARAMETER, p->field,
+                       "%s cannot be '%.40s'; it is true or false", p->key, text);
+    if (p->type != RF_TYPE_BOOL && !parse_number(text, &value))
+        return rf_fail(error, RF_ERROR_PARAMETER, p->field,
+                       "%s cannot be '%.40s'; it is a number from %g to %g%s%s", p->key,
+                       text, p->min, p->max, p->unit[0] ? " " : "", p->unit);
+    return rf_params_set_number(params, name, value, error);
+}
+
+rf_result rf_params_get(const struct rf_params *params, const char *name, char *text,
+                        size_t n_bytes)
+{
+    const struct rf_param_info *p = rf_param_find(name);
+    if (!p)
+        return RF_ERROR_PARAMETER;
+    double value = get_number(params, p);
+    if (p->type == RF_TYPE_ENUM) {
+        bool is_known = value >= 0 && value < p->n_choices;
+        snprintf(text, n_bytes, "%s", is_known ? p->choices[(int)value].name : "?");
+        return RF_OK;
+    }
+    if (p->type == RF_TYPE_BOOL) {
+        snprintf(text, n_bytes, "%s", value != 0 ? "true" : "false");
+        return RF_OK;
+    }
+    /* The shortest decimals that read back to the same double. */
+    for (int digits = 6; digits <= 17; digits++) {
+        double back;
+        snprintf(text, n_bytes, "%.*g", digits, value);
+        for (char *comma = strchr(text, ','); comma; comma = NULL)
+            *comma = '.';
+        if (parse_number(text, &back) && back == value)
+            break;
+    }
+    return RF_OK;
+}
+
+void rf_params_complete(struct rf_params *full, const struct rf_params *params)
+{
+    rf_params_init(full);
+    memcpy(full, params, params->size < sizeof *full ? params->size : sizeof *full);
+    full->size = sizeof *full;
+}
+
+rf_result rf_params_check(const struct rf_params *params, struct rf_error *error)
+{
+    if (!params || params->size == 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "params",
+                       "start with rf_params_init()");
+    struct rf_params full;
+    rf_params_complete(&full, params);
+    params = &full;
+    for (size_t i = 0; i < N_PARAMS; i++) {
+        rf_result result = check_range(&table[i], get_number(params, &table[i]), error);
+        if (result != RF_OK)
+            return result;
+    }
+    bool is_polygon = params->aperture == RF_APERTURE_POLYGON;
+    if (params->blades == 1 || params->blades == 2 ||
+        (is_polygon && params->blades == 0))
+        return rf_fail(error, RF_ERROR_PARAMETER, "blades",
+                       "a polygon of %d blades: give 3 to 16%s", params->blades,
+                       is_polygon ? "" : ", or 0 for a disc");
+    return RF_OK;
+}

@@ -1,0 +1,746 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Deep frames: the samples that the renderer kept per pixel, hidden ones included,
+ * spread by the compositor of the method layered.
+ *
+ * The compositor takes a saturating sum near to far (composite.c): weights that add up
+ * to more than 1 fill what is left and no more. A deep pixel composites with "over",
+ * so a sample of opacity a gets the weight
+ *
+ *   v = 1                                 opaque (a >= 0.999): fills whatever is left,
+ *                                         also where the lens sees round what hides it
+ *   v = a prod (1 - a_j)                  else, over the nearer samples j of its pixel
+ *                                         that are not opaque
+ *
+ * Where nothing moves apart the sum of min(v, what is left) is "over" exactly, for any
+ * stack of panes, volumes and a surface behind them; behind an opaque sample the stack
+ * goes on as if that were not there, ready to be seen past its edge. What is left of a
+ * pixel without an opaque end is an empty sample at infinity with weight 1, without
+ * colour and alpha, so that the alpha of the result is right.
+ *
+ * - colour of a piece: premultiplied colour / a, alpha / a; a holdout has neither
+ * - volume from z0 to z1: cut into n slices of equal thickness, each a' = 1 - (1 -
+ *   a)^(1/n), colour times a'/a (as "Interpreting OpenEXR Deep Pixels" has it)
+ * - a sample of opacity 0 with a colour: light without coverage, times the product
+ *
+ * Ours. Approximates: a transparent piece keeps the attenuation that it has in the
+ * pinhole view where the lens sees past the things before it; surfaces without slope.
+ * Behind pixels that end opaque the background is estimated as in layered (hidden.c),
+ * and used where no sample fills. Memory: 40 bytes per sample or slice.
+ */
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "compose/composite.h"
+#include "compose/emit.h"
+#include "compose/footprint.h"
+#include "compose/scene.h"
+#include "input/depth.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "input/views_in.h"
+#include "kernels/data.h"
+#include "surfaces/hidden.h"
+#include "surfaces/picture.h"
+#include "surfaces/surfaces.h"
+#include "rackfocus/rackfocus.h"
+
+enum { MAX_SLICES = 16 };
+
+static const float SLICE_PX = 1;
+static const float OPAQUE = 0.999f;
+static const float LEAST_OPACITY = 1e-6f; /* below, colour / opacity means nothing */
+
+/* A sample or a slice of one, with its place. */
+struct piece {
+    double z;    /* planar distance */
+    float r;     /* signed radius, px */
+    float a;     /* opacity */
+    float c[4];  /* premultiplied, blend space */
+    float value; /* of the depth channel */
+};
+
+struct deep {
+    const struct rf_filter *filter;
+    const struct rf_deep *frame;
+    int n_planes;
+    size_t most_samples;       /* in one pixel */
+    struct piece *scratch;     /* per thread, most_samples * MAX_SLICES + 1 */
+    float *planes[4], *radius; /* the flat picture */
+    float empty_radius;        /* of what is infinitely far */
+    struct rf_picture picture;
+    struct rf_estimates hidden;
+    size_t *row_start;
+    struct rf_samples samples;
+};
+
+/* ---- the pieces of a pixel ----------------------------------------------------- */
+
+static int compare_pieces(const void *a, const void *b)
+{
+    const struct piece *p = a, *q = b;
+    if (p->z != q->z)
+        return p->z < q->z ? -1 : 1;
+    /* A total order, so that equal depths give the same picture for any sort. */
+    for (int n = 0; n < 4; n++)
+        if (p->c[n] != q->c[n])
+            return p->c[n] < q->c[n] ? -1 : 1;
+    return (p->a > q->a) - (p->a < q->a);
+}
+
+static void sort_pieces(struct piece *pieces, int n)
+{
+    if (n > 32) {
+        qsort(pieces, (size_t)n, sizeof *pieces, compare_pieces);
+        return;
+    }
+    for (int i = 1; i < n; i++) {
+        struct piece p = pieces[i];
+        int k = i;
+        for (; k > 0 && compare_pieces(&pieces[k - 1], &p) > 0; k--)
+            pieces[k] = pieces[k - 1];
+        pieces[k] = p;
+    }
+}
+
+static float clamp01(float v)
+{
+    return v < 0 ? 0 : v > 1 ? 1 : v;
+}
+
+static struct piece whole_piece(const struct deep *d, const struct rf_deep_sample *s)
+{
+    struct piece p = {.a = clamp01(s->opacity), .value = s->depth};
+    if (p.a < LEAST_OPACITY)
+        p.a = 0;
+    const struct rf_params *params = &d->filter->params;
+    for (int n = 0; n < 3; n++)
+        p.c[n] = s->colour[d->n_planes == 1 ? 0 : n];
+    /* The gamma belongs to the light, not to light times coverage. */
+    if (params->blend_gamma != 1)
+        for (int n = 0; n < 3; n++)
+            p.c[n] = p.a > 0 ? rf_to_blend_space(params, p.c[n] / p.a) * p.a
+                             : rf_to_blend_space(params, p.c[n]);
+    p.c[3] = d->n_planes == 4 ? clamp01(s->colour[3]) : p.a;
+    return p;
+}
+
+/* One sample as slices, from the front; returns how many. */
+static int slice_sample(const struct deep *d, const struct rf_deep_sample *s, int x,
+                        int y, struct piece *out)
+{
+    const struct rf_filter *f = d->filter;
+    struct piece p = whole_piece(d, s);
+    p.z = rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &p.r);
+    out[0] = p;
+    if (s->depth_back == s->depth || !isfinite(s->depth_back) || p.a >= OPAQUE)
+        return 1;
+    float back_r;
+    double back = rf_depth_of_value(&f->params, &f->lens, s->depth_back, x, y, &back_r);
+    if (!isfinite(p.z) || !isfinite(back) || !(back > p.z))
+        return 1;
+    float slices = ceilf(fabsf(back_r - p.r) / SLICE_PX);
+    int n = slices < MAX_SLICES ? rf_max_int((int)slices, 1) : MAX_SLICES;
+    float a = (float)-expm1(log1p(-(double)p.a) / n);
+    float share = p.a > 0 ? a / p.a : 1 / (float)n;
+    for (int k = 0; k < n; k++) {
+        float at = ((float)k + 0.5f) / (float)n;
+        struct piece *q = &out[k];
+        *q = p;
+        q->value = s->depth + at * (s->depth_back - s->depth);
+        q->z = rf_depth_of_value(&f->params, &f->lens, q->value, x, y, &q->r);
+        q->a = a;
+        for (int i = 0; i < 4; i++)
+            q->c[i] *= share;
+    }
+    return n;
+}
+
+/* The pieces of pixel (x, y), near to far. */
+static int pieces_of(const struct deep *d, int x, int y, struct piece *pieces)
+{
+    size_t i = (size_t)y * (size_t)d->frame->width + (size_t)x;
+    int n = 0;
+    for (size_t k = d->frame->first[i]; k < d->frame->first[i + 1]; k++)
+        n += slice_sample(d, &d->frame->samples[k], x, y, pieces + n);
+    sort_pieces(pieces, n);
+    return n;
+}
+
+static struct piece *thread_scratch(const struct deep *d)
+{
+    return d->scratch + (d->most_samples * MAX_SLICES + 1) * (size_t)rf_thread_num();
+}
+
+/* ---- checks -------------------------------------------------------------------- */
+
+struct tally {
+    int64_t n_depth, n_pixel;
+    int x_depth, x_pixel;
+    float depth;
+};
+
+static bool is_colour_good(const struct deep *d, const struct rf_deep_sample *s)
+{
+    struct piece p = whole_piece(d, s);
+    bool is_good = s->opacity >= 0;
+    for (int n = 0; n < 4; n++)
+        is_good &= isfinite(s->colour[n]) && rf_is_light(&d->filter->params, p.c[n]);
+    return is_good;
+}
+
+static void check_row(const struct deep *d, int y, struct tally *t)
+{
+    const struct rf_filter *f = d->filter;
+    const struct rf_deep *frame = d->frame;
+    for (int x = 0; x < frame->width; x++) {
+        size_t i = (size_t)y * (size_t)frame->width + (size_t)x;
+        for (size_t k = frame->first[i]; k < frame->first[i + 1]; k++) {
+            const struct rf_deep_sample *s = &frame->samples[k];
+            float r;
+            if (isnan(rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &r))) {
+                if (t->n_depth++ == 0) {
+                    t->x_depth = x;
+                    t->depth = s->depth;
+                }
+            }
+            if (!is_colour_good(d, s) && t->n_pixel++ == 0)
+                t->x_pixel = x;
+        }
+    }
+}
+
+static rf_result report_tallies(const struct tally *rows, int height,
+                                struct rf_error *error)
+{
+    int64_t n_depth = 0, n_pixel = 0;
+    int y_depth = -1, y_pixel = -1;
+    for (int y = 0; y < height; y++) {
+        y_depth = rows[y].n_depth && y_depth < 0 ? y : y_depth;
+        y_pixel = rows[y].n_pixel && y_pixel < 0 ? y : y_pixel;
+        n_depth += rows[y].n_depth;
+        n_pixel += rows[y].n_pixel;
+    }
+    if (n_depth)
+        return rf_fail(error, RF_ERROR_DEPTH, "depth",
+                       "%lld deep sample%s with a bad depth, the first is %g at pixel "
+                       "(%d, %d): NaN, negative or out of its range; check which kind "
+                       "of depth it is",
+                       (long long)n_depth, n_depth == 1 ? "" : "s",
+                       (double)rows[y_depth].depth, rows[y_depth].x_depth, y_depth);
+    if (n_pixel)
+        return rf_fail(error, RF_ERROR_PIXEL, "colour",
+                       "%lld deep sample%s with NaN, infinite colour or negative "
+                       "alpha, the first at pixel (%d, %d): repair the render, the "
+                       "blur would spread them",
+                       (long long)n_pixel, n_pixel == 1 ? "" : "s",
+                       rows[y_pixel].x_pixel, y_pixel);
+    return RF_OK;
+}
+
+static rf_result check_samples(struct deep *d, struct rf_error *error)
+{
+    const struct rf_context *context = d->filter->context;
+    const struct rf_deep *frame = d->frame;
+    size_t n = (size_t)frame->width * (size_t)frame->height;
+    if (frame->first[0] != 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "deep", "first[0] must be 0");
+    for (size_t i = 0; i < n; i++) {
+        if (frame->first[i + 1] < frame->first[i] ||
+            frame->first[i + 1] - frame->first[i] > INT32_MAX / MAX_SLICES / 2)
+            return rf_fail(error, RF_ERROR_ARGUMENT, "deep",
+                           "the offsets fall, or a pixel has too many samples, at "
+                           "pixel %zu",
+                           i);
+        size_t n_samples = frame->first[i + 1] - frame->first[i];
+        d->most_samples = n_samples > d->most_samples ? n_samples : d->most_samples;
+    }
+    struct tally *rows = rf_calloc(context, (size_t)frame->height, sizeof *rows);
+    if (!rows)
+        return rf_fail_memory(error, (size_t)frame->height, sizeof *rows);
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
+    for (int y = 0; y < frame->height; y++)
+        check_row(d, y, &rows[y]);
+    rf_result result = report_tallies(rows, frame->height, error);
+    rf_free(context, rows);
+    return result;
+}
+
+/* ---- the flat picture ---------------------------------------------------------- */
+
+/* The number that says "nothing was hit" in the depth channel. */
+static float no_hit_value(const struct rf_params *p)
+{
+    double v;
+    switch (p->depth) {
+    case RF_DEPTH_PLANAR:
+    case RF_DEPTH_RADIAL:
+        return INFINITY;
+    case RF_DEPTH_BUFFER:
+    case RF_DEPTH_BUFFER_INFINITE:
+    case RF_DEPTH_NORMALISED:
+        v = 1;
+        break;
+    default:
+        v = 0;
+    }
+    return p->depth_scale != 0 ? (float)((v - p->depth_offset) / p->depth_scale) : 0;
+}
+
+struct flat {
+    float c[4];
+    float value, r; /* depth as in the channel, and radius */
+};
+
+static struct flat flatten(const struct deep *d, const struct piece *pieces, int n)
+{
+    struct flat flat = {{0}, no_hit_value(&d->filter->params), d->empty_radius};
+    float left = 1;
+    bool is_found = false;
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < 4; k++)
+            flat.c[k] += left * pieces[i].c[k];
+        if (pieces[i].a > 0 && !is_found) {
+            flat.value = pieces[i].value;
+            flat.r = pieces[i].r;
+        }
+        left *= 1 - pieces[i].a;
+        is_found |= left <= 0.5f;
+    }
+    return flat;
+}
+
+static rf_result allocate_scratch(struct deep *d, struct rf_error *error)
+{
+    const struct rf_context *context = d->filter->context;
+    size_t n = (d->most_samples * MAX_SLICES + 1) * (size_t)context->n_threads;
+    d->scratch = rf_alloc(context, n, sizeof *d->scratch);
+    return d->scratch ? RF_OK : rf_fail_memory(error, n, sizeof *d->scratch);
+}
+
+/* Fills planes and radius; returns the largest radius, without sign, of any sample. */
+static float flatten_all(struct deep *d)
+{
+    const struct rf_deep *frame = d->frame;
+    int n_threads = d->filter->context->n_threads;
+    float largest = 0;
+#pragma omp parallel for num_threads(n_threads) schedule(dynamic, 8)                   \
+    reduction(max                                                                      \
+              : largest)
+    for (int y = 0; y < frame->height; y++) {
+        struct piece *pieces = thread_scratch(d);
+        for (int x = 0; x < frame->width; x++) {
+            size_t i = (size_t)y * (size_t)frame->width + (size_t)x;
+            int n = pieces_of(d, x, y, pieces);
+            struct flat flat = flatten(d, pieces, n);
+            for (int k = 0; k < d->n_planes; k++)
+                d->planes[k][i] = flat.c[k];
+            d->radius[i] = flat.r;
+            for (int k = 0; k < n; k++)
+                largest = fmaxf(largest, fabsf(pieces[k].r));
+            bool is_open = n == 0 || pieces[n - 1].a < OPAQUE;
+            if (is_open && n > 0)
+                largest = fmaxf(largest, fabsf(d->empty_radius));
+        }
+    }
+    return largest;
+}
+
+/* ---- samples ------------------------------------------------------------------- */
+
+struct collector {
+    struct deep *d;
+    struct rf_samples out;
+};
+
+static struct rf_sample sample_of(const struct piece *p, float left, int x, int y)
+{
+    struct rf_surface s = {.r = p->r};
+    if (p->a <= 0) {
+        for (int n = 0; n < 3; n++)
+            s.c[n] = p->c[n] * left;
+        struct rf_sample light = rf_sample_make(&s, x, y, 1);
+        light.kind = RF_POSITIVE;
+        return light;
+    }
+    for (int n = 0; n < 4; n++)
+        s.c[n] = p->c[n] / p->a;
+    return rf_sample_make(&s, x, y, p->a >= OPAQUE ? 1 : p->a * left);
+}
+
+static void put_plain(struct rf_samples *out, const struct rf_sample *s)
+{
+    if (out->at)
+        out->at[out->n] = *s;
+    out->n++;
+}
+
+/* Light that continues the picture beyond its border is no brighter than white. */
+static void dim(struct rf_sample *s)
+{
+    float l = rf_luminance(s->c[0], s->c[1], s->c[2]);
+    if (l > 1)
+        for (int n = 0; n < 3; n++)
+            s->c[n] /= l;
+}
+
+static void collect_pixel(struct collector *c, int x, int y, struct piece *pieces)
+{
+    struct deep *d = c->d;
+    int border = d->picture.border;
+    int sx = rf_min_int(rf_max_int(x - border, 0), d->frame->width - 1);
+    int sy = rf_min_int(rf_max_int(y - border, 0), d->frame->height - 1);
+    bool is_beyond = sx != x - border || sy != y - border, is_open = true;
+    int n = pieces_of(d, sx, sy, pieces);
+    float left = 1;
+    for (int i = 0; i < n; i++) {
+        const struct piece *p = &pieces[i];
+        struct rf_sample s = sample_of(p, left, x, y);
+        if (is_beyond)
+            dim(&s);
+        if (s.kind == RF_POSITIVE)
+            put_plain(&c->out, &s);
+        else if (s.w > 0)
+            rf_picture_emit(&d->picture, s, x, y, &c->out);
+        if (p->a < OPAQUE)
+            left *= 1 - p->a;
+        is_open = p->a < OPAQUE;
+    }
+    if (is_open) {
+        struct rf_surface nothing = {.r = d->empty_radius};
+        struct rf_sample s = rf_sample_make(&nothing, x, y, 1);
+        put_plain(&c->out, &s);
+    }
+}
+
+static rf_result collect_samples(struct deep *d, struct rf_task *task,
+                                 struct rf_error *error)
+{
+    const struct rf_context *context = d->filter->context;
+    int width = d->picture.width, height = d->picture.height;
+    d->row_start = rf_alloc(context, (size_t)height + 1, sizeof *d->row_start);
+    if (!d->row_start)
+        return rf_fail_memory(error, (size_t)height + 1, sizeof *d->row_start);
+    for (int pass = 0; pass < 2; pass++) {
+        rf_task_phase(task, pass ? 0.5 : 0.45, height);
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
+        for (int y = 0; y < height; y++) {
+            if (rf_task_is_cancelled(task))
+                continue;
+            struct collector c = {.d = d};
+            if (pass)
+                c.out.at = d->samples.at + d->row_start[y];
+            for (int x = 0; x < width; x++)
+                collect_pixel(&c, x, y, thread_scratch(d));
+            if (!pass)
+                d->row_start[y + 1] = c.out.n;
+            rf_task_step(task);
+        }
+        if (pass || rf_task_is_cancelled(task))
+            break;
+        d->row_start[0] = 0;
+        for (int y = 0; y < height; y++)
+            d->row_start[y + 1] += d->row_start[y];
+        d->samples.n = d->row_start[height];
+        d->samples.at = rf_alloc(context, d->samples.n, sizeof *d->samples.at);
+        if (!d->samples.at)
+            return rf_fail_memory(error, d->samples.n, sizeof *d->samples.at);
+    }
+    return RF_OK;
+}
+
+/* ---- behind opaque pixels ------------------------------------------------------ */
+
+/* The nearest and the next sample of a pixel; returns the share of the nearest. */
+static float find_parts(struct deep *d, int x, int y, struct rf_surface found[2])
+{
+    struct piece *pieces = thread_scratch(d);
+    int sx = rf_max_int(x - d->picture.border, 0);
+    int sy = rf_max_int(y - d->picture.border, 0);
+    int n = pieces_of(d, rf_min_int(sx, d->frame->width - 1),
+                      rf_min_int(sy, d->frame->height - 1), pieces);
+    float share = 1;
+    int n_found = 0;
+    found[0] = found[1] = (struct rf_surface){.r = d->empty_radius};
+    for (int i = 0; i < n && n_found < 2; i++) {
+        if (pieces[i].a <= 0)
+            continue;
+        for (int k = 0; k < 4; k++)
+            found[n_found].c[k] = pieces[i].c[k] / pieces[i].a;
+        found[n_found].r = pieces[i].r;
+        if (n_found++ == 0)
+            share = pieces[i].a >= OPAQUE ? 1 : pieces[i].a;
+    }
+    return share;
+}
+
+/* Notes the nearest sample of pixel i and whether there is a farther part. */
+static void set_nearest(struct deep *d, int x, int y, size_t i)
+{
+    struct rf_surfaces *s = &d->picture.surfaces;
+    struct rf_surface found[2];
+    s->share[i] = find_parts(d, x, y, found);
+    s->near[i] = found[0];
+    if (s->share[i] < 1)
+        rf_far_mark(s, i);
+}
+
+static void set_next(struct deep *d, int x, int y, size_t i)
+{
+    struct rf_surfaces *s = &d->picture.surfaces;
+    struct rf_surface found[2];
+    if (s->share[i] == 1)
+        return;
+    find_parts(d, x, y, found);
+    *rf_far_at(s, i) = found[1];
+}
+
+static void visit_pixels(struct deep *d,
+                         void (*visit)(struct deep *d, int x, int y, size_t i))
+{
+    const struct rf_surfaces *s = &d->picture.surfaces;
+#pragma omp parallel for num_threads(d->filter->context->n_threads) schedule(dynamic, 8)
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++)
+            visit(d, x, y, (size_t)y * (size_t)s->width + (size_t)x);
+}
+
+/* The pixels' nearest and next samples take the place of split edges. */
+static rf_result set_surfaces(struct deep *d, struct rf_error *error)
+{
+    const struct rf_context *context = d->filter->context;
+    struct rf_surfaces *s = &d->picture.surfaces;
+    rf_far_free(s, context);
+    rf_result result = rf_far_begin(s, context, error);
+    if (result != RF_OK)
+        return result;
+    visit_pixels(d, set_nearest);
+    result = rf_far_allocate(s, context, error);
+    if (result == RF_OK)
+        visit_pixels(d, set_next);
+    return result;
+}
+
+static rf_result find_hidden(struct deep *d, struct rf_task *task,
+                             struct rf_error *error)
+{
+    rf_result result = set_surfaces(d, error);
+    if (result != RF_OK)
+        return result;
+    rf_task_phase(task, 0.4, rf_hidden_steps(d->picture.height));
+    return rf_find_hidden(d->filter, &d->picture.surfaces, NULL, NULL, &d->hidden, task,
+                          error);
+}
+
+/* The estimates as samples; the array has room for one per pixel. */
+static void collect_hidden(const struct deep *d, struct rf_samples *out)
+{
+    const struct rf_surface *at = d->hidden.at;
+    for (int y = 0; y < d->picture.height; y++)
+        for (int x = 0; x < d->picture.width; x++, at++)
+            if (rf_found_at(&d->hidden, x, y, 1))
+                out->at[out->n++] = rf_sample_make(at, x, y, 1);
+}
+
+/* The radii of pixels that one sample covers, INFINITY elsewhere; NULL: no memory. */
+static float *find_whole(const struct deep *d)
+{
+    size_t width = (size_t)d->picture.width, n = width * (size_t)d->picture.height;
+    float *radius = rf_alloc(d->filter->context, n, sizeof *radius);
+    for (size_t i = 0; radius && i < n; i++)
+        radius[i] = INFINITY;
+    for (size_t i = 0; radius && i < d->samples.n; i++) {
+        const struct rf_sample *p = &d->samples.at[i];
+        if (p->kind == RF_SHARP && p->w >= 1)
+            radius[width * (size_t)p->y + (size_t)p->x] = p->r;
+    }
+    return radius;
+}
+
+/* ---- all ----------------------------------------------------------------------- */
+
+static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error *error)
+{
+    const struct rf_context *context = d->filter->context;
+    struct rf_samples hidden = {0};
+    size_t n = (size_t)d->picture.width * (size_t)d->picture.height;
+    if (d->hidden.at) {
+        hidden.at = rf_alloc(context, n, sizeof *hidden.at);
+        if (!hidden.at)
+            return rf_fail_memory(error, n, sizeof *hidden.at);
+        collect_hidden(d, &hidden);
+    }
+    float *whole = find_whole(d);
+    if (!whole) {
+        rf_free(context, hidden.at);
+        return rf_fail_memory(error, n, sizeof *whole);
+    }
+    struct rf_occluders occluders = {.surfaces = &d->picture.surfaces};
+    struct rf_scene scene = {.filter = d->filter,
+                             .width = d->picture.width,
+                             .height = d->picture.height,
+                             .x0 = d->picture.x0,
+                             .y0 = d->picture.y0,
+                             .n_phases = 1,
+                             .fills_gaps = d->filter->params.fill_hidden,
+                             .visible = d->samples,
+                             .hidden = hidden,
+                             .occluders = &occluders,
+                             .n_views = 1,
+                             .whole_radius = whole,
+                             .whole_stride = (size_t)d->picture.width,
+                             .task = work->task,
+                             .progress_to = 1};
+    rf_result result = rf_composite_crop(&scene, work, error);
+    rf_free(context, whole);
+    rf_free(context, hidden.at);
+    return result;
+}
+
+static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image *out,
+                     struct rf_error *error)
+{
+    const struct rf_filter *f = d->filter;
+    work->largest_radius = flatten_all(d);
+    if (work->largest_radius < RF_SHARP_PX) {
+        rf_frame_store(f->context, &f->params, d->planes, (size_t)f->width, out);
+        return RF_OK;
+    }
+    struct rf_work_view view = {.radius = d->radius};
+    memcpy(view.colour, d->planes, sizeof view.colour);
+    struct rf_filter whole = *f; /* edges come as samples */
+    whole.params.split_edges = 0;
+    int border = rf_picture_border(work->largest_radius);
+    rf_task_phase(work->task, 0.15, f->height + 2 * border);
+    rf_result result = rf_picture_load(&d->picture, &whole, &view, d->n_planes, border,
+                                       false, work->task, error);
+    if (result == RF_OK && f->params.fill_hidden)
+        result = find_hidden(d, work->task, error);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = collect_samples(d, work->task, error);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = composite(d, work, error);
+    if (result == RF_OK && rf_task_is_cancelled(work->task))
+        result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    if (result == RF_OK)
+        rf_frame_store(f->context, &f->params, work->colour, (size_t)f->width, out);
+    d->picture.filter = f;
+    rf_picture_free(&d->picture);
+    return result;
+}
+
+static rf_result check(const struct rf_filter *f, const struct rf_deep *deep,
+                       const struct rf_image *out, const char *name,
+                       struct rf_error *error)
+{
+    if (!f || !deep || !out || !deep->first ||
+        (!deep->samples && deep->width > 0 && deep->height > 0 &&
+         deep->first[(size_t)deep->width * (size_t)deep->height] > 0))
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       !f     ? "filter"
+                       : !out ? name
+                              : "deep",
+                       "a pointer is NULL");
+    if (deep->width != f->width || deep->height != f->height)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "deep",
+                       "the deep frame is %d x %d px, but the filter was made for %d x "
+                       "%d px",
+                       deep->width, deep->height, f->width, f->height);
+    return rf_image_check(out, name, f->width, f->height, error);
+}
+
+/* Checks, and takes the memory that flattening needs. */
+static rf_result begin(struct deep *d, struct rf_error *error)
+{
+    const struct rf_filter *f = d->filter;
+    d->empty_radius = (float)rf_lens_radius_px(&f->lens, INFINITY);
+    rf_result result = check_samples(d, error);
+    if (result == RF_OK)
+        result = allocate_scratch(d, error);
+    if (result != RF_OK)
+        return result;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    d->radius = rf_alloc(f->context, n * (size_t)(d->n_planes + 1), sizeof(float));
+    if (!d->radius)
+        return rf_fail_memory(error, n * (size_t)(d->n_planes + 1), sizeof(float));
+    for (int k = 0; k < d->n_planes; k++)
+        d->planes[k] = d->radius + n * (size_t)(k + 1);
+    return RF_OK;
+}
+
+static void end(struct deep *d)
+{
+    const struct rf_context *context = d->filter->context;
+    rf_free(context, d->samples.at);
+    rf_free(context, d->row_start);
+    rf_estimates_free(&d->hidden, context);
+    rf_free(context, d->radius);
+    rf_free(context, d->scratch);
+}
+
+rf_result rf_filter_process_deep(const struct rf_filter *filter,
+                                 const struct rf_deep *deep, const struct rf_image *out,
+                                 const struct rf_progress *progress,
+                                 struct rf_error *error)
+{
+    rf_result result = check(filter, deep, out, "out", error);
+    if (result != RF_OK)
+        return result;
+    if (filter->params.method != RF_METHOD_LAYERED)
+        return rf_fail(error, RF_ERROR_PARAMETER, "method",
+                       "deep frames are filtered by the method layered only; flatten "
+                       "them for the others");
+    struct rf_task task;
+    rf_task_begin(&task, progress);
+    if (rf_task_is_cancelled(&task))
+        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    struct deep d = {.filter = filter, .frame = deep, .n_planes = out->channels};
+    struct rf_work work = {
+        .filter = filter, .n_planes = d.n_planes, .n_views = 1, .task = &task};
+    result = begin(&d, error);
+    if (result == RF_OK) {
+        memcpy(work.colour, d.planes, sizeof work.colour);
+        result = run(&d, &work, out, error);
+    }
+    end(&d);
+    if (result == RF_OK)
+        rf_task_end(&task);
+    return result;
+}
+
+rf_result rf_deep_flatten(const struct rf_filter *filter, const struct rf_deep *deep,
+                          const struct rf_image *colour, const struct rf_image *depth,
+                          struct rf_error *error)
+{
+    rf_result result = check(filter, deep, colour, "colour", error);
+    if (result == RF_OK && depth)
+        result = rf_image_check(depth, "depth", filter->width, filter->height, error);
+    if (result != RF_OK)
+        return result;
+    /* Light is flattened as it is, whatever space a lens would sum it in. */
+    struct rf_filter linear = *filter;
+    linear.params.blend_gamma = 1;
+    struct deep d = {.filter = &linear, .frame = deep, .n_planes = colour->channels};
+    result = begin(&d, error);
+    for (int y = 0; y < filter->height && result == RF_OK; y++)
+        for (int x = 0; x < filter->width; x++) {
+            int n = pieces_of(&d, x, y, d.scratch);
+            struct flat flat = flatten(&d, d.scratch, n);
+            for (int k = 0; k < d.n_planes; k++)
+                *(float *)rf_image_at(colour, x, y, k) = flat.c[k];
+            if (depth)
+                *(float *)rf_image_at(depth, x, y, 0) = flat.value;
+        }
+    end(&d);
+    return result;
+}

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * layered: occlusion-aware depth of field from one view; the default.
+ *
+ * Every pixel is a small emitter that spreads over its aperture's footprint. The steps,
+ * each in a module of its own:
+ *
+ * - border: the picture is continued by its edge pixels, bright ones dimmed to white
+ * - split: edge pixels become their two surfaces (split.c)
+ * - highlights, but for parts of something large: their light is taken out and added
+ * at the end, each with the exact shape that things before it leave (highlights_add.c)
+ * - hidden: background that only the lens can see is estimated (hidden.c)
+ * - composite: samples near to far, then the hidden ones (composite.c)
+ * - smooth: a smooth surface near the focus has no holes (smooth.c)
+ * - gaps: what is still open looks like the pixels around (gaps.c)
+ *
+ * Ours; reading: Kosloff 2009 (spreading), Lee, Eisemann and Seidel 2009 (layers), the
+ * coverage partition of deep compositing. Approximates: one hidden surface behind each
+ * pixel; surfaces without slope; bins of 2 px of radius; radii above 8 px at a reduced
+ * resolution. Mirrors and glass are blurred by the depth of their surface.
+ */
+#include "methods/layered/layered.h"
+
+#include "base/context.h"
+#include "base/task.h"
+#include "compose/composite.h"
+#include "compose/emit.h"
+#include "compose/highlights_find.h"
+#include "compose/scene.h"
+#include "input/frame.h"
+#include "input/views_in.h"
+#include "surfaces/hidden.h"
+#include "surfaces/picture.h"
+#include "surfaces/surfaces.h"
+#include "rackfocus/rackfocus.h"
+
+struct layered {
+    struct rf_picture picture;
+    struct rf_estimates hidden;
+};
+
+static struct rf_emission survey_visible(void *user, int x, int y, int n)
+{
+    const struct layered *l = user;
+    return rf_picture_survey(&l->picture, x, y, n);
+}
+
+static int emit_visible(void *user, int x, int y, struct rf_sample *at)
+{
+    const struct layered *l = user;
+    struct rf_samples out = {at, 0};
+    rf_picture_emit_pixel(&l->picture, x, y, &out);
+    return (int)out.n;
+}
+
+static struct rf_emission survey_hidden(void *user, int x, int y, int n)
+{
+    const struct layered *l = user;
+    return (struct rf_emission){rf_found_at(&l->hidden, x, y, n), 0};
+}
+
+static rf_result find_hidden(struct layered *l, struct rf_task *task,
+                             struct rf_error *error)
+{
+    const struct rf_pixels *pixels = &l->picture.pixels;
+    struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
+    rf_task_phase(task, 0.4, rf_hidden_steps(l->picture.height));
+    return rf_find_hidden(l->picture.filter, &l->picture.surfaces, &radii, NULL,
+                          &l->hidden, task, error);
+}
+
+static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    const struct rf_params *params = &f->params;
+    struct rf_work_view *view = &work->views[0];
+    int border = rf_picture_border(work->largest_radius);
+    rf_task_phase(work->task, 0.15, work->filter->height + 2 * border);
+    rf_result result = rf_picture_load(&l->picture, work->filter, view, work->n_planes,
+                                       border, false, work->task, error);
+    work->needs_planes = l->picture.is_refused;
+    if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task))
+        return result;
+    if (params->exact_highlights)
+        result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);
+    rf_work_drop_views(work);
+    rf_task_poll(work->task);
+    if (result == RF_OK && params->fill_hidden)
+        result = find_hidden(l, work->task, error);
+    if (result != RF_OK || rf_task_is_cancelled(work->task))
+        return result;
+    const struct rf_pixels *pixels = &l->picture.pixels;
+    const float *radius = rf_plane_row(pixels, pixels->radius, 0);
+    struct rf_occluders occluders = {.surfaces = &l->picture.surfaces,
+                                     .radius = radius,
+                                     .radius_stride = pixels->stride};
+    struct rf_scene scene = {
+        .filter = work->filter,
+        .width = l->picture.width,
+        .height = l->picture.height,
+        .x0 = l->picture.x0,
+        .y0 = l->picture.y0,
+        .n_phases = 1,
+        .is_opaque =
+            view->survey ? view->survey->n_transparent == 0 : !l->picture.has_alpha,
+        .fills_gaps = params->fill_hidden,
+        .highlights = {l->picture.highlights, l->picture.n_highlights},
+        .n_views = 1,
+        .occluders = &occluders,
+        .whole_radius = radius,
+        .whole_stride = pixels->stride,
+        .task = work->task,
+        .progress_to = 1};
+    scene.visible_source = (struct rf_source){.survey = survey_visible,
+                                              .emit = emit_visible,
+                                              .user = l,
+                                              .surfaces = l->picture.surfaces.near,
+                                              .radius = radius,
+                                              .radius_stride = pixels->stride,
+                                              .most_per_pixel = 4,
+                                              .largest_radius = work->largest_radius};
+    if (l->hidden.at)
+        scene.hidden_source =
+            (struct rf_source){.survey = survey_hidden,
+                               .user = l,
+                               .surfaces = l->hidden.at,
+                               .most_per_pixel = 1,
+                               .largest_radius = work->largest_radius};
+    return rf_composite_crop(&scene, work, error);
+}
+
+rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
+{
+    const struct rf_context *context = work->filter->context;
+    struct layered l = {.hidden = {0}};
+    rf_result result = run(&l, work, error);
+    rf_estimates_free(&l.hidden, context);
+    rf_picture_free(&l.picture);
+    return result;
+}

@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The generator offset. */
+#ifndef RF_METHODS_PREVIEW_OFFSET_H
+#define RF_METHODS_PREVIEW_OFFSET_H
+
+#include "methods/preview/blur.h"
+#include "rackfocus/rackfocus.h"
+
+rf_result rf_generate_offset(const struct rf_blur *blur, struct rf_error *error);
+
+#endif

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A picture as the distribution of light over a circle of confusion.
+ *
+ *   S(X, Y) = sum of the picture left of X and above Y / sum of the picture
+ *
+ * with X in [0, W], Y in [0, H], linear within each pixel: the integral of the picture
+ * as W x H even squares, so that the share of any rectangle is exact (Crow 1984,
+ * summed-area tables).
+ */
+#include "methods/scatter/distribution.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "rackfocus/rackfocus.h"
+
+static double value_at(const struct rf_image *image, int x, int y, int plane)
+{
+    if (plane < 3)
+        return (double)*rf_image_at(image, x, y, plane);
+    double sum = 0;
+    for (int c = 0; c < 3; c++)
+        sum += (double)*rf_image_at(image, x, y, c);
+    return sum / 3;
+}
+
+static rf_result check_values(const struct rf_image *image, struct rf_error *error)
+{
+    int n_colours = image->channels == 1 ? 1 : 3;
+    for (int y = 0; y < image->height; y++)
+        for (int x = 0; x < image->width; x++)
+            for (int c = 0; c < n_colours; c++) {
+                float v = *rf_image_at(image, x, y, c);
+                if (!isfinite(v) || v < 0)
+                    return rf_fail(error, RF_ERROR_PIXEL, "distribution",
+                                   "the picture of the distribution is %g at pixel "
+                                   "(%d, %d): light must be finite and not negative",
+                                   (double)v, x, y);
+            }
+    return RF_OK;
+}
+
+static void sum_plane(struct rf_bokeh *d, const struct rf_image *image, int plane)
+{
+    size_t stride = (size_t)d->width + 1;
+    double *sum = d->sum + stride * (size_t)(d->height + 1) * (size_t)plane;
+    for (int y = 0; y < d->height; y++) {
+        double row = 0;
+        double *above = sum + (size_t)y * stride, *at = above + stride;
+        for (int x = 0; x < d->width; x++) {
+            row += value_at(image, x, y, plane);
+            at[x + 1] = above[x + 1] + row;
+        }
+    }
+}
+
+/* Makes the whole of a plane 1. */
+static bool normalise(struct rf_bokeh *d, int plane)
+{
+    size_t n = (size_t)(d->width + 1) * (size_t)(d->height + 1);
+    double *sum = d->sum + n * (size_t)plane, total = sum[n - 1];
+    for (size_t i = 0; i < n && total > 0; i++)
+        sum[i] /= total;
+    return total > 0;
+}
+
+rf_result rf_filter_set_distribution(struct rf_filter *filter,
+                                     const struct rf_image *image,
+                                     struct rf_error *error)
+{
+    if (!filter || !image)
+        return rf_fail(error, RF_ERROR_ARGUMENT, filter ? "distribution" : "filter",
+                       "a pointer is NULL");
+    rf_result result =
+        rf_image_check(image, "distribution", image->width, image->height, error);
+    if (result == RF_OK && (image->width < 1 || image->height < 1))
+        result = rf_fail(error, RF_ERROR_ARGUMENT, "distribution",
+                         "the picture of the distribution has no pixels");
+    if (result == RF_OK)
+        result = check_values(image, error);
+    if (result != RF_OK)
+        return result;
+    int n_planes = image->channels == 1 ? 1 : 4;
+    size_t n = (size_t)(image->width + 1) * (size_t)(image->height + 1);
+    struct rf_bokeh *d = rf_alloc(filter->context, 1, sizeof *d);
+    double *sum = rf_calloc(filter->context, n * (size_t)n_planes, sizeof *sum);
+    if (!d || !sum) {
+        rf_free(filter->context, d);
+        rf_free(filter->context, sum);
+        return rf_fail_memory(error, n * (size_t)n_planes, sizeof *sum);
+    }
+    *d = (struct rf_bokeh){image->width, image->height, n_planes, sum};
+    bool is_good = true;
+    for (int c = 0; c < n_planes; c++) {
+        sum_plane(d, image, c);
+        is_good &= normalise(d, c);
+    }
+    rf_bokeh_free(filter);
+    filter->bokeh = d;
+    if (is_good)
+        return RF_OK;
+    rf_bokeh_free(filter);
+    return rf_fail(error, RF_ERROR_PIXEL, "distribution",
+                   "the picture of the distribution is black%s: nothing would be left "
+                   "of the light",
+                   n_planes > 1 ? " in a channel" : "");
+}
+
+void rf_bokeh_free(struct rf_filter *filter)
+{
+    if (!filter->bokeh)
+        return;
+    rf_free(filter->context, filter->bokeh->sum);
+    rf_free(filter->context, filter->bokeh);
+    filter->bokeh = NULL;
+}
+
+double rf_bokeh_sum(const struct rf_bokeh *d, int plane, double x, double y)
+{
+    x = fmin(fmax(x, 0), d->width);
+    y = fmin(fmax(y, 0), d->height);
+    int i = rf_min_int((int)x, d->width - 1), j = rf_min_int((int)y, d->height - 1);
+    double s = x - i, t = y - j;
+    size_t stride = (size_t)d->width + 1;
+    const double *at = d->sum + stride * (size_t)(d->height + 1) * (size_t)plane +
+                       stride * (size_t)j + (size_t)i;
+    return (1 - t) * ((1 - s) * at[0] + s * at[1]) +
+           t * ((1 - s) * at[stride] + s * at[stride + 1]);
+}

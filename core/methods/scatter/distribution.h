@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An image as the distribution of light in a circle of confusion. */
+#ifndef RF_METHODS_SCATTER_DISTRIBUTION_H
+#define RF_METHODS_SCATTER_DISTRIBUTION_H
+
+#include "input/frame.h"
+
+struct rf_bokeh {
+    int width, height;
+    int n_planes; /* 1, or 4: red, green, blue and their mean */
+    double *sum;  /* per plane (height + 1) x (width + 1), the last of them 1 */
+};
+
+/* Share of the light left of x and above y, clamped to the picture. */
+double rf_bokeh_sum(const struct rf_bokeh *d, int plane, double x, double y);
+
+/* Takes the distribution away from a filter; it may have none. */
+void rf_bokeh_free(struct rf_filter *filter);
+
+#endif

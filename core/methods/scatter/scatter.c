@@ -1,0 +1,369 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * scatter: every pixel's light spread over its circle of confusion.
+ *
+ *   out(q) = sum over p of colour(p) w(q - p; r_p),   w = D(t) / sum of D,
+ *   t = |q - p|^2 / m,   m = max(ceil(r_p^2), 1)
+ *
+ *   r_p   radius of the circle of confusion of pixel p, px (no sign)
+ *   D     the distribution; the pixels with hypot(row, col) < r take part, and the
+ *         pixel itself always does, so r = 0 is the identity
+ *
+ *   uniform    D = 1            Yu 2004
+ *   gaussian   D = exp(-2 t)    sigma = r / 2 as a disc has it, cut at the circle
+ *   ring       D = 1 + 3 t^4    the rim four times as bright as the centre
+ *   image      w = the share of the picture's light within the pixel, when the
+ * picture's longer side is 2 |r| px; upright for r > 0, turned by 180 degrees for r < 0
+ * (distribution.c has the integral)
+ *
+ * Source: Yu 2004, section "distribution": every pixel inside the circle receives
+ * colour / area; the paper names other distributions as what is missing. (The paper
+ * prints (row^2 * col^2)^0.5, a misprint for the sum.) The weights of one circle add up
+ * to exactly 1, so no light is made or lost but what leaves the picture.
+ *
+ * Known artefacts: knows no occlusion, so blurred background runs over a sharp
+ * foreground; the border darkens, since nothing comes in from outside; the width of the
+ * circle moves in whole pixels (not with an image).
+ *
+ * Cost: the uniform distribution adds two differences per row of the circle, O(r) per
+ * pixel; the others every pixel of it, O(r^2). Sums run in double precision, so that a
+ * highlight leaves no trace beside it.
+ */
+#include "methods/scatter/scatter.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "input/frame.h"
+#include "input/views_in.h"
+#include "methods/scatter/distribution.h"
+#include "rackfocus/rackfocus.h"
+
+enum { BAND_ROWS = 32, ROWS_TO_POLL = 8 };
+
+enum { N_DENSITIES = 1024 }; /* steps of the table of D */
+
+typedef double (*density_fn)(double t);
+
+/* A disc of the same mean square distance: sigma = r / 2 on each axis. */
+static double density_gaussian(double t)
+{
+    return rf_expf((float)(-2 * t));
+}
+
+static double density_ring(double t)
+{
+    return 1 + 3 * (t * t) * (t * t);
+}
+
+/* One line per distribution, in the order of RF_LIST_DISTRIBUTION; NULL: D = 1. */
+static const density_fn densities[] = {
+    [RF_DISTRIBUTION_UNIFORM] = NULL,
+    [RF_DISTRIBUTION_GAUSSIAN] = density_gaussian,
+    [RF_DISTRIBUTION_RING] = density_ring,
+    [RF_DISTRIBUTION_IMAGE] = NULL,
+};
+
+struct scatter {
+    const struct rf_work *work;
+    const struct rf_bokeh *image; /* NULL: a density */
+    bool is_uniform;
+    double density[N_DENSITIES + 2]; /* D at t = i / N_DENSITIES */
+    float *source; /* a copy of the colour planes, n_planes each width x height */
+    double *area;  /* area[m]: sum of D over the circle of key m, where one occurs */
+    int *ring;     /* ring[k]: how many pixels have the squared distance k */
+    int max_key;
+    int reach; /* of the largest circle, px */
+};
+
+/*
+ * hypot(row, col) < r means row^2 + col^2 <= ceil(r^2) - 1: circles of the same key m =
+ * max(ceil(r^2), 1) hold the same pixels.
+ */
+static int circle_key(float r)
+{
+    double m = ceil((double)r * (double)r);
+    return m < 1 ? 1 : (int)m;
+}
+
+static int half_width(int key, int dy)
+{
+    int rest = key - 1 - dy * dy;
+    int w = (int)sqrt((double)rest);
+    while (w * w > rest)
+        w--;
+    while ((w + 1) * (w + 1) <= rest)
+        w++;
+    return w;
+}
+
+static double density_at(const struct scatter *s, int d2, int key)
+{
+    double t = (double)d2 / key * N_DENSITIES;
+    int i = (int)t;
+    return s->density[i] + (s->density[i + 1] - s->density[i]) * (t - i);
+}
+
+static void build_densities(struct scatter *s, density_fn density)
+{
+    s->is_uniform = !density;
+    for (int i = 0; i < N_DENSITIES + 2; i++)
+        s->density[i] = density ? density((double)i / N_DENSITIES) : 1;
+}
+
+static void count_rings(struct scatter *s)
+{
+    for (int y = -s->reach; y <= s->reach; y++)
+        for (int x = -s->reach; x <= s->reach; x++)
+            if (x * x + y * y < s->max_key)
+                s->ring[x * x + y * y]++;
+}
+
+static rf_result build_areas(struct scatter *s, struct rf_error *error)
+{
+    const struct rf_filter *f = s->work->filter;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    s->max_key = 1;
+    for (size_t i = 0; i < n; i++)
+        s->max_key = rf_max_int(s->max_key, circle_key(s->work->radius[i]));
+    s->reach = half_width(s->max_key, 0) + (s->image ? 1 : 0);
+    if (s->image)
+        return RF_OK;
+    size_t n_keys = (size_t)s->max_key + 1;
+    s->area = rf_calloc(f->context, n_keys, sizeof *s->area);
+    s->ring = rf_calloc(f->context, n_keys, sizeof *s->ring);
+    if (!s->area || !s->ring)
+        return rf_fail_memory(error, n_keys, sizeof *s->area + sizeof *s->ring);
+    count_rings(s);
+    if (s->is_uniform) {
+        for (int m = 1; m <= s->max_key; m++)
+            s->area[m] = s->area[m - 1] + s->ring[m - 1];
+        return RF_OK;
+    }
+    for (size_t i = 0; i < n; i++) {
+        int key = circle_key(s->work->radius[i]);
+        if (s->area[key] > 0)
+            continue;
+        for (int d2 = 0; d2 < key; d2++)
+            if (s->ring[d2])
+                s->area[key] += s->ring[d2] * density_at(s, d2, key);
+    }
+    return RF_OK;
+}
+
+/* The row `dy` below the centre, of half width w: light times density, all planes. */
+static void scatter_row(const struct scatter *s, double *line, int x, int dy, int w,
+                        int key, const double light[4])
+{
+    int width = s->work->filter->width, stride = width + 1;
+    int left = rf_max_int(x - w, 0), right = rf_min_int(x + w, width - 1);
+    for (int i = left; i <= right; i++) {
+        double d = density_at(s, (i - x) * (i - x) + dy * dy, key);
+        for (int c = 0; c < s->work->n_planes; c++)
+            line[c * stride + i] += light[c] * d;
+    }
+}
+
+static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
+                          double *band)
+{
+    const struct rf_work *work = s->work;
+    int width = work->filter->width, stride = width + 1, n_planes = work->n_planes;
+    size_t at = (size_t)y * (size_t)width + (size_t)x;
+    size_t n = (size_t)width * (size_t)work->filter->height;
+    int key = circle_key(work->radius[at]);
+    double light[4];
+    for (int c = 0; c < n_planes; c++)
+        light[c] = s->source[(size_t)c * n + at] / s->area[key];
+    int reach = half_width(key, 0);
+    int from = rf_max_int(y - reach, y0), to = rf_min_int(y + reach, y1 - 1);
+    for (int row = from; row <= to; row++) {
+        int w = half_width(key, row - y);
+        int left = rf_max_int(x - w, 0), right = rf_min_int(x + w + 1, width);
+        double *line = band + (size_t)(row - y0) * (size_t)(stride * n_planes);
+        if (!s->is_uniform) {
+            scatter_row(s, line, x, row - y, w, key, light);
+            continue;
+        }
+        for (int c = 0; c < n_planes; c++) {
+            line[c * stride + left] += light[c];
+            line[c * stride + right] -= light[c];
+        }
+    }
+}
+
+/*
+ * The picture over the circle of one pixel. It is cut into pixels along the lines
+ * between them: `corners` holds its integral up to the points of two such lines, above
+ * and below the row at hand, n_corners of each plane.
+ */
+struct stamp {
+    const struct rf_bokeh *image;
+    int n_planes, n_corners, reach;
+    double scale; /* pixels of the picture per px, negative where it is upside down */
+    double *corners[2];
+};
+
+static void integrate_line(const struct stamp *stamp, int line, double *corners)
+{
+    const struct rf_bokeh *d = stamp->image;
+    double y = d->height / 2.0 + (line - stamp->reach - 0.5) * stamp->scale;
+    for (int c = 0; c < stamp->n_planes; c++)
+        for (int i = 0; i < stamp->n_corners; i++) {
+            double x = d->width / 2.0 + (i - stamp->reach - 0.5) * stamp->scale;
+            corners[c * stamp->n_corners + i] = rf_bokeh_sum(d, c, x, y);
+        }
+}
+
+static void stamp_row(const struct scatter *s, const struct stamp *stamp, int x,
+                      const double light[4], double *line)
+{
+    int width = s->work->filter->width, stride = width + 1;
+    int left = rf_max_int(x - stamp->reach, 0);
+    int right = rf_min_int(x + stamp->reach, width - 1);
+    for (int c = 0; c < s->work->n_planes; c++) {
+        int plane = stamp->n_planes == 1 ? 0 : s->work->n_planes == 1 ? 3 : c;
+        const double *above = stamp->corners[0] + plane * stamp->n_corners;
+        const double *below = stamp->corners[1] + plane * stamp->n_corners;
+        for (int i = left; i <= right; i++) {
+            int k = i - x + stamp->reach;
+            line[c * stride + i] +=
+                light[c] * (below[k + 1] - below[k] - above[k + 1] + above[k]);
+        }
+    }
+}
+
+static void scatter_picture(const struct scatter *s, int x, int y, int y0, int y1,
+                            double *band, double *corners)
+{
+    const struct rf_work *work = s->work;
+    int width = work->filter->width, n_planes = work->n_planes;
+    size_t at = (size_t)y * (size_t)width + (size_t)x;
+    size_t n = (size_t)width * (size_t)work->filter->height;
+    /* Up to half a pixel all of the picture lies within the pixel. */
+    double r = (double)work->radius[at], size = fmax(fabs(r), 0.5);
+    struct stamp stamp = {.image = s->image,
+                          .n_planes = s->image->n_planes,
+                          .reach = (int)ceil(size - 0.5)};
+    stamp.n_corners = 2 * stamp.reach + 2;
+    stamp.scale = rf_max_int(s->image->width, s->image->height) / copysign(2 * size, r);
+    stamp.corners[0] = corners;
+    stamp.corners[1] = corners + stamp.n_planes * stamp.n_corners;
+    double light[4];
+    for (int c = 0; c < n_planes; c++)
+        light[c] = (double)s->source[(size_t)c * n + at];
+    int from = rf_max_int(y - stamp.reach, y0);
+    int to = rf_min_int(y + stamp.reach, y1 - 1);
+    if (from <= to)
+        integrate_line(&stamp, from - y + stamp.reach, stamp.corners[0]);
+    for (int row = from; row <= to; row++) {
+        integrate_line(&stamp, row - y + stamp.reach + 1, stamp.corners[1]);
+        stamp_row(s, &stamp, x, light,
+                  band + (size_t)(row - y0) * (size_t)((width + 1) * n_planes));
+        double *kept = stamp.corners[0];
+        stamp.corners[0] = stamp.corners[1];
+        stamp.corners[1] = kept;
+    }
+}
+
+static void finish_band(const struct scatter *s, int y0, int y1, const double *band)
+{
+    const struct rf_work *work = s->work;
+    int width = work->filter->width, stride = width + 1, n_planes = work->n_planes;
+    for (int y = y0; y < y1; y++)
+        for (int c = 0; c < n_planes; c++) {
+            const double *line =
+                band + (size_t)((y - y0) * n_planes + c) * (size_t)stride;
+            float *out = work->colour[c] + (size_t)y * (size_t)width;
+            double sum = 0;
+            for (int x = 0; x < width; x++) {
+                sum = s->is_uniform ? sum + line[x] : line[x];
+                out[x] = (float)sum;
+            }
+        }
+}
+
+static void run_band(const struct scatter *s, int band_index, double *band)
+{
+    const struct rf_filter *f = s->work->filter;
+    int y0 = band_index * BAND_ROWS, y1 = rf_min_int(y0 + BAND_ROWS, f->height);
+    size_t n = (size_t)(f->width + 1) * (size_t)s->work->n_planes * BAND_ROWS;
+    memset(band, 0, n * sizeof *band);
+    int from = rf_max_int(y0 - s->reach, 0), to = rf_min_int(y1 + s->reach, f->height);
+    for (int y = from; y < to; y++) {
+        /* A band of large radii takes long: who cancels must not wait for its end. */
+        if ((y - from) % ROWS_TO_POLL == 0 && !rf_task_poll(s->work->task))
+            return;
+        for (int x = 0; x < f->width; x++) {
+            if (s->image)
+                scatter_picture(s, x, y, y0, y1, band, band + n);
+            else
+                scatter_pixel(s, x, y, y0, y1, band);
+        }
+    }
+    finish_band(s, y0, y1, band);
+}
+
+static void run_bands(const struct scatter *s, double *bands, size_t band_size)
+{
+    const struct rf_filter *f = s->work->filter;
+    int n_bands = (f->height + BAND_ROWS - 1) / BAND_ROWS;
+    rf_task_phase(s->work->task, 1, n_bands);
+#pragma omp parallel num_threads(f->context->n_threads)
+    {
+        double *band = bands + band_size * (size_t)rf_thread_num();
+#pragma omp for schedule(dynamic, 1)
+        for (int i = 0; i < n_bands; i++) {
+            if (rf_task_is_cancelled(s->work->task))
+                continue;
+            run_band(s, i, band);
+            rf_task_step(s->work->task);
+        }
+    }
+}
+
+rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
+{
+    const struct rf_filter *f = work->filter;
+    const struct rf_context *context = f->context;
+    struct scatter s = {.work = work};
+    if (f->params.distribution == RF_DISTRIBUTION_IMAGE) {
+        s.image = f->bokeh;
+        if (!s.image)
+            return rf_fail(error, RF_ERROR_PARAMETER, "distribution",
+                           "the distribution image needs its picture: none was given");
+    }
+    build_densities(&s, densities[f->params.distribution]);
+    s.is_uniform = s.is_uniform && !s.image;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    size_t n_source = n * (size_t)work->n_planes;
+    rf_result result = build_areas(&s, error);
+    size_t band_size = (size_t)(f->width + 1) * (size_t)work->n_planes * BAND_ROWS;
+    if (s.image) /* and two lines of corners behind each band */
+        band_size += 2 * (size_t)s.image->n_planes * (2 * (size_t)s.reach + 2);
+    size_t n_bands = band_size * (size_t)context->n_threads;
+    s.source = result == RF_OK ? rf_alloc(context, n_source, sizeof *s.source) : NULL;
+    double *bands = s.source ? rf_alloc(context, n_bands, sizeof *bands) : NULL;
+    if (result == RF_OK && !s.source)
+        result = rf_fail_memory(error, n_source, sizeof *s.source);
+    else if (result == RF_OK && !bands)
+        result = rf_fail_memory(error, n_bands, sizeof *bands);
+    if (result == RF_OK) {
+        for (int c = 0; c < work->n_planes; c++)
+            memcpy(s.source + n * (size_t)c, work->colour[c], n * sizeof(float));
+        run_bands(&s, bands, band_size);
+    }
+    rf_free(context, bands);
+    rf_free(context, s.source);
+    rf_free(context, s.ring);
+    rf_free(context, s.area);
+    return result;
+}

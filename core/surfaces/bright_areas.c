@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Highlights stand out from what is usual around them, and all of them together must
+ * not cost more than a budget of disc area: where they would, the thresholds double
+ * until they fit. The budget is the whole picture's, so that no part of it has other
+ * highlights than its neighbour; pictures in windows are surveyed first.
+ *
+ * Areas of discs are rounded to whole px^2, so that their sum is exact and the same in
+ * any order.
+ */
+#include "surfaces/bright_areas.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "input/views_in.h"
+#include "kernels/data.h"
+#include "kernels/kernels.h"
+#include "rackfocus/rackfocus.h"
+
+static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
+static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
+static const float HIGHLIGHT_RADIUS_PX = 1;
+
+/* Shares of a window that is as wide as the blur, and of the luminance within. */
+static const float LARGE_SHARE = 1 / 3.0f, LARGE_LUMINANCE = 0.25f;
+
+enum {
+    LARGE_PLACES = 6, /* across it */
+    LARGE_LEAST_PX = 8,
+    LARGE_MOST_PX = 30,     /* less than what a pixel's areas reach */
+    AREA = 32,              /* px a side */
+    HIGHLIGHT_BUDGET = 192, /* disc pixels of all highlights per picture pixel */
+};
+
+/* Pixel (x, y) at hand, row by row pixel i. */
+static float luminance_at(const struct rf_work_view *view, int n_planes, int x, int y,
+                          size_t i)
+{
+    if (view->image) {
+        const float *c = rf_image_at(view->image, x, y, 0);
+        return rf_luminance(c[0], c[1], c[2]);
+    }
+    if (n_planes == 1)
+        return rf_luminance(view->colour[0][i], view->colour[0][i], view->colour[0][i]);
+    return rf_luminance(view->colour[0][i], view->colour[1][i], view->colour[2][i]);
+}
+
+/* Every second pixel of the whole picture counts. */
+static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *kernels,
+                          const float *luminance, size_t stride, int column, int row)
+{
+    float logs[AREA * AREA / 4];
+    int x0 = rf_max_int((a->first_x + column) * AREA, (a->x + 1) / 2 * 2) - a->x;
+    int y0 = rf_max_int((a->first_y + row) * AREA, (a->y + 1) / 2 * 2) - a->y;
+    int x1 = rf_min_int((a->first_x + column + 1) * AREA - a->x, a->width);
+    int y1 = rf_min_int((a->first_y + row + 1) * AREA - a->y, a->height);
+    int n = 0;
+    float sum = 0;
+    for (int y = y0; y < y1; y += 2)
+        for (int x = x0; x < x1; x += 2)
+            logs[n++] = luminance[stride * (size_t)y + (size_t)x];
+    for (int i = n; i % RF_FOOTPRINT_LANES; i++)
+        logs[i] = 0;
+    kernels->log_row(logs, (n + RF_FOOTPRINT_LANES - 1) / RF_FOOTPRINT_LANES *
+                               RF_FOOTPRINT_LANES);
+    for (int i = 0; i < n; i++)
+        sum += logs[i];
+    return n ? rf_expf(sum / (float)n) : 0;
+}
+
+rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
+                         struct rf_error *error)
+{
+    struct rf_areas a = {.x = filter->place.x,
+                         .y = filter->place.y,
+                         .width = filter->width,
+                         .height = filter->height};
+    a.first_x = a.x / AREA;
+    a.first_y = a.y / AREA;
+    a.n_x = (a.x + a.width - 1) / AREA - a.first_x + 1;
+    a.n_y = (a.y + a.height - 1) / AREA - a.first_y + 1;
+    size_t n = (size_t)a.n_x * (size_t)a.n_y;
+    a.mean = rf_alloc(filter->context, n, sizeof *a.mean);
+    *areas = a;
+    return a.mean ? RF_OK : rf_fail_memory(error, n, sizeof *a.mean);
+}
+
+int rf_area_of(const struct rf_areas *a, int x, int y)
+{
+    x = rf_min_int(rf_max_int(x, 0), a->width - 1);
+    y = rf_min_int(rf_max_int(y, 0), a->height - 1);
+    int ax = (a->x + x) / AREA - a->first_x, ay = (a->y + y) / AREA - a->first_y;
+    return ay * a->n_x + ax;
+}
+
+/* Is an area or one around it wanted? */
+static bool is_wanted(const struct rf_areas *a, const unsigned char *wanted, int column,
+                      int row)
+{
+    for (int j = rf_max_int(row - 1, 0); j <= rf_min_int(row + 1, a->n_y - 1); j++)
+        for (int i = rf_max_int(column - 1, 0); i <= rf_min_int(column + 1, a->n_x - 1);
+             i++)
+            if (wanted[j * a->n_x + i])
+                return true;
+    return false;
+}
+
+void rf_areas_measure_some(struct rf_areas *a, const struct rf_context *context,
+                           const unsigned char *wanted, const float *luminance,
+                           size_t stride)
+{
+#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
+    for (int i = 0; i < a->n_x * a->n_y; i++) {
+        int column = i % a->n_x, row = i / a->n_x;
+        if (!wanted || is_wanted(a, wanted, column, row))
+            a->mean[i] =
+                mean_of_area(a, context->kernels, luminance, stride, column, row);
+    }
+}
+
+rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
+                           const struct rf_work_view *view, int n_planes,
+                           struct rf_error *error)
+{
+    const struct rf_context *context = filter->context;
+    size_t width = (size_t)filter->width, n = width * (size_t)filter->height;
+    rf_result result = rf_areas_begin(areas, filter, error);
+    float *luminance = rf_alloc(context, n, sizeof *luminance);
+    if (result == RF_OK && !luminance)
+        result = rf_fail_memory(error, n, sizeof *luminance);
+    if (result == RF_OK) {
+#pragma omp parallel for num_threads(context->n_threads) schedule(static)
+        for (int y = 0; y < filter->height; y++)
+            for (int x = 0; x < filter->width; x++) {
+                size_t i = width * (size_t)y + (size_t)x;
+                luminance[i] = luminance_at(view, n_planes, x, y, i);
+            }
+        rf_areas_measure_some(areas, context, NULL, luminance, width);
+    }
+    rf_free(context, luminance);
+    return result;
+}
+
+void rf_areas_free(struct rf_areas *areas, const struct rf_context *context)
+{
+    rf_free(context, areas->mean);
+    areas->mean = NULL;
+}
+
+float rf_usual_luminance(const struct rf_areas *a, int x, int y)
+{
+    float sorted[9];
+    int area = rf_area_of(a, x, y), ax = area % a->n_x, ay = area / a->n_x, n = 0;
+    for (int j = rf_max_int(ay - 1, 0); j <= rf_min_int(ay + 1, a->n_y - 1); j++)
+        for (int i = rf_max_int(ax - 1, 0); i <= rf_min_int(ax + 1, a->n_x - 1); i++) {
+            float mean = a->mean[(size_t)j * (size_t)a->n_x + (size_t)i];
+            int k = n++;
+            for (; k > 0 && sorted[k - 1] > mean; k--)
+                sorted[k] = sorted[k - 1];
+            sorted[k] = mean;
+        }
+    return sorted[(n - 1) / 2];
+}
+
+bool rf_is_highlight(float luminance, float r, float factor, float usual)
+{
+    return luminance > HIGHLIGHT_LUMINANCE * factor && fabsf(r) > HIGHLIGHT_RADIUS_PX &&
+           luminance > HIGHLIGHT_OVER_AREA * factor * usual;
+}
+
+/* The i-th of places across a window from -reach on, even and odd ones in turn: lamps
+ * may stand at every second pixel. */
+static int place_across(int i, int reach)
+{
+    int place = (2 * i - (LARGE_PLACES - 1)) * reach / (LARGE_PLACES - 1);
+    return (place & ~1) | (i & 1);
+}
+
+bool rf_is_large_light(const struct rf_areas *a, const struct rf_work_view *view,
+                       int n_planes, int x, int y, float luminance, float r)
+{
+    int reach = (int)rf_min_float(fabsf(r), LARGE_MOST_PX), n = 0, n_bright = 0;
+    reach = rf_max_int(reach, LARGE_LEAST_PX);
+    for (int j = 0; j < LARGE_PLACES; j++)
+        for (int i = 0; i < LARGE_PLACES; i++) {
+            int at_x = x + place_across(i, reach), at_y = y + place_across(j, reach);
+            if ((unsigned)at_x >= (unsigned)a->width ||
+                (unsigned)at_y >= (unsigned)a->height)
+                continue;
+            size_t at = (size_t)at_y * (size_t)a->width + (size_t)at_x;
+            n_bright += luminance_at(view, n_planes, at_x, at_y, at) >=
+                        LARGE_LUMINANCE * luminance;
+            n++;
+        }
+    return (float)n_bright > LARGE_SHARE * (float)n;
+}
+
+float rf_least_highlight(void)
+{
+    return HIGHLIGHT_LUMINANCE;
+}
+
+void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *view,
+                         int n_planes, const struct rf_areas *areas, int x, int y,
+                         size_t i)
+{
+    float r = view->radius[i], l = luminance_at(view, n_planes, x, y, i), factor = 1;
+    if (!(l > HIGHLIGHT_LUMINANCE))
+        return;
+    float usual = rf_usual_luminance(areas, x, y);
+    if (!rf_is_highlight(l, r, factor, usual) ||
+        rf_is_large_light(areas, view, n_planes, x, y, l, r))
+        return;
+    double disc = floor(RF_PI * (double)r * r + 0.5);
+    for (int k = 0; k < RF_SURVEY_FACTORS && rf_is_highlight(l, r, factor, usual);
+         k++) {
+        survey->disc_area[k] += disc;
+        factor *= 2;
+    }
+}
+
+static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
+                    const struct rf_work_view *view, int n_planes,
+                    const struct rf_areas *areas, const struct rf_window *window, int y)
+{
+    size_t row = (size_t)y * (size_t)filter->width;
+    for (int x = window->x; x < window->x + window->width; x++) {
+        float r = view->radius[row + (size_t)x];
+        survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
+        if (n_planes == 4)
+            survey->n_transparent += view->colour[3][row + (size_t)x] != 1;
+        rf_survey_add_light(survey, view, n_planes, areas, x, y, row + (size_t)x);
+    }
+}
+
+void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
+                   const struct rf_work_view *view, int n_planes,
+                   const struct rf_areas *areas, const struct rf_window *window)
+{
+#pragma omp parallel num_threads(filter->context->n_threads)
+    {
+        struct rf_survey own = {.largest_radius = 0};
+#pragma omp for schedule(dynamic, 16)
+        for (int y = window->y; y < window->y + window->height; y++)
+            add_row(&own, filter, view, n_planes, areas, window, y);
+#pragma omp critical
+        {
+            survey->largest_radius =
+                rf_max_float(own.largest_radius, survey->largest_radius);
+            survey->n_transparent += own.n_transparent;
+            for (int i = 0; i < RF_SURVEY_FACTORS; i++)
+                survey->disc_area[i] += own.disc_area[i];
+        }
+    }
+    survey->n_pixels += (double)window->width * window->height;
+}
+
+float rf_survey_factor(const struct rf_survey *survey)
+{
+    float factor = 1;
+    for (int i = 0; i < RF_SURVEY_FACTORS - 1 &&
+                    survey->disc_area[i] > HIGHLIGHT_BUDGET * survey->n_pixels;
+         i++)
+        factor *= 2;
+    return factor;
+}

@@ -1,0 +1,459 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A view becomes surfaces: the picture is continued by its edge pixels, bright ones
+ * dimmed to white (recipe step 0); mixed pixels are split (split.c).
+ */
+#include "surfaces/picture.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+#include "base/task.h"
+#include "input/film.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "input/views_in.h"
+#include "kernels/data.h"
+#include "kernels/kernels.h"
+#include "surfaces/bright_areas.h"
+#include "surfaces/split.h"
+#include "surfaces/surfaces.h"
+#include "rackfocus/rackfocus.h"
+
+static const float BORDER_LUMINANCE = 1;
+enum { MAX_BORDER = 256 };
+
+static size_t padded_size(const struct rf_picture *l)
+{
+    return (size_t)l->width * (size_t)l->height;
+}
+
+/* ---- border -------------------------------------------------------------------- */
+
+/* Repeats the ends of a plane's row in its margins. */
+static void fill_margins(const struct rf_pixels *p, float *row)
+{
+    for (int x = -RF_ROW_MARGIN; x < 0; x++)
+        row[x] = row[0];
+    for (size_t x = (size_t)p->width; x < p->stride - RF_ROW_MARGIN; x++)
+        row[x] = row[p->width - 1];
+}
+
+/* Dims what continues the picture to white; returns its luminance. */
+static float dim(struct rf_surface *s, float luminance)
+{
+    if (!(luminance > BORDER_LUMINANCE))
+        return luminance;
+    for (int n = 0; n < 3; n++)
+        s->c[n] *= BORDER_LUMINANCE / luminance;
+    return rf_luminance(s->c[0], s->c[1], s->c[2]);
+}
+
+/* Continues a row by pixel `edge`, if that is not dimmed yet, from x0 to x1 - 1. */
+static void continue_row(struct rf_surface *at, float *luminance, float *radius,
+                         int edge, bool is_dimmed, int x0, int x1)
+{
+    struct rf_surface s = at[edge];
+    float dimmed = is_dimmed ? luminance[edge] : dim(&s, luminance[edge]);
+    for (int x = x0; x < x1; x++) {
+        at[x] = s;
+        luminance[x] = dimmed;
+        radius[x] = s.r;
+    }
+}
+
+/* What is found in rows of a view. */
+struct row_kind {
+    bool has_alpha;
+    bool is_refused; /* an image that is not finite, or film without depth */
+};
+
+/* The alphas of a row of plain pixels. */
+static void copy_alphas(const float *rgba, int n, float *alpha)
+{
+    for (int x = 0; x < n; x++)
+        alpha[x] = rgba[4 * x + 3];
+}
+
+/* The surfaces of row y of a view; `own` has room for a row. */
+static struct row_kind fetch_row(const struct rf_filter *f,
+                                 const struct rf_work_view *view, int n_planes, int y,
+                                 float *own, struct rf_surface *at, float *luminance)
+{
+    const struct rf_kernels *kernels = f->context->kernels;
+    size_t row = (size_t)y * (size_t)f->width;
+    const float *radius = view->radius + row, *planes[4] = {NULL};
+    if (!view->image) {
+        for (int n = 0; n < 3; n++)
+            planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
+        planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
+        return (struct row_kind){
+            .has_alpha = kernels->load_row(planes, radius, f->width, at, luminance)};
+    }
+    const float *rgba = rf_image_at(view->image, 0, y, 0);
+    unsigned found = kernels->load_rgba(rgba, radius, f->width, at, luminance);
+    struct row_kind kind = {.has_alpha = found & RF_ROW_FILM,
+                            .is_refused = found & RF_ROW_INFINITE};
+    if (kind.has_alpha && !kind.is_refused) {
+        copy_alphas(rgba, f->width, own);
+        kind.is_refused = rf_film_is_missing(f, own, radius, f->width);
+    }
+    return kind;
+}
+
+static struct row_kind load_row(const struct rf_picture *l,
+                                const struct rf_work_view *view, int n_planes, int y,
+                                float *own)
+{
+    const struct rf_filter *f = l->filter;
+    const struct rf_pixels *p = &l->pixels;
+    int sy = y - l->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
+    int x0 = l->x0, x1 = x0 + f->width;
+    size_t row = (size_t)cy * (size_t)f->width;
+    struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
+    float *luminance = rf_plane_row(p, p->luminance, y);
+    float *radius = rf_plane_row(p, p->radius, y);
+    struct row_kind kind =
+        fetch_row(f, view, n_planes, cy, own, at + x0, luminance + x0);
+    memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
+    for (int x = x0; x < x1 && cy != sy; x++)
+        luminance[x] = dim(&at[x], luminance[x]);
+    continue_row(at, luminance, radius, x0, cy != sy, 0, x0);
+    continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, l->width);
+    fill_margins(p, luminance);
+    fill_margins(p, radius);
+    return kind;
+}
+
+/* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
+static void note_others(const struct rf_picture *l, int y)
+{
+    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width;
+    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
+    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
+    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
+    uint64_t *others = l->others + rf_row_words(l->width) * (size_t)y;
+    l->filter->context->kernels->find_others(share, luminance, radius, darkest,
+                                             RF_BRIGHT, RF_BRIGHT_R2, l->width, others);
+}
+
+/*
+ * Luminance with the premultiplication undone; what is transparent has no colour that
+ * others could stand out from.
+ */
+static void undo_alpha_row(const struct rf_picture *l, int y, float *out)
+{
+    const struct rf_surface *s = l->pixels.at + (size_t)y * (size_t)l->width;
+    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
+    for (int x = 0; x < l->width; x++)
+        out[x] = s[x].c[3] == 1  ? luminance[x]
+                 : s[x].c[3] > 0 ? luminance[x] / s[x].c[3]
+                                 : INFINITY;
+    fill_margins(&l->pixels, out);
+}
+
+/* The darkest pixels around each, and what is mixed or bright by them. */
+static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    const struct rf_pixels *p = &l->pixels;
+    size_t n = p->stride * (size_t)l->height;
+    size_t n_scratch = p->stride * (size_t)context->n_threads;
+    float *shade = l->has_alpha ? rf_alloc(context, n, sizeof *shade) : p->luminance;
+    float *scratch = rf_alloc(context, n_scratch, sizeof *scratch);
+    rf_result result =
+        shade && scratch ? RF_OK : rf_fail_memory(error, n + n_scratch, sizeof *shade);
+    if (result == RF_OK) {
+#pragma omp parallel num_threads(context->n_threads)
+        {
+            if (l->has_alpha) {
+#pragma omp for schedule(static)
+                for (int y = 0; y < l->height; y++)
+                    undo_alpha_row(l, y, rf_plane_row(p, shade, y));
+            }
+#pragma omp for schedule(static)
+            for (int y = 0; y < l->height; y++) {
+                const float *rows[5];
+                rf_plane_rows(p, shade, y, 2, rows);
+                context->kernels->extremes(
+                    rows, 5, 2, l->width, scratch + p->stride * (size_t)rf_thread_num(),
+                    rf_plane_row(p, l->darkest, y), NULL);
+                note_others(l, y);
+            }
+        }
+    }
+    rf_free(context, scratch);
+    if (l->has_alpha)
+        rf_free(context, shade);
+    return result;
+}
+
+/* ---- areas of what may be highlights -------------------------------------------- */
+
+void rf_picture_visit_shining(struct rf_picture *l, int y, rf_visit_pixel_fn visit,
+                              void *user)
+{
+    const uint64_t *row = l->shining + rf_row_words(l->width) * (size_t)y;
+    for (int x = 0; x < l->width; x += 64)
+        for (uint64_t bits = row[x / 64]; bits; bits &= bits - 1)
+            visit(l, x + __builtin_ctzll(bits), y, user);
+}
+
+static void want_area(struct rf_picture *l, int x, int y, void *wanted)
+{
+    ((unsigned char *)wanted)[rf_area_of(&l->areas, x - l->x0, y - l->y0)] = 1;
+}
+
+/* ---- one walk over the rows ----------------------------------------------------- */
+
+/*
+ * Rows that a thread loads and splits in turn, so that what splitting looks at is still
+ * in its cache. Those beside another's rows are split when all are loaded.
+ */
+enum { BAND_ROWS = 32 };
+
+struct walk {
+    struct rf_picture *l;
+    const struct rf_work_view *view;
+    int n_planes;
+    struct rf_splitter splitter;
+    struct rf_task *task;
+    float *own;    /* a row for each thread */
+    bool is_short; /* of memory; atomic, as all flags */
+    bool has_alpha, is_refused;
+};
+
+static void set_flag(bool *flag)
+{
+    __atomic_store_n(flag, true, __ATOMIC_RELAXED);
+}
+
+static bool is_set(const bool *flag)
+{
+    return __atomic_load_n(flag, __ATOMIC_RELAXED);
+}
+
+/* Is there no use in going on? */
+static bool is_over(const struct walk *walk)
+{
+    return is_set(&walk->is_short) || is_set(&walk->is_refused) ||
+           rf_task_is_cancelled(walk->task);
+}
+
+/* Do all rows that splitting row y looks at lie in its band? */
+static bool is_inner(const struct rf_picture *l, int y)
+{
+    int first = rf_max_int(y - RF_SPLIT_REACH, 0);
+    int last = rf_min_int(y + RF_SPLIT_REACH, l->height - 1);
+    return first / BAND_ROWS == last / BAND_ROWS;
+}
+
+/* Splits a row, and of opaque pixels notes what is known by then. */
+static void end_row(struct walk *walk, int y)
+{
+    if (!rf_split_row(&walk->splitter, y))
+        set_flag(&walk->is_short);
+    else if (walk->l->filter->params.split_edges)
+        note_others(walk->l, y);
+    rf_task_step(walk->task);
+}
+
+static void walk_band(struct walk *walk, int band)
+{
+    struct rf_picture *l = walk->l;
+    int y1 = rf_min_int((band + 1) * BAND_ROWS, l->height);
+    float *own = walk->own + (size_t)l->filter->width * (size_t)rf_thread_num();
+    for (int y = band * BAND_ROWS, next = y; y < y1 && !is_over(walk); y++) {
+        struct row_kind kind = load_row(l, walk->view, walk->n_planes, y, own);
+        if (kind.has_alpha)
+            set_flag(&walk->has_alpha);
+        if (kind.is_refused) {
+            set_flag(&walk->is_refused);
+            return;
+        }
+        for (; next <= (y + 1 < l->height ? y - RF_SPLIT_REACH : y); next++)
+            if (is_inner(l, next))
+                end_row(walk, next);
+    }
+}
+
+/* Loads all rows and splits them. */
+static void walk_rows(struct walk *walk)
+{
+    struct rf_picture *l = walk->l;
+    int n_bands = (l->height + BAND_ROWS - 1) / BAND_ROWS;
+#pragma omp parallel num_threads(l->filter->context->n_threads)
+    {
+#pragma omp for schedule(dynamic, 1)
+        for (int band = 0; band < n_bands; band++)
+            walk_band(walk, band);
+#pragma omp for schedule(dynamic, 2 * RF_SPLIT_REACH)
+        for (int y = 0; y < l->height; y++)
+            if (!is_inner(l, y) && !is_over(walk))
+                end_row(walk, y);
+    }
+    l->has_alpha = walk->has_alpha;
+    l->is_refused = walk->is_refused;
+}
+
+/* Measures the areas that tell what is a highlight. */
+static rf_result measure_areas(struct rf_picture *l, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    size_t n = (size_t)l->areas.n_x * (size_t)l->areas.n_y;
+    unsigned char *wanted = rf_calloc(context, n, 1);
+    if (!wanted)
+        return rf_fail_memory(error, n, 1);
+    for (int y = 0; y < l->height; y++)
+        rf_picture_visit_shining(l, y, want_area, wanted);
+    rf_areas_measure_some(&l->areas, context, wanted,
+                          rf_plane_row(&l->pixels, l->pixels.luminance, l->y0) + l->x0,
+                          l->pixels.stride);
+    rf_free(context, wanted);
+    return RF_OK;
+}
+
+/* Loads and splits the pixels, measures the areas; the walk is over after it. */
+static rf_result run_walk(struct walk *walk, struct rf_error *error)
+{
+    struct rf_picture *l = walk->l;
+    const struct rf_context *context = l->filter->context;
+    size_t n_own = (size_t)l->filter->width * (size_t)context->n_threads;
+    walk->own = rf_alloc(context, n_own, sizeof *walk->own);
+    rf_result result = walk->own ? rf_split_begin(&walk->splitter, error)
+                                 : rf_fail_memory(error, n_own, sizeof *walk->own);
+    if (result == RF_OK)
+        walk_rows(walk);
+    if (walk->is_short)
+        result = rf_fail_memory(error, (size_t)l->width, sizeof *l->pixels.at);
+    if (result == RF_OK && !is_over(walk))
+        result = measure_areas(l, error);
+    /* Of opaque pixels splitting has looked for the same. */
+    if (result == RF_OK && !is_over(walk) &&
+        (l->has_alpha || !l->filter->params.split_edges))
+        result = find_darkest(l, error);
+    rf_task_poll(walk->task);
+    if (result == RF_OK && !is_over(walk))
+        result = rf_split_end(&walk->splitter, error);
+    rf_split_free(&walk->splitter);
+    rf_free(context, walk->own);
+    return result;
+}
+
+/* ---- all ----------------------------------------------------------------------- */
+
+static rf_result allocate(struct rf_picture *l, struct rf_error *error)
+{
+    const struct rf_context *context = l->filter->context;
+    size_t n = padded_size(l);
+    size_t stride =
+        ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN * RF_ROW_MARGIN +
+        2 * RF_ROW_MARGIN;
+    size_t n_plane = stride * (size_t)l->height;
+    l->pixels = (struct rf_pixels){
+        .width = l->width,
+        .height = l->height,
+        .at = rf_alloc(context, n, sizeof *l->pixels.at),
+        .stride = stride,
+        .luminance = rf_alloc(context, n_plane, sizeof(float)),
+        .radius = rf_alloc(context, n_plane, sizeof(float)),
+    };
+    l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
+    size_t n_words = rf_row_words(l->width) * (size_t)l->height;
+    l->others = rf_alloc(context, n_words, sizeof *l->others);
+    l->shining = rf_alloc(context, n_words, sizeof *l->shining);
+    const struct rf_place *place = &l->filter->place;
+    l->surfaces = (struct rf_surfaces){
+        .width = l->width,
+        .height = l->height,
+        .x = place->x + l->border - l->x0,
+        .y = place->y + l->border - l->y0,
+        .share = rf_alloc(context, n, sizeof *l->surfaces.share),
+    };
+    bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
+                       l->darkest && l->others && l->surfaces.share && l->shining;
+    return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
+}
+
+int rf_picture_border(float largest_radius)
+{
+    return rf_min_int((int)ceilf(largest_radius), MAX_BORDER);
+}
+
+rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
+                          const struct rf_work_view *view, int n_planes, int border,
+                          bool keeps_pixels, struct rf_task *task,
+                          struct rf_error *error)
+{
+    const struct rf_place *at = &filter->place;
+    int x1 = at->x + filter->width, y1 = at->y + filter->height;
+    *l = (struct rf_picture){
+        .filter = filter,
+        .border = border,
+        .x0 = at->x == 0 ? border : 0,
+        .y0 = at->y == 0 ? border : 0,
+    };
+    l->width = l->x0 + filter->width + (x1 == at->whole_width ? border : 0);
+    l->height = l->y0 + filter->height + (y1 == at->whole_height ? border : 0);
+    rf_result result = allocate(l, error);
+    if (result != RF_OK)
+        return result;
+    result = rf_areas_begin(&l->areas, filter, error);
+    struct walk walk = {.l = l,
+                        .view = view,
+                        .n_planes = n_planes,
+                        .splitter = {.filter = filter,
+                                     .keeps_radii = keeps_pixels,
+                                     .is_alone = !keeps_pixels,
+                                     .pixels = &l->pixels,
+                                     .out = &l->surfaces,
+                                     .darkest = l->darkest,
+                                     .shining = l->shining,
+                                     .bright = rf_least_highlight()},
+                        .task = task};
+    if (result == RF_OK)
+        result = run_walk(&walk, error);
+    if (!keeps_pixels) {
+        rf_free(filter->context, l->pixels.luminance);
+        l->pixels.luminance = NULL;
+    }
+    return result;
+}
+
+void rf_picture_drop_pixels(struct rf_picture *l)
+{
+    const struct rf_context *context = l->filter->context;
+    rf_free(context, l->pixels.luminance);
+    rf_free(context, l->pixels.at);
+    rf_free(context, l->pixels.split);
+    rf_free(context, l->pixels.split_row);
+    l->pixels.luminance = NULL;
+    l->pixels.at = NULL;
+    l->pixels.split = NULL;
+    l->pixels.split_row = NULL;
+}
+
+void rf_picture_free(struct rf_picture *l)
+{
+    if (!l->filter)
+        return;
+    const struct rf_context *context = l->filter->context;
+    rf_picture_drop_pixels(l);
+    rf_free(context, l->pixels.radius);
+    rf_free(context, l->others);
+    rf_free(context, l->shining);
+    rf_free(context, l->darkest);
+    rf_free(context, l->highlights);
+    rf_free(context, l->surfaces.share);
+    rf_far_free(&l->surfaces, context);
+    rf_free(context, l->surfaces.near);
+    rf_areas_free(&l->areas, context);
+}

@@ -1,0 +1,741 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Splitting mixed pixels (recipe step 1).
+ *
+ * The renderer's colour is anti-aliased, its depth is one jittered sample: an edge
+ * pixel shows two surfaces but has one depth. With c its colour, f and b the colours of
+ * the near and the far surface around it, e = f - b,
+ *
+ *   A = clamp((c - b) . e / |e|^2)      share of the near surface
+ *
+ * and c - (A f + (1 - A) b), the residual, goes to both parts. Where A is 0 or 1 the
+ * pixel stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six
+ * scenes, 0.6 and 1.2 with eight views). But a lone view gives a thin thing back the
+ * pixels that it fills and the depth sample missed: they would stay sharp, a dotted
+ * line in the place of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). And
+ * where the surface that the depth says is textured along e, the colour cannot tell
+ * texture from mixture: of a lone view the pixel stays whole, or the dark squares of a
+ * chessboard would become teeth of a dark thing before it (worth up to 0.2 dB on six
+ * scenes, 0.8 on posts before a chessboard; several views of portrait would lose 0.5).
+ * Two cases:
+ *
+ *   fringe   a small bright thing bleeds into a pixel whose depth sample missed it;
+ *            first, since its share is told by luminance alone
+ *   edge     the radii of the 3 x 3 pixels around fall into two groups with a gap, and
+ *            do not lie on one slanted plane (worth 0.03 to 0.11 dB)
+ *
+ * Worth 0.9 to 1.3 dB with one view. Cost: a few comparisons per pixel, 5 x 5 pixels
+ * where there is an edge.
+ */
+#include "surfaces/split.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+#include "kernels/data.h"
+#include "kernels/kernels.h"
+#include "surfaces/surfaces.h"
+#include "rackfocus/rackfocus.h"
+
+static const float EDGE_GAP_PX = 0.1f;     /* smallest jump of the radius at an edge */
+static const float PLANE_TOLERANCE = 0.3f; /* of the range of radii */
+static const float ALIKE = 0.02f;          /* colours closer than this stay whole */
+static const float HIGHLIGHT_RATIO = 8;    /* highlight over its surroundings */
+static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
+static const float HIGHLIGHT_OVER_FRINGE = 1.3f;
+static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
+static const float THIN_ALIKE = 0.3f; /* colours of a thin thing, of what sets it off */
+static const float TEXTURE = 0.35f;   /* colours within a surface, likewise */
+static const float WHITE = 1;         /* luminance: what is brighter may be a lamp */
+
+static const float LEAST_SHARE = 1e-6f; /* smaller ones are none: colours are divided */
+static const float EMPTY = 0.02f;       /* alpha behind an edge, of that before it */
+
+enum { WINDOW = 2, BASE_WINDOW = RF_SPLIT_REACH };
+
+struct window {
+    int x0, x1, y0, y1; /* inclusive, clipped to the picture */
+};
+
+static struct window window_at(const struct rf_pixels *p, int x, int y, int reach)
+{
+    return (struct window){
+        rf_max_int(x - reach, 0), rf_min_int(x + reach, p->width - 1),
+        rf_max_int(y - reach, 0), rf_min_int(y + reach, p->height - 1)};
+}
+
+static const struct rf_surface *pixel(const struct rf_pixels *p, int x, int y)
+{
+    return p->at + (size_t)y * (size_t)p->width + (size_t)x;
+}
+
+static float luminance(const struct rf_surface *s)
+{
+    return rf_luminance(s->c[0], s->c[1], s->c[2]);
+}
+
+static float distance_weight(int dx, int dy)
+{
+    return 1.0f / (0.5f + (float)(dx * dx + dy * dy));
+}
+
+static void insert_sorted(float *sorted, int n, float v)
+{
+    for (; n > 0 && sorted[n - 1] > v; n--)
+        sorted[n] = sorted[n - 1];
+    sorted[n] = v;
+}
+
+static float clamp01(float v)
+{
+    return v < 0 ? 0 : v > 1 ? 1 : v;
+}
+
+static float share_of(float v)
+{
+    float share = clamp01(v);
+    return share < LEAST_SHARE ? 0 : share;
+}
+
+typedef float quad __attribute__((vector_size(16), aligned(4)));
+typedef int32_t truths __attribute__((vector_size(16)));
+
+/*
+ * What one thread works with. Rows: extremes of the luminance (5 x 5) and the radius
+ * (3 x 3), gaps of the radius.
+ */
+struct scratch {
+    const struct rf_kernels *kernels;
+    const int32_t *steps; /* to the pixels around one, as struct rf_sides has them */
+    float *columns, *darkest, *brightest, *nearest, *farthest, *gap, *threshold;
+    unsigned char *candidates;
+    bool is_alone; /* the only view */
+};
+
+enum { N_ROWS = 8 }; /* of floats, for all that: two for the columns */
+
+/* ---- fringes of highlights ----------------------------------------------------- */
+
+struct highlight {
+    struct rf_surface brightest;
+    float peak;   /* luminance of the brightest pixel around */
+    float median; /* lower third of the luminances around: the surroundings */
+    float r;      /* median radius of its bright pixels */
+};
+
+/* What surroundings of luminance v count as: no darker than black, and never 0. */
+static float shade_of(float v)
+{
+    return rf_max_float(v, 0) + 1e-4f;
+}
+
+/* Does the luminance v around a pixel of luminance l let both stand out from it? */
+static bool is_surrounding(float v, float l, float peak)
+{
+    float shade = shade_of(v);
+    return (peak > HIGHLIGHT_RATIO * shade) & (l > FRINGE_RATIO * shade);
+}
+
+/* is_surrounding() of four pixels, all bits or none. */
+static truths are_surrounding(quad v, float l, float peak)
+{
+    const quad all_l = {l, l, l, l}, all_peak = {peak, peak, peak, peak}, none = {0};
+    quad shade = (quad)((truths)v & (v > none)) + 1e-4f;
+    return (all_peak > HIGHLIGHT_RATIO * shade) & (all_l > FRINGE_RATIO * shade);
+}
+
+/* Pixels of 5 x 5, none of which is outside, that are surroundings. */
+static int count_surrounding(const float *const rows[2 * WINDOW + 1], int x, float l,
+                             float peak)
+{
+    truths n = {0};
+    int n_last = 0;
+    for (int j = 0; j <= 2 * WINDOW; j++) {
+        const float *v = rows[j] + x - WINDOW;
+        n -= are_surrounding(*(const quad *)v, l, peak);
+        n_last += is_surrounding(v[2 * WINDOW], l, peak);
+    }
+    return n[0] + n[1] + n[2] + n[3] + n_last;
+}
+
+/* Would the lower third of the pixels around let the pixel be a fringe of `peak`? */
+static bool may_be_fringe(const struct rf_pixels *p, int x, int y, float peak)
+{
+    enum { ALL = (2 * WINDOW + 1) * (2 * WINDOW + 1) };
+    struct window w = window_at(p, x, y, WINDOW);
+    float l = rf_plane_row(p, p->luminance, y)[x];
+    if (!(peak > HIGHLIGHT_OVER_FRINGE * l))
+        return false;
+    int n = (w.x1 - w.x0 + 1) * (w.y1 - w.y0 + 1), n_dark = 0;
+    if (n == ALL) {
+        const float *rows[2 * WINDOW + 1];
+        rf_plane_rows(p, p->luminance, y, WINDOW, rows);
+        return count_surrounding(rows, x, l, peak) > n / 3;
+    }
+    for (int j = w.y0; j <= w.y1; j++)
+        for (int i = w.x0; i <= w.x1; i++)
+            n_dark += is_surrounding(rf_plane_row(p, p->luminance, j)[i], l, peak);
+    return n_dark > n / 3;
+}
+
+static bool find_highlight(const struct rf_pixels *p, int x, int y, struct highlight *h)
+{
+    float sorted[(2 * WINDOW + 1) * (2 * WINDOW + 1)];
+    struct window w = window_at(p, x, y, WINDOW);
+    h->peak = -1;
+    h->brightest = *pixel(p, x, y);
+    for (int j = w.y0; j <= w.y1; j++)
+        for (int i = w.x0; i <= w.x1; i++) {
+            float l = luminance(pixel(p, i, j));
+            if (l > h->peak) {
+                h->peak = l;
+                h->brightest = *pixel(p, i, j);
+            }
+        }
+    int n = 0;
+    for (int j = w.y0; j <= w.y1; j++)
+        for (int i = w.x0; i <= w.x1; i++)
+            insert_sorted(sorted, n++, luminance(pixel(p, i, j)));
+    h->median = shade_of(sorted[n / 3]);
+    n = 0;
+    for (int j = w.y0; j <= w.y1; j++)
+        for (int i = w.x0; i <= w.x1; i++)
+            if (luminance(pixel(p, i, j)) >= 0.6f * h->peak)
+                insert_sorted(sorted, n++, pixel(p, i, j)->r);
+    h->r = sorted[n / 2];
+    return fabsf(h->r - pixel(p, x, y)->r) > 0.08f;
+}
+
+/* What the pixel would show without the highlight. */
+static void base_colour(const struct rf_pixels *p, int x, int y,
+                        const struct highlight *h, float base[4])
+{
+    const struct rf_surface *c = pixel(p, x, y);
+    struct window w = window_at(p, x, y, BASE_WINDOW);
+    float sum[4] = {0}, total = 0;
+    for (int j = w.y0; j <= w.y1; j++)
+        for (int i = w.x0; i <= w.x1; i++) {
+            const struct rf_surface *q = pixel(p, i, j);
+            if (fabsf(q->r - c->r) > SAME_SURFACE_PX || luminance(q) > 1.5f * h->median)
+                continue;
+            float k = distance_weight(i - x, j - y);
+            for (int n = 0; n < 4; n++)
+                sum[n] += k * q->c[n];
+            total += k;
+        }
+    float l = luminance(c);
+    for (int n = 0; n < 4; n++)
+        base[n] = total > 0 ? sum[n] / total : c->c[n] * (n < 3 ? h->median / l : 1);
+}
+
+static bool split_fringe(const struct rf_pixels *p, int x, int y,
+                         struct rf_surface *near, struct rf_surface *far, float *share)
+{
+    struct highlight h;
+    if (!find_highlight(p, x, y, &h))
+        return false;
+    const struct rf_surface *c = pixel(p, x, y);
+    struct rf_surface base = {.r = c->r}, light = {.r = h.r};
+    base_colour(p, x, y, &h, base.c);
+    float base_l = luminance(&base);
+    float a = share_of((luminance(c) - base_l) / (h.peak - base_l));
+    for (int n = 0; n < 4; n++) {
+        light.c[n] = a > 0 ? (c->c[n] - (1 - a) * base.c[n]) / a : h.brightest.c[n];
+        light.c[n] = rf_max_float(light.c[n], 0);
+    }
+    bool is_light_near = h.r < c->r;
+    *near = is_light_near ? light : base;
+    *far = is_light_near ? base : light;
+    *share = is_light_near ? a : 1 - a;
+    return true;
+}
+
+/* ---- edges --------------------------------------------------------------------- */
+
+struct edge {
+    float threshold; /* near: r <= threshold */
+    float gap, lowest, highest;
+};
+
+enum { AROUND = RF_SIDES_AROUND, N_AROUND = AROUND * AROUND };
+
+_Static_assert((int)N_AROUND == (int)RF_SPLIT_STEPS, "a step to each pixel around");
+
+/* Pixels around (x, y), a bit for each as in struct rf_sides, that lie in the picture.
+ */
+static uint32_t bits_inside(const struct rf_pixels *p, int x, int y)
+{
+    struct window w = window_at(p, x, y, WINDOW);
+    uint32_t row = (2u << (w.x1 - x + WINDOW)) - (1u << (w.x0 - x + WINDOW)), bits = 0;
+    for (int j = w.y0; j <= w.y1; j++)
+        bits |= row << AROUND * (j - y + WINDOW);
+    return bits;
+}
+
+/* The pixels around one, by their bits. */
+struct around {
+    const struct rf_surface *middle;
+    const int32_t *steps; /* from it to each */
+};
+
+/* For each bit f(squared distance from the middle). */
+#define OF_DISTANCES(f)                                                                \
+    {                                                                                  \
+        f(8), f(5), f(4), f(5), f(8), f(5), f(2), f(1), f(2), f(5), f(4), f(1), f(0),  \
+            f(1), f(4), f(5), f(2), f(1), f(2), f(5), f(8), f(5), f(4), f(5), f(8)     \
+    }
+
+/* Mean of the pixels of a set that is not empty. */
+static struct rf_surface mean_of(const struct around *around, uint32_t bits)
+{
+#define WEIGHT(d2) 1 / (0.5f + (d2))
+    static const float WEIGHTS[N_AROUND] = OF_DISTANCES(WEIGHT);
+#undef WEIGHT
+    quad c = {0};
+    float r = 0, weight = 0;
+    for (; bits; bits &= bits - 1) {
+        int bit = __builtin_ctz(bits);
+        const struct rf_surface *q = around->middle + around->steps[bit];
+        float k = WEIGHTS[bit];
+        c += k * *(const quad *)q->c;
+        r += k * q->r;
+        weight += k;
+    }
+    struct rf_surface mean = {.r = r / weight};
+    c /= weight;
+    memcpy(mean.c, &c, sizeof mean.c);
+    return mean;
+}
+
+/* A side without interior is thin: its pixel that differs most from the other side. */
+static void take_most_unlike(const struct around *around, uint32_t bits,
+                             const struct rf_surface *other, struct rf_surface *out)
+{
+#define LESS(d2) 1 + 0.3f * (d2)
+    static const float LESSER[N_AROUND] = OF_DISTANCES(LESS);
+#undef LESS
+    const truths magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
+    const quad c = *(const quad *)other->c;
+    const struct rf_surface *found = NULL;
+    float best = -1;
+    for (; bits; bits &= bits - 1) {
+        int bit = __builtin_ctz(bits);
+        const struct rf_surface *q = around->middle + around->steps[bit];
+        quad e = (quad)((truths)(*(const quad *)q->c - c) & magnitude);
+        float d = (e[0] + e[1] + e[2] + e[3]) / LESSER[bit];
+        found = d > best ? q : found;
+        best = d > best ? d : best;
+    }
+    if (found)
+        memcpy(out->c, found->c, sizeof out->c);
+}
+
+/* Are two pixels of a set, next to the middle, 135 or 180 degrees apart? */
+static bool is_between(uint32_t bits)
+{
+    enum { NW = 1 << 6, N = 1 << 7, NE = 1 << 8, W = 1 << 11 };
+    enum { E = 1 << 13, SW = 1 << 16, S = 1 << 17, SE = 1 << 18 };
+    return (bits & N && bits & (SW | S | SE)) || (bits & S && bits & (NW | NE)) ||
+           (bits & W && bits & (NE | E | SE)) || (bits & E && bits & (NW | SW)) ||
+           (bits & NW && bits & SE) || (bits & NE && bits & SW);
+}
+
+/* What meets in a pixel. */
+struct meeting {
+    struct rf_surface f, b; /* the near and the far surface */
+    uint32_t own;           /* pixels within the one that the depth says */
+    bool is_near;           /* it is the near one */
+    bool is_within;         /* a thin thing lies to both sides, without an interior */
+};
+
+/* Finds the two surfaces that meet in the pixel; false: only one. */
+static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x, int y,
+                       const struct edge *e, struct meeting *m)
+{
+    const struct around around = {pixel(p, x, y), s->steps};
+    const float *rows[AROUND + 2];
+    struct rf_sides sides;
+    rf_plane_rows(p, p->radius, y, WINDOW + 1, rows);
+    s->kernels->find_sides(rows, x, e->threshold, e->lowest - e->gap,
+                           e->highest + e->gap, &sides);
+    uint32_t inside = bits_inside(p, x, y);
+    uint32_t near = ~sides.far & inside, far = sides.far & inside;
+    uint32_t near_usual = near & sides.usual, far_usual = far & sides.usual;
+    if (!near_usual || !far_usual)
+        return false;
+    uint32_t near_inner = near_usual & sides.interior;
+    uint32_t far_inner = far_usual & sides.interior;
+    m->f = mean_of(&around, near_inner ? near_inner : near_usual);
+    m->b = mean_of(&around, far_inner ? far_inner : far_usual);
+    m->is_near = around.middle->r <= e->threshold;
+    m->own = m->is_near ? near_inner : far_inner;
+    m->is_within = !near_inner && is_between(near);
+    if (!near_inner)
+        take_most_unlike(&around, near, &m->b, &m->f);
+    else if (!far_inner)
+        take_most_unlike(&around, far, &m->f, &m->b);
+    return true;
+}
+
+/*
+ * Before transparent film alpha tells the share exactly, and nothing of the colour
+ * belongs to the far side.
+ */
+static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *f,
+                           const struct edge *e, const struct rf_surface *b,
+                           struct rf_surface *near, struct rf_surface *far,
+                           float *share)
+{
+    float a = share_of(c->c[3] / f->c[3]);
+    bool is_near = c->r <= e->threshold;
+    near->r = is_near ? c->r : f->r;
+    far->r = is_near ? b->r : c->r;
+    for (int n = 0; n < 4; n++) {
+        near->c[n] = a > 0 ? c->c[n] / a : f->c[n];
+        far->c[n] = 0;
+    }
+    *share = a;
+}
+
+/* Is the pixel of a thin thing's colour, as `norm`, |e|^2, lets one tell? */
+static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f,
+                          float norm)
+{
+    float d2 = 0;
+    for (int n = 0; n < 4; n++)
+        d2 += (c->c[n] - f->c[n]) * (c->c[n] - f->c[n]);
+    return d2 < THIN_ALIKE * THIN_ALIKE * norm && luminance(c) <= WHITE;
+}
+
+/* Do pixels within the surface that the depth says look as if the other one had a share
+ * of them? `norm` is |e|^2. */
+static bool is_textured(const struct scratch *s, const struct rf_surface *c,
+                        const struct meeting *m, float norm)
+{
+    float most = 0;
+    const struct rf_surface *own = m->is_near ? &m->f : &m->b;
+    const struct rf_surface *other = m->is_near ? &m->b : &m->f;
+    for (uint32_t bits = m->own; bits; bits &= bits - 1) {
+        const struct rf_surface *q = c + s->steps[__builtin_ctz(bits)];
+        float dot = 0;
+        for (int n = 0; n < 4; n++)
+            dot += (q->c[n] - own->c[n]) * (other->c[n] - own->c[n]);
+        most = rf_max_float(most, dot);
+    }
+    return most > TEXTURE * norm;
+}
+
+/* Colours of both parts, of which the near one covers a: f and b with the residual. */
+static void share_colour(const struct rf_surface *c, const struct rf_surface *f,
+                         const struct rf_surface *b, float a, struct rf_surface *near,
+                         struct rf_surface *far)
+{
+    for (int n = 0; n < 4; n++) {
+        float residual = c->c[n] - (a * f->c[n] + (1 - a) * b->c[n]);
+        float ff = f->c[n] + residual, bb = b->c[n] + residual;
+        if (bb < 0) { /* what would be negative goes to the other part */
+            ff += bb * (1 - a) / a;
+            bb = 0;
+        }
+        if (ff < 0) {
+            bb += ff * a / (1 - a);
+            ff = 0;
+        }
+        near->c[n] = ff;
+        far->c[n] = bb;
+    }
+}
+
+static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,
+                       const struct edge *e, struct rf_surface *near,
+                       struct rf_surface *far, float *share)
+{
+    struct meeting m;
+    if (!find_sides(s, p, x, y, e, &m))
+        return false;
+    const struct rf_surface *c = pixel(p, x, y), *f = &m.f, *b = &m.b;
+    if (b->c[3] < EMPTY * f->c[3]) {
+        split_by_alpha(c, f, e, b, near, far, share);
+        return true;
+    }
+    float dot = 0, norm = 0, size = 0;
+    for (int n = 0; n < 4; n++) {
+        float d = f->c[n] - b->c[n];
+        dot += (c->c[n] - b->c[n]) * d;
+        norm += d * d;
+        size += n < 3 ? f->c[n] + b->c[n] : 0;
+    }
+    if (norm < ALIKE * ALIKE * size * size + 1e-8f)
+        return false;
+    float a = share_of(dot / norm);
+    if (a >= 1 && !m.is_near && m.is_within && s->is_alone &&
+        is_thin_thing(c, f, norm)) {
+        *near = *far = *c;
+        near->r = f->r;
+        *share = 1;
+        return true;
+    }
+    if (a <= 0 || a >= 1 || (s->is_alone && is_textured(s, c, &m, norm)))
+        return false;
+    share_colour(c, f, b, a, near, far);
+    near->r = m.is_near ? c->r : f->r;
+    far->r = m.is_near ? b->r : c->r;
+    *share = a;
+    return true;
+}
+
+/* What a pixel may be, as far as extremes tell. */
+enum { MAY_BE_FRINGE = 1, MAY_BE_EDGE = 2 };
+
+static void find_candidates(const struct rf_pixels *p, int y, const struct scratch *s)
+{
+    const float *rows[2 * WINDOW + 1];
+    rf_plane_rows(p, p->luminance, y, WINDOW, rows);
+    s->kernels->extremes(rows, 2 * WINDOW + 1, WINDOW, p->width, s->columns, s->darkest,
+                         s->brightest);
+    rf_plane_rows(p, p->radius, y, 1, rows);
+    s->kernels->extremes(rows, 3, 1, p->width, s->columns, s->nearest, s->farthest);
+    const struct rf_around around = {rf_plane_row(p, p->luminance, y), s->darkest,
+                                     s->brightest, s->nearest, s->farthest};
+    s->kernels->find_mixed(&around, HIGHLIGHT_RATIO, HIGHLIGHT_OVER_FRINGE, EDGE_GAP_PX,
+                           p->width, MAY_BE_FRINGE, MAY_BE_EDGE, s->candidates);
+    if (y > 0 && y < p->height - 1) {
+        int first = s->candidates[0], last = s->candidates[p->width - 1];
+        s->kernels->keep_edges(rows, s->nearest, s->farthest, PLANE_TOLERANCE, p->width,
+                               MAY_BE_EDGE, s->candidates);
+        s->candidates[0] = (unsigned char)first;
+        s->candidates[p->width - 1] = (unsigned char)last;
+    }
+    s->kernels->find_gaps(rows, EDGE_GAP_PX, p->width, MAY_BE_EDGE, s->candidates,
+                          s->gap, s->threshold);
+}
+
+/* Splits a pixel that may be mixed; false: it is pure. */
+static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
+                        const struct scratch *s, struct rf_surface *near,
+                        struct rf_surface *far, float *share)
+{
+    int candidate = s->candidates[x];
+    if (candidate & MAY_BE_FRINGE && may_be_fringe(pixels, x, y, s->brightest[x]) &&
+        split_fringe(pixels, x, y, near, far, share))
+        return true;
+    const struct edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
+                              s->farthest[x]};
+    return candidate & MAY_BE_EDGE &&
+           split_edge(s, pixels, x, y, &edge, near, far, share);
+}
+
+/* The first pixel after x that may be mixed; n or more: there is none. */
+static int next_candidate(const struct scratch *s, int x, int n)
+{
+    for (x++; x < n; x++) {
+        uint64_t eight;
+        memcpy(&eight, s->candidates + x / 8 * 8, sizeof eight);
+        if (!eight)
+            x = x / 8 * 8 + 7;
+        else if (s->candidates[x])
+            return x;
+    }
+    return n;
+}
+
+/* ---- all pixels ---------------------------------------------------------------- */
+
+/* A pixel that has been split: it may show its near part alone, but not as it came. */
+struct split {
+    struct rf_surface near, far;
+    int x;
+};
+
+/* The split pixels of one row. */
+struct rf_split_row {
+    int n;
+    struct split *at;
+};
+
+/* As if all pixels of a row stayed whole. */
+static void set_pure(const struct rf_splitter *s, int y)
+{
+    const struct rf_pixels *p = s->pixels;
+    float *share = s->out->share + (size_t)y * (size_t)p->width;
+    const float *row = rf_plane_row(p, p->luminance, y);
+    uint64_t *shining = s->shining + rf_row_words(p->width) * (size_t)y;
+    for (int x = 0; x < p->width; x++)
+        share[x] = 1;
+    s->filter->context->kernels->find_above(row, s->bright, p->width, shining);
+}
+
+static bool is_shining(const struct rf_splitter *s, const struct split *split)
+{
+    return luminance(&split->near) > s->bright || luminance(&split->far) > s->bright;
+}
+
+/* Splits a row; its split pixels go to `at`. Returns how many they are. */
+static int split_row(const struct rf_splitter *splitter, int y, const struct scratch *s,
+                     struct split *at)
+{
+    const struct rf_pixels *pixels = splitter->pixels;
+    struct rf_surfaces *out = splitter->out;
+    size_t row = (size_t)y * (size_t)pixels->width;
+    uint64_t *shining = splitter->shining + rf_row_words(pixels->width) * (size_t)y;
+    int n = 0;
+    find_candidates(pixels, y, s);
+    for (int x = next_candidate(s, -1, pixels->width); x < pixels->width;
+         x = next_candidate(s, x, pixels->width)) {
+        struct split *split = &at[n];
+        float *share = &out->share[row + (size_t)x];
+        if (!split_pixel(pixels, x, y, s, &split->near, &split->far, share))
+            continue;
+        if (is_shining(splitter, split))
+            shining[x / 64] |= (uint64_t)1 << x % 64;
+        *share = rf_min_float(*share, 1);
+        if (*share < 1)
+            rf_far_mark(out, row + (size_t)x);
+        split->x = x;
+        n++;
+    }
+    return n;
+}
+
+/* What the calling thread works with for row y. */
+static struct scratch scratch_of(const struct rf_splitter *s, int y)
+{
+    size_t row = s->pixels->stride;
+    float *at = s->rows + row * N_ROWS * (size_t)rf_thread_num();
+    return (struct scratch){s->filter->context->kernels,
+                            s->steps,
+                            at,
+                            rf_plane_row(s->pixels, s->darkest, y),
+                            at + 2 * row,
+                            at + 3 * row,
+                            at + 4 * row,
+                            at + 5 * row,
+                            at + 6 * row,
+                            (unsigned char *)(at + 7 * row),
+                            s->is_alone};
+}
+
+rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
+{
+    const struct rf_context *context = s->filter->context;
+    size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)s->pixels->height;
+    size_t n = s->pixels->stride * N_ROWS * n_threads;
+    for (int i = 0; i < N_AROUND; i++)
+        s->steps[i] = (i / AROUND - WINDOW) * s->pixels->width + i % AROUND - WINDOW;
+    s->arena = rf_arena_make(context, s->pixels->width, s->pixels->height);
+    s->rows = rf_alloc(context, n, sizeof *s->rows);
+    s->splits = rf_calloc(context, n_rows, sizeof *s->splits);
+    s->rooms = rf_calloc(context, n_threads, sizeof *s->rooms);
+    return s->rows && s->splits && s->rooms ? rf_far_begin(s->out, context, error)
+                                            : rf_fail_memory(error, n, sizeof *s->rows);
+}
+
+bool rf_split_row(struct rf_splitter *s, int y)
+{
+    set_pure(s, y);
+    if (!s->filter->params.split_edges)
+        return true;
+    struct scratch scratch = scratch_of(s, y);
+    struct rf_room *room = &s->rooms[rf_thread_num()];
+    struct split *to =
+        rf_arena_take(&s->arena, room, (size_t)s->pixels->width * sizeof *to);
+    if (!to)
+        return false;
+    int n = split_row(s, y, &scratch, to);
+    rf_arena_give_back(room, to + n);
+    s->splits[y] = (struct rf_split_row){n, to};
+    return true;
+}
+
+/* Keeps the radii of split pixels, while the plane has them as they came. */
+static rf_result keep_radii(const struct rf_splitter *s, struct rf_error *error)
+{
+    const struct rf_context *context = s->filter->context;
+    struct rf_pixels *pixels = s->pixels;
+    size_t n_rows = (size_t)pixels->height + 1;
+    size_t *row = pixels->split_row = rf_alloc(context, n_rows, sizeof *row);
+    if (!row)
+        return rf_fail_memory(error, n_rows, sizeof *row);
+    row[0] = 0;
+    for (int y = 0; y < pixels->height; y++)
+        row[y + 1] = row[y] + (size_t)s->splits[y].n;
+    size_t n = row[pixels->height];
+    pixels->split = rf_alloc(context, n, sizeof *pixels->split);
+    if (!pixels->split)
+        return rf_fail_memory(error, n, sizeof *pixels->split);
+    for (int y = 0; y < pixels->height; y++)
+        for (int k = 0; k < s->splits[y].n; k++) {
+            int x = s->splits[y].at[k].x;
+            pixels->split[row[y] + (size_t)k] =
+                (struct rf_split_radius){x, rf_plane_row(pixels, pixels->radius, y)[x]};
+        }
+    return RF_OK;
+}
+
+float rf_split_radius_at(const struct rf_pixels *p, int x, int y)
+{
+    size_t from = p->split_row[y], end = p->split_row[y + 1];
+    while (from < end) {
+        size_t middle = from + (end - from) / 2;
+        if (p->split[middle].x < x)
+            from = middle + 1;
+        else
+            end = middle;
+    }
+    return from < p->split_row[y + 1] && p->split[from].x == x
+               ? p->split[from].r
+               : rf_plane_row(p, p->radius, y)[x];
+}
+
+/* Puts the split pixels' parts in their places, and their radii in the plane. */
+static void keep_split(const struct rf_splitter *s)
+{
+    const struct rf_pixels *pixels = s->pixels;
+    struct rf_surfaces *out = s->out;
+#pragma omp parallel for num_threads(s->filter->context->n_threads) schedule(static)
+    for (int y = 0; y < out->height; y++) {
+        size_t row = (size_t)y * (size_t)out->width;
+        for (int k = 0; k < s->splits[y].n; k++) {
+            const struct split *p = &s->splits[y].at[k];
+            size_t i = row + (size_t)p->x;
+            out->near[i] = p->near;
+            rf_plane_row(pixels, pixels->radius, y)[p->x] =
+                out->share[i] > RF_OCCLUDER_SHARE ? p->near.r : INFINITY;
+            if (out->share[i] < 1)
+                *rf_far_at(out, i) = p->far;
+        }
+    }
+}
+
+rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error)
+{
+    rf_result result = rf_far_allocate(s->out, s->filter->context, error);
+    if (result != RF_OK)
+        return result;
+    if (s->keeps_radii)
+        result = keep_radii(s, error);
+    if (result != RF_OK)
+        return result;
+    s->out->near = s->pixels->at;
+    s->pixels->at = NULL;
+    keep_split(s);
+    return RF_OK;
+}
+
+void rf_split_free(struct rf_splitter *s)
+{
+    const struct rf_context *context = s->filter->context;
+    rf_arena_free(&s->arena);
+    rf_free(context, s->rooms);
+    rf_free(context, s->splits);
+    rf_free(context, s->rows);
+}

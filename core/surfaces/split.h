@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Edge pixels split into their two surfaces. */
+#ifndef RF_SURFACES_SPLIT_H
+#define RF_SURFACES_SPLIT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/arena.h"
+#include "input/frame.h"
+#include "kernels/data.h"
+#include "surfaces/surfaces.h"
+#include "rackfocus/rackfocus.h"
+
+enum { RF_SPLIT_REACH = 3, RF_SPLIT_STEPS = 5 * 5 };
+
+/*
+ * Splits mixed pixels into their two surfaces (split.c), if the parameters say so, row
+ * by row: a row may be split once the RF_SPLIT_REACH rows to both sides of it are
+ * loaded. rf_split_begin(), rf_split_row() for each row, any thread, rf_split_end();
+ * rf_split_free() in any case. The pixels stay as they are until the end.
+ */
+struct rf_splitter {
+    const struct rf_filter *filter;
+    bool keeps_radii; /* as they came */
+    bool is_alone;    /* the only view: others do not show what a thin thing hides */
+    struct rf_pixels *pixels;
+    struct rf_surfaces *out;
+    /*
+     * Receives the least luminance of the 5 x 5 pixels around each, as a plane like
+     * that of the luminance, without its margins; if edges are split.
+     */
+    float *darkest;
+    /* Receives a bit for each pixel that shows more luminance than `bright`. */
+    uint64_t *shining;
+    float bright;
+    /* Its own: */
+    int32_t steps[RF_SPLIT_STEPS]; /* from a pixel to the 5 x 5 around it */
+    float *rows;
+    struct rf_split_row *splits;
+    struct rf_arena arena;
+    struct rf_room *rooms;
+};
+
+rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error);
+
+/* False: out of memory. */
+bool rf_split_row(struct rf_splitter *s, int y);
+
+/*
+ * The plane of radii becomes that of the near parts, INFINITY where their share is not
+ * above RF_OCCLUDER_SHARE. The pixels become the near parts, and pixels->at is lost.
+ */
+rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error);
+
+/* The radius of pixel (x, y) as it came, which the splitter has kept. */
+float rf_split_radius_at(const struct rf_pixels *p, int x, int y);
+
+void rf_split_free(struct rf_splitter *s);
+
+#endif
