@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/reliability.md: what the checks found, and what no test reaches.
+"""The tables of docs/reliability.md and its notes: what the checks found, and what no
+test reaches.
 
 checks.py writes one JSON file per check; table() makes the rows of them.
 """
@@ -156,9 +157,10 @@ def table():
     lines = ["| check | how much | result | commit |", "| --- | --- | --- | --- |"]
     lines += rows(before)
     text = replace_between(text, "table", lines)
+    path.write_text(text)
     if load("coverage"):
+        notes = ROOT / "docs/notebook/reliability.md"
         left = ["| file | lines | what they are |", "| --- | --- | --- |"]
         left += [f"| {file} | {n} | {why} |" for file, n, why in uncovered()]
-        text = replace_between(text, "uncovered", left)
-    path.write_text(text)
+        notes.write_text(replace_between(notes.read_text(), "uncovered", left))
     print(text.split(begin)[1].split(end)[0])

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The examples of the users' pages work when they are pasted.
+
+A code block that opens with ```sh run, ```python run or ```c run is an example. The
+blocks of a page run one after the other in one empty folder that has a link to tests/,
+as in the folder of the sources; a shell block stops at the first command that fails, C
+is compiled with pkg-config and run.
+"""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BLOCK = re.compile(r"^```(sh|python|c) run\n(.*?)^```$", flags=re.M | re.S)
+PAGES = sorted(
+    page
+    for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    if BLOCK.search(page.read_text())
+)
+USERS_PAGES = {
+    "README.md",
+    "cli.md",
+    "files.md",
+    "install.md",
+    "live.md",
+    "methods.md",
+    "performance.md",
+    "python.md",
+    "reliability.md",
+    "views.md",
+}
+
+
+def command_for(kind, text, folder):
+    """What runs a block, and the text that goes to its standard input."""
+    if kind == "sh":
+        return ["bash", "-euo", "pipefail", "-c", text]
+    if kind == "python":
+        return ["/usr/bin/python3", "-c", text]
+    (folder / "example.c").write_text(text)
+    flags = "$(pkg-config --cflags --libs rackfocus)"
+    line = f"cc -Wall -Wextra -Werror example.c -o example {flags} -lm && ./example"
+    return ["bash", "-euo", "pipefail", "-c", line]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_examples_of_pages(page, environment, tmp_path):
+    (tmp_path / "tests").symlink_to(ROOT / "tests")
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    for kind, text in BLOCK.findall(page.read_text()):
+        done = subprocess.run(
+            command_for(kind, text, tmp_path),
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+
+
+def test_users_pages_have_examples():
+    assert USERS_PAGES <= {page.name for page in PAGES}
+
+
+def links(page):
+    """Links of a page to files and to sections, without those to the web."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.M | re.S)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if not re.match(r"https?:|mailto:", target):
+            yield target
+
+
+def anchors(page):
+    """What the headings of a page are called in links."""
+    for title in re.findall(r"^#+ (.*)$", page.read_text(), flags=re.M):
+        name = re.sub(r"[^\w\- ]", "", title.lower())
+        yield name.replace(" ", "-")
+
+
+ALL_PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page):
+    for target in links(page):
+        name, _, anchor = target.partition("#")
+        other = (page.parent / name).resolve() if name else page
+        assert other.exists(), f"{page.name}: {target}"
+        if anchor:
+            assert anchor in set(anchors(other)), f"{page.name}: {target}"
