@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -86,7 +85,8 @@ static const struct option options[] = {
 /* ---- the command line ----------------------------------------------------------- */
 
 struct frames {
-    int32_t first, last;
+    int32_t first, last;                     /* to make */
+    int32_t animation_first, animation_last; /* of the whole, which set the clock */
     bool is_animation;
 };
 
@@ -96,36 +96,38 @@ static bool fail_usage(const char *text)
     return false;
 }
 
-static bool parse_frames(const char *text, struct frames *frames)
+/* What --frames says wins; else the frames of POV-Ray's own options. */
+static bool choose_frames(const char *text, const struct povray_plan *plan,
+                          struct frames *frames)
 {
     int used = 0;
+    *frames = (struct frames){plan->from, plan->to, plan->first, plan->last,
+                              plan->is_animation};
     if (!text)
         return true;
+    if (sscanf(text, "%d-%d%n", &frames->first, &frames->last, &used) != 2 ||
+        text[used] != 0 || frames->first < 0 || frames->last < frames->first)
+        return fail_usage("--frames takes two frame numbers such as 1-25");
+    /* POV-Ray's own options win where they say how long the animation is. */
+    if (!plan->is_animation) {
+        frames->animation_first = frames->first;
+        frames->animation_last = frames->last;
+    }
     frames->is_animation = true;
-    return (sscanf(text, "%d-%d%n", &frames->first, &frames->last, &used) == 2 &&
-            text[used] == 0 && frames->first >= 0 && frames->last >= frames->first) ||
-           fail_usage("--frames takes two frame numbers such as 1-25");
+    return true;
 }
 
 static bool parse_point(const char *text, double point[3])
 {
-    const char *at = text;
+    const char *at = text + strspn(text, " <");
     for (int i = 0; i < 3; i++) {
         char *end;
         point[i] = strtod(at, &end);
-        if (end == at || *end != (i < 2 ? ',' : 0) || !isfinite(point[i]))
+        if (end == at || !isfinite(point[i]) || (i < 2 && !strchr(", ", *end)))
             return fail_usage("--focal-point takes three numbers such as 5,10,5");
-        at = end + 1;
+        at = end + strspn(end, i < 2 ? ", " : " >");
     }
-    return true;
-}
-
-/* Does an option ask POV-Ray for an animation? */
-static bool is_final_frame(const char *argument)
-{
-    return strncasecmp(argument, "+KFF", 4) == 0 ||
-           strncasecmp(argument, "-KFF", 4) == 0 ||
-           strncasecmp(argument, "Final_Frame", 11) == 0;
+    return *at == 0 || fail_usage("--focal-point takes three numbers such as 5,10,5");
 }
 
 static bool check_usage(const struct povray_tool *tool, const struct operands *operands)
@@ -136,9 +138,6 @@ static bool check_usage(const struct povray_tool *tool, const struct operands *o
         return fail_usage("povray takes one scene; options for POV-Ray follow --");
     if (tool->is_camera_only)
         return true;
-    for (int i = 0; i < operands->n_rest && !tool->frames; i++)
-        if (is_final_frame(operands->rest[i]))
-            return fail_usage("animations need --frames A-B, the frames to make");
     if (tool->reference && tool->n_reference == 0)
         return fail_usage(
             "--reference-output needs --reference, the number of samples");
@@ -217,12 +216,13 @@ static void show_progress(void *bar, double fraction)
 /* What the glue needs to know of the command line. */
 static bool make_options(const struct povray_tool *tool,
                          const struct settings *settings,
-                         const struct operands *operands, struct povray_options *made)
+                         const struct povray_plan *plan, struct povray_options *made)
 {
-    *made = (struct povray_options){.scene = operands->items[0],
-                                    .args = operands->rest,
-                                    .n_args = operands->n_rest,
+    *made = (struct povray_options){.scene = plan->scene,
+                                    .args = plan->args,
+                                    .n_args = plan->n_args,
                                     .frame = -1,
+                                    .has_f_stop = is_typed(settings, "f-stop"),
                                     .wants_lens = !is_typed(settings, "f-stop"),
                                     .is_cancelled = is_cancelled,
                                     .n_threads = thread_count(tool->n_threads)};
@@ -283,6 +283,7 @@ struct job {
     struct povray_options options;
     struct povray_scene *scene;
     struct povray_passes passes;
+    struct rf_params used;     /* with the facts of the passes */
     char *paths[RF_MAX_VIEWS]; /* of the passes, one per view */
     double started_s;
 };
@@ -477,14 +478,36 @@ static int filter_passes(struct job *job, const char *output)
                                           .n_threads = job->tool->n_threads,
                                           .is_quiet = job->tool->is_quiet};
     struct settings settings = job->settings;
-    return filter_run(&filter, &settings, job->paths, job->tool->n_views);
+    const int code = filter_run(&filter, &settings, job->paths, job->tool->n_views);
+    job->used = settings.params;
+    return code;
+}
+
+static const char *focus_source(const struct povray_camera *camera)
+{
+    switch (camera->focus) {
+    case POVRAY_FOCUS_LOOK_AT:
+        return " (on the camera's look_at; --focal-point or --focus-distance change "
+               "it)";
+    case POVRAY_FOCUS_DIRECTION:
+        return " (without focal_point POV-Ray takes the length of the camera's "
+               "direction; --focal-point or --focus-distance change it)";
+    default:
+        return "";
+    }
 }
 
 static void print_lens(const struct job *job)
 {
     const struct povray_camera *camera = &job->passes.camera;
-    printf("lens radius %g, focus distance %g, light summed in %s\n",
-           camera->aperture / 4, camera->focus_distance,
+    struct rf_lens lens;
+    struct rf_error error;
+    double radius = camera->aperture / 4;
+    if (camera->aperture == 0 && rf_lens_init(&lens, &job->used, job->passes.width,
+                                              job->passes.height, &error) == RF_OK)
+        radius = lens.lens_radius;
+    printf("lens radius %g, focus distance %g%s, light summed in %s\n", radius,
+           camera->focus_distance, focus_source(camera),
            job->tool->is_linear     ? "linear light"
            : job->passes.is_srgb    ? "the curve of sRGB (gamma 2.2)"
            : job->passes.gamma == 1 ? "linear light"
@@ -589,16 +612,20 @@ static bool prepare_output(const struct povray_tool *tool, const struct frames *
     return true;
 }
 
+static void set_frame(struct job *job, const struct frames *frames, int32_t frame)
+{
+    if (!frames->is_animation)
+        return;
+    job->options.frame = frame;
+    job->options.first_frame = frames->animation_first;
+    job->options.last_frame = frames->animation_last;
+}
+
 static int run_frames(struct job *job, const struct frames *frames)
 {
     int code = EXIT_DONE;
-    const int32_t last = frames->is_animation ? frames->last : 0;
-    for (int32_t f = frames->first; f <= last && code == EXIT_DONE; f++) {
-        if (frames->is_animation) {
-            job->options.frame = f;
-            job->options.first_frame = frames->first;
-            job->options.last_frame = frames->last;
-        }
+    for (int32_t f = frames->first; f <= frames->last && code == EXIT_DONE; f++) {
+        set_frame(job, frames, f);
         code = make_picture(job);
         for (int i = 0; i < RF_MAX_VIEWS; i++) {
             free(job->paths[i]);
@@ -621,25 +648,41 @@ static int run_camera(struct job *job)
     return code;
 }
 
+static int run_job(struct job *job, const struct frames *frames)
+{
+    if (job->tool->is_camera_only) {
+        job->options.wants_lens = false;
+        set_frame(job, frames, frames->first);
+        return run_camera(job);
+    }
+    if (!prepare_output(job->tool, frames))
+        return EXIT_FAILED;
+    return run_frames(job, frames);
+}
+
 static int run_tool(struct povray_tool *tool, struct settings *settings,
                     const struct operands *operands)
 {
     struct job job = {.tool = tool};
     struct frames frames = {0};
-    if (!check_usage(tool, operands) || !check_views(tool, settings) ||
-        !parse_frames(tool->frames, &frames) ||
-        !make_options(tool, settings, operands, &job.options))
+    struct povray_plan plan;
+    struct povray_error error;
+    int code = EXIT_USAGE;
+    if (!check_usage(tool, operands) || !check_views(tool, settings))
         return EXIT_USAGE;
     if (tool->is_linear)
         settings_set(settings, "blend-gamma", "1", NULL);
     job.settings = *settings;
-    if (tool->is_camera_only) {
-        job.options.wants_lens = false;
-        return run_camera(&job);
+    if (!povray_plan_make(&plan, operands->items[0], operands->rest, operands->n_rest,
+                          &error)) {
+        message("%s", error.message);
+        code = EXIT_FAILED;
+    } else if (choose_frames(tool->frames, &plan, &frames) &&
+               make_options(tool, settings, &plan, &job.options)) {
+        code = run_job(&job, &frames);
     }
-    if (!prepare_output(tool, &frames))
-        return EXIT_FAILED;
-    return run_frames(&job, &frames);
+    povray_plan_free(&plan);
+    return code;
 }
 
 static int cmd_povray(int argc, char **argv)

@@ -6,9 +6,10 @@
  * From 3.5 on the order of the items does not matter, but for transformations:
  *   1. angle a:  |direction| = |right| / (2 tan(a / 2))
  *   2. look_at:  direction, right and up turn, lengths and handedness are kept
- *   3. orthographic, angle or neither right nor up given: right and up are scaled by
- *      |look_at - location| / |direction|, where look_at is z by default
- *   4. focus distance = |focal_point - location|, or 1
+ *   3. orthographic, angle (0, too) or neither right nor up given: right and up are
+ *      scaled by |look_at - location| / |direction|, where look_at is z by default
+ *   4. focus distance = |focal_point - location|; without focal_point the length that
+ *      angle or look_at left direction with, 1 where neither is given
  *   5. transformations, in their order; they do not change 4
  * Before 3.5 every item takes effect where it stands; the word orthographic scales as
  * in 3 with what is known by then.
@@ -31,8 +32,11 @@ struct matrix {
 struct state {
     struct povray_camera camera;
     double sky[3], look_at[3], focal_point[3];
+    double aim[3]; /* look_at, with the transformations so far */
     double angle;
-    bool has_look_at, has_right, has_up, has_focal_point, is_copy;
+    bool has_angle, has_look_at, has_right, has_up, has_focal_point, is_copy;
+    /* POV-Ray's variable of this name: what angle or look_at left direction with. */
+    double direction_length;
     double version;
     struct matrix transforms[MAX_TRANSFORMS];
     int n_transforms;
@@ -91,7 +95,7 @@ static double distance(const double a[3], const double b[3])
 
 static void state_init(struct state *state)
 {
-    *state = (struct state){.version = 3.7};
+    *state = (struct state){.version = 3.7, .direction_length = 1};
     struct povray_camera *camera = &state->camera;
     camera->focus_distance = 1;
     memcpy(camera->direction, axis_z, sizeof axis_z);
@@ -102,11 +106,14 @@ static void state_init(struct state *state)
     memcpy(state->look_at, axis_z, sizeof axis_z);
 }
 
-static void apply_angle(struct povray_camera *camera, double angle_deg)
+static void apply_angle(struct state *state)
 {
-    if (angle_deg > 0 && angle_deg < 180)
-        set_length(camera->direction,
-                   vector_length(camera->right) / (2 * tan(angle_deg * M_PI / 360)));
+    struct povray_camera *camera = &state->camera;
+    if (!(state->angle > 0 && state->angle < 180))
+        return;
+    state->direction_length =
+        vector_length(camera->right) / (2 * tan(state->angle * M_PI / 360));
+    set_length(camera->direction, state->direction_length);
 }
 
 static void apply_look_at(struct state *state)
@@ -114,6 +121,7 @@ static void apply_look_at(struct state *state)
     struct povray_camera *camera = &state->camera;
     double n_direction = vector_length(camera->direction);
     double n_right = vector_length(camera->right), n_up = vector_length(camera->up);
+    state->direction_length = n_direction;
     double side[3], hand[3], old_right[3];
     cross(hand, camera->up, camera->direction);
     bool is_left = dot(hand, camera->right) <= 0; /* 0: up along direction */
@@ -141,13 +149,14 @@ static void apply_orthographic(struct state *state)
     scale(camera->up, factor);
 }
 
-static void apply_transform(struct povray_camera *camera, const struct matrix *matrix)
+static void apply_transform(struct state *state, const struct matrix *matrix)
 {
     const double(*m)[3] = matrix->images;
-    double *vectors[4] = {camera->location, camera->direction, camera->right,
-                          camera->up};
-    for (int k = 0; k < 4; k++) {
-        double v[3], shift = k == 0 ? 1 : 0;
+    struct povray_camera *camera = &state->camera;
+    double *vectors[5] = {camera->location, state->aim, camera->direction,
+                          camera->right, camera->up};
+    for (int k = 0; k < 5; k++) {
+        double v[3], shift = k < 2 ? 1 : 0;
         memcpy(v, vectors[k], sizeof v);
         for (int i = 0; i < 3; i++)
             vectors[k][i] = shift * m[0][i] + v[0] * (m[1][i] - m[0][i]) +
@@ -162,23 +171,35 @@ static void apply_focus(struct state *state)
             distance(state->focal_point, state->camera.location);
 }
 
+/* What POV-Ray does at a camera's closing brace. */
+static void settle_focus(struct state *state)
+{
+    struct povray_camera *camera = &state->camera;
+    if (!state->has_focal_point && !state->is_copy)
+        camera->focus_distance = state->direction_length;
+    if (camera->focus_distance == 0)
+        camera->focus_distance = 1;
+    camera->has_focal_point |= state->has_focal_point;
+    if (state->has_look_at)
+        camera->look_at_distance = distance(state->aim, camera->location);
+}
+
 static void finish(struct state *state)
 {
-    if (state->version < 3.5)
-        return;
-    struct povray_camera *camera = &state->camera;
-    if (!state->is_copy) {
-        apply_angle(camera, state->angle);
+    if (state->version >= 3.5 && !state->is_copy) {
+        memcpy(state->aim, state->look_at, sizeof state->aim);
+        apply_angle(state);
         if (state->has_look_at)
             apply_look_at(state);
-        if (camera->is_orthographic &&
-            (state->angle > 0 || (!state->has_right && !state->has_up)))
+        if (state->camera.is_orthographic &&
+            (state->has_angle || (!state->has_right && !state->has_up)))
             apply_orthographic(state);
         apply_focus(state);
     }
     for (int i = 0; i < state->n_transforms; i++)
-        apply_transform(camera, &state->transforms[i]);
+        apply_transform(state, &state->transforms[i]);
     state->n_transforms = 0;
+    settle_focus(state);
 }
 
 /* ---- records ------------------------------------------------------------------- */
@@ -321,8 +342,10 @@ static void set_vector(struct state *state, const char *key, const double v[3])
                 *items[i].flag = true;
         }
     }
-    if (state->version < 3.5 && strcmp(key, "look_at") == 0)
+    if (state->version < 3.5 && strcmp(key, "look_at") == 0) {
+        memcpy(state->aim, v, sizeof state->aim);
         apply_look_at(state);
+    }
     if (state->version < 3.5 && strcmp(key, "focal_point") == 0)
         apply_focus(state);
 }
@@ -335,8 +358,9 @@ static void set_number(struct state *state, const char *key, double v)
         state->camera.blur_samples = (int32_t)fmin(fmax(v, 0), INT32_MAX);
     if (strcmp(key, "angle") == 0) {
         state->angle = v;
+        state->has_angle = true;
         if (state->version < 3.5)
-            apply_angle(&state->camera, v);
+            apply_angle(state);
     }
 }
 
@@ -349,7 +373,7 @@ static void replay_item(struct state *state, const struct record *record)
         if (read_numbers(record, &matrix.images[0][0], 12) != 12)
             return;
         if (state->version < 3.5)
-            apply_transform(&state->camera, &matrix);
+            apply_transform(state, &matrix);
         else if (state->n_transforms < MAX_TRANSFORMS)
             state->transforms[state->n_transforms++] = matrix;
     } else {
@@ -422,6 +446,21 @@ bool records_find_number(const char *records, const char *key, double *number)
             is_found = true;
     free(clean);
     return is_found;
+}
+
+char **records_list(const char *records, const char *key, int *n)
+{
+    struct record record;
+    char *clean = without_blanks(records), **list = NULL;
+    const char *at = clean;
+    *n = 0;
+    while (next_record(&at, &record))
+        if (strcmp(record.key, key) == 0) {
+            list = glue_grow(list, (size_t)*n + 1, sizeof *list);
+            list[(*n)++] = text_format("%.*s", record.n, record.value);
+        }
+    free(clean);
+    return list;
 }
 
 /* ---- use ----------------------------------------------------------------------- */

@@ -26,6 +26,10 @@ bool camera_replay(struct povray_camera *camera, const char *records, int guess,
 /* A number written by `#debug "@rf~KEY~NUMBER;"`, the last one; false where absent. */
 bool records_find_number(const char *records, const char *key, double *number);
 
+/* All texts written by `#debug "@rf~KEY~TEXT;"`, without their blanks. The caller frees
+ * them and the list. */
+char **records_list(const char *records, const char *key, int *n);
+
 /* The camera in POV-Ray's words. With n_samples > 0 it has its lens. */
 void camera_write(struct text *out, const struct povray_camera *camera, int n_samples);
 

@@ -8,9 +8,11 @@
  *   F  light of the scene's own fogs, which POV-Ray adds up side by side
  *
  * With F = 0 and A from a render without fog, e = (K - B) / (K - A). Where the scene
- * has fog, the difference of a lit and a black fog is used: 1 - e = (B - B0) / K. Half
- * floats carry 11 bits: the error of t is about 2.4e-4 D (exp(t / D) - 1), so the near
- * fog serves up to 1.5 D and the far one from 2.5 D on, mixed in between.
+ * has fog, the difference of a lit and a black fog is used: 1 - e = (B - B0) / K. What
+ * is about as bright as the fog shows no difference to it: there e = B0 / A, and where
+ * A is beyond half floats, 1 - e = (B - B0) / K. Half floats carry 11 bits: the error
+ * of t is about 2.4e-4 D (exp(t / D) - 1), so the near fog serves up to 1.5 D and the
+ * far one from 2.5 D on, mixed in between.
  */
 #include "decode.h"
 
@@ -28,6 +30,9 @@
 /* e below which nothing was hit: twice the step of a half float near 1. */
 #define LEAST_LIGHT 1e-3
 #define HALF_MAX 65504.0f
+/* Share of the fog's light that a pixel may differ from it by and still tell its depth
+ * well: the error of e grows with the inverse. */
+#define BRIGHT 0.3
 
 bool decode_read(struct decode_picture *picture, const char *path, int n_threads,
                  struct povray_error *error)
@@ -93,38 +98,82 @@ bool decode_find_space(struct decode_space *space, const double seen[3],
     return true;
 }
 
-/* Share e of the light that came through one fog; *has_fog false where none was seen.
+static double value_at(const struct decode_space *space, const float *rgba, size_t i,
+                       int c)
+{
+    return decode_value(space, (double)rgba[4 * i + (size_t)c]);
+}
+
+static bool is_beyond_half(const float *rgba, size_t i)
+{
+    return rgba[4 * i] >= HALF_MAX || rgba[4 * i + 1] >= HALF_MAX ||
+           rgba[4 * i + 2] >= HALF_MAX;
+}
+
+/* e of a pixel that is as bright as the fog, from the black fog; NAN where even that is
+ * beyond half floats. */
+static double bright_transmission(const struct decode_fog *fog,
+                                  const struct decode_space *space, size_t i,
+                                  bool *has_fog)
+{
+    double base = 0, dark = 0, lit = 0, light = 0;
+    for (int c = 0; c < 3; c++) {
+        base += value_at(space, fog->base, i, c);
+        dark += value_at(space, fog->dark, i, c);
+        lit += value_at(space, fog->fogged, i, c);
+        light += fog->light[c];
+    }
+    *has_fog = true;
+    if (is_beyond_half(fog->dark, i) || is_beyond_half(fog->fogged, i))
+        return NAN;
+    if (is_beyond_half(fog->base, i))
+        return 1 - (lit - dark) / light;
+    *has_fog = dark != base;
+    return dark / base;
+}
+
+/* Share e of the light that came through one fog, NAN where that cannot be told;
+ * *has_fog false where no fog was seen, *is_bright true where only a black fog tells.
  */
 static double fog_transmission(const struct decode_fog *fog,
                                const struct decode_space *space, size_t i,
-                               bool *has_fog)
+                               bool *has_fog, bool *is_bright)
 {
-    double sum = 0, weights = 0;
+    double sum = 0, weights = 0, light = 0;
     *has_fog = false;
     for (int c = 0; c < 3; c++) {
-        double base = decode_value(space, (double)fog->base[4 * i + (size_t)c]);
-        double fogged = decode_value(space, (double)fog->fogged[4 * i + (size_t)c]);
+        double base = value_at(space, fog->base, i, c);
+        double fogged = value_at(space, fog->fogged, i, c);
         double range = fog->light[c] - (fog->is_dark ? 0 : base);
+        light += fog->light[c];
         if (range < 0.1 * fog->light[c])
             continue; /* as bright as the fog: says nothing */
         sum += range - (fogged - base);
         weights += range;
         *has_fog |= fogged != base;
     }
+    if (weights >= BRIGHT * light)
+        return sum / weights;
+    *is_bright = true;
+    if (fog->dark)
+        return bright_transmission(fog, space, i, has_fog);
+    *has_fog = true; /* not known yet */
     return weights > 0 ? sum / weights : 1;
 }
 
 static double distance_through(const struct decode_fog fogs[2],
                                const struct decode_space *space, size_t i,
-                               bool *has_fog)
+                               bool *has_fog, bool *is_bright)
 {
     bool is_near_seen, is_far_seen;
-    double near_e = fog_transmission(&fogs[0], space, i, &is_near_seen);
-    double far_e = fog_transmission(&fogs[1], space, i, &is_far_seen);
+    double near_e = fog_transmission(&fogs[0], space, i, &is_near_seen, is_bright);
+    double far_e = fog_transmission(&fogs[1], space, i, &is_far_seen, is_bright);
     *has_fog = is_near_seen || is_far_seen;
     double near_t = -log(fmax(near_e, 1e-9)), far_t = INFINITY;
     if (far_e > LEAST_LIGHT)
         far_t = -log(fmin(far_e, 1)) * fogs[1].distance;
+    if (isnan(near_e) || isnan(far_e))
+        return isnan(near_e) ? far_t : near_t * fogs[0].distance;
     double mix = (near_t - MIX_FROM) / (MIX_TO - MIX_FROM);
     near_t = fmax(near_t, 0) * fogs[0].distance;
     if (mix <= 0)
@@ -132,22 +181,26 @@ static double distance_through(const struct decode_fog fogs[2],
     return mix >= 1 ? far_t : near_t + mix * (far_t - near_t);
 }
 
-int64_t decode_depth(const struct decode_fog fogs[2], const struct decode_space *space,
-                     const struct povray_camera *camera, double axis_length,
-                     int32_t width, int32_t height, float *depth)
+struct decode_counts decode_depth(const struct decode_fog fogs[2],
+                                  const struct decode_space *space,
+                                  const struct povray_camera *camera,
+                                  double axis_length, int32_t width, int32_t height,
+                                  float *depth)
 {
-    int64_t n_inside = 0;
-#pragma omp parallel for reduction(+ : n_inside) schedule(static)
+    int64_t n_inside = 0, n_bright = 0, n_beyond = 0;
+#pragma omp parallel for reduction(+ : n_inside, n_bright, n_beyond) schedule(static)
     for (int32_t y = 0; y < height; y++) {
         for (int32_t x = 0; x < width; x++) {
             size_t i = (size_t)y * (size_t)width + (size_t)x;
-            bool has_fog;
+            bool has_fog, is_bright = false;
             double start[3], direction[3];
-            double t = distance_through(fogs, space, i, &has_fog);
+            double t = distance_through(fogs, space, i, &has_fog, &is_bright);
             camera_ray(camera, x + 0.5, y + 0.5, width, height, start, direction);
             depth[i] = (float)(t * axis_length / vector_length(direction));
             n_inside += !has_fog;
+            n_bright += is_bright;
+            n_beyond += is_beyond_half(fogs[0].base, i);
         }
     }
-    return n_inside;
+    return (struct decode_counts){n_inside, n_bright, n_beyond};
 }

@@ -40,14 +40,23 @@ struct decode_fog {
     double distance;
     double light[3];            /* colour of the fog */
     const float *base, *fogged; /* RGBA */
-    bool is_dark;               /* base has the same fog, but black; else none */
+    const float *dark; /* RGBA with the same fog, but black; NULL where not rendered */
+    bool is_dark;      /* that is what base has; else none */
+};
+
+/* Pixels in which no fog was seen, those about as bright as the fog, whose depth needs
+ * `dark`, and those that half floats cannot hold. */
+struct decode_counts {
+    int64_t n_inside, n_bright, n_beyond;
 };
 
 /* Depth of a picture from two fogs, the nearer first. Planar distance, INFINITY where
- * nothing was hit; returns the number of pixels in which no fog was seen. The camera's
- * direction, which may be sheared, reaches `axis_length` along the axis. */
-int64_t decode_depth(const struct decode_fog fogs[2], const struct decode_space *space,
-                     const struct povray_camera *camera, double axis_length,
-                     int32_t width, int32_t height, float *depth);
+ * nothing was hit. The camera's direction, which may be sheared, reaches `axis_length`
+ * along the axis. */
+struct decode_counts decode_depth(const struct decode_fog fogs[2],
+                                  const struct decode_space *space,
+                                  const struct povray_camera *camera,
+                                  double axis_length, int32_t width, int32_t height,
+                                  float *depth);
 
 #endif

@@ -167,6 +167,11 @@ static const char *const openers[] = {"if",  "ifdef",  "ifndef", "while",
                                       "for", "switch", "macro",  NULL};
 static const char *const branches[] = {"else", "elseif", "case", "range", NULL};
 
+bool token_is_opener(const struct tokens *tokens, int i)
+{
+    return is_any_directive(tokens, i, openers);
+}
+
 #define MAX_BRANCHES 64
 
 int token_skip_group(const struct tokens *tokens, int i)
@@ -214,7 +219,7 @@ int token_find_end(const struct tokens *tokens, int i)
     return tokens->n;
 }
 
-static bool is_binary(const struct tokens *tokens, int i)
+bool token_is_binary(const struct tokens *tokens, int i)
 {
     return token_is_sign(tokens, i, '+') || token_is_sign(tokens, i, '-') ||
            token_is_sign(tokens, i, '*') || token_is_sign(tokens, i, '/');
@@ -274,7 +279,7 @@ static int skip_terms(const struct tokens *tokens, int i, bool with_block)
         i = after;
         /* "A #if (B) + C #end": the expression goes on within the directive. */
         int beyond = skip_directives(tokens, i);
-        if (is_binary(tokens, beyond))
+        if (token_is_binary(tokens, beyond))
             i = beyond + 1;
         else
             return i;

@@ -36,6 +36,10 @@ void tokens_free(struct tokens *tokens);
 bool token_is_sign(const struct tokens *tokens, int i, char sign);
 bool token_is_word(const struct tokens *tokens, int i, const char *word);
 bool token_is_directive(const struct tokens *tokens, int i, const char *name);
+/* Is it + - * or /? */
+bool token_is_binary(const struct tokens *tokens, int i);
+/* Is it a directive that an #end closes? */
+bool token_is_opener(const struct tokens *tokens, int i);
 
 /* Token after the one that closes the ( [ < or { at i; the end where none does. Braces
  * that stand in both branches of an #if count once. */

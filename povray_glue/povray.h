@@ -14,24 +14,55 @@ struct povray_error {
     bool is_interrupted;
 };
 
+enum povray_focus {
+    POVRAY_FOCUS_SCENE,     /* focal_point */
+    POVRAY_FOCUS_DIRECTION, /* none: POV-Ray takes the length of direction */
+    POVRAY_FOCUS_LOOK_AT,   /* none and no lens in the scene: look_at */
+    POVRAY_FOCUS_OPTION,    /* the user's */
+};
+
 struct povray_camera {
     bool is_orthographic;
     /* As in the scene's language, after all transformations. Scene units. */
     double location[3], direction[3], right[3], up[3];
-    double aperture;       /* 0: the scene's camera has no lens */
-    double focus_distance; /* of focal_point; scene units along the axis */
-    int32_t blur_samples;
+    double aperture;         /* 0: the scene's camera has no lens */
+    double focus_distance;   /* as POV-Ray takes it; scene units along the axis */
+    bool has_focal_point;    /* that distance was asked for */
+    double look_at_distance; /* 0: the camera has no look_at */
+    int32_t blur_samples;    /* 0: POV-Ray draws no blur, whatever the aperture */
+    enum povray_focus focus; /* where focus_distance comes from */
 };
+
+/* What is to be rendered, as POV-Ray's options and initialisation files have it. */
+struct povray_plan {
+    char *scene; /* path */
+    char **args; /* options for POV-Ray */
+    int n_args;
+    bool is_animation;
+    int32_t first, last; /* frames of the animation */
+    int32_t from, to;    /* those to make */
+};
+
+/*
+ * Makes a plan of what the user named, a scene (".pov" may be missing) or an
+ * initialisation file that names one, and of options for POV-Ray. False with a message
+ * where the file is not there or names no scene. povray_plan_free() in any case.
+ */
+bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
+                      int n_args, struct povray_error *error);
+void povray_plan_free(struct povray_plan *plan);
 
 struct povray_options {
     const char *scene;
     char *const *args; /* options for POV-Ray */
     int n_args;
-    int32_t frame; /* of an animation; -1 for a still */
-    int32_t first_frame, last_frame;
+    int32_t frame;                   /* of an animation; -1 for a still */
+    int32_t first_frame, last_frame; /* of the whole animation, which set the clock */
     /* The lens, where it is not to be the scene's. */
     bool has_aperture, has_focal_point, has_focus_distance;
     double aperture, focal_point[3], focus_distance;
+    bool has_f_stop; /* the user gave a lens that is not known here: the scene's is off
+                      */
     bool wants_lens; /* false: passes only, a missing aperture is no error */
     bool (*is_cancelled)(void *user);              /* may be NULL; asked every few ms */
     void (*progress)(void *user, double fraction); /* may be NULL */
@@ -73,10 +104,10 @@ typedef bool (*povray_view_fn)(void *user, int view, const struct povray_passes 
                                struct povray_error *error);
 
 /*
- * Renders n_views views from `places` on the lens, lens radii right and up, each sheared
- * so that the plane in focus stays; passes->camera is the one in the middle. `receive`
- * gets them in order, one at a time, and owns nothing of them. *total_s is the time of
- * all.
+ * Renders n_views views from `places` on the lens, lens radii right and up, each
+ * sheared so that the plane in focus stays; passes->camera is the one in the middle.
+ * `receive` gets them in order, one at a time, and owns nothing of them. *total_s is
+ * the time of all.
  */
 bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
                          int n_views, povray_view_fn receive, void *user,

@@ -44,15 +44,15 @@ static void walk_ray(const struct povray_camera *camera, double x, double y,
         point[i] = start[i] + step * direction[i];
 }
 
-static struct geometry geometry_of(const struct povray_camera *camera, int32_t width,
-                                   int32_t height)
+static struct geometry geometry_of(const struct povray_camera *camera, double scale,
+                                   int32_t width, int32_t height)
 {
     struct geometry geometry = {
-
         .reach = 2.9e-4 * fmax(1, 0.01 * vector_length(camera->location))};
     if (camera->is_orthographic)
         geometry.reach =
             1e-3 * fmax(vector_length(camera->right), vector_length(camera->up));
+    geometry.reach *= scale;
     walk_ray(camera, 0.5 * width, 0.5 * height, width, height, geometry.reach,
              geometry.centre);
     for (int k = 0; k < 4; k++) {
@@ -104,10 +104,10 @@ const char *const probe_head =
     " #declare RF_PIGMENT=pigment{rgb 1} #declare RF_CLEAN=texture{pigment{rgb 1} "
     "finish{ambient 1 diffuse 0 phong 0 specular 0 reflection 0 crand 0}} ";
 
-void probe_write(struct text *out, const struct povray_camera *camera, int32_t width,
-                 int32_t height)
+void probe_write(struct text *out, const struct povray_camera *camera, double scale,
+                 int32_t width, int32_t height)
 {
-    const struct geometry geometry = geometry_of(camera, width, height);
+    const struct geometry geometry = geometry_of(camera, scale, width, height);
     const double *c = camera->location;
     text_addf(out, "\n"
                    "global_settings{ambient_light 1}\n");
@@ -180,12 +180,12 @@ static double worst_error_px(const struct block *blocks,
 }
 
 bool probe_check(const struct decode_picture *picture, int32_t n_rows,
-                 const struct povray_camera *camera, struct decode_space *space,
-                 struct povray_error *error)
+                 const struct povray_camera *camera, double scale,
+                 struct decode_space *space, struct povray_error *error)
 {
     struct block blocks[N_BLOCKS * N_BLOCKS] = {0};
     int32_t width = picture->width, height = picture->height;
-    const struct geometry geometry = geometry_of(camera, width, height);
+    const struct geometry geometry = geometry_of(camera, scale, width, height);
     double worst_px = INFINITY;
     if (find_space(picture, space)) {
         for (int32_t y = 0; y < n_rows && y < height; y++)

@@ -14,15 +14,23 @@
 
 /* What to add at the beginning and at the end of the scene. */
 extern const char *const probe_head;
-void probe_write(struct text *out, const struct povray_camera *camera, int32_t width,
-                 int32_t height);
+/* How many times the usual size the sphere may be: smaller where the scene's own things
+ * are as near and hide it. */
+#define PROBE_N_SCALES 4
+#define PROBE_SCALES                                                                   \
+    {                                                                                  \
+        1, 0.3, 0.1, 0.01                                                              \
+    }
+
+void probe_write(struct text *out, const struct povray_camera *camera, double scale,
+                 int32_t width, int32_t height);
 
 /*
  * Compares the picture (its first n_rows rows) with the camera, and finds the space in
  * which POV-Ray computed. False with a message where the camera is not the scene's.
  */
 bool probe_check(const struct decode_picture *picture, int32_t n_rows,
-                 const struct povray_camera *camera, struct decode_space *space,
-                 struct povray_error *error);
+                 const struct povray_camera *camera, double scale,
+                 struct decode_space *space, struct povray_error *error);
 
 #endif

@@ -70,6 +70,11 @@ struct writer {
     size_t copied; /* bytes of the source that are in out */
 };
 
+static bool is_hollow_mode(const struct writer *w)
+{
+    return w->how->mode >= REWRITE_HOLLOW_PLANES && w->how->mode <= REWRITE_HOLLOW_TOP;
+}
+
 static bool is_any_word(const struct tokens *tokens, int i, const char *const *words)
 {
     for (; *words; words++)
@@ -140,10 +145,17 @@ static bool has_loose_items(const struct tokens *tokens, int i, int end)
     return false;
 }
 
+static bool is_computed_include(const struct tokens *tokens, int i)
+{
+    return token_is_directive(tokens, i, "include") && i + 1 < tokens->n &&
+           tokens->items[i + 1].kind != TOKEN_STRING;
+}
+
 bool rewrite_has_camera(const struct tokens *tokens)
 {
     for (int i = 0; i < tokens->n; i++)
-        if (token_is_word(tokens, i, "camera") || is_any_word(tokens, i, camera_only))
+        if (token_is_word(tokens, i, "camera") || is_any_word(tokens, i, camera_only) ||
+            is_computed_include(tokens, i))
             return true;
     return false;
 }
@@ -153,26 +165,50 @@ static void record_text(struct writer *w, const char *key, const char *value)
     text_addf(w->out, " #debug \"@rf~%s~%s;\\n\" ", key, value);
 }
 
+static bool is_item(const struct tokens *tokens, int i)
+{
+    return is_any_word(tokens, i, vector_items) ||
+           is_any_word(tokens, i, number_items) ||
+           is_any_word(tokens, i, transform_items) ||
+           is_any_word(tokens, i, type_items) || token_is_word(tokens, i, "transform");
+}
+
+/* Token after the value at i: an expression, or directives with one in each branch, as
+ * in `location #if (A) <0,1,2> #else <3,4,5> #end + x`. */
+static int skip_value(const struct tokens *tokens, int i)
+{
+    if (!token_is_opener(tokens, i))
+        return token_skip_expression(tokens, i);
+    int end = token_find_end(tokens, i) + 1;
+    for (int k = i; k < end && k < tokens->n; k++)
+        if (is_item(tokens, k)) /* more than a value */
+            return token_skip_expression(tokens, i);
+    while (token_is_binary(tokens, end))
+        end = skip_value(tokens, end + 1);
+    return end < tokens->n ? end : tokens->n;
+}
+
 /* `key EXPR` at i; returns the token after it. */
 static int write_value_item(struct writer *w, int i, bool is_vector)
 {
-    int end = token_skip_expression(w->tokens, i + 1);
+    int end = skip_value(w->tokens, i + 1);
     if (end == i + 1)
         return end;
     bool is_aperture = token_is_word(w->tokens, i, "aperture");
     if (w->how->mode == REWRITE_RECORD) {
         char *key = token_text(w->tokens, i);
         copy_to(w, w->tokens->items[i].end);
-        text_addf(w->out, " #declare RF_=");
+        /* An #end before the semicolon would end the #declare, but for brackets. */
+        text_addf(w->out, " #declare RF_=(");
         copy_to(w, end_before(w, end));
         if (is_vector)
             text_addf(w->out,
-                      "; RF_ #debug concat(\"@rf~%s~\",vstr(3,RF_*<1,1,1>,\",\",0,20),"
+                      "); RF_ #debug concat(\"@rf~%s~\",vstr(3,RF_*<1,1,1>,\",\",0,20),"
                       "\";\\n\") ",
                       key);
         else
             text_addf(w->out,
-                      "; RF_ #debug concat(\"@rf~%s~\",str(RF_,0,20),\";\\n\") ", key);
+                      "); RF_ #debug concat(\"@rf~%s~\",str(RF_,0,20),\";\\n\") ", key);
         free(key);
     } else if (is_aperture) {
         copy_to(w, w->tokens->items[i].end);
@@ -201,7 +237,7 @@ static int write_transform_item(struct writer *w, int i)
     bool is_block = token_is_word(w->tokens, i, "transform");
     int end = is_block && token_is_sign(w->tokens, i + 1, '{')
                   ? token_skip_group(w->tokens, i + 1)
-                  : token_skip_expression(w->tokens, i + 1);
+                  : skip_value(w->tokens, i + 1);
     if (end == i + 1 || w->how->mode != REWRITE_RECORD)
         return end;
     copy_to(w, begin_of(w, i));
@@ -289,12 +325,7 @@ static int write_camera(struct writer *w, int i)
         free(name);
         /* A name that calls nothing is a declared camera. */
         if (first < after - 1 && tokens->items[first].kind == TOKEN_WORD &&
-            !token_is_sign(tokens, first + 1, '(') &&
-            !is_any_word(tokens, first, vector_items) &&
-            !is_any_word(tokens, first, number_items) &&
-            !is_any_word(tokens, first, transform_items) &&
-            !is_any_word(tokens, first, type_items) &&
-            !token_is_word(tokens, first, "transform")) {
+            !token_is_sign(tokens, first + 1, '(') && !is_item(tokens, first)) {
             name = token_text(tokens, first);
             record_text(w, "copy", name);
             free(name);
@@ -308,25 +339,53 @@ static int write_camera(struct writer *w, int i)
     return after;
 }
 
+/* `#include EXPR`: POV-Ray says which file it is, and takes our copy of those known. */
+static int write_computed_include(struct writer *w, int i)
+{
+    int end = token_skip_expression(w->tokens, i + 1);
+    if (end == i + 1)
+        return end;
+    copy_to(w, begin_of(w, i));
+    text_addf(w->out, " #declare RI_=");
+    w->copied = begin_of(w, i + 1);
+    copy_to(w, end_before(w, end));
+    text_addf(w->out, ";");
+    if (w->how->mode == REWRITE_RECORD)
+        text_addf(w->out, " #debug concat(\"@rf~include~\",RI_,\";\\n\")");
+    for (int k = 0; k < w->how->n_computed; k++) {
+        const char *name = w->how->computed[k];
+        const char *path = w->how->include_path(w->how->user, name);
+        if (path)
+            text_addf(w->out, " #if(strcmp(RI_,\"%s\")=0) #declare RI_=\"%s\"; #end",
+                      name, path);
+    }
+    text_addf(w->out, " #include RI_ ");
+    return end;
+}
+
 static int write_include(struct writer *w, int i)
 {
     char *name = rewrite_include_name(w->tokens, i);
+    if (!name)
+        return write_computed_include(w, i);
     const char *path =
-        name && w->how->include_path ? w->how->include_path(w->how->user, name) : NULL;
+        w->how->include_path ? w->how->include_path(w->how->user, name) : NULL;
     if (path) {
         copy_to(w, begin_of(w, i + 1));
         text_addf(w->out, "\"%s\"", path);
         skip_to(w, w->tokens->items[i + 1].end);
     }
     free(name);
-    return name ? i + 2 : i + 1;
+    return i + 2;
 }
 
 /* A shape at i that stands outside all others. */
 static int write_hollow(struct writer *w, int i)
 {
     int after = token_skip_group(w->tokens, i + 1);
-    if (token_is_sign(w->tokens, after - 1, '}') &&
+    bool is_meant =
+        w->how->mode != REWRITE_HOLLOW_PLANES || token_is_word(w->tokens, i, "plane");
+    if (is_meant && token_is_sign(w->tokens, after - 1, '}') &&
         !token_is_sign(w->tokens, i - 1, '=')) {
         copy_to(w, begin_of(w, after - 1));
         text_addf(w->out, " hollow ");
@@ -339,6 +398,9 @@ static int write_directive(struct writer *w, int i, bool is_camera)
     const struct tokens *tokens = w->tokens;
     if (token_is_directive(tokens, i, "macro")) {
         int body = token_skip_directive(tokens, i), end = token_find_end(tokens, i);
+        if (is_hollow_mode(w) && w->how->mode != REWRITE_HOLLOW &&
+            !has_loose_items(tokens, body, end))
+            return end + 1;
         walk(w, body, end, has_loose_items(tokens, body, end));
         return end + 1;
     }
@@ -359,10 +421,10 @@ static void walk(struct writer *w, int i, int end, bool is_camera)
             i = write_camera(w, i);
         else if (is_camera && tokens->items[i].kind == TOKEN_WORD)
             i = write_item(w, i);
-        else if (w->how->mode == REWRITE_HOLLOW && opens && !is_camera &&
+        else if (is_hollow_mode(w) && opens && !is_camera &&
                  is_any_word(tokens, i, shapes))
             i = write_hollow(w, i);
-        else if (is_camera && token_is_sign(tokens, i, '{'))
+        else if ((is_camera || is_hollow_mode(w)) && token_is_sign(tokens, i, '{'))
             i = token_skip_group(tokens, i);
         if (i <= from)
             i = from + 1;

@@ -12,7 +12,14 @@
 enum rewrite_mode {
     REWRITE_RECORD,  /* every item of a camera is also written to the debug stream */
     REWRITE_PINHOLE, /* apertures are multiplied by zero */
-    REWRITE_HOLLOW,  /* as pinhole, and objects let atmosphere into them */
+    /* As pinhole, and things let atmosphere into them: planes that stand in the scene,
+     * all that stands in it or that macros make, and without what macros make. Parts of
+     * blobs and of patterns cannot be hollow, and nobody can tell what a macro's thing
+     * is for. */
+    REWRITE_HOLLOW_PLANES,
+    REWRITE_HOLLOW,
+    REWRITE_HOLLOW_TOP,
+    REWRITE_N_MODES
 };
 
 struct rewrite {
@@ -21,13 +28,17 @@ struct rewrite {
     /* Path to put in place of an #include's string, or NULL to leave it. */
     const char *(*include_path)(void *user, const char *name);
     void *user;
+    /* Names that computed #includes came to so far; include_path knows them. */
+    char *const *computed;
+    int n_computed;
 };
 
 /* Appends the copy of a file to `out`. */
 void rewrite_file(struct text *out, const struct tokens *tokens, size_t n_bytes,
                   const struct rewrite *how);
 
-/* Does the file hold anything that some mode but hollow would change? */
+/* Does the file hold anything that some mode but hollow would change, or include what
+ * may? */
 bool rewrite_has_camera(const struct tokens *tokens);
 
 /* The string of an #include at token i as a new string, NULL where it is computed. */

@@ -155,6 +155,19 @@ static void add_words(struct argument_list *list, const char *words)
     }
 }
 
+/* +L for a folder. POV-Ray has no way to write one with both quotes: a link serves. */
+static char *library_option(const char *folder, const char *private_folder)
+{
+    const char *quote = strchr(folder, '"') ? "'" : "\"";
+    char *full = strpbrk(folder, "'") && *quote == '\'' ? realpath(folder, NULL) : NULL;
+    char *link = text_format("%sbeside", private_folder);
+    const bool is_linked = full && symlink(full, link) == 0;
+    char *option = text_format("+L%s%s%s", quote, is_linked ? link : folder, quote);
+    free(link);
+    free(full);
+    return option;
+}
+
 static void make_arguments(struct argument_list *list, const struct run *run,
                            const char *scene, const char *before, const char *after,
                            const struct povray_options *options)
@@ -168,9 +181,8 @@ static void make_arguments(struct argument_list *list, const struct run *run,
     for (int i = 0; i < options->n_args; i++)
         add_argument(list, text_format("%s", options->args[i]));
     char *folder = path_folder(options->scene);
-    const char *quote = strchr(folder, '"') ? "'" : "\"";
     if (folder[0])
-        add_argument(list, text_format("+L%s%s%s", quote, folder, quote));
+        add_argument(list, library_option(folder, run->folder));
     free(folder);
     if (options->frame >= 0)
         add_argument(list, text_format("+SF%d", options->frame));

@@ -22,13 +22,50 @@ struct povray_scene {
     char *records; /* of the camera's items */
     int guess, n_guesses;
     struct povray_camera camera;
+    double probe_scale; /* of PROBE_SCALES */
     struct decode_space space;
     int32_t width, height;
     char clock_words[96]; /* options that shift the clock, "" or with blanks between */
 };
 
+/* Whose passes are rendered: those of the scene's own camera, or of a view. */
+struct shot {
+    const struct povray_camera *camera;
+    int view; /* -1: the scene's own camera, which needs no words */
+};
+
+/* The name of a render's folder; the caller frees. */
+char *shot_name(const struct shot *shot, const char *name);
+
+/* The shot's camera in POV-Ray's words, where it is not the scene's own. */
+void shot_add_camera(struct text *tail, const struct shot *shot);
+
 /* Parses the scene, at the clock that clock_words say, for the items of its cameras. */
 bool scene_find_items(struct povray_scene *scene, struct povray_error *error);
+
+/* Starts a small render that checks the camera, and looks at it once it has ended; run
+ * does all of it. */
+bool scene_start_probe(struct povray_scene *scene, struct run *run,
+                       struct povray_error *error);
+bool scene_check_probe(struct povray_scene *scene, const struct run *run,
+                       struct povray_error *error);
+bool scene_run_probe(struct povray_scene *scene, struct povray_error *error);
+
+/* After a probe that did not fit: tries spheres of other sizes, then the declared
+ * cameras that the scene's may be a copy of. */
+bool scene_probe_again(struct povray_scene *scene, struct povray_error *error);
+
+/* Messages: "PATH: errno's text", "SCENE: what error says", and why a render failed.
+ * Those that return a bool return false. */
+bool scene_fail_file(struct povray_error *error, const char *path);
+bool scene_fail(const struct povray_scene *scene, struct povray_error *error);
+void scene_explain(const struct povray_scene *scene, const struct run *run,
+                   struct povray_error *error);
+
+/* False with a message where a picture has not the size of the passes. */
+bool scene_same_size(const struct povray_scene *scene,
+                     const struct povray_passes *passes,
+                     const struct decode_picture *picture, struct povray_error *error);
 
 /* The camera of the items, with the user's lens in place of the scene's. */
 bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error);

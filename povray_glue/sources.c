@@ -4,9 +4,12 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
+
+#include "ini.h"
 
 #define MAX_SOURCES 400
+/* Private copies are called by their mode and number. */
+#define MODE_LETTERS "rplht"
 
 static void add_folder(struct sources *sources, const char *folder, size_t n)
 {
@@ -22,62 +25,19 @@ static void add_folder(struct sources *sources, const char *folder, size_t n)
         text_format("%.*s%s", (int)n, folder, slash);
 }
 
-/* Value of `Library_Path = ...` in a line, or NULL. */
-static const char *library_path(const char *line)
+static void note_folder(void *user, const char *option, const char *file)
 {
-    const char key[] = "library_path";
-    line += strspn(line, " \t");
-    if (strncasecmp(line, key, sizeof key - 1) != 0)
-        return NULL;
-    line += sizeof key - 1;
-    line += strspn(line, " \t");
-    if (*line != '=')
-        return NULL;
-    return line + 1 + strspn(line + 1, " \t");
-}
-
-static void add_ini_folders(struct sources *sources, const char *path)
-{
-    struct text ini = {0};
-    if (text_read_file(&ini, path)) {
-        for (char *line = strtok(ini.data, "\r\n"); line; line = strtok(NULL, "\r\n")) {
-            const char *folder = library_path(line);
-            if (folder)
-                add_folder(sources, folder, strcspn(folder, ";\t"));
-        }
-    }
-    text_free(&ini);
-}
-
-/* The first of the initialisation files that POV-Ray would read. */
-static void add_standard_folders(struct sources *sources)
-{
-    const char *named = getenv("POVINI"), *home = getenv("HOME");
-    char *own = text_format("%s/.povray/3.7/povray.ini", home ? home : "");
-    if (named && path_is_file(named))
-        add_ini_folders(sources, named);
-    else if (path_is_file("povray.ini"))
-        add_ini_folders(sources, "povray.ini");
-    else if (path_is_file(own))
-        add_ini_folders(sources, own);
-    else
-        add_ini_folders(sources, "/etc/povray/3.7/povray.ini");
-    free(own);
+    const char *folder = ini_value(option, "Library_Path", "L");
+    (void)file;
+    if (folder && *folder)
+        add_folder(user, folder, strlen(folder));
 }
 
 static void collect_folders(struct sources *sources, const char *scene,
                             char *const *args, int n_args)
 {
     add_folder(sources, "", 0);
-    for (int i = 0; i < n_args; i++) {
-        const char *named = library_path(args[i]);
-        if (named)
-            add_folder(sources, named, strlen(named));
-        else if ((args[i][0] == '+' || args[i][0] == '-') &&
-                 (args[i][1] == 'L' || args[i][1] == 'l') && args[i][2])
-            add_folder(sources, args[i] + 2, strlen(args[i] + 2));
-    }
-    add_standard_folders(sources);
+    ini_walk(args, n_args, note_folder, sources);
     char *folder = path_folder(scene);
     add_folder(sources, folder, strlen(folder));
     free(folder);
@@ -172,18 +132,49 @@ bool sources_load(struct sources *sources, const char *scene, char *const *args,
     return false;
 }
 
+/* Is the name new among the computed ones? It is then kept. */
+static bool note_computed(struct sources *sources, const char *name)
+{
+    for (int i = 0; i < sources->n_computed; i++)
+        if (strcmp(sources->computed[i], name) == 0)
+            return false;
+    sources->computed = glue_grow(sources->computed, (size_t)sources->n_computed + 1,
+                                  sizeof *sources->computed);
+    sources->computed[sources->n_computed++] = text_format("%s", name);
+    return true;
+}
+
+bool sources_add_computed(struct sources *sources, const char *name)
+{
+    char *path = find_include(sources, name);
+    int k = path ? load_file(sources, path) : -1;
+    free(path);
+    return k >= 0 && sources->items[k].needs_copy && note_computed(sources, name);
+}
+
+void sources_forget_copies(struct sources *sources)
+{
+    for (int i = 0; i < sources->n; i++)
+        for (int m = 0; m < REWRITE_N_MODES; m++) {
+            free(sources->items[i].copy[m]);
+            sources->items[i].copy[m] = NULL;
+        }
+}
+
 void sources_free(struct sources *sources)
 {
+    sources_forget_copies(sources);
     for (int i = 0; i < sources->n; i++) {
         struct source *source = &sources->items[i];
         free(source->path);
-        for (int m = 0; m < 3; m++)
-            free(source->copy[m]);
         tokens_free(&source->tokens);
         text_free(&source->content);
     }
     for (int i = 0; i < sources->n_folders; i++)
         free(sources->folders[i]);
+    for (int i = 0; i < sources->n_computed; i++)
+        free(sources->computed[i]);
+    free(sources->computed);
     free(sources->folders);
     free(sources->items);
     *sources = (struct sources){0};
@@ -204,7 +195,12 @@ static const char *copy_of_include(void *user, const char *name)
 static bool write_copy(struct sources *sources, int k, const char *path,
                        const char *head, const char *tail)
 {
-    struct rewrite how = {sources->mode, head, copy_of_include, sources};
+    struct rewrite how = {.mode = sources->mode,
+                          .head = head,
+                          .include_path = copy_of_include,
+                          .user = sources,
+                          .computed = sources->computed,
+                          .n_computed = sources->n_computed};
     struct text text = {0};
     rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
     text_addf(&text, "%s", tail);
@@ -221,10 +217,10 @@ bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *
     for (int k = 1; k < sources->n; k++) {
         struct source *source = &sources->items[k];
         /* In the hollow mode every file of the scene's own may hold shapes. */
-        const bool has_shapes = mode == REWRITE_HOLLOW && source->is_own;
+        const bool has_shapes = mode >= REWRITE_HOLLOW_PLANES && source->is_own;
         if ((source->needs_copy || has_shapes) && !source->copy[mode]) {
             source->copy[mode] =
-                text_format("%s%c%d.inc", sources->temp_folder, "rph"[mode], k);
+                text_format("%s%c%d.inc", sources->temp_folder, MODE_LETTERS[mode], k);
             is_new = true;
         }
     }
@@ -243,7 +239,7 @@ static int source_of_copy(const char *name, size_t n)
 {
     if (n > 4 && memcmp(name + n - 4, ".pov", 4) == 0)
         return 0;
-    if (n > 5 && strchr("rph", name[0]) && memcmp(name + n - 4, ".inc", 4) == 0)
+    if (n > 5 && strchr(MODE_LETTERS, name[0]) && memcmp(name + n - 4, ".inc", 4) == 0)
         return atoi(name + 1);
     return -1;
 }

@@ -9,8 +9,9 @@
 #include "text.h"
 
 struct source {
-    char *path;    /* as opened */
-    char *copy[3]; /* private copy per rewrite_mode; NULL where the original serves */
+    char *path;                  /* as opened */
+    char *copy[REWRITE_N_MODES]; /* private copy per rewrite_mode; NULL where the
+                                    original serves */
     struct text content;
     struct tokens tokens;
     bool needs_copy;
@@ -22,6 +23,8 @@ struct sources {
     int n;
     char **folders; /* where includes are looked for, in order; "" is the current one */
     int n_folders;
+    char **computed; /* names that computed #includes came to, of files with copies */
+    int n_computed;
     const char *temp_folder; /* with its slash */
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
@@ -36,6 +39,11 @@ struct sources {
 bool sources_load(struct sources *sources, const char *scene, char *const *args,
                   int n_args, const char *temp_folder);
 void sources_free(struct sources *sources);
+
+/* A name that a computed #include came to; true where its file needs copies that the
+ * ones written so far do not have: forget these, and write them anew. */
+bool sources_add_computed(struct sources *sources, const char *name);
+void sources_forget_copies(struct sources *sources);
 
 /*
  * Writes the copies of a mode. The scene's own copy becomes NAME in the temporary

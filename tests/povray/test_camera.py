@@ -94,6 +94,57 @@ def test_guessed_cameras_render(rackfocus):
     rackfocus("povray", "guesses.pov", "-o", "out.png", "--", "+W64", "+H48")
 
 
+REST = "look_at <0,1,0> aperture 0.3 focal_point <0,1,0> }"
+
+
+@pytest.mark.parametrize(
+    "text, location",
+    [
+        ("camera { location #if(0) <0,1,-5> #else <0,2,-5> #end " + REST, (0, 2, -5)),
+        (
+            "#declare X=1; camera { location #ifdef(X) <0,1,-5> #else 9 #end + y "
+            + REST,
+            (0, 2, -5),
+        ),
+        (
+            "camera { location #switch(2) #case(1) <0,1,-5> #break #case(2) <0,3,-5> "
+            "#break #end " + REST,
+            (0, 3, -5),
+        ),
+        ('#declare N="far"; #include concat(N,".inc")', (0, 1, -7)),
+        ('#declare N="near.inc"; #include N', (0, 1, -6)),
+    ],
+)
+def test_values_that_only_povray_can_tell(camera, tmp_path, text, location):
+    head = "#version 3.7; global_settings { assumed_gamma 1 }\n"
+    (tmp_path / "near.inc").write_text("camera { location <0,1,-6> " + REST)
+    # A computed name within what a computed name brought.
+    (tmp_path / "far.inc").write_text('#declare F="farther"; #include concat(F,".inc")')
+    (tmp_path / "farther.inc").write_text("camera { location <0,1,-7> " + REST)
+    (tmp_path / "s.pov").write_text(head + text)
+    assert camera("s.pov", cwd=tmp_path)["location"] == near(*location)
+
+
+def test_what_is_as_near_as_the_probe(camera, tmp_path):
+    """A camera 8e5 away from the origin, among things a unit away."""
+    (tmp_path / "s.pov").write_text(
+        "#version 3.7; global_settings { assumed_gamma 1 }\n"
+        "camera { location <8e5,1,-5> look_at <8e5,1,0> }\n"
+        "plane { y,0 pigment { checker rgb 0.9 rgb 0.3 } translate x*8e5 }\n"
+        "light_source { <800003,9,-7> rgb 1 }"
+    )
+    assert camera("s.pov", cwd=tmp_path)["location"] == near(8e5, 1, -5)
+
+
+def test_a_scene_too_small_for_povray(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(
+        "camera { location <0,1e-5,-5e-5> look_at <0,1e-5,0> }\n"
+        "sphere { <0,1e-5,0>,1e-5 pigment { rgb 1 } } plane { y,0 }"
+    )
+    text = rackfocus("povray", "s.pov", "--camera", cwd=tmp_path, code=1).stderr
+    assert "less than POV-Ray draws well" in text and "scale the scene" in text
+
+
 @pytest.mark.parametrize(
     "scene, words",
     [

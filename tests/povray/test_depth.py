@@ -84,7 +84,44 @@ def test_the_camera_within_what_an_include_holds(rackfocus, tmp_path):
     check_depth(rackfocus, tmp_path, text.replace(WALL, '#include "stage.inc"'))
 
 
-def check_depth(rackfocus, tmp_path, text):
+#: What is as bright as the fog shows no difference to it.
+LAMPS = WALL.replace("rgb 0.1 }", "rgb %d } finish { ambient 1 diffuse 0 }")
+BRIGHT_SKY = "sky_sphere { pigment { rgb %d } }"
+
+
+@pytest.mark.parametrize("gamma", ["1.0", "2.2", "srgb"])
+@pytest.mark.parametrize("brightness", [95, 255, 2000])
+def test_depth_of_what_is_bright(rackfocus, tmp_path, gamma, brightness):
+    """255 is more than half floats hold in a gamma of 2.2."""
+    text = (SCENES / "depth.template").read_text()
+    text = text.replace("GAMMA", gamma).replace("EXTRA", BRIGHT_SKY % brightness)
+    text = text.replace(WALL, LAMPS % brightness)
+    check_depth(rackfocus, tmp_path, text, bar=3e-3)
+
+
+#: A room that needs the word, and things that must not get it.
+ROOMS = {
+    "plane": "%s",
+    "blob of a macro": "#macro C(X) sphere { X,0.1,1 } #end "
+    "blob { threshold 0.5 C(<9,9,-9>) } %s",
+    "pattern": "#declare P=pigment { object { sphere { 0,1.2 } rgb 1, rgb 0.5 } } %s",
+    "bounds": "intersection { sphere { <9,9,-9>,1 } box { 8,10 } bounded_by "
+    "{ box { -99,99 } } } %s",
+    "macro": "#macro Room() %s #end Room()",
+}
+
+
+@pytest.mark.parametrize("kind", ROOMS)
+def test_rooms_among_what_cannot_be_hollow(rackfocus, tmp_path, kind):
+    text = (SCENES / "depth.template").read_text()
+    room = WALL if kind == "plane" else ROOM
+    text = text.replace("GAMMA", "1.0").replace("EXTRA", ROOMS[kind] % room)
+    if kind == "plane":
+        text = text.replace(WALL, "", 1)
+    check_depth(rackfocus, tmp_path, text)
+
+
+def check_depth(rackfocus, tmp_path, text, bar=1e-3):
     (tmp_path / "depth.pov").write_text(text)
     rackfocus(
         "povray",
@@ -103,7 +140,7 @@ def check_depth(rackfocus, tmp_path, text):
     assert (expected < 2).sum() > 500
     error = numpy.abs(found / expected - 1)
     # A pixel on a rim may fall on either side.
-    assert numpy.quantile(error, 0.9995) < 1e-3
+    assert numpy.quantile(error, 0.9995) < bar
     assert numpy.median(error) < 3e-4
 
 

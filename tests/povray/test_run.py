@@ -89,17 +89,81 @@ def test_frames(rackfocus, tmp_path):
     assert "focus distance 5," in done.stdout and "focus distance 4," in done.stdout
 
 
+INI = """; an animation
+Input_File_Name=s.pov
+Width = 80
+Height=60
++KFF4 Initial_Frame=1
+[late]
+Subset_Start_Frame=3
+"""
+
+
+def frames_of(rackfocus, folder, *arguments, **more):
+    """Names of the pictures made, and their pixels."""
+    out = folder / "frames"
+    out.mkdir()
+    rackfocus("povray", *arguments, cwd=folder, **more)
+    pictures = {p.name: read_exr(p)["G"] for p in sorted(out.iterdir())}
+    for path in out.iterdir():
+        path.unlink()
+    out.rmdir()
+    return pictures
+
+
+def test_initialisation_files(rackfocus, tmp_path):
+    """They name the scene and the frames, as for POV-Ray, wherever they are given."""
+    ini = INI.replace("+KFF4 Initial_Frame=1", "+KFF4\nInitial_Frame=1")
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "anim.ini").write_text(ini)
+    to = ["-o", "frames/o.exr"]
+    alone = frames_of(rackfocus, tmp_path, "anim.ini", *to)
+    assert list(alone) == [f"o000{i}.exr" for i in (1, 2, 3, 4)]
+    frames = ["--frames", "1-4", "--", "+W80", "+H60"]
+    for arguments in (["s.pov", *to, "--", "anim.ini"], ["s.pov", *to, *frames]):
+        found = frames_of(rackfocus, tmp_path, *arguments)
+        assert list(found) == list(alone)
+        assert all(numpy.array_equal(found[n], alone[n]) for n in alone)
+    late = frames_of(rackfocus, tmp_path, "s.pov", *to, "--", "anim.ini[late]")
+    assert list(late) == ["o0003.exr", "o0004.exr"]
+    assert all(numpy.array_equal(late[n], alone[n]) for n in late)
+    # One of the standard name in the folder is read without being named.
+    (tmp_path / "anim.ini").rename(tmp_path / "povray.ini")
+    found = frames_of(rackfocus, tmp_path, "s", *to, "--", "+SF2", "+EF2")
+    assert list(found) == ["o0002.exr"]
+    assert numpy.array_equal(found["o0002.exr"], alone["o0002.exr"])
+
+
+def test_an_initialisation_file_without_a_scene(rackfocus, tmp_path):
+    (tmp_path / "a.ini").write_text("Width=80\n")
+    text = rackfocus("povray", "a.ini", "-o", "o.exr", cwd=tmp_path, code=1).stderr
+    assert "names no scene" in text and "Input_File_Name" in text
+
+
+def test_a_scene_of_an_initialisation_file_elsewhere(rackfocus, tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "s.pov").write_text(SCENE)
+    (tmp_path / "there" / "a.ini").write_text("Input_File_Name=s\n+W80 +H60\n")
+    rackfocus("povray", "there/a.ini", "-o", "o.exr", cwd=tmp_path)
+    assert read_exr(tmp_path / "o.exr")["G"].shape == (60, 80)
+
+
 @pytest.mark.parametrize(
     "name", ["-dash.pov", "two words.pov", "q'uo\"te.pov", "ünï.pov"]
 )
 def test_names(rackfocus, tmp_path, name):
-    folder = tmp_path / "a folder"
+    folder = tmp_path / "a 'fol\"der"
     folder.mkdir()
     (folder / name).write_text(SCENE + '#include "part.inc"\n')
     (folder / "part.inc").write_text("sphere { <1, 0.3, -2>, 0.3 pigment { rgb 1 } }")
     # Its includes are found beside the scene, wherever one stands.
-    rackfocus("povray", f"a folder/{name}", "-o", "o.png", "--", *SIZE, cwd=tmp_path)
+    rackfocus("povray", f"{folder.name}/{name}", "-o", "o.png", "--", *SIZE, cwd=tmp_path)
     rackfocus("povray", "-o", "o.exr", "--camera", "./" + name, cwd=folder)
+
+
+def test_the_ending_may_be_missing(rackfocus, tmp_path):
+    (tmp_path / "base.pov").write_text(SCENE)
+    rackfocus("povray", "base", "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
 
 
 def test_alpha(rackfocus, tmp_path):
@@ -119,7 +183,9 @@ def test_alpha(rackfocus, tmp_path):
         (["macro.pov", "-o", "o.txt"], 2, "end the name in .exr or .png"),
         (["macro.pov", "-o", "o.exr", "--focal-point", "1,2"], 2, "three numbers"),
         (["macro.pov", "-o", "o.exr", "--frames", "5-1"], 2, "two frame numbers"),
-        (["macro.pov", "-o", "o.exr", "--", "+KFF3"], 2, "need --frames"),
+        (["macro.pov", "-o", "o.exr", "--", "+SC10"], 1, "+SC10: a part of the picture"),
+        (["macro.pov", "-o", "o.exr", "--", "End_Row=0.5"], 1, "crop the result"),
+        (["missing.ini", "-o", "o.exr"], 1, "missing.ini: no such file"),
         (["macro.pov", "-o", "missing/o.exr"], 1, "missing/o.exr"),
         (["macro.pov", "-o", "o.exr", "--", "+Wx"], 1, "POV-Ray says"),
     ],

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is to be rendered: the scene, and the frames that options and files ask for. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "ini.h"
+#include "povray.h"
+#include "text.h"
+
+struct found {
+    char *scene;
+    double first, last, from, to; /* NAN: not said */
+    char *part;                   /* an option that asks for a part of the picture */
+};
+
+/* A name in quotes or not. */
+static char *unquoted(const char *value)
+{
+    size_t n = strlen(value);
+    const bool is_quoted =
+        n >= 2 && (value[0] == '"' || value[0] == '\'') && value[n - 1] == value[0];
+    return text_format("%.*s", (int)(n - 2 * is_quoted), value + is_quoted);
+}
+
+static bool is_scene_name(const char *option)
+{
+    size_t n = strlen(option);
+    return n > 4 && option[0] != '+' && option[0] != '-' && !strchr(option, '=') &&
+           strcasecmp(option + n - 4, ".pov") == 0;
+}
+
+/* Does the option ask for some columns or rows? The first is 1 or 0, a last one of 1
+ * (as a share) all. */
+static bool is_partial(const char *option)
+{
+    static const char *const sides[][2] = {{"Start_Column", "SC"},
+                                           {"End_Column", "EC"},
+                                           {"Start_Row", "SR"},
+                                           {"End_Row", "ER"}};
+    for (size_t i = 0; i < sizeof sides / sizeof *sides; i++) {
+        const char *value = ini_value(option, sides[i][0], sides[i][1]);
+        const double side = value && *value ? strtod(value, NULL) : 1;
+        if (value && *value && side != 1 && !(side == 0 && i % 2 == 0))
+            return true;
+    }
+    return false;
+}
+
+static void note_option(void *user, const char *option, const char *file)
+{
+    struct found *found = user;
+    struct {
+        const char *name, *letters;
+        double *number;
+    } numbers[] = {
+        {"Initial_Frame", "KFI", &found->first},
+        {"Final_Frame", "KFF", &found->last},
+        {"Subset_Start_Frame", "SF", &found->from},
+        {"Subset_End_Frame", "EF", &found->to},
+    };
+    (void)file;
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        const char *value = ini_value(option, numbers[i].name, numbers[i].letters);
+        if (value && *value)
+            *numbers[i].number = strtod(value, NULL);
+    }
+    if (is_partial(option)) {
+        free(found->part);
+        found->part = text_format("%s", option);
+    }
+    const char *scene = ini_value(option, "Input_File_Name", "I");
+    if (!scene && is_scene_name(option))
+        scene = option;
+    if (scene && *scene) {
+        free(found->scene);
+        found->scene = unquoted(scene);
+    }
+}
+
+/* The scene's file: as named, with POV-Ray's ending, or beside `beside`. */
+static char *find_scene(const char *name, const char *beside)
+{
+    char *folder = beside ? path_folder(beside) : text_format("%s", "");
+    const char *const folders[] = {"", name[0] == '/' ? "" : folder};
+    char *found = NULL;
+    for (int i = 0; i < 4 && !found; i++) {
+        char *path = text_format("%s%s%s", folders[i / 2], name, i % 2 ? ".pov" : "");
+        if (path_is_file(path))
+            found = path;
+        else
+            free(path);
+    }
+    free(folder);
+    return found ? found : text_format("%s", name);
+}
+
+/* Frames of a subset: POV-Ray takes a part of 1 as a share of the frames. */
+static int32_t subset_frame(double frame, const struct povray_plan *plan, bool is_end)
+{
+    const int32_t n = plan->last - plan->first + 1;
+    if (isnan(frame))
+        return is_end ? plan->last : plan->first;
+    if (frame > 0 && frame < 1)
+        frame = is_end ? plan->first + floor(frame * n) - 1
+                       : plan->first + floor(frame * n);
+    return (int32_t)fmin(fmax(frame, plan->first), plan->last);
+}
+
+bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
+                      int n_args, struct povray_error *error)
+{
+    struct found found = {.first = NAN, .last = NAN, .from = NAN, .to = NAN};
+    const bool is_ini = ini_is_name(operand);
+    *error = (struct povray_error){.message = ""};
+    *plan = (struct povray_plan){.n_args = n_args + is_ini, .first = 1, .last = 1};
+    plan->args = glue_alloc((size_t)plan->n_args + 1, sizeof *plan->args);
+    if (is_ini)
+        plan->args[0] = text_format("%s", operand);
+    for (int i = 0; i < n_args; i++)
+        plan->args[i + is_ini] = text_format("%s", args[i]);
+    if (is_ini && !path_is_file(operand)) {
+        snprintf(error->message, sizeof error->message, "%s: no such file", operand);
+        return false;
+    }
+    ini_walk(plan->args, plan->n_args, note_option, &found);
+    if (is_ini && !found.scene) {
+        snprintf(error->message, sizeof error->message,
+                 "%s: names no scene; add the line Input_File_Name=SCENE.pov, or give "
+                 "the scene: rackfocus povray SCENE.pov -- %s",
+                 operand, operand);
+        return false;
+    }
+    if (found.part) {
+        snprintf(
+            error->message, sizeof error->message,
+            "%s: a part of the picture cannot be made, because its lens needs what "
+            "is around; render all of it and crop the result",
+            found.part);
+        free(found.part);
+        free(found.scene);
+        return false;
+    }
+    plan->scene = find_scene(is_ini ? found.scene : operand, is_ini ? operand : NULL);
+    free(found.scene);
+    plan->first = isnan(found.first) ? 1 : (int32_t)found.first;
+    plan->last = isnan(found.last) ? plan->first : (int32_t)found.last;
+    plan->is_animation = plan->first != 1 || plan->last != 1;
+    plan->from = subset_frame(found.from, plan, false);
+    plan->to = subset_frame(found.to, plan, true);
+    if (plan->last >= plan->first && plan->to >= plan->from)
+        return true;
+    snprintf(error->message, sizeof error->message,
+             "%s: POV-Ray's options ask for frames %d to %d, which are none; check "
+             "Initial_Frame and Final_Frame",
+             operand, plan->from, plan->to);
+    return false;
+}
+
+void povray_plan_free(struct povray_plan *plan)
+{
+    for (int i = 0; i < plan->n_args; i++)
+        free(plan->args[i]);
+    free(plan->args);
+    free(plan->scene);
+    *plan = (struct povray_plan){0};
+}

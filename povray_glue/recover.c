@@ -1,0 +1,275 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The camera of a scene: POV-Ray parses a copy that records its items, they are put
+ * together, and a small render checks the result.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "camera.h"
+#include "probe.h"
+#include "scene.h"
+#include "text.h"
+
+/* Declared cameras that are tried where it is open which one is used. */
+#define MAX_GUESSES 24
+/* POV-Ray leaves out spheres and discs nearer than some 1e-6 to 1e-4. */
+#define LEAST_SIZE 1e-3
+/* Rounds in which files under computed names are looked for. */
+#define MAX_COMPUTED 4
+/* Pixels that the probe renders at most. */
+#define PROBE_PIXELS 1000000
+
+/* Parses a copy of the scene and no more; gives what it wrote to the debug stream, NULL
+ * with a message where the scene has an error. */
+static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
+                         const char *name, struct povray_error *error)
+{
+    char *file = text_format("%s.pov", name), *records = NULL;
+    struct run run = {0}, *runs[] = {&run};
+    double is_done = 0;
+    const char *tail =
+        "\n#debug concat(\"@rf~width~\",str(image_width,0,0),"
+        "\";\\n@rf~height~\",str(image_height,0,0),\";\\n\")\n"
+        "#debug concat(\"@rf~clock~\",str(clock,0,12),\";\\n\")\n"
+        "#debug concat(\"@rf~delta~\",str(clock_delta,0,12),\";\\n\")\n"
+        "#debug concat(\"@rf~first~\",str(initial_clock,0,12),\";\\n\")\n"
+        "#debug concat(\"@rf~last~\",str(final_clock,0,12),\";\\n@rf~done~1;\\n\")"
+        "\n#error \"rackfocus has what it needs\"\n";
+    if (!sources_write(&scene->sources, mode, file, "", tail)) {
+        scene_fail_file(error, scene->temp_folder);
+    } else if (run_start(&run, scene->temp_folder, name, file, "", scene->clock_words,
+                         &scene->options, error)) {
+        /* POV-Ray takes its time to end: stop it as soon as all is said. */
+        for (bool has_ended = false; !has_ended && !is_done;) {
+            has_ended = run_has_ended(&run);
+            free(records);
+            records = run_stream(&run, "debug");
+            records_find_number(records, "done", &is_done);
+            if (!has_ended && !is_done && scene->options.is_cancelled &&
+                scene->options.is_cancelled(scene->options.user))
+                has_ended = !run_wait(runs, 1, &scene->options, error);
+            else if (!has_ended && !is_done)
+                run_pause();
+        }
+        if (!is_done && !error->is_interrupted)
+            scene_explain(scene, &run, error);
+    }
+    run_stop(&run);
+    free(file);
+    if (!is_done) {
+        free(records);
+        records = NULL;
+    }
+    return records;
+}
+
+/* Loads the files that computed #includes came to. Are there new ones with cameras? */
+static bool add_computed(struct povray_scene *scene, const char *records)
+{
+    bool is_new = false;
+    int n;
+    char **names = records_list(records, "include", &n);
+    for (int i = 0; i < n; i++) {
+        is_new |= sources_add_computed(&scene->sources, names[i]);
+        free(names[i]);
+    }
+    free(names);
+    if (is_new)
+        sources_forget_copies(&scene->sources);
+    return is_new;
+}
+
+/* A file that a computed #include brings may include others in the same way. */
+static char *record_items(struct povray_scene *scene, struct povray_error *error)
+{
+    char *records = parse_scene(scene, REWRITE_RECORD, "record", error);
+    for (int i = 0; i < MAX_COMPUTED && records && add_computed(scene, records); i++) {
+        free(records);
+        records = parse_scene(scene, REWRITE_RECORD, "record", error);
+    }
+    return records;
+}
+
+bool scene_find_items(struct povray_scene *scene, struct povray_error *error)
+{
+    char *records = record_items(scene, error);
+    if (!records) {
+        /* Was it the scene or our writing between its lines? */
+        struct povray_error own = {.message = ""};
+        char *plain = error->is_interrupted
+                          ? NULL
+                          : parse_scene(scene, REWRITE_PINHOLE, "plain", &own);
+        if (plain)
+            snprintf(error->message, sizeof error->message,
+                     "%s: the camera's items could not be followed; write the camera "
+                     "out in full in the scene",
+                     scene->options.scene);
+        else if (!error->is_interrupted)
+            *error = own;
+        free(plain);
+        return false;
+    }
+    double width = 0, height = 0;
+    records_find_number(records, "width", &width);
+    records_find_number(records, "height", &height);
+    scene->width = (int32_t)width;
+    scene->height = (int32_t)height;
+    free(scene->records);
+    scene->records = records;
+    return true;
+}
+
+/* Puts the scene's name before the message. */
+bool scene_fail(const struct povray_scene *scene, struct povray_error *error)
+{
+    char *what = text_format("%s", error->message);
+    snprintf(error->message, sizeof error->message, "%s: %s", scene->options.scene,
+             what);
+    free(what);
+    return false;
+}
+
+static double along_axis(const struct povray_camera *camera, const double point[3])
+{
+    double squared = 0;
+    for (int i = 0; i < 3; i++)
+        squared += (point[i] - camera->location[i]) * (point[i] - camera->location[i]);
+    return sqrt(squared);
+}
+
+/* Where the scene has no lens, nobody chose its focus: what it looks at is in focus. A
+ * scene with an aperture but no focal_point is in focus where POV-Ray puts it. */
+static void choose_focus(struct povray_camera *camera,
+                         const struct povray_options *options)
+{
+    camera->focus =
+        camera->has_focal_point ? POVRAY_FOCUS_SCENE : POVRAY_FOCUS_DIRECTION;
+    if (options->has_focus_distance || options->has_focal_point) {
+        camera->focus = POVRAY_FOCUS_OPTION;
+        camera->focus_distance = options->has_focus_distance
+                                     ? options->focus_distance
+                                     : along_axis(camera, options->focal_point);
+    } else if (!camera->has_focal_point && camera->aperture == 0 &&
+               camera->look_at_distance > 0) {
+        camera->focus = POVRAY_FOCUS_LOOK_AT;
+        camera->focus_distance = camera->look_at_distance;
+    }
+}
+
+/* The camera of the records, with the user's lens in place of the scene's. */
+bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
+{
+    const struct povray_options *options = &scene->options;
+    struct povray_camera *camera = &scene->camera;
+    if (!camera_replay(camera, scene->records, scene->guess, &scene->n_guesses,
+                       error)) {
+        /* A name that could not be resolved: the probe will say so, then guess. */
+        return (scene->guess == 0 && scene->n_guesses > 0) || scene_fail(scene, error);
+    }
+    const bool has_lens = camera->aperture != 0;
+    choose_focus(camera, options);
+    if (options->has_aperture)
+        camera->aperture = options->aperture;
+    const char *what = NULL;
+    if (options->wants_lens && camera->aperture == 0)
+        what = "the scene's camera has no aperture; give one with --aperture";
+    else if ((options->has_aperture || options->has_f_stop) && !has_lens &&
+             camera->focus == POVRAY_FOCUS_DIRECTION)
+        what = "the camera has neither focal_point nor look_at to focus on; give a "
+               "point with --focal-point or a distance with --focus-distance";
+    else if (!(camera->focus_distance > 0))
+        what = "the focal point lies in the camera; give another with --focal-point or "
+               "--focus-distance";
+    if (what)
+        snprintf(error->message, sizeof error->message, "%s: %s", options->scene, what);
+    camera->aperture = options->has_f_stop ? 0 : fabs(camera->aperture);
+    return !what;
+}
+
+/* ---- the check ------------------------------------------------------------------ */
+
+static int32_t probe_rows(const struct povray_scene *scene)
+{
+    int32_t rows = PROBE_PIXELS / scene->width;
+    rows = rows < 16 ? 16 : rows;
+    return rows < scene->height ? rows : scene->height;
+}
+
+bool scene_start_probe(struct povray_scene *scene, struct run *run,
+                       struct povray_error *error)
+{
+    struct text tail = {0};
+    probe_write(&tail, &scene->camera, scene->probe_scale, scene->width, scene->height);
+    char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe_rows(scene));
+    bool is_started = scene_start_render(scene, run, "probe", REWRITE_PINHOLE,
+                                         probe_head, tail.data, "", after, error);
+    free(after);
+    text_free(&tail);
+    return is_started;
+}
+
+bool scene_check_probe(struct povray_scene *scene, const struct run *run,
+                       struct povray_error *error)
+{
+    struct decode_picture picture = {0};
+    bool is_good = scene_read(scene, run, &picture, error);
+    if (is_good && !probe_check(&picture, probe_rows(scene), &scene->camera,
+                                scene->probe_scale, &scene->space, error))
+        is_good = scene_fail(scene, error);
+    free(picture.rgba);
+    return is_good;
+}
+
+bool scene_run_probe(struct povray_scene *scene, struct povray_error *error)
+{
+    struct run probe = {0}, *list[] = {&probe};
+    bool is_good = scene_start_probe(scene, &probe, error) &&
+                   scene_wait(scene, list, 1, error) &&
+                   scene_check_probe(scene, &probe, error);
+    run_stop(&probe);
+    return is_good;
+}
+
+/* Tries the declared cameras that the scene's may be a copy of, after the first choice
+ * was wrong. */
+static bool try_guesses(struct povray_scene *scene, struct povray_error *error)
+{
+    int n = scene->n_guesses < MAX_GUESSES ? scene->n_guesses : MAX_GUESSES;
+    for (scene->guess = 1; scene->guess <= n && !error->is_interrupted;
+         scene->guess++) {
+        struct povray_error ignored = {.message = ""};
+        if (scene_choose_camera(scene, &ignored) && scene_run_probe(scene, &ignored))
+            return true;
+        error->is_interrupted = ignored.is_interrupted;
+    }
+    /* The feature that is not supported says more than the probe. */
+    if (n > 0 && !error->is_interrupted &&
+        !camera_replay(&scene->camera, scene->records, 0, &n, error))
+        scene_fail(scene, error);
+    return false;
+}
+
+bool scene_probe_again(struct povray_scene *scene, struct povray_error *error)
+{
+    static const double scales[PROBE_N_SCALES] = PROBE_SCALES;
+    for (int i = 1; i < PROBE_N_SCALES && !error->is_interrupted; i++) {
+        struct povray_error ignored = {.message = ""};
+        scene->probe_scale = scales[i];
+        if (scene_run_probe(scene, &ignored))
+            return true;
+        error->is_interrupted = ignored.is_interrupted;
+    }
+    scene->probe_scale = 1;
+    if (error->is_interrupted || try_guesses(scene, error))
+        return !error->is_interrupted;
+    const double size = scene->camera.look_at_distance;
+    if (!error->is_interrupted && size > 0 && size < LEAST_SIZE)
+        snprintf(error->message, sizeof error->message,
+                 "%s: the camera is %g units from what it looks at, which is less than "
+                 "POV-Ray draws well; scale the scene and its camera up",
+                 scene->options.scene, size);
+    return false;
+}

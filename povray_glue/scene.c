@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An opened scene: its folder, its renders, and what POV-Ray says where one fails. */
+#include "scene.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "text.h"
+
+bool scene_fail_file(struct povray_error *error, const char *path)
+{
+    snprintf(error->message, sizeof error->message, "%s: %s", path, strerror(errno));
+    return false;
+}
+
+bool povray_open(struct povray_scene **scene, const struct povray_options *options,
+                 struct povray_error *error)
+{
+    *scene = NULL;
+    char *folder = temp_folder_make(error);
+    if (!folder)
+        return false;
+    struct povray_scene *made = glue_alloc(1, sizeof *made);
+    made->options = *options;
+    made->temp_folder = folder;
+    made->probe_scale = 1;
+    if (!sources_load(&made->sources, options->scene, options->args, options->n_args,
+                      folder)) {
+        scene_fail_file(error, options->scene);
+        povray_close(made);
+        return false;
+    }
+    *scene = made;
+    return true;
+}
+
+void povray_close(struct povray_scene *scene)
+{
+    if (!scene)
+        return;
+    temp_folder_remove(scene->temp_folder);
+    sources_free(&scene->sources);
+    free(scene->records);
+    free(scene->temp_folder);
+    free(scene);
+}
+
+const char *povray_folder(const struct povray_scene *scene)
+{
+    return scene->temp_folder;
+}
+
+/* ---- messages ------------------------------------------------------------------ */
+
+/* Joins POV-Ray's wrapped lines from `from` on. */
+static char *joined(const char *from)
+{
+    struct text text = {0};
+    text_add(&text, "", 0);
+    for (; *from; from++) {
+        bool is_blank = *from == '\n' || *from == ' ' || *from == '\r';
+        if (!is_blank)
+            text_add(&text, from, 1);
+        else if (text.n > 0 && text.data[text.n - 1] != ' ')
+            text_add(&text, " ", 1);
+    }
+    while (text.n > 0 && text.data[text.n - 1] == ' ')
+        text.data[--text.n] = 0;
+    return text.data;
+}
+
+/* "File: X  Line: N ... Parse Error: what" becomes "X:N: Parse Error: what". */
+static bool explain_parse_error(const struct povray_scene *scene, const char *fatal,
+                                struct povray_error *error)
+{
+    const char *file = strstr(fatal, "File: "), *line = strstr(fatal, "Line: ");
+    const char *what = strstr(fatal, "Error: ");
+    if (!file || !line || !what || line < file)
+        return false;
+    while (what > fatal && what[-1] != '\n')
+        what--;
+    char *name = text_format("%.*s", (int)(line - file - 6), file + 6);
+    char *tidy = joined(name),
+         *original = sources_original_names(&scene->sources, tidy);
+    char *renamed = sources_original_names(&scene->sources, what),
+         *text = joined(renamed);
+    snprintf(error->message, sizeof error->message, "%s:%d: %s", original,
+             atoi(line + 6), text);
+    free(name);
+    free(tidy);
+    free(original);
+    free(renamed);
+    free(text);
+    return true;
+}
+
+/* What POV-Ray printed since its last heading, or at the end, where it gave no parse
+ * error. */
+static void explain_log(const struct povray_scene *scene, const char *log,
+                        struct povray_error *error)
+{
+    const char *from = log, *at, *configuration = "user configuration file";
+    while ((at = strstr(from, "====\n")))
+        from = at + 5;
+    if (from == log && (at = strstr(log, configuration)) && strchr(at, '\n'))
+        from = strchr(at, '\n');
+    char *renamed = sources_original_names(&scene->sources, from);
+    char *text = joined(renamed);
+    size_t n = strlen(text), n_shown = 500;
+    snprintf(error->message, sizeof error->message, "%s: POV-Ray says: %s",
+             scene->options.scene, n > n_shown ? text + n - n_shown : text);
+    free(renamed);
+    free(text);
+}
+
+void scene_explain(const struct povray_scene *scene, const struct run *run,
+                   struct povray_error *error)
+{
+    char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log");
+    if (!explain_parse_error(scene, fatal, error))
+        explain_log(scene, log, error);
+    free(fatal);
+    free(log);
+}
+
+/* ---- renders ------------------------------------------------------------------- */
+
+bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n,
+                struct povray_error *error)
+{
+    struct povray_options options = scene->options;
+    options.progress = NULL;
+    return run_wait(runs, n, &options, error);
+}
+
+bool scene_start_render(struct povray_scene *scene, struct run *run, const char *name,
+                        enum rewrite_mode mode, const char *head, const char *tail,
+                        const char *before, const char *after,
+                        struct povray_error *error)
+{
+    char *file = text_format("%s.pov", name);
+    char *words = text_format("%s %s", after, scene->clock_words);
+    bool is_started = sources_write(&scene->sources, mode, file, head, tail);
+    if (!is_started)
+        scene_fail_file(error, scene->temp_folder);
+    else
+        is_started = run_start(run, scene->temp_folder, name, file, before, words,
+                               &scene->options, error);
+    free(file);
+    free(words);
+    /* Two runs that write the same file would read each other's halves. */
+    if (is_started && scene->sources.writes_files)
+        is_started = scene_wait(scene, &run, 1, error);
+    return is_started;
+}
+
+bool scene_read(struct povray_scene *scene, const struct run *run,
+                struct decode_picture *picture, struct povray_error *error)
+{
+    char *path = run_is_good(run) ? run_picture(run) : NULL;
+    bool is_read = path && decode_read(picture, path, scene->options.n_threads, error);
+    if (!path)
+        scene_explain(scene, run, error);
+    free(path);
+    return is_read;
+}
+
+bool scene_same_size(const struct povray_scene *scene,
+                     const struct povray_passes *passes,
+                     const struct decode_picture *picture, struct povray_error *error)
+{
+    if (passes->width == picture->width && passes->height == picture->height)
+        return true;
+    snprintf(
+        error->message, sizeof error->message,
+        "%s: POV-Ray rendered pictures of different sizes; give +W and +H after --",
+        scene->options.scene);
+    return false;
+}

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recovered lens against what POV-Ray makes of the unmodified scene."""
+
+import re
+import subprocess
+
+import numpy
+import pytest
+from conftest import SIZE, read_exr
+
+WORLD = """
+sphere { <0,1,0>,1 pigment { checker rgb 1 rgb 0.2 scale 0.2 } }
+plane { y,0 pigment { checker rgb 0.9 rgb 0.3 } }
+sphere { <0.3,0.8,-2.5>,0.2 pigment { checker rgb 1 rgb 0.2 scale 0.05 } }
+light_source { <3,9,-7> rgb 1 }
+"""
+LENS = "aperture 0.25 blur_samples 100 variance 0"
+
+
+def scene(camera, version="3.7", world=WORLD):
+    return (
+        f"#version {version}; global_settings {{ assumed_gamma 1 }}\n"
+        f"camera {{ {camera} }}\n{world}"
+    )
+
+
+def picture(path):
+    channels = read_exr(path)
+    return numpy.stack([channels[name] for name in "RGB"], -1).astype(float)
+
+
+def encoded(pixels):
+    return numpy.clip(pixels, 0, 1) ** (1 / 2.2)
+
+
+def tpsnr(a, b):
+    return -10 * numpy.log10(((encoded(a) - encoded(b)) ** 2).mean())
+
+
+def povray_itself(name, folder, *options):
+    command = ["povray", f"+I{name}", "+Ohost.exr", "+FE", "-D", *SIZE, *options]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    return picture(folder / "host.exr")
+
+
+@pytest.mark.parametrize(
+    "camera, distance",
+    [
+        # |direction| as angle, or look_at, left it; 1 where neither is given.
+        ("location <0,1,-5> angle 30 look_at <0,1,0>", 2.4818),
+        ("location <0,1,-5> direction z*3 angle 40", 1.82707),
+        ("location <0,1,-5> direction z*2", 1),
+        ("location <0,1,-5> direction z*2 look_at <0,1,0>", 2),
+        ("location <0,0.5,-2.5> look_at <0,0.5,0> angle 30 scale 2", 2.4818),
+        ("location <0,1,-5> look_at <0,1,0> focal_point <0,1,-5>", 1),
+    ],
+)
+@pytest.mark.parametrize("version", ["3.7", "3.1"])
+def test_an_aperture_without_a_focal_point(
+    rackfocus, tmp_path, camera, distance, version
+):
+    """The focus is where POV-Ray's own parser puts it, and where it is said to be."""
+    (tmp_path / "s.pov").write_text(scene(f"{camera} {LENS}", version))
+    host = povray_itself("s.pov", tmp_path)
+    said = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, cwd=tmp_path).stdout
+    found = float(re.search(r"focus distance ([0-9.]+)", said).group(1))
+    assert found == pytest.approx(distance, rel=1e-4)
+    assert ("length of the camera's direction" in said) == ("focal_point" not in camera)
+    assert tpsnr(host, picture(tmp_path / "o.exr")) > 31
+
+
+def test_a_lens_for_a_scene_without_one(rackfocus, tmp_path):
+    """What the camera looks at is in focus, and that is said."""
+    (tmp_path / "s.pov").write_text(
+        scene("location <0,1,-2.5> look_at <0,1,0> translate -z*1 scale <2,1,2>")
+    )
+    (tmp_path / "t.pov").write_text(scene("location <0,1,-5>"))
+    for lens in (["--aperture", 0.5], ["--f-stop", 2.8], ["--lens-radius", 0.1]):
+        said = rackfocus("povray", "s.pov", "-o", "o.exr", *lens, "--", *SIZE,
+                         cwd=tmp_path).stdout  # fmt: skip
+        assert "focus distance 5 (on the camera's look_at" in said
+        assert "lens radius 0 " not in said and "lens radius 0," not in said
+        text = rackfocus("povray", "t.pov", "-o", "o.exr", *lens, "--", *SIZE,
+                         cwd=tmp_path, code=1).stderr  # fmt: skip
+        assert "neither focal_point nor look_at" in text and "--focus-distance" in text
+    rackfocus("povray", "t.pov", "-o", "o.exr", "--aperture", 0.5, "--focal-point",
+              "< 0, 1,-1>", "--", *SIZE, cwd=tmp_path)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        "orthographic location <0,2,-8> look_at <0,1,0> right x*4/3 up y angle 0",
+        "orthographic location <0,2,-8> direction z*4 look_at <0,1,0>",
+        "orthographic location <0,2,-8> direction z*0.5 right x*2 angle 40 "
+        "look_at <0,1,0>",
+        "orthographic angle 0 location <0,2,-8> direction z*3 right x*4/3",
+    ],
+)
+def test_orthographic_scales(rackfocus, tmp_path, camera):
+    """An angle, be it 0, scales right and up with |look_at - location| / |direction|."""
+    (tmp_path / "s.pov").write_text(scene(camera))
+    host = povray_itself("s.pov", tmp_path, "+A0.05", "+AM2", "+R3", "-J")
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--aperture", 1e-6, "--focus-distance",
+              5, "--", *SIZE, "-J", cwd=tmp_path)  # fmt: skip
+    assert tpsnr(host, picture(tmp_path / "o.exr")) > 40
