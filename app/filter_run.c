@@ -152,8 +152,7 @@ static int check_views(const struct run *run)
         return EXIT_USAGE;
     }
     if (settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
-        run->settings->params.method != RF_METHOD_VIEWS &&
-        run->settings->params.method != RF_METHOD_ACCUMULATE)
+        rf_method_find(run->settings->params.method)->max_views == 1)
         return fail_method(run);
     return EXIT_DONE;
 }
@@ -409,7 +408,7 @@ static void undo_depth(const struct run *run, const struct depth_findings *found
 static bool needs_depth(const struct run *run)
 {
     return run->tool->depth_repair != DEPTH_REPAIR_OFF &&
-           run->params.method != RF_METHOD_ACCUMULATE;
+           rf_method_find(run->params.method)->needs_depth;
 }
 
 /* Looks at the depth: undoes what can be. */

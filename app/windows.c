@@ -76,7 +76,7 @@ size_t windows_whole_bytes(const struct source *source, int n_views)
 
 bool windows_are_possible(const struct source *source, const struct rf_params *params)
 {
-    return (params->method == RF_METHOD_LAYERED || params->method == RF_METHOD_VIEWS) &&
+    return rf_method_find(params->method)->can_window &&
            params->quality != RF_QUALITY_PREVIEW && !source->layer.is_chroma &&
            !(source->is_grey && source->n_channels == 4) &&
            source_has_one_window(source);

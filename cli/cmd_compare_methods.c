@@ -104,8 +104,8 @@ static void list_entries(struct comparison *c)
     const struct rf_param_info *blends = rf_param_find("blend");
     add_entry(c, -1, 0, "pinhole", "");
     for (int m = 0; m < (int)n; m++) {
-        const bool has_blend = m >= RF_METHOD_BOX && m <= RF_METHOD_RECURSIVE_OFFSET;
-        const bool is_of_views = m == RF_METHOD_VIEWS || m == RF_METHOD_ACCUMULATE;
+        const bool has_blend = methods[m].has_blend;
+        const bool is_of_views = methods[m].max_views > 1;
         if (is_typed(c, "method") ? m != c->params.method
                                   : is_of_views && c->list.n == 0)
             continue;
@@ -206,8 +206,7 @@ static void take_rgb(struct comparison *c, const float *from)
 
 static bool takes_views(const struct comparison *c, int method)
 {
-    return c->list.n > 0 &&
-           (method == RF_METHOD_VIEWS || method == RF_METHOD_ACCUMULATE);
+    return c->list.n > 0 && rf_method_find(method)->max_views > 1;
 }
 
 static rf_result run_method(struct comparison *c, struct entry *e,

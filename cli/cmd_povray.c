@@ -196,7 +196,7 @@ static bool check_views(struct povray_tool *tool, const struct settings *setting
                           "as --f-stop");
     if (tool->is_average && tool->keep && picture_kind(tool->keep) == PICTURE_EXR)
         return fail_usage("--keep takes a folder with --method accumulate");
-    if (is_typed(settings, "method") && method != RF_METHOD_VIEWS && !tool->is_average)
+    if (is_typed(settings, "method") && rf_method_find(method)->max_views == 1)
         return fail_usage("--method: several views are merged by the method views or "
                           "averaged by accumulate");
     return true;

@@ -148,7 +148,7 @@ static bool report_best(void *user, double fraction)
 
 static bool is_preview_method(int32_t method)
 {
-    return method >= RF_METHOD_BOX && method <= RF_METHOD_RECURSIVE_OFFSET;
+    return rf_method_find(method)->has_blend;
 }
 
 /* The parameters of a quick picture: the core's own preview quality where it has one.

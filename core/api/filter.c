@@ -172,7 +172,7 @@ static rf_result read(struct rf_work *work, const struct rf_view *views,
     for (int j = 0; j < work->n_views; j++)
         work->views[j].image = &views[j].colour;
     work->out = rf_image_is_plain(&f->params, out) ? out : NULL;
-    result = rf_method_of(f->params.method)->run(work, error);
+    result = rf_method_run(f->params.method)(work, error);
     *is_done = !work->needs_planes;
     if (result == RF_OK && *is_done && !work->is_stored &&
         !rf_task_is_cancelled(work->task))
@@ -226,7 +226,7 @@ static rf_result run(struct rf_work *work, const struct rf_view *views,
         rf_image_copy(&views->colour, out);
         return RF_OK;
     }
-    rf_result result = rf_method_of(f->params.method)->run(work, error);
+    rf_result result = rf_method_run(f->params.method)(work, error);
     if (result == RF_OK && rf_task_is_cancelled(work->task))
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     if (result == RF_OK)
@@ -258,11 +258,11 @@ static rf_result check_views(const struct rf_filter *f, const struct rf_view *vi
                        : !views ? "views"
                                 : "out",
                        "a pointer is NULL");
-    int most = rf_method_of(f->params.method)->max_views;
-    if (n_views < 1 || n_views > (most ? most : 1))
+    const struct rf_method_info *method = rf_method_find(f->params.method);
+    if (n_views < 1 || n_views > method->max_views)
         return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
                        "%d views were given; the method %s takes 1 to %d", n_views,
-                       rf_method_list(NULL)[f->params.method].name, most ? most : 1);
+                       method->name, method->max_views);
     rf_result result = rf_image_check(out, "out", f->width, f->height, error);
     for (int j = 0; j < n_views && result == RF_OK; j++)
         result = check_view(f, &views[j], out, error);

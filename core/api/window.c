@@ -62,12 +62,12 @@ static int hidden_reach(int r)
 
 static rf_result check_method(const struct rf_filter *f, struct rf_error *error)
 {
-    size_t n;
-    if (f->params.method != RF_METHOD_LAYERED && f->params.method != RF_METHOD_VIEWS)
+    const struct rf_method_info *method = rf_method_find(f->params.method);
+    if (!method->can_window)
         return rf_fail(error, RF_ERROR_PARAMETER, "method",
                        "%s needs the whole picture at once; windows of it are for "
                        "layered and views",
-                       rf_method_list(&n)[f->params.method].name);
+                       method->name);
     if (f->params.quality == RF_QUALITY_PREVIEW)
         return rf_fail(error, RF_ERROR_PARAMETER, "quality",
                        "preview needs the whole picture at once; take normal or best");
@@ -206,7 +206,7 @@ static rf_result check_surveys(const struct rf_filter *f,
                                const struct rf_survey *surveys, int32_t n_views,
                                struct rf_error *error)
 {
-    int most = f->params.method == RF_METHOD_VIEWS ? RF_MAX_VIEWS : 1;
+    int most = rf_method_find(f->params.method)->max_views;
     if (n_views < 1 || n_views > most)
         return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
                        "%d views were given; the method takes 1 to %d", n_views, most);

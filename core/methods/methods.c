@@ -20,55 +20,75 @@ static rf_result run_layered(struct rf_work *work, struct rf_error *error)
                : rf_layered_run(work, error);
 }
 
-/* One line per method, in the order of RF_LIST_METHOD. */
-static const struct rf_method_entry entries[] = {
-    [RF_METHOD_LAYERED] = {.run = run_layered},
-    [RF_METHOD_SCATTER] = {.run = rf_scatter_run},
-    [RF_METHOD_BOX] = {.run = rf_box_run},
-    [RF_METHOD_LOWRES] = {.run = rf_lowres_run},
-    [RF_METHOD_MIPMAP] = {.run = rf_mipmap_run},
-    [RF_METHOD_OFFSET] = {.run = rf_offset_run},
-    [RF_METHOD_MIPMAP_OFFSET] = {.run = rf_mipmap_offset_run},
-    [RF_METHOD_RECURSIVE_OFFSET] = {.run = rf_recursive_offset_run},
-    [RF_METHOD_VIEWS] = {.run = rf_views_run, .max_views = RF_MAX_VIEWS},
-    [RF_METHOD_ACCUMULATE] = {.run = rf_accumulate_run, .max_views = RF_MAX_VIEWS},
-};
-
 #define THESIS "thesis on depth of field in a surgical simulator: "
 
-static const struct rf_method_info infos[] = {
-    [RF_METHOD_LAYERED] = {"layered",
-                           "occlusion-aware layers from one view; the default",
-                           "grows with the mean area of the blur",
-                           "Rack Focus; after Kosloff 2009, Lee et al. 2009"},
-    [RF_METHOD_SCATTER] = {"scatter", "each pixel spread over its circle of confusion",
-                           "grows with the mean radius of the blur", "Yu 2004"},
-    [RF_METHOD_BOX] = {"box", "preview: running sums along rows and columns",
-                       "the same for every radius", THESIS "convolution"},
-    [RF_METHOD_LOWRES] = {"lowres", "preview: a small picture, magnified",
-                          "the same for every radius; the cheapest",
-                          THESIS "low resolution"},
-    [RF_METHOD_MIPMAP] = {"mipmap", "preview: coarser levels of detail, magnified",
-                          "the same for every radius", THESIS "mipmap"},
-    [RF_METHOD_OFFSET] = {"offset", "preview: shifted copies, averaged",
-                          "grows with the number of copies", THESIS "offset"},
-    [RF_METHOD_MIPMAP_OFFSET] = {"mipmap-offset",
-                                 "preview: four shifts of a coarser level of detail",
-                                 "the same for every radius",
-                                 THESIS "offset on mipmaps"},
-    [RF_METHOD_RECURSIVE_OFFSET] =
-        {"recursive-offset", "preview: four shifts in x, four in +, again and again",
-         "grows with the number of recursions", THESIS "recursive offset"},
-    [RF_METHOD_VIEWS] = {"views", "several views from points of the lens, merged",
-                         "about the sum of the views' layered passes", "Rack Focus"},
-    [RF_METHOD_ACCUMULATE] = {"accumulate", "the mean of views; needs no depth",
-                              "the renders of the views",
-                              "OpenGL programming guide; OpenGL wikibook"},
-};
+/*
+ * One row per method, in the order of RF_LIST_METHOD: ROW(METHOD, run, members of
+ * struct rf_method_info). A new method is a file, a row here and a line of
+ * RF_LIST_METHOD.
+ */
+#define ROWS(ROW)                                                                      \
+    ROW(LAYERED, run_layered, .name = "layered",                                       \
+        .help = "occlusion-aware layers from one view; the default",                   \
+        .cost = "grows with the mean area of the blur",                                \
+        .source = "Rack Focus; after Kosloff 2009, Lee et al. 2009", .max_views = 1,   \
+        .needs_depth = true, .has_layers = true, .reads_aperture = true,               \
+        .can_window = true, .can_deep = true)                                          \
+    ROW(SCATTER, rf_scatter_run, .name = "scatter",                                    \
+        .help = "each pixel spread over its circle of confusion",                      \
+        .cost = "grows with the mean radius of the blur", .source = "Yu 2004",         \
+        .max_views = 1, .needs_depth = true)                                           \
+    ROW(BOX, rf_box_run, .name = "box",                                                \
+        .help = "preview: running sums along rows and columns",                        \
+        .cost = "the same for every radius", .source = THESIS "convolution",           \
+        .max_views = 1, .needs_depth = true, .has_blend = true)                        \
+    ROW(LOWRES, rf_lowres_run, .name = "lowres",                                       \
+        .help = "preview: a small picture, magnified",                                 \
+        .cost = "the same for every radius; the cheapest",                             \
+        .source = THESIS "low resolution", .max_views = 1, .needs_depth = true,        \
+        .has_blend = true)                                                             \
+    ROW(MIPMAP, rf_mipmap_run, .name = "mipmap",                                       \
+        .help = "preview: coarser levels of detail, magnified",                        \
+        .cost = "the same for every radius", .source = THESIS "mipmap",                \
+        .max_views = 1, .needs_depth = true, .has_blend = true)                        \
+    ROW(OFFSET, rf_offset_run, .name = "offset",                                       \
+        .help = "preview: shifted copies, averaged",                                   \
+        .cost = "grows with the number of copies", .source = THESIS "offset",          \
+        .max_views = 1, .needs_depth = true, .has_blend = true,                        \
+        .reads_aperture = true)                                                        \
+    ROW(MIPMAP_OFFSET, rf_mipmap_offset_run, .name = "mipmap-offset",                  \
+        .help = "preview: four shifts of a coarser level of detail",                   \
+        .cost = "the same for every radius", .source = THESIS "offset on mipmaps",     \
+        .max_views = 1, .needs_depth = true, .has_blend = true)                        \
+    ROW(RECURSIVE_OFFSET, rf_recursive_offset_run, .name = "recursive-offset",         \
+        .help = "preview: four shifts in x, four in +, again and again",               \
+        .cost = "grows with the number of recursions",                                 \
+        .source = THESIS "recursive offset", .max_views = 1, .needs_depth = true,      \
+        .has_blend = true)                                                             \
+    ROW(VIEWS, rf_views_run, .name = "views",                                          \
+        .help = "several views from points of the lens, merged",                       \
+        .cost = "about the sum of the views' layered passes", .source = "Rack Focus",  \
+        .max_views = RF_MAX_VIEWS, .needs_depth = true, .has_layers = true,            \
+        .reads_aperture = true, .can_window = true)                                    \
+    ROW(ACCUMULATE, rf_accumulate_run, .name = "accumulate",                           \
+        .help = "the mean of views; needs no depth",                                   \
+        .cost = "the renders of the views",                                            \
+        .source = "OpenGL programming guide; OpenGL wikibook",                         \
+        .max_views = RF_MAX_VIEWS)
 
-const struct rf_method_entry *rf_method_of(enum rf_method method)
+#define INFO(method, run, ...) [RF_METHOD_##method] = {__VA_ARGS__},
+#define RUN(method, run, ...) [RF_METHOD_##method] = run,
+
+static const struct rf_method_info infos[] = {ROWS(INFO)};
+static const rf_method_fn functions[] = {ROWS(RUN)};
+
+#define COUNT(method, name, help) +1
+_Static_assert(sizeof infos / sizeof *infos == RF_LIST_METHOD(COUNT),
+               "a row for each method of RF_LIST_METHOD");
+
+rf_method_fn rf_method_run(enum rf_method method)
 {
-    return &entries[method];
+    return functions[method];
 }
 
 const struct rf_method_info *rf_method_list(size_t *n)
@@ -76,4 +96,10 @@ const struct rf_method_info *rf_method_list(size_t *n)
     if (n)
         *n = sizeof infos / sizeof infos[0];
     return infos;
+}
+
+const struct rf_method_info *rf_method_find(int32_t method)
+{
+    size_t n = sizeof infos / sizeof infos[0];
+    return method >= 0 && (size_t)method < n ? &infos[method] : NULL;
 }

@@ -6,13 +6,10 @@
 #include "input/views_in.h"
 #include "rackfocus/rackfocus.h"
 
-/* One row of the table (methods.c). */
-struct rf_method_entry {
-    rf_result (*run)(struct rf_work *work, struct rf_error *error);
-    int max_views;
-};
+/* Filters a frame: input/views_in.h says what it gets and what it leaves. */
+typedef rf_result (*rf_method_fn)(struct rf_work *work, struct rf_error *error);
 
-/* The row of a method, which the parameters' check has found to be one. */
-const struct rf_method_entry *rf_method_of(enum rf_method method);
+/* How a method runs, which the parameters' check has found to be one. */
+rf_method_fn rf_method_run(enum rf_method method);
 
 #endif

@@ -106,10 +106,10 @@ enum rf_lens_pattern { RF_LIST_LENS_PATTERN(RF_X_ENUM) };
  */
 struct rf_params {
     size_t size; /**< sizeof(struct rf_params) of the caller; set by rf_params_init */
-#define RF_FLOAT(key, field, attr, unit, min, max, def, group, help) double field;
-#define RF_INT(key, field, attr, unit, min, max, def, group, help) int32_t field;
-#define RF_BOOL(key, field, attr, def, group, help) int32_t field;
-#define RF_ENUM(key, field, attr, list, def, group, help) int32_t field;
+#define RF_FLOAT(key, field, attr, unit, min, max, def, group, rule, help) double field;
+#define RF_INT(key, field, attr, unit, min, max, def, group, rule, help) int32_t field;
+#define RF_BOOL(key, field, attr, def, group, rule, help) int32_t field;
+#define RF_ENUM(key, field, attr, list, def, group, rule, help) int32_t field;
 #include "params.def"
 #undef RF_FLOAT
 #undef RF_INT
@@ -181,16 +181,41 @@ RF_API rf_result rf_params_get(const struct rf_params *params, const char *name,
 RF_API rf_result rf_params_check(const struct rf_params *params,
                                  struct rf_error *error);
 
-/** Description of a method for lists and menus. */
+/**
+ * Does a parameter, by key or field name, have any effect while the others are as they
+ * are? On pictures, on the circles of confusion and limits that rf_lens_*() give or, of
+ * the methods of several views, on the points of the lens. For hosts that warn of what
+ * is not read, or grey it out. Where it is false and `why_not` is not NULL, *why_not
+ * receives the reason, a static sentence without a full stop such as "read only with
+ * projection orthographic"; else NULL. An unknown name or parameters that were not
+ * begun with rf_params_init() are not read. Since 0.1.
+ */
+RF_API bool rf_param_is_read(const struct rf_params *params, const char *name,
+                             const char **why_not);
+
+/** Description of a method for lists and menus, and what it can do. */
 struct rf_method_info {
     const char *name;   /**< as in --method */
     const char *help;   /**< one line */
     const char *cost;   /**< how the time grows, one line */
     const char *source; /**< paper or our own */
+    /** Most views of one frame, 1 to RF_MAX_VIEWS; above 1 those of points of the lens.
+     * Since 0.1. */
+    int32_t max_views;
+    bool needs_depth; /**< false: views may come without, any depth will do. Since 0.1 */
+    bool has_blend;   /**< of the real-time family: reads blend, leak-control. Since 0.1 */
+    bool has_layers;  /**< reads quality, split-edges, fill-hidden, .. Since 0.1 */
+    bool reads_aperture; /**< its blur has the aperture's shape. Since 0.1 */
+    /** Can rf_filter_process_window(), but with quality preview. Since 0.1. */
+    bool can_window;
+    bool can_deep; /**< can rf_filter_process_deep(). Since 0.1 */
 };
 
 /** All methods, in the order of enum rf_method. */
 RF_API const struct rf_method_info *rf_method_list(size_t *n);
+
+/** What an enum rf_method can do; NULL where there is no such method. Since 0.1. */
+RF_API const struct rf_method_info *rf_method_find(int32_t method);
 
 /* ---- optics -------------------------------------------------------------------- */
 

@@ -696,7 +696,7 @@ rf_result rf_filter_process_deep(const struct rf_filter *filter,
     rf_result result = check(filter, deep, out, "out", error);
     if (result != RF_OK)
         return result;
-    if (filter->params.method != RF_METHOD_LAYERED)
+    if (!rf_method_find(filter->params.method)->can_deep)
         return rf_fail(error, RF_ERROR_PARAMETER, "method",
                        "deep frames are filtered by the method layered only; flatten "
                        "them for the others");

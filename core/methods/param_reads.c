@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Which parameters are read.
+ *
+ * Each row of params.def names a rule, a function here: why its parameter has no effect
+ * with the others as they are, or NULL where it has. Tests change every parameter under
+ * every method and compare what comes out (tests/behaviour/test_reads.c), so that a
+ * rule that is not true fails.
+ */
+#include "methods/param_reads.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "lens/params.h"
+#include "methods/methods.h"
+#include "rackfocus/rackfocus.h"
+
+static const struct rf_method_info *method_of(const struct rf_params *p)
+{
+    return rf_method_find(p->method);
+}
+
+/* ---- whatever the others are ----------------------------------------------------- */
+
+static const char *read_always(const struct rf_params *p)
+{
+    return NULL;
+}
+
+/* ---- the method ------------------------------------------------------------------ */
+
+static const char *read_depth(const struct rf_params *p)
+{
+    return method_of(p)->needs_depth ? NULL : "the method reads no depth";
+}
+
+static const char *read_layers(const struct rf_params *p)
+{
+    return method_of(p)->has_layers ? NULL
+                                    : "read only by the methods layered and views";
+}
+
+static const char *read_cells(const struct rf_params *p)
+{
+    if (!method_of(p)->has_layers)
+        return read_layers(p);
+    return p->quality == RF_QUALITY_PREVIEW ? "not read with quality preview" : NULL;
+}
+
+static const char *read_blend(const struct rf_params *p)
+{
+    return method_of(p)->has_blend ? NULL
+                                   : "read only by the preview methods, such as box";
+}
+
+static const char *read_several(const struct rf_params *p)
+{
+    return method_of(p)->max_views > 1
+               ? NULL
+               : "read only by the methods of several views, views and accumulate";
+}
+
+static const char *read_by(const struct rf_params *p, enum rf_method method,
+                           const char *why_not)
+{
+    return p->method == (int32_t)method ? NULL : why_not;
+}
+
+static const char *read_scatter(const struct rf_params *p)
+{
+    return read_by(p, RF_METHOD_SCATTER, "read only by the method scatter");
+}
+
+static const char *read_box(const struct rf_params *p)
+{
+    return read_by(p, RF_METHOD_BOX, "read only by the method box");
+}
+
+static const char *read_lowres(const struct rf_params *p)
+{
+    return read_by(p, RF_METHOD_LOWRES, "read only by the method lowres");
+}
+
+static const char *read_mipmap(const struct rf_params *p)
+{
+    return p->method == RF_METHOD_MIPMAP || p->method == RF_METHOD_MIPMAP_OFFSET
+               ? NULL
+               : "read only by the methods mipmap and mipmap-offset";
+}
+
+static const char *read_offset(const struct rf_params *p)
+{
+    return read_by(p, RF_METHOD_OFFSET, "read only by the method offset");
+}
+
+static const char *read_recursive(const struct rf_params *p)
+{
+    return read_by(p, RF_METHOD_RECURSIVE_OFFSET,
+                   "read only by the method recursive-offset");
+}
+
+/* ---- blends ---------------------------------------------------------------------- */
+
+static const char *read_region(const struct rf_params *p)
+{
+    if (!method_of(p)->has_blend)
+        return read_blend(p);
+    return p->blend == RF_BLEND_REGION ? NULL : "read only with blend region";
+}
+
+static const char *read_slices(const struct rf_params *p)
+{
+    if (!method_of(p)->has_blend)
+        return read_blend(p);
+    return p->blend == RF_BLEND_SLICES ? NULL : "read only with blend slices";
+}
+
+static const char *read_copy(const struct rf_params *p)
+{
+    if (!method_of(p)->has_blend)
+        return read_blend(p);
+    return p->blend != RF_BLEND_COC ? NULL : "read only with blend region or slices";
+}
+
+static const char *read_product(const struct rf_params *p)
+{
+    if (!method_of(p)->has_blend)
+        return read_blend(p);
+    return p->leak_control == RF_LEAK_PRODUCT ? NULL
+                                              : "read only with leak-control product";
+}
+
+/* ---- points of the lens ---------------------------------------------------------- */
+
+static const char *read_seed(const struct rf_params *p)
+{
+    if (read_several(p))
+        return read_several(p);
+    return p->lens_random || p->lens_pattern == RF_LENS_PATTERN_GRID
+               ? NULL
+               : "read only with lens-random or with lens-pattern grid";
+}
+
+/* ---- lens ------------------------------------------------------------------------ */
+
+static bool is_perspective(const struct rf_params *p)
+{
+    return p->projection == RF_PROJECTION_PERSPECTIVE;
+}
+
+static bool is_yu(const struct rf_params *p)
+{
+    return is_perspective(p) && p->optics == RF_OPTICS_YU;
+}
+
+/* Does the image distance follow from focal length and focus? */
+static bool is_real_lens(const struct rf_params *p)
+{
+    return is_yu(p) || (is_perspective(p) && p->optics == RF_OPTICS_LENS);
+}
+
+/* Does the sensor say how large the scene is in the picture? */
+static bool has_sensor(const struct rf_params *p)
+{
+    return is_perspective(p) && p->focal_length_px == 0;
+}
+
+/* Does the depth of a pixel depend on where its ray goes? */
+static bool has_rays(const struct rf_params *p)
+{
+    return is_perspective(p) && p->depth == RF_DEPTH_RADIAL &&
+           method_of(p)->needs_depth;
+}
+
+static bool is_shifted(const struct rf_params *p)
+{
+    return p->shift_x != 0 || p->shift_y != 0;
+}
+
+static const char *read_perspective(const struct rf_params *p)
+{
+    return is_perspective(p) ? NULL : "read only with projection perspective";
+}
+
+static const char *read_orthographic(const struct rf_params *p)
+{
+    return is_perspective(p) ? "read only with projection orthographic" : NULL;
+}
+
+static const char *read_yu(const struct rf_params *p)
+{
+    return is_yu(p) ? NULL : "read only with projection perspective and optics yu";
+}
+
+static const char *read_focus(const struct rf_params *p)
+{
+    return is_yu(p) && p->screen_position > 0 ? "screen-position is given, and says it"
+                                              : NULL;
+}
+
+static const char *read_f_stop(const struct rf_params *p)
+{
+    return p->lens_radius > 0 ? "lens-radius is given, and says it" : NULL;
+}
+
+static const char *read_focal(const struct rf_params *p)
+{
+    if (!is_perspective(p))
+        return read_perspective(p);
+    return is_real_lens(p) || p->lens_radius == 0 || p->focal_length_px == 0
+               ? NULL
+               : "lens-radius and focal-length-px are given, and say it";
+}
+
+static const char *read_unit(const struct rf_params *p)
+{
+    return is_real_lens(p) || p->lens_radius == 0
+               ? NULL
+               : "lens-radius is given, in scene units";
+}
+
+static const char *read_sensor(const struct rf_params *p)
+{
+    if (!is_perspective(p))
+        return read_perspective(p);
+    return has_sensor(p) ? NULL : "focal-length-px is given, and says it";
+}
+
+static const char *read_sensor_width(const struct rf_params *p)
+{
+    if (!has_sensor(p))
+        return read_sensor(p);
+    return p->sensor_fit != RF_SENSOR_FIT_VERTICAL
+               ? NULL
+               : "not read with sensor-fit vertical: sensor-height is";
+}
+
+static const char *read_sensor_height(const struct rf_params *p)
+{
+    if (!has_sensor(p))
+        return read_sensor(p);
+    return p->sensor_fit == RF_SENSOR_FIT_VERTICAL
+               ? NULL
+               : "read only with sensor-fit vertical";
+}
+
+static const char *read_fit(const struct rf_params *p)
+{
+    return !is_perspective(p) || has_sensor(p) || (has_rays(p) && is_shifted(p))
+               ? NULL
+               : "focal-length-px is given, and says it";
+}
+
+static const char *read_shift(const struct rf_params *p)
+{
+    return has_rays(p) ? NULL : "read only with projection perspective, depth radial";
+}
+
+static const char *read_aspect(const struct rf_params *p)
+{
+    bool is_fitted = !read_fit(p) && p->sensor_fit != RF_SENSOR_FIT_HORIZONTAL;
+    return is_fitted || has_rays(p) || method_of(p)->reads_aperture
+               ? NULL
+               : "not read by this method with this sensor-fit";
+}
+
+/* ---- aperture -------------------------------------------------------------------- */
+
+/* Whose shape the aperture group gives: the blur's, that of the points of the lens. */
+static bool has_shape(const struct rf_params *p)
+{
+    return method_of(p)->reads_aperture;
+}
+
+static bool has_shaped_points(const struct rf_params *p)
+{
+    return method_of(p)->max_views > 1 && p->lens_pattern != RF_LENS_PATTERN_CIRCLE;
+}
+
+static const char *const NO_APERTURE = "the method's blur has no shape but its own";
+
+static const char *read_ratio(const struct rf_params *p)
+{
+    return has_shape(p) || method_of(p)->max_views > 1 ? NULL : NO_APERTURE;
+}
+
+/* Do points take the shape that `aperture` names, and not that of their pattern? */
+static bool points_follow_aperture(const struct rf_params *p)
+{
+    return has_shaped_points(p) && p->lens_pattern != RF_LENS_PATTERN_DISC &&
+           p->lens_pattern != RF_LENS_PATTERN_POLYGON;
+}
+
+static const char *read_aperture(const struct rf_params *p)
+{
+    if (has_shape(p) || points_follow_aperture(p))
+        return NULL;
+    return method_of(p)->max_views > 1 ? "lens-pattern says it" : NO_APERTURE;
+}
+
+/* May the shape be a polygon, if there are blades? */
+static const char *read_blades(const struct rf_params *p)
+{
+    if (has_shaped_points(p) && p->lens_pattern == RF_LENS_PATTERN_POLYGON)
+        return NULL;
+    if (read_aperture(p))
+        return read_aperture(p);
+    return p->aperture == RF_APERTURE_DISC ? "not read with aperture disc" : NULL;
+}
+
+static const char *read_polygon(const struct rf_params *p)
+{
+    if (read_blades(p))
+        return read_blades(p);
+    return p->blades >= 3 ? NULL : "read only with 3 blades and more";
+}
+
+/* ---- depth ----------------------------------------------------------------------- */
+
+static const char *read_far(const struct rf_params *p)
+{
+    if (read_depth(p))
+        return read_depth(p);
+    return p->depth == RF_DEPTH_BUFFER || p->depth == RF_DEPTH_BUFFER_REVERSED ||
+                   p->depth == RF_DEPTH_NORMALISED
+               ? NULL
+               : "read only with depth buffer, buffer-reversed and normalised";
+}
+
+static const char *read_near(const struct rf_params *p)
+{
+    if (!read_far(p) || read_depth(p))
+        return read_depth(p);
+    return p->depth == RF_DEPTH_BUFFER_INFINITE ||
+                   p->depth == RF_DEPTH_BUFFER_REVERSED_INFINITE
+               ? NULL
+               : "read only with a depth buffer and with depth normalised";
+}
+
+/* ---- all ------------------------------------------------------------------------- */
+
+static const rf_read_rule rules[] = {
+#define RF_FLOAT(k, f, a, u, lo, hi, d, g, r, h) read_##r,
+#define RF_INT(k, f, a, u, lo, hi, d, g, r, h) read_##r,
+#define RF_BOOL(k, f, a, d, g, r, h) read_##r,
+#define RF_ENUM(k, f, a, list, d, g, r, h) read_##r,
+#include "rackfocus/params.def"
+#undef RF_FLOAT
+#undef RF_INT
+#undef RF_BOOL
+#undef RF_ENUM
+};
+
+bool rf_param_is_read(const struct rf_params *params, const char *name,
+                      const char **why_not)
+{
+    const struct rf_param_info *info = rf_param_find(name);
+    const char *reason = "there is no such parameter";
+    if (info && params && params->size > 0) {
+        struct rf_params full;
+        rf_params_complete(&full, params);
+        reason = rf_method_find(full.method) ? rules[info - rf_param_list(NULL)](&full)
+                                             : "there is no such method";
+    }
+    if (why_not)
+        *why_not = reason;
+    return !reason;
+}
