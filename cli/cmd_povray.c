@@ -286,6 +286,7 @@ struct job {
     struct rf_params used;     /* with the facts of the passes */
     char *paths[RF_MAX_VIEWS]; /* of the passes, one per view */
     double started_s;
+    int n_pictures; /* begun */
 };
 
 static int fail_povray(const struct povray_error *error)
@@ -463,6 +464,9 @@ static int render(struct job *job, const char *output)
     job->options.progress = show_progress;
     job->options.user = &bar;
     bool is_good = povray_open(&job->scene, &job->options, &error);
+    if (is_good && job->n_pictures++ == 0 && povray_remark(job->scene)[0])
+        warning(job->tool->is_quiet, "%s: %s", job->options.scene,
+                povray_remark(job->scene));
     if (is_good)
         is_good = job->tool->is_average ? render_average(job, output, &error)
                                         : render_passes(job, &error);

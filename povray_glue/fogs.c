@@ -51,8 +51,12 @@ static bool start_fog(struct povray_scene *scene, const struct shot *shot,
     char *full_name = shot_name(shot, name);
     /* The first assumed_gamma is the one that counts. */
     const char *head = fogs->is_linear ? " global_settings{assumed_gamma 1} " : "";
-    bool is_started = scene_start_render(scene, run, full_name, fogs->mode, head,
-                                         tail.data, "", "-A -UA +Q9", error);
+    const struct scene_render render = {.name = full_name,
+                                        .mode = fogs->mode,
+                                        .head = head,
+                                        .tail = tail.data,
+                                        .after = "-A -UA +Q9"};
+    bool is_started = scene_start_render(scene, run, &render, error);
     free(full_name);
     text_free(&tail);
     return is_started;

@@ -167,9 +167,13 @@ static bool start_view(struct lens_work *work, struct lens_job *job, int i,
     text_addf(&tail, "\n");
     camera_write(&tail, &camera, 0);
     char *name = text_format("lens%d", i % VIEWS_AT_ONCE);
-    bool is_started =
-        scene_start_render(scene, &job->colour, name, REWRITE_PINHOLE, "", tail.data,
-                           lens->before ? lens->before : MEAN_OPTIONS, "", error);
+    const struct scene_render render = {.name = name,
+                                        .mode = REWRITE_PINHOLE,
+                                        .tail = tail.data,
+                                        .before =
+                                            lens->before ? lens->before : MEAN_OPTIONS,
+                                        .is_picture = true};
+    bool is_started = scene_start_render(scene, &job->colour, &render, error);
     free(name);
     text_free(&tail);
     return is_started;

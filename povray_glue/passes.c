@@ -50,8 +50,11 @@ static bool run_job(struct povray_scene *scene, struct job *job,
 {
     struct run *list[6] = {&job->colour, &job->probe};
     const struct shot shot = {&scene->camera, -1};
-    if (!scene_start_render(scene, &job->colour, "colour", REWRITE_PINHOLE, "", "",
-                            COLOUR_OPTIONS, "", error) ||
+    const struct scene_render colour = {.name = "colour",
+                                        .mode = REWRITE_PINHOLE,
+                                        .before = COLOUR_OPTIONS,
+                                        .is_picture = true};
+    if (!scene_start_render(scene, &job->colour, &colour, error) ||
         !scene_find_items(scene, error) || !scene_choose_camera(scene, error) ||
         !scene_start_probe(scene, &job->probe, error) ||
         !fogs_start(scene, &shot, &job->fogs, error))
@@ -127,8 +130,12 @@ static bool start_view(struct povray_scene *scene, struct view_job *job, int vie
     struct text tail = {0};
     shot_add_camera(&tail, &job->shot);
     char *name = shot_name(&job->shot, "colour");
-    bool is_started = scene_start_render(scene, &job->colour, name, REWRITE_PINHOLE, "",
-                                         tail.data, VIEW_OPTIONS, "", error) &&
+    const struct scene_render render = {.name = name,
+                                        .mode = REWRITE_PINHOLE,
+                                        .tail = tail.data,
+                                        .before = VIEW_OPTIONS,
+                                        .is_picture = true};
+    bool is_started = scene_start_render(scene, &job->colour, &render, error) &&
                       fogs_start(scene, &job->shot, &job->fogs, error);
     free(name);
     text_free(&tail);
@@ -221,8 +228,9 @@ bool povray_render_reference(struct povray_scene *scene,
     }
     text_addf(&tail, "\n");
     camera_write(&tail, &passes->camera, n_samples);
-    bool is_good = scene_start_render(scene, &run, "reference", REWRITE_PINHOLE, "",
-                                      tail.data, "", "", error) &&
+    const struct scene_render render = {
+        .name = "reference", .mode = REWRITE_PINHOLE, .tail = tail.data};
+    bool is_good = scene_start_render(scene, &run, &render, error) &&
                    run_wait(list, 1, &scene->options, error) &&
                    scene_read(scene, &run, &picture, error) &&
                    scene_same_size(scene, passes, &picture, error);

@@ -91,6 +91,9 @@ bool povray_open(struct povray_scene **scene, const struct povray_options *optio
                  struct povray_error *error);
 void povray_close(struct povray_scene *scene);
 
+/* A sentence that the user should read before the render, or "". */
+const char *povray_remark(const struct povray_scene *scene);
+
 /* The private folder, with its slash; what is put there goes with the scene. */
 const char *povray_folder(const struct povray_scene *scene);
 

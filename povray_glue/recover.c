@@ -28,6 +28,7 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
                          const char *name, struct povray_error *error)
 {
     char *file = text_format("%s.pov", name), *records = NULL;
+    const struct scene_render render = {.name = name, .mode = mode};
     struct run run = {0}, *runs[] = {&run};
     double is_done = 0;
     const char *tail =
@@ -40,8 +41,7 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
         "\n#error \"rackfocus has what it needs\"\n";
     if (!sources_write(&scene->sources, mode, file, "", tail)) {
         scene_fail_file(error, scene->temp_folder);
-    } else if (run_start(&run, scene->temp_folder, name, file, "", scene->clock_words,
-                         &scene->options, error)) {
+    } else if (scene_start_run(scene, &run, file, &render, error)) {
         /* POV-Ray takes its time to end: stop it as soon as all is said. */
         for (bool has_ended = false; !has_ended && !is_done;) {
             has_ended = run_has_ended(&run);
@@ -204,8 +204,12 @@ bool scene_start_probe(struct povray_scene *scene, struct run *run,
     struct text tail = {0};
     probe_write(&tail, &scene->camera, scene->probe_scale, scene->width, scene->height);
     char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe_rows(scene));
-    bool is_started = scene_start_render(scene, run, "probe", REWRITE_PINHOLE,
-                                         probe_head, tail.data, "", after, error);
+    const struct scene_render render = {.name = "probe",
+                                        .mode = REWRITE_PINHOLE,
+                                        .head = probe_head,
+                                        .tail = tail.data,
+                                        .after = after};
+    bool is_started = scene_start_render(scene, run, &render, error);
     free(after);
     text_free(&tail);
     return is_started;

@@ -9,12 +9,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "ini.h"
 #include "text.h"
 
 double seconds_now(void)
@@ -33,6 +35,7 @@ double seconds_now(void)
 enum { MOST_FOLDERS = 4, MOST_CHILDREN = 64 };
 
 static char open_folders[MOST_FOLDERS][256];
+static int locks[MOST_FOLDERS]; /* a descriptor and 1; 0: none */
 static pid_t children[MOST_CHILDREN];
 
 static void remember_child(pid_t pid)
@@ -65,7 +68,7 @@ static void clean_up(void)
             remove_tree(open_folders[i]);
 }
 
-static void remember_folder(const char *folder)
+static void remember_folder(const char *folder, int lock)
 {
     static bool is_registered;
     if (!is_registered)
@@ -73,6 +76,7 @@ static void remember_folder(const char *folder)
     for (int i = 0; i < MOST_FOLDERS; i++)
         if (!open_folders[i][0]) {
             snprintf(open_folders[i], sizeof open_folders[i], "%s/", folder);
+            locks[i] = lock + 1;
             return;
         }
 }
@@ -80,8 +84,12 @@ static void remember_folder(const char *folder)
 static void forget_folder(const char *folder)
 {
     for (int i = 0; i < MOST_FOLDERS; i++)
-        if (strcmp(open_folders[i], folder) == 0)
+        if (strcmp(open_folders[i], folder) == 0) {
             open_folders[i][0] = 0;
+            if (locks[i] > 0)
+                close(locks[i] - 1);
+            locks[i] = 0;
+        }
 }
 
 /* ---- folders ------------------------------------------------------------------- */
@@ -93,20 +101,65 @@ static bool is_good_folder(const char *folder)
            !strpbrk(folder, "\"'\\ ;") && access(folder, W_OK | X_OK) == 0;
 }
 
+#define FOLDER_PREFIX "rackfocus-"
+#define LOCK_NAME "alive"
+
+/* A lock that the system takes from a process that is killed. It stays open. */
+static int lock_folder(const char *folder)
+{
+    char *path = text_format("%s/" LOCK_NAME, folder);
+    int file = open(path, O_CREAT | O_RDWR | O_CLOEXEC, 0600);
+    free(path);
+    if (file >= 0)
+        flock(file, LOCK_EX | LOCK_NB);
+    return file;
+}
+
+/* Is it one of ours whose process is no more? One without a lock is being made, or is
+ * of an older version. */
+static bool is_abandoned(const char *folder)
+{
+    char *path = text_format("%s/" LOCK_NAME, folder);
+    struct stat info;
+    int file =
+        lstat(folder, &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == geteuid()
+            ? open(path, O_RDWR | O_CLOEXEC | O_NOFOLLOW)
+            : -1;
+    free(path);
+    bool is_free = file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0;
+    if (file >= 0)
+        close(file);
+    return is_free;
+}
+
+static void remove_abandoned(const char *base)
+{
+    DIR *folder = opendir(base);
+    for (struct dirent *entry; folder && (entry = readdir(folder));) {
+        char *path = text_format("%s/%s", base, entry->d_name);
+        if (strncmp(entry->d_name, FOLDER_PREFIX, sizeof FOLDER_PREFIX - 1) == 0 &&
+            is_abandoned(path))
+            remove_tree(path);
+        free(path);
+    }
+    if (folder)
+        closedir(folder);
+}
+
 char *temp_folder_make(struct povray_error *error)
 {
     const char *wanted = getenv("TMPDIR");
     bool is_below_tmp = wanted && strncmp(wanted, "/tmp/", 5) == 0;
-    char *folder =
-        text_format("%s/rackfocus-XXXXXX",
-                    is_below_tmp && is_good_folder(wanted) ? wanted : "/tmp");
+    const char *base = is_below_tmp && is_good_folder(wanted) ? wanted : "/tmp";
+    char *folder = text_format("%s/" FOLDER_PREFIX "XXXXXX", base);
+    remove_abandoned(base);
     if (!mkdtemp(folder)) {
         snprintf(error->message, sizeof error->message, "%s: cannot make a folder: %s",
                  folder, strerror(errno));
         free(folder);
         return NULL;
     }
-    remember_folder(folder);
+    remember_folder(folder, lock_folder(folder));
     char *with_slash = text_format("%s/", folder);
     free(folder);
     return with_slash;
@@ -168,37 +221,90 @@ static char *library_option(const char *folder, const char *private_folder)
     return option;
 }
 
-static void make_arguments(struct argument_list *list, const struct run *run,
-                           const char *scene, const char *before, const char *after,
-                           const struct povray_options *options)
+/* The user's option where the current folder is another: files are named from the root.
+ * Library paths are all given by the sandbox. */
+static char *moved_option(const char *option)
 {
+    const char *header = ini_value(option, "Include_Header", "HI");
+    const bool is_file = option[0] != '+' && option[0] != '-' && !strchr(option, '=');
+    const char *name = header ? header : is_file ? option : NULL;
+    char *file =
+        text_format("%.*s", (int)strcspn(name ? name : "", "["), name ? name : "");
+    char *full = file[0] ? realpath(file, NULL) : NULL, *moved;
+    if (full)
+        moved = text_format("%.*s%s%s", (int)(name - option), option, full,
+                            name + strlen(file));
+    else
+        moved = text_format("%s", option);
+    free(full);
+    free(file);
+    return moved;
+}
+
+static void add_user_options(struct argument_list *list,
+                             const struct run_request *request)
+{
+    const struct povray_options *options = request->options;
+    for (int i = 0; i < options->n_args; i++)
+        add_argument(list, request->sandbox ? moved_option(options->args[i])
+                                            : text_format("%s", options->args[i]));
+}
+
+/* The folders of the scene's files. */
+static void add_folders(struct argument_list *list, const struct run *run,
+                        const struct run_request *request)
+{
+    const struct run_sandbox *sandbox = request->sandbox;
+    for (int i = 0; sandbox && i < sandbox->n_folders; i++) {
+        const char *name = sandbox->folders[i][0] ? sandbox->folders[i] : ".";
+        char *full = realpath(name, NULL);
+        if (full)
+            add_argument(list, library_option(full, run->folder));
+        free(full);
+    }
+    char *folder = path_folder(request->options->scene);
+    if (folder[0] && !sandbox)
+        add_argument(list, library_option(folder, run->folder));
+    free(folder);
+}
+
+static void make_arguments(struct argument_list *list, const struct run *run,
+                           const struct run_request *request)
+{
+    const struct povray_options *options = request->options;
     add_argument(list, text_format("povray"));
-    add_words(list, before);
+    add_words(list, request->before);
     if (options->frame >= 0) { /* the user's own +KFI and +KFF win */
         add_argument(list, text_format("+KFI%d", options->first_frame));
         add_argument(list, text_format("+KFF%d", options->last_frame));
     }
-    for (int i = 0; i < options->n_args; i++)
-        add_argument(list, text_format("%s", options->args[i]));
-    char *folder = path_folder(options->scene);
-    if (folder[0])
-        add_argument(list, library_option(folder, run->folder));
-    free(folder);
-    if (options->frame >= 0)
+    add_user_options(list, request);
+    add_folders(list, run, request);
+    if (options->frame >= 0) {
         add_argument(list, text_format("+SF%d", options->frame));
-    if (options->frame >= 0)
         add_argument(list, text_format("+EF%d", options->frame));
-    add_words(list, after);
-    add_argument(list, text_format("+I%s", scene));
+    }
+    add_words(list, request->after);
+    add_argument(list, text_format("+I%s%s", request->temp_folder, request->scene));
     add_argument(list, text_format("+O%so.exr", run->folder));
     add_words(list, "+FE -D -P -C -GA +GDdebug +GFfatal +GWwarning");
 }
 
+/* Where POV-Ray works: NULL for the current folder, which its own file may stand in. */
+struct place {
+    char *folder, *ini;
+};
+
 /* In the child: never returns. */
-static void execute(char **arguments, const char *log, int report)
+static void execute(char **arguments, const char *log, const struct place *place,
+                    int report)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     setpgid(0, 0);
+    if (place->ini)
+        setenv("POVINI", place->ini, 1);
+    if (place->folder && chdir(place->folder) != 0)
+        _exit(126);
     int null = open("/dev/null", O_RDONLY), out = open(log, O_CREAT | O_WRONLY, 0600);
     if (null >= 0 && out >= 0) {
         dup2(null, 0);
@@ -211,7 +317,7 @@ static void execute(char **arguments, const char *log, int report)
     _exit(n == sizeof code ? 127 : 126);
 }
 
-static bool spawn(struct run *run, char **arguments)
+static bool spawn(struct run *run, char **arguments, const struct place *place)
 {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0)
@@ -220,7 +326,7 @@ static bool spawn(struct run *run, char **arguments)
     run->started_s = seconds_now();
     run->pid = fork();
     if (run->pid == 0)
-        execute(arguments, log, ends[1]);
+        execute(arguments, log, place, ends[1]);
     if (run->pid > 0)
         remember_child(run->pid);
     free(log);
@@ -240,19 +346,52 @@ static bool spawn(struct run *run, char **arguments)
     return run->pid > 0;
 }
 
-bool run_start(struct run *run, const char *temp_folder, const char *name,
-               const char *scene, const char *before, const char *after,
-               const struct povray_options *options, struct povray_error *error)
+static bool copy_file(const char *from, const char *to)
 {
-    *run = (struct run){.folder = text_format("%s%s/", temp_folder, name)};
-    char *scene_path = text_format("%s%s", temp_folder, scene);
+    struct text text = {0};
+    const bool is_copied = text_read_file(&text, from) && text_write_file(&text, to);
+    text_free(&text);
+    return is_copied;
+}
+
+/* The folder that a scene may write to, with the files that it finds there. */
+static bool make_sandbox(struct place *place, const struct run *run,
+                         const struct run_sandbox *sandbox)
+{
+    char *ini = ini_standard_file();
+    place->folder = text_format("%swork/", run->folder);
+    place->ini = ini ? realpath(ini, NULL) : NULL;
+    free(ini);
+    if (mkdir(place->folder, 0700) != 0)
+        return false;
+    DIR *copies = opendir(sandbox->copies);
+    for (struct dirent *entry; copies && (entry = readdir(copies));) {
+        char *from = text_format("%s%s", sandbox->copies, entry->d_name);
+        char *to = text_format("%s%s", place->folder, entry->d_name);
+        if (path_is_file(from))
+            copy_file(from, to);
+        free(from);
+        free(to);
+    }
+    if (copies)
+        closedir(copies);
+    return true;
+}
+
+bool run_start(struct run *run, const struct run_request *request,
+               struct povray_error *error)
+{
+    *run = (struct run){.folder =
+                            text_format("%s%s/", request->temp_folder, request->name)};
     struct argument_list list = {0};
+    struct place place = {0};
     bool is_started = false;
     remove_tree(run->folder); /* of an earlier run of this name */
     errno = 0;
-    if (mkdir(run->folder, 0700) == 0) {
-        make_arguments(&list, run, scene_path, before, after, options);
-        is_started = spawn(run, list.items);
+    if (mkdir(run->folder, 0700) == 0 &&
+        (!request->sandbox || make_sandbox(&place, run, request->sandbox))) {
+        make_arguments(&list, run, request);
+        is_started = spawn(run, list.items, &place);
     }
     if (!is_started && errno == ENOENT)
         snprintf(error->message, sizeof error->message,
@@ -264,7 +403,8 @@ bool run_start(struct run *run, const char *temp_folder, const char *name,
     for (int i = 0; i < list.n; i++)
         free(list.items[i]);
     free(list.items);
-    free(scene_path);
+    free(place.folder);
+    free(place.ini);
     return is_started;
 }
 

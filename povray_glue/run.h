@@ -16,11 +16,25 @@ struct run {
     bool has_picture; /* the picture was complete before the process ended */
 };
 
-/* Makes the folder NAME in temp_folder and starts POV-Ray there with `scene` of the
- * temp_folder: options before the user's, the user's, and those that win. */
-bool run_start(struct run *run, const char *temp_folder, const char *name,
-               const char *scene, const char *before, const char *after,
-               const struct povray_options *options, struct povray_error *error);
+/* Where a scene that writes files writes them, instead of the current folder. */
+struct run_sandbox {
+    char *const *folders; /* where the scene's files are looked for */
+    int n_folders;
+    const char *copies; /* folder of files that are there when the scene begins */
+};
+
+struct run_request {
+    const char *temp_folder;    /* with its slash */
+    const char *name;           /* of the run's own folder in there */
+    const char *scene;          /* file in there */
+    const char *before, *after; /* options before the user's, and those that win */
+    const struct povray_options *options;
+    const struct run_sandbox *sandbox; /* NULL: writes where the user's would */
+};
+
+/* Makes the run's folder and starts POV-Ray. */
+bool run_start(struct run *run, const struct run_request *request,
+               struct povray_error *error);
 
 /* Has it ended, or is its picture complete? Does not wait. */
 bool run_has_ended(struct run *run);
@@ -44,7 +58,8 @@ char *run_picture(const struct run *run);
 /* Share of the picture that is rendered so far, from what POV-Ray prints. */
 double run_fraction(const struct run *run);
 
-/* Private folder for one job, with its slash; NULL with a message. */
+/* Private folder for one job, with its slash; NULL with a message. Removes those of
+ * jobs that were killed. */
 char *temp_folder_make(struct povray_error *error);
 void temp_folder_remove(const char *folder);
 

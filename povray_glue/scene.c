@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "text.h"
 
@@ -13,6 +14,24 @@ bool scene_fail_file(struct povray_error *error, const char *path)
 {
     snprintf(error->message, sizeof error->message, "%s: %s", path, strerror(errno));
     return false;
+}
+
+/* Keeps what the scene will append to or replace, so that every render finds the same.
+ */
+static void keep_written(struct povray_scene *scene)
+{
+    const struct sources *sources = &scene->sources;
+    scene->copies = text_format("%scopies/", scene->temp_folder);
+    if (!sources->writes_files || mkdir(scene->copies, 0700) != 0)
+        return;
+    for (int i = 0; i < sources->n_written; i++) {
+        struct text text = {0};
+        char *copy = text_format("%s%s", scene->copies, sources->written[i]);
+        if (text_read_file(&text, sources->written[i]))
+            text_write_file(&text, copy);
+        free(copy);
+        text_free(&text);
+    }
 }
 
 bool povray_open(struct povray_scene **scene, const struct povray_options *options,
@@ -32,8 +51,23 @@ bool povray_open(struct povray_scene **scene, const struct povray_options *optio
         povray_close(made);
         return false;
     }
+    keep_written(made);
     *scene = made;
     return true;
+}
+
+const char *povray_remark(const struct povray_scene *scene)
+{
+    const struct sources *sources = &scene->sources;
+    if (sources->writes_elsewhere)
+        return "the scene writes files (#fopen) by names that are computed or lie in "
+               "another folder; POV-Ray renders it several times, and each render "
+               "writes "
+               "them";
+    if (sources->n_written > 0)
+        return "the scene writes files (#fopen); the colour's render writes them, and "
+               "the other renders copies of their own";
+    return "";
 }
 
 void povray_close(struct povray_scene *scene)
@@ -44,6 +78,7 @@ void povray_close(struct povray_scene *scene)
     sources_free(&scene->sources);
     free(scene->records);
     free(scene->temp_folder);
+    free(scene->copies);
     free(scene);
 }
 
@@ -135,24 +170,47 @@ bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n
     return run_wait(runs, n, &options, error);
 }
 
-bool scene_start_render(struct povray_scene *scene, struct run *run, const char *name,
-                        enum rewrite_mode mode, const char *head, const char *tail,
-                        const char *before, const char *after,
-                        struct povray_error *error)
+static const char *or_nothing(const char *text)
 {
-    char *file = text_format("%s.pov", name);
-    char *words = text_format("%s %s", after, scene->clock_words);
-    bool is_started = sources_write(&scene->sources, mode, file, head, tail);
+    return text ? text : "";
+}
+
+bool scene_start_run(struct povray_scene *scene, struct run *run, const char *file,
+                     const struct scene_render *render, struct povray_error *error)
+{
+    const struct sources *sources = &scene->sources;
+    const struct run_sandbox sandbox = {sources->folders, sources->n_folders,
+                                        scene->copies};
+    char *words = text_format("%s %s", or_nothing(render->after), scene->clock_words);
+    const bool is_writing = render->is_picture && !scene->has_written;
+    const struct run_request request = {
+        .temp_folder = scene->temp_folder,
+        .name = render->name,
+        .scene = file,
+        .before = or_nothing(render->before),
+        .after = words,
+        .options = &scene->options,
+        .sandbox = sources->writes_files && !is_writing ? &sandbox : NULL};
+    bool is_started = run_start(run, &request, error);
+    free(words);
+    scene->has_written |= is_writing;
+    /* Two runs that write the same file would read each other's halves. */
+    if (is_started && sources->writes_elsewhere)
+        is_started = scene_wait(scene, &run, 1, error);
+    return is_started;
+}
+
+bool scene_start_render(struct povray_scene *scene, struct run *run,
+                        const struct scene_render *render, struct povray_error *error)
+{
+    char *file = text_format("%s.pov", render->name);
+    bool is_started = sources_write(&scene->sources, render->mode, file,
+                                    or_nothing(render->head), or_nothing(render->tail));
     if (!is_started)
         scene_fail_file(error, scene->temp_folder);
     else
-        is_started = run_start(run, scene->temp_folder, name, file, before, words,
-                               &scene->options, error);
+        is_started = scene_start_run(scene, run, file, render, error);
     free(file);
-    free(words);
-    /* Two runs that write the same file would read each other's halves. */
-    if (is_started && scene->sources.writes_files)
-        is_started = scene_wait(scene, &run, 1, error);
     return is_started;
 }
 

@@ -25,6 +25,8 @@ struct povray_scene {
     double probe_scale; /* of PROBE_SCALES */
     struct decode_space space;
     int32_t width, height;
+    char *copies;         /* folder of files that the scene writes to, as they were */
+    bool has_written;     /* a render has written the scene's files where it should */
     char clock_words[96]; /* options that shift the clock, "" or with blanks between */
 };
 
@@ -70,12 +72,21 @@ bool scene_same_size(const struct povray_scene *scene,
 /* The camera of the items, with the user's lens in place of the scene's. */
 bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error);
 
-/* Starts a render of a copy of the scene with `head` and `tail` around it, in the
- * folder `name` of the scene's own; POV-Ray's options before and after the user's. */
-bool scene_start_render(struct povray_scene *scene, struct run *run, const char *name,
-                        enum rewrite_mode mode, const char *head, const char *tail,
-                        const char *before, const char *after,
-                        struct povray_error *error);
+/* A render of a copy of the scene. Texts may be NULL. */
+struct scene_render {
+    const char *name; /* of its folder in the scene's own */
+    enum rewrite_mode mode;
+    const char *head, *tail;    /* around the scene; the head goes behind a #version */
+    const char *before, *after; /* POV-Ray's options before the user's, and after */
+    bool is_picture; /* what the user asked for: the first writes the scene's files */
+};
+
+bool scene_start_render(struct povray_scene *scene, struct run *run,
+                        const struct scene_render *render, struct povray_error *error);
+
+/* Starts POV-Ray on a file of the private folder; the same without writing a copy. */
+bool scene_start_run(struct povray_scene *scene, struct run *run, const char *file,
+                     const struct scene_render *render, struct povray_error *error);
 
 /* Waits without moving the progress bar, which is the colour's. */
 bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n,

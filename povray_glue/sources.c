@@ -65,14 +65,33 @@ static bool is_library(const char *path)
            strncmp(path, "/usr/local/share/povray", 23) == 0;
 }
 
+/* `#fopen HANDLE NAME write` at i, or append. */
+static void note_file(struct sources *sources, const struct tokens *tokens, int i)
+{
+    const int end = token_skip_expression(tokens, i + 2);
+    if (!token_is_word(tokens, end, "write") && !token_is_word(tokens, end, "append"))
+        return;
+    char *name = rewrite_include_name(tokens, i + 1);
+    sources->writes_files = true;
+    if (!name || end != i + 3 || strchr(name, '/')) {
+        sources->writes_elsewhere = true;
+        free(name);
+        return;
+    }
+    sources->written = glue_grow(sources->written, (size_t)sources->n_written + 1,
+                                 sizeof *sources->written);
+    sources->written[sources->n_written++] = name;
+}
+
 static void note_words(struct sources *sources, const struct tokens *tokens)
 {
     for (int i = 0; i < tokens->n; i++) {
         sources->has_fog |= token_is_word(tokens, i, "fog");
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
         sources->has_photons |= token_is_word(tokens, i, "photons");
-        sources->writes_files |= token_is_directive(tokens, i, "fopen") ||
-                                 token_is_word(tokens, i, "Parse_String");
+        sources->writes_files |= token_is_word(tokens, i, "Parse_String");
+        if (token_is_directive(tokens, i, "fopen"))
+            note_file(sources, tokens, i);
     }
 }
 
@@ -175,6 +194,9 @@ void sources_free(struct sources *sources)
     for (int i = 0; i < sources->n_computed; i++)
         free(sources->computed[i]);
     free(sources->computed);
+    for (int i = 0; i < sources->n_written; i++)
+        free(sources->written[i]);
+    free(sources->written);
     free(sources->folders);
     free(sources->items);
     *sources = (struct sources){0};

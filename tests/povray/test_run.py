@@ -319,3 +319,75 @@ def test_nohup(binary, tmp_path):
             )
             codes.add(done.returncode)
     assert 129 in ends[False] and ends[True] == {0}
+
+
+#: Counts its own renders, and moves its camera by them; what it wrote it includes.
+COUNTING = """#version 3.7;
+#declare N = 0;
+#if (file_exists("count.txt"))
+    #fopen F "count.txt" read
+    #while (defined(F)) #read (F, V) #declare N = N + V; #end
+#end
+#fopen F "count.txt" append
+#write (F, "1,\\n")
+#fclose F
+#fopen G "made.inc" write
+#write (G, "sphere { <0.3, 0.8, -2.5>, 0.2 pigment { rgb 1 } }\\n")
+#fclose G
+#include "made.inc"
+#include "strings.inc"
+Parse_String("#declare R = 1;")
+global_settings { assumed_gamma 1.0 }
+camera { location <0, 1, -5 - N> look_at <0, 1, 0> aperture 0.6 focal_point <0, 1, 0> }
+sphere { <0, 1, 0>, R pigment { checker rgb 1 rgb 0.2 scale 0.2 } }
+light_source { <3, 9, -7> rgb 1 }
+"""
+
+
+@pytest.mark.parametrize(
+    "options", [[], ["--views", "3"], ["--method", "accumulate", "--views", "3"]]
+)
+def test_what_a_scene_writes_is_written_once(rackfocus, tmp_path, options):
+    """As by one render of POV-Ray itself; the others see what that one saw."""
+    (tmp_path / "s.pov").write_text(COUNTING)
+    (tmp_path / "count.txt").write_text("1,\n")
+    said = rackfocus("povray", "s.pov", "--camera", cwd=tmp_path).stdout
+    focus = re.search(r"focus_distance (\S+)", said).group(1)
+    assert (tmp_path / "count.txt").read_text() == "1,\n"
+    assert not (tmp_path / "made.inc").exists()
+    done = rackfocus("povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE,
+                     cwd=tmp_path)  # fmt: skip
+    assert (tmp_path / "count.txt").read_text() == "1,\n" * 2
+    assert (tmp_path / "made.inc").exists()
+    assert done.stderr.count("writes files (#fopen)") == 1
+    assert f"focus distance {focus}," in done.stdout
+
+
+def test_folders_of_killed_jobs_are_cleared(rackfocus, binary, tmp_path):
+    """Not those of jobs that still run, nor what is not ours."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    private = tmp_path / "private"
+    other = private / "rackfocus-other"
+    other.mkdir(parents=True)
+    slow = [binary, "povray", "s.pov", "-o", "p.exr", "--", "+W3200", "+H2400", "+A0.0"]
+    jobs = []
+    for _ in range(2):
+        jobs.append(subprocess.Popen([*slow, "+R9"], cwd=tmp_path,
+                                     env={**os.environ, "TMPDIR": str(private)}))  # fmt: skip
+        while len({log.parent.parent for log in private.glob("*/*/log")}) < len(jobs):
+            time.sleep(0.02)
+    try:
+        jobs[0].kill()
+        jobs[0].wait()
+        before = set(private.iterdir())
+        assert len(before) == 3
+        subprocess.run([binary, "povray", "s.pov", "--camera", "--", *SIZE], check=True,
+                       cwd=tmp_path, env={**os.environ, "TMPDIR": str(private)},
+                       capture_output=True)  # fmt: skip
+        left = set(private.iterdir())
+        assert len(before - left) == 1 and other in left
+        assert jobs[1].poll() is None
+    finally:
+        jobs[1].terminate()
+        jobs[1].wait()
+    assert list(private.iterdir()) == [other]
