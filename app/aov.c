@@ -29,10 +29,8 @@ static bool fail_layer(const struct source *source, const char *layer, size_t n,
 {
     char channels[400];
     source_list_channels(source->colour, channels, sizeof(channels));
-    snprintf(error->message, sizeof(error->message),
-             "%s: layer \"%.*s\" %s; its channels are %s", image_path(source->colour),
-             (int)n, layer, text, channels);
-    return false;
+    return set_error(error, "%s: layer \"%.*s\" %s; its channels are %s",
+                     image_path(source->colour), (int)n, layer, text, channels);
 }
 
 static bool is_colour(const struct source *source, int channel)
@@ -78,7 +76,9 @@ bool aovs_find(struct aovs *aovs, const struct source *source, const char *names
 {
     int n;
     image_channels(source->colour, &n);
-    *aovs = (struct aovs){.channels = need_memory((size_t)n, sizeof(int))};
+    *aovs = (struct aovs){.channels = app_memory((size_t)n, sizeof(int), error)};
+    if (!aovs->channels)
+        return false;
     for (const char *name = names; *name;) {
         const size_t length = strcspn(name, ",");
         if (length && !find_one(aovs, source, name, length, error))
@@ -128,7 +128,13 @@ static rf_result filter_groups(struct aovs *aovs, const struct source *source,
                                struct rf_error *error)
 {
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
-    float *rgb = need_memory(n_pixels, 3 * sizeof(float));
+    struct image_error memory;
+    float *rgb = app_memory(n_pixels, 3 * sizeof(float), &memory);
+    if (!rgb) {
+        error->code = RF_ERROR_MEMORY;
+        snprintf(error->message, sizeof(error->message), "%.200s", memory.message);
+        return RF_ERROR_MEMORY;
+    }
     const struct rf_view view = {
         .colour = rf_image_packed(rgb, source->width, source->height, 3),
         .depth = rf_image_packed((float *)depth, source->width, source->height, 1)};
@@ -149,9 +155,9 @@ bool aovs_filter(struct aovs *aovs, const struct source *source,
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
     if (aovs->n == 0)
         return true;
-    aovs->samples = need_memory(n_pixels, (size_t)aovs->n * sizeof(float));
-    if (!image_read(source->colour, aovs->channels, aovs->n, aovs->samples, n_threads,
-                    error))
+    aovs->samples = app_memory(n_pixels, (size_t)aovs->n * sizeof(float), error);
+    if (!aovs->samples || !image_read(source->colour, aovs->channels, aovs->n,
+                                      aovs->samples, n_threads, error))
         return false;
     struct rf_params plain = *params;
     plain.split_edges = plain.exact_highlights = 0;
@@ -164,7 +170,7 @@ bool aovs_filter(struct aovs *aovs, const struct source *source,
         result = filter_groups(aovs, source, filter, depth, &core_error);
     rf_filter_destroy(filter);
     if (result != RF_OK)
-        snprintf(error->message, sizeof(error->message),
+        app_fail(error, result == RF_ERROR_MEMORY ? APP_NO_MEMORY : APP_FAILED,
                  "%s: in the layers to filter: %s", image_path(source->colour),
                  core_error.message);
     return result == RF_OK;

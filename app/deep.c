@@ -48,15 +48,18 @@ static void put_pixel(const struct layer_samples *from, size_t pixel,
                         from->is_holdout);
 }
 
-static void merge(struct deep_frame *to, const struct layer_samples *files, int n_files)
+static bool merge(struct deep_frame *to, const struct layer_samples *files, int n_files,
+                  struct image_error *error)
 {
     const struct image_deep *size = &files[0].deep;
     const size_t n_pixels = (size_t)size->width * (size_t)size->height;
     size_t n_samples = 0, n = 0;
     for (int i = 0; i < n_files; i++)
         n_samples += files[i].deep.first[n_pixels];
-    to->first = need_memory(n_pixels + 1, sizeof(*to->first));
-    to->samples = need_memory(n_samples, sizeof(*to->samples));
+    to->first = app_memory(n_pixels + 1, sizeof(*to->first), error);
+    to->samples = to->first ? app_memory(n_samples, sizeof(*to->samples), error) : NULL;
+    if (!to->samples)
+        return false;
     for (size_t pixel = 0; pixel < n_pixels; pixel++) {
         to->first[pixel] = n;
         for (int i = 0; i < n_files; i++)
@@ -67,12 +70,12 @@ static void merge(struct deep_frame *to, const struct layer_samples *files, int 
                                  .height = size->height,
                                  .first = to->first,
                                  .samples = to->samples};
+    return true;
 }
 
 static bool fail_holdout(const char *path, const char *text, struct image_error *error)
 {
-    snprintf(error->message, sizeof(error->message), "%s: %s", path, text);
-    return false;
+    return set_error(error, "%s: %s", path, text);
 }
 
 /* The plain A of the part that has channel z, where no colour leads to it. */
@@ -127,8 +130,7 @@ bool deep_read(struct deep_frame *deep, const struct source *source,
                              &files[0].deep, error);
     if (is_good && holdout)
         is_good = read_holdout(holdout, source, n_threads, &files[1], error);
-    if (is_good)
-        merge(deep, files, holdout ? 2 : 1);
+    is_good = is_good && merge(deep, files, holdout ? 2 : 1, error);
     for (int i = 0; i < 2; i++)
         image_deep_free(&files[i].deep);
     return is_good;
@@ -149,7 +151,12 @@ rf_result deep_flatten(const struct deep_frame *deep, const struct rf_filter *fi
     float *unwanted = NULL;
     if (!colour)
         colour = unwanted =
-            need_memory(n_pixels * (size_t)source->n_channels, sizeof(float));
+            app_memory(n_pixels * (size_t)source->n_channels, sizeof(float), NULL);
+    if (!colour) {
+        error->code = RF_ERROR_MEMORY;
+        snprintf(error->message, sizeof(error->message), "out of memory");
+        return RF_ERROR_MEMORY;
+    }
     const struct rf_image image =
         rf_image_packed(colour, source->width, source->height, source->n_channels);
     const struct rf_image map =

@@ -52,14 +52,16 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         found->half_step_px = half_step_px(lens, stats);
 }
 
-void depth_find(struct depth_findings *found, const struct source *source,
+bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
                 const float *depth, const float *alpha, size_t stride)
 {
     struct depth_stats stats;
-    depth_stats_measure(depth, alpha, stride, source->width, source->height,
-                        settings->params.depth_infinity, &stats);
+    if (!depth_stats_measure(depth, alpha, stride, source->width, source->height,
+                             settings->params.depth_infinity, &stats))
+        return false;
     depth_judge(found, source, settings, lens, &stats);
+    return true;
 }
 
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)
@@ -177,11 +179,13 @@ static bool is_flat(const struct line *line)
            fabsf(line->at[line->step] - z) <= alike;
 }
 
-size_t depth_snap(float *depth, int32_t width, int32_t height, double infinity)
+bool depth_snap(float *depth, int32_t width, int32_t height, double infinity,
+                size_t *n_changed)
 {
     const size_t n = (size_t)width * (size_t)height;
-    float *from = need_memory(n, sizeof(*from));
-    size_t n_changed = 0;
+    float *from = app_memory(n, sizeof(*from), NULL);
+    if (!from)
+        return false;
     memcpy(from, depth, n * sizeof(*from));
     for (int32_t y = 0; y < height; y++)
         for (int32_t x = 0; x < width; x++) {
@@ -196,7 +200,7 @@ size_t depth_snap(float *depth, int32_t width, int32_t height, double infinity)
             depth[i] = snapped(from[i], &step);
             if (depth[i] < 0)
                 depth[i] = least_around(&row, &column, depth[i]);
-            n_changed += depth[i] != from[i];
+            *n_changed += depth[i] != from[i];
         }
     free(from);
     return n_changed;

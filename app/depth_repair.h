@@ -29,8 +29,9 @@ struct depth_findings {
     bool is_kind_open;   /* nobody said which kind of depth it is */
 };
 
-/* `alpha` (may be NULL) has `stride` floats from pixel to pixel. */
-void depth_find(struct depth_findings *found, const struct source *source,
+/* `alpha` (may be NULL) has `stride` floats from pixel to pixel. False without memory.
+ */
+bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
                 const float *depth, const float *alpha, size_t stride);
 
@@ -47,9 +48,11 @@ void depth_undo_mist(float *depth, size_t n, enum mist_falloff falloff);
 /* Divides by alpha; 0 where there is none. Returns how many pixels changed. */
 size_t depth_divide_by_alpha(float *depth, const float *alpha, size_t stride, size_t n);
 /* Gives pixels whose depth lies between those of two flat sides the nearer of the two
- * depths. Returns how many. What a pixel gets depends on those within DEPTH_SNAP_REACH
- * in its row and its column, and on its neighbours. */
+ * depths, and adds how many to *n_changed. False without memory. What a pixel gets
+ * depends on those within DEPTH_SNAP_REACH in its row and its column, and on its
+ * neighbours. */
 enum { DEPTH_SNAP_REACH = DEPTH_STEP_PIXELS + 1 };
-size_t depth_snap(float *depth, int32_t width, int32_t height, double infinity);
+bool depth_snap(float *depth, int32_t width, int32_t height, double infinity,
+                size_t *n_changed);
 
 #endif

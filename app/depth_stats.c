@@ -155,7 +155,7 @@ static double share_of(size_t n_part, size_t n)
     return n >= 20 ? (double)n_part / (double)n : 0;
 }
 
-void depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
+bool depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
                        double depth_infinity)
 {
     const size_t n = (size_t)width * (size_t)height;
@@ -165,7 +165,8 @@ void depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
         .infinity = depth_infinity,
         .step = n / 100000 + 1,
     };
-    tally->hits = need_memory(n / tally->step + 1, sizeof(*tally->hits));
+    tally->hits = app_memory(n / tally->step + 1, sizeof(*tally->hits), NULL);
+    return tally->hits != NULL;
 }
 
 void depth_tally_add(struct depth_tally *tally, const float *depth, const float *alpha,
@@ -191,14 +192,16 @@ void depth_tally_end(struct depth_tally *tally, struct depth_stats *stats)
     tally->hits = NULL;
 }
 
-void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
+bool depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
                          int32_t width, int32_t height, double depth_infinity,
                          struct depth_stats *stats)
 {
     struct depth_tally tally;
-    depth_tally_begin(&tally, width, height, depth_infinity);
+    if (!depth_tally_begin(&tally, width, height, depth_infinity))
+        return false;
     depth_tally_add(&tally, depth, alpha, alpha_stride, height);
     depth_tally_end(&tally, stats);
+    return true;
 }
 
 const char *depth_stats_guess(const struct depth_stats *stats, const char **reason)

@@ -33,12 +33,14 @@ struct depth_stats {
     double premultiplied_share; /* of the part-covered pixels, those scaled by alpha */
 };
 
-/* `alpha` has `alpha_stride` floats from pixel to pixel; may be NULL. */
-void depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
+/* `alpha` has `alpha_stride` floats from pixel to pixel; may be NULL. False without
+ * memory. */
+bool depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
                          int32_t width, int32_t height, double depth_infinity,
                          struct depth_stats *stats);
 
-/* The same of a picture that comes in strips from the top. */
+/* The same of a picture that comes in strips from the top; only the beginning can fail.
+ */
 struct depth_tally {
     struct depth_stats stats;
     int32_t width;
@@ -48,7 +50,7 @@ struct depth_tally {
     size_t n_hits, n_steps, n_mixed, n_part, n_scaled;
 };
 
-void depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
+bool depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
                        double depth_infinity);
 void depth_tally_add(struct depth_tally *tally, const float *depth, const float *alpha,
                      size_t alpha_stride, int32_t n_rows);

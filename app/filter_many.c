@@ -31,8 +31,8 @@ static bool folder_make(struct folder *folder, const char *output,
         os_folder_make_temporary(prefix, folder->path, sizeof(folder->path));
     if (reason == 0)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%.800s: cannot make a folder beside it: %s", output, strerror(reason));
+    set_error(error, "%.800s: cannot make a folder beside it: %s", output,
+              strerror(reason));
     return false;
 }
 
@@ -46,12 +46,9 @@ static void folder_remove(const struct folder *folder)
     os_folder_remove(folder->path);
 }
 
-static int fail_exr(const struct image_error *error)
+static int fail_image(const struct image_error *error)
 {
-    if (os_is_interrupted())
-        return os_interrupt_code();
-    message("%s", error->message);
-    return EXIT_FAILED;
+    return os_is_interrupted() ? APP_INTERRUPTED : app_code_of(error);
 }
 
 /* ---- layers --------------------------------------------------------------------- */
@@ -78,8 +75,8 @@ static bool check_layers(const struct source *top, const char *top_name,
         what = "has no alpha and so would hide all of";
     if (!what)
         return true;
-    snprintf(
-        error->message, sizeof(error->message),
+    set_error(
+        error,
         "%s: %s %s; layers are of one window and kind, and those on top have alpha",
         top_name, what, bottom_name);
     return false;
@@ -133,53 +130,52 @@ static bool write_layers(const struct filter_options *tool, const struct source 
     const struct source_output how = {.type = is_half ? IMAGE_SAMPLE_HALF
                                                       : IMAGE_SAMPLE_FLOAT,
                                       .n_threads = thread_count(tool->n_threads)};
-    if (is_half)
-        picture_clip_to_half(tool->output, samples,
-                             (size_t)bottom->width * (size_t)bottom->height *
-                                 (size_t)bottom->n_channels,
-                             tool->is_quiet);
+    const size_t n_samples =
+        (size_t)bottom->width * (size_t)bottom->height * (size_t)bottom->n_channels;
+    if (is_half && picture_warn_clipped(tool->host, tool->output,
+                                        picture_clip_to_half(samples, n_samples),
+                                        error) != APP_DONE)
+        return false;
     return source_write_colour(bottom, tool->output, samples, &how, error);
 }
 
 static int join_layers(const struct filter_options *tool, const struct folder *folder,
-                       char *const *names)
+                       char *const *names, struct image_error *error)
 {
-    struct image_error error;
     struct source bottom;
     char path[4200];
     const int n_threads = thread_count(tool->n_threads);
     folder_file(folder, folder->n_files - 1, path, sizeof(path));
-    if (!open_result(path, &bottom, &error))
-        return fail_exr(&error);
-    float *samples = source_read_colour(&bottom, n_threads, &error);
+    if (!open_result(path, &bottom, error))
+        return fail_image(error);
+    float *samples = source_read_colour(&bottom, n_threads, error);
     const bool is_good =
-        samples && put_all_over(folder, names, &bottom, samples, n_threads, &error) &&
-        !os_is_interrupted() && write_layers(tool, &bottom, samples, &error);
+        samples && put_all_over(folder, names, &bottom, samples, n_threads, error) &&
+        !os_is_interrupted() && write_layers(tool, &bottom, samples, error);
     free(samples);
     source_close(&bottom);
-    return is_good ? EXIT_DONE : fail_exr(&error);
+    return is_good ? APP_DONE : fail_image(error);
 }
 
 int filter_over(const struct filter_options *tool, const struct settings *settings,
-                char *const *paths, int n_paths)
+                char *const *paths, int n_paths, struct image_error *error)
 {
-    struct image_error error;
     struct folder folder;
-    if (!picture_check_writable(tool->output, &error) ||
-        !folder_make(&folder, tool->output, &error))
-        return fail_exr(&error);
-    int code = EXIT_DONE;
-    for (int i = 0; i < n_paths && code == EXIT_DONE; i++) {
+    if (!picture_check_writable(tool->output, error) ||
+        !folder_make(&folder, tool->output, error))
+        return fail_image(error);
+    int code = APP_DONE;
+    for (int i = 0; i < n_paths && code == APP_DONE; i++) {
         struct filter_options one = *tool;
         struct settings own = *settings;
         char path[4200];
         folder_file(&folder, folder.n_files++, path, sizeof(path));
         one.output = path;
         one.type = FILTER_TYPE_FLOAT;
-        code = filter_run(&one, &own, paths + i, 1);
+        code = filter_run(&one, &own, paths + i, 1, error);
     }
-    if (code == EXIT_DONE)
-        code = join_layers(tool, &folder, paths);
+    if (code == APP_DONE)
+        code = join_layers(tool, &folder, paths, error);
     folder_remove(&folder);
     return code;
 }
@@ -232,10 +228,11 @@ static int list_inside(char *path, struct eye *eyes, struct image_error *error)
     image_close(input);
     if (n >= 2 && n <= MAX_EYES)
         return n;
-    snprintf(error->message, sizeof(error->message),
-             "%s: holds %d views; --stereo takes a file of 2 to %d, or two files, left "
-             "and right",
-             path, n, MAX_EYES);
+    set_error(
+        error,
+        "%s: holds %d views; --stereo takes a file of 2 to %d, or two files, left "
+        "and right",
+        path, n, MAX_EYES);
     return 0;
 }
 
@@ -293,10 +290,11 @@ static void remove_new(const struct filter_options *tool, const struct eye *eyes
 
 /* Into files of the folder, or where it is NULL into those that the output names. */
 static int filter_eyes(const struct filter_options *tool, struct settings *settings,
-                       struct eye *eyes, int n, struct folder *folder)
+                       struct eye *eyes, int n, struct folder *folder,
+                       struct image_error *error)
 {
-    int code = EXIT_DONE;
-    for (int i = 0; i < n && code == EXIT_DONE; i++) {
+    int code = APP_DONE;
+    for (int i = 0; i < n && code == APP_DONE; i++) {
         struct filter_options one = *tool;
         char path[4200];
         if (folder)
@@ -307,43 +305,42 @@ static int filter_eyes(const struct filter_options *tool, struct settings *setti
         one.output = path;
         one.view = eyes[i].is_inside ? eyes[i].name : NULL;
         /* What the first found in its header stays for the others. */
-        code = filter_run(&one, settings, &eyes[i].path, 1);
+        code = filter_run(&one, settings, &eyes[i].path, 1, error);
     }
-    if (code != EXIT_DONE && !folder)
+    if (code != APP_DONE && !folder)
         remove_new(tool, eyes, n);
     return code;
 }
 
 int filter_stereo(const struct filter_options *tool, struct settings *settings,
-                  char *const *paths, int n_paths)
+                  char *const *paths, int n_paths, struct image_error *error)
 {
-    struct image_error error;
     struct folder folder;
     struct eye eyes[MAX_EYES];
     int n = 2;
     if (n_paths == 1)
-        n = list_inside(paths[0], eyes, &error);
-    else if (!name_pair(paths, eyes, &error))
+        n = list_inside(paths[0], eyes, error);
+    else if (!name_pair(paths, eyes, error))
         n = 0;
-    if (n == 0 || !picture_check_writable(tool->output, &error))
-        return fail_exr(&error);
+    if (n == 0 || !picture_check_writable(tool->output, error))
+        return fail_image(error);
     if (filter_has_view_mark(tool->output))
-        return filter_eyes(tool, settings, eyes, n, NULL);
-    if (!folder_make(&folder, tool->output, &error))
-        return fail_exr(&error);
-    int code = filter_eyes(tool, settings, eyes, n, &folder);
-    if (code == EXIT_DONE && !join_eyes(tool, &folder, eyes, &error))
-        code = fail_exr(&error);
+        return filter_eyes(tool, settings, eyes, n, NULL, error);
+    if (!folder_make(&folder, tool->output, error))
+        return fail_image(error);
+    int code = filter_eyes(tool, settings, eyes, n, &folder, error);
+    if (code == APP_DONE && !join_eyes(tool, &folder, eyes, error))
+        code = fail_image(error);
     folder_remove(&folder);
     return code;
 }
 
 int filter_any(const struct filter_options *tool, struct settings *settings,
-               char *const *paths, int n_paths)
+               char *const *paths, int n_paths, struct image_error *error)
 {
     if (tool->is_over)
-        return filter_over(tool, settings, paths, n_paths);
+        return filter_over(tool, settings, paths, n_paths, error);
     if (tool->is_stereo)
-        return filter_stereo(tool, settings, paths, n_paths);
-    return filter_run(tool, settings, paths, n_paths);
+        return filter_stereo(tool, settings, paths, n_paths, error);
+    return filter_run(tool, settings, paths, n_paths, error);
 }

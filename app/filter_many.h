@@ -11,7 +11,7 @@
  * has the channels and the header of the last.
  */
 int filter_over(const struct filter_options *tool, const struct settings *settings,
-                char *const *paths, int n_paths);
+                char *const *paths, int n_paths, struct image_error *error);
 
 /*
  * Filters all views of one multi-view file, or two files, left and right, with the
@@ -19,11 +19,11 @@ int filter_over(const struct filter_options *tool, const struct settings *settin
  * its name holds %V (the name of the view) or %v (its first letter).
  */
 int filter_stereo(const struct filter_options *tool, struct settings *settings,
-                  char *const *paths, int n_paths);
+                  char *const *paths, int n_paths, struct image_error *error);
 
-/* filter_over, filter_stereo or filter_run, as the options say. */
+/* filter_over, filter_stereo or filter_run, as the options say. An enum app_code. */
 int filter_any(const struct filter_options *tool, struct settings *settings,
-               char *const *paths, int n_paths);
+               char *const *paths, int n_paths, struct image_error *error);
 
 /* Does the name hold %V or %v? */
 bool filter_has_view_mark(const char *name);

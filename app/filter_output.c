@@ -57,15 +57,15 @@ void filter_drop_view(const struct run *run, struct source_description *to)
 
 /* The colour with the filtered layers beside it; the colour itself where there are
  * none. */
-static float *add_aovs(const struct run *run, int n_channels)
+static float *add_aovs(const struct run *run, int n_channels, struct image_error *error)
 {
     const struct aovs *aovs = &run->aovs;
     const size_t n = (size_t)run->source.width * (size_t)run->source.height;
     const size_t n_colour = (size_t)n_channels, n_aovs = (size_t)aovs->n;
     if (n_aovs == 0)
         return run->colour;
-    float *samples = need_memory(n, (n_colour + n_aovs) * sizeof(float));
-    for (size_t i = 0; i < n; i++) {
+    float *samples = app_memory(n, (n_colour + n_aovs) * sizeof(float), error);
+    for (size_t i = 0; samples && i < n; i++) {
         float *to = samples + i * (n_colour + n_aovs);
         memcpy(to, run->colour + i * n_colour, n_colour * sizeof(float));
         memcpy(to + n_colour, aovs->samples + i * n_aovs, n_aovs * sizeof(float));
@@ -90,62 +90,87 @@ static struct image_output output_of(const struct source *source, int n_channels
                                  .samples = samples};
 }
 
+/* What the channels of the output are called: as in the input, but a lone view's and
+ * those that luminance and chroma stood for. */
+struct channel_names {
+    char own[4][256];
+    const char **all; /* of run's colour, n of them, then of its other layers */
+};
+
+static void name_channels(const struct run *run, int n_colours,
+                          struct channel_names *names)
+{
+    const struct source *source = &run->source;
+    const struct image_layer *layer = &source->layer;
+    int n;
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
+    const int grey_alpha[2] = {layer->r, layer->a};
+    const int *indices = source->is_grey ? grey_alpha : rgba;
+    const char *view = view_name(run);
+    for (int i = 0; i < n_colours && i < 4; i++) {
+        names->all[i] = names->own[i];
+        if (layer->is_chroma && i < 3)
+            source_channel_name(source, i, names->own[i], sizeof(names->own[i]));
+        else if (view)
+            drop_view(channels[indices[i]].name, view, names->own[i],
+                      sizeof(names->own[i]));
+        else
+            names->all[i] = channels[indices[i]].name;
+    }
+    for (int i = 0; i < run->aovs.n; i++)
+        names->all[n_colours + i] = channels[run->aovs.channels[i]].name;
+}
+
+/* Writes n_colours channels of run->colour and the other layers. `types` has room. */
+static bool write_channels(const struct run *run, int n_colours, const float *samples,
+                           struct channel_names *names, enum image_sample_type *types,
+                           const struct image_attribute *filtered,
+                           struct image_error *error)
+{
+    const bool is_half = run->tool->type == FILTER_TYPE_HALF;
+    const int n_all = n_colours + run->aovs.n;
+    name_channels(run, n_colours, names);
+    for (int i = 0; i < n_all; i++)
+        types[i] = is_half ? IMAGE_SAMPLE_HALF : IMAGE_SAMPLE_FLOAT;
+    struct image_output output =
+        output_of(&run->source, n_all, names->all, types, samples);
+    output.compression = filter_compression(run);
+    output.attributes = filtered;
+    output.n_attributes = 1;
+    output.dropped = view_name(run) ? of_multi_view : of_view;
+    output.like = run->source.colour;
+    output.like_part = run->source.part;
+    output.pass_through = run->tool->pass_through;
+    return image_write(run->tool->output, &output, run->n_threads, error);
+}
+
 static bool write_exr(const struct run *run, const struct image_attribute *filtered,
                       struct image_error *error)
 {
     const struct source *source = &run->source;
-    int n;
-    const struct image_channel_info *channels = image_channels(source->colour, &n);
-    const struct image_layer *layer = &source->layer;
-    const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
-    const int grey_alpha[2] = {layer->r, layer->a};
-    const int *indices = source->is_grey ? grey_alpha : rgba;
-    const bool is_half = run->tool->type == FILTER_TYPE_HALF;
-    int n_channels = source->n_channels;
-    if (source->is_grey && n_channels == 4) {
-        source_pack_grey_alpha(run->colour,
-                               (size_t)source->width * (size_t)source->height);
-        n_channels = 2;
+    const size_t n_pixels = (size_t)source->width * (size_t)source->height;
+    int n_colours = source->n_channels;
+    if (source->is_grey && n_colours == 4) {
+        source_pack_grey_alpha(run->colour, n_pixels);
+        n_colours = 2;
     }
-    const int n_all = n_channels + run->aovs.n;
-    const char **names = need_memory((size_t)n_all, sizeof(*names));
-    enum image_sample_type *types = need_memory((size_t)n_all, sizeof(*types));
-    float *samples = add_aovs(run, n_channels);
-    if (is_half)
-        picture_clip_to_half(run->tool->output, samples,
-                             (size_t)source->width * (size_t)source->height *
-                                 (size_t)n_all,
-                             run->tool->is_quiet);
-    char own_names[4][256];
-    const char *view = view_name(run);
-    for (int i = 0; i < n_all; i++) {
-        const bool is_aov = i >= n_channels;
-        names[i] =
-            channels[is_aov ? run->aovs.channels[i - n_channels] : indices[i]].name;
-        if (layer->is_chroma && i < 3) {
-            source_channel_name(source, i, own_names[i], sizeof(own_names[i]));
-            names[i] = own_names[i];
-        } else if (view && !is_aov) {
-            drop_view(names[i], view, own_names[i], sizeof(own_names[i]));
-            names[i] = own_names[i];
-        }
-        types[i] = is_half ? IMAGE_SAMPLE_HALF : IMAGE_SAMPLE_FLOAT;
-    }
-    struct image_output output = output_of(source, n_all, names, types, samples);
-    output.compression = filter_compression(run);
-    output.attributes = filtered;
-    output.n_attributes = 1;
-    output.dropped = view ? of_multi_view : of_view;
-    output.like = source->colour;
-    output.like_part = source->part;
-    output.pass_through = run->tool->pass_through;
-    const bool is_written =
-        image_write(run->tool->output, &output, run->n_threads, error);
+    const size_t n_all = (size_t)(n_colours + run->aovs.n);
+    struct channel_names names = {.all = app_memory(n_all, sizeof(*names.all), error)};
+    enum image_sample_type *types = app_memory(n_all, sizeof(*types), error);
+    float *samples = names.all && types ? add_aovs(run, n_colours, error) : NULL;
+    bool is_good = samples != NULL;
+    if (is_good && run->tool->type == FILTER_TYPE_HALF)
+        is_good = picture_warn_clipped(run->tool->host, run->tool->output,
+                                       picture_clip_to_half(samples, n_pixels * n_all),
+                                       error) == APP_DONE;
+    is_good = is_good &&
+              write_channels(run, n_colours, samples, &names, types, filtered, error);
     if (samples != run->colour)
         free(samples);
-    free(names);
+    free(names.all);
     free(types);
-    return is_written;
+    return is_good;
 }
 
 bool filter_write_flattened(const struct run *run, struct image_error *error)
@@ -158,8 +183,8 @@ bool filter_write_flattened(const struct run *run, struct image_error *error)
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
     const int n_colours = source->n_channels, n_channels = n_colours + 1;
-    float *samples = need_memory(n, (size_t)n_channels * sizeof(float));
-    for (size_t i = 0; i < n; i++) {
+    float *samples = app_memory(n, (size_t)n_channels * sizeof(float), error);
+    for (size_t i = 0; samples && i < n; i++) {
         memcpy(samples + i * (size_t)n_channels, run->colour + i * (size_t)n_colours,
                (size_t)n_colours * sizeof(float));
         samples[i * (size_t)n_channels + (size_t)n_colours] = run->depth[i];
@@ -173,7 +198,7 @@ bool filter_write_flattened(const struct run *run, struct image_error *error)
     output.like = source->colour;
     output.like_part = source->part;
     const bool is_written =
-        image_write(run->tool->flattened, &output, run->n_threads, error);
+        samples && image_write(run->tool->flattened, &output, run->n_threads, error);
     free(samples);
     return is_written;
 }

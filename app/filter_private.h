@@ -13,6 +13,8 @@
 /* Everything that one run holds. */
 struct run {
     const struct filter_options *tool;
+    struct image_error *error;
+    int remark; /* APP_DONE, or an error that the core's remarks were to the host */
     struct settings *settings;
     struct rf_params params; /* for the data window */
     struct source_request request;

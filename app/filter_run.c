@@ -10,16 +10,15 @@
 #include "file.h"
 #include "interrupt.h"
 #include "picture.h"
-#include "progress.h"
 #include "report.h"
 #include "windows.h"
 
 /* ---- messages ------------------------------------------------------------------- */
 
-static int fail_exr(const struct image_error *error)
+/* The code of what was put into run->error. */
+static int fail_image(const struct run *run)
 {
-    message("%s", error->message);
-    return EXIT_FAILED;
+    return app_code_of(run->error);
 }
 
 /* Was anything about the lens (aperture, ...) typed? Conflicts have two sides. */
@@ -41,17 +40,16 @@ static int fail_parameter(const struct run *run, const struct rf_error *error)
     const struct rf_param_info *info = rf_param_find(error->field);
     const char *path = image_path(run->source.colour);
     if (!info) {
-        message("%s: %s", path, error->message);
-        return EXIT_FAILED;
+        return app_fail(run->error, APP_FAILED, "%s: %s", path, error->message);
     }
     if (settings_origin(run->settings, info->key) == ORIGIN_COMMAND_LINE) {
-        message("--%s: %s", info->key, error->message);
-        return EXIT_USAGE;
+        return app_fail(run->error, APP_USAGE, "--%s: %s", info->key, error->message);
     }
     char origin[128];
     settings_describe_origin(run->settings, info->key, origin, sizeof(origin));
-    message("%s: %s (--%s, from the %s)", path, error->message, info->key, origin);
-    return is_group_typed(run->settings, info->group) ? EXIT_USAGE : EXIT_FAILED;
+    return app_fail(
+        run->error, is_group_typed(run->settings, info->group) ? APP_USAGE : APP_FAILED,
+        "%s: %s (--%s, from the %s)", path, error->message, info->key, origin);
 }
 
 /* The view whose pixels the core refuses, else the first one. */
@@ -77,24 +75,26 @@ static int fail_core(const struct run *run, const struct rf_error *error)
     if (error->code == RF_ERROR_PARAMETER)
         return fail_parameter(run, error);
     if (error->code == RF_ERROR_CANCELLED)
-        return os_interrupt_code();
+        return APP_INTERRUPTED;
     if (error->code == RF_ERROR_MEMORY && run->tool->max_memory_mib) {
-        message("--max-memory: %d MiB are too few: %s; allow more, or give fewer views",
-                run->tool->max_memory_mib, error->message);
-        return EXIT_FAILED;
+        return app_fail(
+            run->error, APP_FAILED,
+            "--max-memory: %d MiB are too few: %s; allow more, or give fewer views",
+            run->tool->max_memory_mib, error->message);
     }
     const struct source *source = faulty_source(run);
     const struct image_input *input =
         error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
-    message("%s: %s", image_path(input), error->message);
-    return EXIT_FAILED;
+    return app_fail(run->error, APP_FAILED, "%s: %s", image_path(input),
+                    error->message);
 }
 
 static void log_remark(void *user, enum rf_log_level level, const char *text)
 {
-    const struct run *run = user;
-    if (level == RF_LOG_WARNING)
-        warning(run->tool->is_quiet, "%s: %s", image_path(run->source.colour), text);
+    struct run *run = user;
+    if (level == RF_LOG_WARNING && run->remark == APP_DONE)
+        run->remark = app_warn(run->tool->host, run->error, "%s: %s",
+                               image_path(run->source.colour), text);
 }
 
 /* ---- one view or several -------------------------------------------------------- */
@@ -108,9 +108,10 @@ static int fail_method(const struct run *run)
 {
     char name[32];
     rf_params_get(&run->settings->params, "method", name, sizeof(name));
-    message("--method: %s takes one view, and here are %d; leave it out, or say views",
-            name, run->list.n);
-    return EXIT_USAGE;
+    return app_fail(
+        run->error, APP_USAGE,
+        "--method: %s takes one view, and here are %d; leave it out, or say views",
+        name, run->list.n);
 }
 
 /* Reads --aperture-at, which only views have. */
@@ -119,90 +120,89 @@ static int read_aperture(struct run *run)
     const char *text = run->tool->aperture_at;
     int used = 0;
     if (!text)
-        return EXIT_DONE;
+        return APP_DONE;
     if (!run->has_views) {
-        message("--aperture-at: the input is one view, whose aperture cannot be moved; "
-                "give several views from points of the lens");
-        return EXIT_USAGE;
+        return app_fail(
+            run->error, APP_USAGE,
+            "--aperture-at: the input is one view, whose aperture cannot be moved; "
+            "give several views from points of the lens");
     }
     if (sscanf(text, "%lf,%lf%n", &run->aperture_at[0], &run->aperture_at[1], &used) ==
             2 &&
         text[used] == 0 && isfinite(run->aperture_at[0]) &&
         isfinite(run->aperture_at[1]))
-        return EXIT_DONE;
-    message("--aperture-at: '%s' is no place; give two numbers such as 0.01,-0.02",
-            text);
-    return EXIT_USAGE;
+        return APP_DONE;
+    return app_fail(
+        run->error, APP_USAGE,
+        "--aperture-at: '%s' is no place; give two numbers such as 0.01,-0.02", text);
 }
 
 static int check_views(const struct run *run)
 {
     if (run->list.n > RF_MAX_VIEWS) {
-        message("%s: %d views are too many; %d are the most",
-                run->list.items[run->list.n - 1].path, run->list.n, RF_MAX_VIEWS);
-        return EXIT_FAILED;
+        return app_fail(
+            run->error, APP_FAILED, "%s: %d views are too many; %d are the most",
+            run->list.items[run->list.n - 1].path, run->list.n, RF_MAX_VIEWS);
     }
     if (run->request.depth_file) {
-        message("--depth-file: every view needs depth of its own, in its file");
-        return EXIT_USAGE;
+        return app_fail(run->error, APP_USAGE,
+                        "--depth-file: every view needs depth of its own, in its file");
     }
     if (run->tool->pass_through && run->list.items[0].name) {
-        message("--pass-through: of several views in one file one picture is made; "
-                "leave it out");
-        return EXIT_USAGE;
+        return app_fail(
+            run->error, APP_USAGE,
+            "--pass-through: of several views in one file one picture is made; "
+            "leave it out");
     }
     if (settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
         rf_method_find(run->settings->params.method)->max_views == 1)
         return fail_method(run);
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 /* Are the inputs views, or a picture and perhaps its depth? One view is a picture, and
  * --layer names one. */
 static int find_views(struct run *run)
 {
-    struct image_error error;
     const char *other = NULL;
     const int n_paths = run->request.n_paths;
     if (n_paths == 1 && run->request.layer)
-        return EXIT_DONE;
-    if (!views_list(run->request.paths, n_paths, &run->list, &other, &error))
-        return fail_exr(&error);
+        return APP_DONE;
+    if (!views_list(run->request.paths, n_paths, &run->list, &other, run->error))
+        return fail_image(run);
     run->has_views = !other && run->list.n > 1;
     if (other && n_paths > 2) {
-        message(
+        return app_fail(
+            run->error, run->list.n > 0 ? APP_FAILED : APP_USAGE,
             "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
             "; filter takes one file of colour and one of depth, or only views",
             other);
-        return run->list.n > 0 ? EXIT_FAILED : EXIT_USAGE;
     }
-    return run->has_views ? check_views(run) : EXIT_DONE;
+    return run->has_views ? check_views(run) : APP_DONE;
 }
 
 /* Other layers that are to be filtered. */
 static int find_layers(struct run *run)
 {
-    struct image_error error;
     if (!run->tool->filter_layers)
-        return EXIT_DONE;
+        return APP_DONE;
     if (run->is_deep || run->has_views) {
-        message("--filter-layers: takes one flat picture, and %s %s",
-                image_path(run->source.colour),
-                run->is_deep ? "is deep" : "is one of several views");
-        return EXIT_USAGE;
+        return app_fail(run->error, APP_USAGE,
+                        "--filter-layers: takes one flat picture, and %s %s",
+                        image_path(run->source.colour),
+                        run->is_deep ? "is deep" : "is one of several views");
     }
-    return aovs_find(&run->aovs, &run->source, run->tool->filter_layers, &error)
-               ? EXIT_DONE
-               : fail_exr(&error);
+    return aovs_find(&run->aovs, &run->source, run->tool->filter_layers, run->error)
+               ? APP_DONE
+               : fail_image(run);
 }
 
 static int filter_layers(struct run *run)
 {
-    struct image_error error;
     return aovs_filter(&run->aovs, &run->source, run->context, &run->params, run->depth,
-                       run->n_threads, &error)
-               ? EXIT_DONE
-               : fail_exr(&error);
+                       run->n_threads, run->error)
+               ? APP_DONE
+               : fail_image(run);
 }
 
 /* Is the input deep, and is what was asked for possible then? */
@@ -211,21 +211,23 @@ static int check_deep(struct run *run)
     const char *path = image_path(run->source.colour);
     run->is_deep = run->source.info.is_deep;
     if (!run->is_deep && (run->tool->holdout || run->tool->flattened)) {
-        message("--%s: %s holds no deep samples; leave it out",
-                run->tool->holdout ? "holdout" : "flattened", path);
-        return EXIT_USAGE;
+        return app_fail(run->error, APP_USAGE,
+                        "--%s: %s holds no deep samples; leave it out",
+                        run->tool->holdout ? "holdout" : "flattened", path);
     }
     if (run->is_deep && run->has_views) {
-        message("%s: holds deep samples; views are merged from flat files", path);
-        return EXIT_FAILED;
+        return app_fail(run->error, APP_FAILED,
+                        "%s: holds deep samples; views are merged from flat files",
+                        path);
     }
     if (run->is_deep && run->tool->pass_through) {
-        message("--pass-through: the deep samples of %s cannot be kept beside the flat "
-                "picture made of them; leave it out",
-                path);
-        return EXIT_USAGE;
+        return app_fail(
+            run->error, APP_USAGE,
+            "--pass-through: the deep samples of %s cannot be kept beside the flat "
+            "picture made of them; leave it out",
+            path);
     }
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 /* ---- steps ---------------------------------------------------------------------- */
@@ -234,22 +236,20 @@ static int check_deep(struct run *run)
 static int set_distribution(struct run *run)
 {
     const char *path = run->tool->distribution_image;
-    struct image_error error;
     struct rf_error core_error;
     struct picture picture;
     if (!path)
-        return EXIT_DONE;
-    if (!picture_read(path, NULL, run->n_threads, &picture, &error))
-        return fail_exr(&error);
+        return APP_DONE;
+    if (!picture_read(path, NULL, run->n_threads, &picture, run->error))
+        return fail_image(run);
     const struct rf_image image =
         rf_image_packed(picture.samples, picture.width, picture.height, 3);
     const rf_result result =
         rf_filter_set_distribution(run->filter, &image, &core_error);
     picture_free(&picture);
     if (result == RF_OK)
-        return EXIT_DONE;
-    message("%s: %s", path, core_error.message);
-    return EXIT_FAILED;
+        return APP_DONE;
+    return app_fail(run->error, APP_FAILED, "%s: %s", path, core_error.message);
 }
 
 /* --distribution-image says which distribution, and is of use to one method only. */
@@ -260,23 +260,25 @@ static int check_distribution(struct run *run)
     const bool is_typed =
         settings_origin(run->settings, "distribution") == ORIGIN_COMMAND_LINE;
     if (has_image && params->method != RF_METHOD_SCATTER) {
-        message(
+        return app_fail(
+            run->error, APP_USAGE,
             "--distribution-image: is for the method scatter; add --method scatter");
-        return EXIT_USAGE;
     }
     if (has_image && is_typed && params->distribution != RF_DISTRIBUTION_IMAGE) {
-        message("--distribution-image: goes with --distribution image, which can be "
-                "left out");
-        return EXIT_USAGE;
+        return app_fail(
+            run->error, APP_USAGE,
+            "--distribution-image: goes with --distribution image, which can be "
+            "left out");
     }
     if (has_image)
         settings_set(run->settings, "distribution", "image", NULL);
     else if (params->distribution == RF_DISTRIBUTION_IMAGE &&
              params->method == RF_METHOD_SCATTER) {
-        message("--distribution image: needs its picture, --distribution-image FILE");
-        return EXIT_USAGE;
+        return app_fail(
+            run->error, APP_USAGE,
+            "--distribution image: needs its picture, --distribution-image FILE");
     }
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 static int read_facts(struct run *run)
@@ -285,24 +287,26 @@ static int read_facts(struct run *run)
     const char *by;
     const struct source *source = &run->source;
     if (!source_read_facts(source, run->settings, text, sizeof(text))) {
-        message("%s", text);
-        return EXIT_FAILED;
+        return app_fail(run->error, APP_FAILED, "%s", text);
     }
     if (run->has_views)
         settings_set_header(run->settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET,
                             NULL);
+    int code = APP_DONE;
     if (image_attribute_string(source->colour, "rackfocus:filtered", &by))
-        warning(run->tool->is_quiet,
-                "%s: was filtered before (%s); filter the pinhole render instead",
-                image_path(source->colour), by);
-    const int code = check_distribution(run);
-    if (code != EXIT_DONE)
+        code =
+            app_warn(run->tool->host, run->error,
+                     "%s: was filtered before (%s); filter the pinhole render instead",
+                     image_path(source->colour), by);
+    if (code == APP_DONE)
+        code = check_distribution(run);
+    if (code != APP_DONE)
         return code;
     struct rf_error error;
     if (settings_fit_window(run->settings, &source->info, &run->params, &error) !=
         RF_OK)
         return fail_core(run, &error);
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 static int make_filter(struct run *run)
@@ -326,36 +330,36 @@ static int make_filter(struct run *run)
 /* Opens the files of several views, places counted from the aperture's middle. */
 static int open_views(struct run *run)
 {
-    struct image_error error;
     if (!run->has_views)
-        return EXIT_DONE;
-    if (!views_open(&run->views, &run->source, &run->list, &run->request, &error))
-        return fail_exr(&error);
+        return APP_DONE;
+    if (!views_open(&run->views, &run->source, &run->list, &run->request, run->error))
+        return fail_image(run);
     for (int i = 0; i < run->views.n; i++)
         for (int k = 0; k < 2; k++)
             run->views.views[i].lens_offset[k] -= run->aperture_at[k];
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 /* Samples, and the flat picture, whose colour makes room for the result. */
 static int read_deep(struct run *run)
 {
-    struct image_error error;
     struct rf_error core_error;
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
-    if (!deep_read(&run->deep, source, run->tool->holdout, run->n_threads, &error))
-        return fail_exr(&error);
-    run->colour = need_memory(n, (size_t)source->n_channels * sizeof(float));
-    run->depth = need_memory(n, sizeof(float));
+    if (!deep_read(&run->deep, source, run->tool->holdout, run->n_threads, run->error))
+        return fail_image(run);
+    run->colour = app_memory(n, (size_t)source->n_channels * sizeof(float), run->error);
+    run->depth = run->colour ? app_memory(n, sizeof(float), run->error) : NULL;
+    if (!run->depth)
+        return APP_NO_MEMORY;
     if (deep_flatten(&run->deep, run->filter, source, run->colour, run->depth,
                      &core_error) != RF_OK)
         return fail_core(run, &core_error);
     if (os_is_interrupted())
-        return os_interrupt_code();
-    if (run->tool->flattened && !filter_write_flattened(run, &error))
-        return fail_exr(&error);
-    return EXIT_DONE;
+        return APP_INTERRUPTED;
+    if (run->tool->flattened && !filter_write_flattened(run, run->error))
+        return fail_image(run);
+    return APP_DONE;
 }
 
 /* Refuses depth that cannot be meant. */
@@ -364,21 +368,20 @@ static int report_depth(const struct run *run, const struct depth_findings *foun
     const char *path = image_path(run->source.depth);
     char text[400];
     if (depth_is_refused(found, text, sizeof(text))) {
-        message("%s: the depth %s", path, text);
-        return EXIT_FAILED;
+        return app_fail(run->error, APP_FAILED, "%s: the depth %s", path, text);
     }
     if (found->half_step_px > 0.5)
-        warning(run->tool->is_quiet,
-                "%s: the depth is 16 bit, radii come in steps of up to %.1f px; write "
-                "it as float",
-                path, found->half_step_px);
-    return EXIT_DONE;
+        return app_warn(run->tool->host, run->error,
+                        "%s: the depth is 16 bit, radii come in steps of up to %.1f "
+                        "px; write it as float",
+                        path, found->half_step_px);
+    return APP_DONE;
 }
 
 /* Undoes what was found in the first view's depth in all of them. */
-static void undo_depth(const struct run *run, const struct depth_findings *found)
+static int undo_depth(const struct run *run, const struct depth_findings *found)
 {
-    const bool is_quiet = run->tool->is_quiet;
+    const struct app_host *host = run->tool->host;
     const size_t n = (size_t)run->source.width * (size_t)run->source.height;
     const char *path = image_path(run->source.depth);
     size_t n_divided = 0, n_snapped = 0;
@@ -388,20 +391,23 @@ static void undo_depth(const struct run *run, const struct depth_findings *found
             run->has_views ? run->views.views[i].colour.data : run->colour;
         if (found->is_premultiplied)
             n_divided += depth_divide_by_alpha(depth, colour + 3, 4, n);
-        if (found->is_mixed)
-            n_snapped += depth_snap(depth, run->source.width, run->source.height,
-                                    run->params.depth_infinity);
+        if (found->is_mixed && !depth_snap(depth, run->source.width, run->source.height,
+                                           run->params.depth_infinity, &n_snapped))
+            return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory", path);
     }
+    int code = APP_DONE;
     if (found->is_premultiplied)
-        warning(is_quiet,
-                "%s: the depth was multiplied by alpha; %zu pixels were divided by it "
-                "(--depth-repair off takes it as it is)",
-                path, n_divided);
-    if (found->is_mixed)
-        warning(is_quiet,
-                "%s: the depth was anti-aliased; %zu pixels between two sides were "
-                "given the depth of one (--depth-repair off takes it as it is)",
-                path, n_snapped);
+        code = app_warn(host, run->error,
+                        "%s: the depth was multiplied by alpha; %zu pixels were "
+                        "divided by it (--depth-repair off takes it as it is)",
+                        path, n_divided);
+    if (found->is_mixed && code == APP_DONE)
+        code = app_warn(host, run->error,
+                        "%s: the depth was anti-aliased; %zu pixels between two sides "
+                        "were given the depth of one (--depth-repair off takes it as "
+                        "it is)",
+                        path, n_snapped);
+    return code;
 }
 
 /* Is the depth to be looked at? The mean of views needs none. */
@@ -423,34 +429,33 @@ static int repair_depth(struct run *run)
         depth_undo_mist(run->has_views ? run->views.views[i].depth.data : run->depth, n,
                         (enum mist_falloff)tool->mist_falloff);
     if (!needs_depth(run))
-        return EXIT_DONE;
-    depth_find(&found, source, run->settings, rf_filter_lens(run->filter), run->depth,
-               alpha, 4);
-    if (report_depth(run, &found) != EXIT_DONE)
-        return EXIT_FAILED;
-    undo_depth(run, &found);
-    return EXIT_DONE;
+        return APP_DONE;
+    if (!depth_find(&found, source, run->settings, rf_filter_lens(run->filter),
+                    run->depth, alpha, 4))
+        return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
+                        image_path(source->depth));
+    const int code = report_depth(run, &found);
+    return code == APP_DONE ? undo_depth(run, &found) : code;
 }
 
 static int read_pixels(struct run *run)
 {
-    struct image_error error;
     if (run->is_deep)
         return read_deep(run);
     if (run->has_views) {
-        if (!views_read_pixels(&run->views, run->n_threads, &error))
-            return fail_exr(&error);
+        if (!views_read_pixels(&run->views, run->n_threads, run->error))
+            return fail_image(run);
         run->colour = run->views.views[0].colour.data;
         run->depth = run->views.views[0].depth.data;
-        return os_is_interrupted() ? os_interrupt_code() : repair_depth(run);
+        return os_is_interrupted() ? APP_INTERRUPTED : repair_depth(run);
     }
-    run->colour = source_read_colour(&run->source, run->n_threads, &error);
+    run->colour = source_read_colour(&run->source, run->n_threads, run->error);
     if (!run->colour)
-        return fail_exr(&error);
-    run->depth = source_read_depth(&run->source, run->n_threads, &error);
+        return fail_image(run);
+    run->depth = source_read_depth(&run->source, run->n_threads, run->error);
     if (!run->depth)
-        return fail_exr(&error);
-    return os_is_interrupted() ? os_interrupt_code() : repair_depth(run);
+        return fail_image(run);
+    return os_is_interrupted() ? APP_INTERRUPTED : repair_depth(run);
 }
 
 static int process(struct run *run)
@@ -461,20 +466,20 @@ static int process(struct run *run)
                                   source->n_channels),
         .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
     const struct rf_image out = view.colour;
-    struct progress bar;
     struct rf_error error;
-    progress_start(&bar, "filtering", run->tool->is_quiet || run->tool->is_in_sequence);
-    const struct rf_progress progress = {progress_report, &bar};
+    const struct app_host *host = run->tool->host;
+    app_begin(host, "filtering");
+    const struct rf_progress progress = {app_progress, (void *)host};
     const rf_result result =
         run->is_deep
             ? rf_filter_process_deep(run->filter, &run->deep.frame, &out, &progress,
                                      &error)
             : rf_filter_process(run->filter, run->has_views ? run->views.views : &view,
                                 n_views(run), &out, &progress, &error);
-    progress_end(&bar);
+    app_end(host);
     if (result != RF_OK)
         return fail_core(run, &error);
-    return os_is_interrupted() ? os_interrupt_code() : EXIT_DONE;
+    return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
 /* ---- output --------------------------------------------------------------------- */
@@ -487,7 +492,7 @@ static int make_coc(struct run *run)
     struct rf_error error;
     if (rf_filter_coc(run->filter, &image, &image, &error) != RF_OK)
         return fail_core(run, &error);
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 /* Half a set of files is of no use: on failure and interruption those that were not
@@ -497,17 +502,16 @@ static int write_output(struct run *run)
     const char *output = run->tool->output, *coc = run->tool->output_coc;
     const bool is_new = os_file_facts(output).kind == OS_FILE_NONE;
     const bool is_coc_new = coc && os_file_facts(coc).kind == OS_FILE_NONE;
-    struct image_error error;
-    int code = coc ? make_coc(run) : EXIT_DONE;
-    if (code != EXIT_DONE)
+    int code = coc ? make_coc(run) : APP_DONE;
+    if (code != APP_DONE)
         return code;
-    if (!filter_write_files(run, &error))
-        code = fail_exr(&error);
+    if (!filter_write_files(run, run->error))
+        code = fail_image(run);
     else if (os_is_interrupted())
-        code = os_interrupt_code();
-    if (code != EXIT_DONE && is_new)
+        code = APP_INTERRUPTED;
+    if (code != APP_DONE && is_new)
         remove(output);
-    if (code != EXIT_DONE && is_coc_new)
+    if (code != APP_DONE && is_coc_new)
         remove(coc);
     return code;
 }
@@ -561,51 +565,60 @@ static int filter_in_windows(struct run *run)
                               .depth_infinity = run->params.depth_infinity,
                               .n_threads = run->n_threads,
                               .max_bytes = (size_t)tool->max_memory_mib << 20,
-                              .is_quiet = tool->is_quiet,
-                              .is_in_sequence = tool->is_in_sequence};
+                              .host = tool->host,
+                              .error = run->error};
     if (needs_depth(run)) {
         struct windows_job first = job;
         first.n_views = 1;
-        const int code = windows_measure(&first, &stats);
-        if (code != EXIT_DONE)
+        int code = windows_measure(&first, &stats);
+        if (code != APP_DONE)
             return code;
         depth_judge(&found, &run->source, run->settings, rf_filter_lens(run->filter),
                     &stats);
-        if (report_depth(run, &found) != EXIT_DONE)
-            return EXIT_FAILED;
+        code = report_depth(run, &found);
         job.is_premultiplied = found.is_premultiplied;
         job.is_mixed = found.is_mixed;
-        if (found.is_premultiplied || found.is_mixed)
-            warning(tool->is_quiet,
-                    "%s: the depth was %s; that is undone (--depth-repair off takes it "
-                    "as it is)",
-                    image_path(run->source.depth),
-                    found.is_premultiplied ? "multiplied by alpha" : "anti-aliased");
+        if (code == APP_DONE && (found.is_premultiplied || found.is_mixed))
+            code = app_warn(tool->host, run->error,
+                            "%s: the depth was %s; that is undone (--depth-repair off "
+                            "takes it as it is)",
+                            image_path(run->source.depth),
+                            found.is_premultiplied ? "multiplied by alpha"
+                                                   : "anti-aliased");
+        if (code != APP_DONE)
+            return code;
     }
     return windows_filter(&job);
 }
 
 /* ---- the run -------------------------------------------------------------------- */
 
+/* One step; what the core remarked meanwhile may be an error to the host. */
+static int do_step(struct run *run, int (*step)(struct run *))
+{
+    const int code = step(run);
+    return code == APP_DONE ? run->remark : code;
+}
+
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
         find_layers, read_facts, make_filter,   open_views,
         read_pixels, process,    filter_layers, write_output};
-    struct image_error error;
-    if (!source_check(&run->source, &error) ||
-        !picture_check_writable(run->tool->output, &error) ||
+    if (!source_check(&run->source, run->error) ||
+        !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&
-         !picture_check_writable(run->tool->output_coc, &error)) ||
-        (run->tool->flattened && !picture_check_writable(run->tool->flattened, &error)))
-        return fail_exr(&error);
+         !picture_check_writable(run->tool->output_coc, run->error)) ||
+        (run->tool->flattened &&
+         !picture_check_writable(run->tool->flattened, run->error)))
+        return fail_image(run);
     int code = check_deep(run);
-    for (size_t i = 0; i < 4 && code == EXIT_DONE; i++)
-        code = steps[i](run);
-    if (code == EXIT_DONE && needs_windows(run))
+    for (size_t i = 0; i < 4 && code == APP_DONE; i++)
+        code = do_step(run, steps[i]);
+    if (code == APP_DONE && needs_windows(run))
         return filter_in_windows(run);
-    for (size_t i = 4; code == EXIT_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
-        code = steps[i](run);
+    for (size_t i = 4; code == APP_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
+        code = do_step(run, steps[i]);
     return code;
 }
 
@@ -625,10 +638,11 @@ static void free_run(struct run *run)
 }
 
 int filter_run(const struct filter_options *tool, struct settings *settings,
-               char *const *paths, int n_paths)
+               char *const *paths, int n_paths, struct image_error *error)
 {
     struct run run = {
         .tool = tool,
+        .error = error,
         .settings = settings,
         .request = {.paths = paths,
                     .n_paths = n_paths,
@@ -637,16 +651,15 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
                     .depth_channel = tool->depth_channel},
         .n_threads = thread_count(tool->n_threads),
     };
-    struct image_error error;
-    int code = tool->view ? EXIT_DONE : find_views(&run);
-    if (code == EXIT_DONE)
+    int code = tool->view ? APP_DONE : find_views(&run);
+    if (code == APP_DONE)
         code = read_aperture(&run);
     struct source_request first = run.request;
     first.n_paths = run.has_views ? 1 : n_paths;
     first.view = run.has_views ? run.list.items[0].name : tool->view;
-    if (code == EXIT_DONE && !source_open(&run.source, &first, &error))
-        code = fail_exr(&error);
-    if (code != EXIT_DONE) {
+    if (code == APP_DONE && !source_open(&run.source, &first, error))
+        code = app_code_of(error);
+    if (code != APP_DONE) {
         views_list_free(&run.list);
         return code;
     }

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+struct app_host;
 struct image_error;
 struct settings;
 struct source;
@@ -16,28 +17,52 @@ struct source;
 enum filter_type { FILTER_TYPE_HALF, FILTER_TYPE_FLOAT };
 enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
 
+/*
+ * X(kind, type, name): every option of a run and what it has to do with the result, so
+ * that whoever adds one says it, and a sequence that is taken up again (sequence.h)
+ * cannot forget it. The kinds:
+ *
+ *   OUTPUT  a file that is written, or NULL; its name has a place for the frame
+ *   INPUT   a file that is read, or NULL; another file is another result
+ *   TEXT    a text or NULL, part of the result
+ *   NUMBER  likewise a number
+ *   ASIDE   the same bits come out whatever it is
+ */
+#define FILTER_OPTIONS(X)                                                              \
+    X(OUTPUT, const char *, output)                                                    \
+    X(OUTPUT, const char *, output_coc)                                                \
+    X(OUTPUT, const char *, flattened) /* deep input only */                           \
+    X(INPUT, const char *, holdout)    /* deep input only */                           \
+    X(INPUT, const char *, distribution_image)                                         \
+    X(INPUT, const char *, depth_file)                                                 \
+    X(TEXT, const char *, view) /* the one to filter of a multi-view file */           \
+    X(TEXT, const char *, depth_channel)                                               \
+    X(TEXT, const char *, layer)                                                       \
+    X(TEXT, const char *, filter_layers) /* separated by commas */                     \
+    X(TEXT, const char *, aperture_at)   /* "X,Y" */                                   \
+    X(NUMBER, int32_t, depth_repair)     /* as in depth_repair.h */                    \
+    X(NUMBER, int32_t, mist_falloff)     /* likewise */                                \
+    X(NUMBER, int32_t, type)             /* enum filter_type */                        \
+    X(NUMBER, int32_t, compression)      /* index in FILTER_COMPRESSIONS */            \
+    X(NUMBER, int32_t, png_bits)         /* enum filter_png_bits */                    \
+    X(NUMBER, bool, is_over)             /* see filter_many.h */                       \
+    X(NUMBER, bool, is_stereo)           /* likewise */                                \
+    X(NUMBER, bool, pass_through)                                                      \
+    X(ASIDE, const char *, params)          /* its values are in the settings */       \
+    X(ASIDE, int32_t, n_threads)            /* 0: one per processor */                 \
+    X(ASIDE, int32_t, max_memory_mib)       /* 0: no bound */                          \
+    X(ASIDE, const struct app_host *, host) /* who asked, or NULL */
+
 struct filter_options {
-    const char *output, *output_coc;
-    const char *flattened, *holdout; /* deep input only */
-    const char *distribution_image;  /* NULL: none */
-    const char *view; /* the one to filter of a multi-view file; NULL: any */
-    const char *depth_file, *depth_channel, *layer;
-    const char *filter_layers;           /* separated by commas */
-    int32_t depth_repair, mist_falloff;  /* as in depth_repair.h */
-    const char *params;                  /* file of parameters, or NULL */
-    int32_t type, compression, png_bits; /* indices of choices */
-    int32_t n_threads;
-    int32_t max_memory_mib;  /* 0: no bound */
-    const char *aperture_at; /* "X,Y" or NULL */
-    bool is_over, is_stereo; /* see filter_many.h */
-    bool pass_through, is_quiet;
-    bool is_in_sequence; /* other frames are made meanwhile: no bar */
+#define FILTER_MEMBER(kind, type, name) type name;
+    FILTER_OPTIONS(FILTER_MEMBER)
+#undef FILTER_MEMBER
 };
 
-/* `settings` holds the command line and receives the header's facts. Messages have been
- * printed; returns an exit code. */
+/* `settings` holds the command line and receives the header's facts. An enum app_code.
+ */
 int filter_run(const struct filter_options *tool, struct settings *settings,
-               char *const *paths, int n_paths);
+               char *const *paths, int n_paths, struct image_error *error);
 
 /*
  * Writes a filtered picture as filter_run does: windows, channel names and attributes

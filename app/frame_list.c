@@ -31,17 +31,20 @@ static void sort_once(struct frame_list *list)
     list->n = n;
 }
 
-static void add(struct frame_list *list, int32_t number)
+static bool add(struct frame_list *list, int32_t number, struct image_error *error)
 {
     if ((list->n & (list->n - 1)) == 0) {
         const size_t room = list->n ? 2 * (size_t)list->n : 1;
-        int32_t *grown = need_memory(room, sizeof(*grown));
+        int32_t *grown = app_memory(room, sizeof(*grown), error);
+        if (!grown)
+            return false;
         if (list->n)
             memcpy(grown, list->numbers, (size_t)list->n * sizeof(*grown));
         free(list->numbers);
         list->numbers = grown;
     }
     list->numbers[list->n++] = number;
+    return true;
 }
 
 /* A whole number at *text, which moves behind it. */
@@ -77,23 +80,25 @@ static bool take_range(const char **text, int32_t *first, int32_t *last, int32_t
     return **text == ',' || **text == '\0';
 }
 
-bool frame_list_parse(struct frame_list *list, const char *text, char *message,
-                      size_t n_bytes)
+bool frame_list_parse(struct frame_list *list, const char *text,
+                      struct image_error *error)
 {
     *list = (struct frame_list){0};
     for (const char *at = text;; at++) {
         int32_t first, last, step;
         if (!take_range(&at, &first, &last, &step) ||
             (last - first) / step + 1 > MAX_FRAMES - list->n) {
-            snprintf(message, n_bytes,
-                     "'%s' is no list of frames; write 1-240, 1-240x2 for every second "
-                     "one, or 1-10,20,30-40",
-                     text);
             frame_list_free(list);
-            return false;
+            return set_error(error,
+                             "'%s' is no list of frames; write 1-240, 1-240x2 for "
+                             "every second one, or 1-10,20,30-40",
+                             text);
         }
         for (int64_t k = first; k <= last; k += step)
-            add(list, (int32_t)k);
+            if (!add(list, (int32_t)k, error)) {
+                frame_list_free(list);
+                return false;
+            }
         if (*at == '\0')
             break;
     }
@@ -115,29 +120,72 @@ static const char *last_part(const char *path)
     return slash ? slash + 1 : path;
 }
 
-/* The last run of # in the last part; NULL where there is none. */
-static const char *find_run(const char *pattern, size_t *n)
+/* Where the number of the frame stands in a name. */
+struct place {
+    const char *begin, *end;
+    int n_digits; /* at least so many, padded with zeros */
+};
+
+/* "%d", "%4d" or "%04d", as Nuke and many others write; the padding is by zeros. */
+static bool is_percent(const char *at, struct place *place)
 {
-    const char *name = last_part(pattern), *end = strrchr(name, '#');
-    if (!end)
-        return NULL;
-    const char *begin = end;
-    while (begin > name && begin[-1] == '#')
-        begin--;
-    *n = (size_t)(end - begin) + 1;
-    return begin;
+    const char *digits = at + 1;
+    const size_t n = strspn(digits, "0123456789");
+    if (*at != '%' || n > 2 || digits[n] != 'd')
+        return false;
+    const int wanted = atoi(digits);
+    *place = (struct place){at, digits + n + 1, wanted > 0 ? wanted : 1};
+    return true;
 }
 
-char *frame_name(const char *pattern, int32_t number)
+/* "$F" or "$F4", as Houdini writes. */
+static bool is_dollar(const char *at, struct place *place)
 {
-    size_t n = 0;
-    const char *run = find_run(pattern, &n);
-    const size_t size = strlen(pattern) + 16;
-    char *name = need_memory(size, 1);
-    if (run)
-        snprintf(name, size, "%.*s%0*d%s", (int)(run - pattern), pattern, (int)n,
-                 (int)number, run + n);
-    else
+    if (at[0] != '$' || at[1] != 'F')
+        return false;
+    const bool has_digit = at[2] >= '1' && at[2] <= '9';
+    *place = (struct place){at, at + 2 + has_digit, has_digit ? at[2] - '0' : 1};
+    return true;
+}
+
+static bool is_run(const char *at, struct place *place)
+{
+    const size_t n = strspn(at, "#");
+    *place = (struct place){at, at + n, (int)n};
+    return n > 0;
+}
+
+/* The last place for a number in the last part of a path; false where there is none. */
+static bool find_place(const char *pattern, struct place *place)
+{
+    bool is_found = false;
+    for (const char *at = last_part(pattern); *at;) {
+        struct place next;
+        const bool is_next =
+            is_run(at, &next) || is_percent(at, &next) || is_dollar(at, &next);
+        if (is_next)
+            *place = next;
+        is_found |= is_next;
+        at = is_next ? next.end : at + 1;
+    }
+    return is_found;
+}
+
+bool frame_is_pattern(const char *name)
+{
+    struct place place;
+    return find_place(name, &place);
+}
+
+char *frame_name(const char *pattern, int32_t number, struct image_error *error)
+{
+    struct place place;
+    const size_t size = strlen(pattern) + 112;
+    char *name = app_memory(size, 1, error);
+    if (name && find_place(pattern, &place))
+        snprintf(name, size, "%.*s%0*d%s", (int)(place.begin - pattern), pattern,
+                 place.n_digits, (int)number, place.end);
+    else if (name)
         snprintf(name, size, "%s", pattern);
     return name;
 }
@@ -147,43 +195,50 @@ struct search {
     struct frame_list *list;
     const char *name; /* the pattern without its folder */
     size_t n_before;  /* characters before the number */
+    struct image_error *error;
+    bool lacks_memory;
 };
 
 static bool visit_file(void *user, const char *file)
 {
-    const struct search *search = user;
+    struct search *search = user;
     int32_t number;
     if (strncmp(file, search->name, search->n_before) != 0)
         return true;
     const char *at = file + search->n_before;
     if (!take_number(&at, &number))
         return true;
-    char *again = frame_name(search->name, number);
-    if (strcmp(again, file) == 0)
-        add(search->list, number);
+    char *again = frame_name(search->name, number, search->error);
+    search->lacks_memory = !again || (strcmp(again, file) == 0 &&
+                                      !add(search->list, number, search->error));
     free(again);
-    return true;
+    return !search->lacks_memory;
 }
 
-bool frame_list_find(struct frame_list *list, const char *pattern, char *message,
-                     size_t n_bytes)
+bool frame_list_find(struct frame_list *list, const char *pattern,
+                     struct image_error *error)
 {
-    size_t n = 0;
-    const char *run = find_run(pattern, &n), *name = last_part(pattern);
-    char *folder = need_memory((size_t)(name - pattern) + 2, 1);
+    const char *name = last_part(pattern);
+    struct place place = {name, name, 0};
+    *list = (struct frame_list){0};
+    find_place(pattern, &place);
+    char *folder = app_memory((size_t)(name - pattern) + 2, 1, error);
+    if (!folder)
+        return false;
     memcpy(folder, name == pattern ? "." : pattern,
            name == pattern ? 1 : (size_t)(name - pattern));
-    *list = (struct frame_list){0};
-    struct search search = {list, name, (size_t)(run - name)};
+    struct search search = {list, name, (size_t)(place.begin - name), error, false};
     const int reason = os_folder_list(folder, visit_file, &search);
     if (reason != 0)
-        snprintf(message, n_bytes, "%s: %s", folder, strerror(reason));
+        set_error(error, "%s: %s", folder, strerror(reason));
+    else if (!search.lacks_memory && list->n == 0)
+        set_error(error,
+                  "%s: no such frames; is the number of digits right? #### stands for "
+                  "0001, # for 1",
+                  pattern);
     free(folder);
-    if (reason != 0)
-        return false;
-    if (list->n == 0) {
-        snprintf(message, n_bytes, "%s: no such frames; is the number of # right?",
-                 pattern);
+    if (reason != 0 || search.lacks_memory || list->n == 0) {
+        frame_list_free(list);
         return false;
     }
     sort_once(list);
@@ -202,83 +257,83 @@ static char *trim(char *text)
     return text;
 }
 
-static char *copy_text(const char *text)
+static bool grow(void **memory, size_t n_old, size_t n, size_t item_bytes,
+                 struct image_error *error)
 {
-    char *copy = need_memory(strlen(text) + 1, 1);
-    strcpy(copy, text);
-    return copy;
+    void *grown = app_memory(n, item_bytes, error);
+    if (!grown)
+        return false;
+    if (n_old)
+        memcpy(grown, *memory, n_old * item_bytes);
+    free(*memory);
+    *memory = grown;
+    return true;
 }
 
-static void *grow(void *memory, size_t n_old, size_t n, size_t item_bytes)
+static bool copy_text(char **copy, const char *text, struct image_error *error)
 {
-    void *grown = need_memory(n, item_bytes);
-    if (n_old)
-        memcpy(grown, memory, n_old * item_bytes);
-    free(memory);
-    return grown;
+    *copy = app_memory(strlen(text) + 1, 1, error);
+    if (*copy)
+        strcpy(*copy, text);
+    return *copy != NULL;
 }
 
 static bool read_keys(struct frame_table *table, char *line, const char *path,
-                      char *message, size_t n_bytes)
+                      struct image_error *error)
 {
     char *rest = line, *word = trim(strsep(&rest, ","));
-    if (strcmp(word, "frame") != 0 || !rest) {
-        snprintf(
-            message, n_bytes,
-            "%s:1: the first line names the columns: frame, then parameters, as in "
-            "frame,focus-distance",
-            path);
-        return false;
-    }
+    if (strcmp(word, "frame") != 0 || !rest)
+        return set_error(error,
+                         "%s:1: the first line names the columns: frame, then "
+                         "parameters, as in frame,focus-distance",
+                         path);
     while (rest) {
         word = trim(strsep(&rest, ","));
-        if (!rf_param_find(word)) {
-            snprintf(message, n_bytes, "%s:1: there is no parameter '%s'", path, word);
-            return false;
-        }
+        if (!rf_param_find(word))
+            return set_error(error, "%s:1: there is no parameter '%s'", path, word);
         const size_t n = (size_t)table->n_keys;
-        table->keys = grow(table->keys, n, n + 1, sizeof(*table->keys));
-        table->keys[table->n_keys++] = copy_text(word);
+        if (!grow((void **)&table->keys, n, n + 1, sizeof(*table->keys), error) ||
+            !copy_text(&table->keys[n], word, error))
+            return false;
+        table->n_keys++;
     }
     return true;
 }
 
 static bool read_row(struct frame_table *table, char *line, const char *path,
-                     int number, char *message, size_t n_bytes)
+                     int number, struct image_error *error)
 {
     const size_t n_rows = (size_t)table->n_rows, n_keys = (size_t)table->n_keys;
     char *rest = line;
     const char *word = trim(strsep(&rest, ","));
     int32_t frame;
     bool is_good = take_number(&word, &frame) && *word == '\0';
-    table->frames = grow(table->frames, n_rows, n_rows + 1, sizeof(*table->frames));
-    table->values = grow(table->values, n_rows * n_keys, (n_rows + 1) * n_keys,
-                         sizeof(*table->values));
+    if (!grow((void **)&table->frames, n_rows, n_rows + 1, sizeof(*table->frames),
+              error) ||
+        !grow((void **)&table->values, n_rows * n_keys, (n_rows + 1) * n_keys,
+              sizeof(*table->values), error))
+        return false;
     table->frames[n_rows] = is_good ? frame : 0;
     table->n_rows++;
     for (size_t i = 0; i < n_keys && is_good; i++) {
         char *value = rest ? trim(strsep(&rest, ",")) : NULL;
         is_good = value && *value;
-        if (is_good)
-            table->values[n_rows * n_keys + i] = copy_text(value);
+        if (is_good && !copy_text(&table->values[n_rows * n_keys + i], value, error))
+            return false;
     }
-    if (is_good && !rest)
-        return true;
-    snprintf(message, n_bytes, "%s:%d: a row is a frame and %d value%s", path, number,
-             table->n_keys, table->n_keys == 1 ? "" : "s");
-    return false;
+    return (is_good && !rest) ||
+           set_error(error, "%s:%d: a row is a frame and %d value%s", path, number,
+                     table->n_keys, table->n_keys == 1 ? "" : "s");
 }
 
-bool frame_table_read(struct frame_table *table, const char *path, char *message,
-                      size_t n_bytes)
+bool frame_table_read(struct frame_table *table, const char *path,
+                      struct image_error *error)
 {
     char line[MAX_LINE];
     *table = (struct frame_table){0};
     FILE *file = fopen(path, "r");
-    if (!file) {
-        snprintf(message, n_bytes, "%s: %s", path, strerror(errno));
-        return false;
-    }
+    if (!file)
+        return set_error(error, "%s: %s", path, strerror(errno));
     bool is_good = true;
     int number = 0;
     while (is_good && fgets(line, sizeof(line), file)) {
@@ -286,13 +341,11 @@ bool frame_table_read(struct frame_table *table, const char *path, char *message
         number++;
         if (*text == '\0' || *text == '#')
             continue;
-        is_good = table->keys ? read_row(table, text, path, number, message, n_bytes)
-                              : read_keys(table, text, path, message, n_bytes);
+        is_good = table->keys ? read_row(table, text, path, number, error)
+                              : read_keys(table, text, path, error);
     }
-    if (is_good && table->n_rows == 0) {
-        snprintf(message, n_bytes, "%s: has no rows", path);
-        is_good = false;
-    }
+    if (is_good && table->n_rows == 0)
+        is_good = set_error(error, "%s: has no rows", path);
     fclose(file);
     if (!is_good)
         frame_table_free(table);

@@ -7,22 +7,28 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image.h"
+
 struct frame_list {
     int32_t *numbers; /* rising, each once */
     int n;
 };
 
-/* "1-240x2,300": from 1 to 240 in steps of 2, and 300. False with a message. */
-bool frame_list_parse(struct frame_list *list, const char *text, char *message,
-                      size_t n_bytes);
+/* "1-240x2,300": from 1 to 240 in steps of 2, and 300. */
+bool frame_list_parse(struct frame_list *list, const char *text,
+                      struct image_error *error);
 /* The files that a pattern names. */
-bool frame_list_find(struct frame_list *list, const char *pattern, char *message,
-                     size_t n_bytes);
+bool frame_list_find(struct frame_list *list, const char *pattern,
+                     struct image_error *error);
 void frame_list_free(struct frame_list *list);
 
-/* The name of a frame: the last run of # in the last part of the path becomes its
- * number, padded with zeros. The caller frees. */
-char *frame_name(const char *pattern, int32_t number);
+/* Has the last part of a path a place for the number of a frame: ####, or as other
+ * programs write it, %04d (Nuke) or $F4 (Houdini)? */
+bool frame_is_pattern(const char *name);
+
+/* The name of a frame: the last such place becomes its number, padded with zeros. The
+ * caller frees; NULL without memory. */
+char *frame_name(const char *pattern, int32_t number, struct image_error *error);
 
 /* Parameters per frame: a table whose first column is `frame`, the others parameters.
  */
@@ -33,8 +39,8 @@ struct frame_table {
     char **values; /* n_keys per row */
 };
 
-bool frame_table_read(struct frame_table *table, const char *path, char *message,
-                      size_t n_bytes);
+bool frame_table_read(struct frame_table *table, const char *path,
+                      struct image_error *error);
 /* The row of a frame, -1: none. */
 int frame_table_row(const struct frame_table *table, int32_t frame);
 void frame_table_free(struct frame_table *table);

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "report.h"
-
 double measure_tone(double value)
 {
     return pow(fmin(fmax(value, 0), 1), 1 / 2.2);
@@ -138,46 +136,53 @@ static double sum_row(const struct window *window, int32_t skip)
 }
 
 /* Mean over the window's places; the border is left out where the picture allows. */
-static double channel_ssim(const float *a, const float *b, int32_t width,
-                           int32_t height)
+static bool channel_ssim(const float *a, const float *b, int32_t width, int32_t height,
+                         double *ssim)
 {
     struct window window = {.a = a, .b = b, .width = width, .height = height};
     const size_t row = (size_t)width;
     set_weights(window.weights);
-    window.rows = need_memory((size_t)TAPS * N_MOMENTS * row, sizeof(double));
-    window.wide = need_memory(row + 2 * RADIUS, sizeof(double));
-    window.moments = need_memory(N_MOMENTS * row, sizeof(double));
+    window.rows = calloc((size_t)TAPS * N_MOMENTS * row, sizeof(double));
+    window.wide = calloc(row + 2 * RADIUS, sizeof(double));
+    window.moments = calloc(N_MOMENTS * row, sizeof(double));
+    const bool is_good = window.rows && window.wide && window.moments;
     for (int i = 0; i < TAPS; i++)
         window.row_y[i] = -1;
     const int32_t skip_x = width < TAPS ? 0 : RADIUS;
     const int32_t skip_y = height < TAPS ? 0 : RADIUS;
     double sum = 0;
-    for (int32_t y = skip_y; y < height - skip_y; y++) {
+    for (int32_t y = skip_y; is_good && y < height - skip_y; y++) {
         filter_column(&window, y);
         sum += sum_row(&window, skip_x);
     }
     free(window.rows);
     free(window.wide);
     free(window.moments);
-    return sum / ((double)(width - 2 * skip_x) * (height - 2 * skip_y));
+    *ssim = sum / ((double)(width - 2 * skip_x) * (height - 2 * skip_y));
+    return is_good;
 }
 
 static float *tone_mapped(const float *samples, size_t n)
 {
-    float *toned = need_memory(n, sizeof(*toned));
+    float *toned = malloc((n ? n : 1) * sizeof(*toned));
+    if (!toned)
+        return NULL;
 #pragma omp parallel for schedule(static)
     for (size_t i = 0; i < n; i++)
         toned[i] = (float)measure_tone(samples[i]);
     return toned;
 }
 
-static double mean_ssim(const float *a, const float *b, int32_t width, int32_t height)
+static bool mean_ssim(const float *a, const float *b, int32_t width, int32_t height,
+                      double *ssim)
 {
     double channels[3];
+    bool are_good[3];
 #pragma omp parallel for schedule(static, 1)
     for (int c = 0; c < 3; c++)
-        channels[c] = channel_ssim(a + c, b + c, width, height);
-    return (channels[0] + channels[1] + channels[2]) / 3;
+        are_good[c] = channel_ssim(a + c, b + c, width, height, &channels[c]);
+    *ssim = (channels[0] + channels[1] + channels[2]) / 3;
+    return are_good[0] && are_good[1] && are_good[2];
 }
 
 /* ---- sums ------------------------------------------------------------------------ */
@@ -214,23 +219,27 @@ static void find_maximum(struct measures *measures, const float *a, const float 
     measures->max_y = (int32_t)(at / 3 / (size_t)width);
 }
 
-void measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
+bool measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
                       struct measures *measures)
 {
     const size_t n = 3 * (size_t)width * (size_t)height;
-    float *toned_a = tone_mapped(a, n), *toned_b = tone_mapped(b, n);
+    float *toned_a = tone_mapped(a, n), *toned_b = toned_a ? tone_mapped(b, n) : NULL;
+    const bool is_good =
+        toned_b && mean_ssim(toned_a, toned_b, width, height, &measures->ssim);
     struct sums sums = {0};
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; is_good && i < n; i++)
         add_sample(&sums, a[i], b[i], (double)toned_a[i] - toned_b[i]);
+    free(toned_a);
+    free(toned_b);
+    if (!is_good)
+        return false;
     const double count = (double)n;
     measures->psnr_db = decibel(sums.clipped_square / count);
     measures->tpsnr_db = decibel(sums.toned_square / count);
     measures->rmse = sqrt(sums.square / count);
     measures->energy_ratio = sums.energy_b != 0 ? sums.energy_a / sums.energy_b : NAN;
-    measures->ssim = mean_ssim(toned_a, toned_b, width, height);
     find_maximum(measures, a, b, width, n);
-    free(toned_a);
-    free(toned_b);
+    return true;
 }
 
 /* ---- heat map -------------------------------------------------------------------- */

@@ -30,8 +30,8 @@ struct measures {
     int max_channel;
 };
 
-/* Packed RGB floats, width * height * 3 each; no NaN. */
-void measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
+/* Packed RGB floats, width * height * 3 each; no NaN. False without memory. */
+bool measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
                       struct measures *measures);
 
 /* The tone mapped value that tPSNR and SSIM compare. */

@@ -13,39 +13,37 @@
 
 /* What was typed wins over the file, the last of two lines over the first. */
 static bool read_line(const char *path, int number, char *line,
-                      const struct settings *typed, struct settings *found)
+                      const struct settings *typed, struct settings *found,
+                      struct image_error *error)
 {
     char key[64], value[64];
-    struct rf_error error;
+    struct rf_error wrong;
     line[strcspn(line, "#\n")] = 0;
     const int n = sscanf(line, " %63s %63s", key, value);
     if (n < 1)
         return true;
     const struct rf_param_info *info = rf_param_find(key);
-    if (n < 2 || !info) {
-        message("%s:%d: '%s' is not a parameter and its value, such as 'f-stop 2.8'",
-                path, number, key);
-        return false;
-    }
+    if (n < 2 || !info)
+        return set_error(
+            error, "%s:%d: '%s' is not a parameter and its value, such as 'f-stop 2.8'",
+            path, number, key);
     if (settings_origin(typed, info->key) == ORIGIN_COMMAND_LINE ||
-        settings_set(found, info->key, value, &error) == RF_OK)
+        settings_set(found, info->key, value, &wrong) == RF_OK)
         return true;
-    message("%s:%d: %s: %s", path, number, key, error.message);
-    return false;
+    return set_error(error, "%s:%d: %s: %s", path, number, key, wrong.message);
 }
 
-bool params_file_read(const char *path, struct settings *settings)
+bool params_file_read(const char *path, struct settings *settings,
+                      struct image_error *error)
 {
     char line[MAX_LINE];
     bool is_good = true;
     const struct settings typed = *settings;
     FILE *file = fopen(path, "r");
-    if (!file) {
-        message("%s: cannot be read: %s", path, strerror(errno));
-        return false;
-    }
+    if (!file)
+        return set_error(error, "%s: cannot be read: %s", path, strerror(errno));
     for (int number = 1; is_good && fgets(line, sizeof(line), file); number++)
-        is_good = read_line(path, number, line, &typed, settings);
+        is_good = read_line(path, number, line, &typed, settings, error);
     fclose(file);
     return is_good;
 }
@@ -88,9 +86,9 @@ bool params_file_write(const char *path, const struct settings *settings,
     }
     if (reason == 0)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: cannot be written: %s; choose another name or free some space", path,
-             reason == OS_REPLACE_NOT_REGULAR ? "is no regular file"
-                                              : strerror(reason));
+    set_error(error,
+              "%s: cannot be written: %s; choose another name or free some space", path,
+              reason == OS_REPLACE_NOT_REGULAR ? "is no regular file"
+                                               : strerror(reason));
     return false;
 }

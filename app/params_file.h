@@ -13,7 +13,8 @@
 
 /* Sets what the file says, as if typed; what was typed before stays. A message names
  * file and line. */
-bool params_file_read(const char *path, struct settings *settings);
+bool params_file_read(const char *path, struct settings *settings,
+                      struct image_error *error);
 
 /* Writes what was typed; beside its place and renamed. */
 bool params_file_write(const char *path, const struct settings *settings,

@@ -30,12 +30,12 @@ static bool read_png(const char *path, struct picture *picture,
     if (!image_read_png(path, &rgba, &picture->width, &picture->height, error))
         return false;
     const size_t n = (size_t)picture->width * (size_t)picture->height;
-    picture->samples = need_memory(3 * n, sizeof(float));
-    for (size_t i = 0; i < n; i++)
+    picture->samples = app_memory(3 * n, sizeof(float), error);
+    for (size_t i = 0; picture->samples && i < n; i++)
         for (size_t c = 0; c < 3; c++)
             picture->samples[3 * i + c] = rgba[4 * i + c] * rgba[4 * i + 3];
     free(rgba);
-    return true;
+    return picture->samples != NULL;
 }
 
 static bool read_open_exr(struct image_input *input, const char *layer, int n_threads,
@@ -52,8 +52,9 @@ static bool read_open_exr(struct image_input *input, const char *layer, int n_th
     picture->width = box.max_x - box.min_x + 1;
     picture->height = box.max_y - box.min_y + 1;
     const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;
-    picture->samples = need_memory(3 * n_pixels, sizeof(float));
-    return image_read_layer(input, &found, 3, picture->samples, n_threads, error);
+    picture->samples = app_memory(3 * n_pixels, sizeof(float), error);
+    return picture->samples &&
+           image_read_layer(input, &found, 3, picture->samples, n_threads, error);
 }
 
 static bool check_finite(const char *path, const struct picture *picture,
@@ -66,11 +67,11 @@ static bool check_finite(const char *path, const struct picture *picture,
             first = i / 3;
     if (n_bad == 0)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: %zu values are NaN or infinite, the first at pixel (%zu, %zu); "
-             "pictures with such values have no distance, render or repair them first",
-             path, n_bad, first % (size_t)picture->width,
-             first / (size_t)picture->width);
+    set_error(error,
+              "%s: %zu values are NaN or infinite, the first at pixel (%zu, %zu); "
+              "pictures with such values have no distance, render or repair them first",
+              path, n_bad, first % (size_t)picture->width,
+              first / (size_t)picture->width);
     return false;
 }
 
@@ -124,18 +125,17 @@ bool picture_check_writable(const char *path, struct image_error *error)
     const int reason = folder ? os_folder_is_writable(folder) : ENOMEM;
     free(folder);
     if (reason != 0)
-        snprintf(error->message, sizeof(error->message),
-                 "%s: cannot write into its folder: %s; create it or choose another",
-                 path, strerror(reason));
+        set_error(error,
+                  "%s: cannot write into its folder: %s; create it or choose another",
+                  path, strerror(reason));
     else if (os_file_facts(path).kind == OS_FILE_FOLDER)
-        snprintf(error->message, sizeof(error->message),
-                 "%s: is a folder; give the name of a file in it", path);
+        set_error(error, "%s: is a folder; give the name of a file in it", path);
     else
         return true;
     return false;
 }
 
-void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_quiet)
+size_t picture_clip_to_half(float *samples, size_t n)
 {
     const float half_max = 65504;
     size_t n_clipped = 0;
@@ -145,9 +145,15 @@ void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_qu
         samples[i] = copysignf(half_max, samples[i]);
         n_clipped++;
     }
-    if (n_clipped)
-        warning(is_quiet,
-                "%s: %zu values above 65504 were clipped to it, the largest half; "
-                "--type float keeps them",
-                path, n_clipped);
+    return n_clipped;
+}
+
+int picture_warn_clipped(const struct app_host *host, const char *path,
+                         size_t n_clipped, struct image_error *error)
+{
+    return n_clipped == 0 ? APP_DONE
+                          : app_warn(host, error,
+                                     "%s: %zu values above 65504 were clipped to it, "
+                                     "the largest half; --type float keeps them",
+                                     path, n_clipped);
 }

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "image.h"
+#include "report.h"
 
 /* Packed RGB floats, scene-linear, alpha multiplied in. */
 struct picture {
@@ -32,8 +33,12 @@ bool picture_is_scene(const char *path);
 /* Can a file of this name be made? False with a message, before the work begins. */
 bool picture_check_writable(const char *path, struct image_error *error);
 
-/* Half floats end at 65504; beyond they would turn into infinity. Clips, and warns with
- * the name of the file unless is_quiet. */
-void picture_clip_to_half(const char *path, float *samples, size_t n, bool is_quiet);
+/* Half floats end at 65504; beyond they would turn into infinity. Clips; returns how
+ * many were beyond. */
+size_t picture_clip_to_half(float *samples, size_t n);
+
+/* Says that so many were clipped, where any were; see app_warn. */
+int picture_warn_clipped(const struct app_host *host, const char *path,
+                         size_t n_clipped, struct image_error *error);
 
 #endif

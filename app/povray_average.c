@@ -38,11 +38,17 @@ static void place_in_pixel(int i, struct povray_view *view)
 static struct povray_view *make_views(const struct povray_average *how,
                                       struct rf_error *error)
 {
-    struct rf_lens_point *points = need_memory(RF_MAX_LENS_POINTS, sizeof(*points));
-    struct povray_view *views = NULL;
-    if (rf_lens_points(&how->settings->params, how->n_views, how->frame, points,
-                       error) == RF_OK)
-        views = need_memory((size_t)how->n_views, sizeof(*views));
+    struct rf_lens_point *points =
+        app_memory(RF_MAX_LENS_POINTS, sizeof(*points), NULL);
+    struct povray_view *views = app_memory((size_t)how->n_views, sizeof(*views), NULL);
+    if (!points || !views)
+        snprintf(error->message, sizeof(error->message), "out of memory");
+    if (!points || !views ||
+        rf_lens_points(&how->settings->params, how->n_views, how->frame, points,
+                       error) != RF_OK) {
+        free(views);
+        views = NULL;
+    }
     for (int i = 0; views && i < how->n_views; i++) {
         views[i] = (struct povray_view){
             .u = points[i].u, .v = points[i].v, .time = points[i].time};
@@ -146,11 +152,13 @@ static bool write_mean(struct work *work, struct povray_error *error)
     struct povray_passes mean = work->facts;
     struct rf_error core_error;
     struct image_error image_error;
-    mean.colour =
-        need_memory((size_t)mean.width * (size_t)mean.height * 4, sizeof(*mean.colour));
+    mean.colour = app_memory((size_t)mean.width * (size_t)mean.height * 4,
+                             sizeof(*mean.colour), &image_error);
     const struct rf_image image = image_of(&mean);
     const char *what = NULL;
-    if (rf_accumulator_mean(work->accumulator, &image, &core_error) != RF_OK)
+    if (!mean.colour)
+        what = image_error.message;
+    else if (rf_accumulator_mean(work->accumulator, &image, &core_error) != RF_OK)
         what = core_error.message;
     else if (!write_picture(work->how, &mean, &image_error))
         what = image_error.message;

@@ -67,12 +67,13 @@ static int list_facts(const struct povray_passes *passes, enum povray_file kind,
 }
 
 /* The samples as they go into the file, interleaved: R G B, A where there is one, Z. */
-static float *pack(const struct povray_passes *passes, bool has_depth)
+static float *pack(const struct povray_passes *passes, bool has_depth,
+                   struct image_error *error)
 {
     const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
     const size_t n_colours = passes->has_alpha ? 4 : 3, n = n_colours + has_depth;
-    float *samples = need_memory(n_pixels * n, sizeof(float));
-    for (size_t i = 0; i < n_pixels; i++) {
+    float *samples = app_memory(n_pixels * n, sizeof(float), error);
+    for (size_t i = 0; samples && i < n_pixels; i++) {
         memcpy(samples + n * i, passes->colour + 4 * i, n_colours * sizeof(float));
         if (has_depth)
             samples[n * i + n_colours] = passes->depth[i];
@@ -96,7 +97,7 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
     struct image_attribute facts[MAX_FACTS];
     const double pixel_width = length(passes->camera.right) / passes->width;
     const double pixel_height = length(passes->camera.up) / passes->height;
-    float *samples = pack(passes, has_depth);
+    float *samples = pack(passes, has_depth, error);
     const struct image_output output = {
         .width = passes->width,
         .height = passes->height,
@@ -107,7 +108,7 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         .samples = samples,
         .attributes = facts,
         .n_attributes = list_facts(passes, kind, made, facts)};
-    const bool is_written = image_write(path, &output, n_threads, error);
+    const bool is_written = samples && image_write(path, &output, n_threads, error);
     free(samples);
     return is_written;
 }

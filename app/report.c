@@ -4,77 +4,98 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include <omp.h>
 
-#include "image.h"
+#include "interrupt.h"
 #include "rackfocus/rackfocus.h"
 
-static _Thread_local struct {
-    char *text;
-    size_t n_bytes;
-} capture;
-
-void message_capture(char *text, size_t n_bytes)
+/* What the format reads may lie in the error itself. */
+static void fill(struct image_error *error, const char *format, va_list arguments)
 {
-    capture.text = text;
-    capture.n_bytes = n_bytes;
+    char text[sizeof(error->message)];
+    vsnprintf(text, sizeof(text), format, arguments);
+    snprintf(error->message, sizeof(error->message), "%s", text);
+    error->code = IMAGE_FAILED;
 }
 
-static void print(const char *kind, const char *format, va_list arguments)
-{
-    fflush(stdout);
-    flockfile(stderr);
-    fprintf(stderr, "rackfocus: %s", kind);
-    vfprintf(stderr, format, arguments);
-    fputc('\n', stderr);
-    funlockfile(stderr);
-}
-
-void message(const char *format, ...)
+int app_fail(struct image_error *error, enum app_code code, const char *format, ...)
 {
     va_list arguments;
-    if (capture.text) {
-        char *text = need_memory(capture.n_bytes, 1);
-        va_start(arguments, format);
-        vsnprintf(text, capture.n_bytes, format, arguments);
-        va_end(arguments);
-        memcpy(capture.text, text, capture.n_bytes); /* may be among the arguments */
-        free(text);
-    }
     va_start(arguments, format);
-    print("", format, arguments);
+    fill(error, format, arguments);
     va_end(arguments);
+    if (code == APP_NO_MEMORY)
+        error->code = IMAGE_NO_MEMORY;
+    return code;
 }
 
-void warning(bool is_quiet, const char *format, ...)
+int app_code_of(const struct image_error *error)
 {
-    if (is_quiet)
-        return;
-    va_list arguments;
-    va_start(arguments, format);
-    print("warning: ", format, arguments);
-    va_end(arguments);
+    return error->code == IMAGE_NO_MEMORY ? APP_NO_MEMORY : APP_FAILED;
 }
 
 bool set_error(struct image_error *error, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(error->message, sizeof(error->message), format, arguments);
+    fill(error, format, arguments);
     va_end(arguments);
     return false;
 }
 
-void *need_memory(size_t n_items, size_t item_bytes)
+int app_warn(const struct app_host *host, struct image_error *error, const char *format,
+             ...)
+{
+    char text[sizeof(error->message)];
+    va_list arguments;
+    if (!host || !host->warn)
+        return APP_DONE;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof(text), format, arguments);
+    va_end(arguments);
+    return host->warn(host->user, text) ? APP_DONE
+                                        : app_fail(error, APP_FAILED, "%s", text);
+}
+
+void app_say(const struct app_host *host, const char *format, ...)
+{
+    char text[2048];
+    va_list arguments;
+    if (!host || !host->say)
+        return;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof(text), format, arguments);
+    va_end(arguments);
+    host->say(host->user, text);
+}
+
+void app_begin(const struct app_host *host, const char *what)
+{
+    if (host && host->begin)
+        host->begin(host->user, what);
+}
+
+bool app_progress(void *user, double fraction)
+{
+    const struct app_host *host = user;
+    return host && host->progress ? host->progress(host->user, fraction)
+                                  : !os_is_interrupted();
+}
+
+void app_end(const struct app_host *host)
+{
+    if (host && host->end)
+        host->end(host->user);
+}
+
+void *app_memory(size_t n_items, size_t item_bytes, struct image_error *error)
 {
     void *memory = calloc(n_items ? n_items : 1, item_bytes ? item_bytes : 1);
-    if (!memory) {
-        message("out of memory; %zu items of %zu bytes were asked for", n_items,
-                item_bytes);
-        exit(EXIT_FAILED);
-    }
+    if (!memory && error)
+        app_fail(error, APP_NO_MEMORY,
+                 "out of memory; %zu items of %zu bytes were asked for", n_items,
+                 item_bytes);
     return memory;
 }
 

@@ -23,13 +23,15 @@ struct frame {
     int32_t number;
     enum state state;
     int code;
-    char reason[400];
+    struct image_error error; /* of a failed one */
 };
 
 struct sequence {
     const struct sequence_options *how;
     const struct filter_options *tool; /* with patterns */
     const struct settings *settings;
+    struct app_host host; /* of the frames: their progress is not shown */
+    struct image_error *error;
     char *const *paths;
     int n_paths, n_jobs;
     struct frame *frames;
@@ -44,9 +46,7 @@ struct sequence {
 
 bool sequence_is_pattern(const char *name)
 {
-    const char *slash = strrchr(name, '/');
-    return strchr(slash ? slash : name, '#') &&
-           os_file_facts(name).kind == OS_FILE_NONE;
+    return frame_is_pattern(name) && os_file_facts(name).kind == OS_FILE_NONE;
 }
 
 /* ---- what a frame is made of and with ------------------------------------------- */
@@ -84,12 +84,6 @@ struct job {
     uint64_t hash;
 };
 
-static void expand(const char **name, int32_t number)
-{
-    if (*name)
-        *name = frame_name(*name, number);
-}
-
 static bool set_row(const struct sequence *sequence, struct job *job,
                     struct frame *frame)
 {
@@ -97,77 +91,94 @@ static bool set_row(const struct sequence *sequence, struct job *job,
     if (table->n_keys == 0)
         return true;
     const int row = frame_table_row(table, frame->number);
-    if (row < 0) {
-        snprintf(frame->reason, sizeof(frame->reason), "%s has no row for it",
-                 sequence->how->parameters);
-        return false;
-    }
+    if (row < 0)
+        return set_error(&frame->error, "%s has no row for it",
+                         sequence->how->parameters);
     for (int i = 0; i < table->n_keys; i++) {
         const char *value = table->values[row * table->n_keys + i];
         struct rf_error error;
-        if (settings_set(&job->settings, table->keys[i], value, &error) != RF_OK) {
-            snprintf(frame->reason, sizeof(frame->reason), "%s: %s",
-                     sequence->how->parameters, error.message);
-            return false;
-        }
+        if (settings_set(&job->settings, table->keys[i], value, &error) != RF_OK)
+            return set_error(&frame->error, "%s: %s", sequence->how->parameters,
+                             error.message);
     }
     return true;
 }
+
+static void hash_params(uint64_t *hash, const struct rf_params *params)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++)
+        hash_bytes(hash, (const char *)params + list[i].offset,
+                   list[i].type == RF_TYPE_FLOAT ? sizeof(double) : sizeof(int32_t));
+}
+
+/* How each kind of FILTER_OPTIONS counts. */
+#define HASH_OUTPUT(name) hash_text(&hash, tool->name)
+#define HASH_INPUT(name) hash_file(&hash, tool->name)
+#define HASH_TEXT(name) hash_text(&hash, tool->name)
+#define HASH_NUMBER(name) hash_bytes(&hash, &tool->name, sizeof(tool->name))
+#define HASH_ASIDE(name)
+#define HASH_OPTION(kind, type, name) HASH_##kind(name);
 
 static void hash_job(const struct sequence *sequence, struct job *job)
 {
     uint64_t hash = 0xcbf29ce484222325u;
     const struct filter_options *tool = &job->tool;
-    char used[4000];
     hash_text(&hash, rf_version());
-    settings_print_options(&job->settings.params, used, sizeof(used));
-    hash_text(&hash, used);
+    hash_params(&hash, &job->settings.params);
     hash_bytes(&hash, job->settings.origins, sizeof(job->settings.origins));
-    hash_text(&hash, tool->output);
-    hash_text(&hash, tool->output_coc);
-    hash_text(&hash, tool->flattened);
-    hash_text(&hash, tool->depth_channel);
-    hash_text(&hash, tool->layer);
-    hash_text(&hash, tool->filter_layers);
-    hash_file(&hash, tool->depth_file);
-    hash_file(&hash, tool->holdout);
-    hash_file(&hash, tool->distribution_image);
-    const int32_t kinds[] = {tool->type,         tool->compression,  tool->png_bits,
-                             tool->pass_through, tool->depth_repair, tool->mist_falloff,
-                             tool->is_over,      tool->is_stereo};
-    hash_bytes(&hash, kinds, sizeof(kinds));
+    FILTER_OPTIONS(HASH_OPTION)
     for (int i = 0; i < sequence->n_paths; i++)
         hash_file(&hash, job->paths[i]);
     job->hash = hash;
 }
 
+/* Puts the number into a copy of the name; false without memory. */
+static bool expand(const char **name, struct frame *frame)
+{
+    const char *pattern = *name;
+    if (pattern)
+        *name = frame_name(pattern, frame->number, &frame->error);
+    return !pattern || *name;
+}
+
+#define EXPAND_OUTPUT(name) is_good = expand(&job->tool.name, frame) && is_good
+#define EXPAND_INPUT(name) EXPAND_OUTPUT(name)
+#define EXPAND_TEXT(name)
+#define EXPAND_NUMBER(name)
+#define EXPAND_ASIDE(name)
+#define EXPAND_OPTION(kind, type, name) EXPAND_##kind(name);
+
 static bool job_make(const struct sequence *sequence, struct job *job,
                      struct frame *frame)
 {
+    bool is_good = true;
     job->tool = *sequence->tool;
     job->settings = *sequence->settings;
-    job->tool.is_in_sequence = true;
-    expand(&job->tool.output, frame->number);
-    expand(&job->tool.output_coc, frame->number);
-    expand(&job->tool.flattened, frame->number);
-    expand(&job->tool.depth_file, frame->number);
-    expand(&job->tool.holdout, frame->number);
-    for (job->n_paths = 0; job->n_paths < sequence->n_paths; job->n_paths++)
-        job->paths[job->n_paths] =
-            frame_name(sequence->paths[job->n_paths], frame->number);
-    if (!set_row(sequence, job, frame))
+    job->tool.host = &sequence->host;
+    FILTER_OPTIONS(EXPAND_OPTION)
+    for (int i = 0; i < sequence->n_paths; i++) {
+        job->paths[i] = frame_name(sequence->paths[i], frame->number, &frame->error);
+        is_good = is_good && job->paths[i];
+    }
+    job->n_paths = sequence->n_paths;
+    if (!is_good || !set_row(sequence, job, frame))
         return false;
     hash_job(sequence, job);
     return true;
 }
 
+#define FREE_OUTPUT(name) free((char *)job->tool.name)
+#define FREE_INPUT(name) FREE_OUTPUT(name)
+#define FREE_TEXT(name)
+#define FREE_NUMBER(name)
+#define FREE_ASIDE(name)
+#define FREE_OPTION(kind, type, name) FREE_##kind(name);
+
 static void job_free(struct job *job)
 {
-    free((char *)job->tool.output);
-    free((char *)job->tool.output_coc);
-    free((char *)job->tool.flattened);
-    free((char *)job->tool.depth_file);
-    free((char *)job->tool.holdout);
+    FILTER_OPTIONS(FREE_OPTION)
     for (int i = 0; i < job->n_paths; i++)
         free(job->paths[i]);
 }
@@ -177,11 +188,11 @@ static void job_free(struct job *job)
 /* Checksum and size of a file; false where it cannot be read. */
 static bool sum_file(const char *path, uint32_t *sum, int64_t *size)
 {
-    enum { N = 1 << 16 };
+    enum { N = 1 << 14 };
     FILE *file = fopen(path, "rb");
     if (!file)
         return false;
-    unsigned char *bytes = need_memory(N, 1);
+    unsigned char bytes[N];
     uLong crc = crc32(0, NULL, 0);
     size_t n;
     *size = 0;
@@ -191,7 +202,6 @@ static bool sum_file(const char *path, uint32_t *sum, int64_t *size)
     }
     const bool is_good = !ferror(file);
     fclose(file);
-    free(bytes);
     *sum = (uint32_t)crc;
     return is_good;
 }
@@ -234,62 +244,79 @@ static void journal_add(const struct sequence *sequence, const struct job *job,
     char line[200];
     if (!journal_line(job, number, line, sizeof(line)))
         return;
+    struct image_error ignored;
     /* Without it the frame is only made again the next time. */
     const int reason = os_file_append(sequence->journal_path, line, strlen(line));
     if (reason != 0)
-        warning(sequence->tool->is_quiet, "%s: %s; frame %d will not be skipped",
-                sequence->journal_path, strerror(reason), (int)number);
+        app_warn(&sequence->host, &ignored, "%s: %s; frame %d will not be skipped",
+                 sequence->journal_path, strerror(reason), (int)number);
 }
 
-static void journal_read(struct sequence *sequence)
+static bool journal_read(struct sequence *sequence)
 {
     const char *pattern = sequence->tool->output;
-    sequence->journal_path = need_memory(strlen(pattern) + 8, 1);
-    sprintf(sequence->journal_path, "%s.frames", pattern);
+    const size_t n_path = strlen(pattern) + sizeof(".frames");
+    sequence->journal_path = app_memory(n_path, 1, sequence->error);
+    if (!sequence->journal_path)
+        return false;
+    snprintf(sequence->journal_path, n_path, "%s.frames", pattern);
     FILE *file = fopen(sequence->journal_path, "rb");
-    size_t n = 0;
-    if (file) {
-        n = (size_t)os_file_facts(sequence->journal_path).n_bytes;
-        sequence->journal = need_memory(n + 1, 1);
-        n = fread(sequence->journal, 1, n, file);
+    const size_t room =
+        file ? (size_t)os_file_facts(sequence->journal_path).n_bytes : 0;
+    sequence->journal = app_memory(room + 1, 1, sequence->error);
+    if (file && sequence->journal)
+        sequence->journal[fread(sequence->journal, 1, room, file)] = '\0';
+    if (file)
         fclose(file);
-    } else {
-        sequence->journal = need_memory(1, 1);
-    }
-    sequence->journal[n] = '\0';
+    return sequence->journal != NULL;
 }
 
 /* ---- frames --------------------------------------------------------------------- */
 
+static void say_failed(const struct sequence *sequence, const struct frame *frame,
+                       const char *before)
+{
+    const struct app_host *host = sequence->tool->host;
+    char text[sizeof(frame->error.message) + 64];
+    snprintf(text, sizeof(text), "%sframe %d: %s", before, (int)frame->number,
+             frame->error.message);
+    if (host && host->fail)
+        host->fail(host->user, text);
+}
+
+static void make_files(struct sequence *sequence, struct frame *frame, struct job *job)
+{
+    const double started_s = os_clock_s();
+    frame->code =
+        filter_any(&job->tool, &job->settings, job->paths, job->n_paths, &frame->error);
+    if (frame->code == APP_DONE) {
+        frame->state = MADE;
+        journal_add(sequence, job, frame->number);
+        app_say(&sequence->host, "frame %d: %s, %.1f s", (int)frame->number,
+                job->tool.output, os_clock_s() - started_s);
+    } else if (os_is_interrupted()) {
+        frame->state = CANCELLED;
+    }
+}
+
 static void make_frame(struct sequence *sequence, struct frame *frame)
 {
-    struct job *job = need_memory(1, sizeof(*job));
-    const double started_s = os_clock_s();
-    const bool is_quiet = sequence->tool->is_quiet;
-    message_capture(frame->reason, sizeof(frame->reason));
+    struct job *job = app_memory(1, sizeof(*job), &frame->error);
     frame->state = FAILED;
-    frame->code = EXIT_FAILED;
-    if (!job_make(sequence, job, frame)) {
-        message("frame %d: %s", (int)frame->number, frame->reason);
-    } else if (is_finished(sequence, job, frame->number)) {
-        frame->state = SKIPPED;
-        if (!is_quiet)
-            printf("frame %d: %s is there\n", (int)frame->number, job->tool.output);
-    } else {
-        frame->code = filter_any(&job->tool, &job->settings, job->paths, job->n_paths);
-        if (frame->code == EXIT_DONE) {
-            frame->state = MADE;
-            journal_add(sequence, job, frame->number);
-            if (!is_quiet)
-                printf("frame %d: %s, %.1f s\n", (int)frame->number, job->tool.output,
-                       os_clock_s() - started_s);
-        } else if (os_is_interrupted()) {
-            frame->state = CANCELLED;
+    frame->code = APP_FAILED;
+    if (job && job_make(sequence, job, frame)) {
+        if (is_finished(sequence, job, frame->number)) {
+            frame->state = SKIPPED;
+            app_say(&sequence->host, "frame %d: %s is there", (int)frame->number,
+                    job->tool.output);
+        } else {
+            make_files(sequence, frame, job);
         }
     }
-    fflush(stdout);
-    message_capture(NULL, 0);
-    job_free(job);
+    if (frame->state == FAILED)
+        say_failed(sequence, frame, "");
+    if (job)
+        job_free(job);
     free(job);
 }
 
@@ -307,7 +334,7 @@ static void *work(void *user)
         if (!frame)
             return NULL;
         make_frame(sequence, frame);
-        if (frame->code == EXIT_USAGE) {
+        if (frame->code == APP_USAGE) {
             pthread_mutex_lock(&sequence->lock);
             sequence->is_stopped = true;
             pthread_mutex_unlock(&sequence->lock);
@@ -339,96 +366,105 @@ static int summarise(const struct sequence *sequence, double seconds)
 {
     const int n_failed = count(sequence, FAILED), n_made = count(sequence, MADE);
     const int n_open = count(sequence, WAITING) + count(sequence, CANCELLED);
-    int code = EXIT_DONE;
+    int code = APP_DONE;
     for (int i = 0; i < sequence->n_frames; i++) {
         const struct frame *frame = &sequence->frames[i];
         if (frame->state != FAILED)
             continue;
-        fprintf(stderr, "rackfocus: failed: frame %d: %s\n", (int)frame->number,
-                frame->reason);
-        code = frame->code == EXIT_USAGE ? EXIT_USAGE : code ? code : EXIT_FAILED;
+        say_failed(sequence, frame, "failed: ");
+        code = frame->code == APP_USAGE ? APP_USAGE : code ? code : APP_FAILED;
     }
-    if (!sequence->tool->is_quiet)
-        printf("%d frame%s: %d filtered, %d skipped, %d failed, %d left; %.1f s\n",
-               sequence->n_frames, sequence->n_frames == 1 ? "" : "s", n_made,
-               count(sequence, SKIPPED), n_failed, n_open, seconds);
-    return os_is_interrupted() ? os_interrupt_code() : code;
+    app_say(&sequence->host,
+            "%d frame%s: %d filtered, %d skipped, %d failed, %d left; %.1f s",
+            sequence->n_frames, sequence->n_frames == 1 ? "" : "s", n_made,
+            count(sequence, SKIPPED), n_failed, n_open, seconds);
+    /* Each failure has been said: the error has no words of its own. */
+    if (code != APP_DONE)
+        app_fail(sequence->error, code, "%s", "");
+    return os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
 /* What was filtered must not be read again as if it had not been. */
 static bool check_inputs(const struct sequence *sequence)
 {
     for (int i = 0; i < sequence->n_paths; i++)
-        if (strcmp(sequence->paths[i], sequence->tool->output) == 0) {
-            message("--output: '%s' is also the input; a run that is taken up again "
-                    "would blur its frames twice; give another name",
-                    sequence->tool->output);
-            return false;
-        }
+        if (strcmp(sequence->paths[i], sequence->tool->output) == 0)
+            return set_error(sequence->error,
+                             "--output: '%s' is also the input; a run that is taken up "
+                             "again would blur its frames twice; give another name",
+                             sequence->tool->output);
     return true;
 }
 
-static bool list_frames(struct sequence *sequence, const char *pattern)
+static int list_frames(struct sequence *sequence, const char *pattern)
 {
-    char text[600];
     struct frame_list list;
-    const bool is_good =
-        sequence->how->frames
-            ? frame_list_parse(&list, sequence->how->frames, text, sizeof(text))
-            : frame_list_find(&list, pattern, text, sizeof(text));
-    if (!is_good) {
-        message("%s%s", sequence->how->frames ? "--frames: " : "", text);
-        return false;
-    }
+    struct image_error error;
+    const char *asked = sequence->how->frames;
+    const bool is_good = asked ? frame_list_parse(&list, asked, &error)
+                               : frame_list_find(&list, pattern, &error);
+    if (!is_good)
+        return app_fail(sequence->error, APP_USAGE, "%s%s", asked ? "--frames: " : "",
+                        error.message);
     sequence->n_frames = list.n;
-    sequence->frames = need_memory((size_t)list.n, sizeof(*sequence->frames));
-    for (int i = 0; i < list.n; i++)
+    sequence->frames =
+        app_memory((size_t)list.n, sizeof(*sequence->frames), sequence->error);
+    for (int i = 0; sequence->frames && i < list.n; i++)
         sequence->frames[i].number = list.numbers[i];
     frame_list_free(&list);
-    return true;
+    return sequence->frames ? APP_DONE : APP_NO_MEMORY;
 }
 
 /* Every output needs a place for the number, or frames would write over each other. */
-static bool check_outputs(const struct filter_options *tool)
+static bool check_outputs(const struct filter_options *tool, struct image_error *error)
 {
     const struct {
         const char *name, *path;
     } outputs[] = {{"--output", tool->output},
                    {"--output-coc", tool->output_coc},
                    {"--flattened", tool->flattened}};
-    for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++) {
-        const char *path = outputs[i].path;
-        const char *slash = path ? strrchr(path, '/') : NULL;
-        if (!path || strchr(slash ? slash : path, '#'))
-            continue;
-        message("%s: '%s' has no # for the number of the frame, as the input has",
-                outputs[i].name, path);
-        return false;
-    }
+    for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++)
+        if (outputs[i].path && !frame_is_pattern(outputs[i].path))
+            return set_error(
+                error,
+                "%s: '%s' has no #### for the number of the frame, as the input has",
+                outputs[i].name, outputs[i].path);
     return true;
 }
 
-int sequence_run(const struct sequence_options *how, const struct filter_options *tool,
-                 const struct settings *settings, char *const *paths, int n_paths)
+/* The host of the frames: several are made at a time, so no progress is shown. */
+static struct app_host host_of_frames(const struct app_host *host)
 {
-    char text[600];
+    struct app_host of_frames = host ? *host : (struct app_host){0};
+    of_frames.begin = NULL;
+    of_frames.progress = NULL;
+    of_frames.end = NULL;
+    return of_frames;
+}
+
+int sequence_run(const struct sequence_options *how, const struct filter_options *tool,
+                 const struct settings *settings, char *const *paths, int n_paths,
+                 struct image_error *error)
+{
     const double started_s = os_clock_s();
     struct sequence sequence = {.how = how,
                                 .tool = tool,
                                 .settings = settings,
+                                .host = host_of_frames(tool->host),
+                                .error = error,
                                 .paths = paths,
                                 .n_paths = n_paths,
                                 .n_jobs = how->n_jobs ? how->n_jobs : 2,
                                 .lock = PTHREAD_MUTEX_INITIALIZER};
-    if (!check_outputs(tool) || !check_inputs(&sequence) ||
-        !list_frames(&sequence, paths[0]))
-        return EXIT_USAGE;
-    int code = EXIT_FAILED;
-    if (how->parameters &&
-        !frame_table_read(&sequence.table, how->parameters, text, sizeof(text))) {
-        message("%s", text);
-    } else {
-        journal_read(&sequence);
+    if (!check_outputs(tool, error) || !check_inputs(&sequence))
+        return APP_USAGE;
+    int code = list_frames(&sequence, paths[0]);
+    if (code == APP_DONE &&
+        ((how->parameters &&
+          !frame_table_read(&sequence.table, how->parameters, error)) ||
+         !journal_read(&sequence)))
+        code = app_code_of(error);
+    if (code == APP_DONE) {
         run_all(&sequence);
         code = summarise(&sequence, os_clock_s() - started_s);
     }

@@ -14,7 +14,8 @@
 #include "filter_run.h"
 #include "settings.h"
 
-/* Is this the name of a sequence: with # in its last part, and no file itself? */
+/* Is this the name of a sequence: with a place for the number (frame_list.h), and no
+ * file itself? */
 bool sequence_is_pattern(const char *name);
 
 struct sequence_options {
@@ -27,10 +28,10 @@ struct sequence_options {
 /*
  * Filters all frames: `tool` and `paths` as for one, with patterns in place of names.
  * `settings` is the command line. Failed frames are listed at the end; the others are
- * made. Returns an exit code.
+ * made. An enum app_code; its error has no words where the host was told of each frame.
  */
 int sequence_run(const struct sequence_options *sequence,
                  const struct filter_options *tool, const struct settings *settings,
-                 char *const *paths, int n_paths);
+                 char *const *paths, int n_paths, struct image_error *error);
 
 #endif

@@ -232,9 +232,10 @@ float *source_read_colour(const struct source *source, int n_threads,
                           struct image_error *error)
 {
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
-    float *samples = need_memory(n_pixels, (size_t)source->n_channels * sizeof(float));
-    if (image_read_layer(source->colour, &source->layer, source->n_channels, samples,
-                         n_threads, error))
+    float *samples =
+        app_memory(n_pixels, (size_t)source->n_channels * sizeof(float), error);
+    if (samples && image_read_layer(source->colour, &source->layer, source->n_channels,
+                                    samples, n_threads, error))
         return samples;
     free(samples);
     return NULL;
@@ -265,8 +266,9 @@ float *source_read_depth(const struct source *source, int n_threads,
     const struct image_box *box = depth_window(source);
     const size_t n_pixels =
         (size_t)(box->max_x - box->min_x + 1) * (size_t)(box->max_y - box->min_y + 1);
-    float *samples = need_memory(n_pixels, sizeof(float));
-    if (image_read(source->depth, &source->z, 1, samples, n_threads, error)) {
+    float *samples = app_memory(n_pixels, sizeof(float), error);
+    if (samples &&
+        image_read(source->depth, &source->z, 1, samples, n_threads, error)) {
         if (source->layer.r >= 0)
             crop_depth(source, samples);
         return samples;

@@ -19,19 +19,26 @@ bool views_find_place(const struct image_input *input, const char *view,
     return image_attribute_v2f(input, VIEWS_OFFSET, lens_offset);
 }
 
-static void add_view(struct view_list *list, const char *path, const char *name)
+static bool add_view(struct view_list *list, const char *path, const char *name,
+                     struct image_error *error)
 {
-    struct view_input *items = need_memory((size_t)list->n + 1, sizeof(*items));
+    struct view_input *items = app_memory((size_t)list->n + 1, sizeof(*items), error);
+    char *own_name = items && name ? app_memory(strlen(name) + 1, 1, error) : NULL;
+    if (!items || (name && !own_name)) {
+        free(items);
+        return false;
+    }
     if (list->n)
         memcpy(items, list->items, (size_t)list->n * sizeof(*items));
     items[list->n].path = path;
     if (name) {
-        items[list->n].name = need_memory(strlen(name) + 1, 1);
-        strcpy(items[list->n].name, name);
+        strcpy(own_name, name);
+        items[list->n].name = own_name;
     }
     free(list->items);
     list->items = items;
     list->n++;
+    return true;
 }
 
 /* Adds the views of a file, none where it is no view; false on failure. */
@@ -41,24 +48,23 @@ static bool add_views(struct view_list *list, const struct image_input *input,
     const int n_views = image_view_count(input), n_before = list->n;
     double place[2], shear;
     if (n_views < 2) {
-        if (views_find_place(input, NULL, place, &shear))
-            add_view(list, path, NULL);
-        return true;
+        return !views_find_place(input, NULL, place, &shear) ||
+               add_view(list, path, NULL, error);
     }
     const char *without = NULL;
     for (int i = 0; i < n_views; i++) {
         const char *name = image_view_name(input, i);
-        if (views_find_place(input, name, place, &shear))
-            add_view(list, path, name);
-        else
+        if (!views_find_place(input, name, place, &shear))
             without = name;
+        else if (!add_view(list, path, name, error))
+            return false;
     }
     if (!without || list->n == n_before)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: the header has no " VIEWS_OFFSET " for the view %s, but for others; "
-             "say it for all, or name one view with --layer",
-             path, without);
+    set_error(error,
+              "%s: the header has no " VIEWS_OFFSET " for the view %s, but for others; "
+              "say it for all, or name one view with --layer",
+              path, without);
     return false;
 }
 
@@ -99,11 +105,12 @@ static bool check_like(const struct source *view, const struct source *first,
             0 &&
         view->n_channels == first->n_channels)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: is %d x %d with %d channels of colour, but %s is %d x %d with %d; "
-             "render all views with the same windows and channels",
-             image_path(view->colour), view->width, view->height, view->n_channels,
-             image_path(first->colour), first->width, first->height, first->n_channels);
+    set_error(error,
+              "%s: is %d x %d with %d channels of colour, but %s is %d x %d with %d; "
+              "render all views with the same windows and channels",
+              image_path(view->colour), view->width, view->height, view->n_channels,
+              image_path(first->colour), first->width, first->height,
+              first->n_channels);
     return false;
 }
 
@@ -111,9 +118,11 @@ bool views_open(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
                 struct image_error *error)
 {
-    *views =
-        (struct views){.sources = need_memory((size_t)list->n, sizeof(*views->sources)),
-                       .views = need_memory((size_t)list->n, sizeof(*views->views))};
+    *views = (struct views){
+        .sources = app_memory((size_t)list->n, sizeof(*views->sources), error),
+        .views = app_memory((size_t)list->n, sizeof(*views->views), error)};
+    if (!views->sources || !views->views)
+        return false;
     for (int i = 0; i < list->n; i++) {
         char *path[1] = {(char *)list->items[i].path};
         struct source_request one = *request;

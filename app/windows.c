@@ -19,7 +19,6 @@
 #include "depth_repair.h"
 #include "interrupt.h"
 #include "picture.h"
-#include "progress.h"
 #include "report.h"
 
 enum {
@@ -51,7 +50,6 @@ struct windows {
     int32_t kept_width, kept_height; /* of a window */
     struct rf_context *context;
     struct rf_filter *filter;
-    struct progress bar;
     int64_t n_done, n_windows;
 };
 
@@ -82,28 +80,27 @@ bool windows_are_possible(const struct source *source, const struct rf_params *p
            source_has_one_window(source);
 }
 
-static int fail_exr(const struct image_error *error)
+static int fail_image(const struct windows *w)
 {
-    message("%s", error->message);
-    return EXIT_FAILED;
+    return app_code_of(w->job->error);
 }
 
 static int fail_core(const struct windows *w, int view, const struct rf_error *error)
 {
     const struct source *source = &w->job->sources[view];
     if (error->code == RF_ERROR_CANCELLED)
-        return os_interrupt_code();
+        return APP_INTERRUPTED;
     if (error->code == RF_ERROR_MEMORY)
-        message("--max-memory: %zu MiB are too few for windows of %d x %d px of %s: "
-                "%s; allow more",
-                w->job->max_bytes >> 20, (int)w->kept_width, (int)w->kept_height,
-                image_path(source->colour), error->message);
-    else
-        message(
-            "%s: %s",
-            image_path(error->code == RF_ERROR_DEPTH ? source->depth : source->colour),
-            error->message);
-    return EXIT_FAILED;
+        return app_fail(w->job->error, APP_FAILED,
+                        "--max-memory: %zu MiB are too few for windows of %d x %d px "
+                        "of %s: %s; allow more",
+                        w->job->max_bytes >> 20, (int)w->kept_width,
+                        (int)w->kept_height, image_path(source->colour),
+                        error->message);
+    return app_fail(
+        w->job->error, APP_FAILED, "%s: %s",
+        image_path(error->code == RF_ERROR_DEPTH ? source->depth : source->colour),
+        error->message);
 }
 
 /* A filter whose context takes at most max_bytes, in place of the one before. */
@@ -119,20 +116,24 @@ static int open_filter(struct windows *w, size_t max_bytes)
     if (rf_context_create(&w->context, &context, &error) == RF_OK &&
         rf_filter_create(&w->filter, w->context, w->job->params, w->width, w->height,
                          &error) == RF_OK)
-        return EXIT_DONE;
+        return APP_DONE;
     return fail_core(w, 0, &error);
 }
 
 /* ---- rows ------------------------------------------------------------------------ */
 
-static void make_room(struct windows *w, int32_t n_rows)
+static int make_room(struct windows *w, int32_t n_rows)
 {
     const size_t n = (size_t)w->width * (size_t)n_rows;
     w->rows = (struct rows){0, 0, n_rows};
     for (int j = 0; j < w->job->n_views; j++) {
-        w->colour[j] = need_memory(n, (size_t)w->n_channels * sizeof(float));
-        w->depth[j] = need_memory(n, sizeof(float));
+        w->colour[j] =
+            app_memory(n, (size_t)w->n_channels * sizeof(float), w->job->error);
+        w->depth[j] = app_memory(n, sizeof(float), w->job->error);
+        if (!w->colour[j] || !w->depth[j])
+            return APP_NO_MEMORY;
     }
+    return APP_DONE;
 }
 
 static void drop_rows(struct windows *w)
@@ -202,19 +203,21 @@ static struct rf_window with_margin(const struct windows *w,
                               least(box->y + box->height + margin, w->height) - y};
 }
 
-/* Repairs the depth of a window with its margin, in memory of its own. */
-static struct rf_image repaired_depth(struct windows *w, int j,
-                                      const struct rf_window *box)
+/* Repairs the depth of a window with its margin, in memory of its own. False without.
+ */
+static bool repaired_depth(struct windows *w, int j, const struct rf_window *box,
+                           struct rf_image *depth)
 {
+    size_t n_snapped = 0;
     const struct rf_window whole = with_margin(w, box);
     const size_t row = (size_t)w->width, columns = (size_t)whole.width;
     const size_t n = columns * (size_t)whole.height;
     if (n > w->n_repaired) {
         free(w->repaired);
-        w->repaired = need_memory(n, sizeof(float));
-        w->n_repaired = n;
+        w->repaired = app_memory(n, sizeof(float), w->job->error);
+        w->n_repaired = w->repaired ? n : 0;
     }
-    for (int32_t y = 0; y < whole.height; y++) {
+    for (int32_t y = 0; w->repaired && y < whole.height; y++) {
         const size_t from =
             (size_t)(whole.y + y - w->rows.first) * row + (size_t)whole.x;
         float *to = w->repaired + (size_t)y * columns;
@@ -223,17 +226,23 @@ static struct rf_image repaired_depth(struct windows *w, int j,
             depth_divide_by_alpha(to, w->colour[j] + from * (size_t)w->n_channels + 3,
                                   4, columns);
     }
-    if (w->job->is_mixed)
-        depth_snap(w->repaired, whole.width, whole.height, w->job->depth_infinity);
-    struct rf_image depth = rf_image_packed(
-        w->repaired + (size_t)(box->y - whole.y) * columns + (size_t)(box->x - whole.x),
-        whole.width, box->height, 1);
-    depth.width = box->width;
-    return depth;
+    if (!w->repaired ||
+        (w->job->is_mixed && !depth_snap(w->repaired, whole.width, whole.height,
+                                         w->job->depth_infinity, &n_snapped))) {
+        app_fail(w->job->error, APP_NO_MEMORY, "out of memory for a window");
+        return false;
+    }
+    *depth = rf_image_packed(w->repaired + (size_t)(box->y - whole.y) * columns +
+                                 (size_t)(box->x - whole.x),
+                             whole.width, box->height, 1);
+    depth->width = box->width;
+    return true;
 }
 
-/* The pixels of a window of a view's rows in memory, the depth repaired. */
-static struct rf_view view_of(struct windows *w, int j, const struct rf_window *box)
+/* The pixels of a window of a view's rows in memory, the depth repaired. False without
+ * memory. */
+static bool view_of(struct windows *w, int j, const struct rf_window *box,
+                    struct rf_view *found)
 {
     const size_t pixel = (size_t)w->n_channels, row = (size_t)w->width;
     const size_t at = (size_t)(box->y - w->rows.first) * row + (size_t)box->x;
@@ -247,9 +256,9 @@ static struct rf_view view_of(struct windows *w, int j, const struct rf_window *
         memcpy(view.lens_offset, place->lens_offset, sizeof view.lens_offset);
         view.shear_distance = place->shear_distance;
     }
-    if (w->job->is_premultiplied || w->job->is_mixed)
-        view.depth = repaired_depth(w, j, box);
-    return view;
+    *found = view;
+    return !(w->job->is_premultiplied || w->job->is_mixed) ||
+           repaired_depth(w, j, box, &found->depth);
 }
 
 /* ---- passes over the whole ------------------------------------------------------- */
@@ -271,35 +280,37 @@ int windows_measure(const struct windows_job *job, struct depth_stats *stats)
 {
     struct windows w = windows_of(job);
     struct depth_tally tally;
-    struct image_error error;
-    bool is_good = true;
     const int32_t n_rows = most(w.step, SURVEY_ROWS);
-    make_room(&w, n_rows);
-    depth_tally_begin(&tally, w.width, w.height, job->depth_infinity);
-    for (int32_t y = 0; is_good && y < w.height && !os_is_interrupted(); y += n_rows) {
+    int code = make_room(&w, n_rows);
+    if (code == APP_DONE &&
+        !depth_tally_begin(&tally, w.width, w.height, job->depth_infinity))
+        code = app_fail(job->error, APP_NO_MEMORY, "out of memory");
+    const bool has_tally = code == APP_DONE;
+    for (int32_t y = 0; code == APP_DONE && y < w.height; y += n_rows) {
         const int32_t n = least(n_rows, w.height - y);
-        is_good = need_rows(&w, y, y + n, &error);
-        if (is_good)
+        if (os_is_interrupted())
+            code = APP_INTERRUPTED;
+        else if (!need_rows(&w, y, y + n, job->error))
+            code = fail_image(&w);
+        else
             depth_tally_add(&tally, w.depth[0],
                             w.n_channels == 4 ? w.colour[0] + 3 : NULL, 4, n);
     }
-    depth_tally_end(&tally, stats);
+    if (has_tally)
+        depth_tally_end(&tally, stats);
     drop_rows(&w);
-    if (!is_good)
-        return fail_exr(&error);
-    return os_is_interrupted() ? os_interrupt_code() : EXIT_DONE;
+    return code;
 }
 
 static int survey_strip(struct windows *w, int32_t y, int32_t n)
 {
     const int32_t first = most(y - RF_SURVEY_MARGIN, 0);
     const int32_t end = least(y + n + RF_SURVEY_MARGIN, w->height);
-    struct image_error error;
     struct rf_error core;
     const struct rf_window rows =
         with_margin(w, &(struct rf_window){0, first, w->width, end - first});
-    if (!need_rows(w, rows.y, rows.y + rows.height, &error))
-        return fail_exr(&error);
+    if (!need_rows(w, rows.y, rows.y + rows.height, w->job->error))
+        return fail_image(w);
     for (int32_t x = 0; x < w->width; x += SURVEY_COLUMNS) {
         const int32_t x0 = most(x - RF_SURVEY_MARGIN, 0);
         const int32_t columns = least(SURVEY_COLUMNS, w->width - x);
@@ -307,23 +318,24 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
         const struct rf_window counted = {x, y, columns, n};
         const struct rf_window given = {x0, first, x1 - x0, end - first};
         for (int j = 0; j < w->job->n_views; j++) {
-            const struct rf_view view = view_of(w, j, &given);
+            struct rf_view view;
+            if (!view_of(w, j, &given, &view))
+                return APP_NO_MEMORY;
             if (rf_filter_survey(w->filter, &view, &given, &counted, &w->surveys[j],
                                  &core) != RF_OK)
                 return fail_core(w, j, &core);
         }
     }
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 static int survey_all(struct windows *w)
 {
-    int code = EXIT_DONE;
-    make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * DEPTH_SNAP_REACH);
-    for (int32_t y = 0; code == EXIT_DONE && y < w->height; y += SURVEY_ROWS) {
+    int code = make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * DEPTH_SNAP_REACH);
+    for (int32_t y = 0; code == APP_DONE && y < w->height; y += SURVEY_ROWS) {
         code = survey_strip(w, y, least(SURVEY_ROWS, w->height - y));
-        if (!progress_report(&w->bar, SURVEYED * y / w->height))
-            code = os_interrupt_code();
+        if (!app_progress((void *)w->job->host, SURVEYED * y / w->height))
+            code = APP_INTERRUPTED;
     }
     drop_rows(w);
     return code;
@@ -402,15 +414,16 @@ static int choose_size(struct windows *w, struct needed *chosen)
             *chosen = needed;
         }
     if (best < INFINITY)
-        return EXIT_DONE;
+        return APP_DONE;
     double largest = 0;
     for (int j = 0; j < w->job->n_views; j++)
         largest = fmax(w->surveys[j].largest_radius, largest);
-    message("--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
-            "px; in windows it takes %zu MiB, allow that",
-            w->job->max_bytes >> 20, image_path(w->job->sources->colour), (int)w->width,
-            (int)w->height, ceil(largest), (least_bytes >> 20) + 1);
-    return EXIT_FAILED;
+    return app_fail(
+        w->job->error, APP_FAILED,
+        "--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
+        "px; in windows it takes %zu MiB, allow that",
+        w->job->max_bytes >> 20, image_path(w->job->sources->colour), (int)w->width,
+        (int)w->height, ceil(largest), (least_bytes >> 20) + 1);
 }
 
 /* ---- filtering ------------------------------------------------------------------- */
@@ -419,14 +432,13 @@ static bool report_window(void *user, double fraction)
 {
     struct windows *w = user;
     const double done = ((double)w->n_done + fraction) / (double)w->n_windows;
-    return progress_report(&w->bar, SURVEYED + (1 - SURVEYED) * done);
+    return app_progress((void *)w->job->host, SURVEYED + (1 - SURVEYED) * done);
 }
 
 static int filter_window(struct windows *w, const struct rf_window *kept)
 {
     struct rf_window given;
     struct rf_error core;
-    struct image_error error;
     const struct rf_progress progress = {report_window, w};
     const size_t pixel = (size_t)w->n_channels;
     struct rf_image out = rf_image_packed(w->out + (size_t)kept->x * pixel, w->width,
@@ -437,61 +449,67 @@ static int filter_window(struct windows *w, const struct rf_window *kept)
     if (rf_filter_window(w->filter, w->surveys, n_views, kept, &given, &core) != RF_OK)
         return fail_core(w, 0, &core);
     const struct rf_window rows = with_margin(w, &given);
-    if (!need_rows(w, rows.y, rows.y + rows.height, &error))
-        return fail_exr(&error);
+    if (!need_rows(w, rows.y, rows.y + rows.height, w->job->error))
+        return fail_image(w);
     for (int j = 0; j < n_views; j++)
-        views[j] = view_of(w, j, &given);
+        if (!view_of(w, j, &given, &views[j]))
+            return APP_NO_MEMORY;
     if (rf_filter_process_window(w->filter, w->surveys, views, n_views, &given, kept,
                                  &out, &progress, &core) != RF_OK)
         return fail_core(w, 0, &core);
     w->n_done++;
-    return EXIT_DONE;
+    return APP_DONE;
 }
 
 static int filter_strip(struct windows *w, struct image_writer *writer, int32_t y)
 {
-    int code = EXIT_DONE;
-    struct image_error error;
+    int code = APP_DONE;
     const int32_t n = least(w->kept_height, w->height - y);
     const size_t n_samples = (size_t)n * (size_t)w->width * (size_t)w->n_channels;
-    for (int32_t x = 0; code == EXIT_DONE && x < w->width; x += w->kept_width) {
+    for (int32_t x = 0; code == APP_DONE && x < w->width; x += w->kept_width) {
         const struct rf_window kept = {x, y, least(w->kept_width, w->width - x), n};
         code = filter_window(w, &kept);
     }
-    if (code != EXIT_DONE)
+    if (code != APP_DONE)
         return code;
     if (w->job->output->types[0] == IMAGE_SAMPLE_HALF)
-        picture_clip_to_half(w->job->path, w->out, n_samples, w->job->is_quiet);
-    return image_write_rows(writer, n, w->out, &error) ? EXIT_DONE : fail_exr(&error);
+        code = picture_warn_clipped(w->job->host, w->job->path,
+                                    picture_clip_to_half(w->out, n_samples),
+                                    w->job->error);
+    if (code != APP_DONE)
+        return code;
+    return image_write_rows(writer, n, w->out, w->job->error) ? APP_DONE
+                                                              : fail_image(w);
 }
 
 static int filter_all(struct windows *w)
 {
     struct image_writer *writer;
-    struct image_error error;
     struct needed needed = {0};
     int code = choose_size(w, &needed);
-    if (code == EXIT_DONE)
+    if (code == APP_DONE)
         code =
             open_filter(w, w->job->max_bytes - (needed.n_bytes - needed.window_bytes));
-    if (code != EXIT_DONE)
+    if (code != APP_DONE)
         return code;
     if (!image_write_begin(&writer, w->job->path, w->job->output, w->job->n_threads,
-                           &error))
-        return fail_exr(&error);
+                           w->job->error))
+        return fail_image(w);
     const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
     w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
-    make_room(w, needed.height + 2 * DEPTH_SNAP_REACH);
-    w->out = need_memory((size_t)w->kept_height * (size_t)w->width,
-                         (size_t)w->n_channels * sizeof(float));
-    for (int32_t y = 0; code == EXIT_DONE && y < w->height; y += w->kept_height)
+    code = make_room(w, needed.height + 2 * DEPTH_SNAP_REACH);
+    w->out = app_memory((size_t)w->kept_height * (size_t)w->width,
+                        (size_t)w->n_channels * sizeof(float), w->job->error);
+    if (!w->out)
+        code = APP_NO_MEMORY;
+    for (int32_t y = 0; code == APP_DONE && y < w->height; y += w->kept_height)
         code = filter_strip(w, writer, y);
     drop_rows(w);
     free(w->out);
-    if (code == EXIT_DONE && os_is_interrupted())
-        code = os_interrupt_code();
-    if (code == EXIT_DONE)
-        return image_write_finish(writer, &error) ? EXIT_DONE : fail_exr(&error);
+    if (code == APP_DONE && os_is_interrupted())
+        code = APP_INTERRUPTED;
+    if (code == APP_DONE)
+        return image_write_finish(writer, w->job->error) ? APP_DONE : fail_image(w);
     image_write_abort(writer);
     return code;
 }
@@ -503,13 +521,13 @@ int windows_filter(const struct windows_job *job)
     /* The C library else keeps ever larger freed blocks, in gaps of its heap. */
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
-    progress_start(&w.bar, "filtering", job->is_quiet || job->is_in_sequence);
+    app_begin(job->host, "filtering");
     int code = open_filter(&w, job->max_bytes);
-    if (code == EXIT_DONE)
+    if (code == APP_DONE)
         code = survey_all(&w);
-    if (code == EXIT_DONE)
+    if (code == APP_DONE)
         code = filter_all(&w);
-    progress_end(&w.bar);
+    app_end(job->host);
     rf_filter_destroy(w.filter);
     rf_context_destroy(w.context);
     free(w.repaired);

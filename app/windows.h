@@ -19,7 +19,8 @@ struct windows_job {
     double depth_infinity;
     int n_threads;
     size_t max_bytes; /* to hold at a time */
-    bool is_quiet, is_in_sequence;
+    const struct app_host *host;
+    struct image_error *error; /* where what went wrong is said */
 
     /* What windows_measure() led to: repairs of the depth of a lone view. */
     bool is_premultiplied, is_mixed;
@@ -31,14 +32,13 @@ size_t windows_whole_bytes(const struct source *source, int n_views);
 /* Does the way through windows know pictures like this one? */
 bool windows_are_possible(const struct source *source, const struct rf_params *params);
 
-/* What the depth of a lone view looks like, from a pass over the file. Messages have
- * been printed; returns an exit code. */
+/* What the depth of a lone view looks like, from a pass over the file. An enum
+ * app_code. */
 int windows_measure(const struct windows_job *job, struct depth_stats *stats);
 
 /*
  * Reads strips of rows, filters windows of them and writes each strip when it is done:
- * the same bits as those of the whole picture. Messages have been printed; returns an
- * exit code.
+ * the same bits as those of the whole picture. An enum app_code.
  */
 int windows_filter(const struct windows_job *job);
 

@@ -16,7 +16,15 @@
 #include <stddef.h>
 
 #include "options.h"
+#include "progress.h"
 #include "report.h"
+
+enum exit_code {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_USAGE = 2,
+    EXIT_INTERRUPTED = 130,
+};
 
 struct command {
     const char *name;
@@ -52,5 +60,29 @@ const struct command *const *command_list(size_t *n);
 
 /* The sub-command of this name, or NULL. */
 const struct command *command_find(const char *name);
+
+/* "rackfocus: " and the text on stderr. The text reads "FILE: what; way out". */
+void message(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* The same as a warning; nothing where `is_quiet`. */
+void warning(bool is_quiet, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* The exit code for an enum app_code; says the error. */
+int exit_code(int code, const struct image_error *error);
+
+/* Says that memory lacks; EXIT_FAILED. */
+int exit_without_memory(void);
+
+/* Warnings and results of app/ on the terminal. */
+struct cli_host {
+    struct app_host host;
+    struct progress bar;
+    bool is_quiet, is_strict;
+};
+
+/* The struct must stay where it is. */
+const struct app_host *cli_host_open(struct cli_host *host, bool is_quiet,
+                                     bool is_strict);
 
 #endif

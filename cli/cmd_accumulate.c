@@ -51,10 +51,10 @@ static bool open_view(const struct accumulate_options *tool, char *const *path,
         return false;
     if (view->layer.r >= 0)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: there is no colour; views are pictures, name their layer with "
-             "--layer",
-             *path);
+    set_error(error,
+              "%s: there is no colour; views are pictures, name their layer with "
+              "--layer",
+              *path);
     source_close(view);
     return false;
 }
@@ -67,11 +67,12 @@ static bool check_view(const struct sum *sum, const struct source *view,
                sizeof(view->info.data_window)) == 0 &&
         view->n_channels == first->n_channels && view->is_grey == first->is_grey)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: is %d x %d with %d channels, but %s is %d x %d with %d; views of one "
-             "window and kind can be averaged",
-             image_path(view->colour), view->width, view->height, view->n_channels,
-             image_path(first->colour), first->width, first->height, first->n_channels);
+    set_error(
+        error,
+        "%s: is %d x %d with %d channels, but %s is %d x %d with %d; views of one "
+        "window and kind can be averaged",
+        image_path(view->colour), view->width, view->height, view->n_channels,
+        image_path(first->colour), first->width, first->height, first->n_channels);
     return false;
 }
 
@@ -85,8 +86,7 @@ static struct rf_image image_of(const struct sum *sum, float *samples)
 static bool fail_core(const char *path, const struct rf_error *core_error,
                       struct image_error *error)
 {
-    snprintf(error->message, sizeof(error->message), "%s: %s", path,
-             core_error->message);
+    set_error(error, "%s: %s", path, core_error->message);
     return false;
 }
 
@@ -150,9 +150,11 @@ static bool write_mean(const struct sum *sum, int n_views, struct image_error *e
 {
     const struct source *first = &sum->first;
     struct rf_error core_error;
-    float *samples = need_memory((size_t)first->width * (size_t)first->height *
-                                     (size_t)first->n_channels,
-                                 sizeof(*samples));
+    float *samples = app_memory((size_t)first->width * (size_t)first->height *
+                                    (size_t)first->n_channels,
+                                sizeof(*samples), error);
+    if (!samples)
+        return false;
     const struct rf_image image = image_of(sum, samples);
     bool is_written =
         rf_accumulator_mean(sum->accumulator, &image, &core_error) == RF_OK;

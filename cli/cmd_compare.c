@@ -89,21 +89,23 @@ static bool write_pictures(const struct compare_options *tool, const struct pict
     const size_t n = 3 * (size_t)width * (size_t)height;
     if (!tool->heatmap && !tool->side_by_side)
         return true;
-    float *heat = need_memory(n, sizeof(*heat));
-    measure_heatmap(a->samples, b->samples, width, height, heat);
-    bool is_done = true;
-    if (tool->heatmap)
+    float *heat = app_memory(n, sizeof(*heat), error);
+    float *all =
+        heat && tool->side_by_side ? app_memory(3 * n, sizeof(*all), error) : NULL;
+    bool is_done = heat && (all || !tool->side_by_side);
+    if (is_done)
+        measure_heatmap(a->samples, b->samples, width, height, heat);
+    if (is_done && tool->heatmap)
         is_done =
             image_write_png(tool->heatmap, heat, width, height, 3, 8, true, error);
     if (is_done && tool->side_by_side) {
-        float *all = need_memory(3 * n, sizeof(*all));
         paste(a->samples, width, height, true, all, 3 * width, 0);
         paste(b->samples, width, height, true, all, 3 * width, width);
         paste(heat, width, height, false, all, 3 * width, 2 * width);
         is_done = image_write_png(tool->side_by_side, all, 3 * width, height, 3, 8,
                                   true, error);
-        free(all);
     }
+    free(all);
     free(heat);
     return is_done;
 }
@@ -119,7 +121,8 @@ static int compare(const struct compare_options *tool, const char *path_a,
         return EXIT_FAILED;
     }
     struct measures measures;
-    measure_pictures(a->samples, b->samples, a->width, a->height, &measures);
+    if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures))
+        return exit_without_memory();
     measures.max_x += a->min_x;
     measures.max_y += a->min_y;
     if (!write_pictures(tool, a, b, &error)) {

@@ -171,7 +171,9 @@ static int find_exposed(struct comparison *c)
     rf_filter_destroy(filter);
     if (result != RF_OK)
         return fail_core(c, &error);
-    c->is_exposed = need_memory(count_pixels(c), 1);
+    c->is_exposed = app_memory(count_pixels(c), 1, NULL);
+    if (!c->is_exposed)
+        return exit_without_memory();
 #pragma omp parallel for schedule(dynamic, 8)
     for (int32_t y = 0; y < height; y++)
         for (int32_t x = 0; x < width; x++) {
@@ -251,7 +253,9 @@ static bool keep_result(struct comparison *c, const struct entry *e,
     for (char *at = path + n_folder; *at; at++)
         if (*at == ' ')
             *at = '_';
-    float *samples = need_memory(n, sizeof(float)); /* writing packs it in place */
+    float *samples = app_memory(n, sizeof(float), error); /* writing packs in place */
+    if (!samples)
+        return false;
     memcpy(samples, e->method >= 0 ? c->out : c->colour, n * sizeof(float));
     const struct source_output how = {.type = IMAGE_SAMPLE_FLOAT,
                                       .made = e->method >= 0 ? e->name : NULL,
@@ -268,8 +272,9 @@ static int run_entry(struct comparison *c, int index)
     if (e->method >= 0 && run_method(c, e, &error) != RF_OK)
         return fail_core(c, &error);
     take_rgb(c, e->method >= 0 ? c->out : c->colour);
-    measure_pictures(c->rgb, c->reference.samples, c->source.width, c->source.height,
-                     &e->measures);
+    if (!measure_pictures(c->rgb, c->reference.samples, c->source.width,
+                          c->source.height, &e->measures))
+        return exit_without_memory();
     e->leak_percent = measure_leak(c);
     struct image_error image_error;
     if (c->tool->results && !keep_result(c, e, &image_error)) {
@@ -390,10 +395,10 @@ static bool read_pixels(struct comparison *c, struct image_error *error)
         !picture_read(c->tool->reference, NULL, n_threads, &c->reference, error))
         return false;
     if (c->reference.width != s->width || c->reference.height != s->height) {
-        snprintf(error->message, sizeof(error->message),
-                 "%s: is %d x %d, but %s is %d x %d; the reference must show the same",
-                 c->tool->reference, c->reference.width, c->reference.height,
-                 image_path(s->colour), s->width, s->height);
+        set_error(error,
+                  "%s: is %d x %d, but %s is %d x %d; the reference must show the same",
+                  c->tool->reference, c->reference.width, c->reference.height,
+                  image_path(s->colour), s->width, s->height);
         return false;
     }
     const struct source_request request = {.layer = c->tool->layer,
@@ -401,23 +406,22 @@ static bool read_pixels(struct comparison *c, struct image_error *error)
     if (c->list.n > 0 &&
         !views_read(&c->views, s, &c->list, &request, n_threads, error))
         return false;
-    c->out = need_memory(count_pixels(c) * (size_t)s->n_channels, sizeof(float));
-    c->rgb = need_memory(count_pixels(c) * 3, sizeof(float));
-    return true;
+    c->out = app_memory(count_pixels(c) * (size_t)s->n_channels, sizeof(float), error);
+    c->rgb = app_memory(count_pixels(c) * 3, sizeof(float), error);
+    return c->out && c->rgb;
 }
 
 static bool make_folder(const char *path, struct image_error *error)
 {
     if (mkdir(path, 0777) == 0 || errno == EEXIST)
         return true;
-    snprintf(error->message, sizeof(error->message), "%s: cannot make the folder: %s",
-             path, strerror(errno));
+    set_error(error, "%s: cannot make the folder: %s", path, strerror(errno));
     return false;
 }
 
 static int run_steps(struct comparison *c)
 {
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     int code = EXIT_FAILED;
     if ((c->tool->sheet && !picture_check_writable(c->tool->sheet, &error)) ||
         (c->tool->results && !make_folder(c->tool->results, &error)) ||
@@ -431,8 +435,10 @@ static int run_steps(struct comparison *c)
         return code;
     list_entries(c);
     if (c->tool->sheet) {
-        sheet_make(&c->sheet, c->n_entries + 1, c->source.width, c->source.height);
-        c->heat = need_memory(3 * count_pixels(c), sizeof(float));
+        c->heat = app_memory(3 * count_pixels(c), sizeof(float), NULL);
+        if (!c->heat ||
+            !sheet_make(&c->sheet, c->n_entries + 1, c->source.width, c->source.height))
+            return exit_without_memory();
         sheet_put(&c->sheet, 0, c->reference.samples, NULL, "reference");
     }
     code = run_entries(c);
@@ -462,10 +468,10 @@ static bool find_views(struct comparison *c, const struct operands *operands,
     views_list_free(&c->list);
     if (operands->n == 2)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: is no view from a point of the lens; compare-methods takes one file "
-             "of colour, then its depth or views",
-             other ? other : operands->items[0]);
+    set_error(error,
+              "%s: is no view from a point of the lens; compare-methods takes one file "
+              "of colour, then its depth or views",
+              other ? other : operands->items[0]);
     return false;
 }
 
@@ -473,10 +479,10 @@ static bool check_number(const struct comparison *c, struct image_error *error)
 {
     if (c->list.n <= RF_MAX_VIEWS)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: %d views are too many; %d "
-             "are the most",
-             c->list.items[c->list.n - 1].path, c->list.n, RF_MAX_VIEWS);
+    set_error(error,
+              "%s: %d views are too many; %d "
+              "are the most",
+              c->list.items[c->list.n - 1].path, c->list.n, RF_MAX_VIEWS);
     return false;
 }
 
@@ -536,7 +542,9 @@ static int cmd_compare_methods(int argc, char **argv)
 {
     struct compare_methods_options tool = {.n_repeats = 3};
     struct operands operands;
-    struct comparison *c = need_memory(1, sizeof(*c));
+    struct comparison *c = app_memory(1, sizeof(*c), NULL);
+    if (!c)
+        return exit_without_memory();
     int code = options_parse(&command_compare_methods, argc, argv, &tool, &c->settings,
                              &operands);
     if (code == OPTIONS_GO_ON) {

@@ -22,6 +22,7 @@
 struct options {
     struct filter_options filter;
     struct sequence_options sequence;
+    bool is_quiet;
 };
 
 #define AT(member) offsetof(struct options, filter.member)
@@ -92,7 +93,7 @@ static const struct option options[] = {
                    "Sequence: frames at a time, so that files are read and written "
                    "while others are filtered. [default 2]"),
     OPTION_THREADS_ROW(AT(n_threads)),
-    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_QUIET_ROW(offsetof(struct options, is_quiet)),
     OPTION_HELP_ROW,
 };
 
@@ -180,23 +181,34 @@ static bool check_sequence(const struct options *all, const struct operands *ope
     return given == NULL;
 }
 
+static int run(struct options *all, struct settings *settings,
+               const struct operands *operands, struct image_error *error)
+{
+    struct filter_options *tool = &all->filter;
+    struct cli_host host;
+    tool->host = cli_host_open(&host, all->is_quiet, false);
+    if (tool->params && !params_file_read(tool->params, settings, error))
+        return app_code_of(error);
+    if (sequence_is_pattern(operands->items[0]))
+        return sequence_run(&all->sequence, tool, settings, operands->items,
+                            operands->n, error);
+    return filter_any(tool, settings, operands->items, operands->n, error);
+}
+
 static int cmd_filter(int argc, char **argv)
 {
     struct options all = {0};
     const struct filter_options *tool = &all.filter;
     struct settings settings;
     struct operands operands;
+    struct image_error error;
     int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
     if (!check_usage(tool, &operands) || !check_sequence(&all, &operands))
         code = EXIT_USAGE;
-    else if (tool->params && !params_file_read(tool->params, &settings))
-        code = EXIT_FAILED;
-    else if (sequence_is_pattern(operands.items[0]))
-        code = sequence_run(&all.sequence, tool, &settings, operands.items, operands.n);
     else
-        code = filter_any(tool, &settings, operands.items, operands.n);
+        code = exit_code(run(&all, &settings, &operands, &error), &error);
     operands_free(&operands);
     return code;
 }

@@ -62,16 +62,16 @@ static bool read_deep(struct info *info, const struct rf_params *params, int n_t
     struct rf_error core_error;
     if (!deep_read(&deep, source, NULL, n_threads, error))
         return false;
-    *depth = need_memory(n, sizeof(float));
-    *colour = need_memory(n, (size_t)source->n_channels * sizeof(float));
+    *depth = app_memory(n, sizeof(float), error);
+    *colour = app_memory(n, (size_t)source->n_channels * sizeof(float), error);
+    const bool has_memory = *depth && *colour;
     const bool is_flat =
-        rf_context_create(&context, NULL, &core_error) == RF_OK &&
+        has_memory && rf_context_create(&context, NULL, &core_error) == RF_OK &&
         rf_filter_create(&filter, context, params, source->width, source->height,
                          &core_error) == RF_OK &&
         deep_flatten(&deep, filter, source, *colour, *depth, &core_error) == RF_OK;
-    if (!is_flat)
-        snprintf(error->message, sizeof(error->message), "%s: %s",
-                 image_path(source->colour), core_error.message);
+    if (has_memory && !is_flat)
+        set_error(error, "%s: %s", image_path(source->colour), core_error.message);
     info_count_deep(info, &deep.frame);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
@@ -94,10 +94,11 @@ static bool measure_depth(struct info *info, const struct rf_params *params,
             colour = source_read_colour(source, n_threads, error);
         is_read = depth && (!has_alpha || colour);
     }
+    if (is_read && !depth_find(&info->depth, source, &info->settings,
+                               info->has_lens ? &info->lens : NULL, depth,
+                               has_alpha ? colour + 3 : NULL, 4))
+        is_read = set_error(error, "%s: out of memory", image_path(source->depth));
     if (is_read) {
-        depth_find(&info->depth, source, &info->settings,
-                   info->has_lens ? &info->lens : NULL, depth,
-                   has_alpha ? colour + 3 : NULL, 4);
         info->has_stats = true;
         if (info->has_lens)
             measure_radii(info, params, depth);
@@ -144,7 +145,9 @@ static int look(struct info *info, const struct info_options *tool)
 static int cmd_info(int argc, char **argv)
 {
     struct info_options tool = {0};
-    struct info *info = need_memory(1, sizeof(*info));
+    struct info *info = app_memory(1, sizeof(*info), NULL);
+    if (!info)
+        return exit_without_memory();
     struct operands operands;
     int code =
         options_parse(&command_info, argc, argv, &tool, &info->settings, &operands);

@@ -476,13 +476,16 @@ static int render(struct job *job, const char *output)
 
 static int filter_passes(struct job *job, const char *output)
 {
-    const struct filter_options filter = {.output = output,
-                                          .distribution_image =
-                                              job->tool->distribution_image,
-                                          .n_threads = job->tool->n_threads,
-                                          .is_quiet = job->tool->is_quiet};
+    struct cli_host host;
+    struct image_error error;
+    const struct filter_options filter = {
+        .output = output,
+        .distribution_image = job->tool->distribution_image,
+        .n_threads = job->tool->n_threads,
+        .host = cli_host_open(&host, job->tool->is_quiet, false)};
     struct settings settings = job->settings;
-    const int code = filter_run(&filter, &settings, job->paths, job->tool->n_views);
+    const int code = exit_code(
+        filter_run(&filter, &settings, job->paths, job->tool->n_views, &error), &error);
     job->used = settings.params;
     return code;
 }
@@ -560,14 +563,16 @@ static int compare_reference(struct job *job, const char *output, double own_s)
     for (size_t i = 0; i < n_pixels; i++)
         memmove(rgba + 3 * i, rgba + 4 * i, 3 * sizeof(float));
     struct measures measures;
-    measure_pictures(picture.samples, rgba, picture.width, picture.height, &measures);
+    const bool is_measured = measure_pictures(picture.samples, rgba, picture.width,
+                                              picture.height, &measures);
     printf("POV-Ray's focal blur, %d samples: %.2f s\n", job->tool->n_reference,
            seconds);
     printf("rackfocus: %.2f s, %.1f times faster\n", own_s, seconds / own_s);
-    printf("tPSNR %.2f dB\n", measures.tpsnr_db);
+    if (is_measured)
+        printf("tPSNR %.2f dB\n", measures.tpsnr_db);
     picture_free(&picture);
     free(rgba);
-    return EXIT_DONE;
+    return is_measured ? EXIT_DONE : exit_without_memory();
 }
 
 static int make_picture(struct job *job)

@@ -214,6 +214,7 @@ static bool check_usage(const struct view_options *tool,
 
 int view_parse(int argc, char **argv, struct view_call *call)
 {
+    struct image_error error;
     *call = (struct view_call){.options = {.n_views = 1, .demo_width = 960}};
     if (!check_for_filter(argc, argv))
         return EXIT_USAGE;
@@ -223,8 +224,8 @@ int view_parse(int argc, char **argv, struct view_call *call)
         return code;
     code = check_usage(&call->options, &call->operands) ? OPTIONS_GO_ON : EXIT_USAGE;
     if (code == OPTIONS_GO_ON && call->options.params &&
-        !params_file_read(call->options.params, &call->settings))
-        code = EXIT_FAILED;
+        !params_file_read(call->options.params, &call->settings, &error))
+        code = exit_code(app_code_of(&error), &error);
     if (code == OPTIONS_GO_ON && !check_distribution(call))
         code = EXIT_USAGE;
     if (code != OPTIONS_GO_ON)

@@ -16,7 +16,9 @@ static int fail_unknown_command(const char *name)
 {
     size_t n;
     const struct command *const *commands = command_list(&n);
-    const char **names = need_memory(n + 1, sizeof(*names));
+    const char **names = app_memory(n + 1, sizeof(*names), NULL);
+    if (!names)
+        return exit_without_memory();
     for (size_t i = 0; i < n; i++)
         names[i] = commands[i]->name;
     names[n] = "help";

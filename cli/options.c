@@ -90,7 +90,10 @@ static int fail_unknown(const struct parser *parser, const char *name)
     const struct rf_param_info *params = rf_param_list(&n_params);
     if (!command->takes_params)
         n_params = 0;
-    const char **names = need_memory(command->n_options + n_params, sizeof(*names));
+    const char **names =
+        app_memory(command->n_options + n_params, sizeof(*names), NULL);
+    if (!names)
+        return exit_without_memory();
     size_t n = 0;
     for (size_t i = 0; i < command->n_options; i++)
         names[n++] = command->options[i].name;
@@ -335,7 +338,10 @@ int options_parse(const struct command *command, int argc, char **argv, void *va
                             .next = 1,
                             .values = values,
                             .settings = settings};
-    *operands = (struct operands){.items = need_memory((size_t)argc, sizeof(char *))};
+    *operands =
+        (struct operands){.items = app_memory((size_t)argc, sizeof(char *), NULL)};
+    if (!operands->items)
+        return exit_without_memory();
     if (settings)
         settings_init(settings);
     int code = parse_arguments(&parser, operands);

@@ -67,7 +67,7 @@ static float encode(double v)
     return (float)(v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055);
 }
 
-void sheet_make(struct sheet *sheet, int n, int32_t width, int32_t height)
+bool sheet_make(struct sheet *sheet, int n, int32_t width, int32_t height)
 {
     const int32_t longest = width > height ? width : height;
     *sheet = (struct sheet){.source_width = width,
@@ -82,9 +82,10 @@ void sheet_make(struct sheet *sheet, int n, int32_t width, int32_t height)
     sheet->width = sheet->n_columns * sheet->cell_width;
     sheet->height = (n + sheet->n_columns - 1) / sheet->n_columns * sheet->cell_height;
     const size_t n_values = 3 * (size_t)sheet->width * (size_t)sheet->height;
-    sheet->rgb = need_memory(n_values, sizeof(*sheet->rgb));
-    for (size_t i = 0; i < n_values; i++)
+    sheet->rgb = app_memory(n_values, sizeof(*sheet->rgb), NULL);
+    for (size_t i = 0; sheet->rgb && i < n_values; i++)
         sheet->rgb[i] = 0.12f;
+    return sheet->rgb != NULL;
 }
 
 void sheet_free(struct sheet *sheet)

@@ -18,8 +18,8 @@ struct sheet {
     float *rgb; /* width * height * 3, encoded; free with sheet_free */
 };
 
-/* For `n` cells of pictures of width x height. */
-void sheet_make(struct sheet *sheet, int n, int32_t width, int32_t height);
+/* For `n` cells of pictures of width x height. False without memory. */
+bool sheet_make(struct sheet *sheet, int n, int32_t width, int32_t height);
 void sheet_free(struct sheet *sheet);
 
 /*

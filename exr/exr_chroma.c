@@ -122,7 +122,7 @@ bool image_read_layer(struct image_input *input, const struct image_layer *layer
         const struct image_channel_info *info = &input->channels[channels[c]];
         if (!fill_channel(samples + c, (size_t)n, width, height, info->x_sampling == 2,
                           info->y_sampling == 2))
-            return image_fail(error, input->path, "out of memory");
+            return image_lacks_memory(error, input->path);
     }
     double w[3];
     find_weights(input, part, w);

@@ -289,8 +289,11 @@ static bool allocate_samples(const struct reader *r, struct image_error *error)
     if (n > SIZE_MAX / sizeof(float) / (size_t)r->n - 1)
         return image_fail(error, r->input->path, "damaged: %zu deep samples", n);
     deep->samples = calloc(n * (size_t)r->n + 1, sizeof *deep->samples);
-    return deep->samples ||
-           image_fail(error, r->input->path, "out of memory for %zu deep samples", n);
+    if (deep->samples)
+        return true;
+    image_fail(error, r->input->path, "out of memory for %zu deep samples", n);
+    error->code = IMAGE_NO_MEMORY;
+    return false;
 }
 
 bool image_read_deep(struct image_input *input, const int *channels, int n,
@@ -320,7 +323,7 @@ bool image_read_deep(struct image_input *input, const int *channels, int n,
             deep->width, deep->height, (long long)input->size_bytes);
     deep->first = calloc(n_pixels + 1, sizeof *deep->first);
     if (!deep->first)
-        return image_fail(error, input->path, "out of memory");
+        return image_lacks_memory(error, input->path);
     if (each_chunk(&r, n_threads, read_counts, error) && allocate_samples(&r, error) &&
         each_chunk(&r, n_threads, read_samples, error))
         return true;

@@ -37,6 +37,7 @@ bool image_fail(struct image_error *error, const char *path, const char *format,
 {
     if (!error)
         return false;
+    error->code = IMAGE_FAILED;
     int n = snprintf(error->message, sizeof error->message, "%s: ", path);
     if (n < 0 || (size_t)n >= sizeof error->message)
         return false;
@@ -45,6 +46,14 @@ bool image_fail(struct image_error *error, const char *path, const char *format,
     vsnprintf(error->message + n, sizeof error->message - (size_t)n, format, arguments);
     va_end(arguments);
     make_printable(error->message + n);
+    return false;
+}
+
+bool image_lacks_memory(struct image_error *error, const char *path)
+{
+    image_fail(error, path, "out of memory");
+    if (error)
+        error->code = IMAGE_NO_MEMORY;
     return false;
 }
 

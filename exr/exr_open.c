@@ -133,7 +133,7 @@ static bool open_context(struct image_input *input, struct image_error *error)
     image_core_clear();
     exr_result_t result = exr_start_read(&input->context, input->path, &settings);
     if (image_core_lacked_memory())
-        return image_fail(error, input->path, "out of memory for the header");
+        return image_lacks_memory(error, input->path);
     if (result != EXR_ERR_SUCCESS)
         return image_fail(error, input->path, "damaged header: %s",
                           image_core_message(result));
@@ -245,7 +245,7 @@ static bool append_channels(struct image_input *input, int part,
     struct image_channel_info *channels =
         realloc(input->channels, n * sizeof *input->channels);
     if (!channels)
-        return image_fail(error, input->path, "out of memory");
+        return image_lacks_memory(error, input->path);
     input->channels = channels;
     for (int i = 0; i < list->num_channels; i++) {
         const exr_attr_chlist_entry_t *entry = &list->entries[i];
@@ -271,7 +271,7 @@ static bool read_headers(struct image_input *input, struct image_error *error)
     input->first_channel =
         calloc((size_t)input->n_parts + 1, sizeof *input->first_channel);
     if (!input->parts || !input->first_channel)
-        return image_fail(error, input->path, "out of memory");
+        return image_lacks_memory(error, input->path);
     for (int part = 0; part < input->n_parts; part++) {
         const exr_attr_chlist_t *list;
         if (!read_part_info(input, part, &list, error) ||
@@ -286,11 +286,11 @@ bool image_open(struct image_input **input, const char *path, struct image_error
     *input = NULL;
     struct image_input *in = calloc(1, sizeof *in);
     if (!in)
-        return image_fail(error, path, "out of memory");
+        return image_lacks_memory(error, path);
     in->fd = -1;
     in->path = strdup(path);
     if (!in->path)
-        image_fail(error, path, "out of memory");
+        image_lacks_memory(error, path);
     if (!in->path || !open_file(in, error) || !open_context(in, error) ||
         !read_headers(in, error)) {
         image_close(in);

@@ -30,6 +30,9 @@ struct image_input {
 __attribute__((format(printf, 3, 4))) bool
 image_fail(struct image_error *error, const char *path, const char *format, ...);
 
+/* The same where memory lacks. */
+bool image_lacks_memory(struct image_error *error, const char *path);
+
 /*
  * OpenEXRCore reports through a callback. It runs on the thread that called the core,
  * so the text is kept per thread: clear, call, and ask for the first message (later

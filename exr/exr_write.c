@@ -82,7 +82,7 @@ bool image_write_begin(struct image_writer **writer, const char *path,
         return false;
     struct image_writer *new = calloc(1, sizeof *new);
     if (!new)
-        return image_fail(error, path, "out of memory");
+        return image_lacks_memory(error, path);
     new->w = (struct writer){
         .output = output,
         .path = path,
@@ -185,7 +185,7 @@ bool image_join_views(const char *path, struct image_input *const *inputs,
     w.parts = calloc((size_t)n, sizeof *w.parts);
     bool is_good = outputs && attributes && w.parts;
     if (!is_good)
-        image_fail(error, path, "out of memory");
+        image_lacks_memory(error, path);
     if (is_good && partial_open(&w.file, path, error))
         is_good = end_file(&w, plan_joined(&w, inputs, views, outputs, attributes) &&
                                    write_planned(&w));

@@ -185,7 +185,7 @@ static bool load_kept_channels(struct writer *w, struct out_part *part)
             calloc(plane_width(part, channel) * plane_height(part, channel),
                    sample_bytes(channel));
         if (!channel->plane)
-            return image_fail(w->error, w->path, "out of memory");
+            return image_lacks_memory(w->error, w->path);
     }
     return !has_kept ||
            image_decode_rows(part->output->like, part->like_part, part->rows, keep_run,
@@ -436,7 +436,7 @@ static bool encode_rows(struct writer *w, int index)
     e.n_chunks = end - e.first;
     e.chunks = calloc((size_t)e.n_chunks, sizeof *e.chunks);
     if (!e.chunks)
-        return image_fail(w->error, w->path, "out of memory");
+        return image_lacks_memory(w->error, w->path);
 
 #pragma omp parallel for schedule(dynamic, 1) num_threads(w->n_threads)
     for (int i = 0; i < e.n_chunks; i++) {

@@ -129,7 +129,7 @@ static bool plan_made(struct writer *w, struct out_part *part, bool is_target)
     part->channels = calloc(n, sizeof *part->channels);
     part->in_file_order = calloc(n, sizeof *part->in_file_order);
     if (!part->channels || !part->in_file_order)
-        return image_fail(w->error, w->path, "out of memory");
+        return image_lacks_memory(w->error, w->path);
     if (is_target)
         add_new_channels(part, output);
     if (output->like && (output->pass_through || !is_target) &&
@@ -191,7 +191,7 @@ bool writer_plan(struct writer *w)
     w->n_parts = is_whole ? output->like->n_parts : 1;
     w->parts = calloc((size_t)w->n_parts, sizeof *w->parts);
     if (!w->parts)
-        return image_fail(w->error, w->path, "out of memory");
+        return image_lacks_memory(w->error, w->path);
     for (int i = 0; i < w->n_parts; i++) {
         struct out_part *part = &w->parts[i];
         part->output = output;

@@ -13,8 +13,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
+enum image_code {
+    IMAGE_OK,
+    IMAGE_FAILED,    /* the file, or what was asked for */
+    IMAGE_NO_MEMORY, /* the same call may work later */
+};
+
+/* Valid after a failure only. */
 struct image_error {
     char message[1024]; /* "FILE: what is wrong; the way out" */
+    enum image_code code;
 };
 
 /* Inclusive pixel ranges as in EXR headers. */

@@ -10,7 +10,7 @@ static bool fail_number(struct image_error *error, const char *path, int number)
     if (number == OS_REPLACE_NOT_REGULAR)
         return image_fail(error, path, "is not a regular file and cannot be replaced");
     if (number == ENOMEM)
-        return image_fail(error, path, "out of memory");
+        return image_lacks_memory(error, path);
     if (number == ENOSPC || number == EDQUOT)
         return image_fail(error, path,
                           "no space left on the disk; nothing was written");

@@ -25,6 +25,7 @@ struct png_work {
     FILE *stream;
     png_bytep row;
     char message[256];
+    bool lacks_memory;
     jmp_buf on_error;
 };
 
@@ -178,7 +179,7 @@ static bool read_stream(struct png_work *work, int64_t file_bytes, float **sampl
         png_create_read_struct(PNG_LIBPNG_VER_STRING, work, keep_error, ignore_warning);
     work->info = work->png ? png_create_info_struct(work->png) : NULL;
     if (!work->info) {
-        snprintf(work->message, sizeof work->message, "out of memory");
+        work->lacks_memory = true;
         return false;
     }
     if (setjmp(work->on_error))
@@ -191,8 +192,9 @@ static bool read_stream(struct png_work *work, int64_t file_bytes, float **sampl
     size_t n_rows = (size_t)*height;
     work->row = calloc(n_rows, n_row_bytes);
     *samples = malloc(n_rows * (size_t)*width * 4 * sizeof **samples);
-    if (!work->row || !*samples)
-        png_error(work->png, "out of memory");
+    work->lacks_memory = !work->row || !*samples;
+    if (work->lacks_memory)
+        return false;
     int n_passes = png_set_interlace_handling(work->png);
     for (int pass = 0; pass < n_passes; pass++)
         for (size_t y = 0; y < n_rows; y++)
@@ -229,5 +231,7 @@ bool image_read_png(const char *path, float **samples, int32_t *width, int32_t *
     *samples = NULL;
     if (!is_png)
         return image_fail(error, path, "is not a PNG file");
+    if (work.lacks_memory)
+        return image_lacks_memory(error, path);
     return image_fail(error, path, "damaged: %s", work.message);
 }

@@ -5,23 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "report.h"
 #include "measure.h"
 #include "module.h"
-
-/*
- * What measure.c calls. compare() has made sure of the memory before, so that this can
- * fail only where another thread has taken it meanwhile.
- */
-void *need_memory(size_t n_items, size_t item_bytes)
-{
-    void *memory = calloc(n_items ? n_items : 1, item_bytes);
-    if (!memory) {
-        fputs("rackfocus.compare: out of memory\n", stderr);
-        abort();
-    }
-    return memory;
-}
 
 /* Red, green and blue of any image, packed; grey gives three alike. */
 static void pack(const struct rf_image *image, float *samples)
@@ -82,11 +67,12 @@ static rf_result check_finite(const float *samples, int32_t width, size_t n,
     return error->code;
 }
 
-/* Bytes that measure_pictures() takes at most, beside the two packed pictures. */
-static size_t memory_of_measuring(int32_t width, size_t n)
+static rf_result fail_memory(struct rf_error *error, int32_t width, int32_t height)
 {
-    enum { ROWS_AT_MOST = 3 * (11 + 1 + 1) * 5 }; /* channels, rows of SSIM, moments */
-    return 2 * n * sizeof(float) + ROWS_AT_MOST * ((size_t)width + 10) * sizeof(double);
+    fail(error, RF_ERROR_MEMORY, "");
+    snprintf(error->message, sizeof error->message,
+             "out of memory: the comparison of %d x %d px", width, height);
+    return error->code;
 }
 
 static rf_result measure(const struct rf_image *images, const char *const *names,
@@ -98,20 +84,15 @@ static rf_result measure(const struct rf_image *images, const char *const *names
     const int32_t width = images[0].width, height = images[0].height;
     const size_t n = 3 * (size_t)width * (size_t)height;
     float *samples[2] = {malloc(n * sizeof(float)), malloc(n * sizeof(float))};
-    void *reserve = malloc(memory_of_measuring(width, n));
-    const bool is_enough = samples[0] && samples[1] && reserve;
-    free(reserve);
-    if (!is_enough) {
-        result = fail(error, RF_ERROR_MEMORY, "");
-        snprintf(error->message, sizeof error->message,
-                 "out of memory: the comparison of %d x %d px", width, height);
-    }
+    if (!samples[0] || !samples[1])
+        result = fail_memory(error, width, height);
     for (int i = 0; i < 2 && result == RF_OK; i++) {
         pack(&images[i], samples[i]);
         result = check_finite(samples[i], width, n, names[i], error);
     }
-    if (result == RF_OK)
-        measure_pictures(samples[0], samples[1], width, height, measures);
+    if (result == RF_OK &&
+        !measure_pictures(samples[0], samples[1], width, height, measures))
+        result = fail_memory(error, width, height);
     free(samples[0]);
     free(samples[1]);
     return result;

@@ -38,7 +38,7 @@ bool decode_read(struct decode_picture *picture, const char *path, int n_threads
                  struct povray_error *error)
 {
     struct image_input *input = NULL;
-    struct image_error image_error = {""};
+    struct image_error image_error = {.message = ""};
     struct image_layer layer;
     int n;
     *picture = (struct decode_picture){0};

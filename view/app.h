@@ -148,23 +148,23 @@ struct app {
 enum app_event { APP_SHOT, APP_LOADED, APP_SAVED };
 
 /* Where the picture lies, the controls and the line of text at the bottom. */
-struct area app_picture_area(const struct app *app);
-struct area app_panel_area(const struct app *app);
-int app_panel_width(const struct app *app); /* where there is room for it */
-struct area app_status_area(const struct app *app);
+struct area view_picture_area(const struct app *app);
+struct area view_panel_area(const struct app *app);
+int view_panel_width(const struct app *app); /* where there is room for it */
+struct area view_status_area(const struct app *app);
 
 /* Shows a line at the bottom for some seconds. */
-void app_say(struct app *app, const char *format, ...)
+void view_say(struct app *app, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-void app_act(struct app *app, enum action action);
+void view_act(struct app *app, enum action action);
 
 /* The job that makes what is set; `reference` may be NULL. */
-void app_job(const struct app *app, const struct picture *reference, struct job *job);
+void view_job(const struct app *app, const struct picture *reference, struct job *job);
 
 /* One pass of the controls over what was put into `input`, which is then used up; asks
  * the worker for what changed. */
-void app_pass(struct app *app);
+void view_pass(struct app *app);
 
 /* Makes of an event of SDL what the program does. */
 void events_take(struct app *app, const SDL_Event *event);
@@ -183,8 +183,8 @@ bool load_demo(struct app *app);
 void load_look_for_files(struct app *app);
 
 /* The depth at a place of the window, scene units; false where there is no picture. */
-bool app_depth_at(const struct app *app, double x, double y, double *depth, int32_t *px,
-                  int32_t *py);
+bool view_depth_at(const struct app *app, double x, double y, double *depth,
+                   int32_t *px, int32_t *py);
 
 /* panel.c */
 void panel_build(struct app *app);   /* names the controls, does what they ask */

@@ -45,7 +45,7 @@ static void push_mouse(const struct app *app, Uint32 type, double x, double y)
 static bool find_handle(const struct app *app, struct area *area)
 {
     if (app->options->is_benchmark_turn) {
-        *area = app_picture_area(app);
+        *area = view_picture_area(app);
         return true;
     }
     for (int i = 0; i < app->ui.n_controls; i++)

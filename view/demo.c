@@ -16,6 +16,7 @@
 #include "demo_picture.h"
 #include "display.h"
 #include "picture.h"
+#include "memory.h"
 #include "report.h"
 
 /* Metres: distance of the middle, offset from the axis, height of the picture. */
@@ -72,10 +73,10 @@ static bool check_size(const char *path, int32_t width, int32_t height,
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
     if (width <= most && height <= most)
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "%s: is %d x %d px, and this OpenGL takes %d px a side; give a smaller "
-             "picture",
-             path, width, height, most);
+    set_error(error,
+              "%s: is %d x %d px, and this OpenGL takes %d px a side; give a smaller "
+              "picture",
+              path, width, height, most);
     return false;
 }
 
@@ -99,10 +100,10 @@ bool demo_open(struct demo *demo, int32_t width, const char *path,
     free(rgba);
     if (gl_target_make(&demo->target, demo->width, demo->height))
         return true;
-    snprintf(error->message, sizeof(error->message),
-             "view: this OpenGL makes no frame buffer of %d x %d px; give a smaller "
-             "--demo-width",
-             demo->width, demo->height);
+    set_error(error,
+              "view: this OpenGL makes no frame buffer of %d x %d px; give a smaller "
+              "--demo-width",
+              demo->width, demo->height);
     demo_close(demo);
     return false;
 }

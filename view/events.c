@@ -80,7 +80,7 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     app->input.is_fine = modifiers & KMOD_SHIFT;
     if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
         app->input.key = ui_key;
-        app_pass(app);
+        view_pass(app);
         return;
     }
     if (ui_key == UI_KEY_ESCAPE) {
@@ -92,8 +92,8 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
         return;
     const int action = find_action(key, modifiers);
     if (action >= 0)
-        app_act(app, (enum action)action);
-    app_pass(app);
+        view_act(app, (enum action)action);
+    view_pass(app);
 }
 
 static void type_text(struct app *app, const char *text)
@@ -105,9 +105,9 @@ static void type_text(struct app *app, const char *text)
     } else if (is_sign((SDL_Keycode)*text)) {
         for (int i = 0; i < N_ACTIONS; i++)
             if (keys[i].key == *text)
-                app_act(app, (enum action)i);
+                view_act(app, (enum action)i);
     }
-    app_pass(app);
+    view_pass(app);
 }
 
 /* ---- the mouse ---------------------------------------------------------------------
@@ -115,7 +115,7 @@ static void type_text(struct app *app, const char *text)
 
 static bool is_on_picture(const struct app *app, double x, double y)
 {
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     return area_has(&area, x, y) &&
            !(app->ui.popup && area_has(&app->ui.popup_area, x, y));
 }
@@ -130,7 +130,7 @@ static bool is_on_split(const struct app *app, double x)
 
 static void move_eye(struct app *app, double dx, double dy)
 {
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     const double radius = 0.3 * (area.width < area.height ? area.width : area.height);
     state_set_eye(&app->state, true, app->state.eye[0] + dx / radius,
                   app->state.eye[1] - dy / radius);
@@ -160,11 +160,11 @@ static void click(struct app *app, double x, double y)
     double depth;
     int32_t px, py;
     char number[32];
-    if (!app_depth_at(app, x, y, &depth, &px, &py))
+    if (!view_depth_at(app, x, y, &depth, &px, &py))
         return;
     ui_format(depth, number, sizeof(number));
     if (state_focus(&app->state, depth))
-        app_say(app, "focus at depth %s, px (%d, %d)", number, px, py);
+        view_say(app, "focus at depth %s, px (%d, %d)", number, px, py);
 }
 
 static void release_button(struct app *app, const SDL_MouseButtonEvent *event)
@@ -184,7 +184,7 @@ static void drag(struct app *app, double x, double y)
 {
     const double dx = x - app->drag_x, dy = y - app->drag_y;
     struct zoom *zoom = &app->state.zoom;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     double px, py;
     if (app->drag == DRAG_CLICK && hypot(dx, dy) < CLICK_PX * app->scale)
         return;
@@ -216,14 +216,14 @@ static void drag(struct app *app, double x, double y)
 static void turn_wheel(struct app *app, const SDL_MouseWheelEvent *event)
 {
     const double turns = event->preciseY != 0 ? event->preciseY : event->y;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     if (app->has_stage && is_on_picture(app, app->input.x, app->input.y)) {
         zoom_by(&app->state.zoom, pow(2, turns / 4), app->input.x, app->input.y);
         zoom_settle(&app->state.zoom, &area, app->state.width, app->state.height);
     } else {
         app->input.wheel = turns;
     }
-    app_pass(app);
+    view_pass(app);
 }
 
 /* ---- events ------------------------------------------------------------------------
@@ -255,7 +255,7 @@ static void take_user_event(struct app *app, const SDL_UserEvent *event)
     if (event->code == APP_LOADED)
         load_end(app);
     if (event->code == APP_SAVED) {
-        app_say(app, "%s", (const char *)event->data1);
+        view_say(app, "%s", (const char *)event->data1);
         trace_text(app, "saved", event->data1);
         SDL_free(event->data1);
     }
@@ -279,14 +279,14 @@ void events_take(struct app *app, const SDL_Event *event)
         break;
     case SDL_MOUSEBUTTONDOWN:
     case SDL_MOUSEBUTTONUP:
-        app_pass(app);
+        view_pass(app);
         stats_input(&app->stats, time_of(event));
         place_mouse(app, event->button.x, event->button.y);
         if (event->type == SDL_MOUSEBUTTONDOWN)
             press_button(app, &event->button);
         else
             release_button(app, &event->button);
-        app_pass(app);
+        view_pass(app);
         break;
     case SDL_MOUSEWHEEL:
         stats_input(&app->stats, time_of(event));

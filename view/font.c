@@ -9,6 +9,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "memory.h"
 #include "report.h"
 
 /* Letters beyond ASCII that the window writes; they follow those in the table. */

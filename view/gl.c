@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "memory.h"
 #include "report.h"
 
 /* Of frame buffers, which libGL does not export everywhere. */

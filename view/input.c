@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "relief.h"
+#include "memory.h"
 #include "report.h"
 
 struct input *input_create(int32_t width, int32_t height, int n_channels, int n_views)

@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "app.h"
+#include "cli.h"
 #include "clock.h"
+#include "memory.h"
 #include "report.h"
 
 static void push_event(const struct app *app, enum app_event code, void *data)
@@ -95,7 +97,7 @@ static void fail_to_show(struct app *app, const char *text)
 {
     trace_text(app, "error", text);
     if (app->has_stage) {
-        app_say(app, "%s", text);
+        view_say(app, "%s", text);
         return;
     }
     message("%s", text);
@@ -118,8 +120,8 @@ static void fit_window(struct app *app)
     SDL_Rect usable = {0, 0, 1280, 720};
     const int display = SDL_GetWindowDisplayIndex(app->window);
     SDL_GetDisplayUsableBounds(display < 0 ? 0 : display, &usable);
-    const struct area status = app_status_area(app);
-    const int panel = app_panel_width(app);
+    const struct area status = view_status_area(app);
+    const int panel = view_panel_width(app);
     const double shown = app->state.width * app->state.zoom.aspect;
     const double width = (fmax(shown, 1.3 * panel) + panel) / app->density;
     const double height = (app->state.height + status.height) / app->density;
@@ -163,9 +165,9 @@ static void check_reference(struct app *app)
     if (!app->has_reference || (reference->width == app->state.width &&
                                 reference->height == app->state.height))
         return;
-    app_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
-            app->options->reference, reference->width, reference->height,
-            app->state.width, app->state.height);
+    view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
+             app->options->reference, reference->width, reference->height,
+             app->state.width, app->state.height);
 }
 
 static double aspect_of(const struct stage *stage)
@@ -199,7 +201,7 @@ void load_end(struct app *app)
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
     if (stage->remark[0])
-        app_say(app, "%s", stage->remark);
+        view_say(app, "%s", stage->remark);
     check_reference(app);
     trace_text(app, "loaded", stage->files->paths[0]);
 }
@@ -232,7 +234,7 @@ void load_look_for_files(struct app *app)
     app->looked_s = now_s;
     const char *missing = stage_find_missing(app->stage);
     if (missing && !app->is_missing) {
-        app_say(app, "%s has gone; what is shown stays, and can be saved", missing);
+        view_say(app, "%s has gone; what is shown stays, and can be saved", missing);
         trace_text(app, "missing", missing);
     }
     app->is_missing = missing != NULL;

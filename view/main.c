@@ -7,16 +7,18 @@
 #include <string.h>
 
 #include "app.h"
+#include "cli.h"
 #include "clean_up.h"
 #include "clock.h"
 #include "cmd_view.h"
 #include "interrupt.h"
+#include "memory.h"
 #include "report.h"
 
 #define STATUS_S 6.0
 #define DRAG_FRAME_S 0.04 /* between two frames without a new picture */
 
-void app_say(struct app *app, const char *format, ...)
+void view_say(struct app *app, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -28,11 +30,11 @@ void app_say(struct app *app, const char *format, ...)
     trace_text(app, "said", app->status);
 }
 
-bool app_depth_at(const struct app *app, double x, double y, double *depth, int32_t *px,
-                  int32_t *py)
+bool view_depth_at(const struct app *app, double x, double y, double *depth,
+                   int32_t *px, int32_t *py)
 {
     const struct input *input = app->shot ? app->shot->input : NULL;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     if (!app->has_stage || !input || !input->planar || !area_has(&area, x, y) ||
         !zoom_pick(&app->state.zoom, input->width, input->height, x, y, px, py))
         return false;
@@ -45,11 +47,11 @@ bool app_depth_at(const struct app *app, double x, double y, double *depth, int3
 
 static void focus_on_centre(struct app *app)
 {
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     double depth;
     int32_t x, y;
-    if (app_depth_at(app, area.x + area.width / 2.0, area.y + area.height / 2.0, &depth,
-                     &x, &y))
+    if (view_depth_at(app, area.x + area.width / 2.0, area.y + area.height / 2.0,
+                      &depth, &x, &y))
         state_focus(&app->state, depth);
 }
 
@@ -75,12 +77,12 @@ static void open_aperture(struct app *app, double factor)
 static void show_difference(struct app *app)
 {
     if (!app->has_reference)
-        app_say(app, "there is no reference; start with --reference FILE");
+        view_say(app, "there is no reference; start with --reference FILE");
     else if (app->reference.width != app->state.width ||
              app->reference.height != app->state.height)
-        app_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
-                app->options->reference, app->reference.width, app->reference.height,
-                app->state.width, app->state.height);
+        view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
+                 app->options->reference, app->reference.width, app->reference.height,
+                 app->state.width, app->state.height);
     else
         state_toggle_mode(&app->state, MODE_DIFFERENCE);
 }
@@ -89,7 +91,7 @@ static void step_picture(struct app *app, int step)
 {
     const int next = app->picture + step;
     if (app->loader.is_running || next < 0 || next >= app->playlist.n) {
-        app_say(app, "picture %d of %d", app->picture + 1, app->playlist.n);
+        view_say(app, "picture %d of %d", app->picture + 1, app->playlist.n);
         return;
     }
     app->picture = next;
@@ -98,7 +100,7 @@ static void step_picture(struct app *app, int step)
 
 static void zoom_in_window(struct app *app, double factor)
 {
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     const double x = area.x + area.width / 2.0, y = area.y + area.height / 2.0;
     struct zoom *zoom = &app->state.zoom;
     if (factor == 0)
@@ -112,7 +114,7 @@ static void zoom_in_window(struct app *app, double factor)
 
 static void move(struct app *app, double right, double down)
 {
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     if (app->options->is_demo) {
         demo_turn(&app->demo, 12 * right, 12 * down);
         app->is_demo_due = true;
@@ -144,7 +146,7 @@ static void reload(struct app *app)
         load_begin(app);
 }
 
-void app_act(struct app *app, enum action action)
+void view_act(struct app *app, enum action action)
 {
     struct state *state = &app->state;
     const double focus = state->settings.params.focus_distance;
@@ -277,7 +279,7 @@ void app_act(struct app *app, enum action action)
  */
 
 /* Tells the worker what is looked at now. */
-void app_job(const struct app *app, const struct picture *reference, struct job *job)
+void view_job(const struct app *app, const struct picture *reference, struct job *job)
 {
     state_job(&app->state, app->source, reference, job);
     job->light = app->light.data ? &app->light : NULL;
@@ -298,11 +300,11 @@ static void ask(struct app *app)
     }
     app->asked_id = app->state.id;
     stats_change(&app->stats, app->state.id);
-    app_job(app, app->has_reference ? &app->reference : NULL, &job);
+    view_job(app, app->has_reference ? &app->reference : NULL, &job);
     worker_ask(app->worker, &job);
 }
 
-void app_pass(struct app *app)
+void view_pass(struct app *app)
 {
     panel_build(app);
     struct ui_input *input = &app->input;
@@ -354,7 +356,7 @@ static void show(struct app *app)
     const bool has_new = take_shot(app, false), has_pinhole = take_shot(app, true);
     if (!app->is_redraw_due)
         return;
-    app_pass(app);
+    view_pass(app);
     ask(app);
     /* While pictures are on their way they bring the controls along. */
     if (!has_new && !has_pinhole && is_drawn_soon(app))
@@ -472,6 +474,10 @@ static int run_app(struct app *app)
     trace_open(app);
     state_init(&app->state, &app->typed, app->options->exposure);
     app->worker = worker_start(app->options->n_threads, wake, app);
+    if (!app->worker) {
+        message("view: the background thread cannot be started; is there memory left?");
+        return EXIT_FAILED;
+    }
     if (app->options->is_demo && !load_demo(app))
         return EXIT_FAILED;
     if (!app->options->is_demo) {

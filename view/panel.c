@@ -182,7 +182,7 @@ static void view_rows(struct app *app)
         if (mode == MODE_PICTURE)
             state_toggle_mode(state, state->mode);
         else
-            app_act(app, actions[mode]);
+            view_act(app, actions[mode]);
     }
     const struct ui_number exposure = {.label = "Exposure",
                                        .unit = "stops",
@@ -201,11 +201,11 @@ static void demo_rows(struct app *app)
     ui_heading(ui, "Demo");
     ui_columns(ui, 2);
     if (ui_button(ui, "Focus near (N)"))
-        app_act(app, ACTION_NEAREST);
+        view_act(app, ACTION_NEAREST);
     if (ui_button(ui, "At infinity (I)"))
-        app_act(app, ACTION_INFINITY);
+        view_act(app, ACTION_INFINITY);
     if (ui_button(ui, "Save colour and depth (Ctrl+E)"))
-        app_act(app, ACTION_SAVE_PASSES);
+        view_act(app, ACTION_SAVE_PASSES);
 }
 
 static void save_rows(struct app *app)
@@ -214,19 +214,19 @@ static void save_rows(struct app *app)
     ui_heading(ui, "Save");
     ui_text_field(ui, "File", app->output, sizeof(app->output));
     if (ui_button(ui, "Save picture (Ctrl+S)"))
-        app_act(app, ACTION_SAVE);
+        view_act(app, ACTION_SAVE);
     if (ui_button(ui, "Save parameters (Ctrl+P)"))
-        app_act(app, ACTION_SAVE_PARAMS);
+        view_act(app, ACTION_SAVE_PARAMS);
     if (ui_button(ui, "Copy command line (Ctrl+C)"))
-        app_act(app, ACTION_COPY);
+        view_act(app, ACTION_COPY);
     ui_space(ui);
     if (ui_button(ui, "Keys (F1)"))
-        app_act(app, ACTION_HELP);
+        view_act(app, ACTION_HELP);
 }
 
 void panel_build(struct app *app)
 {
-    const struct area panel = app_panel_area(app);
+    const struct area panel = view_panel_area(app);
     ui_begin(&app->ui, &app->input, &panel);
     if (panel.width > 0 && app->has_stage && app->state.is_valid) {
         lens_rows(app);
@@ -347,7 +347,7 @@ static void describe_place(const struct app *app, char *text, size_t n_bytes)
     int32_t x, y;
     char number[32];
     *text = 0;
-    if (!app_depth_at(app, app->input.x, app->input.y, &depth, &x, &y))
+    if (!view_depth_at(app, app->input.x, app->input.y, &depth, &x, &y))
         return;
     ui_format(depth, number, sizeof(number));
     snprintf(text, n_bytes, "(%d, %d)  depth %s  blur %.2f px", x, y, number,
@@ -357,7 +357,7 @@ static void describe_place(const struct app *app, char *text, size_t n_bytes)
 static void draw_status(struct app *app)
 {
     struct ui *ui = &app->ui;
-    const struct area area = app_status_area(app);
+    const struct area area = view_status_area(app);
     const int pad = app->font.size_px / 2,
               top = area.y + (area.height - app->font.line) / 2;
     char left[1200] = "", right[128];
@@ -386,7 +386,7 @@ static void draw_status(struct app *app)
 static void draw_loading(struct app *app)
 {
     struct ui *ui = &app->ui;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     const int em = app->font.size_px;
     const struct area whole = {area.x + area.width / 4, area.y + area.height / 2,
                                area.width / 2, em};
@@ -402,7 +402,7 @@ static void draw_eye(struct app *app)
 {
     char text[128];
     struct ui *ui = &app->ui;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     const int em = app->font.size_px;
     const bool has_views = app->source && app->source->n_views > 1;
     snprintf(text, sizeof(text), "eye at (%.2f, %.2f) of the lens, %s",

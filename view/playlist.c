@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "memory.h"
 #include "report.h"
 #include "stage.h"
 
@@ -83,8 +84,7 @@ static bool open_folder(struct playlist *playlist, const char *folder,
         n = scandir(folder, &names, is_exr, alphasort);
     }
     if (n < 0) {
-        snprintf(error->message, sizeof(error->message), "%s: cannot be read: %s",
-                 folder, strerror(errno));
+        set_error(error, "%s: cannot be read: %s", folder, strerror(errno));
         return false;
     }
     struct picture_files *picture = NULL;
@@ -100,10 +100,10 @@ static bool open_folder(struct playlist *playlist, const char *folder,
         free(names[i]);
     free(names);
     if (n == 0)
-        snprintf(error->message, sizeof(error->message),
-                 "%s: there is no EXR file in this folder; rackfocus povray --keep %s "
-                 "puts passes there",
-                 folder, folder);
+        set_error(error,
+                  "%s: there is no EXR file in this folder; rackfocus povray --keep %s "
+                  "puts passes there",
+                  folder, folder);
     return n > 0;
 }
 
@@ -115,8 +115,7 @@ bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
     for (int i = 0; i < n_paths; i++) {
         if (stat(paths[i], &status) == 0)
             continue;
-        snprintf(error->message, sizeof(error->message), "%s: %s", paths[i],
-                 strerror(errno));
+        set_error(error, "%s: %s", paths[i], strerror(errno));
         return false;
     }
     if (n_paths == 1 && S_ISDIR(status.st_mode)) {

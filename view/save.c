@@ -6,6 +6,7 @@
 
 #include "app.h"
 #include "params_file.h"
+#include "memory.h"
 #include "report.h"
 
 /* One saving on its way; the worker's thread ends it. */
@@ -63,14 +64,14 @@ void save_picture(struct app *app)
 {
     struct image_error error;
     if (picture_kind(app->output) == PICTURE_UNKNOWN) {
-        app_say(app,
-                "%s: pictures are written as EXR or PNG; end the name in .exr or "
-                ".png",
-                app->output);
+        view_say(app,
+                 "%s: pictures are written as EXR or PNG; end the name in .exr or "
+                 ".png",
+                 app->output);
         return;
     }
     if (!picture_check_writable(app->output, &error)) {
-        app_say(app, "%s", error.message);
+        view_say(app, "%s", error.message);
         return;
     }
     struct saving *saving = need_memory(1, sizeof(*saving));
@@ -81,11 +82,11 @@ void save_picture(struct app *app)
                               .height = app->state.height};
     snprintf(saving->path, sizeof(saving->path), "%s", app->output);
     struct save save = {.write = finish, .user = saving};
-    app_job(app, NULL, &save.job);
+    view_job(app, NULL, &save.job);
     save.job.mode = MODE_PICTURE;
     save.job.has_eye = false;
     save.job.eye[0] = save.job.eye[1] = 0;
-    app_say(app, "saving %s", app->output);
+    view_say(app, "saving %s", app->output);
     worker_save(app->worker, &save);
 }
 
@@ -102,9 +103,9 @@ void save_params(struct app *app)
                  app->output, name);
     }
     if (params_file_write(path, &app->state.typed, &error))
-        app_say(app, "saved %s", path);
+        view_say(app, "saved %s", path);
     else
-        app_say(app, "%s", error.message);
+        view_say(app, "%s", error.message);
     trace_text(app, "saved", app->status);
 }
 
@@ -115,12 +116,12 @@ void save_passes(struct app *app)
         return;
     /* The pixels are there once something was shown. */
     if (!app->shot || app->shot->input != app->source)
-        app_say(app, "wait until the picture is shown");
+        view_say(app, "wait until the picture is shown");
     else if (demo_save_passes("demo.exr", app->source,
                               thread_count(app->options->n_threads), &error))
-        app_say(app, "saved demo.exr: colour, depth buffer, near, far and lens");
+        view_say(app, "saved demo.exr: colour, depth buffer, near, far and lens");
     else
-        app_say(app, "%s", error.message);
+        view_say(app, "%s", error.message);
     trace_text(app, "saved", app->status);
 }
 
@@ -142,5 +143,5 @@ void save_command(struct app *app)
     SDL_SetClipboardText(text);
     printf("%s\n", text);
     fflush(stdout);
-    app_say(app, "copied: %.900s", text);
+    view_say(app, "copied: %.900s", text);
 }

@@ -155,14 +155,15 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
         RF_OK)
         return set_error(error, "%s: %s", image_path(source->colour),
                          core_error.message);
-    depth_find(&found, source, &settings, &lens, depth, alpha, 4);
+    if (!depth_find(&found, source, &settings, &lens, depth, alpha, 4))
+        return set_error(error, "%s: out of memory", image_path(source->depth));
     if (depth_is_refused(&found, text, sizeof(text)))
         return set_error(error, "%s: the depth %s", image_path(source->depth), text);
     if (found.is_premultiplied)
         n_changed += depth_divide_by_alpha(depth, alpha, 4, n);
-    if (found.is_mixed)
-        n_changed +=
-            depth_snap(depth, source->width, source->height, params.depth_infinity);
+    if (found.is_mixed && !depth_snap(depth, source->width, source->height,
+                                      params.depth_infinity, &n_changed))
+        return set_error(error, "%s: out of memory", image_path(source->depth));
     if (n_changed > 0)
         snprintf(stage->remark, sizeof(stage->remark),
                  "the depth was %s; %zu pixels were mended (--depth-repair off takes "
@@ -414,8 +415,8 @@ void stage_command(const struct stage *stage, const struct settings *typed,
 bool stage_save(const struct stage *stage, const struct settings *settings,
                 const char *path, float *pixels, struct image_error *error)
 {
-    const struct filter_options tool = {
-        .output = path, .n_threads = stage->options->n_threads, .is_quiet = true};
+    const struct filter_options tool = {.output = path,
+                                        .n_threads = stage->options->n_threads};
     struct settings copy = *settings;
     return filter_write(&tool, &copy, &stage->source, pixels, error);
 }

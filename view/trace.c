@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "app.h"
+#include "cli.h"
 #include "progress.h"
 #include "report.h"
 
@@ -55,7 +56,7 @@ void trace_layout(struct app *app)
     const struct zoom *zoom = &app->state.zoom;
     if (!app->trace)
         return;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     uint32_t sum = hash(2166136261u, app->ui.controls,
                         (size_t)app->ui.n_controls * sizeof(*app->ui.controls));
     sum = hash(sum, &zoom->scale, 4 * sizeof(double));

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "memory.h"
 #include "report.h"
 
 /* 0xRRGGBBAA, on UI_PANEL_COLOUR; contrast of text to ground 11:1 and more. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "app.h"
+#include "cli.h"
 #include "clock.h"
 #include "density.h"
 #include "report.h"
@@ -18,14 +19,14 @@
 /* ---- layout ------------------------------------------------------------------------
  */
 
-int app_panel_width(const struct app *app)
+int view_panel_width(const struct app *app)
 {
     return PANEL_EMS * app->font.size_px;
 }
 
 static int panel_width(const struct app *app)
 {
-    const int width = app_panel_width(app);
+    const int width = view_panel_width(app);
     return app->has_panel && app->width >= 2 * width ? width : 0;
 }
 
@@ -40,20 +41,20 @@ static int at_least_one(int px)
     return px > 1 ? px : 1;
 }
 
-struct area app_picture_area(const struct app *app)
+struct area view_picture_area(const struct app *app)
 {
     return (struct area){0, 0, at_least_one(app->width - panel_width(app)),
                          at_least_one(app->height - status_height(app))};
 }
 
-struct area app_panel_area(const struct app *app)
+struct area view_panel_area(const struct app *app)
 {
     const int width = panel_width(app);
     return (struct area){app->width - width, 0, width,
                          at_least_one(app->height - status_height(app))};
 }
 
-struct area app_status_area(const struct app *app)
+struct area view_status_area(const struct app *app)
 {
     const int height = status_height(app);
     return (struct area){0, app->height - height, app->width, height};
@@ -65,7 +66,7 @@ void window_measure(struct app *app)
     SDL_GL_GetDrawableSize(app->window, &app->width, &app->height);
     SDL_GetWindowSize(app->window, &width, &height);
     app->density = width > 0 ? (double)app->width / width : 1;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     if (app->state.width > 0 && app->state.zoom.is_fitted)
         zoom_fit(&app->state.zoom, &area, app->state.width, app->state.height);
     else if (app->state.width > 0)
@@ -192,7 +193,7 @@ static void draw_part(struct app *app, const struct gl_picture *picture, int tim
                       double from, double to)
 {
     const struct zoom *zoom = &app->state.zoom;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     const double width = app->state.width * zoom->scale * zoom->aspect;
     const int right = area.x + area.width, bottom = area.y + area.height;
     const int x0 = clamp(zoom->x + from * width, area.x, right);
@@ -222,7 +223,7 @@ static void draw_picture(struct app *app)
 static void draw_split(struct app *app)
 {
     const struct zoom *zoom = &app->state.zoom;
-    const struct area area = app_picture_area(app);
+    const struct area area = view_picture_area(app);
     const double at =
         zoom->x + app->state.split * app->state.width * zoom->scale * zoom->aspect;
     const struct area line = {(int)lrint(at), area.y, at_least_one((int)app->scale),
@@ -243,7 +244,7 @@ void window_draw(struct app *app)
     gl_begin(app->width, app->height);
     if (app->has_stage)
         draw_picture(app);
-    const struct area panel = app_panel_area(app), status = app_status_area(app);
+    const struct area panel = view_panel_area(app), status = view_status_area(app);
     gl_fill(panel.x, panel.y, panel.width, panel.height, UI_PANEL_COLOUR);
     gl_draw_quads(app->ui.flat.items, app->ui.flat.n, app->mask);
     gl_fill(status.x, status.y, status.width, status.height, STATUS_COLOUR);

@@ -11,6 +11,7 @@
 #include "clock.h"
 #include "display.h"
 #include "measure.h"
+#include "memory.h"
 #include "report.h"
 #include "shrink.h"
 
@@ -632,6 +633,16 @@ static void *work(void *user)
 
 /* ---- for the window -------------------------------------------------------------- */
 
+static void worker_free(struct worker *w)
+{
+    forget_all(w);
+    rf_context_destroy(w->context);
+    tone_destroy(w->tone);
+    pthread_cond_destroy(&w->changed);
+    pthread_mutex_destroy(&w->lock);
+    free(w);
+}
+
 struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
 {
     struct worker *w = need_memory(1, sizeof(*w));
@@ -646,8 +657,8 @@ struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
     if (w->tone && rf_context_create(&w->context, &context, &error) == RF_OK &&
         pthread_create(&w->thread, NULL, work, w) == 0)
         return w;
-    message("view: the background thread cannot be started; is there memory left?");
-    exit(EXIT_FAILED);
+    worker_free(w);
+    return NULL;
 }
 
 void worker_stop(struct worker *w)
@@ -662,12 +673,7 @@ void worker_stop(struct worker *w)
     input_drop(w->asked.input);
     shot_free(w->shots[0]);
     shot_free(w->shots[1]);
-    forget_all(w);
-    rf_context_destroy(w->context);
-    tone_destroy(w->tone);
-    pthread_cond_destroy(&w->changed);
-    pthread_mutex_destroy(&w->lock);
-    free(w);
+    worker_free(w);
 }
 
 void worker_ask(struct worker *w, const struct job *job)

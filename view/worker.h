@@ -70,7 +70,8 @@ struct save {
 
 struct worker;
 
-/* `wake` is called on the worker's thread when there is something to take. */
+/* NULL without memory or a thread. `wake` is called on the worker's thread when there
+ * is something to take. */
 struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user);
 void worker_stop(struct worker *worker); /* cancels; frees all */
 

@@ -38,7 +38,7 @@ static bool write_channels(const char *path, const char *const *names, int n,
 static void writes_and_reads_back(void)
 {
     static const char *const names[] = {"R", "G", "B", "A", "Z"};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_input *input;
     const char *path = in_folder("plain.exr");
     REQUIRE(write_channels(path, names, 5, IMAGE_SAMPLE_FLOAT, &error));
@@ -158,7 +158,7 @@ static void find_one(const struct layer_case *c)
 {
     char buffer[600], got[800];
     const char *names[64];
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_input *input;
     struct image_layer layer;
     int n = split(c->channels, buffer, names);
@@ -188,7 +188,7 @@ static void keeps_old_file_on_failure(void)
 {
     static const char *const names[] = {"R", "G", "B"};
     static const char *const twice[] = {"R", "R"};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct stat before, after;
     const char *path = in_folder("old.exr");
     REQUIRE(write_channels(path, names, 3, IMAGE_SAMPLE_HALF, &error));
@@ -209,7 +209,7 @@ static void keeps_old_file_on_failure(void)
 static void follows_links(void)
 {
     static const char *const names[] = {"Y"};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct stat status;
     REQUIRE(
         write_channels(in_folder("target.exr"), names, 1, IMAGE_SAMPLE_HALF, &error));
@@ -222,7 +222,7 @@ static void follows_links(void)
 static void says_why_it_cannot_write(void)
 {
     static const char *const names[] = {"Y"};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     CHECK(
         !write_channels(in_folder("none/x.exr"), names, 1, IMAGE_SAMPLE_HALF, &error));
     CHECK_CONTAINS(error.message, "No such file or directory");
@@ -234,7 +234,7 @@ static void says_why_it_cannot_write(void)
 
 static void says_why_it_cannot_read(void)
 {
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_input *input;
     CHECK(!image_open(&input, in_folder("missing.exr"), &error));
     CHECK(input == NULL);
@@ -266,7 +266,7 @@ static void says_when_the_disk_is_full(void)
 {
     static const char *const names[] = {"Y"};
     char mount_point[200];
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     snprintf(mount_point, sizeof mount_point, "%s/full", folder);
     REQUIRE(mkdir(mount_point, 0700) == 0);
     if (mount("tmpfs", mount_point, "tmpfs", 0, "size=4k") != 0)
@@ -295,7 +295,7 @@ static void says_when_the_disk_is_full(void)
 
 static void removes_partial_files(void)
 {
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct os_replace file;
     int n = count_files(folder);
     REQUIRE(partial_open(&file, in_folder("partial.exr"), &error));
@@ -313,7 +313,7 @@ static void same_file_from_any_threads(void)
 {
     static float samples[200 * 300 * 3];
     static const char *const names[] = {"R", "G", "B"};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     fill(samples, 200 * 300 * 3);
     struct image_output output = {.width = 200,
                                   .height = 300,
@@ -339,7 +339,7 @@ static void attributes_come_back(void)
 {
     static const char *const names[] = {"Y"};
     static const float samples[4] = {0};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     const struct image_attribute attributes[] = {
         {.name = "aperture", .type = IMAGE_ATTRIBUTE_FLOAT, .number = {2.8}},
         {.name = "rackfocus:blades", .type = IMAGE_ATTRIBUTE_INT, .number = {7}},
@@ -469,7 +469,7 @@ static void copies_attributes_of_every_type(void)
     static const char *const names[] = {"Y"};
     static const float samples[16];
     static char before[8192], after[8192];
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_input *input;
     const char *path = in_folder("all.exr"), *copy = in_folder("copy.exr");
     REQUIRE(write_with_all(path) == EXR_ERR_SUCCESS);
@@ -505,7 +505,7 @@ static void refuses_bad_output(void)
 {
     static const char *const names[] = {"Y"};
     static const float samples[4] = {0};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_output output = {.width = 2,
                                   .height = 2,
                                   .data_window = {0, 0, 1, 1},

@@ -9,7 +9,7 @@
 
 static void png_comes_back(void)
 {
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     static float samples[5 * 3 * 4];
     for (size_t i = 0; i < 5 * 3; i++) {
         float alpha = (float)(i % 5) / 4.0f;
@@ -34,7 +34,7 @@ static void png_comes_back(void)
 static void png_clips_and_encodes(void)
 {
     static const float samples[] = {-1, 0, 0.5f, 1, 20, NAN};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     float *got = NULL;
     int32_t width, height;
     REQUIRE(image_write_png(in_folder("g.png"), samples, 6, 1, 1, 8, false, &error));
@@ -54,7 +54,7 @@ static void png_clips_and_encodes(void)
 
 static void png_says_why(void)
 {
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     float *got, pixel[3] = {0};
     int32_t width, height;
     CHECK(!image_read_png(in_folder("missing.png"), &got, &width, &height, &error));

@@ -67,7 +67,7 @@ static void strips_are_the_whole(void)
         const char *compression;
     } cases[] = {{0, "zip"}, {0, "zips"}, {0, "piz"},   {0, "none"},
                  {0, "rle"}, {64, "zip"}, {256, "piz"}, {32, "none"}};
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     fill(samples, STRIP_W * STRIP_H * 4);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct image_output output =
@@ -97,7 +97,7 @@ static void strips_are_the_whole(void)
 static void strips_keep_other_channels(void)
 {
     static float samples[STRIP_W * STRIP_H * 4];
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_input *input;
     struct image_output output = strip_output(0, "zip");
     fill(samples, STRIP_W * STRIP_H * 4);
@@ -119,7 +119,7 @@ static void strips_keep_other_channels(void)
 static void strips_say_what_is_wrong(void)
 {
     static float samples[STRIP_W * STRIP_H * 4];
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_writer *writer;
     struct image_input *input;
     struct image_output output = strip_output(0, "zip");
@@ -167,7 +167,7 @@ static long peak_kb(void)
 static void large_pictures_need_little_memory(void)
 {
     enum { LARGE_W = 4096, LARGE_H = 2048, STRIP = 64 };
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     struct image_writer *writer;
     struct image_input *input;
     long before = peak_kb();

@@ -22,6 +22,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 extern void *__libc_malloc(size_t);
@@ -32,7 +33,7 @@ extern void *__libc_memalign(size_t, size_t);
 static atomic_long n_allocations, n_threads, n_files, n_writes;
 static long failing_allocation, failing_thread, failing_file, failing_write;
 static long own_signal;
-static bool is_counting;
+static bool is_counting, is_from_now;
 
 static long number_of(const char *name)
 {
@@ -62,6 +63,29 @@ __attribute__((destructor)) static void end(void)
     fclose(file);
 }
 
+/* For a program that preloads this: from now on the k-th allocation fails; 0: none.
+ * What libgomp asks for itself does not count: it ends the program on its own. */
+void fail_allocation_from_now(long k);
+long allocations_since(void);
+
+static bool is_for_openmp(const void *caller)
+{
+    Dl_info info;
+    return is_from_now && dladdr(caller, &info) && strstr(info.dli_fname, "gomp");
+}
+
+void fail_allocation_from_now(long k)
+{
+    is_from_now = true;
+    n_allocations = 0;
+    failing_allocation = k;
+}
+
+long allocations_since(void)
+{
+    return n_allocations;
+}
+
 /* Counts a call; says whether it fails. */
 static bool strikes(atomic_long *n_calls, long failing, int number)
 {
@@ -74,10 +98,13 @@ static bool strikes(atomic_long *n_calls, long failing, int number)
     return !own_signal;
 }
 
-static bool fails(void)
+static bool fails_for(const void *caller)
 {
-    return strikes(&n_allocations, failing_allocation, ENOMEM);
+    return !is_for_openmp(caller) &&
+           strikes(&n_allocations, failing_allocation, ENOMEM);
 }
+
+#define fails() fails_for(__builtin_return_address(0))
 
 static bool fails_file(int number)
 {

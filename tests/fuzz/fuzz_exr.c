@@ -27,7 +27,7 @@ static float *read_layer(struct image_input *input, const struct image_layer *la
 {
     const int wanted[5] = {layer->r, layer->g, layer->b, layer->a, layer->z};
     int n;
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     const struct image_part_info *parts = image_parts(input, &n);
     const struct image_box *box =
         &parts[image_channels(input, &n)[layer->r].part].data_window;
@@ -48,7 +48,7 @@ static void write_again(struct image_input *input, const struct image_layer *lay
     static const char *const names[] = {"R", "G", "B", "A", "Z"};
     static const enum image_sample_type types[5] = {0};
     int n, part = image_channels(input, &n)[layer->r].part;
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     const struct image_part_info *info = &image_parts(input, &n)[part];
     const struct image_box *box = &info->data_window;
     const struct image_output output = {
@@ -75,7 +75,7 @@ static bool read_deep(struct image_input *input, const struct image_layer *layer
 {
     int n;
     struct image_deep deep;
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     if (layer->z < 0 ||
         !image_parts(input, &n)[image_channels(input, &n)[layer->z].part].is_deep)
         return false;
@@ -101,7 +101,7 @@ static void visit(struct image_input *input)
     double v[2];
     const char *text;
     struct image_layer layer;
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     const struct image_channel_info *channels = image_channels(input, &n);
     for (int i = 0; i < n; i++)
         PROMISE(channels[i].name && channels[i].x_sampling > 0 &&
@@ -134,7 +134,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     int fd = memfd_create("fuzz", MFD_CLOEXEC);
     char path[64];
     struct image_input *input;
-    struct image_error error = {""};
+    struct image_error error = {.message = ""};
     PROMISE(fd >= 0 && write(fd, data, size) == (ssize_t)size);
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
     if (image_open(&input, path, &error)) {

@@ -9,8 +9,8 @@
  *     ... rf_filter_process(..., &report, ...);
  *     progress_end(&bar);
  */
-#ifndef APP_PROGRESS_H
-#define APP_PROGRESS_H
+#ifndef CLI_PROGRESS_H
+#define CLI_PROGRESS_H
 
 #include <stdbool.h>
 

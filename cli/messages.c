@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cli.h"
+#include "interrupt.h"
+#include "progress.h"
+#include "report.h"
+
+static void print(const char *kind, const char *format, va_list arguments)
+{
+    fflush(stdout);
+    flockfile(stderr);
+    fprintf(stderr, "rackfocus: %s", kind);
+    vfprintf(stderr, format, arguments);
+    fputc('\n', stderr);
+    funlockfile(stderr);
+}
+
+void message(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    print("", format, arguments);
+    va_end(arguments);
+}
+
+void warning(bool is_quiet, const char *format, ...)
+{
+    if (is_quiet)
+        return;
+    va_list arguments;
+    va_start(arguments, format);
+    print("warning: ", format, arguments);
+    va_end(arguments);
+}
+
+int exit_code(int code, const struct image_error *error)
+{
+    switch ((enum app_code)code) {
+    case APP_DONE:
+        return EXIT_DONE;
+    case APP_INTERRUPTED:
+        return os_interrupt_code();
+    case APP_USAGE:
+    case APP_FAILED:
+    case APP_NO_MEMORY:
+        break;
+    }
+    if (error->message[0])
+        message("%s", error->message);
+    return code == APP_USAGE ? EXIT_USAGE : EXIT_FAILED;
+}
+
+int exit_without_memory(void)
+{
+    message("out of memory");
+    return EXIT_FAILED;
+}
+
+/* ---- the host of app/ ------------------------------------------------------------ */
+
+static bool host_warn(void *user, const char *text)
+{
+    const struct cli_host *host = user;
+    if (host->is_strict)
+        return false;
+    warning(host->is_quiet, "%s", text);
+    return true;
+}
+
+static void host_fail(void *user, const char *text)
+{
+    (void)user;
+    message("%s", text);
+}
+
+static void host_say(void *user, const char *text)
+{
+    const struct cli_host *host = user;
+    if (host->is_quiet)
+        return;
+    printf("%s\n", text);
+    fflush(stdout);
+}
+
+static void host_begin(void *user, const char *what)
+{
+    struct cli_host *host = user;
+    progress_start(&host->bar, what, host->is_quiet);
+}
+
+static bool host_progress(void *user, double fraction)
+{
+    struct cli_host *host = user;
+    return progress_report(&host->bar, fraction);
+}
+
+static void host_end(void *user)
+{
+    struct cli_host *host = user;
+    progress_end(&host->bar);
+}
+
+const struct app_host *cli_host_open(struct cli_host *host, bool is_quiet,
+                                     bool is_strict)
+{
+    *host = (struct cli_host){.is_quiet = is_quiet, .is_strict = is_strict};
+    host->host = (struct app_host){.user = host,
+                                   .warn = host_warn,
+                                   .fail = host_fail,
+                                   .say = host_say,
+                                   .begin = host_begin,
+                                   .progress = host_progress,
+                                   .end = host_end};
+    return &host->host;
+}
