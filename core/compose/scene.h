@@ -61,6 +61,12 @@ struct rf_occluders {
      */
     const float *radius;
     size_t radius_stride;
+    /*
+     * Radii of what lies behind the near surfaces, INFINITY where that is not known;
+     * RF_ROW_MARGIN floats may be read after a row. NULL: not known of any pixel.
+     */
+    const float *behind;
+    size_t behind_stride;
     float lens[2], shift_scale, shift_bias; /* as in struct rf_work_view */
 };
 

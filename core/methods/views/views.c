@@ -67,6 +67,7 @@
 #include "methods/layered/layered.h"
 #include "methods/layered/layered_preview.h"
 #include "methods/views/merge.h"
+#include "methods/views/views_behind.h"
 #include "methods/views/views_cell.h"
 #include "methods/views/views_lens.h"
 #include "methods/views/views_lights.h"
@@ -173,8 +174,8 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
 }
 
 /* Adds the light of the lights over the whole lens to quadruples of the picture. */
-static rf_result add_lights(const struct rf_views *v, float *rgba,
-                            struct rf_error *error)
+static rf_result spread_lights(const struct rf_views *v, float *rgba,
+                               struct rf_error *error)
 {
     const struct rf_picture *picture = &v->pictures[0];
     struct rf_scene scene = {.filter = v->work->filter,
@@ -197,6 +198,20 @@ static rf_result add_lights(const struct rf_views *v, float *rgba,
                            .stride = 4 * (ptrdiff_t)picture->filter->width,
                            .rgba = rgba};
     return rf_add_highlights(&scene, &crop, error);
+}
+
+static rf_result add_lights(const struct rf_views *v, float *rgba,
+                            struct rf_error *error)
+{
+    const struct rf_context *context = v->work->filter->context;
+    float *behind = NULL;
+    if (v->lights.n == 0)
+        return RF_OK;
+    rf_result result = rf_views_find_behind(v, &behind, error);
+    if (result == RF_OK)
+        result = spread_lights(v, rgba, error);
+    rf_free(context, behind);
+    return result;
 }
 
 /* A row of the planes of the work and its lights, as quadruples, to plain pixels. */

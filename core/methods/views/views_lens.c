@@ -311,7 +311,8 @@ static struct widest widest_of(const struct rf_work *work,
  * M, which the views show within U. It also depends on lights within E. They lie within
  * U of the place where a view shows them, whose depth is looked for on a line as long
  * as 2 U in the others; what stands before them lies within the cones to their cell, 2
- * R times its extent from the place that they have in the view.
+ * R times its extent from the place that they have in the view, and what other views
+ * show of that within 2 U of there, in blocks of 8 px.
  */
 rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
                           struct rf_margin *margin, struct rf_error *error)
@@ -331,7 +332,7 @@ rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
     float passes = w.level ? (float)(16 << w.level) : 0;
     float samples = rf_max_float(passes, passes / 2 + (float)hidden_px) + w.footprint +
                     w.moved + shift;
-    float lines = 3 * shift + 8, cones = shift + 2 * r * (w.lens + lens / 8) + 2;
+    float lines = 3 * shift + 8, cones = 3 * shift + 2 * r * (w.lens + lens / 8) + 10;
     float lights = lens * r + rf_max_float(lines, cones) + RF_LAMP_REACH_PX;
     *margin = (struct rf_margin){
         .px = (int)ceilf(rf_max_float(samples, lights)) + surface_px,
