@@ -133,7 +133,7 @@ static void apply_old_rules(struct dwa *d)
     }
 }
 
-/* Text, 0, a byte of color + 1, kind and case, a byte of type. */
+/* Text, 0, a byte of colour + 1, kind and case, a byte of type. */
 static bool read_rules(struct dwa *d, const uint8_t *at, const uint8_t *end)
 {
     while (at < end) {

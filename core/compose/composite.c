@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Compositing (recipe step 6), at a cost that does not grow with the radius.
+ * Compositing, at a cost that does not grow with the radius (docs/algorithm.md,
+ * "Samples, bins and tiles" to "The saturating sum").
  *
  * Samples gather in fixed bins of 2 px of signed radius, near to far. For each pixel p
  * and sub-aperture c, with T(p, c) what is still uncovered,

@@ -7,7 +7,7 @@
  *   r        signed radius in px; the sample lands at (x + u r, y - v r a)
  *   a        pixel aspect
  *   k        Catmull-Rom's interpolation kernel: r -> 0 becomes the identity and rims
- * stay sharp (a box costs 0.15 dB, a tent 1.2 dB; recipe step 4)
+ * stay sharp (a box costs 0.15 dB, a tent 1.2 dB; docs/algorithm.md, "Footprints")
  *
  * A line v = const cuts the convex aperture, and every Voronoi cell of it, in one
  * interval, whose integral over u is a difference of the kernel's antiderivative: exact

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Highlights with exact visibility (recipe step 5).
+ * Highlights with exact visibility (docs/algorithm.md, "Highlights").
  *
  * A highlight at x with radius r0 sends light to the footprint pixel p through the lens
  * point u = (p - x) / r0. On its way the ray passes the place x + u (r0 - q) of the

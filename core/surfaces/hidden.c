@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Hidden background (recipe step 2): what the pinhole could not see but the lens does.
+ * Hidden background: what the pinhole could not see but the lens does
+ * (docs/algorithm.md, "Hidden background").
  *
  * For a pixel p whose near surface has radius s, a pixel q at distance d shows a
  * surface (its far part where it is mixed) of radius r_q. The lens can reveal that

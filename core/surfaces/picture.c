@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * A view becomes surfaces: the picture is continued by its edge pixels, bright ones
- * dimmed to white (recipe step 0); mixed pixels are split (split.c).
+ * dimmed to white (docs/algorithm.md, "Border"); mixed pixels are split (split.c).
  */
 #include "surfaces/picture.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Splitting mixed pixels (recipe step 1).
+ * Splitting mixed pixels (docs/algorithm.md, the section of that name).
  *
  * The renderer's colour is anti-aliased, its depth is one jittered sample: an edge
  * pixel shows two surfaces but has one depth. With c its colour, f and b the colours of

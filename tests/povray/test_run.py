@@ -157,7 +157,9 @@ def test_names(rackfocus, tmp_path, name):
     (folder / name).write_text(SCENE + '#include "part.inc"\n')
     (folder / "part.inc").write_text("sphere { <1, 0.3, -2>, 0.3 pigment { rgb 1 } }")
     # Its includes are found beside the scene, wherever one stands.
-    rackfocus("povray", f"{folder.name}/{name}", "-o", "o.png", "--", *SIZE, cwd=tmp_path)
+    rackfocus(
+        "povray", f"{folder.name}/{name}", "-o", "o.png", "--", *SIZE, cwd=tmp_path
+    )
     rackfocus("povray", "-o", "o.exr", "--camera", "./" + name, cwd=folder)
 
 
@@ -183,7 +185,11 @@ def test_alpha(rackfocus, tmp_path):
         (["macro.pov", "-o", "o.txt"], 2, "end the name in .exr or .png"),
         (["macro.pov", "-o", "o.exr", "--focal-point", "1,2"], 2, "three numbers"),
         (["macro.pov", "-o", "o.exr", "--frames", "5-1"], 2, "two frame numbers"),
-        (["macro.pov", "-o", "o.exr", "--", "+SC10"], 1, "+SC10: a part of the picture"),
+        (
+            ["macro.pov", "-o", "o.exr", "--", "+SC10"],
+            1,
+            "+SC10: a part of the picture",
+        ),
         (["macro.pov", "-o", "o.exr", "--", "End_Row=0.5"], 1, "crop the result"),
         (["missing.ini", "-o", "o.exr"], 1, "missing.ini: no such file"),
         (["macro.pov", "-o", "missing/o.exr"], 1, "missing/o.exr"),

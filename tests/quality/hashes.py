@@ -98,7 +98,9 @@ def make(command, arguments, out):
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("commands", nargs="+", help="one rackfocus, or an old and a new")
+    parser.add_argument(
+        "commands", nargs="+", help="one rackfocus, or an old and a new"
+    )
     commands = parser.parse_args().commands
     n_different = 0
     with tempfile.TemporaryDirectory() as name:

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * The layered method's core in double precision, brute force, written from the formulas
- * (recipe steps 0, 4 and 6):
+ * (docs/algorithm.md, "Border", "Footprints", "The saturating sum"):
  *
- *   0  the picture is continued by its edge pixels
- *   4  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
+ *   -  the picture is continued by its edge pixels
+ *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
- *   6  bins floor(r / 2 px), near to far: w = T f(W / T), out += colour w / W, T -= w,
+ *   -  bins floor(r / 2 px), near to far: w = T f(W / T), out += colour w / W, T -= w,
  *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
  *      covered
  *
- * Splitting, hidden samples and highlights (steps 1, 2, 5) are off: they decide by
+ * Splitting, hidden samples and highlights are off: they decide by
  * thresholds, and their worth is measured on real renders. The fast code differs by the
  * steps of its radii (1/32 px below 4 px, 1/16 below 8, 1/8 above), by floats, and from
  * 8 px on by its reduced resolution, so that the agreement asked for falls from 70 dB

@@ -223,8 +223,8 @@ RF_API const struct rf_method_info *rf_method_find(int32_t method);
  * A lens resolved for one picture size: everything that maps depth to a radius.
  *
  * Perspective: r = bias + scale / z with z the planar distance; orthographic:
- * r = bias + scale z. For the CG camera scale = -K and bias = K / s (design: r =
- * K (1/s - 1/z)), K = lens radius times focal length in px.
+ * r = bias + scale z. For the CG camera scale = -K and bias = K / s, r = K (1/s -
+ * 1/z), K = lens radius times focal length in px (docs/algorithm.md).
  */
 struct rf_lens {
     double bias_px;
