@@ -80,6 +80,24 @@ def anchors(page):
         yield name.replace(" ", "-")
 
 
+DEVELOPERS_PAGES = ["ARCHITECTURE", "algorithm", "extending", "glossary"]
+
+
+@pytest.mark.parametrize("name", DEVELOPERS_PAGES)
+def test_files_that_pages_name_are_there(name):
+    """Files move; the pages for developers must follow them."""
+    text = (ROOT / "docs" / f"{name}.md").read_text()
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)
+    folders = {path.name for path in ROOT.iterdir() if path.is_dir()}
+    files = [
+        found
+        for found in re.findall(r"`([\w./-]+)`", text)
+        if found.split("/")[0] in folders and "/" in found and "NAME" not in found
+    ]
+    missing = [file for file in files if not (ROOT / file).exists()]
+    assert not missing, f"docs/{name}.md names {missing}"
+
+
 ALL_PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
