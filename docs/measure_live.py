@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures `rackfocus view` for the table of docs/live.md.
+"""Measures `rackfocus view` for the table of docs/notebook/live.md.
 
     python3 docs/measure_live.py COMMAND [SECONDS]
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Temporal stability as docs/reliability.md has it: the pan of test_pan.py without its
-discs, 17 frames of 64 x 16 px, of which the 8 px at either side are not counted.
+"""Temporal stability as docs/notebook/reliability.md has it: the pan of test_pan.py
+without its discs, 17 frames of 64 x 16 px, of which the 8 px at either side are not counted.
 
     RACKFOCUS=build/cli/rackfocus tests/deep/measure_pan.py
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Frustum shift against look-at: the picture and the figures of docs/methods.md.
+"""Frustum shift against look-at: the picture and the figures of
+docs/notebook/methods.md.
 
     RACKFOCUS=build/cli/rackfocus tests/methods/camera_moves.py
 

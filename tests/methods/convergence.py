@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""How fast the mean of views comes to POV-Ray's own lens: the table of docs/methods.md.
+"""How fast the mean of views comes to POV-Ray's own lens: the table of
+docs/notebook/methods.md.
 
     RACKFOCUS=build/cli/rackfocus tests/methods/convergence.py [SCENE...] [-- OPTIONS]
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The table and the contact sheets of docs/methods.md.
+"""The table of docs/notebook/methods.md and its contact sheets.
 
     pip install flip-evaluator OpenEXR
     RACKFOCUS=build/cli/rackfocus OMP_WAIT_POLICY=passive tests/methods/tables.py
