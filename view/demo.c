@@ -28,8 +28,7 @@ static const struct place {
 #define MIN_PITCH (-0.35)
 #define MAX_PITCH 1.05
 
-/* ---- the picture ------------------------------------------------------------------
- */
+/* ---- the picture ---------------------------------------------------------------- */
 
 /* A file's picture, as sRGB. */
 static uint8_t *read_picture(const char *path, int32_t *width, int32_t *height,
@@ -116,8 +115,7 @@ void demo_close(struct demo *demo)
     *demo = (struct demo){0};
 }
 
-/* ---- the scene --------------------------------------------------------------------
- */
+/* ---- the scene ------------------------------------------------------------------ */
 
 void demo_turn(struct demo *demo, double dx, double dy)
 {
@@ -231,8 +229,7 @@ struct input *demo_draw(const struct demo *demo)
     return input;
 }
 
-/* ---- facts and files --------------------------------------------------------------
- */
+/* ---- facts and files ------------------------------------------------------------ */
 
 static const struct {
     const char *key;

@@ -9,8 +9,7 @@
 
 #define CLICK_PX 4 /* a button that moved less is a click */
 
-/* ---- keys --------------------------------------------------------------------------
- */
+/* ---- keys ----------------------------------------------------------------------- */
 
 static const struct {
     SDL_Keycode key;
@@ -110,8 +109,7 @@ static void type_text(struct app *app, const char *text)
     view_pass(app);
 }
 
-/* ---- the mouse ---------------------------------------------------------------------
- */
+/* ---- the mouse ------------------------------------------------------------------ */
 
 static bool is_on_picture(const struct app *app, double x, double y)
 {
@@ -226,8 +224,7 @@ static void turn_wheel(struct app *app, const SDL_MouseWheelEvent *event)
     view_pass(app);
 }
 
-/* ---- events ------------------------------------------------------------------------
- */
+/* ---- events --------------------------------------------------------------------- */
 
 static void place_mouse(struct app *app, int x, int y)
 {

@@ -72,8 +72,7 @@ bool font_find(char *path, size_t n_bytes)
     return search.path[0] != 0;
 }
 
-/* ---- drawing the letters ----------------------------------------------------------
- */
+/* ---- drawing the letters -------------------------------------------------------- */
 
 static unsigned code_of(int i)
 {
@@ -158,8 +157,7 @@ void font_free(struct font *font)
     font->coverage = NULL;
 }
 
-/* ---- text -------------------------------------------------------------------------
- */
+/* ---- text ----------------------------------------------------------------------- */
 
 static unsigned next_code(const char **text)
 {

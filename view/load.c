@@ -69,8 +69,7 @@ void load_cancel(struct app *app)
     app->loader.stage = NULL;
 }
 
-/* ---- showing it --------------------------------------------------------------------
- */
+/* ---- showing it ----------------------------------------------------------------- */
 
 static bool resolve_stage(void *user, const struct settings *typed,
                           struct settings *settings, struct rf_params *params,

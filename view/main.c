@@ -42,8 +42,7 @@ bool view_depth_at(const struct app *app, double x, double y, double *depth,
     return true;
 }
 
-/* ---- actions -----------------------------------------------------------------------
- */
+/* ---- actions -------------------------------------------------------------------- */
 
 static void focus_on_centre(struct app *app)
 {
@@ -275,8 +274,7 @@ void view_act(struct app *app, enum action action)
     }
 }
 
-/* ---- passes ------------------------------------------------------------------------
- */
+/* ---- passes --------------------------------------------------------------------- */
 
 /* Tells the worker what is looked at now. */
 void view_job(const struct app *app, const struct picture *reference, struct job *job)
@@ -411,8 +409,7 @@ static void run(struct app *app)
     }
 }
 
-/* ---- start and end -----------------------------------------------------------------
- */
+/* ---- start and end -------------------------------------------------------------- */
 
 static bool prepare(struct app *app)
 {

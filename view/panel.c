@@ -7,8 +7,7 @@
 #include "app.h"
 #include "clock.h"
 
-/* ---- parameters --------------------------------------------------------------------
- */
+/* ---- parameters ----------------------------------------------------------------- */
 
 static double number_of(const struct app *app, const char *key)
 {
@@ -157,8 +156,7 @@ static void method_rows(struct app *app)
         choice_row(app, "distribution", "Light");
 }
 
-/* ---- the view ----------------------------------------------------------------------
- */
+/* ---- the view ------------------------------------------------------------------- */
 
 static void view_rows(struct app *app)
 {
@@ -241,8 +239,7 @@ void panel_build(struct app *app)
     ui_end(&app->ui);
 }
 
-/* ---- overlays ----------------------------------------------------------------------
- */
+/* ---- overlays ------------------------------------------------------------------- */
 
 #define GROUND 0x101014e6
 #define TEXT 0xecececff

@@ -14,8 +14,7 @@ void state_init(struct state *state, const struct settings *typed, double exposu
                             .zoom = {.scale = 1, .aspect = 1, .is_fitted = true}};
 }
 
-/* ---- parameters -------------------------------------------------------------------
- */
+/* ---- parameters ----------------------------------------------------------------- */
 
 static bool resolve(struct state *state, const struct settings *typed)
 {
@@ -109,8 +108,7 @@ double state_f_stop(const struct state *state)
     return lens->focal_length > 0 ? lens->focal_length / (2 * lens->lens_radius) : NAN;
 }
 
-/* ---- the view ---------------------------------------------------------------------
- */
+/* ---- the view ------------------------------------------------------------------- */
 
 void state_toggle_mode(struct state *state, enum view_mode mode)
 {

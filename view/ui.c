@@ -18,8 +18,7 @@
 #define FOCUS_COLOUR 0xffc14dff
 #define EDIT_COLOUR 0x101014ff
 
-/* ---- drawing ----------------------------------------------------------------------
- */
+/* ---- drawing -------------------------------------------------------------------- */
 
 static void add_quad(struct vertices *to, const float at[4], const float uv[4],
                      uint32_t rgba)
@@ -119,8 +118,7 @@ void ui_format(double value, char *text, size_t n_bytes)
         snprintf(text, n_bytes, "%.5g", value);
 }
 
-/* ---- frames -----------------------------------------------------------------------
- */
+/* ---- frames --------------------------------------------------------------------- */
 
 void ui_init(struct ui *ui, const struct font *font)
 {
@@ -219,8 +217,7 @@ bool ui_is_dragging(const struct ui *ui)
     return ui->active != 0;
 }
 
-/* ---- layout -----------------------------------------------------------------------
- */
+/* ---- layout --------------------------------------------------------------------- */
 
 void ui_columns(struct ui *ui, int n)
 {
@@ -266,8 +263,7 @@ void ui_readout(struct ui *ui, const char *label, const char *value)
     draw_label(ui, &value_area, ui->gap, value, TEXT_COLOUR);
 }
 
-/* ---- what all controls share -------------------------------------------------------
- */
+/* ---- what all controls share ---------------------------------------------------- */
 
 static uint32_t id_of(const char *label)
 {
@@ -326,8 +322,7 @@ static void draw_focus(struct ui *ui, uint32_t id, const struct area *area)
         draw_frame(ui, area, ui->font->size_px / 10 + 1, FOCUS_COLOUR);
 }
 
-/* ---- buttons and toggles -----------------------------------------------------------
- */
+/* ---- buttons and toggles -------------------------------------------------------- */
 
 static bool draw_button(struct ui *ui, const char *label, uint32_t colour)
 {
@@ -353,8 +348,7 @@ bool ui_toggle(struct ui *ui, const char *label, bool *value)
     return is_done;
 }
 
-/* ---- typing ------------------------------------------------------------------------
- */
+/* ---- typing --------------------------------------------------------------------- */
 
 static void begin_edit(struct ui *ui, const char *text)
 {
@@ -496,8 +490,7 @@ bool ui_text_field(struct ui *ui, const char *label, char *text, size_t n_bytes)
     return is_done;
 }
 
-/* ---- numbers -----------------------------------------------------------------------
- */
+/* ---- numbers -------------------------------------------------------------------- */
 
 static double position_of(const struct ui_number *n, double value)
 {
@@ -633,8 +626,7 @@ bool ui_number(struct ui *ui, const struct ui_number *number, double *value)
     return is_changed;
 }
 
-/* ---- choices -----------------------------------------------------------------------
- */
+/* ---- choices -------------------------------------------------------------------- */
 
 /* The list below the field, or above it where there is no room. */
 static struct area list_area(const struct ui *ui, const struct area *field, int n)

@@ -120,8 +120,7 @@ bool ui_toggle(struct ui *ui, const char *label, bool *value);
 bool ui_button(struct ui *ui, const char *label);
 bool ui_text_field(struct ui *ui, const char *label, char *text, size_t n_bytes);
 
-/* ---- for everything else that is drawn --------------------------------------------
- */
+/* ---- for everything else that is drawn ------------------------------------------ */
 
 void ui_draw_box(struct ui *ui, struct vertices *to, const struct area *area,
                  uint32_t rgba);

@@ -16,8 +16,7 @@
 #define PANEL_EMS 23
 #define USED_SHARE 0.9 /* of the display, by a new window */
 
-/* ---- layout ------------------------------------------------------------------------
- */
+/* ---- layout --------------------------------------------------------------------- */
 
 int view_panel_width(const struct app *app)
 {
@@ -74,8 +73,7 @@ void window_measure(struct app *app)
     app->is_redraw_due = true;
 }
 
-/* ---- opening -----------------------------------------------------------------------
- */
+/* ---- opening -------------------------------------------------------------------- */
 
 static bool load_font(struct app *app)
 {
@@ -180,8 +178,7 @@ void window_close(struct app *app)
     SDL_Quit();
 }
 
-/* ---- drawing -----------------------------------------------------------------------
- */
+/* ---- drawing -------------------------------------------------------------------- */
 
 static int clamp(double v, int low, int high)
 {

@@ -178,8 +178,7 @@ int pthread_create(pthread_t *thread, const pthread_attr_t *attributes,
     return real(thread, attributes, run, start);
 }
 
-/* ---- files --------------------------------------------------------------------------
- */
+/* ---- files ---------------------------------------------------------------------- */
 
 /* The function of the C library that has the name of the one it stands in. */
 #define REAL(type, ...)                                                                \

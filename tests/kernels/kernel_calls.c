@@ -90,8 +90,7 @@ struct rf_spread_sums *make_accumulator(struct workspace *w, int n_planes)
     return &w->acc;
 }
 
-/* ---- the kernels ------------------------------------------------------------------
- */
+/* ---- the kernels ---------------------------------------------------------------- */
 
 /* Depths of 0 and below, and beyond infinity, are among them. */
 static void call_radii(const struct rf_kernels *k, struct workspace *w, int variant)

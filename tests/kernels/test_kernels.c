@@ -18,8 +18,7 @@
 
 #include "kernel_calls.h"
 
-/* ---- the checks -------------------------------------------------------------------
- */
+/* ---- the checks ----------------------------------------------------------------- */
 
 static struct workspace first, other, noisy;
 
@@ -609,8 +608,7 @@ static void levels_are_found_by_name(void)
     CHECK(rf_kernels_find(NULL) != NULL);
 }
 
-/* ---- the benchmark ----------------------------------------------------------------
- */
+/* ---- the benchmark -------------------------------------------------------------- */
 
 static double cpu_ns(void)
 {
