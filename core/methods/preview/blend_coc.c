@@ -7,7 +7,7 @@
  *   G   the generator     c   the picture     r_p   radius of the pixel, px
  *   alpha   how far the pixel is out of focus; used by leak control only, see leak.c
  *
- * Source: ours; the thesis (literature.md, 3) has one strength of blur and mixes, a
+ * Source: ours; the thesis (docs/methods.md) has one strength of blur and mixes, a
  * level of detail chosen by the depth of the pixel is what it names as the way on.
  *
  * Approximates scattering by gathering: right where the radius hardly changes from

@@ -13,7 +13,7 @@
  *   k   --region-slope per scene unit, or 1 / focus distance where that is 0
  *   R   --blur-radius, or the radius of what lies at infinity where that is 0
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "focus-region alpha": two numbers, region size and slope (there alpha = 1 in focus).
  *
  * Depth comes from the radius, 1/z = (r - bias) / scale: where the largest radius cuts

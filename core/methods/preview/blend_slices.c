@@ -14,7 +14,7 @@
  * soft outlines over what is behind them. With --leave-focus-out all but the slice is
  * left out of its blurred picture.
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "slice planes", at chosen distances; even steps of the radius, which is linear in
  * 1/z, are ours. Its stencil, which marks what has been blurred, is m_i.
  *

@@ -10,7 +10,7 @@
  *   c   the pixels of a row or column       r   radius of the pixel, px
  *   W   width of the box, px                n   repeats, --box-repeats
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "convolution": per step add one value and drop one. The thesis blurs the whole
  * picture by one width; a width per pixel, for the blend coc, is ours and costs nothing
  * more with S kept. W, k whole pixels and a share f of the next one on each side, is

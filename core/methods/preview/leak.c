@@ -15,7 +15,7 @@
  *   alpha   0 in focus, 1 out of it, as the blend defines it    c   the picture
  *   G       the generator          r   radius of the copy, px   u   --leak-weight
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * leak control 1 (there the four are those of its four shifts), leak control 2, and
  * "leave the focused part out of the blurred picture".
  *

@@ -8,7 +8,7 @@
  *
  *   c   the pixel        r   its radius, px        F   --lowres-factor
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "low resolution": 128 x 128 of 1024 x 1024. There the small picture is rendered; here
  * it is averaged, which is the same picture with anti-aliasing. There is one strength
  * of blur; that smaller radii mix it with the sharp picture is ours (a keeps the mean

@@ -9,7 +9,7 @@
  *   r   radius of the pixel, px      T   width of the samples to show, px
  *   b   bias, --mipmap-bias: levels added
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "mipmap": a coarser level by a bias, magnified by the graphics card. T follows from
  * the mean square distance: a sample's square (T^2/12) and the bilinear tent (T^2/6)
  * make T^2/4 per axis, that of a disc of radius T; T = 1 is the sharp picture.

@@ -11,7 +11,7 @@
  * there, its value at a corner the mean of the four samples around. It is built once
  * per level, and a pixel costs what it costs in mipmap.
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "offset on mipmaps": one level, four diagonal shifts, average of the four. The mix of
  * two levels, which hides the steps of the blend coc, is ours, and so is the shift,
  * which the thesis leaves open. Mean square distance: T^2/4 of mipmap and T^2/4 of the

@@ -12,7 +12,7 @@
  * instead of g: that keeps the mean square distance, where g would blur small radii too
  * much.
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "offset": the same texture 4 or 8 times with equal weight. The pattern is open there;
  * a disc of points, and the shape of the aperture, are ours.
  *

@@ -17,7 +17,7 @@
  * k and k + 1 mixes the two averages, the second by (e^2 - k^2) / (2 k + 1), which
  * keeps the mean square distance as well.
  *
- * Source: master's thesis on depth of field in a surgical simulator (literature.md, 3),
+ * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "recursive offset": x, then +, alternating; 2 or 3 recursions. The lengths of the
  * shifts are ours.
  *
