@@ -31,9 +31,9 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "api/filter.h"
 #include "base/error.h"
 #include "base/math.h"
-#include "base/pool.h"
 #include "base/task.h"
 #include "compose/levels.h"
 #include "compose/scene.h"
@@ -60,7 +60,7 @@ static int hidden_reach(int r)
     return rf_min_int(5 * r + 16, HIDDEN_MOST);
 }
 
-static rf_result check_method(const struct rf_filter *f, struct rf_error *error)
+static rf_result check_method(const struct rf_frame *f, struct rf_error *error)
 {
     const struct rf_method_info *method = rf_method_find(f->params.method);
     if (!method->can_window)
@@ -83,7 +83,7 @@ static bool is_within(const struct rf_window *w, const struct rf_window *outer)
 }
 
 /* Is `window` within the picture, or within `outer` where that is not NULL? */
-static rf_result check_window(const struct rf_filter *f, const struct rf_window *window,
+static rf_result check_window(const struct rf_frame *f, const struct rf_window *window,
                               const struct rf_window *outer, const char *name,
                               struct rf_error *error)
 {
@@ -98,7 +98,7 @@ static rf_result check_window(const struct rf_filter *f, const struct rf_window 
                    outer ? "window given" : "picture");
 }
 
-static rf_result check_view(const struct rf_filter *f, const struct rf_view *view,
+static rf_result check_view(const struct rf_frame *f, const struct rf_view *view,
                             const struct rf_window *given, struct rf_error *error)
 {
     rf_result result = check_method(f, error);
@@ -115,32 +115,24 @@ static rf_result check_view(const struct rf_filter *f, const struct rf_view *vie
     return result;
 }
 
-/* The filter of the pixels of a window. */
-static struct rf_filter filter_of(const struct rf_filter *f,
-                                  const struct rf_window *given)
+/* The frame of the pixels of a window. */
+static struct rf_frame part_of(const struct rf_frame *f, const struct rf_window *given)
 {
-    struct rf_filter part = *f;
+    struct rf_frame part = *f;
     part.place = (struct rf_place){given->x, given->y, f->width, f->height};
     part.width = given->width;
     part.height = given->height;
     return part;
 }
 
-/* Loads the pixels of a window; work->memory is to be freed in any case. */
+/* Loads the pixels of a window as planes; rf_work_free() in any case. */
 static rf_result load(struct rf_work *work, const struct rf_view *views,
                       int64_t *n_known, struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
-    size_t n = (size_t)f->width * (size_t)f->height * (size_t)(work->n_planes + 1);
-    size_t n_views = (size_t)work->n_views;
-    work->memory = rf_alloc(f->context, n * n_views, sizeof *work->memory);
-    if (!work->memory)
-        return rf_fail_memory(error, n * n_views, sizeof *work->memory);
-    rf_result result = RF_OK;
-    for (size_t j = 0; j < n_views && result == RF_OK; j++)
-        result = rf_work_load(work, (int)j, &views[j], work->memory + n * j, n_known,
-                              NULL, NULL, error);
-    return result;
+    rf_result result = rf_work_load_depth(work, views, n_known, error);
+    if (result == RF_OK)
+        result = rf_work_load_light(work, views, error);
+    return result == RF_OK ? rf_work_unpack(work, error) : result;
 }
 
 rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view *view,
@@ -157,14 +149,14 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
     if (survey->size != sizeof *survey)
         return rf_fail(error, RF_ERROR_ARGUMENT, "size",
                        "set rf_survey.size to its sizeof");
-    rf_result result = check_view(filter, view, given, error);
+    rf_result result = check_view(&filter->frame, view, given, error);
     if (result == RF_OK)
-        result = check_window(filter, counted, given, "counted", error);
+        result = check_window(&filter->frame, counted, given, "counted", error);
     if (result != RF_OK)
         return result;
-    struct rf_filter part = filter_of(filter, given);
+    struct rf_frame part = part_of(&filter->frame, given);
     struct rf_work_view work_view = {.radius = NULL};
-    struct rf_work work = {.filter = &part,
+    struct rf_work work = {.frame = &part,
                            .n_planes = view->colour.channels,
                            .n_views = 1,
                            .views = &work_view};
@@ -182,12 +174,12 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
         memcpy(survey->lens_offset, view->lens_offset, sizeof survey->lens_offset);
         survey->shear_distance = view->shear_distance;
     }
-    rf_areas_free(&areas, filter->context);
-    rf_free(filter->context, work.memory);
+    rf_areas_free(&areas, part.context);
+    rf_work_free(&work);
     return result;
 }
 
-static rf_result check_survey(const struct rf_filter *f, const struct rf_survey *survey,
+static rf_result check_survey(const struct rf_frame *f, const struct rf_survey *survey,
                               struct rf_error *error)
 {
     if (!survey || survey->size != sizeof *survey)
@@ -202,7 +194,7 @@ static rf_result check_survey(const struct rf_filter *f, const struct rf_survey 
     return RF_OK;
 }
 
-static rf_result check_surveys(const struct rf_filter *f,
+static rf_result check_surveys(const struct rf_frame *f,
                                const struct rf_survey *surveys, int32_t n_views,
                                struct rf_error *error)
 {
@@ -225,7 +217,7 @@ static float largest_radius(const struct rf_survey *surveys, int n_views)
 }
 
 /* What one view needs around a window. */
-static struct rf_margin margin_of_one(const struct rf_filter *f, float largest)
+static struct rf_margin margin_of_one(const struct rf_frame *f, float largest)
 {
     double extent[2];
     rf_shape_extent(&f->shape, extent);
@@ -240,12 +232,12 @@ static struct rf_margin margin_of_one(const struct rf_filter *f, float largest)
                               .level = level};
 }
 
-static rf_result margin_of(const struct rf_filter *f, const struct rf_survey *surveys,
+static rf_result margin_of(const struct rf_frame *f, const struct rf_survey *surveys,
                            int n_views, struct rf_margin *margin,
                            struct rf_error *error)
 {
     struct rf_work_view places[RF_MAX_VIEWS] = {{.radius = NULL}};
-    struct rf_work work = {.filter = f,
+    struct rf_work work = {.frame = f,
                            .n_views = n_views,
                            .views = places,
                            .largest_radius = largest_radius(surveys, n_views)};
@@ -270,6 +262,29 @@ static int first_on_grid(int first, int border, int tile)
     return first <= 0 || at <= 0 ? 0 : at;
 }
 
+/* Which window must be given for `kept`, of surveys and a window that are in order. */
+static rf_result window_around(const struct rf_frame *f,
+                               const struct rf_survey *surveys, int n_views,
+                               const struct rf_window *kept, struct rf_window *given,
+                               struct rf_error *error)
+{
+    if (n_views == 1 && surveys->largest_radius < RF_SHARP_PX) {
+        *given = *kept;
+        return RF_OK;
+    }
+    struct rf_margin margin;
+    rf_result result = margin_of(f, surveys, n_views, &margin, error);
+    if (result != RF_OK)
+        return result;
+    int border = margin.border, px = margin.px, level = margin.level;
+    int x0 = first_on_grid(kept->x - px, border, RF_TILE_W << level);
+    int y0 = first_on_grid(kept->y - px, border, RF_TILE_H << level);
+    int x1 = rf_min_int(kept->x + kept->width + px, f->width);
+    int y1 = rf_min_int(kept->y + kept->height + px, f->height);
+    *given = (struct rf_window){x0, y0, x1 - x0, y1 - y0};
+    return RF_OK;
+}
+
 rf_result rf_filter_window(const struct rf_filter *filter,
                            const struct rf_survey *surveys, int32_t n_views,
                            const struct rf_window *kept, struct rf_window *given,
@@ -278,79 +293,74 @@ rf_result rf_filter_window(const struct rf_filter *filter,
     if (!filter || !given)
         return rf_fail(error, RF_ERROR_ARGUMENT, !filter ? "filter" : "given",
                        "a pointer is NULL");
-    rf_result result = check_method(filter, error);
+    const struct rf_frame *f = &filter->frame;
+    rf_result result = check_method(f, error);
     if (result == RF_OK)
-        result = check_surveys(filter, surveys, n_views, error);
+        result = check_surveys(f, surveys, n_views, error);
     if (result == RF_OK)
-        result = check_window(filter, kept, NULL, "kept", error);
-    if (result != RF_OK)
-        return result;
-    if (n_views == 1 && surveys->largest_radius < RF_SHARP_PX) {
-        *given = *kept;
-        return RF_OK;
-    }
-    struct rf_margin margin;
-    result = margin_of(filter, surveys, n_views, &margin, error);
-    if (result != RF_OK)
-        return result;
-    int border = margin.border, px = margin.px, level = margin.level;
-    int x0 = first_on_grid(kept->x - px, border, RF_TILE_W << level);
-    int y0 = first_on_grid(kept->y - px, border, RF_TILE_H << level);
-    int x1 = rf_min_int(kept->x + kept->width + px, filter->width);
-    int y1 = rf_min_int(kept->y + kept->height + px, filter->height);
-    *given = (struct rf_window){x0, y0, x1 - x0, y1 - y0};
-    return RF_OK;
+        result = check_window(f, kept, NULL, "kept", error);
+    return result == RF_OK ? window_around(f, surveys, n_views, kept, given, error)
+                           : result;
 }
 
 size_t rf_window_bytes(const struct rf_filter *filter, const struct rf_survey *surveys,
                        int32_t n_views, const struct rf_window *given)
 {
+    const struct rf_frame *f = &filter->frame;
     int border = 2 * rf_picture_border(largest_radius(surveys, n_views));
     size_t n_more = n_views > 1 ? (size_t)n_views : 0;
-    int width = given->width + (given->width < filter->width ? border / 2 : border);
-    int height = given->height + (given->height < filter->height ? border / 2 : border);
+    int width = given->width + (given->width < f->width ? border / 2 : border);
+    int height = given->height + (given->height < f->height ? border / 2 : border);
     return (size_t)width * (size_t)height *
                (RF_WINDOW_BYTES_PER_PIXEL + n_more * RF_WINDOW_BYTES_PER_VIEW) +
            RF_WINDOW_BYTES;
 }
 
+/* A window of a picture that is to be filtered. */
+struct job {
+    const struct rf_filter *filter;
+    const struct rf_survey *surveys;
+    const struct rf_view *views;
+    int n_views;
+    const struct rf_window *given, *kept;
+    const struct rf_image *out;
+};
+
 /* Are the views those that were surveyed, and all like the first? */
-static rf_result check_alike(const struct rf_survey *surveys,
-                             const struct rf_view *views, int n_views,
-                             struct rf_error *error)
+static rf_result check_alike(const struct job *job, struct rf_error *error)
 {
-    for (int j = 0; j < n_views; j++) {
-        const struct rf_view *view = &views[j];
-        if (view->colour.channels != views->colour.channels)
+    for (int j = 0; j < job->n_views; j++) {
+        const struct rf_view *view = &job->views[j];
+        const struct rf_survey *survey = &job->surveys[j];
+        int32_t n = view->colour.channels, n_first = job->views->colour.channels;
+        if (n != n_first)
             return rf_fail(error, RF_ERROR_ARGUMENT, "colour",
                            "view %d has %d channels and view 0 %d: give all the same",
-                           j, view->colour.channels, views->colour.channels);
-        if (view->lens_offset[0] != surveys[j].lens_offset[0] ||
-            view->lens_offset[1] != surveys[j].lens_offset[1] ||
-            view->shear_distance != surveys[j].shear_distance)
+                           j, n, n_first);
+        if (view->lens_offset[0] != survey->lens_offset[0] ||
+            view->lens_offset[1] != survey->lens_offset[1] ||
+            view->shear_distance != survey->shear_distance)
             return rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
                            "view %d was at another place when it was surveyed", j);
     }
     return RF_OK;
 }
 
-static rf_result check_process(const struct rf_filter *f,
-                               const struct rf_survey *surveys,
-                               const struct rf_view *views, int32_t n_views,
-                               const struct rf_window *given,
-                               const struct rf_window *kept, const struct rf_image *out,
-                               struct rf_error *error)
+static rf_result check_job(const struct job *job, struct rf_error *error)
 {
+    const struct rf_frame *f = &job->filter->frame;
+    const struct rf_window *given = job->given, *kept = job->kept;
     struct rf_window needed;
-    rf_result result = check_view(f, views, given, error);
+    rf_result result = check_view(f, job->views, given, error);
     if (result == RF_OK)
         result = check_window(f, kept, given, "kept", error);
     if (result == RF_OK)
-        result = rf_filter_window(f, surveys, n_views, kept, &needed, error);
-    for (int j = 1; j < n_views && result == RF_OK; j++)
-        result = check_view(f, &views[j], given, error);
+        result = rf_filter_window(job->filter, job->surveys, job->n_views, kept,
+                                  &needed, error);
+    for (int j = 1; j < job->n_views && result == RF_OK; j++)
+        result = check_view(f, &job->views[j], given, error);
     if (result == RF_OK)
-        result = check_alike(surveys, views, n_views, error);
+        result = check_alike(job, error);
     if (result != RF_OK)
         return result;
     if (memcmp(&needed, given, sizeof needed) != 0)
@@ -359,28 +369,26 @@ static rf_result check_process(const struct rf_filter *f,
                        "for %d x %d px from (%d, %d)",
                        given->width, given->height, given->x, given->y, needed.width,
                        needed.height, needed.x, needed.y);
-    result = rf_image_check(out, "out", kept->width, kept->height, error);
-    if (result == RF_OK && out->channels != views->colour.channels)
+    result = rf_image_check(job->out, "out", kept->width, kept->height, error);
+    if (result == RF_OK && job->out->channels != job->views->colour.channels)
         result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
                          "out has %d channels and colour %d: give both the same",
-                         out->channels, views->colour.channels);
+                         job->out->channels, job->views->colour.channels);
     return result;
 }
 
-static rf_result run(struct rf_work *work, const struct rf_view *views,
-                     const struct rf_window *given, const struct rf_window *kept,
-                     const struct rf_image *out, struct rf_error *error)
+static rf_result run(const struct job *job, struct rf_work *work,
+                     struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
+    const struct rf_frame *f = work->frame;
+    const struct rf_window *given = job->given, *kept = job->kept;
     int x = kept->x - given->x, y = kept->y - given->y;
     if (work->n_views == 1 && work->largest_radius < RF_SHARP_PX) {
-        struct rf_image from = views->colour;
-        from.data = (void *)rf_image_at(&views->colour, x, y, 0);
-        rf_image_copy(&from, out);
+        struct rf_image from = job->views->colour;
+        from.data = (void *)rf_image_at(&job->views->colour, x, y, 0);
+        rf_image_copy(&from, job->out);
         return RF_OK;
     }
-    memcpy(work->colour, work->views[0].colour, sizeof work->colour);
-    work->radius = work->views[0].radius;
     rf_result result = rf_views_run(work, error); /* of one view: the method layered */
     if (result == RF_OK && rf_task_is_cancelled(work->task))
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
@@ -389,8 +397,31 @@ static rf_result run(struct rf_work *work, const struct rf_view *views,
     float *planes[4] = {NULL};
     for (int p = 0; p < work->n_planes; p++)
         planes[p] = work->colour[p] + (size_t)y * work->stride + (size_t)x;
-    rf_frame_store(f->context, &f->params, planes, work->stride, out);
+    rf_frame_store(f->context, &f->params, planes, work->stride, job->out);
     return RF_OK;
+}
+
+/* Loads and filters the window, of arguments that are in order. */
+static rf_result process(const struct job *job, struct rf_task *task,
+                         struct rf_error *error)
+{
+    struct rf_frame part = part_of(&job->filter->frame, job->given);
+    struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
+    for (int j = 0; j < job->n_views; j++)
+        work_views[j].survey = &job->surveys[j];
+    struct rf_work work = {.frame = &part,
+                           .n_planes = job->views->colour.channels,
+                           .n_views = job->n_views,
+                           .views = work_views,
+                           .stride = (size_t)job->given->width,
+                           .largest_radius = largest_radius(job->surveys, job->n_views),
+                           .task = task};
+    int64_t n_known;
+    rf_result result = load(&work, job->views, &n_known, error);
+    if (result == RF_OK)
+        result = run(job, &work, error);
+    rf_work_free(&work);
+    return result;
 }
 
 rf_result
@@ -406,30 +437,15 @@ rf_filter_process_window(const struct rf_filter *filter,
                        : !views ? "views"
                                 : "out",
                        "a pointer is NULL");
-    rf_result result =
-        check_process(filter, surveys, views, n_views, given, kept, out, error);
+    const struct job job = {filter, surveys, views, n_views, given, kept, out};
+    rf_result result = check_job(&job, error);
     if (result != RF_OK)
         return result;
     struct rf_task task;
     rf_task_begin(&task, progress);
     if (rf_task_is_cancelled(&task))
         return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
-    struct rf_filter part = filter_of(filter, given);
-    struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
-    for (int j = 0; j < n_views; j++)
-        work_views[j].survey = &surveys[j];
-    struct rf_work work = {.filter = &part,
-                           .n_planes = views->colour.channels,
-                           .n_views = n_views,
-                           .views = work_views,
-                           .stride = (size_t)given->width,
-                           .largest_radius = largest_radius(surveys, n_views),
-                           .task = &task};
-    int64_t n_known;
-    result = load(&work, views, &n_known, error);
-    if (result == RF_OK)
-        result = run(&work, views, given, kept, out, error);
-    rf_free(filter->context, work.memory);
+    result = process(&job, &task, error);
     if (result == RF_OK)
         rf_task_end(&task);
     return result;

@@ -212,9 +212,9 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
     struct rf_crop crop = {
         .x = scene->x0,
         .y = scene->y0,
-        .width = work->filter->width,
-        .height = work->filter->height,
-        .stride = work->filter->width,
+        .width = work->frame->width,
+        .height = work->frame->height,
+        .stride = work->frame->width,
     };
     if (scene->sum) {
         crop.weight = scene->weight;
@@ -226,7 +226,6 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
     if (work->out) {
         crop.rgba = (float *)rf_image_at(work->out, 0, 0, 0);
         crop.stride = work->out->row_bytes / (ptrdiff_t)sizeof(float);
-        work->is_stored = true;
         return crop;
     }
     if (!work->colour[0]) {
@@ -351,19 +350,19 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
 {
     scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
     bool gives_canvas = !work->colour[0] && !work->out && !scene->sum;
-    const struct rf_filter *filter = scene->filter;
+    const struct rf_frame *frame = scene->frame;
     struct rf_composer c = {.scene = scene,
-                            .context = filter->context,
-                            .kernels = filter->context->kernels,
-                            .n_threads = filter->context->n_threads,
-                            .canvas = {.n_cells = filter->params.sub_apertures,
+                            .context = frame->context,
+                            .kernels = frame->context->kernels,
+                            .n_threads = frame->context->n_threads,
+                            .canvas = {.n_cells = frame->params.sub_apertures,
                                        .n_planes = scene->n_colours + 1,
                                        .is_planar = gives_canvas}};
     double from = scene->task->to;
     double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
-    c.split = rf_level_split(&filter->shape);
+    c.split = rf_level_split(&frame->shape);
     struct rf_footprints own;
-    struct rf_footprint_use use = {&filter->shape, scene->drift, c.canvas.n_cells,
+    struct rf_footprint_use use = {&frame->shape, scene->drift, c.canvas.n_cells,
                                    c.split + 1, scene->n_phases};
     rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
     if (result == RF_OK) {
@@ -391,7 +390,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     if (result == RF_OK)
         result = rf_add_highlights(scene, &crop, error);
     if (gives_canvas) {
-        work->memory = c.canvas.sum;
+        work->planes = c.canvas.sum;
         c.canvas.sum = NULL;
     }
     rf_free(c.context, c.gaps);

@@ -161,7 +161,7 @@ rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
                           rf_row_fn row, void *user, struct rf_sample **memory,
                           struct rf_error *error)
 {
-    const struct rf_context *context = scene->filter->context;
+    const struct rf_context *context = scene->frame->context;
     struct rf_task *task = scene->task;
     size_t *start = rf_alloc(context, 2 * (size_t)n_rows + 1, sizeof *start);
     if (!start)

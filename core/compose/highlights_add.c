@@ -237,7 +237,7 @@ static bool cast_blocks(const struct highlights *h, const struct blockers *view,
                         struct rf_shadows *m, int bx, int end, int by)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
-    const struct rf_kernels *kernels = h->scene->filter->context->kernels;
+    const struct rf_kernels *kernels = h->scene->frame->context->kernels;
     int x1 = rf_min_int(end * BLOCK, s->width);
     int y1 = rf_min_int((by + 1) * BLOCK, s->height);
     bool is_found = false;
@@ -516,12 +516,12 @@ static rf_result run_batch(struct highlights *h, size_t from, size_t to,
                            struct rf_error *error)
 {
     const struct rf_scene *scene = h->scene;
-    int n_threads = scene->filter->context->n_threads;
+    int n_threads = scene->frame->context->n_threads;
     int n_bands = (scene->height + BAND_ROWS - 1) / BAND_ROWS;
     size_t n = 0;
     for (size_t i = from; i < to; i++)
         n += mask_size(h, &h->shades[i]);
-    float *memory = rf_alloc(scene->filter->context, n, sizeof *memory);
+    float *memory = rf_alloc(scene->frame->context, n, sizeof *memory);
     if (!memory)
         return rf_fail_memory(error, n, sizeof *memory);
     n = 0;
@@ -541,14 +541,14 @@ static rf_result run_batch(struct highlights *h, size_t from, size_t to,
             add_band(h, from, to, band);
             rf_task_step(scene->task);
         }
-    rf_free(scene->filter->context, memory);
+    rf_free(scene->frame->context, memory);
     return RF_OK;
 }
 
 static rf_result build_footprints(struct highlights *h, double progress_to,
                                   struct rf_error *error)
 {
-    const struct rf_context *context = h->scene->filter->context;
+    const struct rf_context *context = h->scene->frame->context;
     struct rf_footprints *f = h->footprints;
     size_t n_slots = rf_footprint_count(f);
     unsigned char *needed = rf_calloc(context, n_slots, 1);
@@ -601,7 +601,7 @@ static void set_layers_behind(struct highlights *h, float *nearest)
 /* Memory of the layers: nearest radii of blocks, a row of shares, radii not at hand. */
 static rf_result set_layers(struct highlights *h, struct rf_error *error)
 {
-    const struct rf_context *context = h->scene->filter->context;
+    const struct rf_context *context = h->scene->frame->context;
     size_t n_views = (size_t)h->scene->n_views;
     size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y * n_views;
     bool has_radii = h->scene->occluders->radius != NULL;
@@ -624,7 +624,7 @@ static rf_result build_layers(struct highlights *h, struct rf_error *error)
     rf_result result = set_layers(h, error);
     if (result != RF_OK)
         return result;
-#pragma omp parallel for num_threads(h->scene->filter->context->n_threads)             \
+#pragma omp parallel for num_threads(h->scene->frame->context->n_threads)             \
     schedule(dynamic, 4)
     for (int i = 0; i < h->n_layers * h->n_y; i++)
         build_blocks(h, &h->layers[i / h->n_y], i % h->n_y);
@@ -667,8 +667,8 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     const struct rf_samples *samples = &scene->highlights;
     if (samples->n == 0)
         return RF_OK;
-    const struct rf_context *context = scene->filter->context;
-    const struct rf_shape *shape = &scene->filter->shape;
+    const struct rf_context *context = scene->frame->context;
+    const struct rf_shape *shape = &scene->frame->shape;
     struct highlights h = {.scene = scene,
                            .out = out,
                            .samples = samples,

@@ -74,7 +74,7 @@ static void collect_light(struct rf_picture *l, int x, int y, void *user)
 static rf_result collect_lights(struct rf_picture *l, const struct lights *all,
                                 size_t *start, struct rf_error *error)
 {
-    const struct rf_context *context = l->filter->context;
+    const struct rf_context *context = l->frame->context;
     start[0] = 0;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
     for (int y = 0; y < l->height; y++) {
@@ -109,7 +109,7 @@ struct tally {
 static void count_light(struct rf_picture *l, int x, int y, void *user)
 {
     struct tally *tally = user;
-    const struct rf_filter *f = l->filter;
+    const struct rf_frame *f = l->frame;
     x -= l->x0;
     y -= l->y0;
     if (x >= 0 && x < f->width)
@@ -121,7 +121,7 @@ static void count_light(struct rf_picture *l, int x, int y, void *user)
 static struct rf_survey survey_lights(struct rf_picture *l,
                                       const struct rf_work_view *view, int n_planes)
 {
-    const struct rf_filter *f = l->filter;
+    const struct rf_frame *f = l->frame;
     struct rf_survey all = {.n_pixels = (double)f->width * f->height};
 #pragma omp parallel num_threads(f->context->n_threads)
     {
@@ -140,7 +140,7 @@ rf_result rf_picture_take_highlights(struct rf_picture *l,
                                      const struct rf_work_view *view, int n_planes,
                                      struct rf_error *error)
 {
-    const struct rf_filter *f = l->filter;
+    const struct rf_frame *f = l->frame;
     size_t n_rows = (size_t)l->height;
     size_t *start = rf_alloc(f->context, n_rows + 1, sizeof *start);
     if (!start)

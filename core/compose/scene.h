@@ -71,7 +71,7 @@ struct rf_occluders {
 };
 
 struct rf_scene {
-    const struct rf_filter *filter;
+    const struct rf_frame *frame;
     int width, height; /* with the border */
     int x0, y0;        /* where the picture begins within it */
     int n_colours;     /* 3 or 4: set by rf_composite_crop() */

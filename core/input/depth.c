@@ -208,13 +208,13 @@ static rf_result report(const struct depth_map *map, const struct rf_image *dept
     return RF_OK;
 }
 
-rf_result rf_depth_to_radius(const struct rf_filter *filter,
-                             const struct rf_image *depth, float *radius, float *planar,
-                             int64_t *n_known, float *largest, struct rf_error *error)
+rf_result rf_depth_to_radius(const struct rf_frame *frame, const struct rf_image *depth,
+                             float *radius, float *planar, int64_t *n_known,
+                             float *largest, struct rf_error *error)
 {
-    const struct rf_context *context = filter->context;
-    struct depth_map map = {&filter->params, &filter->lens, filter->place.x,
-                            filter->place.y};
+    const struct rf_context *context = frame->context;
+    struct depth_map map = {&frame->params, &frame->lens, frame->place.x,
+                            frame->place.y};
     int width = depth->width, height = depth->height;
     struct row_tally *rows = rf_calloc(context, (size_t)height, sizeof *rows);
     if (!rows)

@@ -14,9 +14,9 @@
  * how many depths are not infinite by a 0 alone; with NULL none at all is an error.
  * `largest` (or NULL) receives the greatest magnitude of a radius.
  */
-rf_result rf_depth_to_radius(const struct rf_filter *filter,
-                             const struct rf_image *depth, float *radius, float *planar,
-                             int64_t *n_known, float *largest, struct rf_error *error);
+rf_result rf_depth_to_radius(const struct rf_frame *frame, const struct rf_image *depth,
+                             float *radius, float *planar, int64_t *n_known,
+                             float *largest, struct rf_error *error);
 
 /* RF_ERROR_DEPTH: all is infinite by a 0 alone, as in a channel without any depth. */
 rf_result rf_fail_empty_depth(struct rf_error *error);

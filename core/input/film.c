@@ -40,7 +40,7 @@ static float least_alpha(enum rf_film_depth choice)
 }
 
 /* Radius of the nearest pixel that was hit, or r_nothing. */
-static float radius_around(const struct rf_filter *f, const float *radius, int x, int y,
+static float radius_around(const struct rf_frame *f, const float *radius, int x, int y,
                            float r_nothing)
 {
     float found = r_nothing;
@@ -59,54 +59,57 @@ static float radius_around(const struct rf_filter *f, const float *radius, int x
     return found;
 }
 
-bool rf_film_is_missing(const struct rf_filter *filter, const float *alpha,
-                        const float *radius, int n)
+/* Is a pixel of row y partly transparent, as `least` says, and without depth? */
+static bool is_missing_in(const struct rf_frame *frame, struct rf_alphas alpha,
+                          const float *radius, int y, float least)
 {
-    enum rf_film_depth choice = (enum rf_film_depth)filter->params.film_depth;
-    if (choice == RF_FILM_DEPTH_KEEP)
-        return false;
-    float least = least_alpha(choice);
-    float r_nothing = (float)rf_lens_radius_px(&filter->lens, INFINITY);
-    int n_missing = 0;
-    for (int i = 0; i < n; i++)
-        n_missing +=
-            (alpha[i] > least) & (alpha[i] < OPAQUE) & (radius[i] == r_nothing);
+    const float *a = alpha.at + (ptrdiff_t)y * alpha.row;
+    const float *r = radius + (size_t)frame->width * (size_t)y;
+    float r_nothing = (float)rf_lens_radius_px(&frame->lens, INFINITY);
+    int n_nothing = 0, n_missing = 0;
+    for (int i = 0; i < frame->width; i++)
+        n_nothing += r[i] == r_nothing;
+    for (int i = 0; i < frame->width && n_nothing > 0; i++)
+        n_missing += (a[i * alpha.pixel] > least) & (a[i * alpha.pixel] < OPAQUE) &
+                     (r[i] == r_nothing);
     return n_missing > 0;
 }
 
-rf_result rf_film_fill(const struct rf_filter *filter, const float *alpha,
+static bool is_missing(const struct rf_frame *frame, struct rf_alphas alpha,
+                       const float *radius, float least)
+{
+    bool is_any = false;
+#pragma omp parallel for num_threads(frame->context->n_threads) schedule(static)       \
+    reduction(||                                                                       \
+              : is_any)
+    for (int y = 0; y < frame->height; y++)
+        is_any = is_missing_in(frame, alpha, radius, y, least) || is_any;
+    return is_any;
+}
+
+rf_result rf_film_fill(const struct rf_frame *frame, struct rf_alphas alpha,
                        float *radius, bool *is_changed, struct rf_error *error)
 {
-    enum rf_film_depth choice = (enum rf_film_depth)filter->params.film_depth;
-    if (choice == RF_FILM_DEPTH_KEEP)
-        return RF_OK;
-    size_t width = (size_t)filter->width, n = width * (size_t)filter->height;
+    enum rf_film_depth choice = (enum rf_film_depth)frame->params.film_depth;
     float least = least_alpha(choice);
-    float r_nothing = (float)rf_lens_radius_px(&filter->lens, INFINITY);
-    bool is_missing = false;
-#pragma omp parallel for num_threads(filter->context->n_threads)                       \
-    reduction(||                                                                       \
-              : is_missing)
-    for (int y = 0; y < filter->height; y++)
-        is_missing = rf_film_is_missing(filter, alpha + width * (size_t)y,
-                                        radius + width * (size_t)y, filter->width) ||
-                     is_missing;
-    if (!is_missing)
+    if (choice == RF_FILM_DEPTH_KEEP || !is_missing(frame, alpha, radius, least))
         return RF_OK;
-    float *filled = rf_alloc(filter->context, n, sizeof *filled);
+    size_t width = (size_t)frame->width, n = width * (size_t)frame->height;
+    float r_nothing = (float)rf_lens_radius_px(&frame->lens, INFINITY);
+    float *filled = rf_alloc(frame->context, n, sizeof *filled);
     if (!filled)
         return rf_fail_memory(error, n, sizeof *filled);
-#pragma omp parallel for num_threads(filter->context->n_threads) schedule(static)
-    for (int y = 0; y < filter->height; y++)
-        for (int x = 0; x < filter->width; x++) {
-            size_t i = (size_t)y * (size_t)filter->width + (size_t)x;
-            bool is_filled =
-                alpha[i] > least && alpha[i] < OPAQUE && radius[i] == r_nothing;
+#pragma omp parallel for num_threads(frame->context->n_threads) schedule(static)
+    for (int y = 0; y < frame->height; y++)
+        for (int x = 0; x < frame->width; x++) {
+            size_t i = (size_t)y * width + (size_t)x;
+            float a = alpha.at[(ptrdiff_t)y * alpha.row + x * alpha.pixel];
+            bool is_filled = a > least && a < OPAQUE && radius[i] == r_nothing;
             filled[i] =
-                is_filled ? radius_around(filter, radius, x, y, r_nothing) : radius[i];
+                is_filled ? radius_around(frame, radius, x, y, r_nothing) : radius[i];
         }
     memcpy(radius, filled, n * sizeof *radius);
     *is_changed = true;
-    rf_free(filter->context, filled);
+    rf_free(frame->context, filled);
     return RF_OK;
 }

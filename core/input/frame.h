@@ -14,14 +14,18 @@ struct rf_place {
     int x, y, whole_width, whole_height; /* px */
 };
 
-struct rf_filter {
+/*
+ * The pixels at hand of a picture, and how they are filtered: those of a filter, of a
+ * window of it, of its picture at a reduced size, or through a part of its lens.
+ */
+struct rf_frame {
     const struct rf_context *context;
     struct rf_params params;
     struct rf_lens lens;
     struct rf_shape shape;
     int width, height; /* of the pixels at hand */
     struct rf_place place;
-    struct rf_bokeh *bokeh; /* NULL until one is set */
+    const struct rf_bokeh *bokeh; /* of the distribution image; NULL: none */
 };
 
 #endif

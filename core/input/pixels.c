@@ -87,13 +87,14 @@ static bool has_gamma(const struct rf_params *params, int plane)
     return params->blend_gamma != 1 && plane < 3;
 }
 
+/* Row y of a view to planes (NULL: only checks); how many values cannot be summed. */
 static int64_t load_row(const struct rf_params *params, const struct rf_image *colour,
-                        int y, float *planes[4], int *bad_x)
+                        int y, float *const planes[4], int *bad_x)
 {
     int64_t n_bad = 0;
     double power = 1 / params->blend_gamma;
     for (int c = 0; c < colour->channels; c++) {
-        float *row = planes[c] + (size_t)y * (size_t)colour->width;
+        float *row = planes ? planes[c] + (size_t)y * (size_t)colour->width : NULL;
         for (int x = 0; x < colour->width; x++) {
             float v = *rf_image_at(colour, x, y, c);
             if (has_gamma(params, c))
@@ -103,7 +104,8 @@ static int64_t load_row(const struct rf_params *params, const struct rf_image *c
                     *bad_x = x;
                 v = 0;
             }
-            row[x] = v;
+            if (row)
+                row[x] = v;
         }
     }
     return n_bad;
@@ -151,43 +153,68 @@ bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colo
     return is_good;
 }
 
-rf_result rf_frame_load(const struct rf_context *context,
-                        const struct rf_params *params, const struct rf_image *colour,
-                        const struct rf_place *place, float *planes[4],
-                        struct rf_error *error)
+/* Values that cannot be summed: how many, and the first pixel that has one. */
+struct bad_values {
+    int64_t n;
+    int x, y;
+};
+
+static void count_bad(struct bad_values *bad, int64_t n, int x, int y)
 {
-    int height = colour->height, first_x = 0, first_y = -1;
-    int64_t n_bad = 0;
+    if (n == 0)
+        return;
+#pragma omp critical
+    {
+        if (bad->n == 0 || y < bad->y) {
+            bad->y = y;
+            bad->x = x;
+        }
+        bad->n += n;
+    }
+}
+
+static rf_result fail_bad(const struct bad_values *bad, const struct rf_frame *frame,
+                          struct rf_error *error)
+{
+    return rf_fail(error, RF_ERROR_PIXEL, "colour",
+                   "%lld colour value%s NaN or infinite%s, the first at pixel "
+                   "(%d, %d): repair the render, the blur would spread them",
+                   (long long)bad->n, bad->n == 1 ? " is" : "s are",
+                   frame->params.blend_gamma == 1 ? "" : " in the blend gamma",
+                   bad->x + frame->place.x, bad->y + frame->place.y);
+}
+
+rf_result rf_frame_load(const struct rf_frame *frame, const struct rf_image *colour,
+                        float *const planes[4], struct rf_error *error)
+{
+    const struct rf_context *context = frame->context;
+    struct bad_values bad = {0};
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
-    for (int y = 0; y < height; y++) {
+    for (int y = 0; y < colour->height; y++) {
         int bad_x = 0;
         float *rows[4];
         for (int c = 0; c < colour->channels; c++)
             rows[c] = planes[c] + (size_t)y * (size_t)colour->width;
-        if (rf_image_is_plain(params, colour) &&
+        if (rf_image_is_plain(&frame->params, colour) &&
             context->kernels->unpack(rf_image_at(colour, 0, y, 0), colour->width, rows))
             continue;
-        int64_t n = load_row(params, colour, y, planes, &bad_x);
-        if (n) {
-#pragma omp critical
-            {
-                n_bad += n;
-                if (first_y < 0 || y < first_y) {
-                    first_y = y;
-                    first_x = bad_x;
-                }
-            }
-        }
+        int64_t n = load_row(&frame->params, colour, y, planes, &bad_x);
+        count_bad(&bad, n, bad_x, y);
     }
-    if (n_bad)
-        return rf_fail(error, RF_ERROR_PIXEL, "colour",
-                       "%lld colour value%s NaN or infinite%s, the first at pixel "
-                       "(%d, %d): repair the render, the blur would spread them",
-                       (long long)n_bad, n_bad == 1 ? " is" : "s are",
-                       params->blend_gamma == 1 ? "" : " in the blend gamma",
-                       first_x + (place ? place->x : 0),
-                       first_y + (place ? place->y : 0));
-    return RF_OK;
+    return bad.n ? fail_bad(&bad, frame, error) : RF_OK;
+}
+
+rf_result rf_frame_check(const struct rf_frame *frame, const struct rf_image *colour,
+                         struct rf_error *error)
+{
+    struct bad_values bad = {0};
+#pragma omp parallel for num_threads(frame->context->n_threads) schedule(static)
+    for (int y = 0; y < colour->height; y++) {
+        int bad_x = 0;
+        int64_t n = load_row(&frame->params, colour, y, NULL, &bad_x);
+        count_bad(&bad, n, bad_x, y);
+    }
+    return bad.n ? fail_bad(&bad, frame, error) : RF_OK;
 }
 
 void rf_frame_store(const struct rf_context *context, const struct rf_params *params,

@@ -27,13 +27,17 @@ bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *im
 
 /*
  * The colour of a view, unpacked to planes of width x height in the space in which
- * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four. `place`
- * is for errors; NULL: that of a whole picture.
+ * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four.
  */
-rf_result rf_frame_load(const struct rf_context *context,
-                        const struct rf_params *params, const struct rf_image *colour,
-                        const struct rf_place *place, float *planes[4],
-                        struct rf_error *error);
+rf_result rf_frame_load(const struct rf_frame *frame, const struct rf_image *colour,
+                        float *const planes[4], struct rf_error *error);
+
+/*
+ * The same checks, and nothing loaded: RF_ERROR_PIXEL where a value is not finite, or
+ * not in the blend gamma.
+ */
+rf_result rf_frame_check(const struct rf_frame *frame, const struct rf_image *colour,
+                         struct rf_error *error);
 
 /* One value of light in the space in which light is summed. */
 float rf_to_blend_space(const struct rf_params *params, float v);

@@ -42,7 +42,7 @@ void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
 }
 
 /* Without sign, floats are in the order of their bits. */
-static float largest_of(const struct rf_filter *f, const float *radius)
+static float largest_of(const struct rf_frame *f, const float *radius)
 {
     size_t n = (size_t)f->width * (size_t)f->height;
     int32_t most = 0;
@@ -60,48 +60,120 @@ static float largest_of(const struct rf_filter *f, const float *radius)
     return largest;
 }
 
-rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
-                       float *memory, int64_t *n_known, const struct rf_image *out,
-                       bool *is_copied, struct rf_error *error)
+rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
+                             int64_t *n_known, struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
-    struct rf_work_view *w = &work->views[j];
-    size_t n = (size_t)f->width * (size_t)f->height;
-    for (int c = 0; c < work->n_planes; c++)
-        w->colour[c] = memory + n * (size_t)(c + 1);
-    float largest;
-    rf_result result =
-        rf_depth_to_radius(f, &view->depth, memory, NULL, n_known, &largest, error);
-    if (result != RF_OK)
-        return result;
-    if (out && work->n_views == 1 && largest < RF_SHARP_PX &&
-        rf_frame_copy(f->context, &view->colour, out)) {
-        *is_copied = true;
-        return RF_OK;
+    const struct rf_frame *f = work->frame;
+    size_t n = (size_t)f->width * (size_t)f->height, n_views = (size_t)work->n_views;
+    work->memory = rf_alloc(f->context, n * n_views, sizeof *work->memory);
+    if (!work->memory)
+        return rf_fail_memory(error, n * n_views, sizeof *work->memory);
+    for (size_t j = 0; j < n_views; j++) {
+        struct rf_work_view *w = &work->views[j];
+        const struct rf_view *view = &views[j];
+        float *radius = work->memory + n * j;
+        rf_result result = rf_depth_to_radius(f, &view->depth, radius, NULL, n_known,
+                                              &w->largest_radius, error);
+        if (result != RF_OK)
+            return result;
+        w->radius = radius;
+        rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
     }
-    result = rf_frame_load(f->context, &f->params, &view->colour, &f->place, w->colour,
-                           error);
-    if (result != RF_OK)
-        return result;
+    work->radius = work->memory;
+    return RF_OK;
+}
+
+bool rf_work_is_sharp(const struct rf_work *work)
+{
+    return work->n_views == 1 && work->views->largest_radius < RF_SHARP_PX;
+}
+
+/* What is partly transparent and has no depth. */
+static rf_result fill_film(struct rf_work *work, int j, struct rf_error *error)
+{
+    const struct rf_frame *f = work->frame;
+    struct rf_work_view *w = &work->views[j];
+    float *radius = work->memory + (size_t)f->width * (size_t)f->height * (size_t)j;
+    struct rf_alphas alpha = {w->colour[3], 1, f->width};
+    if (w->image)
+        alpha = (struct rf_alphas){rf_image_at(w->image, 0, 0, 3), 4,
+                                   w->image->row_bytes / (ptrdiff_t)sizeof(float)};
     bool is_filled = false;
-    if (work->n_planes == 4)
-        result = rf_film_fill(f, w->colour[3], memory, &is_filled, error);
+    rf_result result = rf_film_fill(f, alpha, radius, &is_filled, error);
     if (is_filled)
-        largest = largest_of(f, memory);
-    w->radius = memory;
-    rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
-    work->largest_radius = rf_max_float(largest, work->largest_radius);
+        w->largest_radius = largest_of(f, radius);
     return result;
+}
+
+/* Room for the planes of views that have none, and their pixels there. */
+static rf_result load_planes(struct rf_work *work, const struct rf_image *images[],
+                             struct rf_error *error)
+{
+    const struct rf_frame *f = work->frame;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    size_t n_all = n * (size_t)work->n_planes * (size_t)work->n_views;
+    float *at = work->planes = rf_alloc(f->context, n_all, sizeof *work->planes);
+    if (!at)
+        return rf_fail_memory(error, n_all, sizeof *work->planes);
+    for (int j = 0; j < work->n_views; j++) {
+        struct rf_work_view *w = &work->views[j];
+        for (int c = 0; c < work->n_planes; c++, at += n)
+            w->colour[c] = at;
+        w->image = NULL;
+        rf_result result = rf_frame_load(f, images[j], w->colour, error);
+        if (result != RF_OK)
+            return result;
+    }
+    memcpy(work->colour, work->views->colour, sizeof work->colour);
+    return RF_OK;
+}
+
+rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
+                             struct rf_error *error)
+{
+    const struct rf_image *images[RF_MAX_VIEWS];
+    bool is_plain = true;
+    for (int j = 0; j < work->n_views; j++) {
+        images[j] = &views[j].colour;
+        is_plain &= rf_image_is_plain(&work->frame->params, images[j]);
+    }
+    rf_result result = is_plain ? RF_OK : load_planes(work, images, error);
+    for (int j = 0; j < work->n_views && result == RF_OK; j++) {
+        struct rf_work_view *w = &work->views[j];
+        if (is_plain)
+            w->image = images[j];
+        if (work->n_planes == 4)
+            result = fill_film(work, j, error);
+        work->largest_radius = rf_max_float(w->largest_radius, work->largest_radius);
+    }
+    return result;
+}
+
+rf_result rf_work_unpack(struct rf_work *work, struct rf_error *error)
+{
+    const struct rf_image *images[RF_MAX_VIEWS];
+    if (!work->views->image)
+        return RF_OK;
+    for (int j = 0; j < work->n_views; j++)
+        images[j] = work->views[j].image;
+    return load_planes(work, images, error);
 }
 
 void rf_work_drop_views(struct rf_work *work)
 {
     if (!work->memory)
         return;
-    rf_free(work->filter->context, work->memory);
-    work->memory = NULL;
+    rf_work_free(work);
     memset(work->colour, 0, sizeof work->colour);
     work->radius = NULL;
+}
+
+void rf_work_free(struct rf_work *work)
+{
+    rf_free(work->frame->context, work->memory);
+    rf_free(work->frame->context, work->planes);
+    work->memory = NULL;
+    work->planes = NULL;
 }
 
 rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error)

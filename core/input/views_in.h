@@ -11,12 +11,15 @@
 #include "input/frame.h"
 #include "rackfocus/rackfocus.h"
 
-/* One view, in the blend space. */
+/*
+ * One view. Its colours lie in planes in the blend space, or are plain pixels of the
+ * caller whose rows are read where they are needed.
+ */
 struct rf_work_view {
-    float *colour[4];
-    /* Instead of colours: plain pixels, whose rows are read where they are needed. */
-    const struct rf_image *image;
-    const float *radius;
+    const struct rf_image *image; /* plain pixels; NULL: planes */
+    float *colour[4];             /* planes, width x height, packed */
+    const float *radius;          /* signed, likewise */
+    float largest_radius;         /* of them, without sign */
     float lens[2]; /* where on the unit lens it was taken, u right and v up */
     /*
      * A point of radius r lies at (x, y) + (u, -v) (shift_scale r + shift_bias) in the
@@ -26,6 +29,28 @@ struct rf_work_view {
     const struct rf_survey *survey; /* of the whole picture; NULL: it is at hand */
 };
 
+/*
+ * What a method gets, and leaves. It reads the views row by row where they are plain
+ * pixels, or asks for all of them as planes with rf_work_unpack(), and takes what it
+ * needs before rf_work_drop_views(). The result goes to `out`, where that is given and
+ * the method can write plain pixels, or to the planes `colour`.
+ */
+struct rf_work {
+    const struct rf_frame *frame;
+    int n_planes; /* 1, 3 or 4; the fourth is alpha */
+    int n_views;
+    struct rf_work_view *views;
+    const float *radius;  /* of views[0] */
+    float largest_radius; /* of all views, without sign */
+    /* Plain pixels of the caller for the result; NULL: it is wanted in `colour`. */
+    const struct rf_image *out;
+    float *colour[4]; /* the result; NULL where it went to `out`. At first views[0]'s */
+    size_t stride;    /* floats between the rows of the result */
+    float *memory;    /* of the views' radii: who loads them calls rf_work_free() */
+    float *planes;    /* of their colours, or of the result */
+    struct rf_task *task;
+};
+
 rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error);
 
 /* Sets where a view was taken: `lens` and `shift_*`. */
@@ -33,50 +58,29 @@ void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
                         double shear_distance, const struct rf_lens *lens);
 
 /*
- * What a method gets: planes of colour (in the blend space) and the signed radius of
- * every pixel, width x height each, packed; it overwrites the colour with the result.
- * The methods of one view need only colour and radius, which are those of views[0].
+ * Loading, in this order: depths to radii, and where the views were taken; then their
+ * light. `n_known` (or NULL) is as in rf_depth_to_radius(), of the last view.
  */
-struct rf_work {
-    const struct rf_filter *filter;
-    int n_planes; /* 1, 3 or 4; the fourth is alpha */
-    float *colour[4];
-    size_t stride; /* floats between the rows of the result */
-    /*
-     * Plain pixels of the caller that the result may go to as soon as the views are
-     * dropped; NULL: it is wanted in `colour`. Only layered and views write it, and
-     * set is_stored.
-     */
-    const struct rf_image *out;
-    bool is_stored;
-    /* Of the planes, where they are the work's own: who loads them frees it. */
-    float *memory;
-    const float *radius;
-    int n_views;
-    struct rf_work_view *views;
-    float largest_radius; /* of all views, without sign */
-    /* Set by layered and views: an image is not so simple, and planes are needed. */
-    bool needs_planes;
-    struct rf_task *task;
-};
-
-/*
- * Loads view j from the caller's pixels to `memory`, which holds n_planes + 1 planes;
- * `n_known` as in rf_depth_to_radius(). A lone view that is sharp all over is only
- * copied where `out` is not NULL, and *is_copied then true.
- */
-rf_result rf_work_load(struct rf_work *work, int j, const struct rf_view *view,
-                       float *memory, int64_t *n_known, const struct rf_image *out,
-                       bool *is_copied, struct rf_error *error);
-
-/*
- * Gives work->memory back, for what comes after the views' planes. rf_composite_crop()
- * then gives the result planes of its own, in other memory.
- */
-void rf_work_drop_views(struct rf_work *work);
+rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
+                             int64_t *n_known, struct rf_error *error);
+rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
+                             struct rf_error *error);
 
 /* A picture whose every radius is below this is its own blur: half a step of the
  * radius. */
 static const float RF_SHARP_PX = 1.0f / 64;
+
+/* Once depths are loaded: is the picture its own blur? */
+bool rf_work_is_sharp(const struct rf_work *work);
+
+/* Colours as planes, for who does not read rows: of all views that have none. */
+rf_result rf_work_unpack(struct rf_work *work, struct rf_error *error);
+
+/*
+ * Gives back the memory of the views that the work has loaded, for what comes after
+ * them. rf_composite_crop() then gives the result planes of its own.
+ */
+void rf_work_drop_views(struct rf_work *work);
+void rf_work_free(struct rf_work *work);
 
 #endif

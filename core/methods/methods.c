@@ -3,6 +3,7 @@
 #include "methods/methods.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "input/views_in.h"
 #include "methods/accumulate.h"
@@ -15,7 +16,7 @@
 
 static rf_result run_layered(struct rf_work *work, struct rf_error *error)
 {
-    return work->filter->params.quality == RF_QUALITY_PREVIEW
+    return work->frame->params.quality == RF_QUALITY_PREVIEW
                ? rf_layered_preview_run(work, error)
                : rf_layered_run(work, error);
 }

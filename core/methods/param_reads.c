@@ -11,10 +11,10 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "lens/params.h"
-#include "methods/methods.h"
 #include "rackfocus/rackfocus.h"
 
 static const struct rf_method_info *method_of(const struct rf_params *p)

@@ -76,19 +76,19 @@ static float mean_of_area(const struct rf_areas *a, const struct rf_kernels *ker
     return n ? rf_expf(sum / (float)n) : 0;
 }
 
-rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
+rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_frame *frame,
                          struct rf_error *error)
 {
-    struct rf_areas a = {.x = filter->place.x,
-                         .y = filter->place.y,
-                         .width = filter->width,
-                         .height = filter->height};
+    struct rf_areas a = {.x = frame->place.x,
+                         .y = frame->place.y,
+                         .width = frame->width,
+                         .height = frame->height};
     a.first_x = a.x / AREA;
     a.first_y = a.y / AREA;
     a.n_x = (a.x + a.width - 1) / AREA - a.first_x + 1;
     a.n_y = (a.y + a.height - 1) / AREA - a.first_y + 1;
     size_t n = (size_t)a.n_x * (size_t)a.n_y;
-    a.mean = rf_alloc(filter->context, n, sizeof *a.mean);
+    a.mean = rf_alloc(frame->context, n, sizeof *a.mean);
     *areas = a;
     return a.mean ? RF_OK : rf_fail_memory(error, n, sizeof *a.mean);
 }
@@ -126,20 +126,20 @@ void rf_areas_measure_some(struct rf_areas *a, const struct rf_context *context,
     }
 }
 
-rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
+rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_frame *frame,
                            const struct rf_work_view *view, int n_planes,
                            struct rf_error *error)
 {
-    const struct rf_context *context = filter->context;
-    size_t width = (size_t)filter->width, n = width * (size_t)filter->height;
-    rf_result result = rf_areas_begin(areas, filter, error);
+    const struct rf_context *context = frame->context;
+    size_t width = (size_t)frame->width, n = width * (size_t)frame->height;
+    rf_result result = rf_areas_begin(areas, frame, error);
     float *luminance = rf_alloc(context, n, sizeof *luminance);
     if (result == RF_OK && !luminance)
         result = rf_fail_memory(error, n, sizeof *luminance);
     if (result == RF_OK) {
 #pragma omp parallel for num_threads(context->n_threads) schedule(static)
-        for (int y = 0; y < filter->height; y++)
-            for (int x = 0; x < filter->width; x++) {
+        for (int y = 0; y < frame->height; y++)
+            for (int x = 0; x < frame->width; x++) {
                 size_t i = width * (size_t)y + (size_t)x;
                 luminance[i] = luminance_at(view, n_planes, x, y, i);
             }
@@ -227,11 +227,11 @@ void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *vi
     }
 }
 
-static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
+static void add_row(struct rf_survey *survey, const struct rf_frame *frame,
                     const struct rf_work_view *view, int n_planes,
                     const struct rf_areas *areas, const struct rf_window *window, int y)
 {
-    size_t row = (size_t)y * (size_t)filter->width;
+    size_t row = (size_t)y * (size_t)frame->width;
     for (int x = window->x; x < window->x + window->width; x++) {
         float r = view->radius[row + (size_t)x];
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
@@ -241,16 +241,16 @@ static void add_row(struct rf_survey *survey, const struct rf_filter *filter,
     }
 }
 
-void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
+void rf_survey_add(struct rf_survey *survey, const struct rf_frame *frame,
                    const struct rf_work_view *view, int n_planes,
                    const struct rf_areas *areas, const struct rf_window *window)
 {
-#pragma omp parallel num_threads(filter->context->n_threads)
+#pragma omp parallel num_threads(frame->context->n_threads)
     {
         struct rf_survey own = {.largest_radius = 0};
 #pragma omp for schedule(dynamic, 16)
         for (int y = window->y; y < window->y + window->height; y++)
-            add_row(&own, filter, view, n_planes, areas, window, y);
+            add_row(&own, frame, view, n_planes, areas, window, y);
 #pragma omp critical
         {
             survey->largest_radius =

@@ -23,7 +23,7 @@ struct rf_areas {
 };
 
 /* Areas that are yet to be measured. */
-rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_filter *filter,
+rf_result rf_areas_begin(struct rf_areas *areas, const struct rf_frame *frame,
                          struct rf_error *error);
 
 /* The area of pixel (x, y) of those at hand, or of the nearest to it. */
@@ -39,7 +39,7 @@ void rf_areas_measure_some(struct rf_areas *areas, const struct rf_context *cont
                            size_t stride);
 
 /* Areas with all that, of a view's planes. */
-rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_filter *filter,
+rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_frame *frame,
                            const struct rf_work_view *view, int n_planes,
                            struct rf_error *error);
 
@@ -67,7 +67,7 @@ bool rf_is_large_light(const struct rf_areas *areas, const struct rf_work_view *
  * Adds the pixels of a window, counted from the first pixel at hand, to the survey. Any
  * order of windows and any threads give the same numbers.
  */
-void rf_survey_add(struct rf_survey *survey, const struct rf_filter *filter,
+void rf_survey_add(struct rf_survey *survey, const struct rf_frame *frame,
                    const struct rf_work_view *view, int n_planes,
                    const struct rf_areas *areas, const struct rf_window *window);
 

@@ -755,13 +755,13 @@ static rf_result begin(struct search *search, const struct rf_context *context,
     return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *search->out->at);
 }
 
-rf_result rf_find_hidden(const struct rf_filter *filter,
+rf_result rf_find_hidden(const struct rf_frame *frame,
                          const struct rf_surfaces *surfaces,
                          const struct rf_radii *radii, const struct rf_known *known,
                          struct rf_estimates *estimates, struct rf_task *task,
                          struct rf_error *error)
 {
-    const struct rf_context *context = filter->context;
+    const struct rf_context *context = frame->context;
     struct search search = {.s = surfaces,
                             .known = known,
                             .kernels = context->kernels,
@@ -776,7 +776,7 @@ rf_result rf_find_hidden(const struct rf_filter *filter,
     if (result == RF_OK && !scratch)
         result = rf_fail_memory(error, 1, sizeof *scratch);
     if (result == RF_OK) {
-        rf_shape_extent(&filter->shape, search.extent);
+        rf_shape_extent(&frame->shape, search.extent);
         search.inv_x2 = (float)(1 / (search.extent[0] * search.extent[0]));
         search.inv_y2 = (float)(1 / (search.extent[1] * search.extent[1]));
         set_gaps(&search);

@@ -62,7 +62,7 @@ struct rf_radii {
  * shows what lies behind nothing is estimated. Afterwards, and when it fails, the
  * estimates are to be freed.
  */
-rf_result rf_find_hidden(const struct rf_filter *filter,
+rf_result rf_find_hidden(const struct rf_frame *frame,
                          const struct rf_surfaces *surfaces,
                          const struct rf_radii *radii, const struct rf_known *known,
                          struct rf_estimates *estimates, struct rf_task *task,

@@ -17,7 +17,6 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
-#include "input/film.h"
 #include "input/frame.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
@@ -70,50 +69,29 @@ static void continue_row(struct rf_surface *at, float *luminance, float *radius,
     }
 }
 
-/* What is found in rows of a view. */
-struct row_kind {
-    bool has_alpha;
-    bool is_refused; /* an image that is not finite, or film without depth */
-};
-
-/* The alphas of a row of plain pixels. */
-static void copy_alphas(const float *rgba, int n, float *alpha)
-{
-    for (int x = 0; x < n; x++)
-        alpha[x] = rgba[4 * x + 3];
-}
-
-/* The surfaces of row y of a view; `own` has room for a row. */
-static struct row_kind fetch_row(const struct rf_filter *f,
-                                 const struct rf_work_view *view, int n_planes, int y,
-                                 float *own, struct rf_surface *at, float *luminance)
+/*
+ * The surfaces of row y of a view: enum rf_row_kind of what is found, of planes only
+ * film.
+ */
+static unsigned fetch_row(const struct rf_frame *f, const struct rf_work_view *view,
+                          int n_planes, int y, struct rf_surface *at, float *luminance)
 {
     const struct rf_kernels *kernels = f->context->kernels;
     size_t row = (size_t)y * (size_t)f->width;
     const float *radius = view->radius + row, *planes[4] = {NULL};
-    if (!view->image) {
-        for (int n = 0; n < 3; n++)
-            planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
-        planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
-        return (struct row_kind){
-            .has_alpha = kernels->load_row(planes, radius, f->width, at, luminance)};
-    }
-    const float *rgba = rf_image_at(view->image, 0, y, 0);
-    unsigned found = kernels->load_rgba(rgba, radius, f->width, at, luminance);
-    struct row_kind kind = {.has_alpha = found & RF_ROW_FILM,
-                            .is_refused = found & RF_ROW_INFINITE};
-    if (kind.has_alpha && !kind.is_refused) {
-        copy_alphas(rgba, f->width, own);
-        kind.is_refused = rf_film_is_missing(f, own, radius, f->width);
-    }
-    return kind;
+    if (view->image)
+        return kernels->load_rgba(rf_image_at(view->image, 0, y, 0), radius, f->width,
+                                  at, luminance);
+    for (int n = 0; n < 3; n++)
+        planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
+    planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
+    return kernels->load_row(planes, radius, f->width, at, luminance) ? RF_ROW_FILM : 0;
 }
 
-static struct row_kind load_row(const struct rf_picture *l,
-                                const struct rf_work_view *view, int n_planes, int y,
-                                float *own)
+static unsigned load_row(const struct rf_picture *l, const struct rf_work_view *view,
+                         int n_planes, int y)
 {
-    const struct rf_filter *f = l->filter;
+    const struct rf_frame *f = l->frame;
     const struct rf_pixels *p = &l->pixels;
     int sy = y - l->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
     int x0 = l->x0, x1 = x0 + f->width;
@@ -121,8 +99,7 @@ static struct row_kind load_row(const struct rf_picture *l,
     struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
     float *luminance = rf_plane_row(p, p->luminance, y);
     float *radius = rf_plane_row(p, p->radius, y);
-    struct row_kind kind =
-        fetch_row(f, view, n_planes, cy, own, at + x0, luminance + x0);
+    unsigned found = fetch_row(f, view, n_planes, cy, at + x0, luminance + x0);
     memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
     for (int x = x0; x < x1 && cy != sy; x++)
         luminance[x] = dim(&at[x], luminance[x]);
@@ -130,7 +107,7 @@ static struct row_kind load_row(const struct rf_picture *l,
     continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, l->width);
     fill_margins(p, luminance);
     fill_margins(p, radius);
-    return kind;
+    return found;
 }
 
 /* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
@@ -141,8 +118,8 @@ static void note_others(const struct rf_picture *l, int y)
     const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
     const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
     uint64_t *others = l->others + rf_row_words(l->width) * (size_t)y;
-    l->filter->context->kernels->find_others(share, luminance, radius, darkest,
-                                             RF_BRIGHT, RF_BRIGHT_R2, l->width, others);
+    l->frame->context->kernels->find_others(share, luminance, radius, darkest,
+                                            RF_BRIGHT, RF_BRIGHT_R2, l->width, others);
 }
 
 /*
@@ -163,7 +140,7 @@ static void undo_alpha_row(const struct rf_picture *l, int y, float *out)
 /* The darkest pixels around each, and what is mixed or bright by them. */
 static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
 {
-    const struct rf_context *context = l->filter->context;
+    const struct rf_context *context = l->frame->context;
     const struct rf_pixels *p = &l->pixels;
     size_t n = p->stride * (size_t)l->height;
     size_t n_scratch = p->stride * (size_t)context->n_threads;
@@ -226,9 +203,8 @@ struct walk {
     int n_planes;
     struct rf_splitter splitter;
     struct rf_task *task;
-    float *own;    /* a row for each thread */
-    bool is_short; /* of memory; atomic, as all flags */
-    bool has_alpha, is_refused;
+    bool is_short;               /* of memory; atomic, as all flags */
+    bool has_alpha, is_infinite; /* pixels that are not opaque, not finite */
 };
 
 static void set_flag(bool *flag)
@@ -244,7 +220,7 @@ static bool is_set(const bool *flag)
 /* Is there no use in going on? */
 static bool is_over(const struct walk *walk)
 {
-    return is_set(&walk->is_short) || is_set(&walk->is_refused) ||
+    return is_set(&walk->is_short) || is_set(&walk->is_infinite) ||
            rf_task_is_cancelled(walk->task);
 }
 
@@ -261,7 +237,7 @@ static void end_row(struct walk *walk, int y)
 {
     if (!rf_split_row(&walk->splitter, y))
         set_flag(&walk->is_short);
-    else if (walk->l->filter->params.split_edges)
+    else if (walk->l->frame->params.split_edges)
         note_others(walk->l, y);
     rf_task_step(walk->task);
 }
@@ -270,13 +246,12 @@ static void walk_band(struct walk *walk, int band)
 {
     struct rf_picture *l = walk->l;
     int y1 = rf_min_int((band + 1) * BAND_ROWS, l->height);
-    float *own = walk->own + (size_t)l->filter->width * (size_t)rf_thread_num();
     for (int y = band * BAND_ROWS, next = y; y < y1 && !is_over(walk); y++) {
-        struct row_kind kind = load_row(l, walk->view, walk->n_planes, y, own);
-        if (kind.has_alpha)
+        unsigned found = load_row(l, walk->view, walk->n_planes, y);
+        if (found & RF_ROW_FILM)
             set_flag(&walk->has_alpha);
-        if (kind.is_refused) {
-            set_flag(&walk->is_refused);
+        if (found & RF_ROW_INFINITE) {
+            set_flag(&walk->is_infinite);
             return;
         }
         for (; next <= (y + 1 < l->height ? y - RF_SPLIT_REACH : y); next++)
@@ -290,7 +265,7 @@ static void walk_rows(struct walk *walk)
 {
     struct rf_picture *l = walk->l;
     int n_bands = (l->height + BAND_ROWS - 1) / BAND_ROWS;
-#pragma omp parallel num_threads(l->filter->context->n_threads)
+#pragma omp parallel num_threads(l->frame->context->n_threads)
     {
 #pragma omp for schedule(dynamic, 1)
         for (int band = 0; band < n_bands; band++)
@@ -301,13 +276,12 @@ static void walk_rows(struct walk *walk)
                 end_row(walk, y);
     }
     l->has_alpha = walk->has_alpha;
-    l->is_refused = walk->is_refused;
 }
 
 /* Measures the areas that tell what is a highlight. */
 static rf_result measure_areas(struct rf_picture *l, struct rf_error *error)
 {
-    const struct rf_context *context = l->filter->context;
+    const struct rf_context *context = l->frame->context;
     size_t n = (size_t)l->areas.n_x * (size_t)l->areas.n_y;
     unsigned char *wanted = rf_calloc(context, n, 1);
     if (!wanted)
@@ -325,26 +299,23 @@ static rf_result measure_areas(struct rf_picture *l, struct rf_error *error)
 static rf_result run_walk(struct walk *walk, struct rf_error *error)
 {
     struct rf_picture *l = walk->l;
-    const struct rf_context *context = l->filter->context;
-    size_t n_own = (size_t)l->filter->width * (size_t)context->n_threads;
-    walk->own = rf_alloc(context, n_own, sizeof *walk->own);
-    rf_result result = walk->own ? rf_split_begin(&walk->splitter, error)
-                                 : rf_fail_memory(error, n_own, sizeof *walk->own);
+    rf_result result = rf_split_begin(&walk->splitter, error);
     if (result == RF_OK)
         walk_rows(walk);
     if (walk->is_short)
         result = rf_fail_memory(error, (size_t)l->width, sizeof *l->pixels.at);
+    else if (walk->is_infinite)
+        result = rf_frame_check(l->frame, walk->view->image, error);
     if (result == RF_OK && !is_over(walk))
         result = measure_areas(l, error);
     /* Of opaque pixels splitting has looked for the same. */
     if (result == RF_OK && !is_over(walk) &&
-        (l->has_alpha || !l->filter->params.split_edges))
+        (l->has_alpha || !l->frame->params.split_edges))
         result = find_darkest(l, error);
     rf_task_poll(walk->task);
     if (result == RF_OK && !is_over(walk))
         result = rf_split_end(&walk->splitter, error);
     rf_split_free(&walk->splitter);
-    rf_free(context, walk->own);
     return result;
 }
 
@@ -352,7 +323,7 @@ static rf_result run_walk(struct walk *walk, struct rf_error *error)
 
 static rf_result allocate(struct rf_picture *l, struct rf_error *error)
 {
-    const struct rf_context *context = l->filter->context;
+    const struct rf_context *context = l->frame->context;
     size_t n = padded_size(l);
     size_t stride =
         ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN * RF_ROW_MARGIN +
@@ -370,7 +341,7 @@ static rf_result allocate(struct rf_picture *l, struct rf_error *error)
     size_t n_words = rf_row_words(l->width) * (size_t)l->height;
     l->others = rf_alloc(context, n_words, sizeof *l->others);
     l->shining = rf_alloc(context, n_words, sizeof *l->shining);
-    const struct rf_place *place = &l->filter->place;
+    const struct rf_place *place = &l->frame->place;
     l->surfaces = (struct rf_surfaces){
         .width = l->width,
         .height = l->height,
@@ -388,29 +359,29 @@ int rf_picture_border(float largest_radius)
     return rf_min_int((int)ceilf(largest_radius), MAX_BORDER);
 }
 
-rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
+rf_result rf_picture_load(struct rf_picture *l, const struct rf_frame *frame,
                           const struct rf_work_view *view, int n_planes, int border,
                           bool keeps_pixels, struct rf_task *task,
                           struct rf_error *error)
 {
-    const struct rf_place *at = &filter->place;
-    int x1 = at->x + filter->width, y1 = at->y + filter->height;
+    const struct rf_place *at = &frame->place;
+    int x1 = at->x + frame->width, y1 = at->y + frame->height;
     *l = (struct rf_picture){
-        .filter = filter,
+        .frame = frame,
         .border = border,
         .x0 = at->x == 0 ? border : 0,
         .y0 = at->y == 0 ? border : 0,
     };
-    l->width = l->x0 + filter->width + (x1 == at->whole_width ? border : 0);
-    l->height = l->y0 + filter->height + (y1 == at->whole_height ? border : 0);
+    l->width = l->x0 + frame->width + (x1 == at->whole_width ? border : 0);
+    l->height = l->y0 + frame->height + (y1 == at->whole_height ? border : 0);
     rf_result result = allocate(l, error);
     if (result != RF_OK)
         return result;
-    result = rf_areas_begin(&l->areas, filter, error);
+    result = rf_areas_begin(&l->areas, frame, error);
     struct walk walk = {.l = l,
                         .view = view,
                         .n_planes = n_planes,
-                        .splitter = {.filter = filter,
+                        .splitter = {.frame = frame,
                                      .keeps_radii = keeps_pixels,
                                      .is_alone = !keeps_pixels,
                                      .pixels = &l->pixels,
@@ -422,7 +393,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
     if (result == RF_OK)
         result = run_walk(&walk, error);
     if (!keeps_pixels) {
-        rf_free(filter->context, l->pixels.luminance);
+        rf_free(frame->context, l->pixels.luminance);
         l->pixels.luminance = NULL;
     }
     return result;
@@ -430,7 +401,7 @@ rf_result rf_picture_load(struct rf_picture *l, const struct rf_filter *filter,
 
 void rf_picture_drop_pixels(struct rf_picture *l)
 {
-    const struct rf_context *context = l->filter->context;
+    const struct rf_context *context = l->frame->context;
     rf_free(context, l->pixels.luminance);
     rf_free(context, l->pixels.at);
     rf_free(context, l->pixels.split);
@@ -443,9 +414,9 @@ void rf_picture_drop_pixels(struct rf_picture *l)
 
 void rf_picture_free(struct rf_picture *l)
 {
-    if (!l->filter)
+    if (!l->frame)
         return;
-    const struct rf_context *context = l->filter->context;
+    const struct rf_context *context = l->frame->context;
     rf_picture_drop_pixels(l);
     rf_free(context, l->pixels.radius);
     rf_free(context, l->others);

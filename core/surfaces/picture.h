@@ -29,7 +29,7 @@ struct rf_sample;
  * height with it.
  */
 struct rf_picture {
-    const struct rf_filter *filter;
+    const struct rf_frame *frame;
     int border; /* px, where there is one */
     int x0, y0; /* the view's first pixel: the border, or 0 within a picture */
     int width, height;
@@ -40,7 +40,6 @@ struct rf_picture {
     uint64_t *others;
     uint64_t *shining; /* the same for those that may be highlights */
     bool has_alpha;    /* some pixel is not opaque */
-    bool is_refused;   /* the view's image needs planes: there are no surfaces */
     struct rf_areas areas;
     /* Their light, once it is taken out of the surfaces (highlights_find.c). */
     struct rf_sample *highlights;
@@ -54,7 +53,7 @@ struct rf_picture {
  * then, with `keeps_pixels` also luminances and rf_split_radius_at(). After a cancel
  * RF_OK comes back and there are no surfaces.
  */
-rf_result rf_picture_load(struct rf_picture *picture, const struct rf_filter *filter,
+rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *frame,
                           const struct rf_work_view *view, int n_planes, int border,
                           bool keeps_pixels, struct rf_task *task,
                           struct rf_error *error);

@@ -571,7 +571,7 @@ static void set_pure(const struct rf_splitter *s, int y)
     uint64_t *shining = s->shining + rf_row_words(p->width) * (size_t)y;
     for (int x = 0; x < p->width; x++)
         share[x] = 1;
-    s->filter->context->kernels->find_above(row, s->bright, p->width, shining);
+    s->frame->context->kernels->find_above(row, s->bright, p->width, shining);
 }
 
 static bool is_shining(const struct rf_splitter *s, const struct split *split)
@@ -611,7 +611,7 @@ static struct scratch scratch_of(const struct rf_splitter *s, int y)
 {
     size_t row = s->pixels->stride;
     float *at = s->rows + row * N_ROWS * (size_t)rf_thread_num();
-    return (struct scratch){s->filter->context->kernels,
+    return (struct scratch){s->frame->context->kernels,
                             s->steps,
                             at,
                             rf_plane_row(s->pixels, s->darkest, y),
@@ -626,7 +626,7 @@ static struct scratch scratch_of(const struct rf_splitter *s, int y)
 
 rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
 {
-    const struct rf_context *context = s->filter->context;
+    const struct rf_context *context = s->frame->context;
     size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)s->pixels->height;
     size_t n = s->pixels->stride * N_ROWS * n_threads;
     for (int i = 0; i < N_AROUND; i++)
@@ -642,7 +642,7 @@ rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
 bool rf_split_row(struct rf_splitter *s, int y)
 {
     set_pure(s, y);
-    if (!s->filter->params.split_edges)
+    if (!s->frame->params.split_edges)
         return true;
     struct scratch scratch = scratch_of(s, y);
     struct rf_room *room = &s->rooms[rf_thread_num()];
@@ -659,7 +659,7 @@ bool rf_split_row(struct rf_splitter *s, int y)
 /* Keeps the radii of split pixels, while the plane has them as they came. */
 static rf_result keep_radii(const struct rf_splitter *s, struct rf_error *error)
 {
-    const struct rf_context *context = s->filter->context;
+    const struct rf_context *context = s->frame->context;
     struct rf_pixels *pixels = s->pixels;
     size_t n_rows = (size_t)pixels->height + 1;
     size_t *row = pixels->split_row = rf_alloc(context, n_rows, sizeof *row);
@@ -701,7 +701,7 @@ static void keep_split(const struct rf_splitter *s)
 {
     const struct rf_pixels *pixels = s->pixels;
     struct rf_surfaces *out = s->out;
-#pragma omp parallel for num_threads(s->filter->context->n_threads) schedule(static)
+#pragma omp parallel for num_threads(s->frame->context->n_threads) schedule(static)
     for (int y = 0; y < out->height; y++) {
         size_t row = (size_t)y * (size_t)out->width;
         for (int k = 0; k < s->splits[y].n; k++) {
@@ -718,7 +718,7 @@ static void keep_split(const struct rf_splitter *s)
 
 rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error)
 {
-    rf_result result = rf_far_allocate(s->out, s->filter->context, error);
+    rf_result result = rf_far_allocate(s->out, s->frame->context, error);
     if (result != RF_OK)
         return result;
     if (s->keeps_radii)
@@ -733,7 +733,7 @@ rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error)
 
 void rf_split_free(struct rf_splitter *s)
 {
-    const struct rf_context *context = s->filter->context;
+    const struct rf_context *context = s->frame->context;
     rf_arena_free(&s->arena);
     rf_free(context, s->rooms);
     rf_free(context, s->splits);

@@ -21,7 +21,7 @@ enum { RF_SPLIT_REACH = 3, RF_SPLIT_STEPS = 5 * 5 };
  * rf_split_free() in any case. The pixels stay as they are until the end.
  */
 struct rf_splitter {
-    const struct rf_filter *filter;
+    const struct rf_frame *frame;
     bool keeps_radii; /* as they came */
     bool is_alone;    /* the only view: others do not show what a thin thing hides */
     struct rf_pixels *pixels;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is estimated behind surfaces: a post in the middle of a wall. */
+#include "api/filter.h"
 #include "base/context.h"
 #include "base/math.h"
 #include "base/task.h"
@@ -50,8 +51,8 @@ static void search(float wall, float mixed_share, float mixed_wall)
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
     struct rf_estimates found, same;
-    REQUIRE(rf_find_hidden(filter, &surfaces, NULL, known, &found, &task, NULL) ==
-            RF_OK);
+    REQUIRE(rf_find_hidden(&filter->frame, &surfaces, NULL, known, &found, &task,
+                           NULL) == RF_OK);
     /* With radii at hand; they stay as they are. */
     for (int i = 0; i < STRIDE * SIDE; i++) {
         int x = rf_min_int(rf_max_int(i % STRIDE - 8, 0), SIDE - 1);
@@ -59,8 +60,8 @@ static void search(float wall, float mixed_share, float mixed_wall)
         before[i] = radius[i] = share[at] > RF_OCCLUDER_SHARE ? near[at].r : INFINITY;
     }
     struct rf_radii radii = {radius + 8, STRIDE};
-    REQUIRE(rf_find_hidden(filter, &surfaces, &radii, known, &same, &task, NULL) ==
-            RF_OK);
+    REQUIRE(rf_find_hidden(&filter->frame, &surfaces, &radii, known, &same, &task,
+                           NULL) == RF_OK);
     CHECK(memcmp(before, radius, sizeof before) == 0);
     for (int i = 0; i < N; i++) {
         int x = i % SIDE, y = i / SIDE;
@@ -163,8 +164,8 @@ static void count_alike(float wall_r, int *n)
     rf_params_init(&params);
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, WIDE, HIGH, NULL) == RF_OK);
-    REQUIRE(rf_find_hidden(filter, &surfaces, NULL, NULL, &found, &task, NULL) ==
-            RF_OK);
+    REQUIRE(rf_find_hidden(&filter->frame, &surfaces, NULL, NULL, &found, &task,
+                           NULL) == RF_OK);
     for (int i = 0; i < BLOCK * BLOCK; i++) {
         int x = FROM + i % BLOCK, y = 16 + i / BLOCK;
         CHECK(rf_found_at(&found, x, y, 1));

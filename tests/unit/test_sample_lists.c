@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lists of tiles: a source's pixels are listed as samples of an array are. */
+#include "api/filter.h"
 #include "base/context.h"
 #include "base/math.h"
 #include "base/pool.h"
@@ -126,9 +127,9 @@ static void check_lists(float largest, bool has_radii)
     struct rf_composer c = {.scene = &scene,
                             .context = context,
                             .footprints = &footprints,
-                            .split = rf_level_split(&filter->shape),
+                            .split = rf_level_split(&filter->frame.shape),
                             .n_threads = context->n_threads};
-    const struct rf_footprint_use use = {.shape = &filter->shape,
+    const struct rf_footprint_use use = {.shape = &filter->frame.shape,
                                          .n_cells = 1,
                                          .max_radius = c.split + 1,
                                          .n_phases = 1};

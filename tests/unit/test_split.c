@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Splitting mixed pixels: which may be fringes of a highlight, and what is noted. */
+#include "api/filter.h"
 #include "base/context.h"
 #include "base/math.h"
 #include "base/pool.h"
@@ -60,7 +61,7 @@ static void split(int width, int height, float bright)
     params.split_edges = 1;
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, width, height, NULL) == RF_OK);
-    s.filter = filter;
+    s.frame = &filter->frame;
     fill_planes(&p);
     REQUIRE(rf_split_begin(&s, NULL) == RF_OK);
     for (int y = 0; y < height; y++)

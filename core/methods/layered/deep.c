@@ -28,6 +28,8 @@
  * Behind pixels that end opaque the background is estimated as in layered (hidden.c),
  * and used where no sample fills. Memory: 40 bytes per sample or slice.
  */
+#include "methods/layered/deep.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -71,8 +73,8 @@ struct piece {
 };
 
 struct deep {
-    const struct rf_filter *filter;
-    const struct rf_deep *frame;
+    const struct rf_frame *frame;
+    const struct rf_deep *deep;
     int n_planes;
     size_t most_samples;       /* in one pixel */
     struct piece *scratch;     /* per thread, most_samples * MAX_SLICES + 1 */
@@ -123,7 +125,7 @@ static struct piece whole_piece(const struct deep *d, const struct rf_deep_sampl
     struct piece p = {.a = clamp01(s->opacity), .value = s->depth};
     if (p.a < LEAST_OPACITY)
         p.a = 0;
-    const struct rf_params *params = &d->filter->params;
+    const struct rf_params *params = &d->frame->params;
     for (int n = 0; n < 3; n++)
         p.c[n] = s->colour[d->n_planes == 1 ? 0 : n];
     /* The gamma belongs to the light, not to light times coverage. */
@@ -139,7 +141,7 @@ static struct piece whole_piece(const struct deep *d, const struct rf_deep_sampl
 static int slice_sample(const struct deep *d, const struct rf_deep_sample *s, int x,
                         int y, struct piece *out)
 {
-    const struct rf_filter *f = d->filter;
+    const struct rf_frame *f = d->frame;
     struct piece p = whole_piece(d, s);
     p.z = rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &p.r);
     out[0] = p;
@@ -169,10 +171,10 @@ static int slice_sample(const struct deep *d, const struct rf_deep_sample *s, in
 /* The pieces of pixel (x, y), near to far. */
 static int pieces_of(const struct deep *d, int x, int y, struct piece *pieces)
 {
-    size_t i = (size_t)y * (size_t)d->frame->width + (size_t)x;
+    size_t i = (size_t)y * (size_t)d->deep->width + (size_t)x;
     int n = 0;
-    for (size_t k = d->frame->first[i]; k < d->frame->first[i + 1]; k++)
-        n += slice_sample(d, &d->frame->samples[k], x, y, pieces + n);
+    for (size_t k = d->deep->first[i]; k < d->deep->first[i + 1]; k++)
+        n += slice_sample(d, &d->deep->samples[k], x, y, pieces + n);
     sort_pieces(pieces, n);
     return n;
 }
@@ -195,18 +197,18 @@ static bool is_colour_good(const struct deep *d, const struct rf_deep_sample *s)
     struct piece p = whole_piece(d, s);
     bool is_good = s->opacity >= 0;
     for (int n = 0; n < 4; n++)
-        is_good &= isfinite(s->colour[n]) && rf_is_light(&d->filter->params, p.c[n]);
+        is_good &= isfinite(s->colour[n]) && rf_is_light(&d->frame->params, p.c[n]);
     return is_good;
 }
 
 static void check_row(const struct deep *d, int y, struct tally *t)
 {
-    const struct rf_filter *f = d->filter;
-    const struct rf_deep *frame = d->frame;
-    for (int x = 0; x < frame->width; x++) {
-        size_t i = (size_t)y * (size_t)frame->width + (size_t)x;
-        for (size_t k = frame->first[i]; k < frame->first[i + 1]; k++) {
-            const struct rf_deep_sample *s = &frame->samples[k];
+    const struct rf_frame *f = d->frame;
+    const struct rf_deep *deep = d->deep;
+    for (int x = 0; x < deep->width; x++) {
+        size_t i = (size_t)y * (size_t)deep->width + (size_t)x;
+        for (size_t k = deep->first[i]; k < deep->first[i + 1]; k++) {
+            const struct rf_deep_sample *s = &deep->samples[k];
             float r;
             if (isnan(rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &r))) {
                 if (t->n_depth++ == 0) {
@@ -250,28 +252,28 @@ static rf_result report_tallies(const struct tally *rows, int height,
 
 static rf_result check_samples(struct deep *d, struct rf_error *error)
 {
-    const struct rf_context *context = d->filter->context;
-    const struct rf_deep *frame = d->frame;
-    size_t n = (size_t)frame->width * (size_t)frame->height;
-    if (frame->first[0] != 0)
+    const struct rf_context *context = d->frame->context;
+    const struct rf_deep *deep = d->deep;
+    size_t n = (size_t)deep->width * (size_t)deep->height;
+    if (deep->first[0] != 0)
         return rf_fail(error, RF_ERROR_ARGUMENT, "deep", "first[0] must be 0");
     for (size_t i = 0; i < n; i++) {
-        if (frame->first[i + 1] < frame->first[i] ||
-            frame->first[i + 1] - frame->first[i] > INT32_MAX / MAX_SLICES / 2)
+        if (deep->first[i + 1] < deep->first[i] ||
+            deep->first[i + 1] - deep->first[i] > INT32_MAX / MAX_SLICES / 2)
             return rf_fail(error, RF_ERROR_ARGUMENT, "deep",
                            "the offsets fall, or a pixel has too many samples, at "
                            "pixel %zu",
                            i);
-        size_t n_samples = frame->first[i + 1] - frame->first[i];
+        size_t n_samples = deep->first[i + 1] - deep->first[i];
         d->most_samples = n_samples > d->most_samples ? n_samples : d->most_samples;
     }
-    struct tally *rows = rf_calloc(context, (size_t)frame->height, sizeof *rows);
+    struct tally *rows = rf_calloc(context, (size_t)deep->height, sizeof *rows);
     if (!rows)
-        return rf_fail_memory(error, (size_t)frame->height, sizeof *rows);
+        return rf_fail_memory(error, (size_t)deep->height, sizeof *rows);
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
-    for (int y = 0; y < frame->height; y++)
+    for (int y = 0; y < deep->height; y++)
         check_row(d, y, &rows[y]);
-    rf_result result = report_tallies(rows, frame->height, error);
+    rf_result result = report_tallies(rows, deep->height, error);
     rf_free(context, rows);
     return result;
 }
@@ -304,7 +306,7 @@ struct flat {
 
 static struct flat flatten(const struct deep *d, const struct piece *pieces, int n)
 {
-    struct flat flat = {{0}, no_hit_value(&d->filter->params), d->empty_radius};
+    struct flat flat = {{0}, no_hit_value(&d->frame->params), d->empty_radius};
     float left = 1;
     bool is_found = false;
     for (int i = 0; i < n; i++) {
@@ -322,7 +324,7 @@ static struct flat flatten(const struct deep *d, const struct piece *pieces, int
 
 static rf_result allocate_scratch(struct deep *d, struct rf_error *error)
 {
-    const struct rf_context *context = d->filter->context;
+    const struct rf_context *context = d->frame->context;
     size_t n = (d->most_samples * MAX_SLICES + 1) * (size_t)context->n_threads;
     d->scratch = rf_alloc(context, n, sizeof *d->scratch);
     return d->scratch ? RF_OK : rf_fail_memory(error, n, sizeof *d->scratch);
@@ -331,16 +333,16 @@ static rf_result allocate_scratch(struct deep *d, struct rf_error *error)
 /* Fills planes and radius; returns the largest radius, without sign, of any sample. */
 static float flatten_all(struct deep *d)
 {
-    const struct rf_deep *frame = d->frame;
-    int n_threads = d->filter->context->n_threads;
+    const struct rf_deep *deep = d->deep;
+    int n_threads = d->frame->context->n_threads;
     float largest = 0;
 #pragma omp parallel for num_threads(n_threads) schedule(dynamic, 8)                   \
     reduction(max                                                                      \
               : largest)
-    for (int y = 0; y < frame->height; y++) {
+    for (int y = 0; y < deep->height; y++) {
         struct piece *pieces = thread_scratch(d);
-        for (int x = 0; x < frame->width; x++) {
-            size_t i = (size_t)y * (size_t)frame->width + (size_t)x;
+        for (int x = 0; x < deep->width; x++) {
+            size_t i = (size_t)y * (size_t)deep->width + (size_t)x;
             int n = pieces_of(d, x, y, pieces);
             struct flat flat = flatten(d, pieces, n);
             for (int k = 0; k < d->n_planes; k++)
@@ -398,8 +400,8 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
 {
     struct deep *d = c->d;
     int border = d->picture.border;
-    int sx = rf_min_int(rf_max_int(x - border, 0), d->frame->width - 1);
-    int sy = rf_min_int(rf_max_int(y - border, 0), d->frame->height - 1);
+    int sx = rf_min_int(rf_max_int(x - border, 0), d->deep->width - 1);
+    int sy = rf_min_int(rf_max_int(y - border, 0), d->deep->height - 1);
     bool is_beyond = sx != x - border || sy != y - border, is_open = true;
     int n = pieces_of(d, sx, sy, pieces);
     float left = 1;
@@ -426,7 +428,7 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
 static rf_result collect_samples(struct deep *d, struct rf_task *task,
                                  struct rf_error *error)
 {
-    const struct rf_context *context = d->filter->context;
+    const struct rf_context *context = d->frame->context;
     int width = d->picture.width, height = d->picture.height;
     d->row_start = rf_alloc(context, (size_t)height + 1, sizeof *d->row_start);
     if (!d->row_start)
@@ -467,8 +469,8 @@ static float find_parts(struct deep *d, int x, int y, struct rf_surface found[2]
     struct piece *pieces = thread_scratch(d);
     int sx = rf_max_int(x - d->picture.border, 0);
     int sy = rf_max_int(y - d->picture.border, 0);
-    int n = pieces_of(d, rf_min_int(sx, d->frame->width - 1),
-                      rf_min_int(sy, d->frame->height - 1), pieces);
+    int n = pieces_of(d, rf_min_int(sx, d->deep->width - 1),
+                      rf_min_int(sy, d->deep->height - 1), pieces);
     float share = 1;
     int n_found = 0;
     found[0] = found[1] = (struct rf_surface){.r = d->empty_radius};
@@ -509,7 +511,7 @@ static void visit_pixels(struct deep *d,
                          void (*visit)(struct deep *d, int x, int y, size_t i))
 {
     const struct rf_surfaces *s = &d->picture.surfaces;
-#pragma omp parallel for num_threads(d->filter->context->n_threads) schedule(dynamic, 8)
+#pragma omp parallel for num_threads(d->frame->context->n_threads) schedule(dynamic, 8)
     for (int y = 0; y < s->height; y++)
         for (int x = 0; x < s->width; x++)
             visit(d, x, y, (size_t)y * (size_t)s->width + (size_t)x);
@@ -518,7 +520,7 @@ static void visit_pixels(struct deep *d,
 /* The pixels' nearest and next samples take the place of split edges. */
 static rf_result set_surfaces(struct deep *d, struct rf_error *error)
 {
-    const struct rf_context *context = d->filter->context;
+    const struct rf_context *context = d->frame->context;
     struct rf_surfaces *s = &d->picture.surfaces;
     rf_far_free(s, context);
     rf_result result = rf_far_begin(s, context, error);
@@ -538,7 +540,7 @@ static rf_result find_hidden(struct deep *d, struct rf_task *task,
     if (result != RF_OK)
         return result;
     rf_task_phase(task, 0.4, rf_hidden_steps(d->picture.height));
-    return rf_find_hidden(d->filter, &d->picture.surfaces, NULL, NULL, &d->hidden, task,
+    return rf_find_hidden(d->frame, &d->picture.surfaces, NULL, NULL, &d->hidden, task,
                           error);
 }
 
@@ -556,7 +558,7 @@ static void collect_hidden(const struct deep *d, struct rf_samples *out)
 static float *find_whole(const struct deep *d)
 {
     size_t width = (size_t)d->picture.width, n = width * (size_t)d->picture.height;
-    float *radius = rf_alloc(d->filter->context, n, sizeof *radius);
+    float *radius = rf_alloc(d->frame->context, n, sizeof *radius);
     for (size_t i = 0; radius && i < n; i++)
         radius[i] = INFINITY;
     for (size_t i = 0; radius && i < d->samples.n; i++) {
@@ -571,7 +573,7 @@ static float *find_whole(const struct deep *d)
 
 static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error *error)
 {
-    const struct rf_context *context = d->filter->context;
+    const struct rf_context *context = d->frame->context;
     struct rf_samples hidden = {0};
     size_t n = (size_t)d->picture.width * (size_t)d->picture.height;
     if (d->hidden.at) {
@@ -586,13 +588,13 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
         return rf_fail_memory(error, n, sizeof *whole);
     }
     struct rf_occluders occluders = {.surfaces = &d->picture.surfaces};
-    struct rf_scene scene = {.filter = d->filter,
+    struct rf_scene scene = {.frame = d->frame,
                              .width = d->picture.width,
                              .height = d->picture.height,
                              .x0 = d->picture.x0,
                              .y0 = d->picture.y0,
                              .n_phases = 1,
-                             .fills_gaps = d->filter->params.fill_hidden,
+                             .fills_gaps = d->frame->params.fill_hidden,
                              .visible = d->samples,
                              .hidden = hidden,
                              .occluders = &occluders,
@@ -610,7 +612,7 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
 static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image *out,
                      struct rf_error *error)
 {
-    const struct rf_filter *f = d->filter;
+    const struct rf_frame *f = d->frame;
     work->largest_radius = flatten_all(d);
     if (work->largest_radius < RF_SHARP_PX) {
         rf_frame_store(f->context, &f->params, d->planes, (size_t)f->width, out);
@@ -618,7 +620,7 @@ static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image
     }
     struct rf_work_view view = {.radius = d->radius};
     memcpy(view.colour, d->planes, sizeof view.colour);
-    struct rf_filter whole = *f; /* edges come as samples */
+    struct rf_frame whole = *f; /* edges come as samples */
     whole.params.split_edges = 0;
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, f->height + 2 * border);
@@ -634,35 +636,15 @@ static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image
         result = rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     if (result == RF_OK)
         rf_frame_store(f->context, &f->params, work->colour, (size_t)f->width, out);
-    d->picture.filter = f;
+    d->picture.frame = f;
     rf_picture_free(&d->picture);
     return result;
-}
-
-static rf_result check(const struct rf_filter *f, const struct rf_deep *deep,
-                       const struct rf_image *out, const char *name,
-                       struct rf_error *error)
-{
-    if (!f || !deep || !out || !deep->first ||
-        (!deep->samples && deep->width > 0 && deep->height > 0 &&
-         deep->first[(size_t)deep->width * (size_t)deep->height] > 0))
-        return rf_fail(error, RF_ERROR_ARGUMENT,
-                       !f     ? "filter"
-                       : !out ? name
-                              : "deep",
-                       "a pointer is NULL");
-    if (deep->width != f->width || deep->height != f->height)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "deep",
-                       "the deep frame is %d x %d px, but the filter was made for %d x "
-                       "%d px",
-                       deep->width, deep->height, f->width, f->height);
-    return rf_image_check(out, name, f->width, f->height, error);
 }
 
 /* Checks, and takes the memory that flattening needs. */
 static rf_result begin(struct deep *d, struct rf_error *error)
 {
-    const struct rf_filter *f = d->filter;
+    const struct rf_frame *f = d->frame;
     d->empty_radius = (float)rf_lens_radius_px(&f->lens, INFINITY);
     rf_result result = check_samples(d, error);
     if (result == RF_OK)
@@ -680,7 +662,7 @@ static rf_result begin(struct deep *d, struct rf_error *error)
 
 static void end(struct deep *d)
 {
-    const struct rf_context *context = d->filter->context;
+    const struct rf_context *context = d->frame->context;
     rf_free(context, d->samples.at);
     rf_free(context, d->row_start);
     rf_estimates_free(&d->hidden, context);
@@ -688,52 +670,33 @@ static void end(struct deep *d)
     rf_free(context, d->scratch);
 }
 
-rf_result rf_filter_process_deep(const struct rf_filter *filter,
-                                 const struct rf_deep *deep, const struct rf_image *out,
-                                 const struct rf_progress *progress,
-                                 struct rf_error *error)
+rf_result rf_deep_run(const struct rf_frame *frame, const struct rf_deep *deep,
+                      const struct rf_image *out, struct rf_task *task,
+                      struct rf_error *error)
 {
-    rf_result result = check(filter, deep, out, "out", error);
-    if (result != RF_OK)
-        return result;
-    if (!rf_method_find(filter->params.method)->can_deep)
-        return rf_fail(error, RF_ERROR_PARAMETER, "method",
-                       "deep frames are filtered by the method layered only; flatten "
-                       "them for the others");
-    struct rf_task task;
-    rf_task_begin(&task, progress);
-    if (rf_task_is_cancelled(&task))
-        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
-    struct deep d = {.filter = filter, .frame = deep, .n_planes = out->channels};
+    struct deep d = {.frame = frame, .deep = deep, .n_planes = out->channels};
     struct rf_work work = {
-        .filter = filter, .n_planes = d.n_planes, .n_views = 1, .task = &task};
-    result = begin(&d, error);
+        .frame = frame, .n_planes = d.n_planes, .n_views = 1, .task = task};
+    rf_result result = begin(&d, error);
     if (result == RF_OK) {
         memcpy(work.colour, d.planes, sizeof work.colour);
         result = run(&d, &work, out, error);
     }
     end(&d);
-    if (result == RF_OK)
-        rf_task_end(&task);
     return result;
 }
 
-rf_result rf_deep_flatten(const struct rf_filter *filter, const struct rf_deep *deep,
-                          const struct rf_image *colour, const struct rf_image *depth,
-                          struct rf_error *error)
+rf_result rf_deep_flatten_to(const struct rf_frame *frame, const struct rf_deep *deep,
+                             const struct rf_image *colour,
+                             const struct rf_image *depth, struct rf_error *error)
 {
-    rf_result result = check(filter, deep, colour, "colour", error);
-    if (result == RF_OK && depth)
-        result = rf_image_check(depth, "depth", filter->width, filter->height, error);
-    if (result != RF_OK)
-        return result;
     /* Light is flattened as it is, whatever space a lens would sum it in. */
-    struct rf_filter linear = *filter;
+    struct rf_frame linear = *frame;
     linear.params.blend_gamma = 1;
-    struct deep d = {.filter = &linear, .frame = deep, .n_planes = colour->channels};
-    result = begin(&d, error);
-    for (int y = 0; y < filter->height && result == RF_OK; y++)
-        for (int x = 0; x < filter->width; x++) {
+    struct deep d = {.frame = &linear, .deep = deep, .n_planes = colour->channels};
+    rf_result result = begin(&d, error);
+    for (int y = 0; y < frame->height && result == RF_OK; y++)
+        for (int x = 0; x < frame->width; x++) {
             int n = pieces_of(&d, x, y, d.scratch);
             struct flat flat = flatten(&d, d.scratch, n);
             for (int k = 0; k < d.n_planes; k++)

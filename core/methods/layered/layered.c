@@ -65,21 +65,20 @@ static rf_result find_hidden(struct layered *l, struct rf_task *task,
     const struct rf_pixels *pixels = &l->picture.pixels;
     struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
     rf_task_phase(task, 0.4, rf_hidden_steps(l->picture.height));
-    return rf_find_hidden(l->picture.filter, &l->picture.surfaces, &radii, NULL,
+    return rf_find_hidden(l->picture.frame, &l->picture.surfaces, &radii, NULL,
                           &l->hidden, task, error);
 }
 
 static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
+    const struct rf_frame *f = work->frame;
     const struct rf_params *params = &f->params;
     struct rf_work_view *view = &work->views[0];
     int border = rf_picture_border(work->largest_radius);
-    rf_task_phase(work->task, 0.15, work->filter->height + 2 * border);
-    rf_result result = rf_picture_load(&l->picture, work->filter, view, work->n_planes,
+    rf_task_phase(work->task, 0.15, work->frame->height + 2 * border);
+    rf_result result = rf_picture_load(&l->picture, work->frame, view, work->n_planes,
                                        border, false, work->task, error);
-    work->needs_planes = l->picture.is_refused;
-    if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task))
+    if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
     if (params->exact_highlights)
         result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);
@@ -95,7 +94,7 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
                                      .radius = radius,
                                      .radius_stride = pixels->stride};
     struct rf_scene scene = {
-        .filter = work->filter,
+        .frame = work->frame,
         .width = l->picture.width,
         .height = l->picture.height,
         .x0 = l->picture.x0,
@@ -131,7 +130,7 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
 {
-    const struct rf_context *context = work->filter->context;
+    const struct rf_context *context = work->frame->context;
     struct layered l = {.hidden = {0}};
     rf_result result = run(&l, work, error);
     rf_estimates_free(&l.hidden, context);

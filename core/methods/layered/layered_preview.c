@@ -31,7 +31,6 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
-#include "input/film.h"
 #include "input/frame.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
@@ -51,7 +50,9 @@ static const float LEAST_NEAR_PX = 1; /* small pixels: nearer blur hides detail 
 struct preview {
     struct rf_work *work;
     const struct rf_context *context;
-    const struct rf_image *from, *to; /* plain pixels; NULL: work->colour */
+    /* The caller's plain pixels, which are read and written row by row; NULL: planes,
+     * work->colour. */
+    const struct rf_image *from, *to;
     int halvings;
     int width, height, n_x, n_y; /* small pixels, blocks */
     int n_planes;
@@ -74,7 +75,7 @@ static int halvings_of(int width, int height)
 
 /* What a row of the caller's pixels holds. */
 struct row_kind {
-    bool is_good;   /* finite, and film with depth */
+    bool is_finite;
     bool is_opaque; /* every alpha is 1 */
 };
 
@@ -91,7 +92,7 @@ static bool is_opaque_row(const float *alpha, int n)
 static size_t fetch_rows(const struct preview *p, int y0, int n_rows, float *scratch,
                          const float *at[4], struct row_kind *kind)
 {
-    int width = p->work->filter->width;
+    int width = p->work->frame->width;
     size_t row = (size_t)y0 * (size_t)width;
     *kind = (struct row_kind){true, false};
     for (int c = 0; c < p->work->n_planes; c++)
@@ -104,14 +105,9 @@ static size_t fetch_rows(const struct preview *p, int y0, int n_rows, float *scr
         float *to[4];
         for (int c = 0; c < 4; c++)
             to[c] = scratch + p->stride * (size_t)(c * n_rows + j);
-        kind->is_good &=
+        kind->is_finite &=
             p->context->kernels->unpack(rf_image_at(p->from, 0, y0 + j, 0), width, to);
-        bool is_opaque = is_opaque_row(to[3], width);
-        kind->is_opaque &= is_opaque;
-        if (!is_opaque)
-            kind->is_good &= !rf_film_is_missing(
-                p->work->filter, to[3],
-                p->work->radius + row + (size_t)j * (size_t)width, width);
+        kind->is_opaque &= is_opaque_row(to[3], width);
     }
     return p->stride;
 }
@@ -120,9 +116,9 @@ static size_t fetch_rows(const struct preview *p, int y0, int n_rows, float *scr
 static struct row_kind shrink_row(struct preview *p, int y, float *scratch)
 {
     const struct rf_work *work = p->work;
-    int size = 1 << p->halvings, width = work->filter->width;
-    int y0 = y * size, n_rows = rf_min_int(size, work->filter->height - y0);
-    int middle = rf_min_int(y0 + size / 2, work->filter->height - 1);
+    int size = 1 << p->halvings, width = work->frame->width;
+    int y0 = y * size, n_rows = rf_min_int(size, work->frame->height - y0);
+    int middle = rf_min_int(y0 + size / 2, work->frame->height - 1);
     int n_whole = width >> p->halvings;
     const float *at[4];
     float *sums = scratch + p->stride * (size_t)(4 * size);
@@ -209,7 +205,7 @@ static void magnify(const struct preview *p, const float *plane, int n_x, int n_
     const float *a = plane + (size_t)rf_max_int(low, 0) * (size_t)n_x;
     const float *b = plane + (size_t)rf_min_int(low + 1, n_y - 1) * (size_t)n_x;
     p->context->kernels->magnify(a, b, at - (float)low, n_x, halvings, row, out,
-                                 p->work->filter->width);
+                                 p->work->frame->width);
 }
 
 /* out = up(B) + k (S - up(L)) for one row. */
@@ -217,7 +213,7 @@ static void join_row(const struct preview *p, int y, float *scratch)
 {
     const struct rf_work *work = p->work;
     const struct rf_kernels *k = p->context->kernels;
-    int width = work->filter->width;
+    int width = work->frame->width;
     float *row = scratch, *detail = row + p->stride, *low = detail + p->stride;
     float *out[4], *own = low + p->stride;
     const float *at[4];
@@ -251,7 +247,7 @@ static void join_row(const struct preview *p, int y, float *scratch)
 static rf_result blur(struct preview *p, struct rf_error *error)
 {
     const struct rf_work *work = p->work;
-    struct rf_filter small = *work->filter;
+    struct rf_frame small = *work->frame;
     small.width = p->width;
     small.height = p->height;
     small.place = (struct rf_place){0, 0, p->width, p->height};
@@ -259,7 +255,7 @@ static rf_result blur(struct preview *p, struct rf_error *error)
     small.params.quality = RF_QUALITY_NORMAL;
     struct rf_work_view view = {.radius = p->radius};
     memcpy(view.colour, p->blurred, sizeof view.colour);
-    struct rf_work inner = {.filter = &small,
+    struct rf_work inner = {.frame = &small,
                             .n_planes = p->n_planes,
                             .radius = p->radius,
                             .n_views = 1,
@@ -273,38 +269,37 @@ static rf_result blur(struct preview *p, struct rf_error *error)
 
 static struct row_kind shrink_all(struct preview *p)
 {
-    bool is_good = true, is_opaque = true;
+    bool is_finite = true, is_opaque = true;
 #pragma omp parallel for num_threads(p->context->n_threads) schedule(static)           \
-    reduction(&& : is_good, is_opaque)
+    reduction(&& : is_finite, is_opaque)
     for (int y = 0; y < p->height; y++) {
         struct row_kind kind =
             shrink_row(p, y, p->scratch + p->n_scratch * (size_t)rf_thread_num());
-        is_good = is_good && kind.is_good;
+        is_finite = is_finite && kind.is_finite;
         is_opaque = is_opaque && kind.is_opaque;
     }
-    return (struct row_kind){is_good, is_opaque};
+    return (struct row_kind){is_finite, is_opaque};
 }
 
-static rf_result run(struct preview *p, bool *is_done, struct rf_error *error)
+static rf_result run(struct preview *p, struct rf_error *error)
 {
     struct row_kind kind = shrink_all(p);
-    *is_done = kind.is_good;
-    if (!kind.is_good)
-        return RF_OK;
+    if (!kind.is_finite)
+        return rf_frame_check(p->work->frame, p->from, error);
     p->n_planes = kind.is_opaque ? 3 : p->work->n_planes;
     rf_result result = blur(p, error);
     if (result != RF_OK || rf_task_is_cancelled(p->work->task))
         return result;
     find_covered(p);
 #pragma omp parallel for num_threads(p->context->n_threads) schedule(static)
-    for (int y = 0; y < p->work->filter->height; y++)
+    for (int y = 0; y < p->work->frame->height; y++)
         join_row(p, y, p->scratch + p->n_scratch * (size_t)rf_thread_num());
     return RF_OK;
 }
 
 static rf_result allocate(struct preview *p, struct rf_error *error)
 {
-    const struct rf_filter *f = p->work->filter;
+    const struct rf_frame *f = p->work->frame;
     p->halvings = halvings_of(f->width, f->height);
     int size = 1 << p->halvings, block = 1 << BLOCK_HALVINGS;
     p->width = (f->width + size - 1) >> p->halvings;
@@ -334,21 +329,39 @@ static rf_result allocate(struct preview *p, struct rf_error *error)
     return RF_OK;
 }
 
-rf_result rf_layered_preview_stream(struct rf_work *work, const struct rf_image *from,
-                                    const struct rf_image *to, bool *is_done,
-                                    struct rf_error *error)
+/* Do two pictures share memory, other than pixel by pixel? */
+static bool is_tangled(const struct rf_image *a, const struct rf_image *b)
 {
-    struct preview p = {
-        .work = work, .context = work->filter->context, .from = from, .to = to};
-    rf_result result = allocate(&p, error);
-    if (result == RF_OK)
-        result = run(&p, is_done, error);
-    rf_free(p.context, p.memory);
-    return result;
+    if (a->data == b->data && a->row_bytes == b->row_bytes)
+        return false;
+    const char *ends[2][2];
+    const struct rf_image *both[] = {a, b};
+    for (int i = 0; i < 2; i++) {
+        const char *first = (const char *)rf_image_at(both[i], 0, 0, 0);
+        const char *last =
+            (const char *)rf_image_at(both[i], 0, both[i]->height - 1, 0);
+        ends[i][0] = first < last ? first : last;
+        ends[i][1] =
+            (first < last ? last : first) + (size_t)both[i]->width * 4 * sizeof(float);
+    }
+    return ends[0][0] < ends[1][1] && ends[1][0] < ends[0][1];
 }
 
 rf_result rf_layered_preview_run(struct rf_work *work, struct rf_error *error)
 {
-    bool is_done;
-    return rf_layered_preview_stream(work, NULL, NULL, &is_done, error);
+    struct preview p = {.work = work, .context = work->frame->context};
+    const struct rf_image *from = work->views->image;
+    rf_result result = RF_OK;
+    if (from && work->out && !is_tangled(from, work->out)) {
+        p.from = from;
+        p.to = work->out;
+    } else {
+        result = rf_work_unpack(work, error);
+    }
+    if (result == RF_OK)
+        result = allocate(&p, error);
+    if (result == RF_OK)
+        result = run(&p, error);
+    rf_free(p.context, p.memory);
+    return result;
 }

@@ -36,7 +36,7 @@ static void alpha_of(const struct rf_preview *preview, const void *user, int x, 
 
 rf_result rf_blend_coc(struct rf_preview *preview, struct rf_error *error)
 {
-    const struct rf_params *p = &preview->work->filter->params;
+    const struct rf_params *p = &preview->work->frame->params;
     if (p->leak_control != RF_LEAK_NONE || p->leave_focus_out) {
         struct rf_layer layer = {.preview = preview,
                                  .radius_map = preview->work->radius,
@@ -45,7 +45,7 @@ rf_result rf_blend_coc(struct rf_preview *preview, struct rf_error *error)
                                  .progress_to = 1};
         return rf_layer_run(&layer, error);
     }
-    struct rf_blur blur = {.filter = preview->work->filter,
+    struct rf_blur blur = {.frame = preview->work->frame,
                            .task = preview->work->task,
                            .source = &preview->sharp,
                            .radius_map = preview->work->radius,

@@ -39,7 +39,7 @@ struct region {
     bool is_orthographic;
 };
 
-static struct region region_of(const struct rf_filter *f)
+static struct region region_of(const struct rf_frame *f)
 {
     const struct rf_params *p = &f->params;
     double near, far, s = f->lens.focus_distance;
@@ -75,7 +75,7 @@ static void alpha_of(const struct rf_preview *preview, const void *user, int x, 
 
 rf_result rf_blend_region(struct rf_preview *preview, struct rf_error *error)
 {
-    struct region region = region_of(preview->work->filter);
+    struct region region = region_of(preview->work->frame);
     struct rf_layer layer = {.preview = preview,
                              .radius_px = preview->radius_px,
                              .alpha = alpha_of,

@@ -110,7 +110,7 @@ static void unpack_band(void *user, int from, int to, int thread)
 
 static void on_rows(struct slices *s, double progress, rf_band_fn fn)
 {
-    struct rf_blur pass = {.filter = s->preview->work->filter,
+    struct rf_blur pass = {.frame = s->preview->work->frame,
                            .task = s->preview->work->task,
                            .progress_from = progress,
                            .progress_to = progress};
@@ -138,7 +138,7 @@ static rf_result draw_slice(struct slices *s, int i, struct rf_error *error)
 
 rf_result rf_blend_slices(struct rf_preview *preview, struct rf_error *error)
 {
-    const struct rf_filter *f = preview->work->filter;
+    const struct rf_frame *f = preview->work->frame;
     struct slices s = {.preview = preview, .n = f->params.slices};
     if (!rf_grid_alloc(f->context, &s.out, f->width, f->height))
         return rf_fail_memory(error, (size_t)f->width * (size_t)f->height,

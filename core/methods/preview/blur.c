@@ -31,7 +31,7 @@ void rf_blur_pass(const struct rf_blur *blur, int pass, int n_passes, int n, int
     rf_task_phase(
         task, blur->progress_from + (blur->progress_to - blur->progress_from) * share,
         n_bands);
-#pragma omp parallel for num_threads(blur->filter->context->n_threads) schedule(static)
+#pragma omp parallel for num_threads(blur->frame->context->n_threads) schedule(static)
     for (int i = 0; i < n_bands; i++) {
         if (rf_task_is_cancelled(task))
             continue;

@@ -43,7 +43,7 @@ typedef void (*rf_put_fn)(const struct rf_blur *blur, int x, int y, int n,
 
 /* One run of a generator. */
 struct rf_blur {
-    const struct rf_filter *filter;
+    const struct rf_frame *frame;
     struct rf_task *task;
     const struct rf_grid *source;
     const float *radius_map; /* per pixel, any sign; NULL: radius_px everywhere */

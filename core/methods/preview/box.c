@@ -203,9 +203,9 @@ static void repeat(struct box *b, struct rf_grid *rows, struct rf_grid *columns)
 
 rf_result rf_generate_box(const struct rf_blur *blur, struct rf_error *error)
 {
-    const struct rf_context *context = blur->filter->context;
+    const struct rf_context *context = blur->frame->context;
     int width = blur->source->width, height = blur->source->height;
-    struct box b = {.blur = blur, .n_repeats = blur->filter->params.box_repeats};
+    struct box b = {.blur = blur, .n_repeats = blur->frame->params.box_repeats};
     b.n_sums = (size_t)rf_max_int(width, height * STRIP);
     b.over_n = 1 / (float)b.n_repeats;
     b.width_px = box_width(blur->radius_px, b.over_n);

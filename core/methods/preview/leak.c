@@ -85,7 +85,7 @@ static void weigh_band(void *user, int from, int to, int thread)
 static float product_weight(const struct mix *m, int x, int y, float r)
 {
     const struct rf_grid *sharp = &m->layer->preview->sharp;
-    float u = (float)m->layer->preview->work->filter->params.leak_weight;
+    float u = (float)m->layer->preview->work->frame->params.leak_weight;
     int d = (int)(r * 0.5f + 0.5f), w = sharp->width, h = sharp->height;
     const float *top = m->blurred + (size_t)rf_max_int(y - d, 0) * (size_t)w;
     const float *low = m->blurred + (size_t)rf_min_int(y + d, h - 1) * (size_t)w;
@@ -98,7 +98,7 @@ static float product_weight(const struct mix *m, int x, int y, float r)
 static void find_weights(const struct mix *m, const struct rf_blur *blur, int x, int y,
                          int n, float *alpha)
 {
-    const struct rf_params *p = &blur->filter->params;
+    const struct rf_params *p = &blur->frame->params;
     const float *blurred =
         m->blurred ? m->blurred + (size_t)y * (size_t)blur->source->width + (size_t)x
                    : NULL;
@@ -137,7 +137,7 @@ static void put_mix(const struct rf_blur *blur, int x, int y, int n, rf_f4 *pixe
 
 static bool allocate(struct mix *m, const struct rf_grid *like)
 {
-    const struct rf_context *context = m->layer->preview->work->filter->context;
+    const struct rf_context *context = m->layer->preview->work->frame->context;
     m->blurred = rf_alloc(context, (size_t)like->width * (size_t)like->height,
                           sizeof *m->blurred);
     return m->blurred &&
@@ -171,9 +171,9 @@ static rf_result run_twice(struct mix *m, struct rf_blur *blur, struct rf_error 
 
 rf_result rf_layer_run(const struct rf_layer *layer, struct rf_error *error)
 {
-    const struct rf_filter *f = layer->preview->work->filter;
+    const struct rf_frame *f = layer->preview->work->frame;
     struct mix m = {.layer = layer, .is_left_out = f->params.leave_focus_out != 0};
-    struct rf_blur blur = {.filter = f,
+    struct rf_blur blur = {.frame = f,
                            .task = layer->preview->work->task,
                            .source = &layer->preview->sharp,
                            .radius_map = layer->radius_map,

@@ -103,8 +103,8 @@ static void magnify_band(void *user, int from, int to, int thread)
 
 rf_result rf_generate_lowres(const struct rf_blur *blur, struct rf_error *error)
 {
-    const struct rf_context *context = blur->filter->context;
-    struct lowres l = {.blur = blur, .factor = blur->filter->params.lowres_factor};
+    const struct rf_context *context = blur->frame->context;
+    struct lowres l = {.blur = blur, .factor = blur->frame->params.lowres_factor};
     int width = (blur->source->width + l.factor - 1) / l.factor;
     int height = (blur->source->height + l.factor - 1) / l.factor;
     if (!rf_grid_alloc(context, &l.small, width, height))

@@ -30,7 +30,7 @@
 
 rf_result rf_generate_mipmap(const struct rf_blur *blur, struct rf_error *error)
 {
-    const struct rf_filter *f = blur->filter;
+    const struct rf_frame *f = blur->frame;
     float scale = (float)pow(4, f->params.mipmap_bias);
     struct rf_pyramid pyramid;
     rf_result result = rf_pyramid_build(&pyramid, blur, false, error);

@@ -57,7 +57,7 @@ static double outline(const struct rf_shape *shape, double u, double v)
     return least;
 }
 
-static void place_copies(struct offset *o, const struct rf_filter *f)
+static void place_copies(struct offset *o, const struct rf_frame *f)
 {
     o->n = f->params.copies;
     for (int i = 0; i < o->n; i++) {
@@ -117,7 +117,7 @@ static void offset_band(void *user, int from, int to, int thread)
 rf_result rf_generate_offset(const struct rf_blur *blur, struct rf_error *error)
 {
     struct offset o = {.blur = blur};
-    place_copies(&o, blur->filter);
+    place_copies(&o, blur->frame);
     rf_blur_pass(blur, 0, 1, blur->source->height, RF_BAND_ROWS, offset_band, &o);
     return RF_OK;
 }

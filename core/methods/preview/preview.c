@@ -42,7 +42,7 @@ static void pack_band(void *user, int from, int to, int thread)
 /* ---- methods ------------------------------------------------------------------- */
 
 /* What the parameter says, else the radius of what lies at infinity. */
-static float copy_radius(const struct rf_filter *f)
+static float copy_radius(const struct rf_frame *f)
 {
     double r = f->params.blur_radius;
     if (r == 0)
@@ -53,15 +53,18 @@ static float copy_radius(const struct rf_filter *f)
 static rf_result run(struct rf_work *work, rf_generator_fn generate,
                      struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
+    const struct rf_frame *f = work->frame;
+    rf_result result = rf_work_unpack(work, error);
+    if (result != RF_OK)
+        return result;
     struct rf_preview p = {
         .work = work, .generate = generate, .radius_px = copy_radius(f)};
     if (!rf_grid_alloc(f->context, &p.sharp, f->width, f->height))
         return rf_fail_memory(error, (size_t)f->width * (size_t)f->height,
                               sizeof *p.sharp.at);
-    struct rf_blur packing = {.filter = f, .task = work->task, .progress_to = 0.1};
+    struct rf_blur packing = {.frame = f, .task = work->task, .progress_to = 0.1};
     rf_blur_pass(&packing, 0, 1, f->height, RF_BAND_ROWS, pack_band, &p);
-    rf_result result = blends[f->params.blend](&p, error);
+    result = blends[f->params.blend](&p, error);
     rf_free(f->context, p.sharp.at);
     return result;
 }

@@ -72,7 +72,7 @@ static int count_levels(const struct rf_blur *blur)
 rf_result rf_pyramid_build(struct rf_pyramid *p, const struct rf_blur *blur,
                            bool is_offset, struct rf_error *error)
 {
-    const struct rf_context *context = blur->filter->context;
+    const struct rf_context *context = blur->frame->context;
     struct rf_grid plain = *blur->source, next = {0};
     struct rf_blur half = *blur;
     half.progress_to = (blur->progress_from + blur->progress_to) / 2;

@@ -139,9 +139,9 @@ static double first_shift(int n)
 rf_result rf_generate_recursive_offset(const struct rf_blur *blur,
                                        struct rf_error *error)
 {
-    const struct rf_context *context = blur->filter->context;
+    const struct rf_context *context = blur->frame->context;
     int width = blur->source->width, height = blur->source->height;
-    int n = blur->filter->params.recursions;
+    int n = blur->frame->params.recursions;
     struct rf_grid steps[2] = {{0}, {0}};
     struct recursion s = {.blur = blur, .from = blur->source};
     bool is_complete = (n < 2 || rf_grid_alloc(context, &steps[0], width, height)) &&

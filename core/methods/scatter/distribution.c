@@ -14,10 +14,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
 #include "base/pool.h"
-#include "input/frame.h"
 #include "input/pixels.h"
 #include "rackfocus/rackfocus.h"
 
@@ -71,29 +71,30 @@ static bool normalise(struct rf_bokeh *d, int plane)
     return total > 0;
 }
 
-rf_result rf_filter_set_distribution(struct rf_filter *filter,
-                                     const struct rf_image *image,
-                                     struct rf_error *error)
+static rf_result check_picture(const struct rf_image *image, struct rf_error *error)
 {
-    if (!filter || !image)
-        return rf_fail(error, RF_ERROR_ARGUMENT, filter ? "distribution" : "filter",
-                       "a pointer is NULL");
     rf_result result =
         rf_image_check(image, "distribution", image->width, image->height, error);
     if (result == RF_OK && (image->width < 1 || image->height < 1))
         result = rf_fail(error, RF_ERROR_ARGUMENT, "distribution",
                          "the picture of the distribution has no pixels");
-    if (result == RF_OK)
-        result = check_values(image, error);
+    return result == RF_OK ? check_values(image, error) : result;
+}
+
+rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *context,
+                        const struct rf_image *image, struct rf_error *error)
+{
+    *bokeh = NULL;
+    rf_result result = check_picture(image, error);
     if (result != RF_OK)
         return result;
     int n_planes = image->channels == 1 ? 1 : 4;
     size_t n = (size_t)(image->width + 1) * (size_t)(image->height + 1);
-    struct rf_bokeh *d = rf_alloc(filter->context, 1, sizeof *d);
-    double *sum = rf_calloc(filter->context, n * (size_t)n_planes, sizeof *sum);
+    struct rf_bokeh *d = rf_alloc(context, 1, sizeof *d);
+    double *sum = rf_calloc(context, n * (size_t)n_planes, sizeof *sum);
     if (!d || !sum) {
-        rf_free(filter->context, d);
-        rf_free(filter->context, sum);
+        rf_free(context, d);
+        rf_free(context, sum);
         return rf_fail_memory(error, n * (size_t)n_planes, sizeof *sum);
     }
     *d = (struct rf_bokeh){image->width, image->height, n_planes, sum};
@@ -102,24 +103,22 @@ rf_result rf_filter_set_distribution(struct rf_filter *filter,
         sum_plane(d, image, c);
         is_good &= normalise(d, c);
     }
-    rf_bokeh_free(filter);
-    filter->bokeh = d;
-    if (is_good)
+    if (is_good) {
+        *bokeh = d;
         return RF_OK;
-    rf_bokeh_free(filter);
+    }
+    rf_bokeh_free(d, context);
     return rf_fail(error, RF_ERROR_PIXEL, "distribution",
                    "the picture of the distribution is black%s: nothing would be left "
                    "of the light",
                    n_planes > 1 ? " in a channel" : "");
 }
 
-void rf_bokeh_free(struct rf_filter *filter)
+void rf_bokeh_free(struct rf_bokeh *bokeh, const struct rf_context *context)
 {
-    if (!filter->bokeh)
-        return;
-    rf_free(filter->context, filter->bokeh->sum);
-    rf_free(filter->context, filter->bokeh);
-    filter->bokeh = NULL;
+    if (bokeh)
+        rf_free(context, bokeh->sum);
+    rf_free(context, bokeh);
 }
 
 double rf_bokeh_sum(const struct rf_bokeh *d, int plane, double x, double y)

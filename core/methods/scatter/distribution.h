@@ -3,7 +3,8 @@
 #ifndef RF_METHODS_SCATTER_DISTRIBUTION_H
 #define RF_METHODS_SCATTER_DISTRIBUTION_H
 
-#include "input/frame.h"
+#include "base/context.h"
+#include "rackfocus/rackfocus.h"
 
 struct rf_bokeh {
     int width, height;
@@ -14,7 +15,9 @@ struct rf_bokeh {
 /* Share of the light left of x and above y, clamped to the picture. */
 double rf_bokeh_sum(const struct rf_bokeh *d, int plane, double x, double y);
 
-/* Takes the distribution away from a filter; it may have none. */
-void rf_bokeh_free(struct rf_filter *filter);
+/* Checks a picture and makes a distribution of it, which is to be freed. */
+rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *context,
+                        const struct rf_image *image, struct rf_error *error);
+void rf_bokeh_free(struct rf_bokeh *bokeh, const struct rf_context *context);
 
 #endif

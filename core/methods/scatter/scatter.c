@@ -129,7 +129,7 @@ static void count_rings(struct scatter *s)
 
 static rf_result build_areas(struct scatter *s, struct rf_error *error)
 {
-    const struct rf_filter *f = s->work->filter;
+    const struct rf_frame *f = s->work->frame;
     size_t n = (size_t)f->width * (size_t)f->height;
     s->max_key = 1;
     for (size_t i = 0; i < n; i++)
@@ -163,7 +163,7 @@ static rf_result build_areas(struct scatter *s, struct rf_error *error)
 static void scatter_row(const struct scatter *s, double *line, int x, int dy, int w,
                         int key, const double light[4])
 {
-    int width = s->work->filter->width, stride = width + 1;
+    int width = s->work->frame->width, stride = width + 1;
     int left = rf_max_int(x - w, 0), right = rf_min_int(x + w, width - 1);
     for (int i = left; i <= right; i++) {
         double d = density_at(s, (i - x) * (i - x) + dy * dy, key);
@@ -176,9 +176,9 @@ static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
                           double *band)
 {
     const struct rf_work *work = s->work;
-    int width = work->filter->width, stride = width + 1, n_planes = work->n_planes;
+    int width = work->frame->width, stride = width + 1, n_planes = work->n_planes;
     size_t at = (size_t)y * (size_t)width + (size_t)x;
-    size_t n = (size_t)width * (size_t)work->filter->height;
+    size_t n = (size_t)width * (size_t)work->frame->height;
     int key = circle_key(work->radius[at]);
     double light[4];
     for (int c = 0; c < n_planes; c++)
@@ -226,7 +226,7 @@ static void integrate_line(const struct stamp *stamp, int line, double *corners)
 static void stamp_row(const struct scatter *s, const struct stamp *stamp, int x,
                       const double light[4], double *line)
 {
-    int width = s->work->filter->width, stride = width + 1;
+    int width = s->work->frame->width, stride = width + 1;
     int left = rf_max_int(x - stamp->reach, 0);
     int right = rf_min_int(x + stamp->reach, width - 1);
     for (int c = 0; c < s->work->n_planes; c++) {
@@ -245,9 +245,9 @@ static void scatter_picture(const struct scatter *s, int x, int y, int y0, int y
                             double *band, double *corners)
 {
     const struct rf_work *work = s->work;
-    int width = work->filter->width, n_planes = work->n_planes;
+    int width = work->frame->width, n_planes = work->n_planes;
     size_t at = (size_t)y * (size_t)width + (size_t)x;
-    size_t n = (size_t)width * (size_t)work->filter->height;
+    size_t n = (size_t)width * (size_t)work->frame->height;
     /* Up to half a pixel all of the picture lies within the pixel. */
     double r = (double)work->radius[at], size = fmax(fabs(r), 0.5);
     struct stamp stamp = {.image = s->image,
@@ -277,7 +277,7 @@ static void scatter_picture(const struct scatter *s, int x, int y, int y0, int y
 static void finish_band(const struct scatter *s, int y0, int y1, const double *band)
 {
     const struct rf_work *work = s->work;
-    int width = work->filter->width, stride = width + 1, n_planes = work->n_planes;
+    int width = work->frame->width, stride = width + 1, n_planes = work->n_planes;
     for (int y = y0; y < y1; y++)
         for (int c = 0; c < n_planes; c++) {
             const double *line =
@@ -293,7 +293,7 @@ static void finish_band(const struct scatter *s, int y0, int y1, const double *b
 
 static void run_band(const struct scatter *s, int band_index, double *band)
 {
-    const struct rf_filter *f = s->work->filter;
+    const struct rf_frame *f = s->work->frame;
     int y0 = band_index * BAND_ROWS, y1 = rf_min_int(y0 + BAND_ROWS, f->height);
     size_t n = (size_t)(f->width + 1) * (size_t)s->work->n_planes * BAND_ROWS;
     memset(band, 0, n * sizeof *band);
@@ -314,7 +314,7 @@ static void run_band(const struct scatter *s, int band_index, double *band)
 
 static void run_bands(const struct scatter *s, double *bands, size_t band_size)
 {
-    const struct rf_filter *f = s->work->filter;
+    const struct rf_frame *f = s->work->frame;
     int n_bands = (f->height + BAND_ROWS - 1) / BAND_ROWS;
     rf_task_phase(s->work->task, 1, n_bands);
 #pragma omp parallel num_threads(f->context->n_threads)
@@ -332,7 +332,7 @@ static void run_bands(const struct scatter *s, double *bands, size_t band_size)
 
 rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
+    const struct rf_frame *f = work->frame;
     const struct rf_context *context = f->context;
     struct scatter s = {.work = work};
     if (f->params.distribution == RF_DISTRIBUTION_IMAGE) {
@@ -345,7 +345,9 @@ rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
     s.is_uniform = s.is_uniform && !s.image;
     size_t n = (size_t)f->width * (size_t)f->height;
     size_t n_source = n * (size_t)work->n_planes;
-    rf_result result = build_areas(&s, error);
+    rf_result result = rf_work_unpack(work, error);
+    if (result == RF_OK)
+        result = build_areas(&s, error);
     size_t band_size = (size_t)(f->width + 1) * (size_t)work->n_planes * BAND_ROWS;
     if (s.image) /* and two lines of corners behind each band */
         band_size += 2 * (size_t)s.image->n_planes * (2 * (size_t)s.reach + 2);

@@ -109,8 +109,8 @@ static inline bool rf_view_pixel_at(const struct rf_views *v, int j,
 /* Was the pixel rendered? The others continue the picture beyond its border. */
 static inline bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
 {
-    return x >= l->x0 && y >= l->y0 && x < l->x0 + l->filter->width &&
-           y < l->y0 + l->filter->height;
+    return x >= l->x0 && y >= l->y0 && x < l->x0 + l->frame->width &&
+           y < l->y0 + l->frame->height;
 }
 
 /* How much pixel (x, y) of a view sees of a place of radius r. */
@@ -133,11 +133,11 @@ enum { RF_VIEW_PHASES = 5 }; /* places of a sample in a pixel; odd: one is its c
 /* The part of the lens for which some of the views stand. */
 struct rf_view_cell {
     struct rf_views *v;
-    int index;               /* among the cells */
-    uint64_t own;            /* those views */
-    bool is_whole;           /* it is all of the lens, and they are all of the views */
-    int middle;              /* the view to estimate hidden samples from */
-    struct rf_filter filter; /* with the part as its aperture */
+    int index;             /* among the cells */
+    uint64_t own;          /* those views */
+    bool is_whole;         /* it is all of the lens, and they are all of the views */
+    int middle;            /* the view to estimate hidden samples from */
+    struct rf_frame frame; /* with the part as its aperture */
     float centroid[2];
     float extent[2]; /* half width and height of what it makes of radius 1, px */
     float reach[2];  /* how far samples of radius 1 have a part in the picture, px */

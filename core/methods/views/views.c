@@ -88,22 +88,20 @@ static struct rf_sight sight_of(const struct rf_picture *l,
                              .shift_bias = view->shift_bias,
                              .x0 = l->x0,
                              .y0 = l->y0,
-                             .x1 = l->x0 + l->filter->width,
-                             .y1 = l->y0 + l->filter->height};
+                             .x1 = l->x0 + l->frame->width,
+                             .y1 = l->y0 + l->frame->height};
 }
 
 static rf_result load(struct rf_views *v, int border, struct rf_error *error)
 {
     struct rf_work *work = v->work;
-    work->needs_planes = false;
     for (int j = 0; j < work->n_views; j++) {
         rf_task_phase(work->task, 0.2 * (j + 1) / work->n_views,
-                      work->filter->height + 2 * border);
+                      work->frame->height + 2 * border);
         rf_result result =
-            rf_picture_load(&v->pictures[j], work->filter, &work->views[j],
+            rf_picture_load(&v->pictures[j], work->frame, &work->views[j],
                             work->n_planes, border, true, work->task, error);
-        work->needs_planes |= v->pictures[j].is_refused;
-        if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task))
+        if (result != RF_OK || rf_task_is_cancelled(work->task))
             return result;
         const struct rf_work_view *view = &work->views[j];
         const struct rf_pixels *pixels = &v->pictures[j].pixels;
@@ -157,7 +155,7 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
                            struct rf_error *error)
 {
     struct rf_work *work = v->work;
-    const struct rf_context *context = work->filter->context;
+    const struct rf_context *context = work->frame->context;
     double from = work->task->to;
     rf_result result = find_unseen(v, cells, n, error);
     for (int i = 0; i < n && result == RF_OK; i++) {
@@ -178,7 +176,7 @@ static rf_result spread_lights(const struct rf_views *v, float *rgba,
                                struct rf_error *error)
 {
     const struct rf_picture *picture = &v->pictures[0];
-    struct rf_scene scene = {.filter = v->work->filter,
+    struct rf_scene scene = {.frame = v->work->frame,
                              .width = picture->width,
                              .height = picture->height,
                              .x0 = picture->x0,
@@ -193,9 +191,9 @@ static rf_result spread_lights(const struct rf_views *v, float *rgba,
                              .progress_to = 1};
     struct rf_crop crop = {.x = picture->x0,
                            .y = picture->y0,
-                           .width = picture->filter->width,
-                           .height = picture->filter->height,
-                           .stride = 4 * (ptrdiff_t)picture->filter->width,
+                           .width = picture->frame->width,
+                           .height = picture->frame->height,
+                           .stride = 4 * (ptrdiff_t)picture->frame->width,
                            .rgba = rgba};
     return rf_add_highlights(&scene, &crop, error);
 }
@@ -203,7 +201,7 @@ static rf_result spread_lights(const struct rf_views *v, float *rgba,
 static rf_result add_lights(const struct rf_views *v, float *rgba,
                             struct rf_error *error)
 {
-    const struct rf_context *context = v->work->filter->context;
+    const struct rf_context *context = v->work->frame->context;
     float *behind = NULL;
     if (v->lights.n == 0)
         return RF_OK;
@@ -217,12 +215,12 @@ static rf_result add_lights(const struct rf_views *v, float *rgba,
 /* A row of the planes of the work and its lights, as quadruples, to plain pixels. */
 static void store_row(const struct rf_work *work, int y, const float *lights)
 {
-    int width = work->filter->width;
+    int width = work->frame->width;
     const float *rows[4];
     float *out = (float *)rf_image_at(work->out, 0, y, 0);
     for (int p = 0; p < work->n_planes; p++)
         rows[p] = work->colour[p] + (size_t)y * (size_t)width;
-    work->filter->context->kernels->pack(rows, width, out);
+    work->frame->context->kernels->pack(rows, width, out);
     for (int x = 0; x < width; x++)
         *(rf_quad *)(out + 4 * x) += *(const rf_quad *)(lights + 4 * x);
 }
@@ -230,7 +228,7 @@ static void store_row(const struct rf_work *work, int y, const float *lights)
 /* Adds its lights to a row of the planes of the work. */
 static void add_row(const struct rf_work *work, int y, const float *lights)
 {
-    int width = work->filter->width;
+    int width = work->frame->width;
     for (int p = 0; p < work->n_planes; p++) {
         float *row = work->colour[p] + (size_t)y * (size_t)width;
         for (int x = 0; x < width; x++)
@@ -246,14 +244,13 @@ static void finish(const struct rf_views *v, float *sum, double total,
                    const float *lights)
 {
     struct rf_work *work = v->work;
-    int width = work->filter->width, height = work->filter->height;
+    int width = work->frame->width, height = work->frame->height;
     size_t n = (size_t)width * (size_t)height;
-    work->memory = sum;
+    work->planes = sum;
     work->stride = (size_t)width;
-    work->is_stored = work->out != NULL;
     for (int p = 0; p < work->n_planes; p++)
         work->colour[p] = sum + n * (size_t)p;
-#pragma omp parallel for num_threads(work->filter->context->n_threads) schedule(static)
+#pragma omp parallel for num_threads(work->frame->context->n_threads) schedule(static)
     for (int y = 0; y < height; y++) {
         const float *light = lights + 4 * (size_t)y * (size_t)width;
         for (int p = 0; p < work->n_planes; p++) {
@@ -266,6 +263,8 @@ static void finish(const struct rf_views *v, float *sum, double total,
         else
             add_row(work, y, light);
     }
+    if (work->out)
+        memset(work->colour, 0, sizeof work->colour);
 }
 
 /* The picture of loaded views whose lights have been taken. */
@@ -273,7 +272,7 @@ static rf_result merge(struct rf_views *v, struct rf_view_cell *cells,
                        const double *area, int n_cells, struct rf_error *error)
 {
     struct rf_work *work = v->work;
-    const struct rf_filter *f = work->filter;
+    const struct rf_frame *f = work->frame;
     size_t n_pixels = (size_t)f->width * (size_t)f->height;
     size_t n = n_pixels * (size_t)work->n_planes;
     float *sum = rf_calloc(f->context, n, sizeof *sum), *lights = NULL;
@@ -298,7 +297,7 @@ static rf_result merge(struct rf_views *v, struct rf_view_cell *cells,
 static rf_result run(struct rf_views *v, struct rf_error *error)
 {
     struct rf_work *work = v->work;
-    const struct rf_context *context = work->filter->context;
+    const struct rf_context *context = work->frame->context;
     double area[RF_MAX_VIEWS];
     struct rf_view_cell *cells =
         rf_alloc(context, (size_t)work->n_views, sizeof *cells);
@@ -308,11 +307,11 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
     rf_views_measure_range(v);
     int border = rf_picture_border(rf_views_border(work, cells, n_cells));
     rf_result result = load(v, border, error);
-    if (result != RF_OK || work->needs_planes || rf_task_is_cancelled(work->task)) {
+    if (result != RF_OK || rf_task_is_cancelled(work->task)) {
         rf_free(context, cells);
         return result;
     }
-    if (work->filter->params.exact_highlights)
+    if (work->frame->params.exact_highlights)
         result = rf_views_take_lights(v, error);
     for (int j = 0; j < work->n_views && result == RF_OK; j++)
         rf_picture_drop_pixels(&v->pictures[j]);
@@ -326,19 +325,24 @@ static rf_result run(struct rf_views *v, struct rf_error *error)
 /* A preview takes the view nearest to the lens' centre alone. */
 static rf_result run_preview(struct rf_work *work, struct rf_error *error)
 {
-    const struct rf_work_view *view = &work->views[rf_views_middle(work)];
-    memcpy(work->colour, view->colour, sizeof work->colour);
-    work->radius = view->radius;
-    return rf_layered_preview_run(work, error);
+    struct rf_work one = *work;
+    one.views = &work->views[rf_views_middle(work)];
+    one.n_views = 1;
+    one.radius = one.views->radius;
+    memcpy(one.colour, one.views->colour, sizeof one.colour);
+    rf_result result = rf_layered_preview_run(&one, error);
+    memcpy(work->colour, one.colour, sizeof work->colour);
+    work->planes = one.planes;
+    return result;
 }
 
 rf_result rf_views_run(struct rf_work *work, struct rf_error *error)
 {
-    if (work->filter->params.quality == RF_QUALITY_PREVIEW)
+    if (work->frame->params.quality == RF_QUALITY_PREVIEW)
         return run_preview(work, error);
     if (work->n_views == 1)
         return rf_layered_run(work, error);
-    const struct rf_context *context = work->filter->context;
+    const struct rf_context *context = work->frame->context;
     size_t n = (size_t)work->n_views;
     struct rf_views v = {.work = work,
                          .pictures = rf_calloc(context, n, sizeof *v.pictures),

@@ -10,12 +10,19 @@
  * (views_sight.c), each on the nearest pixel. What no view shows stays open. Cost: the
  * pieces once more, and 4 bytes per pixel and view, both only where there are lights.
  */
-#include <math.h>
-
-#include "base/error.h"
-#include "base/pool.h"
 #include "methods/views/views_behind.h"
-#include "methods/views/views_place.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "kernels/data.h"
+#include "methods/views/merge.h"
+#include "surfaces/picture.h"
+#include "rackfocus/rackfocus.h"
 
 /* The radii behind the surfaces of one view, while they are found. */
 struct plane {
@@ -72,7 +79,7 @@ static void put_pieces(const struct plane *p, int cell)
 rf_result rf_views_find_behind(const struct rf_views *v, float **planes,
                                struct rf_error *error)
 {
-    const struct rf_context *context = v->work->filter->context;
+    const struct rf_context *context = v->work->frame->context;
     const struct rf_picture *picture = &v->pictures[0];
     size_t stride = (size_t)picture->width + RF_ROW_MARGIN;
     size_t n = stride * (size_t)picture->height, n_views = (size_t)v->work->n_views;

@@ -53,16 +53,16 @@ static inline bool reaches_picture(const struct rf_view_cell *cell, float x, flo
 {
     const struct rf_picture *l = &cell->v->pictures[cell->middle];
     float size = fabsf(r);
-    return reaches(x, size * cell->reach[0] + 8, l->x0, l->filter->width, l->width) &&
-           reaches(y, size * cell->reach[1] + 8, l->y0, l->filter->height, l->height);
+    return reaches(x, size * cell->reach[0] + 8, l->x0, l->frame->width, l->width) &&
+           reaches(y, size * cell->reach[1] + 8, l->y0, l->frame->height, l->height);
 }
 
 /* Does a sample's footprint reach the picture, and does it lie in the scene? */
 static bool is_in_scene(const struct rf_view_cell *cell, const struct rf_sample *p)
 {
     const struct rf_picture *l = &cell->v->pictures[cell->middle];
-    if (p->x >= (float)l->x0 && p->x < (float)(l->x0 + l->filter->width) &&
-        p->y >= (float)l->y0 && p->y < (float)(l->y0 + l->filter->height))
+    if (p->x >= (float)l->x0 && p->x < (float)(l->x0 + l->frame->width) &&
+        p->y >= (float)l->y0 && p->y < (float)(l->y0 + l->frame->height))
         return true;
     return reaches_picture(cell, p->x, p->y, p->r);
 }
@@ -222,8 +222,8 @@ static struct run run_of(const struct rf_view_cell *cell, int x, int y, int n)
 static uint64_t find_rendered(const struct rf_picture *picture, const struct run *r)
 {
     int first = rf_max_int(r->first, picture->x0 - r->x);
-    int end = rf_min_int(r->end, picture->x0 + picture->filter->width - r->x);
-    if (r->y < picture->y0 || r->y >= picture->y0 + picture->filter->height ||
+    int end = rf_min_int(r->end, picture->x0 + picture->frame->width - r->x);
+    if (r->y < picture->y0 || r->y >= picture->y0 + picture->frame->height ||
         first >= end)
         return 0;
     return UINT64_MAX >> (64 - (end - first)) << first;
@@ -388,7 +388,7 @@ static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
 {
     const struct rf_views *v = cell->v;
     const struct rf_picture *own = &v->pictures[cell->middle];
-    const struct rf_kernels *kernels = own->filter->context->kernels;
+    const struct rf_kernels *kernels = own->frame->context->kernels;
     struct rf_sight_found found;
     for (int i = b->n; i % 8; i++) /* vectors are whole */
         b->places.x[i] = b->places.y[i] = b->places.r[i] = 0;
@@ -505,7 +505,7 @@ static rf_result find_hidden(struct rf_view_cell *cell, double progress_to,
     /* The other views are asked what they show, not this one, while its radii change.
      */
     struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
-    return rf_find_hidden(&cell->filter, &picture->surfaces, &radii,
+    return rf_find_hidden(&cell->frame, &picture->surfaces, &radii,
                           cell->is_whole ? NULL : &known, &cell->hidden,
                           cell->v->work->task, error);
 }
@@ -529,10 +529,10 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
     rf_result result = RF_OK;
     for (int k = 0; k < 2; k++) /* coarse levels reach farther than footprints do */
         cell->reach[k] = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
-    if (work->filter->params.fill_hidden)
+    if (work->frame->params.fill_hidden)
         result = find_hidden(cell, from + 0.2 * (progress_to - from), error);
     struct rf_occluders occluders = {.surfaces = &picture->surfaces};
-    struct rf_scene scene = {.filter = &cell->filter,
+    struct rf_scene scene = {.frame = &cell->frame,
                              .width = picture->width,
                              .height = picture->height,
                              .x0 = picture->x0,

@@ -56,7 +56,7 @@ static int sub_apertures_of_cell(int whole, int n_views)
 static void measure_cell(struct rf_view_cell *cell, const double centroid[2])
 {
     double extent[2];
-    rf_shape_extent(&cell->filter.shape, extent);
+    rf_shape_extent(&cell->frame.shape, extent);
     for (int k = 0; k < 2; k++) {
         cell->extent[k] = (float)extent[k];
         cell->centroid[k] = (float)centroid[k];
@@ -83,7 +83,7 @@ static struct parts cut_lens(const struct rf_work *work)
     copy_places(work, site);
     for (int j = 0; j < work->n_views; j++) {
         struct rf_shape unused;
-        parts.area[j] = rf_shape_part(&work->filter->shape, site, work->n_views, j,
+        parts.area[j] = rf_shape_part(&work->frame->shape, site, work->n_views, j,
                                       &unused, parts.centroid[j]);
     }
     return parts;
@@ -203,7 +203,7 @@ static struct rf_view_cell whole_lens(struct rf_views *v)
                                 .own = RF_ALL_VIEWS >> (64 - v->work->n_views),
                                 .is_whole = true,
                                 .middle = rf_views_middle(v->work),
-                                .filter = *v->work->filter};
+                                .frame = *v->work->frame};
     measure_cell(&cell, (double[2]){0, 0});
     return cell;
 }
@@ -225,13 +225,13 @@ int rf_views_make_cells(struct rf_views *v, struct rf_view_cell *cells, double *
     for (int i = 0; i < n_sites; i++) {
         double centroid[2];
         uint64_t own = views_at(&parts, n_views, site, n_sites, i);
-        cells[n] = (struct rf_view_cell){.v = v, .own = own, .filter = *work->filter};
-        area[n] = rf_shape_part(&work->filter->shape, site, n_sites, i,
-                                &cells[n].filter.shape, centroid);
+        cells[n] = (struct rf_view_cell){.v = v, .own = own, .frame = *work->frame};
+        area[n] = rf_shape_part(&work->frame->shape, site, n_sites, i,
+                                &cells[n].frame.shape, centroid);
         if (!own || !(area[n] > 0))
             continue;
         cells[n].middle = nearest_view(work, own, centroid);
-        int *sub_apertures = &cells[n].filter.params.sub_apertures;
+        int *sub_apertures = &cells[n].frame.params.sub_apertures;
         *sub_apertures = sub_apertures_of_cell(*sub_apertures, n_sites);
         measure_cell(&cells[n], centroid);
         set_grid(&cells[n]);
@@ -288,7 +288,7 @@ static struct widest widest_of(const struct rf_work *work,
     struct widest w = {.level = 0};
     for (int i = 0; i < n; i++)
         w.level =
-            rf_max_int(w.level, rf_level_of(rf_level_split(&cells[i].filter.shape), r));
+            rf_max_int(w.level, rf_level_of(rf_level_split(&cells[i].frame.shape), r));
     for (int i = 0; i < n; i++)
         for (int k = 0; k < 2; k++) {
             float centroid = cells[i].centroid[k], extent = cells[i].extent[k];
@@ -317,7 +317,7 @@ static struct widest widest_of(const struct rf_work *work,
 rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
                           struct rf_margin *margin, struct rf_error *error)
 {
-    const struct rf_filter *f = work->filter;
+    const struct rf_frame *f = work->frame;
     struct rf_views v = {.work = work};
     size_t n = (size_t)work->n_views;
     double area[RF_MAX_VIEWS], extent[2];

@@ -160,7 +160,7 @@ static void try_line(struct depth_search *d, int k)
                               fabsf(other->lens[1] - own->lens[1])) *
                  fabsf(own->shift_scale);
     float most = d->v->work->largest_radius;
-    const struct rf_place *whole = &l->filter->place;
+    const struct rf_place *whole = &l->frame->place;
     int n =
         (int)fminf(ceilf(most * pace),
                    (float)(whole->whole_width + whole->whole_height + 4 * l->border));
@@ -380,7 +380,7 @@ static void sort_by_leads(const struct rf_samples *lights, const uint32_t *lead,
 
 static rf_result share_masks(struct rf_views *v, struct rf_error *error)
 {
-    const struct rf_context *context = v->work->filter->context;
+    const struct rf_context *context = v->work->frame->context;
     size_t n = v->lights.n;
     struct rf_sample *sorted = rf_alloc(context, n, sizeof *sorted);
     uint32_t *room = rf_calloc(context, 2 * n + 1, sizeof *room);
@@ -401,7 +401,7 @@ static rf_result share_masks(struct rf_views *v, struct rf_error *error)
 
 rf_result rf_views_take_lights(struct rf_views *v, struct rf_error *error)
 {
-    const struct rf_context *context = v->work->filter->context;
+    const struct rf_context *context = v->work->frame->context;
     size_t n = 0;
     for (int j = 0; j < v->work->n_views; j++) {
         rf_result result = rf_picture_take_highlights(

@@ -79,7 +79,7 @@ bool rf_views_are_beside(const struct rf_views *v, struct rf_view_place p)
     const struct rf_picture *l = &v->pictures[0];
     const float at[2] = {p.x, p.y};
     const int first[2] = {l->x0, l->y0};
-    const int size[2] = {l->filter->width, l->filter->height};
+    const int size[2] = {l->frame->width, l->frame->height};
     int low = p.r < 0; /* whose slope shifts least */
     for (int k = 0; k < 2; k++) {
         float least = v->range.slope[low][k] * p.r + v->range.base[0][k];
@@ -108,7 +108,7 @@ static void take_shown(const struct rf_views *v, int k, const struct rf_sight_pl
                        unsigned asked, float left[8])
 {
     const struct rf_picture *l = &v->pictures[k];
-    const struct rf_kernels *kernels = l->filter->context->kernels;
+    const struct rf_kernels *kernels = l->frame->context->kernels;
     struct rf_sight_found found;
     kernels->look_for_parts(&v->sights[k], p, 8, RF_OCCLUDED_PX, &found);
     for (unsigned rest = found.rendered & asked; rest; rest &= rest - 1) {
@@ -125,7 +125,7 @@ void rf_views_leave_eight(const struct rf_views *v, int j, int x, int y, unsigne
     struct rf_sight_places p;
     for (int i = 0; i < 8; i++)
         left[i] = 1;
-    v->pictures[j].filter->context->kernels->place_row(&v->sights[j], x, y, &p);
+    v->pictures[j].frame->context->kernels->place_row(&v->sights[j], x, y, &p);
     for (int k = 0; k < v->work->n_views && asked; k++) {
         if (k == j)
             continue;
@@ -169,7 +169,7 @@ static uint64_t find_clear(const struct rf_views *v, int k, const struct shown_r
     int from = __builtin_ctzll(run->rendered);
     int n = 64 - __builtin_clzll(run->rendered) - from;
     const float *radius = s->radius + s->stride * (size_t)run->y + (run->x + from);
-    return v->work->filter->context->kernels->find_finite_from(
+    return v->work->frame->context->kernels->find_finite_from(
                radius, run->r - RF_OCCLUDED_PX, n)
            << from;
 }

@@ -202,7 +202,7 @@ static void find_boxes(struct blocks *b)
 {
     const struct rf_picture *l = &b->v->pictures[0];
     const int x0[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
-    const int rendered[2] = {l->filter->width, l->filter->height};
+    const int rendered[2] = {l->frame->width, l->frame->height};
     for (int k = 0; k < 2; k++) {
         int x1 = x0[k] + rendered[k], n = (size[k] + BLOCK - 1) / BLOCK;
         b->shown.first[k] = x0[k] / BLOCK;
@@ -527,7 +527,7 @@ static bool keep_lists(const struct rf_views *v, const struct row_lists *lists,
     row->first[RF_MOST_CELLS] = n;
     if (n == 0)
         return true;
-    row->at = rf_alloc(v->work->filter->context, (size_t)n, sizeof *row->at);
+    row->at = rf_alloc(v->work->frame->context, (size_t)n, sizeof *row->at);
     for (int i = 0; i < RF_MOST_CELLS && row->at; i++)
         memcpy(row->at + row->first[i], lists->at[i],
                (size_t)lists->n[i] * sizeof *row->at);
@@ -543,7 +543,7 @@ static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
         &v->unseen[(size_t)view * (size_t)picture->height + (size_t)y];
     const struct doubt *doubts = &b->doubts[block_index(b, view, 0, y / BLOCK)];
     struct row_lists lists = {.n = {0}};
-    if (y < picture->y0 || y >= picture->y0 + picture->filter->height)
+    if (y < picture->y0 || y >= picture->y0 + picture->frame->height)
         return;
     for (int i = 0; i < RF_MOST_CELLS; i++)
         lists.at[i] = room + 2 * (size_t)picture->width * (size_t)i;
@@ -567,7 +567,7 @@ static void list_all(struct blocks *b, struct rf_unseen *room)
 {
     const struct rf_picture *picture = &b->v->pictures[0];
     struct rf_task *task = b->v->work->task;
-    int n_views = b->v->work->n_views, n_threads = picture->filter->context->n_threads;
+    int n_views = b->v->work->n_views, n_threads = picture->frame->context->n_threads;
     size_t n_room = RF_MOST_CELLS * 2 * (size_t)picture->width;
 #pragma omp parallel num_threads(n_threads)
     {
@@ -590,7 +590,7 @@ static void list_all(struct blocks *b, struct rf_unseen *room)
 rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
 {
     const struct rf_picture *picture = &v->pictures[0];
-    const struct rf_context *context = v->work->filter->context;
+    const struct rf_context *context = v->work->frame->context;
     struct blocks b = {.v = v,
                        .kernels = context->kernels,
                        .n_x = (picture->width + BLOCK - 1) / BLOCK,
@@ -620,7 +620,7 @@ rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
 
 void rf_views_free_unseen(struct rf_views *v)
 {
-    const struct rf_context *context = v->work->filter->context;
+    const struct rf_context *context = v->work->frame->context;
     if (!v->unseen)
         return;
     for (int i = 0; i < v->work->n_views * v->pictures[0].height; i++)

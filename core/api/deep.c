@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Deep frames: checks, and the way to the method. */
+#include <stddef.h>
+
+#include "api/filter.h"
+#include "base/error.h"
+#include "base/task.h"
+#include "input/frame.h"
+#include "input/pixels.h"
+#include "methods/layered/deep.h"
+#include "rackfocus/rackfocus.h"
+
+static rf_result check(const struct rf_filter *filter, const struct rf_deep *deep,
+                       const struct rf_image *out, const char *name,
+                       struct rf_error *error)
+{
+    if (!filter || !deep || !out || !deep->first ||
+        (!deep->samples && deep->width > 0 && deep->height > 0 &&
+         deep->first[(size_t)deep->width * (size_t)deep->height] > 0))
+        return rf_fail(error, RF_ERROR_ARGUMENT,
+                       !filter ? "filter"
+                       : !out  ? name
+                               : "deep",
+                       "a pointer is NULL");
+    const struct rf_frame *f = &filter->frame;
+    if (deep->width != f->width || deep->height != f->height)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "deep",
+                       "the deep frame is %d x %d px, but the filter was made for %d x "
+                       "%d px",
+                       deep->width, deep->height, f->width, f->height);
+    return rf_image_check(out, name, f->width, f->height, error);
+}
+
+rf_result rf_filter_process_deep(const struct rf_filter *filter,
+                                 const struct rf_deep *deep, const struct rf_image *out,
+                                 const struct rf_progress *progress,
+                                 struct rf_error *error)
+{
+    rf_result result = check(filter, deep, out, "out", error);
+    if (result != RF_OK)
+        return result;
+    if (!rf_method_find(filter->frame.params.method)->can_deep)
+        return rf_fail(error, RF_ERROR_PARAMETER, "method",
+                       "deep frames are filtered by the method layered only; flatten "
+                       "them for the others");
+    struct rf_task task;
+    rf_task_begin(&task, progress);
+    if (rf_task_is_cancelled(&task))
+        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    result = rf_deep_run(&filter->frame, deep, out, &task, error);
+    if (result == RF_OK)
+        rf_task_end(&task);
+    return result;
+}
+
+rf_result rf_deep_flatten(const struct rf_filter *filter, const struct rf_deep *deep,
+                          const struct rf_image *colour, const struct rf_image *depth,
+                          struct rf_error *error)
+{
+    rf_result result = check(filter, deep, colour, "colour", error);
+    if (result == RF_OK && depth)
+        result = rf_image_check(depth, "depth", deep->width, deep->height, error);
+    return result == RF_OK
+               ? rf_deep_flatten_to(&filter->frame, deep, colour, depth, error)
+               : result;
+}
