@@ -8,6 +8,7 @@
 
 #include "rackfocus/rackfocus.h"
 #include "report.h"
+#include "picture.h"
 #include "views.h"
 
 static double length(const double v[3])
@@ -47,9 +48,9 @@ static int list_facts(const struct povray_passes *passes, enum povray_file kind,
         list[n++] = text_attribute("sensor-fit", "horizontal");
         list[n++] = number_attribute("ortho-scale", length(camera->right));
     } else {
-        list[n++] = number_attribute("focal-length-px", passes->width *
-                                                            length(camera->direction) /
-                                                            length(camera->right));
+        list[n++] = number_attribute(
+            "focal-length-px", passes->supersample * povray_picture_width(passes) *
+                                   length(camera->direction) / length(camera->right));
     }
     if (kind == POVRAY_FILE_VIEW || kind == POVRAY_FILE_COLOUR)
         list[n++] = (struct image_attribute){
@@ -81,6 +82,21 @@ static float *pack(const struct povray_passes *passes, bool has_depth,
     return samples;
 }
 
+/* The picture begins at 0, 0; the passes' border lies around it. */
+static struct image_box data_window(const struct povray_passes *passes)
+{
+    const int32_t border = passes->supersample * passes->border_px;
+    return (struct image_box){-border, -border, passes->width - border - 1,
+                              passes->height - border - 1};
+}
+
+static struct image_box display_window(const struct povray_passes *passes)
+{
+    return (struct image_box){0, 0,
+                              passes->supersample * povray_picture_width(passes) - 1,
+                              passes->supersample * povray_picture_height(passes) - 1};
+}
+
 bool povray_file_write(const char *path, const struct povray_passes *passes,
                        enum povray_file kind, const char *made, int n_threads,
                        struct image_error *error)
@@ -95,12 +111,16 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         types[c] = c < n_colours && kind != POVRAY_FILE_RESULT ? IMAGE_SAMPLE_HALF
                                                                : IMAGE_SAMPLE_FLOAT;
     struct image_attribute facts[MAX_FACTS];
-    const double pixel_width = length(passes->camera.right) / passes->width;
-    const double pixel_height = length(passes->camera.up) / passes->height;
+    const double pixel_width =
+        length(passes->camera.right) / povray_picture_width(passes);
+    const double pixel_height =
+        length(passes->camera.up) / povray_picture_height(passes);
     float *samples = pack(passes, has_depth, error);
     const struct image_output output = {
         .width = passes->width,
         .height = passes->height,
+        .data_window = data_window(passes),
+        .display_window = display_window(passes),
         .pixel_aspect = (float)(pixel_width / pixel_height),
         .n_channels = n_colours + has_depth,
         .channel_names = passes->has_alpha ? names : opaque_names,
@@ -110,6 +130,112 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         .n_attributes = list_facts(passes, kind, made, facts)};
     const bool is_written = samples && image_write(path, &output, n_threads, error);
     free(samples);
+    return is_written;
+}
+
+/* ---- the picture of larger passes --------------------------------------------------
+ */
+
+/* A picture as RGBA; the caller frees. */
+static float *read_rgba(const char *path, const struct povray_passes *passes,
+                        int n_threads, struct image_error *error)
+{
+    struct image_input *input = NULL;
+    struct image_layer layer;
+    float *rgba = app_memory((size_t)passes->width * (size_t)passes->height * 4,
+                             sizeof(*rgba), error);
+    const bool is_read =
+        rgba && image_open(&input, path, error) &&
+        image_find_layer(input, NULL, NULL, false, &layer, error) &&
+        image_read(input, (const int[]){layer.r, layer.g, layer.b, layer.a}, 4, rgba,
+                   n_threads, error);
+    if (input)
+        image_close(input);
+    if (is_read)
+        return rgba;
+    free(rgba);
+    return NULL;
+}
+
+/* The mean of n x n samples, taken of values^(1 / gamma), as POV-Ray's anti-aliasing
+ * does. */
+static void reduce_pixel(const float *from, size_t stride, int n, double gamma,
+                         float *to)
+{
+    double sums[4] = {0};
+    for (int y = 0; y < n; y++)
+        for (int x = 0; x < n; x++)
+            for (int c = 0; c < 4; c++) {
+                const double v = (double)from[((size_t)y * stride + (size_t)x) * 4 + c];
+                sums[c] += c == 3 || gamma == 1 || v <= 0 ? v : pow(v, 1 / gamma);
+            }
+    for (int c = 0; c < 4; c++) {
+        const double mean = sums[c] / (n * n);
+        to[c] = (float)(c == 3 || gamma == 1 || mean <= 0 ? mean : pow(mean, gamma));
+    }
+}
+
+static float *reduce(const float *rgba, const struct povray_passes *passes,
+                     double gamma, struct image_error *error)
+{
+    const int n = passes->supersample;
+    const int32_t width = povray_picture_width(passes);
+    const int32_t height = povray_picture_height(passes);
+    const size_t border = (size_t)(n * passes->border_px),
+                 stride = (size_t)passes->width;
+    float *small =
+        app_memory((size_t)width * (size_t)height * 4, sizeof(*small), error);
+    if (!small)
+        return NULL;
+#pragma omp parallel for schedule(static)
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            const float *from =
+                rgba +
+                ((border + (size_t)(y * n)) * stride + border + (size_t)(x * n)) * 4;
+            float *to = small + ((size_t)y * (size_t)width + (size_t)x) * 4;
+            if (n == 1)
+                memcpy(to, from, 4 * sizeof(*to));
+            else
+                reduce_pixel(from, stride, n, gamma, to);
+        }
+    return small;
+}
+
+bool povray_file_is_whole(const struct povray_passes *passes)
+{
+    return passes->supersample == 1 && passes->border_px == 0;
+}
+
+bool povray_file_reduce(const char *from, const char *to,
+                        const struct povray_passes *passes, double gamma,
+                        const char *made, int n_threads, struct image_error *error)
+{
+    float *rgba = read_rgba(from, passes, n_threads, error);
+    if (!rgba)
+        return false;
+    struct povray_passes small = *passes;
+    small.width = povray_picture_width(passes);
+    small.height = povray_picture_height(passes);
+    small.supersample = 1;
+    small.border_px = 0;
+    small.colour = reduce(rgba, passes, gamma, error);
+    free(rgba);
+    if (!small.colour)
+        return false;
+    const bool is_exr = picture_kind(to) == PICTURE_EXR;
+    bool is_written;
+    if (is_exr) {
+        is_written =
+            povray_file_write(to, &small, POVRAY_FILE_FILTERED, made, n_threads, error);
+    } else {
+        float *samples = pack(&small, false, error);
+        is_written =
+            samples && image_write_png(to, samples, small.width, small.height,
+                                       small.has_alpha ? 4 : 3, 8, false, error);
+        free(samples);
+    }
+    free(small.colour);
     return is_written;
 }
 

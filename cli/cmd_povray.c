@@ -26,7 +26,8 @@ struct povray_tool {
     const char *output, *keep, *reference, *focal_point, *frames, *distribution_image;
     double aperture, shutter;
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
-    int32_t move;                            /* enum povray_move */
+    int32_t n_samples, overscan_px;
+    int32_t move; /* enum povray_move */
     bool is_linear, is_camera_only, is_quiet, has_subpixel;
     bool is_average; /* the method is accumulate */
 };
@@ -59,6 +60,16 @@ static const struct option options[] = {
                     "Method accumulate: each view looks through another part of the "
                     "pixels, which smooths edges; views are then rendered with -A "
                     "unless another anti-aliasing is given."),
+    OPTION_INT_ROW(
+        "supersample", AT(n_samples), "COUNT", 0, 4,
+        "Render colour and depth with so many samples along a side of each "
+        "pixel, filter all of them, and take their mean: thin things in focus "
+        "stay whole. 1 is fastest, 3 finest. [default 0: 2, but 1 with "
+        "--views, --keep or an anti-aliasing of yours after --]"),
+    OPTION_INT_ROW(
+        "overscan", AT(overscan_px), "PX", -1, 4096,
+        "Render so much beyond the border of the picture, which the lens sees. "
+        "[default -1: as far as the blur reaches, but 0 with --keep]"),
     OPTION_FILE_ROW("keep", AT(keep), "DIR|FILE.exr",
                     "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so "
                     "on, or in one FILE.exr with all views, which rackfocus filter "
@@ -213,19 +224,33 @@ static void show_progress(void *bar, double fraction)
     progress_report(bar, fraction);
 }
 
+/* Where nobody says: passes that are kept have the picture's size, and who says how the
+ * colour is anti-aliased has chosen its samples. */
+static int32_t choose_samples(const struct povray_tool *tool,
+                              const struct povray_plan *plan)
+{
+    if (tool->n_samples > 0)
+        return tool->n_samples;
+    return tool->keep || plan->has_antialiasing ? 1 : 0;
+}
+
 /* What the glue needs to know of the command line. */
 static bool make_options(const struct povray_tool *tool,
                          const struct settings *settings,
                          const struct povray_plan *plan, struct povray_options *made)
 {
-    *made = (struct povray_options){.scene = plan->scene,
-                                    .args = plan->args,
-                                    .n_args = plan->n_args,
-                                    .frame = -1,
-                                    .has_f_stop = is_typed(settings, "f-stop"),
-                                    .wants_lens = !is_typed(settings, "f-stop"),
-                                    .is_cancelled = is_cancelled,
-                                    .n_threads = thread_count(tool->n_threads)};
+    *made = (struct povray_options){
+        .scene = plan->scene,
+        .args = plan->args,
+        .n_args = plan->n_args,
+        .frame = -1,
+        .has_f_stop = is_typed(settings, "f-stop"),
+        .supersample = choose_samples(tool, plan),
+        /* Who keeps passes wants them as the picture is. */
+        .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
+        .wants_lens = !is_typed(settings, "f-stop"),
+        .is_cancelled = is_cancelled,
+        .n_threads = thread_count(tool->n_threads)};
     if (!isnan(tool->aperture)) {
         made->has_aperture = true;
         made->aperture = tool->aperture;
@@ -474,19 +499,59 @@ static int render(struct job *job, const char *output)
     return is_good ? EXIT_DONE : fail_povray(&error);
 }
 
-static int filter_passes(struct job *job, const char *output)
+/* Parameters in pixels are those of the picture: the passes have more. */
+static void scale_pixels(struct settings *settings, int32_t n_samples)
 {
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n && n_samples > 1; i++) {
+        char text[64];
+        if (strcmp(list[i].unit, "px") != 0 || !is_typed(settings, list[i].key) ||
+            rf_params_get(&settings->params, list[i].key, text, sizeof(text)) != RF_OK)
+            continue;
+        snprintf(text, sizeof(text), "%.17g", n_samples * strtod(text, NULL));
+        settings_set(settings, list[i].key, text, NULL);
+    }
+}
+
+/* The picture of filtered passes that are larger than it. */
+static int reduce_passes(struct job *job, const char *from, const char *output)
+{
+    struct image_error error;
+    char used[1000];
+    settings_print_options(&job->settings.params, used, sizeof(used));
+    char *made = format_text("rackfocus %s povray %s", rf_version(), used);
+    const bool is_good =
+        povray_file_reduce(from, output, &job->passes, (double)job->used.blend_gamma,
+                           made, job->options.n_threads, &error);
+    free(made);
+    if (is_good)
+        return EXIT_DONE;
+    message("%s", error.message);
+    return EXIT_FAILED;
+}
+
+static int filter_passes(struct job *job, const char *picture)
+{
+    const bool is_whole = povray_file_is_whole(&job->passes);
+    char *output = is_whole ? format_text("%s", picture)
+                            : format_text("%sfiltered.exr", povray_folder(job->scene));
     struct cli_host host;
     struct image_error error;
     const struct filter_options filter = {
         .output = output,
+        .type = is_whole ? FILTER_TYPE_HALF : FILTER_TYPE_FLOAT,
         .distribution_image = job->tool->distribution_image,
         .n_threads = job->tool->n_threads,
         .host = cli_host_open(&host, job->tool->is_quiet, false)};
     struct settings settings = job->settings;
-    const int code = exit_code(
+    scale_pixels(&settings, job->passes.supersample);
+    int code = exit_code(
         filter_run(&filter, &settings, job->paths, job->tool->n_views, &error), &error);
     job->used = settings.params;
+    if (code == EXIT_DONE && !is_whole)
+        code = reduce_passes(job, output, picture);
+    free(output);
     return code;
 }
 
@@ -528,6 +593,10 @@ static bool write_reference(const struct job *job, float *rgba,
     if (!job->tool->reference)
         return true;
     struct povray_passes passes = job->passes;
+    passes.width = povray_picture_width(&job->passes);
+    passes.height = povray_picture_height(&job->passes);
+    passes.supersample = 1;
+    passes.border_px = 0;
     passes.colour = rgba;
     char *path = frame_name(job->tool->reference, job->options.frame);
     char *made =
@@ -696,9 +765,7 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
 
 static int cmd_povray(int argc, char **argv)
 {
-    struct povray_tool tool = {
-        .aperture = NAN,
-    };
+    struct povray_tool tool = {.aperture = NAN, .overscan_px = -1};
     struct settings settings;
     struct operands operands;
     int code = options_parse(&command_povray, argc, argv, &tool, &settings, &operands);

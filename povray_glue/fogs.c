@@ -17,19 +17,6 @@
 /* More than this share of pixels without fog is worth a second try and a warning. */
 #define INSIDE_LIMIT 1e-3
 
-char *shot_name(const struct shot *shot, const char *name)
-{
-    return shot->view < 0 ? text_format("%s", name)
-                          : text_format("v%02d_%s", shot->view, name);
-}
-
-void shot_add_camera(struct text *tail, const struct shot *shot)
-{
-    text_addf(tail, "\n");
-    if (shot->view >= 0)
-        camera_write(tail, shot->camera, 0);
-}
-
 static bool start_fog(struct povray_scene *scene, const struct shot *shot,
                       const struct fog_runs *fogs, struct run *run, const char *name,
                       double distance, double light, struct povray_error *error)
@@ -49,14 +36,16 @@ static bool start_fog(struct povray_scene *scene, const struct shot *shot,
         text_addf(&tail, "fog{fog_type 1 distance %.17g color rgb %.17g}\n", distance,
                   light);
     char *full_name = shot_name(shot, name);
+    char *options = shot_options(shot, "-A -UA +Q9");
     /* The first assumed_gamma is the one that counts. */
     const char *head = fogs->is_linear ? " global_settings{assumed_gamma 1} " : "";
     const struct scene_render render = {.name = full_name,
                                         .mode = fogs->mode,
                                         .head = head,
                                         .tail = tail.data,
-                                        .after = "-A -UA +Q9"};
+                                        .after = options};
     bool is_started = scene_start_render(scene, run, &render, error);
+    free(options);
     free(full_name);
     text_free(&tail);
     return is_started;
@@ -132,7 +121,7 @@ static struct decode_counts decode(const struct povray_scene *scene,
                                       .fogged = pictures->fogged[i].rgba,
                                       .dark = pictures->dark[i].rgba,
                                       .is_dark = is_dark};
-    return decode_depth(fogs, runs->is_linear ? &linear : &scene->space, shot->camera,
+    return decode_depth(fogs, runs->is_linear ? &linear : &scene->space, &shot->camera,
                         vector_length(scene->camera.direction), passes->width,
                         passes->height, passes->depth);
 }

@@ -188,6 +188,7 @@ static bool finish_view(struct lens_work *work, struct lens_job *job,
     *passes = (struct povray_passes){.camera = work->middle,
                                      .gamma = scene->space.gamma,
                                      .is_srgb = scene->space.is_srgb,
+                                     .supersample = 1,
                                      .lens_offset = {job->offset[0], job->offset[1]}};
     if (!scene_wait(scene, list, 1, error) ||
         !scene_read(work->scene, &job->colour, &picture, error))

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The renders of a job. The colour render starts at once, with the scene's own camera
- * but for the aperture; meanwhile a run that only parses records the camera; then the
- * probe and the fogs render side by side.
+ * The renders of a job. A run that only parses records the camera; then the colour, the
+ * probe and the fogs render side by side. Where the passes are those of the scene's own
+ * camera and size, the colour render starts at once.
  */
 #include "povray.h"
 
@@ -18,6 +18,8 @@
 
 /* Fine enough for thin edges that the lens will enlarge; docs/povray.md has times. */
 #define COLOUR_OPTIONS "+A0.05 +AM2 +R3"
+/* With several samples along a side of each pixel. */
+#define SAMPLES_OPTIONS "+A0.1 +AM1 +R2 -J"
 
 void povray_passes_free(struct povray_passes *passes)
 {
@@ -45,26 +47,87 @@ struct job {
     struct fog_runs fogs;
 };
 
+/* Colour of a shot; with several samples in each pixel the edges need few more. */
+static bool start_colour(struct povray_scene *scene, const struct shot *shot,
+                         struct run *run, const char *options,
+                         struct povray_error *error)
+{
+    struct text tail = {0};
+    shot_add_camera(&tail, shot);
+    char *name = shot_name(shot, "colour"), *after = shot_options(shot, "");
+    const struct scene_render render = {
+        .name = name,
+        .mode = REWRITE_PINHOLE,
+        .tail = tail.data,
+        .before = scene->supersample > 1 ? SAMPLES_OPTIONS : options,
+        .after = after,
+        .is_picture = true};
+    bool is_started = scene_start_render(scene, run, &render, error);
+    free(name);
+    free(after);
+    text_free(&tail);
+    return is_started;
+}
+
+/* Colour, probe and fogs are on their way. */
+static bool start_job(struct povray_scene *scene, struct job *job, struct shot *shot,
+                      struct povray_error *error)
+{
+    const bool is_early =
+        scene->options.supersample == 1 && scene->options.overscan_px == 0;
+    *shot = (struct shot){.view = -1, .is_scenes = true};
+    scene->supersample = 1;
+    if ((is_early && !start_colour(scene, shot, &job->colour, COLOUR_OPTIONS, error)) ||
+        !scene_find_items(scene, error) || !scene_choose_camera(scene, error))
+        return false;
+    scene_choose_window(scene, true);
+    *shot = shot_make(scene, &scene->camera, -1);
+    return scene_start_probe(scene, &job->probe, error) &&
+           (is_early ||
+            start_colour(scene, shot, &job->colour, COLOUR_OPTIONS, error)) &&
+           fogs_start(scene, shot, &job->fogs, error);
+}
+
+static void stop_job(struct job *job)
+{
+    run_stop(&job->colour);
+    run_stop(&job->probe);
+    fogs_stop(&job->fogs);
+}
+
+/* The probe showed another camera than the one that the passes are rendered with. */
+static bool restart_job(struct povray_scene *scene, struct job *job, struct shot *shot,
+                        struct povray_error *error)
+{
+    if (shot->is_scenes)
+        return true; /* POV-Ray knew its camera; only the depth is to be decoded anew */
+    stop_job(job);
+    *job = (struct job){.fogs.mode = REWRITE_PINHOLE};
+    scene_choose_window(scene, true);
+    *shot = shot_make(scene, &scene->camera, -1);
+    return start_colour(scene, shot, &job->colour, COLOUR_OPTIONS, error) &&
+           fogs_start(scene, shot, &job->fogs, error);
+}
+
 static bool run_job(struct povray_scene *scene, struct job *job,
                     struct povray_passes *passes, struct povray_error *error)
 {
-    struct run *list[6] = {&job->colour, &job->probe};
-    const struct shot shot = {&scene->camera, -1};
-    const struct scene_render colour = {.name = "colour",
-                                        .mode = REWRITE_PINHOLE,
-                                        .before = COLOUR_OPTIONS,
-                                        .is_picture = true};
-    if (!scene_start_render(scene, &job->colour, &colour, error) ||
-        !scene_find_items(scene, error) || !scene_choose_camera(scene, error) ||
-        !scene_start_probe(scene, &job->probe, error) ||
-        !fogs_start(scene, &shot, &job->fogs, error))
+    struct run *list[6] = {&job->colour}, *probe = &job->probe;
+    struct shot shot;
+    if (!start_job(scene, job, &shot, error))
         return false;
     /* A camera that is not ours is known long before the colour is ready. */
-    if (!scene_wait(scene, list + 1, 1, error) ||
-        (!scene_check_probe(scene, &job->probe, error) &&
-         !scene_probe_again(scene, error)))
+    if (!scene_wait(scene, &probe, 1, error))
         return false;
-    if (!run_wait(list, fogs_list(&job->fogs, list, 2), &scene->options, error) ||
+    const struct povray_camera first = scene->camera;
+    if (!scene_check_probe(scene, probe, error) &&
+        (!scene_probe_again(scene, error) ||
+         (memcmp(&first, &scene->camera, sizeof first) != 0 &&
+          !restart_job(scene, job, &shot, error))))
+        return false;
+    if (shot.is_scenes)
+        shot.camera = scene->camera;
+    if (!run_wait(list, fogs_list(&job->fogs, list, 1), &scene->options, error) ||
         !read_colour(scene, &job->colour, passes, error))
         return false;
     bool is_good =
@@ -82,9 +145,9 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
     *passes = (struct povray_passes){0};
     *error = (struct povray_error){.message = ""};
     bool is_good = run_job(scene, &job, passes, error);
-    run_stop(&job.colour);
-    run_stop(&job.probe);
-    fogs_stop(&job.fogs);
+    stop_job(&job);
+    passes->supersample = scene->supersample;
+    passes->border_px = scene->border_px;
     passes->camera = scene->camera;
     passes->gamma = scene->space.gamma;
     passes->is_srgb = scene->space.is_srgb;
@@ -99,7 +162,6 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
 /* A view on its way. */
 struct view_job {
     struct shot shot;
-    struct povray_camera camera;
     double offset[2];
     struct run colour;
     struct fog_runs fogs;
@@ -121,25 +183,14 @@ static void move_camera(struct povray_camera *camera, const double offset[2])
 static bool start_view(struct povray_scene *scene, struct view_job *job, int view,
                        const double place[2], struct povray_error *error)
 {
-    *job = (struct view_job){.shot = {&job->camera, view},
-                             .camera = scene->camera,
-                             .fogs.mode = REWRITE_PINHOLE};
+    struct povray_camera camera = scene->camera;
+    *job = (struct view_job){.fogs.mode = REWRITE_PINHOLE};
     job->offset[0] = place[0] * scene->camera.aperture / 4;
     job->offset[1] = place[1] * scene->camera.aperture / 4;
-    move_camera(&job->camera, job->offset);
-    struct text tail = {0};
-    shot_add_camera(&tail, &job->shot);
-    char *name = shot_name(&job->shot, "colour");
-    const struct scene_render render = {.name = name,
-                                        .mode = REWRITE_PINHOLE,
-                                        .tail = tail.data,
-                                        .before = VIEW_OPTIONS,
-                                        .is_picture = true};
-    bool is_started = scene_start_render(scene, &job->colour, &render, error) &&
-                      fogs_start(scene, &job->shot, &job->fogs, error);
-    free(name);
-    text_free(&tail);
-    return is_started;
+    move_camera(&camera, job->offset);
+    job->shot = shot_make(scene, &camera, view);
+    return start_colour(scene, &job->shot, &job->colour, VIEW_OPTIONS, error) &&
+           fogs_start(scene, &job->shot, &job->fogs, error);
 }
 
 static bool finish_view(struct povray_scene *scene, struct view_job *job,
@@ -147,6 +198,8 @@ static bool finish_view(struct povray_scene *scene, struct view_job *job,
 {
     struct run *list[5] = {&job->colour};
     *passes = (struct povray_passes){.camera = scene->camera,
+                                     .supersample = scene->supersample,
+                                     .border_px = scene->border_px,
                                      .gamma = scene->space.gamma,
                                      .is_srgb = scene->space.is_srgb,
                                      .lens_offset = {job->offset[0], job->offset[1]}};
@@ -194,8 +247,11 @@ bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
 {
     struct povray_camera camera;
     double started_s = seconds_now(), gamma;
-    bool is_good = povray_find_camera(scene, &camera, &gamma, error) &&
-                   run_views(scene, places, n_views, receive, user, error);
+    bool is_good = povray_find_camera(scene, &camera, &gamma, error);
+    if (is_good) {
+        scene_choose_window(scene, false);
+        is_good = run_views(scene, places, n_views, receive, user, error);
+    }
     *total_s = seconds_now() - started_s;
     return is_good;
 }
@@ -219,6 +275,8 @@ bool povray_render_reference(struct povray_scene *scene,
     struct run run = {0}, *list[] = {&run};
     struct text tail = {0};
     struct decode_picture picture = {0};
+    const struct povray_passes size = {.width = povray_picture_width(passes),
+                                       .height = povray_picture_height(passes)};
     if (passes->camera.is_orthographic) {
         snprintf(error->message, sizeof error->message,
                  "%s: POV-Ray 3.7 has no working focal blur for orthographic cameras; "
@@ -233,7 +291,7 @@ bool povray_render_reference(struct povray_scene *scene,
     bool is_good = scene_start_render(scene, &run, &render, error) &&
                    run_wait(list, 1, &scene->options, error) &&
                    scene_read(scene, &run, &picture, error) &&
-                   scene_same_size(scene, passes, &picture, error);
+                   scene_same_size(scene, &size, &picture, error);
     *seconds = run.ended_s - run.started_s;
     run_stop(&run);
     text_free(&tail);

@@ -13,7 +13,8 @@
 struct found {
     char *scene;
     double first, last, from, to; /* NAN: not said */
-    char *part;                   /* an option that asks for a part of the picture */
+    bool has_antialiasing;
+    char *part; /* an option that asks for a part of the picture */
 };
 
 /* A name in quotes or not. */
@@ -61,12 +62,14 @@ static void note_option(void *user, const char *option, const char *file)
         {"Subset_Start_Frame", "SF", &found->from},
         {"Subset_End_Frame", "EF", &found->to},
     };
-    (void)file;
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         const char *value = ini_value(option, numbers[i].name, numbers[i].letters);
         if (value && *value)
             *numbers[i].number = strtod(value, NULL);
     }
+    if (file == NULL || !strstr(file, "povray.ini"))
+        found->has_antialiasing |= ini_value(option, "Antialias", "A") ||
+                                   ini_value(option, "Antialias_Threshold", "A");
     if (is_partial(option)) {
         free(found->part);
         found->part = text_format("%s", option);
@@ -145,6 +148,7 @@ bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const
     }
     plan->scene = find_scene(is_ini ? found.scene : operand, is_ini ? operand : NULL);
     free(found.scene);
+    plan->has_antialiasing = found.has_antialiasing;
     plan->first = isnan(found.first) ? 1 : (int32_t)found.first;
     plan->last = isnan(found.last) ? plan->first : (int32_t)found.last;
     plan->is_animation = plan->first != 1 || plan->last != 1;

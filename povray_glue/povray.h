@@ -39,8 +39,9 @@ struct povray_plan {
     char **args; /* options for POV-Ray */
     int n_args;
     bool is_animation;
-    int32_t first, last; /* frames of the animation */
-    int32_t from, to;    /* those to make */
+    int32_t first, last;   /* frames of the animation */
+    int32_t from, to;      /* those to make */
+    bool has_antialiasing; /* the options say how */
 };
 
 /*
@@ -63,6 +64,12 @@ struct povray_options {
     double aperture, focal_point[3], focus_distance;
     bool has_f_stop; /* the user gave a lens that is not known here: the scene's is off
                       */
+    /* Samples of the passes along a side of each pixel, 1 to 4; 0: as many as the
+     * picture needs (povray_render), 1 (views). */
+    int32_t supersample;
+    /* What the passes show beyond the picture's border, px; -1: as far as blur reaches.
+     */
+    int32_t overscan_px;
     bool wants_lens; /* false: passes only, a missing aperture is no error */
     bool (*is_cancelled)(void *user);              /* may be NULL; asked every few ms */
     void (*progress)(void *user, double fraction); /* may be NULL */
@@ -71,7 +78,10 @@ struct povray_options {
 };
 
 struct povray_passes {
+    /* Of the passes: the picture and a border of border_px on all sides, supersample
+     * times as large. */
     int32_t width, height;
+    int32_t supersample, border_px;
     bool has_alpha;
     float *colour;         /* RGBA, scene-linear, premultiplied */
     float *depth;          /* planar, scene units, INFINITY where nothing was hit */
@@ -101,6 +111,10 @@ const char *povray_folder(const struct povray_scene *scene);
 bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
                    struct povray_error *error);
 void povray_passes_free(struct povray_passes *passes);
+
+/* Size of the picture that the passes are for, px. */
+int32_t povray_picture_width(const struct povray_passes *passes);
+int32_t povray_picture_height(const struct povray_passes *passes);
 
 /* What povray_render_views hands each view to; false with a message ends the work. */
 typedef bool (*povray_view_fn)(void *user, int view, const struct povray_passes *passes,

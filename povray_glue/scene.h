@@ -24,23 +24,35 @@ struct povray_scene {
     struct povray_camera camera;
     double probe_scale; /* of PROBE_SCALES */
     struct decode_space space;
-    int32_t width, height;
+    int32_t width, height;          /* of the picture */
+    int32_t supersample, border_px; /* as in struct povray_passes */
     char *copies;         /* folder of files that the scene writes to, as they were */
     bool has_written;     /* a render has written the scene's files where it should */
     char clock_words[96]; /* options that shift the clock, "" or with blanks between */
 };
 
-/* Whose passes are rendered: those of the scene's own camera, or of a view. */
+/* What is rendered at once: the scene from a camera, with what is beyond the border, in
+ * the samples wanted. */
 struct shot {
-    const struct povray_camera *camera;
-    int view; /* -1: the scene's own camera, which needs no words */
+    struct povray_camera camera; /* as wide as the border makes it */
+    int view;                    /* -1: the picture's own camera */
+    int32_t width, height;       /* rendered, px */
+    bool is_scenes; /* the scene's own camera and size: POV-Ray needs no words */
 };
+
+/* The shot from a camera, in the scene's window. */
+struct shot shot_make(const struct povray_scene *scene,
+                      const struct povray_camera *camera, int view);
 
 /* The name of a render's folder; the caller frees. */
 char *shot_name(const struct shot *shot, const char *name);
 
-/* The shot's camera in POV-Ray's words, where it is not the scene's own. */
+/* The shot's camera in POV-Ray's words, and the options of its size after `options`. */
 void shot_add_camera(struct text *tail, const struct shot *shot);
+char *shot_options(const struct shot *shot, const char *options);
+
+/* Chooses the samples and the border of the passes, once the camera is known. */
+void scene_choose_window(struct povray_scene *scene, bool is_one_view);
 
 /* Parses the scene, at the clock that clock_words say, for the items of its cameras. */
 bool scene_find_items(struct povray_scene *scene, struct povray_error *error);

@@ -214,6 +214,36 @@ static const char *copy_of_include(void *user, const char *name)
     return copy;
 }
 
+void sources_set_size(struct sources *sources, int32_t width, int32_t height)
+{
+    if (sources->width != width || sources->height != height)
+        sources_forget_copies(sources);
+    sources->width = width;
+    sources->height = height;
+}
+
+/* Puts numbers in place of image_width and image_height. */
+static void set_sizes(struct text *text, int32_t width, int32_t height)
+{
+    struct tokens tokens;
+    struct text out = {0};
+    size_t copied = 0;
+    text_add(text, "", 0);
+    tokens_scan(&tokens, text->data, text->n);
+    for (int i = 0; i < tokens.n; i++) {
+        const bool is_width = token_is_word(&tokens, i, "image_width");
+        if (!is_width && !token_is_word(&tokens, i, "image_height"))
+            continue;
+        text_add(&out, text->data + copied, tokens.items[i].begin - copied);
+        text_addf(&out, "%d", is_width ? width : height);
+        copied = tokens.items[i].end;
+    }
+    text_add(&out, text->data + copied, text->n - copied);
+    tokens_free(&tokens);
+    text_free(text);
+    *text = out;
+}
+
 static bool write_copy(struct sources *sources, int k, const char *path,
                        const char *head, const char *tail)
 {
@@ -225,6 +255,8 @@ static bool write_copy(struct sources *sources, int k, const char *path,
                           .n_computed = sources->n_computed};
     struct text text = {0};
     rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
+    if (sources->width > 0 && sources->mode != REWRITE_RECORD)
+        set_sizes(&text, sources->width, sources->height);
     text_addf(&text, "%s", tail);
     bool is_written = text_write_file(&text, path);
     text_free(&text);

@@ -4,6 +4,7 @@
 #define POVRAY_SOURCES_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "rewrite.h"
 #include "text.h"
@@ -25,6 +26,7 @@ struct sources {
     int n_folders;
     char **computed; /* names that computed #includes came to, of files with copies */
     int n_computed;
+    int32_t width, height;   /* 0: as POV-Ray has them */
     const char *temp_folder; /* with its slash */
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
@@ -47,6 +49,10 @@ void sources_free(struct sources *sources);
  * ones written so far do not have: forget these, and write them anew. */
 bool sources_add_computed(struct sources *sources, const char *name);
 void sources_forget_copies(struct sources *sources);
+
+/* What image_width and image_height are to be in the copies to come, but those that
+ * record: the passes may be larger than the picture. */
+void sources_set_size(struct sources *sources, int32_t width, int32_t height);
 
 /*
  * Writes the copies of a mode. The scene's own copy becomes NAME in the temporary

@@ -61,6 +61,20 @@ def test_kept_passes_refocus(rackfocus, tmp_path):
     assert "rackfocus:lensRadius" in info and "0.15" in info
 
 
+def test_kept_passes_may_show_what_is_beyond_the_border(rackfocus, tmp_path):
+    """Their data window is larger than the picture; what is made of them is the same."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    for n in (1, 2):
+        rackfocus("povray", "s.pov", "-o", "a.exr", "--keep", "kept", "--overscan", 7,
+                  "--supersample", n, "--", *SIZE, cwd=tmp_path)  # fmt: skip
+        rackfocus("filter", "kept/passes.exr", "-o", "b.exr", cwd=tmp_path)
+        a, b = (read_exr(tmp_path / f"{name}.exr")["R"] for name in "ab")
+        assert a.shape == (120, 160) and b.shape == (n * 134, n * 174)
+        b = b[n * 7 : -n * 7, n * 7 : -n * 7].astype(float)
+        mean = b.reshape(120, n, 160, n).mean((1, 3))
+        assert a == pytest.approx(mean, abs=1e-3 if n > 1 else 0)
+
+
 def test_the_lens_can_be_chosen(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(SCENE)
     for options in (["--focus-distance", "5"], ["--focal-point", "0,1,0"],
@@ -166,6 +180,84 @@ def test_names(rackfocus, tmp_path, name):
 def test_the_ending_may_be_missing(rackfocus, tmp_path):
     (tmp_path / "base.pov").write_text(SCENE)
     rackfocus("povray", "base", "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
+
+
+#: 0.3 px wide, in focus before a far wall.
+WIRES = """#version 3.7;
+global_settings { assumed_gamma 1 }
+camera { location <0,0,-10> look_at 0 angle 40 right x*4/3 aperture 0.5 focal_point 0
+         blur_samples 300, 300 variance 0 confidence 0.9999 }
+#for (I, -12, 12)
+    cylinder { <I*0.3-0.5,-4,0.02*I>,<I*0.3+0.5,4,-0.02*I>,0.0068
+               pigment { rgb 0 } finish { ambient 0 diffuse 0 } }
+#end
+plane { -z,-60 pigment { checker rgb <1,0.9,0.7> rgb <0.5,0.7,1> scale 5 }
+        finish { ambient 1 diffuse 0 } }
+"""
+
+
+def rgb(path):
+    channels = read_exr(path)
+    pixels = numpy.stack([channels[name] for name in "RGB"], -1)
+    return numpy.clip(pixels.astype(float), 0, 1) ** (1 / 2.2)
+
+
+def test_thin_things_in_focus_stay(rackfocus, tmp_path):
+    """Against POV-Ray's own focal blur of the unmodified scene."""
+    (tmp_path / "s.pov").write_text(WIRES)
+    subprocess.run(["povray", "+Is.pov", "+Ohost.exr", "+FE", "-D", "-A", *SIZE],
+                   cwd=tmp_path, check=True, capture_output=True)  # fmt: skip
+    host = rgb(tmp_path / "host.exr")
+    scores = {}
+    for name, options in {
+        "pinhole": ["--aperture", 1e-9, "--focus-distance", 10],
+        "one sample": ["--supersample", 1],
+        "default": [],
+        "three": ["--supersample", 3],
+    }.items():
+        rackfocus("povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE, cwd=tmp_path)
+        difference = rgb(tmp_path / "o.exr") - host
+        scores[name] = -10 * numpy.log10((difference**2).mean())
+    print(scores)
+    assert scores["default"] > max(30, scores["pinhole"] + 1.5, scores["one sample"] + 3)
+    assert scores["three"] > scores["default"]
+
+
+def test_the_lens_sees_beyond_the_border(rackfocus, tmp_path):
+    """A lamp just outside, far out of focus: its light reaches into the picture."""
+    (tmp_path / "s.pov").write_text(
+        "#version 3.7; global_settings { assumed_gamma 1 }\n"
+        "camera { location 0 direction z*2 right x*4/3 up y aperture 1 "
+        "focal_point <0,0,4> }\n"
+        "sphere { <-14,0,40>,0.5 pigment { rgb 3 } finish { ambient 1 diffuse 0 } }"
+    )
+    light = {}
+    for border in (0, -1):
+        rackfocus("povray", "s.pov", "-o", "o.exr", "--overscan", border, "--", *SIZE,
+                  cwd=tmp_path)  # fmt: skip
+        light[border] = read_exr(tmp_path / "o.exr")["G"].sum()
+    assert light[0] == 0 and light[-1] > 1
+
+
+def test_sizes_that_a_scene_asks_for(rackfocus, tmp_path):
+    """image_width is that of the picture, though the passes are larger."""
+    (tmp_path / "part.inc").write_text(
+        "box { <-image_width/160,-image_height/120,0>,<0,0,0.1> pigment { rgb 1 } "
+        "finish { ambient 1 diffuse 0 } }"
+    )
+    (tmp_path / "s.pov").write_text(
+        "#version 3.7; global_settings { assumed_gamma 1 }\n"
+        "camera { location -5*z look_at 0 aperture 0.001 focal_point 0 "
+        "right x*image_width/image_height }\n"
+        '#include "part.inc"\n'
+        "box { 0,<image_width/160,image_height/120,0.1> pigment { rgb 1 } "
+        "finish { ambient 1 diffuse 0 } }\n"
+    )
+    pictures = []
+    for options in (["--supersample", 1, "--overscan", 0], ["--overscan", 9]):
+        rackfocus("povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE, cwd=tmp_path)
+        pictures.append(read_exr(tmp_path / "o.exr")["G"])
+    assert numpy.abs(pictures[0] - pictures[1]).max() < 0.4
 
 
 def test_alpha(rackfocus, tmp_path):

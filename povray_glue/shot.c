@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the passes show. A lens sees around the border of the picture as it sees around
+ * things, and it needs to know to which thing each part of a pixel belongs: so the
+ * passes are wider than the picture, and have several samples of colour and depth in
+ * each pixel.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "camera.h"
+#include "scene.h"
+#include "text.h"
+
+/* Samples along a side of a pixel, where nobody says: with mild anti-aliasing 2 score 1
+ * to 6 dB more than 1 with the strongest (docs/notebook/povray.md). */
+#define SUPERSAMPLE 2
+/* Of the radius of what is infinitely far: what is nearer than half the focus distance
+ * has more. */
+#define BORDER_RADII 1.5
+/* Share of the picture's larger side that the border has at most. */
+#define MOST_BORDER 0.1
+
+int32_t povray_picture_width(const struct povray_passes *passes)
+{
+    return passes->width / passes->supersample - 2 * passes->border_px;
+}
+
+int32_t povray_picture_height(const struct povray_passes *passes)
+{
+    return passes->height / passes->supersample - 2 * passes->border_px;
+}
+
+/* Radius of the blur of what is infinitely far (orthographic: twice as far as the
+ * focus), px of the picture. */
+static double far_radius_px(const struct povray_scene *scene)
+{
+    const struct povray_camera *camera = &scene->camera;
+    double px_per_unit = scene->width / vector_length(camera->right);
+    if (!camera->is_orthographic)
+        px_per_unit *= vector_length(camera->direction) / camera->focus_distance;
+    return px_per_unit * camera->aperture / 4;
+}
+
+void scene_choose_window(struct povray_scene *scene, bool is_one_view)
+{
+    const struct povray_options *options = &scene->options;
+    const int32_t side = scene->width > scene->height ? scene->width : scene->height;
+    const double radius_px = far_radius_px(scene);
+    scene->supersample = options->supersample > 0 ? options->supersample
+                         : is_one_view            ? SUPERSAMPLE
+                                                  : 1;
+    scene->border_px = options->overscan_px;
+    if (scene->border_px < 0)
+        scene->border_px =
+            radius_px < 0.5
+                ? 0
+                : (int32_t)fmin(ceil(BORDER_RADII * radius_px), MOST_BORDER * side);
+    sources_set_size(&scene->sources, scene->width, scene->height);
+}
+
+struct shot shot_make(const struct povray_scene *scene,
+                      const struct povray_camera *camera, int view)
+{
+    const int32_t n = scene->supersample, border = scene->border_px;
+    struct shot shot = {.camera = *camera,
+                        .view = view,
+                        .width = n * (scene->width + 2 * border),
+                        .height = n * (scene->height + 2 * border)};
+    shot.is_scenes = view < 0 && n == 1 && border == 0;
+    for (int i = 0; i < 3; i++) {
+        shot.camera.right[i] *= 1 + 2.0 * border / scene->width;
+        shot.camera.up[i] *= 1 + 2.0 * border / scene->height;
+    }
+    return shot;
+}
+
+char *shot_name(const struct shot *shot, const char *name)
+{
+    return shot->view < 0 ? text_format("%s", name)
+                          : text_format("v%02d_%s", shot->view, name);
+}
+
+void shot_add_camera(struct text *tail, const struct shot *shot)
+{
+    text_addf(tail, "\n");
+    if (!shot->is_scenes)
+        camera_write(tail, &shot->camera, 0);
+}
+
+char *shot_options(const struct shot *shot, const char *options)
+{
+    if (shot->is_scenes)
+        return text_format("%s", options);
+    return text_format("%s +W%d +H%d", options, shot->width, shot->height);
+}
