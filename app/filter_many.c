@@ -164,6 +164,7 @@ int filter_over(const struct filter_options *tool, const struct settings *settin
     if (!picture_check_writable(tool->output, error) ||
         !folder_make(&folder, tool->output, error))
         return fail_image(error);
+    const struct app_host host = app_host_of_part(tool->host);
     int code = APP_DONE;
     for (int i = 0; i < n_paths && code == APP_DONE; i++) {
         struct filter_options one = *tool;
@@ -172,6 +173,7 @@ int filter_over(const struct filter_options *tool, const struct settings *settin
         folder_file(&folder, folder.n_files++, path, sizeof(path));
         one.output = path;
         one.type = FILTER_TYPE_FLOAT;
+        one.host = &host;
         code = filter_run(&one, &own, paths + i, 1, error);
     }
     if (code == APP_DONE)
@@ -293,9 +295,11 @@ static int filter_eyes(const struct filter_options *tool, struct settings *setti
                        struct eye *eyes, int n, struct folder *folder,
                        struct image_error *error)
 {
+    const struct app_host deaf = app_host_of_part(tool->host);
     int code = APP_DONE;
     for (int i = 0; i < n && code == APP_DONE; i++) {
         struct filter_options one = *tool;
+        one.host = folder ? &deaf : tool->host;
         char path[4200];
         if (folder)
             folder_file(folder, folder->n_files++, path, sizeof(path));

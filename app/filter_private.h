@@ -5,6 +5,7 @@
 
 #include "aov.h"
 #include "deep.h"
+#include "depth_repair.h"
 #include "filter_run.h"
 #include "settings.h"
 #include "source.h"
@@ -31,7 +32,58 @@ struct run {
     struct rf_context *context;
     struct rf_filter *filter;
     int n_threads;
+    /* Of the first view, px, negative before the focus; of a picture in windows its
+     * largest_radius alone. */
+    double least_radius, most_radius, largest_radius;
+    bool has_radii;
 };
+
+/* ---- filter_run.c ---------------------------------------------------------------- */
+
+/* The code of what the core said, its words in run->error. */
+int filter_fail_core(const struct run *run, const struct rf_error *error);
+
+static inline int filter_n_views(const struct run *run)
+{
+    return run->has_views ? run->views.n : 1;
+}
+
+/* ---- filter_depth.c: looks at the depth and undoes what can be --------------------
+ */
+
+/* Is it looked at? Not where --depth-repair is off, nor where the method needs none. */
+bool filter_needs_depth(const struct run *run);
+
+/* What was measured, judged: refused, or remarked on. */
+int filter_judge_depth(const struct run *run, const struct depth_stats *stats,
+                       struct depth_findings *found);
+
+/* Pixels that were divided by alpha, and that were given the depth of one side. */
+struct repaired {
+    size_t n_divided, n_snapped;
+};
+
+/* Says what was undone; `repaired` NULL: nobody counted. */
+int filter_say_repaired(const struct run *run, const struct depth_findings *found,
+                        const struct repaired *repaired);
+
+/* All of it, on pictures in memory. */
+int filter_repair_depth(struct run *run);
+
+/* ---- filter_remarks.c: nothing silent ---------------------------------------------
+ */
+
+/* Parameters that were given and that nothing reads. */
+int filter_warn_unread(const struct run *run);
+
+/* From run->depth, as read. */
+void filter_measure_radii(struct run *run);
+
+/* A focus or an aperture that nobody gave: says what was taken and what it does. */
+int filter_warn_defaults(const struct run *run);
+
+/* One line: focus, aperture, radii, method. */
+void filter_say_done(const struct run *run);
 
 /* ---- filter_output.c ------------------------------------------------------------- */
 

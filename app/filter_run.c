@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "depth_repair.h"
+#include "frame_list.h"
 #include "file.h"
 #include "interrupt.h"
 #include "picture.h"
@@ -70,7 +71,7 @@ static const struct source *faulty_source(const struct run *run)
     return &run->source;
 }
 
-static int fail_core(const struct run *run, const struct rf_error *error)
+int filter_fail_core(const struct run *run, const struct rf_error *error)
 {
     if (error->code == RF_ERROR_PARAMETER)
         return fail_parameter(run, error);
@@ -98,11 +99,6 @@ static void log_remark(void *user, enum rf_log_level level, const char *text)
 }
 
 /* ---- one view or several -------------------------------------------------------- */
-
-static int n_views(const struct run *run)
-{
-    return run->has_views ? run->views.n : 1;
-}
 
 static int fail_method(const struct run *run)
 {
@@ -165,12 +161,21 @@ static int check_views(const struct run *run)
 static int find_views(struct run *run)
 {
     const char *other = NULL;
+    char pattern[4096];
     const int n_paths = run->request.n_paths;
     if (n_paths == 1 && run->request.layer)
         return APP_DONE;
     if (!views_list(run->request.paths, n_paths, &run->list, &other, run->error))
         return fail_image(run);
     run->has_views = !other && run->list.n > 1;
+    if (other &&
+        frame_guess_sequence(run->request.paths, n_paths, pattern, sizeof(pattern)))
+        return app_fail(
+            run->error, APP_USAGE,
+            "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
+            "; the frames of a sequence are filtered with "
+            "'%s' as the input and #### in the output",
+            other, pattern);
     if (other && n_paths > 2) {
         return app_fail(
             run->error, run->list.n > 0 ? APP_FAILED : APP_USAGE,
@@ -281,6 +286,17 @@ static int check_distribution(struct run *run)
     return APP_DONE;
 }
 
+/* A falloff is undone on values from 0 to 1; distances it would spoil. */
+static int check_mist(const struct run *run)
+{
+    if (run->tool->mist_falloff == MIST_NONE ||
+        run->settings->params.depth == RF_DEPTH_NORMALISED)
+        return APP_DONE;
+    return app_fail(run->error, APP_USAGE,
+                    "--mist-falloff: is for depth from 0 to 1; add --depth normalised "
+                    "--depth-near START --depth-far END, or leave it out");
+}
+
 static int read_facts(struct run *run)
 {
     char text[1024];
@@ -299,14 +315,16 @@ static int read_facts(struct run *run)
                      "%s: was filtered before (%s); filter the pinhole render instead",
                      image_path(source->colour), by);
     if (code == APP_DONE)
+        code = check_mist(run);
+    if (code == APP_DONE)
         code = check_distribution(run);
     if (code != APP_DONE)
         return code;
     struct rf_error error;
     if (settings_fit_window(run->settings, &source->info, &run->params, &error) !=
         RF_OK)
-        return fail_core(run, &error);
-    return APP_DONE;
+        return filter_fail_core(run, &error);
+    return filter_warn_unread(run);
 }
 
 static int make_filter(struct run *run)
@@ -320,10 +338,10 @@ static int make_filter(struct run *run)
                                    .log = log_remark,
                                    .user = run};
     if (rf_context_create(&run->context, &run->context_params, &error) != RF_OK)
-        return fail_core(run, &error);
+        return filter_fail_core(run, &error);
     if (rf_filter_create(&run->filter, run->context, &run->params, run->source.width,
                          run->source.height, &error) != RF_OK)
-        return fail_core(run, &error);
+        return filter_fail_core(run, &error);
     return set_distribution(run);
 }
 
@@ -354,88 +372,12 @@ static int read_deep(struct run *run)
         return APP_NO_MEMORY;
     if (deep_flatten(&run->deep, run->filter, source, run->colour, run->depth,
                      &core_error) != RF_OK)
-        return fail_core(run, &core_error);
+        return filter_fail_core(run, &core_error);
     if (os_is_interrupted())
         return APP_INTERRUPTED;
     if (run->tool->flattened && !filter_write_flattened(run, run->error))
         return fail_image(run);
     return APP_DONE;
-}
-
-/* Refuses depth that cannot be meant. */
-static int report_depth(const struct run *run, const struct depth_findings *found)
-{
-    const char *path = image_path(run->source.depth);
-    char text[400];
-    if (depth_is_refused(found, text, sizeof(text))) {
-        return app_fail(run->error, APP_FAILED, "%s: the depth %s", path, text);
-    }
-    if (found->half_step_px > 0.5)
-        return app_warn(run->tool->host, run->error,
-                        "%s: the depth is 16 bit, radii come in steps of up to %.1f "
-                        "px; write it as float",
-                        path, found->half_step_px);
-    return APP_DONE;
-}
-
-/* Undoes what was found in the first view's depth in all of them. */
-static int undo_depth(const struct run *run, const struct depth_findings *found)
-{
-    const struct app_host *host = run->tool->host;
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    const char *path = image_path(run->source.depth);
-    size_t n_divided = 0, n_snapped = 0;
-    for (int i = 0; i < n_views(run); i++) {
-        float *depth = run->has_views ? run->views.views[i].depth.data : run->depth;
-        const float *colour =
-            run->has_views ? run->views.views[i].colour.data : run->colour;
-        if (found->is_premultiplied)
-            n_divided += depth_divide_by_alpha(depth, colour + 3, 4, n);
-        if (found->is_mixed && !depth_snap(depth, run->source.width, run->source.height,
-                                           run->params.depth_infinity, &n_snapped))
-            return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory", path);
-    }
-    int code = APP_DONE;
-    if (found->is_premultiplied)
-        code = app_warn(host, run->error,
-                        "%s: the depth was multiplied by alpha; %zu pixels were "
-                        "divided by it (--depth-repair off takes it as it is)",
-                        path, n_divided);
-    if (found->is_mixed && code == APP_DONE)
-        code = app_warn(host, run->error,
-                        "%s: the depth was anti-aliased; %zu pixels between two sides "
-                        "were given the depth of one (--depth-repair off takes it as "
-                        "it is)",
-                        path, n_snapped);
-    return code;
-}
-
-/* Is the depth to be looked at? The mean of views needs none. */
-static bool needs_depth(const struct run *run)
-{
-    return run->tool->depth_repair != DEPTH_REPAIR_OFF &&
-           rf_method_find(run->params.method)->needs_depth;
-}
-
-/* Looks at the depth: undoes what can be. */
-static int repair_depth(struct run *run)
-{
-    const struct filter_options *tool = run->tool;
-    const struct source *source = &run->source;
-    const size_t n = (size_t)source->width * (size_t)source->height;
-    const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
-    struct depth_findings found;
-    for (int i = 0; i < n_views(run); i++)
-        depth_undo_mist(run->has_views ? run->views.views[i].depth.data : run->depth, n,
-                        (enum mist_falloff)tool->mist_falloff);
-    if (!needs_depth(run))
-        return APP_DONE;
-    if (!depth_find(&found, source, run->settings, rf_filter_lens(run->filter),
-                    run->depth, alpha, 4))
-        return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
-                        image_path(source->depth));
-    const int code = report_depth(run, &found);
-    return code == APP_DONE ? undo_depth(run, &found) : code;
 }
 
 static int read_pixels(struct run *run)
@@ -447,7 +389,7 @@ static int read_pixels(struct run *run)
             return fail_image(run);
         run->colour = run->views.views[0].colour.data;
         run->depth = run->views.views[0].depth.data;
-        return os_is_interrupted() ? APP_INTERRUPTED : repair_depth(run);
+        return os_is_interrupted() ? APP_INTERRUPTED : filter_repair_depth(run);
     }
     run->colour = source_read_colour(&run->source, run->n_threads, run->error);
     if (!run->colour)
@@ -455,7 +397,7 @@ static int read_pixels(struct run *run)
     run->depth = source_read_depth(&run->source, run->n_threads, run->error);
     if (!run->depth)
         return fail_image(run);
-    return os_is_interrupted() ? APP_INTERRUPTED : repair_depth(run);
+    return os_is_interrupted() ? APP_INTERRUPTED : filter_repair_depth(run);
 }
 
 static int process(struct run *run)
@@ -475,10 +417,10 @@ static int process(struct run *run)
             ? rf_filter_process_deep(run->filter, &run->deep.frame, &out, &progress,
                                      &error)
             : rf_filter_process(run->filter, run->has_views ? run->views.views : &view,
-                                n_views(run), &out, &progress, &error);
+                                filter_n_views(run), &out, &progress, &error);
     app_end(host);
     if (result != RF_OK)
-        return fail_core(run, &error);
+        return filter_fail_core(run, &error);
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
@@ -491,7 +433,7 @@ static int make_coc(struct run *run)
         rf_image_packed(run->depth, run->source.width, run->source.height, 1);
     struct rf_error error;
     if (rf_filter_coc(run->filter, &image, &image, &error) != RF_OK)
-        return fail_core(run, &error);
+        return filter_fail_core(run, &error);
     return APP_DONE;
 }
 
@@ -523,7 +465,7 @@ static bool needs_windows(const struct run *run)
 {
     const struct filter_options *tool = run->tool;
     const size_t most = (size_t)tool->max_memory_mib << 20;
-    const int n = n_views(run);
+    const int n = filter_n_views(run);
     bool is_possible = !run->is_deep && !tool->view && !tool->output_coc &&
                        !tool->filter_layers &&
                        picture_kind(tool->output) == PICTURE_EXR;
@@ -534,12 +476,27 @@ static bool needs_windows(const struct run *run)
     return most && is_possible && windows_whole_bytes(&run->source, n) > most;
 }
 
+/* The repairs of the depth, from a first pass over the file. */
+static int judge_in_windows(struct run *run, struct windows_job *job)
+{
+    struct depth_stats stats;
+    struct depth_findings found = {0};
+    struct windows_job first = *job;
+    first.n_views = 1;
+    int code = windows_measure(&first, &stats);
+    if (code == APP_DONE)
+        code = filter_judge_depth(run, &stats, &found);
+    if (code == APP_DONE)
+        code = filter_say_repaired(run, &found, NULL);
+    job->is_premultiplied = found.is_premultiplied;
+    job->is_mixed = found.is_mixed;
+    return code;
+}
+
 static int filter_in_windows(struct run *run)
 {
     const struct filter_options *tool = run->tool;
     char text[4096];
-    struct depth_stats stats;
-    struct depth_findings found;
     struct source_description to;
     filter_describe(run, text, sizeof(text));
     source_describe(&run->source,
@@ -553,7 +510,7 @@ static int filter_in_windows(struct run *run)
     to.output.pass_through = tool->pass_through;
     if (run->source.info.is_tiled)
         to.output.tile_size = image_row_step(run->source.colour, run->source.part);
-    struct windows_job job = {.n_views = n_views(run),
+    struct windows_job job = {.n_views = filter_n_views(run),
                               .sources =
                                   run->has_views ? run->views.sources : &run->source,
                               .places = run->views.views,
@@ -566,32 +523,30 @@ static int filter_in_windows(struct run *run)
                               .n_threads = run->n_threads,
                               .max_bytes = (size_t)tool->max_memory_mib << 20,
                               .host = tool->host,
-                              .error = run->error};
-    if (needs_depth(run)) {
-        struct windows_job first = job;
-        first.n_views = 1;
-        int code = windows_measure(&first, &stats);
-        if (code != APP_DONE)
-            return code;
-        depth_judge(&found, &run->source, run->settings, rf_filter_lens(run->filter),
-                    &stats);
-        code = report_depth(run, &found);
-        job.is_premultiplied = found.is_premultiplied;
-        job.is_mixed = found.is_mixed;
-        if (code == APP_DONE && (found.is_premultiplied || found.is_mixed))
-            code = app_warn(tool->host, run->error,
-                            "%s: the depth was %s; that is undone (--depth-repair off "
-                            "takes it as it is)",
-                            image_path(run->source.depth),
-                            found.is_premultiplied ? "multiplied by alpha"
-                                                   : "anti-aliased");
-        if (code != APP_DONE)
-            return code;
-    }
-    return windows_filter(&job);
+                              .error = run->error,
+                              .largest_radius = &run->largest_radius};
+    int code = filter_needs_depth(run) ? judge_in_windows(run, &job) : APP_DONE;
+    if (code == APP_DONE)
+        code = windows_filter(&job);
+    if (code == APP_DONE)
+        filter_say_done(run);
+    return code;
 }
 
 /* ---- the run -------------------------------------------------------------------- */
+
+/* How large the blur is, and that values which nobody gave make it so. */
+static int warn_facts(struct run *run)
+{
+    filter_measure_radii(run);
+    return filter_warn_defaults(run);
+}
+
+static int say_done(struct run *run)
+{
+    filter_say_done(run);
+    return APP_DONE;
+}
 
 /* One step; what the core remarked meanwhile may be an error to the host. */
 static int do_step(struct run *run, int (*step)(struct run *))
@@ -603,8 +558,8 @@ static int do_step(struct run *run, int (*step)(struct run *))
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
-        find_layers, read_facts, make_filter,   open_views,
-        read_pixels, process,    filter_layers, write_output};
+        find_layers, read_facts, make_filter,   open_views,   read_pixels,
+        warn_facts,  process,    filter_layers, write_output, say_done};
     if (!source_check(&run->source, run->error) ||
         !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&

@@ -177,6 +177,32 @@ bool frame_is_pattern(const char *name)
     return find_place(name, &place);
 }
 
+bool frame_guess_pattern(const char *name, char *pattern, size_t n_bytes)
+{
+    const char *last = last_part(name), *end = strrchr(last, '.');
+    if (!end)
+        end = last + strlen(last);
+    const char *begin = end;
+    while (begin > last && isdigit((unsigned char)begin[-1]))
+        begin--;
+    const size_t n = (size_t)(end - begin);
+    if (n == 0 || n > 16 || strlen(name) >= n_bytes)
+        return false;
+    snprintf(pattern, n_bytes, "%s", name);
+    memset(pattern + (begin - name), '#', n);
+    return true;
+}
+
+bool frame_guess_sequence(char *const *names, int n, char *pattern, size_t n_bytes)
+{
+    char other[4096];
+    bool is_one = n >= 2 && frame_guess_pattern(names[0], pattern, n_bytes);
+    for (int i = 1; i < n && is_one; i++)
+        is_one = frame_guess_pattern(names[i], other, sizeof(other)) &&
+                 strcmp(pattern, other) == 0;
+    return is_one;
+}
+
 char *frame_name(const char *pattern, int32_t number, struct image_error *error)
 {
     struct place place;

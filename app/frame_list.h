@@ -26,6 +26,14 @@ void frame_list_free(struct frame_list *list);
  * programs write it, %04d (Nuke) or $F4 (Houdini)? */
 bool frame_is_pattern(const char *name);
 
+/* The pattern of a file that may be a frame: "shot.0001.exr" gives "shot.####.exr".
+ * False where the last part has no digits before its ending. */
+bool frame_guess_pattern(const char *name, char *pattern, size_t n_bytes);
+
+/* Do the files, two or more, look like frames of one sequence: alike but for digits?
+ * The pattern that names them. */
+bool frame_guess_sequence(char *const *names, int n, char *pattern, size_t n_bytes);
+
 /* The name of a frame: the last such place becomes its number, padded with zeros. The
  * caller frees; NULL without memory. */
 char *frame_name(const char *pattern, int32_t number, struct image_error *error);

@@ -10,6 +10,9 @@ struct operands {
     char **rest; /* what followed "--", within argv; also in items unless the command
                     keeps_rest */
     int n_rest;
+    const char *
+        *given; /* names of the command's own options that were given; allocated */
+    int n_given;
 };
 
 #endif

@@ -15,7 +15,8 @@ static bool is_png(const char *path)
 {
     static const unsigned char magic[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     unsigned char bytes[8] = {0};
-    FILE *file = fopen(path, "rb");
+    const bool is_file = os_file_facts(path).kind == OS_FILE_REGULAR;
+    FILE *file = is_file ? fopen(path, "rb") : NULL;
     if (!file)
         return false; /* the reader says why */
     const size_t n = fread(bytes, 1, sizeof(bytes), file);

@@ -58,6 +58,13 @@ int app_warn(const struct app_host *host, struct image_error *error, const char 
                                         : app_fail(error, APP_FAILED, "%s", text);
 }
 
+struct app_host app_host_of_part(const struct app_host *host)
+{
+    struct app_host of_part = host ? *host : (struct app_host){0};
+    of_part.say = NULL;
+    return of_part;
+}
+
 void app_say(const struct app_host *host, const char *format, ...)
 {
     char text[2048];

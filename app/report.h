@@ -55,6 +55,9 @@ bool set_error(struct image_error *error, const char *format, ...)
 int app_warn(const struct app_host *host, struct image_error *error, const char *format,
              ...) __attribute__((format(printf, 3, 4)));
 
+/* The host, deaf to results: for work that is a part of other work. */
+struct app_host app_host_of_part(const struct app_host *host);
+
 void app_say(const struct app_host *host, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 

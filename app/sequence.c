@@ -292,7 +292,7 @@ static void make_files(struct sequence *sequence, struct frame *frame, struct jo
     if (frame->code == APP_DONE) {
         frame->state = MADE;
         journal_add(sequence, job, frame->number);
-        app_say(&sequence->host, "frame %d: %s, %.1f s", (int)frame->number,
+        app_say(sequence->tool->host, "frame %d: %s, %.1f s", (int)frame->number,
                 job->tool.output, os_clock_s() - started_s);
     } else if (os_is_interrupted()) {
         frame->state = CANCELLED;
@@ -307,7 +307,7 @@ static void make_frame(struct sequence *sequence, struct frame *frame)
     if (job && job_make(sequence, job, frame)) {
         if (is_finished(sequence, job, frame->number)) {
             frame->state = SKIPPED;
-            app_say(&sequence->host, "frame %d: %s is there", (int)frame->number,
+            app_say(sequence->tool->host, "frame %d: %s is there", (int)frame->number,
                     job->tool.output);
         } else {
             make_files(sequence, frame, job);
@@ -374,7 +374,7 @@ static int summarise(const struct sequence *sequence, double seconds)
         say_failed(sequence, frame, "failed: ");
         code = frame->code == APP_USAGE ? APP_USAGE : code ? code : APP_FAILED;
     }
-    app_say(&sequence->host,
+    app_say(sequence->tool->host,
             "%d frame%s: %d filtered, %d skipped, %d failed, %d left; %.1f s",
             sequence->n_frames, sequence->n_frames == 1 ? "" : "s", n_made,
             count(sequence, SKIPPED), n_failed, n_open, seconds);
@@ -435,7 +435,7 @@ static bool check_outputs(const struct filter_options *tool, struct image_error 
 /* The host of the frames: several are made at a time, so no progress is shown. */
 static struct app_host host_of_frames(const struct app_host *host)
 {
-    struct app_host of_frames = host ? *host : (struct app_host){0};
+    struct app_host of_frames = app_host_of_part(host);
     of_frames.begin = NULL;
     of_frames.progress = NULL;
     of_frames.end = NULL;

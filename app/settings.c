@@ -231,9 +231,11 @@ static bool settle_lens_radius(struct reader *reader)
     const char *typed = has_stop ? "f-stop" : "focal-length";
     snprintf(reader->text, reader->n_bytes,
              "%s: its header gives the lens radius (%g) without %s, so --%s cannot be "
-             "applied; give --lens-radius, or --f-stop and --focal-length together",
+             "applied; give --lens-radius %.3g for one stop more blur or --lens-radius "
+             "%.3g for one stop less, or --f-stop and --focal-length together",
              image_path(reader->input), radius,
-             has_stop ? "an f-stop" : "a focal length", typed);
+             has_stop ? "an f-stop" : "a focal length", typed, radius * M_SQRT2,
+             radius * M_SQRT1_2);
     return false;
 }
 
@@ -314,12 +316,21 @@ static void merge_facts(struct reader *reader)
     }
 }
 
+void settings_imply(struct settings *settings)
+{
+    if (!is_typed(settings, "ortho-scale") || is_typed(settings, "projection"))
+        return;
+    settings->params.projection = RF_PROJECTION_ORTHOGRAPHIC;
+    set_origin(settings, "projection", ORIGIN_COMMAND_LINE, "(--ortho-scale)");
+}
+
 bool settings_read_header(struct settings *settings, const struct image_input *input,
                           int part, char *text, size_t n_bytes)
 {
     struct reader reader = {
         .settings = settings, .input = input, .text = text, .n_bytes = n_bytes};
     settings_init(&reader.facts);
+    settings_imply(settings);
     size_t n;
     const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n; i++)

@@ -43,6 +43,10 @@ void settings_describe_origin(const struct settings *settings, const char *name,
 rf_result settings_set(struct settings *settings, const char *name, const char *text,
                        struct rf_error *error);
 
+/* What some of the typed values say beside themselves: --ortho-scale that the camera is
+ * orthographic. settings_read_header() does it too. */
+void settings_imply(struct settings *settings);
+
 /* Sets a value as a program recovered it; it ranks as a header's does. */
 rf_result settings_set_header(struct settings *settings, const char *name, double value,
                               const char *source, struct rf_error *error);

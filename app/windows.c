@@ -525,6 +525,8 @@ int windows_filter(const struct windows_job *job)
     int code = open_filter(&w, job->max_bytes);
     if (code == APP_DONE)
         code = survey_all(&w);
+    for (int k = 0; code == APP_DONE && job->largest_radius && k < job->n_views; k++)
+        *job->largest_radius = fmax(*job->largest_radius, w.surveys[k].largest_radius);
     if (code == APP_DONE)
         code = filter_all(&w);
     app_end(job->host);

@@ -21,6 +21,7 @@ struct windows_job {
     size_t max_bytes; /* to hold at a time */
     const struct app_host *host;
     struct image_error *error; /* where what went wrong is said */
+    double *largest_radius;    /* px; receives that of all views */
 
     /* What windows_measure() led to: repairs of the depth of a lone view. */
     bool is_premultiplied, is_mixed;

@@ -12,8 +12,11 @@
 #ifndef CLI_CLI_H
 #define CLI_CLI_H
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
 
 #include "options.h"
 #include "progress.h"
@@ -79,6 +82,10 @@ struct cli_host {
     struct app_host host;
     struct progress bar;
     bool is_quiet, is_strict;
+    FILE *results;     /* stdout, or stderr where the picture goes to stdout */
+    uint32_t said[64]; /* hashes of warnings: each is said once */
+    int n_said;
+    pthread_mutex_t lock;
 };
 
 /* The struct must stay where it is. */

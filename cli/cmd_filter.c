@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus filter: a pinhole picture and its depth in, the lens's picture out. */
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "cli.h"
 #include "depth_repair.h"
+#include "file.h"
 #include "filter_many.h"
 #include "filter_run.h"
+#include "frame_list.h"
 #include "params_file.h"
 #include "picture.h"
+#include "pipes.h"
 #include "progress.h"
 #include "sequence.h"
 #include "settings.h"
@@ -22,7 +22,9 @@
 struct options {
     struct filter_options filter;
     struct sequence_options sequence;
-    bool is_quiet;
+    struct pipes pipes;
+    int32_t format; /* of standard output: 0 EXR, 1 PNG */
+    bool is_quiet, is_strict;
 };
 
 #define AT(member) offsetof(struct options, filter.member)
@@ -74,6 +76,8 @@ static const struct option options[] = {
         "its name holds %V, the view's name, or %v, its first letter."),
     OPTION_FLAG_ROW("pass-through", AT(pass_through),
                     "Also write the input's other layers and its depth, unchanged."),
+    OPTION_CHOICE_ROW("format", offsetof(struct options, format), "KIND", "exr|png",
+                      "Of standard output (-o -): exr or png. [default exr]"),
     OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
                       "Samples of the EXR file: half or float. [default half]"),
     OPTION_CHOICE_ROW("compression", AT(compression), "KIND", FILTER_COMPRESSIONS,
@@ -94,6 +98,7 @@ static const struct option options[] = {
                    "while others are filtered. [default 2]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(offsetof(struct options, is_quiet)),
+    OPTION_STRICT_ROW(offsetof(struct options, is_strict)),
     OPTION_HELP_ROW,
 };
 
@@ -118,6 +123,8 @@ static bool check_many(const struct filter_options *tool, int n)
     if (tool->pass_through || tool->output_coc || tool->flattened)
         return fail_usage("--pass-through, --output-coc and --flattened are of one "
                           "picture; leave out --over and --stereo");
+    if (tool->is_over && tool->filter_layers)
+        return fail_usage("--filter-layers is of one picture; leave out --over");
     if (tool->is_stereo && tool->output && !filter_has_view_mark(tool->output) &&
         picture_kind(tool->output) == PICTURE_PNG)
         return fail_usage("--stereo writes a PNG per view; put %V into its name");
@@ -160,10 +167,57 @@ static bool check_usage(const struct filter_options *tool,
     return true;
 }
 
+/* A name with #### is for the frames of a sequence, which the input is not. */
+static bool check_no_frames(const struct filter_options *tool, const char *input)
+{
+    const char *const outputs[] = {tool->output, tool->output_coc, tool->flattened};
+    char pattern[4096];
+    for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++) {
+        if (!outputs[i] || !frame_is_pattern(outputs[i]) || frame_is_pattern(input))
+            continue;
+        if (frame_guess_pattern(input, pattern, sizeof(pattern)))
+            message("'%s' names frames of a sequence, and '%s' is one file; for the "
+                    "sequence give '%s' as the input",
+                    outputs[i], input, pattern);
+        else
+            message("'%s' names frames of a sequence, and the input '%s' is none; give "
+                    "a name without %s",
+                    outputs[i], input, strchr(outputs[i], '#') ? "####" : "a number");
+        return false;
+    }
+    return true;
+}
+
+/* Names that no shell has expanded. */
+static bool check_globs(const struct operands *operands)
+{
+    for (int i = 0; i < operands->n; i++) {
+        char pattern[4096];
+        const char *name = operands->items[i], *star = strpbrk(name, "*?[");
+        if (!star || os_file_facts(name).kind != OS_FILE_NONE)
+            continue;
+        snprintf(pattern, sizeof(pattern), "%.*s####%s", (int)(star - name), name,
+                 star + 1);
+        if (*star == '*')
+            message(
+                "%s: there is no such file; the frames of a sequence are named with "
+                "# for the digits of their number: '%s'",
+                name, pattern);
+        else
+            message(
+                "%s: there is no such file; the frames of a sequence are named with "
+                "# for the digits of their number, as in 'shot.####.exr'",
+                name);
+        return false;
+    }
+    return true;
+}
+
 /* What only a sequence has means nothing elsewhere. */
 static bool check_sequence(const struct options *all, const struct operands *operands)
 {
     const struct sequence_options *sequence = &all->sequence;
+    const char *input = operands->items[0];
     if (sequence_is_pattern(operands->items[0]))
         return !all->filter.is_stereo || !filter_has_view_mark(all->filter.output) ||
                fail_usage("--stereo writes one multi-view file per frame of a "
@@ -178,7 +232,38 @@ static bool check_sequence(const struct options *all, const struct operands *ope
             "--%s: is for sequences; name them with # for the digits of the number, "
             "as in 'shot.####.exr'",
             given);
-    return given == NULL;
+    return given == NULL && check_no_frames(&all->filter, input);
+}
+
+/* Options of the file that another kind of file does not have. */
+static int warn_of_kind(const struct filter_options *tool, bool is_piped,
+                        const struct operands *operands, struct image_error *error)
+{
+    static const struct {
+        const char *name;
+        enum picture_kind kind;
+        const char *what;
+    } options_of_kind[] = {{"png-bits", PICTURE_PNG, "PNG"},
+                           {"type", PICTURE_EXR, "EXR"},
+                           {"compression", PICTURE_EXR, "EXR"}};
+    if (options_given(operands, "format") && !is_piped) {
+        const int code = app_warn(tool->host, error,
+                                  "--format: has no effect: the ending of the output's "
+                                  "name says it");
+        if (code != APP_DONE)
+            return code;
+    }
+    for (size_t i = 0; i < sizeof(options_of_kind) / sizeof(options_of_kind[0]); i++) {
+        if (!options_given(operands, options_of_kind[i].name) ||
+            picture_kind(tool->output) == options_of_kind[i].kind)
+            continue;
+        const int code = app_warn(tool->host, error,
+                                  "--%s: has no effect: read only for outputs in %s",
+                                  options_of_kind[i].name, options_of_kind[i].what);
+        if (code != APP_DONE)
+            return code;
+    }
+    return APP_DONE;
 }
 
 static int run(struct options *all, struct settings *settings,
@@ -186,9 +271,14 @@ static int run(struct options *all, struct settings *settings,
 {
     struct filter_options *tool = &all->filter;
     struct cli_host host;
-    tool->host = cli_host_open(&host, all->is_quiet, false);
+    tool->host = cli_host_open(&host, all->is_quiet, all->is_strict);
+    if (all->pipes.has_output)
+        host.results = stderr;
     if (tool->params && !params_file_read(tool->params, settings, error))
         return app_code_of(error);
+    const int code = warn_of_kind(tool, all->pipes.has_output, operands, error);
+    if (code != APP_DONE)
+        return code;
     if (sequence_is_pattern(operands->items[0]))
         return sequence_run(&all->sequence, tool, settings, operands->items,
                             operands->n, error);
@@ -205,10 +295,18 @@ static int cmd_filter(int argc, char **argv)
     int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
-    if (!check_usage(tool, &operands) || !check_sequence(&all, &operands))
+    code = APP_DONE;
+    if (pipes_are_named(&operands, tool->output) &&
+        !pipes_open(&all.pipes, &operands, &all.filter.output, all.format == 1, &error))
+        code = exit_code(APP_USAGE, &error);
+    else if (!check_usage(tool, &operands) || !check_globs(&operands) ||
+             !check_sequence(&all, &operands))
         code = EXIT_USAGE;
     else
         code = exit_code(run(&all, &settings, &operands, &error), &error);
+    if (code == EXIT_DONE && all.pipes.has_output && !pipes_send(&all.pipes, &error))
+        code = exit_code(APP_FAILED, &error);
+    pipes_close(&all.pipes);
     operands_free(&operands);
     return code;
 }
@@ -235,6 +333,7 @@ const struct command command_filter = {
         "A name with #### is a sequence, #### the number of the frame. Frames that are "
         "finished and would be made in the same way are skipped, those that fail are "
         "listed at the end.\n\n"
+        "- is standard input and output: 'render | rackfocus filter - -o -'.\n\n"
         "The output is written beside its place and renamed, so it may be the input "
         "itself, and an old file survives any failure.",
     .examples =

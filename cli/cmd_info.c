@@ -7,13 +7,14 @@
 #include "cli.h"
 #include "deep.h"
 #include "info_print.h"
+#include "pipes.h"
 #include "settings.h"
 #include "source.h"
 
 struct info_options {
     const char *depth_file, *depth_channel, *layer;
     int32_t n_threads;
-    bool is_json;
+    bool is_json, is_all;
 };
 
 #define AT(member) offsetof(struct info_options, member)
@@ -23,6 +24,8 @@ static const struct option options[] = {
     OPTION_DEPTH_CHANNEL_ROW(AT(depth_channel)),
     OPTION_LAYER_ROW(AT(layer), "look at"),
     OPTION_FLAG_ROW("json", AT(is_json), "Print everything as JSON."),
+    OPTION_FLAG_ROW("all", AT(is_all),
+                    "Also print the parameters that have their defaults."),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_HELP_ROW,
 };
@@ -138,7 +141,7 @@ static int look(struct info *info, const struct info_options *tool)
     if (tool->is_json)
         info_print_json(info);
     else
-        info_print_text(info);
+        info_print_text(info, tool->is_all);
     return EXIT_DONE;
 }
 
@@ -161,11 +164,15 @@ static int cmd_info(int argc, char **argv)
                                            .depth_file = tool.depth_file,
                                            .depth_channel = tool.depth_channel};
     struct image_error error;
+    struct pipes pipes = {.folder = ""};
     if (operands.n < 1 || operands.n > 2) {
         message("info takes one EXR file, and one of depth at most, not %d; see "
                 "rackfocus info --help",
                 operands.n);
         code = EXIT_USAGE;
+    } else if (pipes_are_named(&operands, NULL) &&
+               !pipes_open(&pipes, &operands, NULL, false, &error)) {
+        code = exit_code(APP_USAGE, &error);
     } else if (!source_open(&info->source, &request, &error)) {
         message("%s", error.message);
         code = EXIT_FAILED;
@@ -173,6 +180,7 @@ static int cmd_info(int argc, char **argv)
         code = look(info, &tool);
         source_close(&info->source);
     }
+    pipes_close(&pipes);
     operands_free(&operands);
     free(info);
     return code;
@@ -183,11 +191,11 @@ const struct command command_info = {
     .summary = "show what a file holds and what the lens would do to it",
     .usage = "IN.exr [DEPTH.exr] [options]",
     .description =
-        "Shows the channels and windows of a file, the camera's facts and where each "
-        "value came from, the range of the depth and the kind it seems to be, the blur "
-        "radii that the lens gives, the limits of the depth of field and the "
-        "hyperfocal "
-        "distance.",
+        "Shows the channels and windows of a file, the blur radii that the lens gives, "
+        "the limits of the depth of field and the hyperfocal distance, the range of "
+        "the "
+        "depth and the kind it seems to be, the camera's facts and where each value "
+        "came from; --all shows all parameters.",
     .examples = "rackfocus info passes.exr\n"
                 "rackfocus info passes.exr --focus-distance 8 --f-stop 1.4 --json",
     .options = options,

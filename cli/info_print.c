@@ -199,6 +199,28 @@ static void shorten_float(double number, char *text, size_t n_bytes)
         *comma = '.';
 }
 
+static void print_param(const struct info *info, const struct rf_param_info *param)
+{
+    char value[64], origin[160], both[128];
+    const char *why_not;
+    const struct rf_params *params = &info->settings.params;
+    rf_params_get(params, param->key, value, sizeof(value));
+    if (param->type == RF_TYPE_FLOAT)
+        shorten_float(param_number(params, param), value, sizeof(value));
+    settings_describe_origin(&info->settings, param->key, origin, sizeof(origin));
+    const bool has_unit = param->unit[0] && param->unit[0] != '1';
+    snprintf(both, sizeof(both), "%s%s%s", value, has_unit ? " " : "",
+             has_unit ? param->unit : "");
+    const char *by = overruled_by(params, param->key);
+    printf("  %-20s %-28s %s", param->key, both, origin);
+    if (by)
+        printf(" (overruled by %s)", by);
+    else if (!rf_param_is_read(params, param->key, &why_not) &&
+             settings_origin(&info->settings, param->key) != ORIGIN_DEFAULT)
+        printf(" (%s)", why_not);
+    putchar('\n');
+}
+
 static void print_params(const struct info *info)
 {
     static const char *const titles[] = {"Lens", "Aperture", "Depth", "Method"};
@@ -206,24 +228,39 @@ static void print_params(const struct info *info)
     const struct rf_param_info *params = rf_param_list(&n);
     for (int group = 0; group < 4; group++) {
         printf("\n%s\n", titles[group]);
-        for (size_t i = 0; i < n; i++) {
-            if ((int)params[i].group != group)
-                continue;
-            char value[64], origin[160], both[128];
-            const char *key = params[i].key;
-            rf_params_get(&info->settings.params, key, value, sizeof(value));
-            if (params[i].type == RF_TYPE_FLOAT)
-                shorten_float(param_number(&info->settings.params, &params[i]), value,
-                              sizeof(value));
-            settings_describe_origin(&info->settings, key, origin, sizeof(origin));
-            const bool has_unit = params[i].unit[0] && params[i].unit[0] != '1';
-            snprintf(both, sizeof(both), "%s%s%s", value, has_unit ? " " : "",
-                     has_unit ? params[i].unit : "");
-            const char *by = overruled_by(&info->settings.params, key);
-            printf("  %-20s %-28s %s%s%s%s\n", key, both, origin,
-                   by ? " (overruled by " : "", by ? by : "", by ? ")" : "");
-        }
+        for (size_t i = 0; i < n; i++)
+            if ((int)params[i].group == group)
+                print_param(info, &params[i]);
     }
+}
+
+/* Without these there is no lens, whoever gave them. */
+static bool is_of_lens(const char *key)
+{
+    static const char *const keys[] = {"focus-distance", "f-stop", "focal-length",
+                                       "method"};
+    for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]); i++)
+        if (strcmp(keys[i], key) == 0)
+            return true;
+    return false;
+}
+
+/* What somebody gave, and what a lens cannot do without. */
+static void print_main_params(const struct info *info)
+{
+    size_t n, n_left = 0;
+    const struct rf_param_info *params = rf_param_list(&n);
+    printf("\nParameters\n");
+    for (size_t i = 0; i < n; i++) {
+        const char *key = params[i].key;
+        const bool is_given = settings_origin(&info->settings, key) != ORIGIN_DEFAULT;
+        const bool is_read = rf_param_is_read(&info->settings.params, key, NULL);
+        if (is_given || (is_of_lens(key) && is_read))
+            print_param(info, &params[i]);
+        else
+            n_left++;
+    }
+    printf("  %zu others have their defaults; --all shows them\n", n_left);
 }
 
 static void print_depth(const struct info *info)
@@ -291,16 +328,19 @@ static void print_lens(const struct info *info)
         printf("  %-20s unknown: %s\n", "radius", info->radius_problem);
 }
 
-void info_print_text(const struct info *info)
+void info_print_text(const struct info *info, bool is_all)
 {
     print_file(info->source.colour);
     if (info->source.depth && info->source.depth != info->source.colour)
         print_file(info->source.depth);
     print_choice_of_channels(info);
-    print_params(info);
+    print_lens(info);
     if (info->has_stats)
         print_depth(info);
-    print_lens(info);
+    if (is_all)
+        print_params(info);
+    else
+        print_main_params(info);
 }
 
 /* ---- JSON ----------------------------------------------------------------------- */

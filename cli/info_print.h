@@ -33,7 +33,8 @@ void info_count_radii(struct info *info, const float *radii);
 /* The counts of a deep file. */
 void info_count_deep(struct info *info, const struct rf_deep *frame);
 
-void info_print_text(const struct info *info);
+/* `is_all`: also the parameters that nobody gave. */
+void info_print_text(const struct info *info, bool is_all);
 void info_print_json(const struct info *info);
 
 #endif

@@ -66,7 +66,7 @@ static int run_global_option(const char *option)
 static int run(int argc, char **argv)
 {
     if (argc < 2) {
-        message("which command? see rackfocus --help");
+        help_print_overview();
         return EXIT_USAGE;
     }
     if (argv[1][0] == '-')

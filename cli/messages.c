@@ -61,12 +61,30 @@ int exit_without_memory(void)
 
 /* ---- the host of app/ ------------------------------------------------------------ */
 
+/* Frames of a sequence have the same to say. */
+static bool is_new(struct cli_host *host, const char *text)
+{
+    enum { ROOM = sizeof(host->said) / sizeof(host->said[0]) };
+    uint32_t hash = 2166136261u;
+    bool is_known = false;
+    for (const char *at = text; *at; at++)
+        hash = (hash ^ (unsigned char)*at) * 16777619u;
+    pthread_mutex_lock(&host->lock);
+    for (int i = 0; i < host->n_said; i++)
+        is_known |= host->said[i] == hash;
+    if (!is_known && host->n_said < ROOM)
+        host->said[host->n_said++] = hash;
+    pthread_mutex_unlock(&host->lock);
+    return !is_known;
+}
+
 static bool host_warn(void *user, const char *text)
 {
-    const struct cli_host *host = user;
+    struct cli_host *host = user;
     if (host->is_strict)
         return false;
-    warning(host->is_quiet, "%s", text);
+    if (is_new(host, text))
+        warning(host->is_quiet, "%s", text);
     return true;
 }
 
@@ -81,8 +99,8 @@ static void host_say(void *user, const char *text)
     const struct cli_host *host = user;
     if (host->is_quiet)
         return;
-    printf("%s\n", text);
-    fflush(stdout);
+    fprintf(host->results, "%s\n", text);
+    fflush(host->results);
 }
 
 static void host_begin(void *user, const char *what)
@@ -106,7 +124,10 @@ static void host_end(void *user)
 const struct app_host *cli_host_open(struct cli_host *host, bool is_quiet,
                                      bool is_strict)
 {
-    *host = (struct cli_host){.is_quiet = is_quiet, .is_strict = is_strict};
+    *host = (struct cli_host){.is_quiet = is_quiet,
+                              .is_strict = is_strict,
+                              .results = stdout,
+                              .lock = PTHREAD_MUTEX_INITIALIZER};
     host->host = (struct app_host){.user = host,
                                    .warn = host_warn,
                                    .fail = host_fail,

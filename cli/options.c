@@ -18,6 +18,7 @@ struct parser {
     void *values;
     struct settings *settings;
     bool wants_help;
+    struct operands *operands;
 };
 
 static const char *const boolean_words[] = {"true", "false", "yes", "no",
@@ -152,9 +153,16 @@ static int set_choice(const struct option *option, const char *text, int32_t *ta
     return EXIT_USAGE;
 }
 
+static void note_given(struct operands *operands, const char *name)
+{
+    if (!options_given(operands, name))
+        operands->given[operands->n_given++] = name;
+}
+
 static int set_option(struct parser *parser, const struct option *option,
                       const char *text)
 {
+    note_given(parser->operands, option->name);
     char *target = (char *)parser->values + option->offset;
     switch (option->kind) {
     case OPTION_FLAG:
@@ -337,11 +345,15 @@ int options_parse(const struct command *command, int argc, char **argv, void *va
                             .argv = argv,
                             .next = 1,
                             .values = values,
-                            .settings = settings};
-    *operands =
-        (struct operands){.items = app_memory((size_t)argc, sizeof(char *), NULL)};
-    if (!operands->items)
+                            .settings = settings,
+                            .operands = operands};
+    *operands = (struct operands){
+        .items = app_memory((size_t)argc, sizeof(char *), NULL),
+        .given = app_memory(command->n_options, sizeof(char *), NULL)};
+    if (!operands->items || !operands->given) {
+        operands_free(operands);
         return exit_without_memory();
+    }
     if (settings)
         settings_init(settings);
     int code = parse_arguments(&parser, operands);
@@ -357,8 +369,17 @@ int options_parse(const struct command *command, int argc, char **argv, void *va
     return code;
 }
 
+bool options_given(const struct operands *operands, const char *name)
+{
+    for (int i = 0; i < operands->n_given; i++)
+        if (strcmp(operands->given[i], name) == 0)
+            return true;
+    return false;
+}
+
 void operands_free(struct operands *operands)
 {
     free(operands->items);
+    free(operands->given);
     *operands = (struct operands){0};
 }

@@ -55,6 +55,9 @@ int options_parse(const struct command *command, int argc, char **argv, void *va
  * is called the same. */
 bool options_has(const struct command *command, const char *name);
 
+/* Was the command's own option of this name given, with whatever value? */
+bool options_given(const struct operands *operands, const char *name);
+
 void operands_free(struct operands *operands);
 
 /* The candidate most like `name`, or NULL where none is near. */
@@ -114,6 +117,9 @@ const char *nearest_name(const char *name, const char *const *candidates, size_t
         .name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .offset = (at),           \
         .help = "No progress bar and no warnings."                                     \
     }
+#define OPTION_STRICT_ROW(at)                                                          \
+    OPTION_FLAG_ROW("strict", at,                                                      \
+                    "Warnings are errors: nothing is written where one is due.")
 #define OPTION_DISTRIBUTION_ROW(at)                                                    \
     OPTION_FILE_ROW("distribution-image", at, "FILE",                                  \
                     "Method scatter: picture of the aperture, EXR or PNG of any "      \

@@ -286,6 +286,15 @@ static bool allocate_samples(const struct reader *r, struct image_error *error)
     for (size_t i = 0; i < n_pixels; i++)
         deep->first[i + 1] += deep->first[i];
     size_t n = deep->first[n_pixels];
+    const struct image_input *input = r->input;
+    /* The counts are the file's word; what it cannot hold takes no memory. */
+    const uint64_t most_bytes =
+        (uint64_t)input->size_bytes *
+        image_max_ratio(image_compression_number(input->parts[r->part].compression));
+    if (n > most_bytes / (uint64_t)r->sample_bytes)
+        return image_fail(error, input->path,
+                          "damaged: %zu deep samples do not fit into %lld bytes", n,
+                          (long long)input->size_bytes);
     if (n > SIZE_MAX / sizeof(float) / (size_t)r->n - 1)
         return image_fail(error, r->input->path, "damaged: %zu deep samples", n);
     deep->samples = calloc(n * (size_t)r->n + 1, sizeof *deep->samples);

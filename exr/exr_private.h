@@ -75,6 +75,9 @@ bool image_decode_rows(struct image_input *input, int part, struct image_rows ro
                        image_run_fn run, void *user, int n_threads,
                        struct image_error *error);
 
+/* Refuses headers with more attributes, channels or parts than can be read in time. */
+bool image_scan_header(const struct image_input *input, struct image_error *error);
+
 /* How a part is cut into chunks: those of the full level where it is tiled. */
 struct image_chunks {
     int n_chunks;

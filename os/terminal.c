@@ -6,10 +6,15 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+bool os_terminal_is_one(FILE *stream)
+{
+    return isatty(fileno(stream));
+}
+
 bool os_terminal_is_live(FILE *stream)
 {
     const char *kind = getenv("TERM");
-    return isatty(fileno(stream)) && kind && *kind && strcmp(kind, "dumb") != 0;
+    return os_terminal_is_one(stream) && kind && *kind && strcmp(kind, "dumb") != 0;
 }
 
 int os_terminal_columns(FILE *stream)

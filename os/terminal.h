@@ -6,6 +6,9 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+/* Is it a terminal? */
+bool os_terminal_is_one(FILE *stream);
+
 /* Is it a terminal that obeys escape sequences: none that TERM calls dumb, or nothing?
  */
 bool os_terminal_is_live(FILE *stream);

@@ -78,8 +78,21 @@ def test_quiet_on_a_terminal(binary, scene, tmp_path):
 
 
 def test_no_bar_in_a_pipe(rackfocus, scene, tmp_path):
-    done = rackfocus("filter", scene(), "-o", tmp_path / "out.exr")
-    assert done.stdout == done.stderr == ""
+    lens = ["--focus-distance", "6", "--lens-radius", "0.1"]
+    done = rackfocus("filter", scene(), "-o", tmp_path / "out.exr", *lens)
+    assert done.stderr == "" and done.stdout.count("\n") == 1
+
+
+@pytest.mark.parametrize("kind", ["dumb", "", None])
+def test_no_escapes_where_nobody_obeys_them(binary, scene, tmp_path, kind, monkeypatch):
+    if kind is None:
+        monkeypatch.delenv("TERM", raising=False)
+    else:
+        monkeypatch.setenv("TERM", kind)
+    lens = ["--focus-distance", "6", "--lens-radius", "0.1"]
+    terminal = Terminal([binary, "filter", scene(), "-o", str(tmp_path / "o.exr"), *lens])
+    assert terminal.finish() == 0
+    assert b"\033" not in terminal.text and b"%" not in terminal.text
 
 
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -433,3 +433,25 @@ def test_no_descriptors(binary, tmp_path):
         outcomes.add(done.returncode)
         out.unlink(missing_ok=True)
     assert 0 in outcomes and len(outcomes) > 1
+
+
+# ---- work that does not ask ------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_work_that_never_asks_is_ended(tmp_path, number):
+    """A signal ends it all the same, and nothing stays."""
+    program = os.path.join(os.environ["RACKFOCUS_BUILD"], "tests/faults/hang")
+    child = subprocess.Popen(
+        [program, tmp_path], stdout=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
+    )  # fmt: skip
+    try:
+        assert child.stdout.readline() == "ready\n"
+        assert len(list(tmp_path.iterdir())) == 2
+        child.send_signal(number)
+        assert child.wait(60) == 128 + number
+    finally:
+        child.kill()
+        child.stdout.close()
+    assert list(tmp_path.iterdir()) == []

@@ -58,6 +58,14 @@ static inline struct around places(int i, int k, int n)
                            rf_max_int(i - k - 1, 0), rf_min_int(i + k + 1, n - 1)};
 }
 
+/* Quarters are added, so that the sum of the largest floats stays finite: the bits of
+ * smaller ones are those of a quarter of the sum. */
+static inline rf_f4 mean_of(rf_f4 a, rf_f4 b, rf_f4 c, rf_f4 d)
+{
+    const rf_f4 quarter = rf_f4_of(0.25f);
+    return (a * quarter + b * quarter) + (c * quarter + d * quarter);
+}
+
 static inline rf_f4 shift_cross(const struct rf_grid *from, int x, int y, int k,
                                 float g)
 {
@@ -66,11 +74,11 @@ static inline rf_f4 shift_cross(const struct rf_grid *from, int x, int y, int k,
     const rf_f4 *low = from->at + (size_t)v.near_right * (size_t)from->width;
     const rf_f4 *above = from->at + (size_t)v.far_left * (size_t)from->width;
     const rf_f4 *below = from->at + (size_t)v.far_right * (size_t)from->width;
-    rf_f4 near =
-        (top[h.near_left] + top[h.near_right]) + (low[h.near_left] + low[h.near_right]);
-    rf_f4 far = (above[h.far_left] + above[h.far_right]) +
-                (below[h.far_left] + below[h.far_right]);
-    return (near + rf_f4_of(g) * (far - near)) * rf_f4_of(0.25f);
+    rf_f4 near = mean_of(top[h.near_left], top[h.near_right], low[h.near_left],
+                         low[h.near_right]);
+    rf_f4 far = mean_of(above[h.far_left], above[h.far_right], below[h.far_left],
+                        below[h.far_right]);
+    return near + rf_f4_of(g) * (far - near);
 }
 
 static inline rf_f4 shift_plus(const struct rf_grid *from, int x, int y, int k, float g)
@@ -78,13 +86,13 @@ static inline rf_f4 shift_plus(const struct rf_grid *from, int x, int y, int k, 
     struct around h = places(x, k, from->width), v = places(y, k, from->height);
     size_t width = (size_t)from->width;
     const rf_f4 *row = from->at + (size_t)y * width, *column = from->at + x;
-    rf_f4 near =
-        (row[h.near_left] + row[h.near_right]) +
-        (column[(size_t)v.near_left * width] + column[(size_t)v.near_right * width]);
+    rf_f4 near = mean_of(row[h.near_left], row[h.near_right],
+                         column[(size_t)v.near_left * width],
+                         column[(size_t)v.near_right * width]);
     rf_f4 far =
-        (row[h.far_left] + row[h.far_right]) +
-        (column[(size_t)v.far_left * width] + column[(size_t)v.far_right * width]);
-    return (near + rf_f4_of(g) * (far - near)) * rf_f4_of(0.25f);
+        mean_of(row[h.far_left], row[h.far_right], column[(size_t)v.far_left * width],
+                column[(size_t)v.far_right * width]);
+    return near + rf_f4_of(g) * (far - near);
 }
 
 static void shift_piece(const struct recursion *s, int x, int y, int n, rf_f4 *out)

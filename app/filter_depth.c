@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a run does about depth that cannot be meant as it is. */
+#include "filter_private.h"
+#include "report.h"
+
+bool filter_needs_depth(const struct run *run)
+{
+    return run->tool->depth_repair != DEPTH_REPAIR_OFF &&
+           rf_method_find(run->params.method)->needs_depth;
+}
+
+int filter_judge_depth(const struct run *run, const struct depth_stats *stats,
+                       struct depth_findings *found)
+{
+    const char *path = image_path(run->source.depth);
+    char text[400];
+    depth_judge(found, &run->source, run->settings, rf_filter_lens(run->filter), stats);
+    if (depth_is_refused(found, text, sizeof(text)))
+        return app_fail(run->error, APP_FAILED, "%s: the depth %s", path, text);
+    if (found->half_step_px > 0.5)
+        return app_warn(run->tool->host, run->error,
+                        "%s: the depth is 16 bit, radii come in steps of up to %.1f "
+                        "px; write it as float",
+                        path, found->half_step_px);
+    return APP_DONE;
+}
+
+int filter_say_repaired(const struct run *run, const struct depth_findings *found,
+                        const struct repaired *repaired)
+{
+    const char *path = image_path(run->source.depth);
+    const struct app_host *host = run->tool->host;
+    int code = APP_DONE;
+    if (!repaired && (found->is_premultiplied || found->is_mixed))
+        return app_warn(
+            host, run->error,
+            "%s: the depth was %s; that is undone (--depth-repair off "
+            "takes it as it is)",
+            path, found->is_premultiplied ? "multiplied by alpha" : "anti-aliased");
+    if (found->is_premultiplied)
+        code = app_warn(host, run->error,
+                        "%s: the depth was multiplied by alpha; %zu pixels were "
+                        "divided by it (--depth-repair off takes it as it is)",
+                        path, repaired->n_divided);
+    if (found->is_mixed && code == APP_DONE)
+        code = app_warn(host, run->error,
+                        "%s: the depth was anti-aliased; %zu pixels between two sides "
+                        "were given the depth of one (--depth-repair off takes it as "
+                        "it is)",
+                        path, repaired->n_snapped);
+    return code;
+}
+
+static float *depth_of(const struct run *run, int view)
+{
+    return run->has_views ? run->views.views[view].depth.data : run->depth;
+}
+
+/* What was found in the first view's depth, in all of them. False without memory. */
+static bool undo(const struct run *run, const struct depth_findings *found,
+                 struct repaired *repaired)
+{
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    for (int i = 0; i < filter_n_views(run); i++) {
+        float *depth = depth_of(run, i);
+        const float *colour =
+            run->has_views ? run->views.views[i].colour.data : run->colour;
+        if (found->is_premultiplied)
+            repaired->n_divided += depth_divide_by_alpha(depth, colour + 3, 4, n);
+        if (found->is_mixed &&
+            !depth_snap(depth, source->width, source->height,
+                        run->params.depth_infinity, &repaired->n_snapped))
+            return false;
+    }
+    return true;
+}
+
+int filter_repair_depth(struct run *run)
+{
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
+    struct depth_stats stats;
+    struct depth_findings found;
+    struct repaired repaired = {0};
+    for (int i = 0; i < filter_n_views(run); i++)
+        depth_undo_mist(depth_of(run, i), n,
+                        (enum mist_falloff)run->tool->mist_falloff);
+    if (!filter_needs_depth(run))
+        return APP_DONE;
+    if (!depth_stats_measure(run->depth, alpha, 4, source->width, source->height,
+                             run->settings->params.depth_infinity, &stats))
+        return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
+                        image_path(source->depth));
+    const int code = filter_judge_depth(run, &stats, &found);
+    if (code != APP_DONE)
+        return code;
+    if (!undo(run, &found, &repaired))
+        return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
+                        image_path(source->depth));
+    return filter_say_repaired(run, &found, &repaired);
+}

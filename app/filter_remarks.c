@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What a user is told of a run: parameters that were given for nothing, values that
+ * nobody gave and what they make of the picture, and what was done.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter_private.h"
+#include "report.h"
+
+/* ---- given for nothing ------------------------------------------------------------
+ */
+
+int filter_warn_unread(const struct run *run)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++) {
+        const char *why_not;
+        if (settings_origin(run->settings, list[i].key) != ORIGIN_COMMAND_LINE ||
+            rf_param_is_read(&run->params, list[i].key, &why_not))
+            continue;
+        const int code = app_warn(run->tool->host, run->error,
+                                  "--%s: has no effect: %s", list[i].key, why_not);
+        if (code != APP_DONE)
+            return code;
+    }
+    return APP_DONE;
+}
+
+/* ---- radii ------------------------------------------------------------------------
+ */
+
+void filter_measure_radii(struct run *run)
+{
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    /* A remark: without memory for it there is none. */
+    float *radii = app_memory(n, sizeof(float), NULL);
+    if (!radii)
+        return;
+    const struct rf_image depth =
+        rf_image_packed(run->depth, source->width, source->height, 1);
+    const struct rf_image out =
+        rf_image_packed(radii, source->width, source->height, 1);
+    if (rf_filter_coc(run->filter, &depth, &out, NULL) == RF_OK) {
+        run->has_radii = true;
+        run->least_radius = INFINITY;
+        run->most_radius = -INFINITY;
+        for (size_t i = 0; i < n; i++) {
+            run->least_radius = fmin(run->least_radius, radii[i]);
+            run->most_radius = fmax(run->most_radius, radii[i]);
+        }
+        run->largest_radius = fmax(fabs(run->least_radius), fabs(run->most_radius));
+    }
+    free(radii);
+}
+
+/* ---- values that nobody gave ------------------------------------------------------
+ */
+
+static bool is_missing(const struct run *run, const char *key)
+{
+    return settings_origin(run->settings, key) == ORIGIN_DEFAULT &&
+           rf_param_is_read(&run->params, key, NULL);
+}
+
+static void append(char *text, size_t n_bytes, const char *word)
+{
+    const size_t n = strlen(text);
+    snprintf(text + n, n_bytes - n, "%s%s", n > 0 ? ", " : "", word);
+}
+
+/* Without these a lens is a guess; the others are, with them, often right. */
+static bool is_lens_missing(const struct run *run)
+{
+    return is_missing(run, "focus-distance") || is_missing(run, "f-stop");
+}
+
+int filter_warn_defaults(const struct run *run)
+{
+    static const struct {
+        const char *key, *before, *after;
+    } facts[] = {{"focus-distance", "focus distance ", ""},
+                 {"f-stop", "f/", ""},
+                 {"focal-length", "focal length ", " mm"},
+                 {"sensor-width", "sensor ", " mm wide"},
+                 {"unit-scale", "", " units per metre"}};
+    char taken[256] = "", give[160] = "";
+    if (!is_lens_missing(run) || !run->has_radii)
+        return APP_DONE;
+    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
+        char value[64], word[128];
+        if (!is_missing(run, facts[i].key))
+            continue;
+        rf_params_get(&run->settings->params, facts[i].key, value, sizeof(value));
+        snprintf(word, sizeof(word), "%s%s%s", facts[i].before, value, facts[i].after);
+        append(taken, sizeof(taken), word);
+        snprintf(word, sizeof(word), "--%s", facts[i].key);
+        append(give, sizeof(give), word);
+    }
+    return app_warn(run->tool->host, run->error,
+                    "%s: its header does not say all of the camera; taken are %s; the "
+                    "largest radius is %.1f px; give %s where that is not meant",
+                    image_path(run->source.colour), taken, run->largest_radius, give);
+}
+
+/* ---- what was done ----------------------------------------------------------------
+ */
+
+static void describe_aperture(const struct run *run, char *text, size_t n_bytes)
+{
+    const struct rf_params *params = &run->settings->params;
+    if (rf_param_is_read(params, "f-stop", NULL))
+        snprintf(text, n_bytes, "f/%g, %g mm", params->f_stop, params->focal_length);
+    else
+        snprintf(text, n_bytes, "lens radius %g",
+                 rf_filter_lens(run->filter)->lens_radius);
+}
+
+void filter_say_done(const struct run *run)
+{
+    const struct rf_params *params = &run->settings->params;
+    char aperture[80], radii[80] = "", method[40];
+    describe_aperture(run, aperture, sizeof(aperture));
+    rf_params_get(params, "method", method, sizeof(method));
+    if (run->has_radii)
+        snprintf(radii, sizeof(radii), ", radii %.1f to %.1f px", run->least_radius,
+                 run->most_radius);
+    else if (run->largest_radius > 0)
+        snprintf(radii, sizeof(radii), ", radii up to %.1f px", run->largest_radius);
+    app_say(run->tool->host, "%s: focus %g, %s%s, method %s", run->tool->output,
+            rf_filter_lens(run->filter)->focus_distance, aperture, radii, method);
+}

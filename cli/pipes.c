@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "pipes.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "folder.h"
+#include "report.h"
+#include "terminal.h"
+
+static bool is_dash(const char *name)
+{
+    return name && strcmp(name, "-") == 0;
+}
+
+bool pipes_are_named(const struct operands *operands, const char *output)
+{
+    bool is_named = is_dash(output);
+    for (int i = 0; i < operands->n; i++)
+        is_named |= is_dash(operands->items[i]);
+    return is_named;
+}
+
+/* Copies all of a stream; 0 or errno. */
+static int copy(FILE *from, FILE *to)
+{
+    char block[1 << 14];
+    size_t n;
+    errno = 0;
+    while ((n = fread(block, 1, sizeof(block), from)) > 0)
+        if (fwrite(block, 1, n, to) != n)
+            return errno ? errno : EIO;
+    return ferror(from) ? (errno ? errno : EIO) : 0;
+}
+
+static bool take_input(struct pipes *pipes, struct image_error *error)
+{
+    snprintf(pipes->input, sizeof(pipes->input), "%s/standard-input.exr",
+             pipes->folder);
+    FILE *file = fopen(pipes->input, "wb");
+    int reason = file ? copy(stdin, file) : errno;
+    if (file && fclose(file) != 0 && reason == 0)
+        reason = errno;
+    return reason == 0 || set_error(error, "standard input: %s", strerror(reason));
+}
+
+static bool check(const struct operands *operands, const char *output,
+                  struct image_error *error)
+{
+    int n = 0;
+    for (int i = 0; i < operands->n; i++)
+        n += is_dash(operands->items[i]);
+    if (n > 1)
+        return set_error(error, "-: standard input can be one of the inputs only");
+    if (n == 1 && os_terminal_is_one(stdin))
+        return set_error(error, "-: standard input is a terminal; send it a file");
+    if (is_dash(output) && os_terminal_is_one(stdout))
+        return set_error(error, "-: standard output is a terminal; send it into a file "
+                                "or a program");
+    return true;
+}
+
+bool pipes_open(struct pipes *pipes, struct operands *operands, const char **output,
+                bool is_png, struct image_error *error)
+{
+    char prefix[300];
+    *pipes = (struct pipes){.has_output = output && is_dash(*output)};
+    if (!check(operands, output ? *output : NULL, error))
+        return false;
+    snprintf(prefix, sizeof(prefix), "%.200s/rackfocus-", os_folder_for_temporary());
+    const int reason =
+        os_folder_make_temporary(prefix, pipes->folder, sizeof(pipes->folder));
+    if (reason != 0) {
+        pipes->folder[0] = '\0';
+        return set_error(error, "%s: cannot make a folder: %s", prefix,
+                         strerror(reason));
+    }
+    for (int i = 0; i < operands->n; i++)
+        if (is_dash(operands->items[i])) {
+            if (!take_input(pipes, error))
+                return false;
+            operands->items[i] = pipes->input;
+        }
+    snprintf(pipes->output, sizeof(pipes->output), "%s/standard-output.%s",
+             pipes->folder, is_png ? "png" : "exr");
+    if (pipes->has_output)
+        *output = pipes->output;
+    return true;
+}
+
+bool pipes_send(const struct pipes *pipes, struct image_error *error)
+{
+    FILE *file = fopen(pipes->output, "rb");
+    int reason = file ? copy(file, stdout) : errno;
+    if (file)
+        fclose(file);
+    if (reason == 0 && fflush(stdout) != 0)
+        reason = errno;
+    return reason == 0 || set_error(error, "standard output: %s", strerror(reason));
+}
+
+void pipes_close(struct pipes *pipes)
+{
+    if (pipes->folder[0])
+        os_folder_remove(pipes->folder);
+    pipes->folder[0] = '\0';
+}

@@ -1,0 +1,330 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What was asked for happens, or the user is told why not and what to type."""
+
+import os
+import stat
+import struct
+import subprocess
+
+import numpy
+import plainexr
+import pytest
+
+LENS = ["--focus-distance", "6", "--lens-radius", "0.1", "--focal-length-px", "60"]
+PLACES = [(0.05, 0.0), (-0.06, 0.09), (0.0, -0.16)]
+
+
+@pytest.fixture
+def run(rackfocus, tmp_path):
+    def run_filter(*arguments, code=0, name="out.exr", lens=LENS, **options):
+        return rackfocus(
+            *("filter", *arguments, "-o", tmp_path / name, *lens), code=code, **options
+        )
+
+    return run_filter
+
+
+def no_effect(name):
+    return f"rackfocus: warning: --{name}: has no effect: "
+
+
+# ---- options that do not apply -------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--copies", "4"],
+        ["--slices", "3"],
+        ["--box-repeats", "2"],
+        ["--depth-near", "1"],
+        ["--depth-far", "9"],
+        ["--lens-seed", "3"],
+        ["--screen-position", "2"],
+        ["--blade-rotation", "10"],
+        ["--blades", "6", "--method", "scatter"],
+        ["--blades", "6", "--method", "box"],
+        ["--quality", "normal", "--method", "scatter"],
+        ["--png-bits", "8"],
+        ["--ortho-scale", "4", "--projection", "perspective"],
+        ["--f-stop", "2"],
+        ["--format", "exr"],
+    ],
+)
+def test_a_useless_option_is_named(run, scene, tmp_path, arguments):
+    path = scene()
+    done = run(path, *arguments)
+    assert no_effect(arguments[0][2:]) in done.stderr
+    assert run(path, *arguments, "-q").stderr == ""
+    (tmp_path / "out.exr").unlink()
+    done = run(path, *arguments, "--strict", code=1)
+    assert arguments[0] + ": has no effect" in done.stderr
+    assert not (tmp_path / "out.exr").exists()
+
+
+@pytest.mark.parametrize("name", ["type", "compression"])
+def test_options_of_exr_on_png(run, scene, name):
+    value = {"type": "half", "compression": "zip"}[name]
+    assert no_effect(name) in run(scene(), f"--{name}", value, name="o.png").stderr
+
+
+def test_what_is_read_is_not_warned_of(run, scene):
+    arguments = ["--blades", "6", "--blade-rotation", "10", "--quality", "normal"]
+    assert run(scene(), *arguments).stderr == ""
+    assert run(scene(), "--png-bits", "16", name="o.png").stderr == ""
+
+
+def test_scale_of_an_orthographic_camera_says_that_it_is_one(run, scene, tmp_path):
+    path = scene()
+    lens = ["--focus-distance", "6", "--lens-radius", "0.1", "--ortho-scale", "4"]
+    assert run(path, lens=lens, name="a.exr").stderr == ""
+    run(path, "--projection", "orthographic", lens=lens, name="b.exr")
+    a, b = (plainexr.read(tmp_path / name)[0] for name in ("a.exr", "b.exr"))
+    assert all((a[name] == b[name]).all() for name in "RGB")
+
+
+def test_mist_falloff_is_for_normalised_depth(run, scene):
+    done = run(scene(), "--mist-falloff", "linear", code=2)
+    assert "--mist-falloff: is for depth from 0 to 1; add --depth normalised" in done.stderr
+
+
+def test_layers_over_each_other_have_no_other_layers(run, scene):
+    done = run(scene("a.exr"), scene("b.exr"), "--over", "--filter-layers", "x", code=2)
+    assert "--filter-layers is of one picture" in done.stderr
+
+
+# ---- the camera ----------------------------------------------------------------------
+
+
+def test_values_that_nobody_gave_are_named(run, scene):
+    path = scene()
+    done = run(path, lens=[])
+    for text in ("focus distance 10", "f/2.8", "focal length 50 mm", "1 units per metre"):
+        assert text in done.stderr
+    assert "largest radius is 0.1 px; give --focus-distance, --f-stop" in done.stderr
+    some = run(path, lens=["--focus-distance", "5", "--unit-scale", "0.01"]).stderr
+    assert "f/2.8" in some and "focus distance" not in some and "units" not in some
+    assert run(path, lens=["--focus-distance", "5", "--f-stop", "2"]).stderr == ""
+    assert run(path, lens=[], code=1, *["--strict"]).returncode == 1
+
+
+def test_one_line_says_what_was_done(run, scene, tmp_path):
+    done = run(scene(), "--method", "scatter")
+    line = done.stdout.splitlines()
+    assert line == [
+        f"{tmp_path / 'out.exr'}: focus 6, lens radius 0.1, radii -1.0 to 0.5 px, "
+        "method scatter"
+    ]
+    done = run(scene(), lens=["--focus-distance", "6", "--f-stop", "1.4"])
+    assert "focus 6, f/1.4, 50 mm, radii" in done.stdout
+    assert run(scene(), "-q").stdout == ""
+
+
+def test_an_f_stop_that_cannot_be_applied_says_what_to_type(run, scene):
+    attributes = {"rackfocus:lensRadius": 0.1, "rackfocus:focalLengthPx": 60.0}
+    path = scene(attributes=attributes)
+    done = run(path, "--f-stop", "1.4", lens=[], code=1)
+    assert "give --lens-radius 0.141 for one stop more blur" in done.stderr
+    assert "--lens-radius 0.0707 for one stop less" in done.stderr
+    run(path, "--lens-radius", "0.141", "--focus-distance", "6", lens=[])
+
+
+# ---- names ---------------------------------------------------------------------------
+
+
+def test_one_file_is_no_sequence(run, scene, tmp_path):
+    done = run(scene(), name="out.####.exr", code=2)
+    assert "names frames of a sequence" in done.stderr
+    done = run(scene("shot.0007.exr"), name="out.####.exr", code=2)
+    assert f"give '{tmp_path / 'shot.####.exr'}' as the input" in done.stderr
+    assert not (tmp_path / "out.####.exr").exists()
+
+
+def test_frames_that_a_shell_named(run, scene, tmp_path):
+    for n in (2, 3):
+        frames = [scene(f"shot.{i:04d}.exr") for i in range(n)]
+        done = run(*frames, code=2)
+        assert f"'{tmp_path / 'shot.####.exr'}' as the input" in done.stderr
+    done = run(tmp_path / "shot.*.exr", code=2)
+    assert f"'{tmp_path / 'shot.####.exr'}'" in done.stderr
+
+
+@pytest.mark.parametrize("mark", ["%04d", "$F4", "####"])
+def test_names_of_other_programs(run, scene, tmp_path, mark):
+    for i in (8, 12):
+        scene(f"shot.{i:04d}.exr")
+    done = run(tmp_path / f"shot.{mark}.exr", name=f"out.{mark}.exr")
+    assert "2 frames: 2 filtered" in done.stdout
+    assert (tmp_path / "out.0008.exr").exists() and (tmp_path / "out.0012.exr").exists()
+
+
+def test_numbers_without_zeros(run, scene, tmp_path):
+    for i in (8, 12):
+        scene(f"shot.{i}.exr")
+    run(tmp_path / "shot.%d.exr", name="out.$F.exr")
+    assert (tmp_path / "out.8.exr").exists() and (tmp_path / "out.12.exr").exists()
+
+
+# ---- frames that are taken up again --------------------------------------------------
+
+
+def test_another_place_of_the_aperture_makes_frames_anew(run, scene, tmp_path):
+    attributes = {
+        "rackfocus:lensRadius": 0.2,
+        "rackfocus:focalLengthPx": 50.0,
+        "rackfocus:focusDistance": 6.0,
+        "rackfocus:shearDistance": 6.0,
+    }
+    for i, place in enumerate(PLACES):
+        scene(f"v{i}.1.exr", attributes=attributes | {"rackfocus:lensOffset": place})
+    views = [tmp_path / f"v{i}.#.exr" for i in range(3)]
+    lens = ["--lens-radius", "0.05"]
+    assert "1 filtered" in run(*views, name="o.#.exr", lens=lens).stdout
+    assert "1 skipped" in run(*views, name="o.#.exr", lens=lens).stdout
+    done = run(*views, "--aperture-at", "0.02,0", name="o.#.exr", lens=lens)
+    assert "1 filtered, 0 skipped" in done.stdout
+
+
+def test_another_depth_file_makes_frames_anew(run, scene, tmp_path):
+    scene("shot.1.exr")
+    scene("z.1.exr", change=lambda c: [c.pop(n) for n in "RGB"])
+    scene("y.1.exr", change=lambda c: ([c.pop(n) for n in "RGB"], c["Z"].fill(4)))
+    depths = [["--depth-file", tmp_path / f"{name}.#.exr"] for name in "zy"]
+    source = tmp_path / "shot.#.exr"
+    assert "1 filtered" in run(source, *depths[0], name="o.#.exr").stdout
+    assert "1 skipped" in run(source, *depths[0], name="o.#.exr").stdout
+    assert "1 filtered, 0 skipped" in run(source, *depths[1], name="o.#.exr").stdout
+    # The same name with other pixels, of another time.
+    path = tmp_path / "y.1.exr"
+    scene("y.1.exr", change=lambda c: ([c.pop(n) for n in "RGB"], c["Z"].fill(5)))
+    os.utime(path, ns=(1, 1))
+    assert "1 filtered, 0 skipped" in run(source, *depths[1], name="o.#.exr").stdout
+
+
+# ---- standard input and output -------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["exr", "png"])
+def test_pipes(binary, run, scene, tmp_path, kind):
+    path = scene()
+    run(path, name=f"out.{kind}")
+    with open(path, "rb") as file:
+        done = subprocess.run(
+            [binary, "filter", "-", "-o", "-", "--format", kind, *LENS],
+            stdin=file, capture_output=True, timeout=60,
+            env={**os.environ, "TMPDIR": str(tmp_path)},
+        )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == (tmp_path / f"out.{kind}").read_bytes()
+    assert b"method layered" in done.stderr
+    assert not list(tmp_path.glob("rackfocus-*"))
+
+
+def test_info_of_a_pipe(binary, scene):
+    with open(scene(), "rb") as file:
+        done = subprocess.run([binary, "info", "-"], stdin=file, capture_output=True)
+    assert done.returncode == 0 and b"48 x 32" in done.stdout
+
+
+def test_a_bad_pipe_is_named(binary, tmp_path):
+    done = subprocess.run(
+        [binary, "filter", "-", "-o", tmp_path / "o.exr"],
+        input=b"no picture", capture_output=True,
+    )  # fmt: skip
+    assert done.returncode == 1 and b"standard-input" in done.stderr
+
+
+# ---- info ----------------------------------------------------------------------------
+
+
+def test_info_shows_what_matters_first(rackfocus, scene):
+    short = rackfocus("info", scene(), *LENS).stdout
+    full = rackfocus("info", scene(), *LENS, "--all").stdout
+    assert short.index("Blur") < short.index("Parameters")
+    assert "focus-distance" in short and "mipmap-bias" not in short
+    assert "mipmap-bias" in full and len(short.splitlines()) < 40
+    assert "read only by the method box" in rackfocus(
+        "info", scene(), "--box-repeats", "2"
+    ).stdout  # fmt: skip
+
+
+# ---- hostile files -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["info", "compare"])
+def test_a_pipe_with_a_name_is_refused(rackfocus, tmp_path, command):
+    pipe = tmp_path / "pipe.exr"
+    os.mkfifo(pipe)
+    done = rackfocus(command, pipe, *[pipe] * (command == "compare"), code=1, timeout=60)
+    assert "is not a regular file" in done.stderr
+
+
+def test_too_many_attributes(rackfocus, scene):
+    attributes = {f"a{i}": float(i) for i in range(5000)}
+    done = rackfocus("info", scene(attributes=attributes), code=1)
+    assert "more than 4096 attributes" in done.stderr
+    rackfocus("info", scene(attributes={f"a{i}": float(i) for i in range(4000)}))
+
+
+def test_too_many_channels(rackfocus, tmp_path):
+    pixel = numpy.zeros((1, 1), numpy.float16)
+    path = plainexr.write(tmp_path / "c.exr", {f"c{i:05d}": pixel for i in range(9000)})
+    done = rackfocus("info", path, code=1)
+    assert "more than 8192 channels" in done.stderr
+
+
+def attribute(name, kind, data):
+    return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+
+
+def deep_file(path, n_lines, n_samples):
+    """A deep file of one column whose lines say that they have so many samples."""
+    channels = b"".join(
+        name + b"\0" + struct.pack("<iIii", 2, 0, 1, 1)
+        for name in (b"A", b"B", b"G", b"R", b"Z")
+    )
+    box = struct.pack("<4i", 0, 0, 0, n_lines - 1)
+    header = struct.pack("<II", 20000630, 2 | 0x800)
+    header += attribute("channels", "chlist", channels + b"\0")
+    header += attribute("compression", "compression", b"\2")
+    header += attribute("dataWindow", "box2i", box)
+    header += attribute("displayWindow", "box2i", box)
+    header += attribute("lineOrder", "lineOrder", b"\0")
+    header += attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    header += attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+    header += attribute("screenWindowWidth", "float", struct.pack("<f", 1))
+    header += attribute("type", "string", b"deepscanline")
+    header += attribute("name", "string", b"deep")
+    header += attribute("version", "int", struct.pack("<i", 1))
+    header += attribute("chunkCount", "int", struct.pack("<i", n_lines)) + b"\0"
+    chunks, offsets, at = b"", b"", len(header) + 8 * n_lines
+    for y in range(n_lines):
+        table, data = struct.pack("<i", n_samples), b"\0" * 64
+        chunk = struct.pack("<iQQQ", y, len(table), len(data), 20 * n_samples)
+        chunks += chunk + table + data
+        offsets += struct.pack("<Q", at)
+        at = len(header) + 8 * n_lines + len(chunks)
+    path.write_bytes(header + offsets + chunks)
+    return path
+
+
+def test_a_small_deep_file_takes_no_large_memory(run, tmp_path):
+    path = deep_file(tmp_path / "deep.exr", 120, 100_000_000)
+    done = run(path, code=1)
+    assert "12000000000 deep samples do not fit into" in done.stderr
+
+
+def test_no_rights_are_lent_to_the_new_file(run, scene, tmp_path):
+    out = tmp_path / "out.exr"
+    out.write_bytes(b"old")
+    out.chmod(0o6751)
+    run(scene())
+    assert stat.S_IMODE(out.stat().st_mode) == 0o751
+
+
+@pytest.mark.parametrize("value", [3e38, -3e38])
+def test_the_largest_values_stay_finite(run, scene, tmp_path, value):
+    path = scene(change=lambda c: [c[name].fill(value) for name in "RGB"])
+    run(path, "--method", "recursive-offset", "--type", "float")
+    channels, _ = plainexr.read(tmp_path / "out.exr")
+    assert all(numpy.isfinite(channels[name]).all() for name in "RGB")
