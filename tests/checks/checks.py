@@ -207,9 +207,17 @@ KILLERS = [
 ]
 
 
+PYTEST_KILLERS = [
+    "deep/test_deep.py",
+    "cli/test_nothing_silent.py",
+    "exr/test_exr_files.py",
+]
+
+
 def kills(build):
     """The test that notices, or None."""
-    targets = ["cli/rackfocus", *(f"tests/{name}" for name in KILLERS)]
+    programs = [*KILLERS, "exr/exr_dump", "faults/libfailing.so"]
+    targets = ["cli/rackfocus", *(f"tests/{name}" for name in programs)]
     built = run("ninja", "-C", build, *targets, check=False, stdout=subprocess.DEVNULL)
     if built.returncode:
         raise SystemExit("a mutant does not compile")
@@ -227,8 +235,11 @@ def kills(build):
             return name
         if done.returncode:
             return name
-    text = pytest("-x", "tests/deep/test_deep.py", environment=environment)
-    return None if re.search(r"^\d+ passed", text, re.M) else "deep"
+    for name in PYTEST_KILLERS:
+        text = pytest("-x", f"tests/{name}", environment=environment)
+        if not re.search(r"^\d+ passed", text, re.M):
+            return name
+    return None
 
 
 def mutate(*only):

@@ -155,6 +155,66 @@ def test_reads_dwa_layers(tmp_path, compression):
         assert np.all(np.abs(got[name] - want[name]) <= limit), name
 
 
+N_SIZES = 11  # numbers at the start of a DWA chunk, 64 bit each
+UNKNOWN_BYTES, AC_BYTES, DC_BYTES, RLE_BYTES, N_AC = 2, 3, 4, 5, 8
+
+
+def change_dwa_chunk(path, change):
+    """Rewrites the only chunk of a scan-line file: `change` gets its sizes, its rules and
+    its four streams and changes them in place.
+    """
+    data = bytearray(path.read_bytes())
+    # The offset of the chunk stands before it and points behind itself.
+    start = next(
+        i for i in range(8, len(data)) if data[i : i + 8] == struct.pack("<Q", i + 8)
+    )
+    y, n = struct.unpack_from("<ii", data, start + 8)
+    chunk = bytes(data[start + 16 : start + 16 + n])
+    sizes = list(struct.unpack_from(f"<{N_SIZES}Q", chunk))
+    at = 8 * N_SIZES
+    n_rules = struct.unpack_from("<H", chunk, at)[0]
+    rules, at, streams = chunk[at : at + n_rules], at + n_rules, []
+    for size in (UNKNOWN_BYTES, AC_BYTES, DC_BYTES, RLE_BYTES):
+        streams.append(chunk[at : at + sizes[size]])
+        at += sizes[size]
+    change(sizes, streams)
+    chunk = struct.pack(f"<{N_SIZES}Q", *sizes) + rules + b"".join(streams)
+    data[start + 8 :] = struct.pack("<ii", y, len(chunk)) + chunk
+    path.write_bytes(bytes(data))
+
+
+@pytest.fixture
+def dwa_file(tmp_path):
+    path = tmp_path / "a.exr"
+    write(path, spec_of("RGBA", "half", "dwab"), picture(n=4))
+    change_dwa_chunk(path, lambda sizes, streams: None)
+    assert read_ours(path, tmp_path)
+    return path
+
+
+@pytest.mark.parametrize("which", [UNKNOWN_BYTES, AC_BYTES, DC_BYTES, RLE_BYTES])
+@pytest.mark.parametrize("more", [1, 1000, 1 << 62])
+def test_dwa_streams_end_within_their_chunk(dwa_file, tmp_path, which, more):
+    """zlib would read the last one all the same: it says itself where it ends."""
+
+    def change(sizes, streams):
+        sizes[which] += more
+
+    change_dwa_chunk(dwa_file, change)
+    done = run("read", dwa_file, 0, tmp_path / "out")
+    assert done.returncode == 1 and "invalid DWA data" in done.stderr, done
+
+
+def test_dwa_blocks_end_with_their_coefficients(dwa_file, tmp_path):
+    def change(sizes, streams):
+        sizes[AC_BYTES] = sizes[N_AC] = 0
+        streams[1] = b""
+
+    change_dwa_chunk(dwa_file, change)
+    done = run("read", dwa_file, 0, tmp_path / "out")
+    assert done.returncode == 1 and "invalid DWA data" in done.stderr, done
+
+
 def test_reads_mip_map(tmp_path):
     source, path = tmp_path / "a.exr", tmp_path / "mip.exr"
     write(source, spec_of("RGBA", "float"), picture(n=4))
