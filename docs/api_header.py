@@ -57,6 +57,19 @@ def constants(lists, name):
         yield f'{words[0]}, /**< {words[2]}: "{words[1]}" */'
 
 
+def alone(text):
+    """Members that share a line and a comment, each with its own copy of it."""
+
+    def split(found):
+        space, kind, names, about = found.groups()
+        return "\n".join(f"{space}{kind}{n}; {about}" for n in names.split(", "))
+
+    shared = r"^( +)((?:const )?\w+ )(\w+(?:, \w+)+); +(/\*\*<.*\*/)$"
+    text = re.sub(shared, split, text, flags=re.M)
+    above = r"^( +/\*\*[^<](?:(?!\*/).)*\*/\n)( +\w+ )(\w+), (\w+);$"
+    return re.sub(above, r"\1\2\3;\n\1\2\4;", text, flags=re.M | re.S)
+
+
 def main():
     text = (HEADERS / "rackfocus.h").read_text()
     lists = (HEADERS / "params_lists.h").read_text()
@@ -77,6 +90,7 @@ def main():
     begin = text.index("#define RF_FLOAT(")
     end = text.index("};", begin)
     text = text[:begin] + "\n".join(members()) + "\n" + text[end:]
+    text = alone(text)
     print(re.sub(r"^#(define|undef) RF_X_ENUM.*\n", "", text, flags=re.M), end="")
 
 

@@ -47,20 +47,22 @@
 extern "C" {
 #endif
 
-#define RF_VERSION_MAJOR 0
-#define RF_VERSION_MINOR 1
-#define RF_VERSION_PATCH 0
+#define RF_VERSION_MAJOR 0 /**< of this header; rf_version() is the library's */
+#define RF_VERSION_MINOR 1 /**< likewise */
+#define RF_VERSION_PATCH 0 /**< likewise */
 
 #if defined(_WIN32)
 #define RF_API
 #else
+/** Marks what the library exports. */
 #define RF_API __attribute__((visibility("default")))
 #endif
 
 /* ---- results ------------------------------------------------------------------- */
 
+/** How a call ended. */
 typedef enum rf_result {
-    RF_OK = 0,
+    RF_OK = 0,              /**< all is done */
     RF_ERROR_ARGUMENT = 1,  /**< a NULL pointer or a malformed image view */
     RF_ERROR_PARAMETER = 2, /**< a parameter out of range or in conflict; see field */
     RF_ERROR_DEPTH = 3,     /**< NaN, negative or nothing but 0 depth */
@@ -71,7 +73,7 @@ typedef enum rf_result {
 
 /** What went wrong. Filled only on failure; plain text, no newline. */
 struct rf_error {
-    rf_result code;
+    rf_result code;    /**< what the call returned */
     char field[48];    /**< parameter or argument at fault ("f_stop", "depth"), or "" */
     char message[256]; /**< one sentence that says what is wrong and the way out */
 };
@@ -119,35 +121,44 @@ struct rf_params {
 
 /** Sets every parameter to its default. */
 #define rf_params_init(params) rf_params_init_sized((params), sizeof(struct rf_params))
+/** The same for a struct of `size` bytes; call rf_params_init(). */
 RF_API void rf_params_init_sized(struct rf_params *params, size_t size);
 
-enum rf_param_type { RF_TYPE_FLOAT, RF_TYPE_INT, RF_TYPE_BOOL, RF_TYPE_ENUM };
+/** What a parameter is: its member is a double or, of the others, an int32_t. */
+enum rf_param_type {
+    RF_TYPE_FLOAT, /**< a number */
+    RF_TYPE_INT,   /**< a whole number */
+    RF_TYPE_BOOL,  /**< 0 or 1 */
+    RF_TYPE_ENUM,  /**< one of its choices */
+};
+
+/** Headings under which help and panels show parameters. */
 enum rf_param_group {
-    RF_GROUP_LENS,
-    RF_GROUP_APERTURE,
-    RF_GROUP_DEPTH,
-    RF_GROUP_METHOD,
+    RF_GROUP_LENS,     /**< focus, f-stop, focal length, sensor, optics */
+    RF_GROUP_APERTURE, /**< shape of the bokeh */
+    RF_GROUP_DEPTH,    /**< what the depth channel holds */
+    RF_GROUP_METHOD,   /**< how the blur is made */
 };
 
 /** One choice of an enumerated parameter; its value is its index in the list. */
 struct rf_choice {
-    const char *name;
-    const char *help;
+    const char *name; /**< as rf_params_set() takes it */
+    const char *help; /**< a few words */
 };
 
 /** Description of one parameter, straight from params.def. Static, never freed. */
 struct rf_param_info {
-    const char *key;       /**< "focus-distance" */
-    const char *field;     /**< "focus_distance" */
-    const char *attribute; /**< name in an EXR header, "rackfocus:focusDistance" */
-    const char *unit;      /**< "scene units"; "" for bool and enum */
-    const char *help;      /**< one sentence or two */
-    enum rf_param_type type;
-    enum rf_param_group group;
-    size_t offset; /**< of the member in struct rf_params, bytes */
-    double min, max, def;
+    const char *key;           /**< "focus-distance" */
+    const char *field;         /**< "focus_distance" */
+    const char *attribute;     /**< name in an EXR header, "rackfocus:focusDistance" */
+    const char *unit;          /**< "scene units"; "" for bool and enum */
+    const char *help;          /**< one sentence or two */
+    enum rf_param_type type;   /**< of its member */
+    enum rf_param_group group; /**< heading under which it is shown */
+    size_t offset;             /**< of the member in struct rf_params, bytes */
+    double min, max, def;      /**< both ends are allowed; its default */
     const struct rf_choice *choices; /**< enum only, else NULL */
-    int n_choices;
+    int n_choices;                   /**< enum only, else 0 */
 };
 
 /** All parameters in the order of params.def; *n receives their number. */
@@ -202,9 +213,11 @@ struct rf_method_info {
     /** Most views of one frame, 1 to RF_MAX_VIEWS; above 1 those of points of the lens.
      * Since 0.1. */
     int32_t max_views;
-    bool needs_depth; /**< false: views may come without, any depth will do. Since 0.1 */
-    bool has_blend;   /**< of the real-time family: reads blend, leak-control. Since 0.1 */
-    bool has_layers;  /**< reads quality, split-edges, fill-hidden, .. Since 0.1 */
+    /** false: views may come without, and any depth will do. Since 0.1. */
+    bool needs_depth;
+    /** Of the real-time family: reads blend, leak-control, ... Since 0.1. */
+    bool has_blend;
+    bool has_layers;     /**< reads quality, split-edges, fill-hidden, .. Since 0.1 */
     bool reads_aperture; /**< its blur has the aperture's shape. Since 0.1 */
     /** Can rf_filter_process_window(), but with quality preview. Since 0.1. */
     bool can_window;
@@ -227,7 +240,7 @@ RF_API const struct rf_method_info *rf_method_find(int32_t method);
  * 1/z), K = lens radius times focal length in px (docs/algorithm.md).
  */
 struct rf_lens {
-    double bias_px;
+    double bias_px; /**< radius at infinity; orthographic: at the camera */
     double scale; /**< px times scene units (perspective), px per unit (orthographic) */
     double focus_distance;  /**< scene units */
     double lens_radius;     /**< scene units */
@@ -238,11 +251,11 @@ struct rf_lens {
     double max_radius_px;   /**< radii are clipped to this */
     double coc_limit_px;    /**< from the parameters */
     double screen_position; /**< scene units behind the lens, f s / (s - f); 0: none */
-    double
-        buffer_scale_px; /**< optics buffer: r = buffer_bias_px + buffer_scale_px d */
-    double buffer_bias_px;
-    int32_t projection; /**< enum rf_projection */
-    int32_t optics;     /**< enum rf_optics */
+    /** Optics buffer: r = buffer_bias_px + buffer_scale_px d. */
+    double buffer_scale_px;
+    double buffer_bias_px; /**< px; see buffer_scale_px */
+    int32_t projection;    /**< enum rf_projection */
+    int32_t optics;        /**< enum rf_optics */
 };
 
 /**
@@ -329,10 +342,10 @@ RF_API rf_result rf_lens_points(const struct rf_params *params, int32_t n,
  * padding is neither read nor written.
  */
 struct rf_image {
-    void *data;
+    void *data; /**< the first sample of the first pixel, aligned as floats are */
     int32_t width, height; /**< px, 1 to 65535 each */
     int32_t channels;      /**< colour: 1 (grey), 3 (RGB) or 4 (RGBA); depth: 1 */
-    ptrdiff_t channel_bytes, pixel_bytes, row_bytes;
+    ptrdiff_t channel_bytes, pixel_bytes, row_bytes; /**< multiples of 4 */
 };
 
 /** View of tightly packed interleaved floats. */
@@ -341,7 +354,11 @@ RF_API struct rf_image rf_image_packed(float *data, int32_t width, int32_t heigh
 
 /* ---- context ------------------------------------------------------------------- */
 
-enum rf_log_level { RF_LOG_INFO, RF_LOG_WARNING };
+/** How much a remark matters. */
+enum rf_log_level {
+    RF_LOG_INFO,    /**< what was done */
+    RF_LOG_WARNING, /**< what the picture may suffer from */
+};
 
 /** How to run; zero means the default everywhere. */
 struct rf_context_params {
@@ -349,7 +366,7 @@ struct rf_context_params {
     int32_t n_threads; /**< 0: as many as the machine has processors */
     /** Allocator: 64-byte aligned memory or NULL; both or neither must be set. */
     void *(*allocate)(void *user, size_t n_bytes);
-    void (*release)(void *user, void *memory);
+    void (*release)(void *user, void *memory); /**< what `allocate` gave */
     /** Remarks such as "12 pixels had a negative colour"; NULL: silent. */
     void (*log)(void *user, enum rf_log_level level, const char *message);
     void *user; /**< handed to the callbacks */
@@ -373,7 +390,9 @@ struct rf_context;
 RF_API rf_result rf_context_create(struct rf_context **context,
                                    const struct rf_context_params *params,
                                    struct rf_error *error);
+/** Frees a context whose filters are destroyed. NULL is allowed. */
 RF_API void rf_context_destroy(struct rf_context *context);
+/** Threads that its filters use, at least 1. */
 RF_API int32_t rf_context_threads(const struct rf_context *context);
 
 /**
@@ -392,8 +411,8 @@ struct rf_filter;
  * the tiles in flight (each thread finishes at most one) with RF_ERROR_CANCELLED.
  */
 struct rf_progress {
-    bool (*report)(void *user, double fraction);
-    void *user;
+    bool (*report)(void *user, double fraction); /**< false cancels */
+    void *user;                                  /**< handed to `report` */
 };
 
 /** Most views that the method `views` takes. */
@@ -416,6 +435,7 @@ RF_API rf_result rf_filter_create(struct rf_filter **filter,
                                   const struct rf_context *context,
                                   const struct rf_params *params, int32_t width,
                                   int32_t height, struct rf_error *error);
+/** Frees a filter that no thread uses any more. NULL is allowed. */
 RF_API void rf_filter_destroy(struct rf_filter *filter);
 
 /**
@@ -454,7 +474,7 @@ RF_API rf_result rf_filter_process(const struct rf_filter *filter,
 
 /** A rectangle of a picture, px from its top left pixel. */
 struct rf_window {
-    int32_t x, y, width, height;
+    int32_t x, y, width, height; /**< first pixel and size, px */
 };
 
 enum { RF_SURVEY_FACTORS = 24 };
@@ -527,6 +547,13 @@ RF_API rf_result rf_filter_process_window(
     const struct rf_window *kept, const struct rf_image *out,
     const struct rf_progress *progress, struct rf_error *error);
 
+/** What rf_window_bytes() counts. */
+enum {
+    RF_WINDOW_BYTES_PER_PIXEL = 320, /**< given, or continued beyond the edges */
+    RF_WINDOW_BYTES_PER_VIEW = 128,  /**< per pixel, of each of several views */
+    RF_WINDOW_BYTES = 32 << 20       /**< whatever the window is */
+};
+
 /**
  * Bytes that filtering a window takes: per pixel given and continued beyond the
  * picture's edges RF_WINDOW_BYTES_PER_PIXEL, for each of several views
@@ -535,11 +562,6 @@ RF_API rf_result rf_filter_process_window(
  * whose pixels are edges or lights may take up to three times as much; a bound that is
  * kept is rf_context_params.max_bytes. Since 0.1.
  */
-enum {
-    RF_WINDOW_BYTES_PER_PIXEL = 320,
-    RF_WINDOW_BYTES_PER_VIEW = 128,
-    RF_WINDOW_BYTES = 32 << 20
-};
 RF_API size_t rf_window_bytes(const struct rf_filter *filter,
                               const struct rf_survey *surveys, int32_t n_views,
                               const struct rf_window *given);
@@ -635,6 +657,7 @@ RF_API rf_result rf_accumulator_create(struct rf_accumulator **accumulator,
                                        const struct rf_params *params, int32_t width,
                                        int32_t height, int32_t channels,
                                        struct rf_error *error);
+/** Frees it. NULL is allowed. */
 RF_API void rf_accumulator_destroy(struct rf_accumulator *accumulator);
 
 /**
