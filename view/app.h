@@ -162,6 +162,9 @@ void view_act(struct app *app, enum action action);
 /* The job that makes what is set; `reference` may be NULL. */
 void view_job(const struct app *app, const struct picture *reference, struct job *job);
 
+/* Asks the worker for the picture, where anything has changed. */
+void view_ask(struct app *app);
+
 /* One pass of the controls over what was put into `input`, which is then used up; asks
  * the worker for what changed. */
 void view_pass(struct app *app);

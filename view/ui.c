@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "memory.h"
+#include "number.h"
 #include "report.h"
 
 /* 0xRRGGBBAA, on UI_PANEL_COLOUR; contrast of text to ground 11:1 and more. */
@@ -492,35 +493,6 @@ bool ui_text_field(struct ui *ui, const char *label, char *text, size_t n_bytes)
 
 /* ---- numbers -------------------------------------------------------------------- */
 
-static double position_of(const struct ui_number *n, double value)
-{
-    const double at = n->is_log
-                          ? log(fmax(value, 1e-300) / n->min) / log(n->max / n->min)
-                          : (value - n->min) / (n->max - n->min);
-    return fmin(fmax(at, 0), 1);
-}
-
-static double value_at(const struct ui_number *n, double position)
-{
-    const double at = fmin(fmax(position, 0), 1);
-    const double value =
-        n->is_log ? n->min * pow(n->max / n->min, at) : n->min + at * (n->max - n->min);
-    return n->is_whole ? round(value) : value;
-}
-
-/* Five digits, so that what the field shows is what is set. */
-static double round_value(double value)
-{
-    char text[32];
-    snprintf(text, sizeof(text), "%.5g", value);
-    return strtod(text, NULL);
-}
-
-static double limit(const struct ui_number *n, double value)
-{
-    return fmin(fmax(value, n->min_limit), n->max_limit);
-}
-
 static bool drag_number(struct ui *ui, uint32_t id, const struct ui_number *n,
                         const struct area *area, double *value)
 {
@@ -537,7 +509,7 @@ static bool drag_number(struct ui *ui, uint32_t id, const struct ui_number *n,
     if (!ui->has_moved)
         return false;
     const double at = (ui->input.x - area->x) / area->width;
-    const double dragged = limit(n, round_value(value_at(n, at)));
+    const double dragged = number_limit(n, number_round(number_at(n, at)));
     const bool is_changed = dragged != *value;
     *value = dragged;
     return is_changed;
@@ -562,7 +534,7 @@ static bool type_number(struct ui *ui, const struct ui_number *n, double *value)
     const double typed = strtod(ui->edit, &end);
     if (end == ui->edit || isnan(typed))
         return false;
-    const double limited = limit(n, n->is_whole ? round(typed) : typed);
+    const double limited = number_limit(n, n->is_whole ? round(typed) : typed);
     const bool is_changed = limited != *value;
     *value = limited;
     return is_changed;
@@ -581,10 +553,10 @@ static bool step_number(struct ui *ui, const struct ui_number *n, double *value)
     if (!is_up && !is_down)
         return false;
     const double step = (is_up ? 1 : -1) * (ui->input.is_fine ? 0.002 : 0.02);
-    double next = value_at(n, position_of(n, *value) + step);
+    double next = number_at(n, number_position(n, *value) + step);
     if (n->is_whole)
         next = *value + (is_up ? 1 : -1);
-    next = limit(n, round_value(next));
+    next = number_limit(n, number_round(next));
     const bool is_changed = next != *value;
     *value = next;
     return is_changed;
@@ -595,7 +567,7 @@ static void draw_number(struct ui *ui, const struct ui_number *n,
 {
     char text[64], number[40];
     struct area fill = *area;
-    fill.width = (int)(position_of(n, value) * area->width);
+    fill.width = (int)(number_position(n, value) * area->width);
     ui_format(value, number, sizeof(number));
     snprintf(text, sizeof(text), "%s%s%s", number, *n->unit ? " " : "", n->unit);
     ui_draw_box(ui, &ui->flat, area, FIELD_COLOUR);

@@ -12,52 +12,8 @@
 #include "report.h"
 
 #define STATUS_COLOUR 0x1a1a1eff
-#define LETTER_PX 14 /* at 96 dots per inch */
-#define PANEL_EMS 23
+#define LETTER_PX 14   /* at 96 dots per inch */
 #define USED_SHARE 0.9 /* of the display, by a new window */
-
-/* ---- layout --------------------------------------------------------------------- */
-
-int view_panel_width(const struct app *app)
-{
-    return PANEL_EMS * app->font.size_px;
-}
-
-static int panel_width(const struct app *app)
-{
-    const int width = view_panel_width(app);
-    return app->has_panel && app->width >= 2 * width ? width : 0;
-}
-
-static int status_height(const struct app *app)
-{
-    const int height = app->font.line + app->font.size_px / 2;
-    return app->height >= 4 * height ? height : 0;
-}
-
-static int at_least_one(int px)
-{
-    return px > 1 ? px : 1;
-}
-
-struct area view_picture_area(const struct app *app)
-{
-    return (struct area){0, 0, at_least_one(app->width - panel_width(app)),
-                         at_least_one(app->height - status_height(app))};
-}
-
-struct area view_panel_area(const struct app *app)
-{
-    const int width = panel_width(app);
-    return (struct area){app->width - width, 0, width,
-                         at_least_one(app->height - status_height(app))};
-}
-
-struct area view_status_area(const struct app *app)
-{
-    const int height = status_height(app);
-    return (struct area){0, app->height - height, app->width, height};
-}
 
 void window_measure(struct app *app)
 {
@@ -223,7 +179,7 @@ static void draw_split(struct app *app)
     const struct area area = view_picture_area(app);
     const double at =
         zoom->x + app->state.split * app->state.width * zoom->scale * zoom->aspect;
-    const struct area line = {(int)lrint(at), area.y, at_least_one((int)app->scale),
+    const struct area line = {(int)lrint(at), area.y, (int)fmax(app->scale, 1),
                               area.height};
     if (app->state.is_split && area_has(&area, at, area.y))
         ui_draw_box(&app->ui, &app->ui.above, &line, 0xffc14dff);

@@ -9,9 +9,10 @@
 #include <time.h>
 
 #include "clock.h"
+#include "difference.h"
 #include "display.h"
-#include "measure.h"
 #include "memory.h"
+#include "quick.h"
 #include "report.h"
 #include "shrink.h"
 
@@ -147,38 +148,6 @@ static bool report_best(void *user, double fraction)
     return w->is_saving ? !is_ending(w) : !is_newer_asked(w);
 }
 
-static bool is_preview_method(int32_t method)
-{
-    return rf_method_find(method)->has_blend;
-}
-
-/* The parameters of a quick picture: the core's own preview quality where it has one.
- */
-static struct rf_params preview_params(const struct job *job)
-{
-    struct rf_params params = job->params;
-    if (is_preview_method(params.method))
-        return params;
-    if (!job->input->raw || params.optics == RF_OPTICS_BUFFER) {
-        /* One picture with planar depth stands for the views. */
-        params.depth = RF_DEPTH_PLANAR;
-        params.depth_scale = 1;
-        params.depth_offset = 0;
-        if (params.optics == RF_OPTICS_BUFFER)
-            params.optics = RF_OPTICS_CAMERA;
-    }
-    if (params.method == RF_METHOD_LAYERED || params.method == RF_METHOD_VIEWS) {
-        params.method = RF_METHOD_LAYERED;
-        params.quality = RF_QUALITY_PREVIEW;
-        return params;
-    }
-    params.method = RF_METHOD_MIPMAP_OFFSET;
-    params.blend = RF_BLEND_COC;
-    params.leak_control = RF_LEAK_NONE;
-    params.leave_focus_out = 0;
-    return params;
-}
-
 /* Runs the filter and measures it. `out` may be one of the views. */
 static rf_result run_filter(struct worker *w, const struct rf_params *params,
                             const struct rf_image *light, const struct rf_view *views,
@@ -292,7 +261,7 @@ static rf_result make_preview(struct worker *w, const struct job *job,
 {
     const struct input *input = job->input;
     const int times = job->mode == MODE_DIFFERENCE ? 1 : choose_shrink(w, input);
-    struct rf_params params = preview_params(job);
+    struct rf_params params = quick_params(job);
     struct rf_lens lens;
     rf_result result = rf_lens_init(&lens, &params, input->width, input->height, error);
     if (result != RF_OK)
@@ -367,31 +336,6 @@ static rf_result see(struct worker *w, const struct job *job, struct rf_error *e
 
 /* ---- showing --------------------------------------------------------------------- */
 
-static float *first_three(const float *pixels, int n_channels, size_t n)
-{
-    float *rgb = need_memory(n, 3 * sizeof(float));
-    for (size_t i = 0; i < n; i++)
-        for (size_t c = 0; c < 3; c++)
-            rgb[3 * i + c] = pixels[i * (size_t)n_channels + (n_channels > 1 ? c : 0)];
-    return rgb;
-}
-
-static void show_difference(const struct job *job, const float *pixels,
-                            struct shot *shot)
-{
-    const size_t n = (size_t)shot->width * (size_t)shot->height;
-    const struct picture *reference = job->reference;
-    float *rgb = first_three(pixels, job->input->n_channels, n);
-    float *heat = need_memory(n, 3 * sizeof(float));
-    struct measures measures;
-    measure_pictures(rgb, reference->samples, shot->width, shot->height, &measures);
-    measure_heatmap(rgb, reference->samples, shot->width, shot->height, heat);
-    display_encoded(heat, n, shot->rgba);
-    shot->tpsnr_db = measures.tpsnr_db;
-    free(heat);
-    free(rgb);
-}
-
 static void show_kept(struct worker *w, const struct job *job, const struct kept *kept,
                       enum shot_quality quality)
 {
@@ -403,7 +347,7 @@ static void show_kept(struct worker *w, const struct job *job, const struct kept
     shot->eye_view = kept->eye_view;
     snprintf(shot->method, sizeof(shot->method), "%s", kept->method);
     if (job->mode == MODE_DIFFERENCE && job->reference)
-        show_difference(job, kept->pixels, shot);
+        difference_show(job, kept->pixels, shot);
     else
         display_picture(w->tone, kept->pixels, job->input->n_channels, n, job->exposure,
                         shot->rgba);

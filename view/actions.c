@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What keys and buttons do. */
+#include <math.h>
+
+#include "app.h"
+#include "clock.h"
+
+/* ---- what is done ---------------------------------------------------------------- */
+
+static void focus_on_centre(struct app *app)
+{
+    const struct area area = view_picture_area(app);
+    double depth;
+    int32_t x, y;
+    if (view_depth_at(app, area.x + area.width / 2.0, area.y + area.height / 2.0,
+                      &depth, &x, &y))
+        state_focus(&app->state, depth);
+}
+
+static void focus_nearest(struct app *app)
+{
+    if (app->options->is_demo)
+        state_focus(&app->state, demo_distance(&app->demo, 0));
+    else if (app->shot && app->shot->input)
+        state_focus(&app->state, app->shot->input->nearest);
+}
+
+/* Multiplies the radius of the lens, by whichever parameter gives it. */
+static void open_aperture(struct app *app, double factor)
+{
+    const double f_stop = state_f_stop(&app->state);
+    struct state *state = &app->state;
+    if (state->params.lens_radius > 0)
+        state_set(state, "lens-radius", state->params.lens_radius * factor);
+    else if (!isnan(f_stop))
+        state_set(state, "f-stop", f_stop / factor);
+}
+
+static void show_difference(struct app *app)
+{
+    if (!app->has_reference)
+        view_say(app, "there is no reference; start with --reference FILE");
+    else if (app->reference.width != app->state.width ||
+             app->reference.height != app->state.height)
+        view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
+                 app->options->reference, app->reference.width, app->reference.height,
+                 app->state.width, app->state.height);
+    else
+        state_toggle_mode(&app->state, MODE_DIFFERENCE);
+}
+
+static void step_picture(struct app *app, int step)
+{
+    const int next = app->picture + step;
+    if (app->loader.is_running || next < 0 || next >= app->playlist.n) {
+        view_say(app, "picture %d of %d", app->picture + 1, app->playlist.n);
+        return;
+    }
+    app->picture = next;
+    load_begin(app);
+}
+
+static void zoom_in_window(struct app *app, double factor)
+{
+    const struct area area = view_picture_area(app);
+    const double x = area.x + area.width / 2.0, y = area.y + area.height / 2.0;
+    struct zoom *zoom = &app->state.zoom;
+    if (factor == 0)
+        zoom_fit(zoom, &area, app->state.width, app->state.height);
+    else if (factor == 1)
+        zoom_to_actual(zoom, x, y);
+    else
+        zoom_by(zoom, factor, x, y);
+    zoom_settle(zoom, &area, app->state.width, app->state.height);
+}
+
+static void move(struct app *app, double right, double down)
+{
+    const struct area area = view_picture_area(app);
+    if (app->options->is_demo) {
+        demo_turn(&app->demo, 12 * right, 12 * down);
+        app->is_demo_due = true;
+    } else {
+        zoom_pan(&app->state.zoom, -32 * right, -32 * down);
+        zoom_settle(&app->state.zoom, &area, app->state.width, app->state.height);
+    }
+}
+
+static void move_eye(struct app *app, double right, double up)
+{
+    const double *eye = app->state.eye;
+    state_set_eye(&app->state, true, eye[0] + 0.125 * right, eye[1] + 0.125 * up);
+}
+
+static void go_home(struct app *app)
+{
+    state_set_eye(&app->state, false, 0, 0);
+    if (app->options->is_demo) {
+        app->demo.yaw = app->demo.pitch = 0;
+        app->is_demo_due = true;
+    }
+    zoom_in_window(app, 0);
+}
+
+static void reload(struct app *app)
+{
+    if (app->stage)
+        load_begin(app);
+}
+
+static void toggle_stats(struct app *app)
+{
+    app->has_stats = !app->has_stats;
+    stats_start(&app->stats, os_clock_s());
+}
+
+static void toggle_panel(struct app *app)
+{
+    app->has_panel = !app->has_panel;
+    window_measure(app);
+}
+
+static void toggle_filter(struct app *app)
+{
+    state_toggle_filter(&app->state);
+}
+
+static void toggle_split(struct app *app)
+{
+    state_toggle_split(&app->state);
+}
+
+static void toggle_mode(struct app *app, double mode, double unused)
+{
+    state_toggle_mode(&app->state, (enum view_mode)mode);
+}
+
+static void scale_focus(struct app *app, double factor, double divisor)
+{
+    state_focus(&app->state,
+                app->state.settings.params.focus_distance * factor / divisor);
+}
+
+static void change_exposure(struct app *app, double stops, double unused)
+{
+    state_set_exposure(&app->state, app->state.exposure + stops);
+}
+
+static void zoom(struct app *app, double factor, double unused)
+{
+    zoom_in_window(app, factor);
+}
+
+static void turn_aperture(struct app *app, double stops, double unused)
+{
+    open_aperture(app, pow(2, stops / 2));
+}
+
+static void step(struct app *app, double n, double unused)
+{
+    step_picture(app, (int)n);
+}
+
+/* ---- the table ------------------------------------------------------------------- */
+
+/* One of the two functions, the second with its numbers. */
+static const struct {
+    void (*plain)(struct app *app);
+    void (*with)(struct app *app, double a, double b);
+    double a, b;
+} table[N_ACTIONS] = {
+    [ACTION_STATS] = {.plain = toggle_stats},
+    [ACTION_PANEL] = {.plain = toggle_panel},
+    [ACTION_FILTER] = {.plain = toggle_filter},
+    [ACTION_SPLIT] = {.plain = toggle_split},
+    [ACTION_DEPTH] = {.with = toggle_mode, .a = MODE_DEPTH},
+    [ACTION_COC] = {.with = toggle_mode, .a = MODE_COC},
+    [ACTION_BAND] = {.with = toggle_mode, .a = MODE_BAND},
+    [ACTION_DIFFERENCE] = {.plain = show_difference},
+    [ACTION_CENTRE] = {.plain = focus_on_centre},
+    [ACTION_NEARER] = {.with = scale_focus, .a = 1, .b = 1.05},
+    [ACTION_FARTHER] = {.with = scale_focus, .a = 1.05, .b = 1},
+    [ACTION_NEAREST] = {.plain = focus_nearest},
+    [ACTION_INFINITY] = {.with = scale_focus, .a = INFINITY, .b = 1},
+    [ACTION_WIDER] = {.with = turn_aperture, .a = 1.0 / 3},
+    [ACTION_NARROWER] = {.with = turn_aperture, .a = -1.0 / 3},
+    [ACTION_BRIGHTER] = {.with = change_exposure, .a = 0.5},
+    [ACTION_DARKER] = {.with = change_exposure, .a = -0.5},
+    [ACTION_FIT] = {.with = zoom, .a = 0},
+    [ACTION_ACTUAL] = {.with = zoom, .a = 1},
+    [ACTION_ZOOM_IN] = {.with = zoom, .a = M_SQRT2},
+    [ACTION_ZOOM_OUT] = {.with = zoom, .a = M_SQRT1_2},
+    [ACTION_EYE_LEFT] = {.with = move_eye, .a = -1},
+    [ACTION_EYE_RIGHT] = {.with = move_eye, .a = 1},
+    [ACTION_EYE_UP] = {.with = move_eye, .b = 1},
+    [ACTION_EYE_DOWN] = {.with = move_eye, .b = -1},
+    [ACTION_LEFT] = {.with = move, .a = -1},
+    [ACTION_RIGHT] = {.with = move, .a = 1},
+    [ACTION_UP] = {.with = move, .b = -1},
+    [ACTION_DOWN] = {.with = move, .b = 1},
+    [ACTION_HOME] = {.plain = go_home},
+    [ACTION_NEXT] = {.with = step, .a = 1},
+    [ACTION_PREVIOUS] = {.with = step, .a = -1},
+    [ACTION_RELOAD] = {.plain = reload},
+    [ACTION_SAVE] = {.plain = save_picture},
+    [ACTION_SAVE_PARAMS] = {.plain = save_params},
+    [ACTION_SAVE_PASSES] = {.plain = save_passes},
+    [ACTION_COPY] = {.plain = save_command},
+};
+
+void view_act(struct app *app, enum action action)
+{
+    if (action == ACTION_QUIT)
+        app->is_ending = true;
+    if (action == ACTION_HELP)
+        app->has_help = !app->has_help;
+    if (!app->has_stage || action >= N_ACTIONS)
+        return;
+    if (table[action].plain)
+        table[action].plain(app);
+    else if (table[action].with)
+        table[action].with(app, table[action].a, table[action].b);
+}

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the worker is asked for. */
+#include "app.h"
+
+/* Tells the worker what is looked at now. */
+void view_job(const struct app *app, const struct picture *reference, struct job *job)
+{
+    state_job(&app->state, app->source, reference, job);
+    job->light = app->light.data ? &app->light : NULL;
+}
+
+void view_ask(struct app *app)
+{
+    struct job job;
+    if (app->is_demo_due) {
+        input_drop(app->source);
+        app->source = demo_draw(&app->demo);
+        app->is_demo_due = false;
+        app->state.id++;
+    }
+    if (!app->has_stage || !app->state.is_valid || app->state.id == app->asked_id) {
+        stats_no_change(&app->stats);
+        return;
+    }
+    app->asked_id = app->state.id;
+    stats_change(&app->stats, app->state.id);
+    view_job(app, app->has_reference ? &app->reference : NULL, &job);
+    worker_ask(app->worker, &job);
+}
+
+void view_pass(struct app *app)
+{
+    panel_build(app);
+    struct ui_input *input = &app->input;
+    input->is_pressed = input->is_released = false;
+    input->key = UI_KEY_NONE;
+    input->text[0] = 0;
+    input->wheel = 0;
+    app->is_redraw_due = true;
+}
