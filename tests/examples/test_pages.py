@@ -65,6 +65,15 @@ def test_users_pages_have_examples():
     assert USERS_PAGES <= {page.name for page in PAGES}
 
 
+def test_methods_have_their_section(run):
+    """A new method, shape of the blend or choice of leak control is on the page."""
+    page = (ROOT / "docs/methods.md").read_text()
+    names = re.findall(r"^(\S+)$", run("rackfocus", "methods"), flags=re.M)
+    assert len(names) > 8
+    for name in names:
+        assert f"`{name}`" in page, name
+
+
 def links(page):
     """Links of a page to files and to sections, without those to the web."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.M | re.S)
