@@ -9,7 +9,7 @@ bool filter_needs_depth(const struct run *run)
            rf_method_find(run->params.method)->needs_depth;
 }
 
-int filter_judge_depth(const struct run *run, const struct depth_stats *stats,
+int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats,
                        struct depth_findings *found)
 {
     const char *path = image_path(run->source.depth);
@@ -61,16 +61,19 @@ static bool undo(const struct run *run, const struct depth_findings *found,
                  struct repaired *repaired)
 {
     const struct source *source = &run->source;
-    const size_t n = (size_t)source->width * (size_t)source->height;
     for (int i = 0; i < filter_n_views(run); i++) {
-        float *depth = depth_of(run, i);
         const float *colour =
             run->has_views ? run->views.views[i].colour.data : run->colour;
+        struct rf_depth_channel channel = {.depth = depth_of(run, i),
+                                           .alpha = colour + 3,
+                                           .alpha_step = 4,
+                                           .width = source->width,
+                                           .height = source->height,
+                                           .infinity = run->params.depth_infinity};
         if (found->is_premultiplied)
-            repaired->n_divided += depth_divide_by_alpha(depth, colour + 3, 4, n);
+            repaired->n_divided += rf_depth_divide_by_alpha(&channel);
         if (found->is_mixed &&
-            !depth_snap(depth, source->width, source->height,
-                        run->params.depth_infinity, &repaired->n_snapped))
+            rf_depth_snap(NULL, &channel, &repaired->n_snapped, NULL) != RF_OK)
             return false;
     }
     return true;
@@ -81,16 +84,17 @@ int filter_repair_depth(struct run *run)
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
     const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
-    struct depth_stats stats;
+    struct rf_depth_stats stats = {.size = sizeof(stats)};
+    const struct rf_depth_channel channel = {
+        run->depth,    alpha,          4,
+        source->width, source->height, run->settings->params.depth_infinity};
     struct depth_findings found;
     struct repaired repaired = {0};
     for (int i = 0; i < filter_n_views(run); i++)
-        depth_undo_mist(depth_of(run, i), n,
-                        (enum mist_falloff)run->tool->mist_falloff);
+        rf_depth_undo_mist(depth_of(run, i), n, (enum rf_mist)run->tool->mist_falloff);
     if (!filter_needs_depth(run))
         return APP_DONE;
-    if (!depth_stats_measure(run->depth, alpha, 4, source->width, source->height,
-                             run->settings->params.depth_infinity, &stats))
+    if (rf_depth_measure(NULL, &channel, &stats, NULL) != RF_OK)
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(source->depth));
     const int code = filter_judge_depth(run, &stats, &found);

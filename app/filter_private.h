@@ -55,7 +55,7 @@ static inline int filter_n_views(const struct run *run)
 bool filter_needs_depth(const struct run *run);
 
 /* What was measured, judged: refused, or remarked on. */
-int filter_judge_depth(const struct run *run, const struct depth_stats *stats,
+int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats,
                        struct depth_findings *found);
 
 /* Pixels that were divided by alpha, and that were given the depth of one side. */

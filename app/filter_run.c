@@ -289,7 +289,7 @@ static int check_distribution(struct run *run)
 /* A falloff is undone on values from 0 to 1; distances it would spoil. */
 static int check_mist(const struct run *run)
 {
-    if (run->tool->mist_falloff == MIST_NONE ||
+    if (run->tool->mist_falloff == RF_MIST_NONE ||
         run->settings->params.depth == RF_DEPTH_NORMALISED)
         return APP_DONE;
     return app_fail(run->error, APP_USAGE,
@@ -479,7 +479,7 @@ static bool needs_windows(const struct run *run)
 /* The repairs of the depth, from a first pass over the file. */
 static int judge_in_windows(struct run *run, struct windows_job *job)
 {
-    struct depth_stats stats;
+    struct rf_depth_stats stats = {.size = sizeof(stats)};
     struct depth_findings found = {0};
     struct windows_job first = *job;
     first.n_views = 1;

@@ -163,8 +163,8 @@ static bool read_rows(struct windows *w, int view, int32_t n, struct image_error
         !image_read_rows(source->depth, &source->z, 1, rows, depth + at,
                          w->job->n_threads, error))
         return false;
-    depth_undo_mist(depth + at, (size_t)n * (size_t)w->width,
-                    (enum mist_falloff)w->job->mist_falloff);
+    rf_depth_undo_mist(depth + at, (size_t)n * (size_t)w->width,
+                       (enum rf_mist)w->job->mist_falloff);
     return true;
 }
 
@@ -197,7 +197,7 @@ static bool need_rows(struct windows *w, int32_t first, int32_t end,
 static struct rf_window with_margin(const struct windows *w,
                                     const struct rf_window *box)
 {
-    const int32_t margin = w->job->is_mixed ? DEPTH_SNAP_REACH : 0;
+    const int32_t margin = w->job->is_mixed ? RF_DEPTH_SNAP_REACH : 0;
     const int32_t x = most(box->x - margin, 0), y = most(box->y - margin, 0);
     return (struct rf_window){x, y, least(box->x + box->width + margin, w->width) - x,
                               least(box->y + box->height + margin, w->height) - y};
@@ -223,12 +223,16 @@ static bool repaired_depth(struct windows *w, int j, const struct rf_window *box
         float *to = w->repaired + (size_t)y * columns;
         memcpy(to, w->depth[j] + from, columns * sizeof(float));
         if (w->job->is_premultiplied)
-            depth_divide_by_alpha(to, w->colour[j] + from * (size_t)w->n_channels + 3,
-                                  4, columns);
+            rf_depth_divide_by_alpha(&(struct rf_depth_channel){
+                to, w->colour[j] + from * (size_t)w->n_channels + 3, 4, whole.width, 1,
+                w->job->depth_infinity});
     }
-    if (!w->repaired ||
-        (w->job->is_mixed && !depth_snap(w->repaired, whole.width, whole.height,
-                                         w->job->depth_infinity, &n_snapped))) {
+    struct rf_depth_channel channel = {.depth = w->repaired,
+                                       .width = whole.width,
+                                       .height = whole.height,
+                                       .infinity = w->job->depth_infinity};
+    if (!w->repaired || (w->job->is_mixed &&
+                         rf_depth_snap(NULL, &channel, &n_snapped, NULL) != RF_OK)) {
         app_fail(w->job->error, APP_NO_MEMORY, "out of memory for a window");
         return false;
     }
@@ -276,14 +280,15 @@ static struct windows windows_of(const struct windows_job *job)
     return w;
 }
 
-int windows_measure(const struct windows_job *job, struct depth_stats *stats)
+int windows_measure(const struct windows_job *job, struct rf_depth_stats *stats)
 {
     struct windows w = windows_of(job);
-    struct depth_tally tally;
+    struct rf_depth_tally *tally;
+    const struct rf_depth_channel whole = {
+        .width = w.width, .height = w.height, .infinity = job->depth_infinity};
     const int32_t n_rows = most(w.step, SURVEY_ROWS);
     int code = make_room(&w, n_rows);
-    if (code == APP_DONE &&
-        !depth_tally_begin(&tally, w.width, w.height, job->depth_infinity))
+    if (code == APP_DONE && rf_depth_tally_create(&tally, NULL, &whole, NULL) != RF_OK)
         code = app_fail(job->error, APP_NO_MEMORY, "out of memory");
     const bool has_tally = code == APP_DONE;
     for (int32_t y = 0; code == APP_DONE && y < w.height; y += n_rows) {
@@ -293,11 +298,13 @@ int windows_measure(const struct windows_job *job, struct depth_stats *stats)
         else if (!need_rows(&w, y, y + n, job->error))
             code = fail_image(&w);
         else
-            depth_tally_add(&tally, w.depth[0],
-                            w.n_channels == 4 ? w.colour[0] + 3 : NULL, 4, n);
+            rf_depth_tally_add(tally, &(struct rf_depth_channel){
+                                          w.depth[0],
+                                          w.n_channels == 4 ? w.colour[0] + 3 : NULL, 4,
+                                          w.width, n, job->depth_infinity});
     }
     if (has_tally)
-        depth_tally_end(&tally, stats);
+        rf_depth_tally_finish(tally, stats);
     drop_rows(&w);
     return code;
 }
@@ -331,7 +338,8 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
 
 static int survey_all(struct windows *w)
 {
-    int code = make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * DEPTH_SNAP_REACH);
+    int code =
+        make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * RF_DEPTH_SNAP_REACH);
     for (int32_t y = 0; code == APP_DONE && y < w->height; y += SURVEY_ROWS) {
         code = survey_strip(w, y, least(SURVEY_ROWS, w->height - y));
         if (!app_progress((void *)w->job->host, SURVEYED * y / w->height))
@@ -370,8 +378,8 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
     given = (struct rf_window){0, 0, needed->width, needed->height};
     const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
     const bool is_repaired = w->job->is_premultiplied || w->job->is_mixed;
-    const size_t width = (size_t)needed->width + 2 * DEPTH_SNAP_REACH;
-    const size_t height = (size_t)needed->height + 2 * DEPTH_SNAP_REACH;
+    const size_t width = (size_t)needed->width + 2 * RF_DEPTH_SNAP_REACH;
+    const size_t height = (size_t)needed->height + 2 * RF_DEPTH_SNAP_REACH;
     needed->window_bytes =
         rf_window_bytes(w->filter, w->surveys, w->job->n_views, &given);
     needed->n_bytes =
@@ -497,7 +505,7 @@ static int filter_all(struct windows *w)
         return fail_image(w);
     const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
     w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
-    code = make_room(w, needed.height + 2 * DEPTH_SNAP_REACH);
+    code = make_room(w, needed.height + 2 * RF_DEPTH_SNAP_REACH);
     w->out = app_memory((size_t)w->kept_height * (size_t)w->width,
                         (size_t)w->n_channels * sizeof(float), w->job->error);
     if (!w->out)

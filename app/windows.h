@@ -3,7 +3,6 @@
 #ifndef APP_WINDOWS_H
 #define APP_WINDOWS_H
 
-#include "depth_stats.h"
 #include "rackfocus/rackfocus.h"
 #include "source.h"
 
@@ -35,7 +34,7 @@ bool windows_are_possible(const struct source *source, const struct rf_params *p
 
 /* What the depth of a lone view looks like, from a pass over the file. An enum
  * app_code. */
-int windows_measure(const struct windows_job *job, struct depth_stats *stats);
+int windows_measure(const struct windows_job *job, struct rf_depth_stats *stats);
 
 /*
  * Reads strips of rows, filters windows of them and writes each strip when it is done:

@@ -265,8 +265,9 @@ static void print_main_params(const struct info *info)
 
 static void print_depth(const struct info *info)
 {
-    const struct depth_stats *stats = &info->depth.stats;
-    const char *reason, *guess = depth_stats_guess(stats, &reason);
+    const struct rf_depth_stats *stats = &info->depth.stats;
+    const char *reason = stats->kind_reason;
+    const char *guess = rf_param_find("depth")->choices[stats->kind].name;
     printf("\nDepth channel\n");
     if (info->source.info.is_deep)
         printf("  %-20s %zu, at most %zu in a pixel, %zu volumes, %zu behind opaque "
@@ -286,11 +287,11 @@ static void print_depth(const struct info *info)
     if (stats->n_zero && info->settings.params.depth <= RF_DEPTH_RADIAL)
         printf("  %-20s %.2f %% of the pixels, taken as nothing hit\n", "exactly 0",
                100 * share(info, stats->n_zero));
-    if (depth_stats_is_mixed(stats))
+    if (stats->is_mixed)
         printf("  %-20s anti-aliased: %.0f %% of the pixels at depth steps lie between "
                "both sides; filter gives them the depth of one\n",
                "suspicion", 100 * stats->mixed_share);
-    if (depth_stats_is_premultiplied(stats))
+    if (stats->is_premultiplied)
         printf("  %-20s premultiplied by alpha: %.0f %% of the part-covered pixels; "
                "filter divides by it\n",
                "suspicion", 100 * stats->premultiplied_share);
@@ -413,8 +414,9 @@ static void json_params(struct json *json, const struct settings *settings)
 
 static void json_depth(struct json *json, const struct info *info)
 {
-    const struct depth_stats *stats = &info->depth.stats;
-    const char *reason, *guess = depth_stats_guess(stats, &reason);
+    const struct rf_depth_stats *stats = &info->depth.stats;
+    const char *reason = stats->kind_reason;
+    const char *guess = rf_param_find("depth")->choices[stats->kind].name;
     const bool has_range = stats->min <= stats->max;
     json_open(json, "depth", '{');
     json_number(json, "min", has_range ? stats->min : NAN);
@@ -425,8 +427,8 @@ static void json_depth(struct json *json, const struct info *info)
     json_number(json, "n_negative", (double)stats->n_negative);
     json_text(json, "guess", guess);
     json_text(json, "reason", reason);
-    json_bool(json, "anti_aliased", depth_stats_is_mixed(stats));
-    json_bool(json, "premultiplied", depth_stats_is_premultiplied(stats));
+    json_bool(json, "anti_aliased", stats->is_mixed);
+    json_bool(json, "premultiplied", stats->is_premultiplied);
     json_number(json, "zero_share", share(info, stats->n_zero));
     json_bool(json, "half", info->depth.is_half);
     json_number(json, "half_step_px", info->depth.half_step_px);

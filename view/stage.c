@@ -145,7 +145,7 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
     struct rf_error core_error;
     char text[400];
     size_t n_changed = 0;
-    depth_undo_mist(depth, n, (enum mist_falloff)options->mist_falloff);
+    rf_depth_undo_mist(depth, n, (enum rf_mist)options->mist_falloff);
     if (options->depth_repair == DEPTH_REPAIR_OFF)
         return true;
     if (!stage_resolve(stage, typed, &settings, &params, error->message,
@@ -159,10 +159,11 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
         return set_error(error, "%s: out of memory", image_path(source->depth));
     if (depth_is_refused(&found, text, sizeof(text)))
         return set_error(error, "%s: the depth %s", image_path(source->depth), text);
+    struct rf_depth_channel channel = {
+        depth, alpha, 4, source->width, source->height, params.depth_infinity};
     if (found.is_premultiplied)
-        n_changed += depth_divide_by_alpha(depth, alpha, 4, n);
-    if (found.is_mixed && !depth_snap(depth, source->width, source->height,
-                                      params.depth_infinity, &n_changed))
+        n_changed += rf_depth_divide_by_alpha(&channel);
+    if (found.is_mixed && rf_depth_snap(NULL, &channel, &n_changed, NULL) != RF_OK)
         return set_error(error, "%s: out of memory", image_path(source->depth));
     if (n_changed > 0)
         snprintf(stage->remark, sizeof(stage->remark),
@@ -358,7 +359,7 @@ static void append_input_options(struct line *line, const struct view_options *o
     if (options->depth_repair == DEPTH_REPAIR_OFF)
         append(line, " --depth-repair off");
     static const char *const mists[] = {"", "linear", "quadratic", "inverse-quadratic"};
-    if (options->mist_falloff != MIST_NONE)
+    if (options->mist_falloff != RF_MIST_NONE)
         append(line, " --mist-falloff %s", mists[options->mist_falloff]);
 }
 

@@ -620,6 +620,100 @@ RF_API rf_result rf_deep_flatten(const struct rf_filter *filter,
                                  const struct rf_image *colour,
                                  const struct rf_image *depth, struct rf_error *error);
 
+/* ---- depth as renderers write it ----------------------------------------------- */
+
+/** A depth channel in memory, packed row by row, and the alpha beside it. Since 0.1. */
+struct rf_depth_channel {
+    float *depth;          /**< width * height numbers, as params.depth says */
+    const float *alpha;    /**< of the same pixels; NULL: there is none */
+    size_t alpha_step;     /**< floats from one pixel's alpha to the next, 4 in RGBA */
+    int32_t width, height; /**< px */
+    double infinity;       /**< depth from here on means that nothing was hit */
+};
+
+/** What a depth channel looks like, and whether it can be used as it is. Since 0.1. */
+struct rf_depth_stats {
+    size_t size;              /**< sizeof(struct rf_depth_stats) of the caller */
+    size_t n_pixels;          /**< all of them */
+    size_t n_nan, n_negative; /**< NaN, below 0 */
+    size_t n_no_hit;          /**< infinite, or from `infinity` on */
+    size_t n_zero, n_one;     /**< exactly 0 and exactly 1 */
+    double min, max, median;  /**< of what is finite, not negative, below infinity */
+    double inner_median; /**< the same without exact 0 and 1; NAN: there are none */
+    double mixed_share;  /**< of depth steps, those with averages between the sides */
+    double premultiplied_share; /**< of part-covered pixels, those scaled by alpha */
+    int32_t kind;               /**< enum rf_depth that fits best */
+    const char *kind_reason;    /**< why, half a sentence; static */
+    bool is_mixed;         /**< a pixel filter averaged depths: see rf_depth_snap() */
+    bool is_premultiplied; /**< see rf_depth_divide_by_alpha() */
+    size_t n_divided, n_snapped; /**< pixels that rf_depth_repair() has changed */
+};
+
+/**
+ * Looks at a depth channel. `context` (may be NULL) gives the memory. RF_ERROR_MEMORY;
+ * RF_ERROR_ARGUMENT: a pointer is NULL or `stats` says no size. Since 0.1.
+ */
+RF_API rf_result rf_depth_measure(const struct rf_context *context,
+                                  const struct rf_depth_channel *channel,
+                                  struct rf_depth_stats *stats, struct rf_error *error);
+
+/** Measures of a channel that comes in strips. Since 0.1. */
+struct rf_depth_tally;
+
+/**
+ * The same of a channel that comes in strips from the top: create, add each, finish,
+ * which frees the tally. Strips have the width and the infinity of `channel`, whose
+ * height is that of all of them; its pointers are not looked at. Since 0.1.
+ */
+RF_API rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
+                                       const struct rf_context *context,
+                                       const struct rf_depth_channel *channel,
+                                       struct rf_error *error);
+/** Adds a strip. Since 0.1. */
+RF_API void rf_depth_tally_add(struct rf_depth_tally *tally,
+                               const struct rf_depth_channel *strip);
+/** Fills `stats`, whose size is set, and frees the tally. Since 0.1. */
+RF_API void rf_depth_tally_finish(struct rf_depth_tally *tally,
+                                  struct rf_depth_stats *stats);
+
+/**
+ * Undoes in place what can be undone of a depth of kind planar or radial: a depth that
+ * was multiplied by alpha is divided by it, pixels whose depth was averaged between two
+ * sides get that of one. Measures first; `stats` receives what was found and done.
+ * Errors as rf_depth_measure(). Since 0.1.
+ */
+RF_API rf_result rf_depth_repair(const struct rf_context *context,
+                                 struct rf_depth_channel *channel,
+                                 struct rf_depth_stats *stats, struct rf_error *error);
+
+/** Divides depth by alpha in place; 0 where that is 0. Returns how many pixels
+ * changed. Since 0.1. */
+RF_API size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel);
+
+/** How far away pixels decide on what rf_depth_snap() gives one, px. Since 0.1. */
+enum { RF_DEPTH_SNAP_REACH = 7 };
+
+/**
+ * Gives pixels whose depth lies between those of two flat sides the nearer of the two
+ * depths, in place; *n_changed is raised by how many. What a pixel gets depends on
+ * those within RF_DEPTH_SNAP_REACH in its row and its column, and on its neighbours.
+ * Errors as rf_depth_measure(). Since 0.1.
+ */
+RF_API rf_result rf_depth_snap(const struct rf_context *context,
+                               struct rf_depth_channel *channel, size_t *n_changed,
+                               struct rf_error *error);
+
+/** How Blender's Mist pass falls off over t, 0 at its start to 1 at its end. */
+enum rf_mist {
+    RF_MIST_NONE,      /**< no Mist pass */
+    RF_MIST_LINEAR,    /**< t */
+    RF_MIST_QUADRATIC, /**< t^2 */
+    RF_MIST_INVERSE,   /**< sqrt(t) */
+};
+
+/** Makes normalised depth of the numbers of a Mist pass, in place. Since 0.1. */
+RF_API void rf_depth_undo_mist(float *depth, size_t n, enum rf_mist falloff);
+
 /* ---- maps ---------------------------------------------------------------------- */
 
 /**

@@ -1,10 +1,34 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "depth_stats.h"
+/*
+ * What a depth channel looks like: its kind, and what was done to it that can be undone.
+ */
+#include "input/depth_stats.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "report.h"
+#include "base/context.h"
+#include "base/error.h"
+#include "base/pool.h"
+#include "rackfocus/rackfocus.h"
+
+/* Shares from which it is no chance: of steps with averages, of pixels times alpha. */
+static const double MIXED_SHARE = 0.25, PREMULTIPLIED_SHARE = 0.5;
+
+enum { MOST_HITS = 100000 }; /* pixels that the medians are taken of */
+
+struct rf_depth_tally {
+    const struct rf_context *context;
+    struct rf_depth_stats stats;
+    double infinity;
+    size_t step, n_seen; /* of the pixels, those that the medians are taken of */
+    float *hits;
+    size_t n_hits, n_steps, n_mixed, n_part, n_scaled;
+};
 
 struct map {
     const float *depth;
@@ -24,7 +48,7 @@ static int compare_floats(const void *a, const void *b)
 }
 
 /* Keeps every step-th pixel that was hit. */
-static void keep_hits(const struct map *map, struct depth_tally *tally)
+static void keep_hits(const struct map *map, struct rf_depth_tally *tally)
 {
     const size_t n = (size_t)map->width * (size_t)map->height;
     size_t i = (tally->step - tally->n_seen % tally->step) % tally->step;
@@ -54,7 +78,7 @@ static double median_of(const float *sorted, size_t n, bool is_inner)
     return sorted[at];
 }
 
-static void count_values(const struct map *map, struct depth_stats *stats)
+static void count_values(const struct map *map, struct rf_depth_stats *stats)
 {
     const size_t n = (size_t)map->width * (size_t)map->height;
     for (size_t i = 0; i < n; i++) {
@@ -71,8 +95,8 @@ static void count_values(const struct map *map, struct depth_stats *stats)
     }
 }
 
-bool depth_find_step(double a, double beyond_a, double b, double beyond_b,
-                     double infinity, struct depth_step *step)
+bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
+                        double infinity, struct rf_depth_step *step)
 {
     const bool is_a_low = a < b;
     const double slope_a = fabs(a - beyond_a);
@@ -84,14 +108,14 @@ bool depth_find_step(double a, double beyond_a, double b, double beyond_b,
     const double height = step->high - step->low;
     /* A height of 1e10 makes all else look flat. */
     return step->low >= 0 && step->low < infinity && isfinite(step->high) &&
-           step->high >= DEPTH_STEP_RATIO * step->low && height > 0 &&
+           step->high >= RF_DEPTH_STEP_RATIO * step->low && height > 0 &&
            slope_high < 0.05 * height &&
            slope_low < fmin(0.05 * height, 0.1 * step->low + 1e-30);
 }
 
 /* Does a pixel from `first` to before `end` lie well between both sides? */
 static bool is_mixed_between(const float *row, int32_t first, int32_t end,
-                             const struct depth_step *step)
+                             const struct rf_depth_step *step)
 {
     for (int32_t x = first; x < end; x++) {
         const double place = (row[x] - step->low) / (step->high - step->low);
@@ -103,13 +127,13 @@ static bool is_mixed_between(const float *row, int32_t first, int32_t end,
 
 /* Counts the step that begins at the end of a flat side, if there is one. */
 static void count_step(const struct map *map, const float *row, int32_t x,
-                       struct depth_tally *tally)
+                       struct rf_depth_tally *tally)
 {
-    const int32_t most = x + DEPTH_STEP_PIXELS + 1;
+    const int32_t most = x + RF_DEPTH_STEP_PIXELS + 1;
     for (int32_t end = x + 1; end <= most && end + 1 < map->width; end++) {
-        struct depth_step step;
-        if (!depth_find_step(row[x], row[x - 1], row[end], row[end + 1], map->infinity,
-                             &step) ||
+        struct rf_depth_step step;
+        if (!rf_depth_find_step(row[x], row[x - 1], row[end], row[end + 1],
+                                map->infinity, &step) ||
             !(fabs(row[x + 1] - row[x]) >= 0.05 * (step.high - step.low)))
             continue;
         tally->n_steps++;
@@ -122,7 +146,7 @@ static void count_step(const struct map *map, const float *row, int32_t x,
  * Pixels between two flat sides have one of their depths, unless depths were averaged,
  * as anti-aliasing does.
  */
-static void count_mixed(const struct map *map, struct depth_tally *tally)
+static void count_mixed(const struct map *map, struct rf_depth_tally *tally)
 {
     for (int32_t y = 0; y < map->height; y++)
         for (int32_t x = 1; x + 2 < map->width; x++)
@@ -132,7 +156,7 @@ static void count_mixed(const struct map *map, struct depth_tally *tally)
 /* Next to a fully covered pixel, depth times alpha is alpha times that pixel's depth.
  */
 static void count_premultiplied(const struct map *map, const float *alpha,
-                                size_t stride, struct depth_tally *tally)
+                                size_t stride, struct rf_depth_tally *tally)
 {
     for (int32_t y = 0; y < map->height; y++) {
         for (int32_t x = 1; x + 1 < map->width; x++) {
@@ -155,98 +179,127 @@ static double share_of(size_t n_part, size_t n)
     return n >= 20 ? (double)n_part / (double)n : 0;
 }
 
-bool depth_tally_begin(struct depth_tally *tally, int32_t width, int32_t height,
-                       double depth_infinity)
-{
-    const size_t n = (size_t)width * (size_t)height;
-    *tally = (struct depth_tally){
-        .stats = {.n_pixels = n, .min = INFINITY, .max = -INFINITY},
-        .width = width,
-        .infinity = depth_infinity,
-        .step = n / 100000 + 1,
-    };
-    tally->hits = app_memory(n / tally->step + 1, sizeof(*tally->hits), NULL);
-    return tally->hits != NULL;
-}
-
-void depth_tally_add(struct depth_tally *tally, const float *depth, const float *alpha,
-                     size_t alpha_stride, int32_t n_rows)
-{
-    const struct map map = {depth, tally->width, n_rows, tally->infinity};
-    count_values(&map, &tally->stats);
-    keep_hits(&map, tally);
-    count_mixed(&map, tally);
-    if (alpha)
-        count_premultiplied(&map, alpha, alpha_stride, tally);
-}
-
-void depth_tally_end(struct depth_tally *tally, struct depth_stats *stats)
-{
-    qsort(tally->hits, tally->n_hits, sizeof(*tally->hits), compare_floats);
-    *stats = tally->stats;
-    stats->median = median_of(tally->hits, tally->n_hits, false);
-    stats->inner_median = median_of(tally->hits, tally->n_hits, true);
-    stats->mixed_share = share_of(tally->n_mixed, tally->n_steps);
-    stats->premultiplied_share = share_of(tally->n_scaled, tally->n_part);
-    free(tally->hits);
-    tally->hits = NULL;
-}
-
-bool depth_stats_measure(const float *depth, const float *alpha, size_t alpha_stride,
-                         int32_t width, int32_t height, double depth_infinity,
-                         struct depth_stats *stats)
-{
-    struct depth_tally tally;
-    if (!depth_tally_begin(&tally, width, height, depth_infinity))
-        return false;
-    depth_tally_add(&tally, depth, alpha, alpha_stride, height);
-    depth_tally_end(&tally, stats);
-    return true;
-}
-
-const char *depth_stats_guess(const struct depth_stats *stats, const char **reason)
+/* The kind of depth that fits best, and why. */
+static enum rf_depth guess_kind(const struct rf_depth_stats *stats, const char **reason)
 {
     const size_t n_without =
         stats->n_nan + stats->n_negative + stats->n_no_hit + stats->n_zero;
     if (n_without >= stats->n_pixels) {
         *reason = "no pixel has a distance";
-        return "planar";
+        return RF_DEPTH_PLANAR;
     }
     if (stats->max > 1) {
         if (stats->n_zero > 0 && stats->n_no_hit == 0) {
             *reason = "0 where nothing was hit, as inverse depth has it";
-            return "inverse";
+            return RF_DEPTH_INVERSE;
         }
         *reason = "values above 1 are distances in scene units; radial looks alike";
-        return "planar";
+        return RF_DEPTH_PLANAR;
     }
     if (stats->n_no_hit > 0) {
         *reason = "all below 1, but infinity where nothing was hit: a small scene";
-        return "planar";
+        return RF_DEPTH_PLANAR;
     }
     if (stats->inner_median > 0.9) {
         *reason = "within 0 to 1 and crowded near 1, as a depth buffer is";
-        return "buffer";
+        return RF_DEPTH_BUFFER;
     }
     if (stats->inner_median < 0.1 && stats->n_zero > 0) {
         *reason = "within 0 to 1 and crowded near 0, as a reversed depth buffer is";
-        return "buffer-reversed";
+        return RF_DEPTH_BUFFER_REVERSED;
     }
     if (stats->n_zero > 0 || stats->n_one > 0) {
         *reason = "within 0 to 1 and reaching an end of it";
-        return "normalised";
+        return RF_DEPTH_NORMALISED;
     }
     *reason = "all below 1, but not reaching 0 or 1: a small scene; normalised is "
               "possible";
-    return "planar";
+    return RF_DEPTH_PLANAR;
 }
 
-bool depth_stats_is_mixed(const struct depth_stats *stats)
+/* Memory of the context, or where there is none of the C library. */
+void *rf_depth_take(const struct rf_context *context, size_t count, size_t size)
 {
-    return stats->mixed_share > 0.25;
+    return context ? rf_alloc(context, count, size) : malloc(count * size);
 }
 
-bool depth_stats_is_premultiplied(const struct depth_stats *stats)
+void rf_depth_give_back(const struct rf_context *context, void *memory)
 {
-    return stats->premultiplied_share > 0.5;
+    if (context)
+        rf_free(context, memory);
+    else
+        free(memory);
+}
+
+rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
+                                const struct rf_context *context,
+                                const struct rf_depth_channel *channel,
+                                struct rf_error *error)
+{
+    if (!tally || !channel || channel->width < 1 || channel->height < 1)
+        return rf_fail(error, RF_ERROR_ARGUMENT, tally ? "channel" : "tally",
+                       "a pointer is NULL or the depth has no pixels");
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    const size_t step = n / MOST_HITS + 1, n_hits = n / step + 1;
+    struct rf_depth_tally *t = rf_depth_take(context, 1, sizeof *t);
+    float *hits = rf_depth_take(context, n_hits, sizeof *hits);
+    if (!t || !hits) {
+        rf_depth_give_back(context, t);
+        rf_depth_give_back(context, hits);
+        return rf_fail_memory(error, n_hits, sizeof *hits);
+    }
+    *t = (struct rf_depth_tally){
+        .context = context,
+        .stats = {.n_pixels = n, .min = INFINITY, .max = -INFINITY},
+        .infinity = channel->infinity,
+        .step = step,
+        .hits = hits,
+    };
+    *tally = t;
+    return RF_OK;
+}
+
+void rf_depth_tally_add(struct rf_depth_tally *tally,
+                        const struct rf_depth_channel *strip)
+{
+    const struct map map = {strip->depth, strip->width, strip->height, tally->infinity};
+    count_values(&map, &tally->stats);
+    keep_hits(&map, tally);
+    count_mixed(&map, tally);
+    if (strip->alpha)
+        count_premultiplied(&map, strip->alpha, strip->alpha_step, tally);
+}
+
+void rf_depth_tally_finish(struct rf_depth_tally *tally, struct rf_depth_stats *stats)
+{
+    const struct rf_context *context = tally->context;
+    struct rf_depth_stats found = tally->stats;
+    qsort(tally->hits, tally->n_hits, sizeof *tally->hits, compare_floats);
+    found.median = median_of(tally->hits, tally->n_hits, false);
+    found.inner_median = median_of(tally->hits, tally->n_hits, true);
+    found.mixed_share = share_of(tally->n_mixed, tally->n_steps);
+    found.premultiplied_share = share_of(tally->n_scaled, tally->n_part);
+    found.is_mixed = found.mixed_share > MIXED_SHARE;
+    found.is_premultiplied = found.premultiplied_share > PREMULTIPLIED_SHARE;
+    found.kind = (int32_t)guess_kind(&found, &found.kind_reason);
+    found.size = stats->size;
+    memcpy(stats, &found, stats->size < sizeof found ? stats->size : sizeof found);
+    rf_depth_give_back(context, tally->hits);
+    rf_depth_give_back(context, tally);
+}
+
+rf_result rf_depth_measure(const struct rf_context *context,
+                           const struct rf_depth_channel *channel,
+                           struct rf_depth_stats *stats, struct rf_error *error)
+{
+    struct rf_depth_tally *tally;
+    if (!channel || !channel->depth || !stats || stats->size == 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, stats ? "channel" : "stats",
+                       "a pointer is NULL, or rf_depth_stats.size is not set");
+    rf_result result = rf_depth_tally_create(&tally, context, channel, error);
+    if (result != RF_OK)
+        return result;
+    rf_depth_tally_add(tally, channel);
+    rf_depth_tally_finish(tally, stats);
+    return RF_OK;
 }

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Depth as renderers write it, made fit for use.
+ *
+ * Averages. A pixel filter that averages depth leaves numbers between two surfaces,
+ * where nothing is. Along the row and the column of a pixel the nearest two flat sides
+ * are looked for, at most RF_DEPTH_STEP_PIXELS px apart, whose depths differ by
+ * RF_DEPTH_STEP_RATIO: what lies between them gets the nearer of the two depths.
+ *
+ * Depth times alpha, as compositing writes it, is divided by alpha.
+ */
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "input/depth_stats.h"
+#include "rackfocus/rackfocus.h"
+
+_Static_assert((int)RF_DEPTH_SNAP_REACH == (int)RF_DEPTH_STEP_PIXELS + 1,
+               "sides end where a step does");
+
+void rf_depth_undo_mist(float *depth, size_t n, enum rf_mist falloff)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (falloff == RF_MIST_QUADRATIC)
+            depth[i] = sqrtf(depth[i]);
+        else if (falloff == RF_MIST_INVERSE)
+            depth[i] *= depth[i];
+    }
+}
+
+size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel)
+{
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    float *depth = channel->depth;
+    size_t n_changed = 0;
+    for (size_t i = 0; i < n && channel->alpha; i++) {
+        const float a = channel->alpha[i * channel->alpha_step];
+        if (a >= 1 || isinf(depth[i]))
+            continue;
+        depth[i] = a > 0 ? depth[i] / a : 0;
+        n_changed++;
+    }
+    return n_changed;
+}
+
+/* Pixels before and behind the one in question, along a row or a column. */
+struct line {
+    const float *at;
+    ptrdiff_t step; /* floats from pixel to pixel */
+    int32_t n_before, n_behind;
+};
+
+/* The two sides of the step that the pixel lies on, the nearest ones; of two as near
+ * the ones of the higher step. `best` has what was found along another line. */
+static void find_sides(const struct line *line, double infinity,
+                       struct rf_depth_step *best)
+{
+    for (int32_t n = 2; n <= RF_DEPTH_STEP_PIXELS + 1 && n <= best->n; n++)
+        for (int32_t k = 1; k < n; k++) {
+            if (k >= line->n_before || n - k >= line->n_behind)
+                continue;
+            const float *a = line->at - k * line->step;
+            const float *b = line->at + (n - k) * line->step;
+            struct rf_depth_step found = {.n = n, .n_low = *a < *b ? k : n - k};
+            if (rf_depth_find_step(*a, a[-line->step], *b, b[line->step], infinity,
+                                   &found) &&
+                (n < best->n || found.high - found.low > best->high - best->low))
+                *best = found;
+        }
+}
+
+/* The depth of the side that a pixel is nearer to; its own where it lies on no step, is
+ * one of a side, or is something else. Averages with negative weights lie a little
+ * beyond the sides, or below 0. */
+static float snapped(float z, const struct rf_depth_step *step)
+{
+    if (step->n > RF_DEPTH_STEP_PIXELS + 1)
+        return z;
+    const double height = step->high - step->low, beyond = 0.15 * height;
+    const double side = z < (step->low + step->high) / 2 ? step->low : step->high;
+    const double alike = 0.02 * fmin(height, step->low);
+    /* Further from the low side it may be a thin thing before both. */
+    const double least =
+        fmax(step->low - beyond, step->n_low > 1 ? 0.75 * step->low : 0);
+    const bool is_mixture = z >= least && z <= step->high + beyond;
+    return (is_mixture && fabs(z - side) > alike) || z < 0 ? (float)side : z;
+}
+
+/* For what is below 0 and on no step: the least depth of the neighbours; `z` where none
+ * of them is a depth. */
+static float least_around(const struct line *row, const struct line *column, float z)
+{
+    float least = INFINITY;
+    for (int k = -1; k <= 1; k++)
+        for (int l = -1; l <= 1; l++) {
+            const bool is_inside =
+                (k < 0 ? column->n_before : column->n_behind) >= abs(k) &&
+                (l < 0 ? row->n_before : row->n_behind) >= abs(l);
+            const float v = is_inside ? row->at[k * column->step + l] : z;
+            least = v >= 0 ? fminf(least, v) : least;
+        }
+    return isfinite(least) ? least : z;
+}
+
+/* Is the pixel like those on both sides of it? */
+static bool is_flat(const struct line *line)
+{
+    const float z = *line->at, alike = 1e-3f * z;
+    return line->n_before > 0 && line->n_behind > 0 &&
+           fabsf(line->at[-line->step] - z) <= alike &&
+           fabsf(line->at[line->step] - z) <= alike;
+}
+
+/* The depth that pixel i gets. */
+static float snap_pixel(const struct rf_depth_channel *channel, const float *from,
+                        int32_t x, int32_t y)
+{
+    const float *at = from + (size_t)y * (size_t)channel->width + (size_t)x;
+    const struct line row = {at, 1, x, channel->width - 1 - x};
+    const struct line column = {at, channel->width, y, channel->height - 1 - y};
+    struct rf_depth_step step = {.n = RF_DEPTH_STEP_PIXELS + 2};
+    if (is_flat(&row) && is_flat(&column))
+        return *at;
+    find_sides(&row, channel->infinity, &step);
+    find_sides(&column, channel->infinity, &step);
+    const float z = snapped(*at, &step);
+    return z < 0 ? least_around(&row, &column, z) : z;
+}
+
+rf_result rf_depth_snap(const struct rf_context *context,
+                        struct rf_depth_channel *channel, size_t *n_changed,
+                        struct rf_error *error)
+{
+    if (!channel || !channel->depth || !n_changed)
+        return rf_fail(error, RF_ERROR_ARGUMENT, n_changed ? "channel" : "n_changed",
+                       "a pointer is NULL");
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    float *from = rf_depth_take(context, n, sizeof *from);
+    if (!from)
+        return rf_fail_memory(error, n, sizeof *from);
+    memcpy(from, channel->depth, n * sizeof *from);
+    for (int32_t y = 0; y < channel->height; y++)
+        for (int32_t x = 0; x < channel->width; x++) {
+            const size_t i = (size_t)y * (size_t)channel->width + (size_t)x;
+            channel->depth[i] = snap_pixel(channel, from, x, y);
+            *n_changed += channel->depth[i] != from[i];
+        }
+    rf_depth_give_back(context, from);
+    return RF_OK;
+}
+
+rf_result rf_depth_repair(const struct rf_context *context,
+                          struct rf_depth_channel *channel,
+                          struct rf_depth_stats *stats, struct rf_error *error)
+{
+    struct rf_depth_stats found = {.size = sizeof found};
+    rf_result result = rf_depth_measure(context, channel, &found, error);
+    if (result == RF_OK && (!stats || stats->size == 0))
+        result = rf_fail(error, RF_ERROR_ARGUMENT, "stats",
+                         "stats is NULL, or its size is not set");
+    if (result != RF_OK)
+        return result;
+    if (found.is_premultiplied)
+        found.n_divided = rf_depth_divide_by_alpha(channel);
+    if (found.is_mixed)
+        result = rf_depth_snap(context, channel, &found.n_snapped, error);
+    found.size = stats->size;
+    memcpy(stats, &found, stats->size < sizeof found ? stats->size : sizeof found);
+    return result;
+}
