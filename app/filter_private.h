@@ -85,6 +85,13 @@ int filter_warn_defaults(const struct run *run);
 /* One line: focus, aperture, radii, method. */
 void filter_say_done(const struct run *run);
 
+/* ---- filter_denoise.c ------------------------------------------------------------ */
+
+/* The lens's picture without grain, in run->colour; `make_picture` makes one of the
+ * pixels at hand. */
+int denoise_and_filter(struct run *run,
+                       int (*make_picture)(struct run *run, float *samples));
+
 /* ---- filter_output.c ------------------------------------------------------------- */
 
 /* Takes from a description what the lens's picture does not have: it is no view, and

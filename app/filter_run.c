@@ -225,6 +225,12 @@ static int check_deep(struct run *run)
                         "%s: holds deep samples; views are merged from flat files",
                         path);
     }
+    if (run->is_deep && run->tool->denoise) {
+        return app_fail(run->error, APP_USAGE,
+                        "--denoise: %s holds deep samples, which the denoiser does not "
+                        "know; leave it out, or denoise the result",
+                        path);
+    }
     if (run->is_deep && run->tool->pass_through) {
         return app_fail(
             run->error, APP_USAGE,
@@ -400,14 +406,16 @@ static int read_pixels(struct run *run)
     return os_is_interrupted() ? APP_INTERRUPTED : filter_repair_depth(run);
 }
 
-static int process(struct run *run)
+/* Makes the lens's picture of the pixels at hand in `samples`, packed. */
+static int make_picture(struct run *run, float *samples)
 {
     const struct source *source = &run->source;
     const struct rf_view view = {
         .colour = rf_image_packed(run->colour, source->width, source->height,
                                   source->n_channels),
         .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
-    const struct rf_image out = view.colour;
+    const struct rf_image out =
+        rf_image_packed(samples, source->width, source->height, source->n_channels);
     struct rf_error error;
     const struct app_host *host = run->tool->host;
     app_begin(host, "filtering");
@@ -422,6 +430,12 @@ static int process(struct run *run)
     if (result != RF_OK)
         return filter_fail_core(run, &error);
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
+}
+
+static int process(struct run *run)
+{
+    return run->tool->denoise ? denoise_and_filter(run, make_picture)
+                              : make_picture(run, run->colour);
 }
 
 /* ---- output --------------------------------------------------------------------- */
@@ -467,7 +481,7 @@ static bool needs_windows(const struct run *run)
     const size_t most = (size_t)tool->max_memory_mib << 20;
     const int n = filter_n_views(run);
     bool is_possible = !run->is_deep && !tool->view && !tool->output_coc &&
-                       !tool->filter_layers &&
+                       !tool->denoise && !tool->filter_layers &&
                        picture_kind(tool->output) == PICTURE_EXR;
     for (int i = 0; i < n && is_possible; i++)
         is_possible =

@@ -46,6 +46,7 @@ struct command {
 /* X(name), in the order in which help shows them. */
 #define COMMAND_LIST(X)                                                                \
     X(filter)                                                                          \
+    X(finish)                                                                          \
     X(info)                                                                            \
     X(compare)                                                                         \
     X(compare_methods)                                                                 \

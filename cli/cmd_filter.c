@@ -66,6 +66,11 @@ static const struct option options[] = {
                     "them and are not shown."),
     OPTION_FILE_ROW("flattened", AT(flattened), "FILE.exr",
                     "Deep input: also write it flat and without blur, with a depth."),
+    OPTION_FLAG_ROW("denoise", AT(denoise),
+                    "Take the grain out with Open Image Denoise, guided by albedo and "
+                    "normals where the file has them; several views are denoised "
+                    "before and after they are merged. RACKFOCUS_OIDN names the "
+                    "library's folder where the system does not find it."),
     OPTION_FLAG_ROW("over", AT(is_over),
                     "The inputs are layers: filter each with its own depth and put "
                     "them over each other, the first on top."),

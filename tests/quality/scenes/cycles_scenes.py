@@ -708,12 +708,17 @@ def parse_options():
         "--window", type=int, nargs=4, metavar=("X", "Y", "WIDTH", "HEIGHT"),
         help="render this part alone, px from the top left",
     )  # fmt: skip
+    parser.add_argument(
+        "--denoising-data", action="store_true", help="also albedo and normals"
+    )
     return parser.parse_args(argv)
 
 
 def render_pass(name, scene_name, options):
     """Builds the scene afresh and renders one pass of it."""
     facts, camera = build(scene_name, options.focus)
+    layer = bpy.context.scene.view_layers[0]
+    layer.cycles.denoising_store_passes = options.denoising_data
     if options.window:
         render_only(facts, options.window)
     prefix = options.outdir / scene_name

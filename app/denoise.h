@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Grain, taken out by Open Image Denoise (OIDN, version 1.4 or 2), which is loaded when
+ * it is there: from the file or folder that the environment's RACKFOCUS_OIDN names,
+ * else where the system looks for libraries.
+ *
+ * OIDN's results differ in the last bits between processors and versions, so those of
+ * what comes after it do, too.
+ */
+#ifndef APP_DENOISE_H
+#define APP_DENOISE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "source.h"
+
+struct denoiser;
+
+/* NULL, with the error saying how to get the library, where there is none. */
+struct denoiser *denoiser_open(int n_threads, struct image_error *error);
+void denoiser_close(struct denoiser *denoiser);
+
+/* Noise-free or nearly so, of the picture's size, packed RGB; NULL: not known. */
+struct denoise_guides {
+    float *albedo; /* 0 to 1 */
+    float *normal; /* of any space, -1 to 1 */
+    bool are_clean;
+};
+
+/*
+ * Reads the albedo and the normals beside the colour of a source, where it has them:
+ * Blender's Denoising Albedo and Denoising Normal, Arnold's denoise_albedo and
+ * denoise_normal, and layers named albedo and normal or N. To be freed in any case.
+ */
+bool denoise_read_guides(const struct source *source, int n_threads,
+                         struct denoise_guides *guides, struct image_error *error);
+void denoise_free_guides(struct denoise_guides *guides);
+
+/* Packed pixels of 1, 3 or 4 channels, the fourth alpha; `path` is for errors. */
+struct denoise_picture {
+    float *samples;
+    int32_t width, height, n_channels;
+    const char *path;
+};
+
+/*
+ * Takes the grain out of the colours of a picture, in place; alpha stays. One with NaN
+ * or infinity is left as it is, for the filter to refuse. `guides` may be NULL.
+ */
+bool denoise_picture(struct denoiser *denoiser, const struct denoise_picture *picture,
+                     const struct denoise_guides *guides, struct image_error *error);
+
+#endif

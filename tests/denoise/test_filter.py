@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""filter --denoise: grain out before the lens, and of several views after it as well."""
+
+import os
+
+import numpy as np
+from conftest import REFERENCES, read, write
+
+POSTS = REFERENCES / "posts_pinhole.exr"
+
+
+def views(scene):
+    return sorted(REFERENCES.glob(f"{scene}_view*.exr"))
+
+
+def grainy(path, tmp_path, seed=1):
+    """A file with noise of 0.2 on its colours."""
+    pixels, names = read(path)
+    colours = [names.index(c) for c in "RGB"]
+    noise = np.random.default_rng(seed).normal(0, 0.2, (*pixels.shape[:2], 3))
+    pixels[..., colours] = np.maximum(pixels[..., colours] + noise, 0)
+    return write(tmp_path / "grainy.exr", pixels, names, path)
+
+
+def test_one_view_loses_its_grain(clean, score, tmp_path):
+    noisy = grainy(POSTS, tmp_path)
+    out = tmp_path / "out.exr"
+    scores = []
+    for options in ([], ["--denoise"]):
+        clean("filter", noisy, "-o", out, "--type", "float", *options)
+        scores.append(score(out, "posts"))
+    assert scores[1] > scores[0] + 2, scores
+
+
+def test_views_gain_on_the_real_scene(clean, score, tmp_path):
+    out = tmp_path / "out.exr"
+    for scene, least in (("posts", 38.4), ("portrait", 39.75)):
+        clean("filter", *views(scene), "-o", out, "--type", "float", "--denoise")
+        assert score(out, scene) > least
+
+
+def test_alpha_and_grey_stay(clean, tmp_path):
+    pixels, names = read(POSTS)
+    alpha = np.linspace(0, 1, pixels.shape[1])[None, :, None]
+    alpha = np.broadcast_to(alpha, (*pixels.shape[:2], 1))
+    rgb = pixels[..., [names.index(c) for c in "RGB"]] * alpha
+    depth = np.full((*pixels.shape[:2], 1), 1.0)  # in focus: nothing moves
+    film = np.concatenate([rgb, alpha, depth], -1)
+    source = write(tmp_path / "film.exr", film, "RGBAZ", POSTS)
+    clean("filter", source, "-o", tmp_path / "out.exr", "--type", "float", "--denoise")
+    got, got_names = read(tmp_path / "out.exr")
+    assert np.allclose(got[..., got_names.index("A")], alpha[..., 0], atol=1e-6)
+    grey = np.concatenate([rgb[..., :1], depth], -1)
+    source = write(tmp_path / "grey.exr", grey, "YZ", POSTS)
+    clean("filter", source, "-o", tmp_path / "out.exr", "--type", "float", "--denoise")
+    assert read(tmp_path / "out.exr")[1] == ("Y",)
+
+
+def test_guides_beside_the_colour_are_used(clean, tmp_path):
+    """A texture that the grain hides comes back where the albedo shows it."""
+    height, width = 96, 160
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    albedo = np.repeat((0.25 + 0.5 * ((x // 2 + y // 2) % 2))[..., None], 3, -1)
+    noise = np.random.default_rng(2).normal(0, 0.3, albedo.shape)
+    depth = np.full((height, width, 1), 10.0)
+    normal = np.broadcast_to([0.0, 0.0, 1.0], albedo.shape)
+    errors = {}
+    for kind in ("none", "blender", "arnold"):
+        parts, names = [np.maximum(albedo + noise, 0), depth], ["R", "G", "B", "Z"]
+        if kind == "blender":
+            names += [f"ViewLayer.Denoising Albedo.{c}" for c in "RGB"]
+            names += [f"ViewLayer.Denoising Normal.{c}" for c in "XYZ"]
+        elif kind == "arnold":
+            names += [f"denoise_albedo.{c}" for c in "RGB"]
+            names += [f"N.{c}" for c in "XYZ"]
+        if kind != "none":
+            parts += [albedo, normal]
+        source = write(tmp_path / "in.exr", np.concatenate(parts, -1), names)
+        options = ["--focus-distance", 10, "--f-stop", 2, "--denoise"]
+        clean("filter", source, "-o", tmp_path / "out.exr", *options)
+        got = read(tmp_path / "out.exr")[0][..., :3]
+        errors[kind] = float(np.sqrt(np.mean((got - albedo) ** 2)))
+    assert errors["blender"] < 0.6 * errors["none"], errors
+    assert errors["arnold"] < 0.6 * errors["none"], errors
+
+
+def test_what_is_not_finite_is_still_refused(clean, tmp_path):
+    pixels, names = read(POSTS)
+    pixels[3, 4, names.index("G")] = np.nan
+    source = write(tmp_path / "nan.exr", pixels, names, POSTS)
+    done = clean("filter", source, "-o", tmp_path / "out.exr", "--denoise", code=1)
+    assert "nan.exr" in done.stderr and not (tmp_path / "out.exr").exists()
+
+
+def test_deep_files_are_refused(clean, tmp_path):
+    deep = REFERENCES.parents[1] / "deep/files/deep-zips.exr"
+    done = clean("filter", deep, "-o", tmp_path / "out.exr", "--denoise", code=2)
+    assert "--denoise" in done.stderr and "deep" in done.stderr
+
+
+def test_without_the_library_it_says_what_to_do(rackfocus, tmp_path):
+    out = tmp_path / "out.exr"
+    for place in (tmp_path / "nowhere", tmp_path):
+        environment = {**os.environ, "RACKFOCUS_OIDN": str(place)}
+        done = rackfocus(
+            "filter", POSTS, "-o", out, "--denoise", code=1, env=environment
+        )
+        assert "RACKFOCUS_OIDN" in done.stderr and str(place) in done.stderr
+        assert not out.exists()
+
+
+def test_a_sequence_is_made_anew_with_it(clean, tmp_path):
+    (tmp_path / "in.0001.exr").write_bytes(POSTS.read_bytes())
+    names = [tmp_path / "in.####.exr", "-o", tmp_path / "out.####.exr"]
+    clean("filter", *names)
+    first = (tmp_path / "out.0001.exr").read_bytes()
+    clean("filter", *names, "--denoise")
+    assert (tmp_path / "out.0001.exr").read_bytes() != first

@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The comparison that counts: Cycles' own lens with its denoiser, at equal samples.
+
+    tests/quality/rivals.py RACKFOCUS FOLDER [SCENE ...] [--samples 64 16]
+
+Renders what is missing in FOLDER (Blender 3.4 or later as `blender`, or --blender) with
+denoising data, and prints a Markdown table: tPSNR in dB against references/ of
+
+    own           Cycles' own depth of field, N samples
+    own dn        the same denoised by albedo and normals: what people use
+    1, 2, 4, 8    so many views of N samples in all, raw / with --denoise
+    finish 8      8 views of N/2 samples in all and N/2 samples of the own lens
+    finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top
+
+and the SSIM of the last column's rivals with --ssim. RACKFOCUS_OIDN names the folder of
+Open Image Denoise.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE / "scenes"))
+
+import numpy as np  # noqa: E402
+import OpenImageIO as oiio  # noqa: E402
+from collect_references import VEC2, camera_header, round_depth  # noqa: E402
+
+SCENES = ("posts", "portrait", "plane", "macro", "foliage")
+PARTS = {
+    "Combined": "RGB",
+    "Depth": "Z",
+    "Denoising Albedo": "RGB",
+    "Denoising Normal": "XYZ",
+}
+
+
+class Bench:
+    """The scenes, rendered once, and what commands make of them."""
+
+    def __init__(self, options):
+        self.command = options.command
+        self.folder = options.folder.resolve()
+        self.blender = options.blender
+        self.measure = "ssim" if options.ssim else "tpsnr"
+
+    def render(self, scene, kind, samples, count=1):
+        """Folder of a pass of so many samples per pixel (and view)."""
+        folder = self.folder / f"{scene}_{kind}{count}_{samples}"
+        if not (folder / "done").exists():
+            script = HERE / "scenes/cycles_scenes.py"
+            words = [self.blender, "-b", "--factory-startup", "-P", script, "--"]
+            words += [scene, folder, "--pass", kind, "--samples", samples]
+            words += ["--count", count] if kind == "views" else []
+            words += ["--denoising-data"]
+            subprocess.run([*map(str, words)], check=True, capture_output=True)
+            (folder / "done").touch()
+        return folder
+
+    def passes(self, scene, samples, count):
+        """Files for `filter`: a pinhole, or views of samples in all."""
+        kind = "pinhole" if count == 1 else "views"
+        folder = self.render(scene, kind, samples // count, count)
+        about = json.loads((folder / f"{scene}_{kind}.json").read_text())
+        facts = camera_header(about["camera"])
+        if count == 1:
+            return [with_facts(folder / f"{scene}_pinhole.exr", facts)]
+        facts["rackfocus:shearDistance"] = float(about["camera"]["focus"])
+        return [
+            with_facts(
+                folder / f"{scene}_view{i:02d}.exr",
+                facts | {"rackfocus:lensOffset": tuple(map(float, offset))},
+            )
+            for i, offset in enumerate(about["view_offsets"])
+        ]
+
+    def own(self, scene, samples):
+        """Cycles' own depth of field."""
+        return self.render(scene, "dof", samples) / f"{scene}_dof.exr"
+
+    def score(self, scene, *words):
+        """Figure of what a command makes; without words of the file given."""
+        out = self.folder / "out.exr"
+        if len(words) == 1:
+            out = words[0]
+        else:
+            line = [self.command, *words, "-o", out, "--type", "float", "-q"]
+            subprocess.run([*map(str, line)], check=True)
+        reference = HERE / "references" / f"{scene}_reference.exr"
+        line = [self.command, "compare", out, reference, "--json"]
+        done = subprocess.run([*map(str, line)], check=True, capture_output=True)
+        return json.loads(done.stdout)[self.measure]
+
+    def row(self, scene, samples):
+        """All figures of a scene at so many samples."""
+        own = self.own(scene, samples)
+        figures = {"own": self.score(scene, own)}
+        figures["own dn"] = self.score(scene, "finish", own)
+        for n in (1, 2, 4, 8):
+            views = self.passes(scene, samples, n)
+            figures[str(n)] = self.score(scene, "filter", *views)
+            figures[f"{n} dn"] = self.score(scene, "filter", *views, "--denoise")
+        half = self.own(scene, samples // 2)
+        views = self.passes(scene, samples // 2, 8)
+        figures["finish 8"] = self.score(scene, "finish", half, *views)
+        for n in (1, 8):
+            views = self.passes(scene, 64, n)
+            figures[f"finish +{n}"] = self.score(scene, "finish", own, *views)
+        return figures
+
+
+def with_facts(path, facts):
+    """A copy of a multilayer render that says what its camera was."""
+    out = path.with_name(f"facts_{path.name}")
+    if out.exists():
+        return out
+    source = oiio.ImageInput.open(str(path))
+    spec = source.spec()
+    pixels = source.read_image(0, 0, 0, spec.nchannels, "float")
+    pixels = np.array(pixels).reshape(spec.height, spec.width, -1)
+    at = {name.split(".", 1)[1]: i for i, name in enumerate(spec.channelnames)}
+    names, planes = [], []
+    for part, channels in PARTS.items():
+        for channel in channels:
+            plane = pixels[..., at[f"{part}.{channel}"]]
+            names.append(
+                channel if part in ("Combined", "Depth") else f"{part}.{channel}"
+            )
+            planes.append(round_depth(plane) if part == "Depth" else plane)
+    written = oiio.ImageSpec(spec.width, spec.height, len(names), "float")
+    written.channelnames = tuple(names)
+    for name, value in facts.items():
+        if isinstance(value, tuple):
+            written.attribute(name, VEC2, value)
+        else:
+            written.attribute(name, value)
+    picture = oiio.ImageOutput.create(str(out))
+    samples = np.ascontiguousarray(np.dstack(planes), np.float32)
+    if not picture.open(str(out), written) or not picture.write_image(samples):
+        sys.exit(f"{out}: {picture.geterror()}")
+    picture.close()
+    return out
+
+
+def print_table(rows, samples):
+    """Rows of one number of samples, and what they are above the denoised lens."""
+    names = list(next(iter(rows.values())))
+    print(f"\n| {samples} samples | {' | '.join(names)} |")
+    print("| --- |" + " --- |" * len(names))
+    for scene, row in rows.items():
+        print(f"| {scene} | {' | '.join(f'{row[n]:.4g}' for n in names)} |")
+    above = [[row[n] - row["own dn"] for n in names] for row in rows.values()]
+    for title, figures in (
+        ("least above own dn", np.min(above, 0)),
+        ("mean above own dn", np.mean(above, 0)),
+    ):
+        print(f"| {title} | {' | '.join(f'{v:+.3g}' for v in figures)} |", flush=True)
+
+
+def main():
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("command", help="the built rackfocus")
+    parser.add_argument("folder", type=Path, help="where renders are kept")
+    parser.add_argument("scenes", nargs="*", default=SCENES)
+    parser.add_argument("--samples", type=int, nargs="+", default=(64, 16))
+    parser.add_argument("--blender", default="blender")
+    parser.add_argument("--ssim", action="store_true", help="SSIM in place of tPSNR")
+    options = parser.parse_args()
+    bench = Bench(options)
+    for samples in options.samples:
+        rows = {scene: bench.row(scene, samples) for scene in options.scenes}
+        print_table(rows, samples)
+
+
+if __name__ == "__main__":
+    main()
