@@ -1,49 +1,43 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus.Accumulator and lens_points(): views from points of the lens. */
-#include <stdlib.h>
-
 #include "module.h"
 
 struct accumulator_object {
     PyObject ob_base;
-    struct rf_context *context;
+    PyObject *context; /* held */
     struct rf_accumulator *accumulator;
 };
-
-static rf_result build(struct accumulator_object *self, const struct rf_params *params,
-                       const int shape[3], int n_threads, struct rf_error *error)
-{
-    struct rf_context_params about = {
-        .size = sizeof about, .n_threads = n_threads, .cpu = getenv("RACKFOCUS_CPU")};
-    rf_result result = rf_context_create(&self->context, &about, error);
-    if (result != RF_OK)
-        return result;
-    return rf_accumulator_create(&self->accumulator, self->context, params, shape[0],
-                                 shape[1], shape[2], error);
-}
 
 static PyObject *accumulator_create(PyTypeObject *type, PyObject *args,
                                     PyObject *keywords)
 {
     const struct module_state *state = PyType_GetModuleState(type);
-    int shape[3], n_threads;
+    int shape[3];
     struct rf_params params;
+    PyObject *context = NULL;
     if (!state ||
         !PyArg_ParseTuple(args, "iii:Accumulator", &shape[0], &shape[1], &shape[2]))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
-    bool is_read = rest && plugin_take_threads(rest, &n_threads) == 0 &&
+    bool is_read = rest && plugin_take_context(state, rest, &context) == 0 &&
                    plugin_read_params(state, rest, &params) == 0;
     Py_XDECREF(rest);
-    if (!is_read)
+    if (!is_read) {
+        Py_XDECREF(context);
         return NULL;
+    }
     allocfunc allocate = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
     struct accumulator_object *self = (struct accumulator_object *)allocate(type, 0);
     struct rf_error error;
-    if (self && build(self, &params, shape, n_threads, &error) != RF_OK) {
+    if (self)
+        self->context = Py_NewRef(context);
+    if (self &&
+        rf_accumulator_create(&self->accumulator, plugin_context_of(context), &params,
+                              shape[0], shape[1], shape[2], &error) != RF_OK) {
         plugin_raise(state, &error);
         Py_CLEAR(self);
     }
+    Py_DECREF(context);
     return (PyObject *)self;
 }
 
@@ -51,7 +45,7 @@ static void accumulator_dealloc(PyObject *object)
 {
     struct accumulator_object *self = (struct accumulator_object *)object;
     rf_accumulator_destroy(self->accumulator);
-    rf_context_destroy(self->context);
+    Py_XDECREF(self->context);
     PyTypeObject *type = Py_TYPE(object);
     freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
     release(object);
@@ -100,18 +94,21 @@ static PyGetSetDef accumulator_getset[] = {
 
 static PyMethodDef accumulator_methods[] = {
     {"add", accumulator_add, METH_O,
-     "add(colour)\n--\n\nAdds one picture, (height, width, channels) float32, "
+     "add($self, colour, /)\n--\n\nAdds one picture, (height, width, channels) "
+     "float32, "
      "scene-linear, alpha premultiplied; (height, width) for one channel. PixelError "
      "for NaN and infinity, and then nothing was added."},
     {"mean", accumulator_mean, METH_O,
-     "mean(out)\n--\n\nWrites the mean of what was added so far into a picture of the "
+     "mean($self, out, /)\n--\n\nWrites the mean of what was added so far into a "
+     "picture of the "
      "same shape."},
     {0},
 };
 
 static PyType_Slot accumulator_slots[] = {
     {Py_tp_doc,
-     "Accumulator(width, height, channels, *, threads=0, **parameters)\n--\n\n"
+     "Accumulator(width, height, channels, /, *, context=None, threads=0, "
+     "**parameters)\n--\n\n"
      "The mean of any number of pictures, one in memory at a time. channels: 1, 3 or "
      "4. threads: 0 takes all processors. Of the parameters only blend_gamma matters: "
      "1 (default) sums linear light."},

@@ -45,8 +45,14 @@ int plugin_add_errors(PyObject *module, struct module_state *state)
     state->cancelled_error =
         add_subclass(module, "CancelledError", "The progress callback returned False.",
                      state->error, PyExc_RuntimeError);
-    bool is_complete = state->parameter_error && state->depth_error &&
-                       state->pixel_error && state->cancelled_error;
+    state->unread_warning =
+        add_class(module, "UnreadParameterWarning",
+                  "A parameter was given that the method or another parameter leaves "
+                  "without effect.",
+                  PyExc_UserWarning);
+    bool is_complete = state->unread_warning && state->parameter_error &&
+                       state->depth_error && state->pixel_error &&
+                       state->cancelled_error;
     return is_complete ? 0 : -1;
 }
 

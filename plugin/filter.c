@@ -1,41 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus.Filter: one size and one set of parameters, any number of frames. */
-#include <stdlib.h>
-
 #include "module.h"
 
 struct filter_object {
     PyObject ob_base;
-    struct rf_context *context;
+    PyObject *context; /* held */
     struct rf_filter *filter;
+    int size_px[2];
 };
 
 /* ---- making and ending --------------------------------------------------------- */
-
-int plugin_take_threads(PyObject *keywords, int *n_threads)
-{
-    *n_threads = 0;
-    PyObject *value = keywords ? PyDict_GetItemString(keywords, "threads") : NULL;
-    if (!value)
-        return 0;
-    long number = PyLong_AsLong(value);
-    if (number == -1 && PyErr_Occurred())
-        return -1;
-    *n_threads = number < -1 || number > INT16_MAX ? INT16_MAX : (int)number;
-    return PyDict_DelItemString(keywords, "threads");
-}
-
-static rf_result build(struct filter_object *self, const struct rf_params *params,
-                       const int size_px[2], int n_threads, struct rf_error *error)
-{
-    struct rf_context_params about = {
-        .size = sizeof about, .n_threads = n_threads, .cpu = getenv("RACKFOCUS_CPU")};
-    rf_result result = rf_context_create(&self->context, &about, error);
-    if (result != RF_OK)
-        return result;
-    return rf_filter_create(&self->filter, self->context, params, size_px[0],
-                            size_px[1], error);
-}
 
 /* Takes the keyword `distribution_image` out of `keywords`; *picture is a new reference
  * or NULL. -1 with an exception set. */
@@ -68,32 +42,41 @@ static int set_picture(const struct module_state *state, struct filter_object *s
 static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *keywords)
 {
     const struct module_state *state = PyType_GetModuleState(type);
-    int size_px[2], n_threads;
+    int size_px[2];
     struct rf_params params;
-    PyObject *picture = NULL;
+    PyObject *picture = NULL, *context = NULL;
     if (!state || !PyArg_ParseTuple(args, "ii:Filter", &size_px[0], &size_px[1]))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
-    bool is_read = rest && plugin_take_threads(rest, &n_threads) == 0 &&
+    bool is_read = rest && plugin_take_context(state, rest, &context) == 0 &&
                    take_picture(rest, &picture) == 0 &&
                    plugin_read_params(state, rest, &params) == 0;
+    if (is_read && picture)
+        params.distribution = RF_DISTRIBUTION_IMAGE;
+    is_read = is_read && plugin_warn_unread(state, rest, &params) == 0;
     Py_XDECREF(rest);
     if (!is_read) {
         Py_XDECREF(picture);
+        Py_XDECREF(context);
         return NULL;
     }
-    if (picture)
-        params.distribution = RF_DISTRIBUTION_IMAGE;
     allocfunc allocate = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
     struct filter_object *self = (struct filter_object *)allocate(type, 0);
     struct rf_error error;
-    if (self && build(self, &params, size_px, n_threads, &error) != RF_OK) {
+    if (self) {
+        self->context = Py_NewRef(context);
+        self->size_px[0] = size_px[0];
+        self->size_px[1] = size_px[1];
+    }
+    if (self && rf_filter_create(&self->filter, plugin_context_of(context), &params,
+                                 size_px[0], size_px[1], &error) != RF_OK) {
         plugin_raise(state, &error);
         Py_CLEAR(self);
     }
     if (self && picture && set_picture(state, self, picture) < 0)
         Py_CLEAR(self);
     Py_XDECREF(picture);
+    Py_DECREF(context);
     return (PyObject *)self;
 }
 
@@ -101,7 +84,7 @@ static void filter_dealloc(PyObject *object)
 {
     struct filter_object *self = (struct filter_object *)object;
     rf_filter_destroy(self->filter);
-    rf_context_destroy(self->context);
+    Py_XDECREF(self->context);
     PyTypeObject *type = Py_TYPE(object);
     freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
     release(object);
@@ -131,8 +114,30 @@ static bool report(void *user, double fraction)
     return goes_on > 0;
 }
 
-/* Filters `n` views without the lock; None, or NULL with an exception set. */
-static PyObject *process(PyObject *object, const struct rf_view *views, int n,
+/* What is filtered: views, all of them or a window of one; or a deep frame. */
+struct work {
+    const struct rf_view *views;
+    int n_views;
+    const struct rf_deep *deep;      /* else NULL */
+    const struct rf_survey *surveys; /* of windows, else NULL */
+    struct rf_window given, kept;
+};
+
+static rf_result run_work(const struct rf_filter *filter, const struct work *work,
+                          const struct rf_image *out,
+                          const struct rf_progress *progress, struct rf_error *error)
+{
+    if (work->deep)
+        return rf_filter_process_deep(filter, work->deep, out, progress, error);
+    if (work->surveys)
+        return rf_filter_process_window(filter, work->surveys, work->views,
+                                        work->n_views, &work->given, &work->kept, out,
+                                        progress, error);
+    return rf_filter_process(filter, work->views, work->n_views, out, progress, error);
+}
+
+/* Filters without the lock; None, or NULL with an exception set. */
+static PyObject *process(PyObject *object, const struct work *work,
                          const struct rf_image *out, PyObject *function)
 {
     const struct filter_object *self = (struct filter_object *)object;
@@ -141,7 +146,7 @@ static PyObject *process(PyObject *object, const struct rf_view *views, int n,
     const struct rf_progress *given = progress.function ? &callback : NULL;
     struct rf_error error;
     progress.thread = PyEval_SaveThread();
-    rf_result result = rf_filter_process(self->filter, views, n, out, given, &error);
+    rf_result result = run_work(self->filter, work, out, given, &error);
     PyEval_RestoreThread(progress.thread);
     if (progress.has_raised)
         return NULL;
@@ -164,7 +169,8 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
         n_open++;
     if (n_open == 3) {
         struct rf_view view = {.colour = images[0].image, .depth = images[1].image};
-        answer = process(object, &view, 1, &images[2].image, function);
+        const struct work work = {.views = &view, .n_views = 1};
+        answer = process(object, &work, &images[2].image, function);
     }
     while (n_open > 0)
         plugin_close_image(&images[--n_open]);
@@ -247,12 +253,178 @@ static PyObject *filter_process_views(PyObject *object, PyObject *args,
         return PyErr_NoMemory();
     int n = open_all(open, sequence);
     if (n > 0 && plugin_open_image(&out, target, "out", true) == 0) {
-        answer = process(object, open->views, n, &out.image, function);
+        const struct work work = {.views = open->views, .n_views = n};
+        answer = process(object, &work, &out.image, function);
         plugin_close_image(&out);
     }
     close_views(open);
     return answer;
 }
+
+/* ---- deep frames ---------------------------------------------------------------- */
+
+static PyObject *filter_process_deep(PyObject *object, PyObject *args,
+                                     PyObject *keywords)
+{
+    static char *names[] = {"first", "samples", "out", "progress", NULL};
+    PyObject *first, *samples, *target, *function = Py_None, *answer = NULL;
+    struct plugin_deep deep;
+    struct plugin_image out;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|O:process_deep", names,
+                                     &first, &samples, &target, &function) ||
+        plugin_open_deep(&deep, first, samples,
+                         ((struct filter_object *)object)->size_px) < 0)
+        return NULL;
+    if (plugin_open_image(&out, target, "out", true) == 0) {
+        const struct work work = {.deep = &deep.deep};
+        answer = process(object, &work, &out.image, function);
+        plugin_close_image(&out);
+    }
+    plugin_close_deep(&deep);
+    return answer;
+}
+
+static PyObject *filter_flatten(PyObject *object, PyObject *args, PyObject *keywords)
+{
+    static char *names[] = {"first", "samples", "colour", "depth", NULL};
+    PyObject *first, *samples, *targets[2];
+    const struct filter_object *self = (struct filter_object *)object;
+    struct plugin_deep deep;
+    struct plugin_image images[2];
+    struct rf_error error;
+    rf_result result = RF_OK;
+    int n_open = 0;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOOO:flatten", names, &first,
+                                     &samples, &targets[0], &targets[1]) ||
+        plugin_open_deep(&deep, first, samples, self->size_px) < 0)
+        return NULL;
+    while (n_open < 2 && plugin_open_image(&images[n_open], targets[n_open],
+                                           names[2 + n_open], true) == 0)
+        n_open++;
+    const bool is_open = n_open == 2;
+    if (is_open) {
+        Py_BEGIN_ALLOW_THREADS;
+        result = rf_deep_flatten(self->filter, &deep.deep, &images[0].image,
+                                 &images[1].image, &error);
+        Py_END_ALLOW_THREADS;
+    }
+    while (n_open > 0)
+        plugin_close_image(&images[--n_open]);
+    plugin_close_deep(&deep);
+    if (!is_open)
+        return NULL;
+    if (result != RF_OK)
+        return plugin_raise(PyType_GetModuleState(Py_TYPE(object)), &error);
+    return Py_NewRef(Py_None);
+}
+
+/* ---- windows of a picture larger than memory ------------------------------------- */
+
+#define SURVEY_NAME "rackfocus.survey"
+
+static void free_survey(PyObject *capsule)
+{
+    PyMem_Free(PyCapsule_GetPointer(capsule, SURVEY_NAME));
+}
+
+static PyObject *filter_new_survey(PyObject *object, PyObject *unused)
+{
+    struct rf_survey *survey = PyMem_Calloc(1, sizeof *survey);
+    if (!survey)
+        return PyErr_NoMemory();
+    survey->size = sizeof *survey;
+    PyObject *capsule = PyCapsule_New(survey, SURVEY_NAME, free_survey);
+    if (!capsule)
+        PyMem_Free(survey);
+    return capsule;
+}
+
+static struct rf_survey *survey_of(PyObject *capsule)
+{
+    return PyCapsule_GetPointer(capsule, SURVEY_NAME);
+}
+
+static PyObject *filter_survey(PyObject *object, PyObject *args, PyObject *keywords)
+{
+    static char *names[] = {"survey", "colour", "depth", "given", "counted", NULL};
+    PyObject *capsule, *objects[2];
+    struct rf_window given, counted;
+    struct plugin_image images[2];
+    struct rf_error error;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO(iiii)(iiii):count", names,
+                                     &capsule, &objects[0], &objects[1], &given.x,
+                                     &given.y, &given.width, &given.height, &counted.x,
+                                     &counted.y, &counted.width, &counted.height))
+        return NULL;
+    struct rf_survey *survey = survey_of(capsule);
+    if (!survey || plugin_open_image(&images[0], objects[0], names[1], false) < 0)
+        return NULL;
+    if (plugin_open_image(&images[1], objects[1], names[2], false) < 0) {
+        plugin_close_image(&images[0]);
+        return NULL;
+    }
+    const struct rf_view view = {.colour = images[0].image, .depth = images[1].image};
+    const rf_result result = rf_filter_survey(((struct filter_object *)object)->filter,
+                                              &view, &given, &counted, survey, &error);
+    plugin_close_image(&images[0]);
+    plugin_close_image(&images[1]);
+    if (result != RF_OK)
+        return plugin_raise(PyType_GetModuleState(Py_TYPE(object)), &error);
+    return Py_NewRef(Py_None);
+}
+
+static PyObject *filter_window(PyObject *object, PyObject *args, PyObject *keywords)
+{
+    static char *names[] = {"survey", "kept", NULL};
+    PyObject *capsule;
+    struct rf_window kept, given;
+    struct rf_error error;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "O(iiii):window", names, &capsule,
+                                     &kept.x, &kept.y, &kept.width, &kept.height))
+        return NULL;
+    const struct rf_survey *survey = survey_of(capsule);
+    if (!survey)
+        return NULL;
+    if (rf_filter_window(((struct filter_object *)object)->filter, survey, 1, &kept,
+                         &given, &error) != RF_OK)
+        return plugin_raise(PyType_GetModuleState(Py_TYPE(object)), &error);
+    return Py_BuildValue("(iiii)", given.x, given.y, given.width, given.height);
+}
+
+static PyObject *filter_process_window(PyObject *object, PyObject *args,
+                                       PyObject *keywords)
+{
+    static char *names[] = {"survey", "colour", "depth",    "given",
+                            "kept",   "out",    "progress", NULL};
+    static const char *const image_names[] = {"colour", "depth", "out"};
+    PyObject *capsule, *objects[3], *function = Py_None, *answer = NULL;
+    struct work work = {.n_views = 1};
+    struct rf_window *given = &work.given, *kept = &work.kept;
+    if (!PyArg_ParseTupleAndKeywords(
+            args, keywords, "OOO(iiii)(iiii)O|O:process_window", names, &capsule,
+            &objects[0], &objects[1], &given->x, &given->y, &given->width,
+            &given->height, &kept->x, &kept->y, &kept->width, &kept->height,
+            &objects[2], &function))
+        return NULL;
+    struct plugin_image images[3];
+    int n_open = 0;
+    work.surveys = survey_of(capsule);
+    while (work.surveys && n_open < 3 &&
+           plugin_open_image(&images[n_open], objects[n_open], image_names[n_open],
+                             n_open == 2) == 0)
+        n_open++;
+    if (n_open == 3) {
+        const struct rf_view view = {.colour = images[0].image,
+                                     .depth = images[1].image};
+        work.views = &view;
+        answer = process(object, &work, &images[2].image, function);
+    }
+    while (n_open > 0)
+        plugin_close_image(&images[--n_open]);
+    return answer;
+}
+
+/* ---- depth to other things ------------------------------------------------------- */
 
 typedef rf_result convert_function(const struct rf_filter *, const struct rf_image *,
                                    const struct rf_image *, struct rf_error *);
@@ -304,8 +476,8 @@ static PyObject *get_lens(PyObject *object, void *unused)
 
 static PyObject *get_threads(PyObject *object, void *unused)
 {
-    return PyLong_FromLong(
-        rf_context_threads(((struct filter_object *)object)->context));
+    return PyLong_FromLong(rf_context_threads(
+        plugin_context_of(((struct filter_object *)object)->context)));
 }
 
 static PyGetSetDef filter_getset[] = {
@@ -318,7 +490,7 @@ static PyGetSetDef filter_getset[] = {
 
 static PyMethodDef filter_methods[] = {
     {"process", KEYWORDS(filter_process), METH_VARARGS | METH_KEYWORDS,
-     "process(colour, depth, out, progress=None)\n--\n\n"
+     "process($self, /, colour, depth, out, progress=None)\n--\n\n"
      "Filters one frame.\n\n"
      "colour: (height, width, 1, 3 or 4) or (height, width) float32, scene-linear, "
      "alpha premultiplied.\n"
@@ -326,7 +498,7 @@ static PyMethodDef filter_methods[] = {
      "out: writable, same shape as colour; may be the same memory.\n"
      "progress: called with a fraction from 0 to 1; False cancels."},
     {"process_views", KEYWORDS(filter_process_views), METH_VARARGS | METH_KEYWORDS,
-     "process_views(views, out, progress=None)\n--\n\n"
+     "process_views($self, /, views, out, progress=None)\n--\n\n"
      "Filters one frame from several pinhole views; for the methods that take them "
      "(views, 1 to 64).\n\n"
      "views: a sequence of tuples (colour, depth, (u, v), shear_distance); colour and "
@@ -334,21 +506,53 @@ static PyMethodDef filter_methods[] = {
      "right and up, shear_distance that of the plane that stays where it is in all "
      "views, scene units, 0 for parallel cameras.\n"
      "out, progress: as in process()."},
+    {"process_deep", KEYWORDS(filter_process_deep), METH_VARARGS | METH_KEYWORDS,
+     "process_deep($self, /, first, samples, out, progress=None)\n--\n\n"
+     "Filters one deep frame; for the method layered.\n\n"
+     "first: width * height + 1 whole numbers of 64 bit, where each pixel's samples "
+     "begin, row by row.\n"
+     "samples: (n, 7) float32, C order: depth, depth_back, r, g, b, a, opacity.\n"
+     "out: writable, (height, width, 1, 3 or 4) float32."},
+    {"flatten", KEYWORDS(filter_flatten), METH_VARARGS | METH_KEYWORDS,
+     "flatten($self, /, first, samples, colour, depth)\n--\n\n"
+     "The flat picture of a deep frame, as in process_deep(); colour and depth are "
+     "written to."},
+    {"new_survey", filter_new_survey, METH_NOARGS,
+     "new_survey($self, /)\n--\n\n"
+     "What the windows of a picture must know of the whole: first every pixel is "
+     "counted once by count(), then windows are filtered by process_window(). For one "
+     "view and the methods layered and views."},
+    {"count", KEYWORDS(filter_survey), METH_VARARGS | METH_KEYWORDS,
+     "count($self, /, survey, colour, depth, given, counted)\n--\n\n"
+     "Counts the pixels of the window counted, (x, y, width, height) in px. colour and "
+     "depth show the window given, with SURVEY_MARGIN px around it where the picture "
+     "goes on."},
+    {"window", KEYWORDS(filter_window), METH_VARARGS | METH_KEYWORDS,
+     "window($self, /, survey, kept)\n--\n\n"
+     "The window (x, y, width, height) that must be given for the window kept to come "
+     "out with the bits of the whole picture."},
+    {"process_window", KEYWORDS(filter_process_window), METH_VARARGS | METH_KEYWORDS,
+     "process_window($self, /, survey, colour, depth, given, kept, out, "
+     "progress=None)\n--\n\n"
+     "Filters the window kept; colour and depth show the window given that window() "
+     "names, out has the size of kept."},
     {"coc", KEYWORDS(filter_coc), METH_VARARGS | METH_KEYWORDS,
-     "coc(depth, out)\n--\n\nSigned radius of every pixel in px; both (height, width) "
+     "coc($self, /, depth, out)\n--\n\nSigned radius of every pixel in px; both "
+     "(height, width) "
      "float32, out may be the same memory."},
     {"planar_depth", KEYWORDS(filter_planar_depth), METH_VARARGS | METH_KEYWORDS,
-     "planar_depth(depth, out)\n--\n\nPlanar distance of every pixel in scene units, "
+     "planar_depth($self, /, depth, out)\n--\n\nPlanar distance of every pixel in "
+     "scene units, "
      "inf where nothing was hit; shapes as in coc()."},
     {0},
 };
 
 static PyType_Slot filter_slots[] = {
     {Py_tp_doc,
-     "Filter(width, height, *, threads=0, distribution_image=None, "
-     "**parameters)\n--\n\nA filter for pictures "
-     "of "
-     "width x height px. threads: 0 takes all processors. Parameters as in "
+     "Filter(width, height, /, *, context=None, threads=0, distribution_image=None, "
+     "**parameters)\n--\n\nA filter for pictures of width x height px. context: a "
+     "Context to share; else it has its own, with threads (0 takes all processors). "
+     "Parameters as in "
      "parameters(), by field name; enumerated ones by name. distribution_image: "
      "picture of the aperture, (height, width) or (height, width, 1, 3 or 4) float32, "
      "for the method scatter; its light is normalised to 1. Immutable; may be shared "

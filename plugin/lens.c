@@ -84,17 +84,21 @@ static PyObject *lens_hyperfocal(PyObject *self, PyObject *unused)
 
 static PyMethodDef lens_methods[] = {
     {"radius_px", lens_radius, METH_O,
-     "radius_px(z)\n--\n\nSigned radius of the circle of confusion in px of a point at "
+     "radius_px($self, z, /)\n--\n\nSigned radius of the circle of confusion in px of "
+     "a point at "
      "the planar depth z (scene units, above 0, may be inf)."},
     {"depth_at", lens_depth_at, METH_O,
-     "depth_at(radius_px)\n--\n\nPlanar depth in scene units whose signed radius is "
+     "depth_at($self, radius_px, /)\n--\n\nPlanar depth in scene units whose signed "
+     "radius is "
      "radius_px; inf where there is none beyond."},
     {"depth_of_field", lens_depth_of_field, METH_NOARGS,
-     "depth_of_field()\n--\n\n(near, far) in scene units: between them the radius "
+     "depth_of_field($self, /)\n--\n\n(near, far) in scene units: between them the "
+     "radius "
      "stays "
      "below coc_limit; far may be inf."},
     {"hyperfocal", lens_hyperfocal, METH_NOARGS,
-     "hyperfocal()\n--\n\nFocus distance in scene units whose far limit is infinity."},
+     "hyperfocal($self, /)\n--\n\nFocus distance in scene units whose far limit is "
+     "infinity."},
     {0},
 };
 
@@ -116,7 +120,7 @@ static PyMemberDef lens_members[] = {
 };
 
 static PyType_Slot lens_slots[] = {
-    {Py_tp_doc, "Lens(width, height, **parameters)\n--\n\nThe lens resolved for a "
+    {Py_tp_doc, "Lens(width, height, /, **parameters)\n--\n\nThe lens resolved for a "
                 "picture of width x height px. Parameters as in parameters()."},
     {Py_tp_new, lens_create},
     {Py_tp_dealloc, lens_dealloc},

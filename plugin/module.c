@@ -24,16 +24,17 @@ static PyObject *cpu_level(PyObject *module, PyObject *unused)
 
 static PyMethodDef functions[] = {
     {"version", version, METH_NOARGS,
-     "version()\n--\n\nVersion of the library, '0.1.0'."},
+     "version($module, /)\n--\n\nVersion of the library, '0.1.0'."},
     {"cpu_level", cpu_level, METH_NOARGS,
-     "cpu_level()\n--\n\nInstruction set that the inner loops of the filter use on "
+     "cpu_level($module, /)\n--\n\nInstruction set that the inner loops of the filter "
+     "use on "
      "this machine: 'generic', 'sse4', 'avx2' or 'avx512'. The environment variable "
      "RACKFOCUS_CPU chooses another; avx512 is only taken when asked for."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
     {"lens_points", (PyCFunction)(void (*)(void))plugin_lens_points,
      METH_VARARGS | METH_KEYWORDS,
-     "lens_points(n, *, frame=0, **parameters)\n--\n\n"
+     "lens_points($module, n, /, *, frame=0, **parameters)\n--\n\n"
      "n points (2 to 1024) that share out the lens evenly, for views to accumulate or "
      "merge, as a tuple of (u, v, time): lens radii right and up of the middle as the "
      "camera sees it, and the moment within the shutter's time from 0 to 1. frame: its "
@@ -41,7 +42,7 @@ static PyMethodDef functions[] = {
      "lens_random, lens_seed and those of the aperture."},
     {"compare", (PyCFunction)(void (*)(void))plugin_compare,
      METH_VARARGS | METH_KEYWORDS,
-     "compare(a, b)\n--\n\n"
+     "compare($module, /, a, b)\n--\n\n"
      "How far picture a is from the reference b; the figures of the command's compare."
      "\n\n"
      "a, b: (height, width, 1, 3 or 4) or (height, width) float32 of one size, "
@@ -76,7 +77,10 @@ static int execute(PyObject *module)
     struct module_state *state = PyModule_GetState(module);
     if (plugin_add_errors(module, state) < 0)
         return -1;
-    if (add_type(module, &plugin_lens_spec, &state->lens_type) < 0)
+    if (PyModule_AddIntConstant(module, "SURVEY_MARGIN", RF_SURVEY_MARGIN) < 0 ||
+        add_type(module, &plugin_lens_spec, &state->lens_type) < 0)
+        return -1;
+    if (add_type(module, &plugin_context_spec, &state->context_type) < 0)
         return -1;
     if (add_type(module, &plugin_filter_spec, NULL) < 0)
         return -1;
@@ -91,7 +95,9 @@ static int traverse(PyObject *module, visitproc visit, void *arg)
     Py_VISIT(state->depth_error);
     Py_VISIT(state->pixel_error);
     Py_VISIT(state->cancelled_error);
+    Py_VISIT(state->unread_warning);
     Py_VISIT(state->lens_type);
+    Py_VISIT(state->context_type);
     return 0;
 }
 
@@ -103,7 +109,9 @@ static int clear(PyObject *module)
     Py_CLEAR(state->depth_error);
     Py_CLEAR(state->pixel_error);
     Py_CLEAR(state->cancelled_error);
+    Py_CLEAR(state->unread_warning);
     Py_CLEAR(state->lens_type);
+    Py_CLEAR(state->context_type);
     return 0;
 }
 

@@ -12,7 +12,8 @@
 struct module_state {
     PyObject *error; /* base class; has the attributes field and message */
     PyObject *parameter_error, *depth_error, *pixel_error, *cancelled_error;
-    PyTypeObject *lens_type;
+    PyObject *unread_warning;
+    PyTypeObject *lens_type, *context_type;
 };
 
 /* ---- errors.c ------------------------------------------------------------------ */
@@ -36,6 +37,11 @@ PyObject *plugin_methods(PyObject *module, PyObject *unused);
 int plugin_read_params(const struct module_state *state, PyObject *keywords,
                        struct rf_params *params);
 
+/* Warns (UnreadParameterWarning) of keywords whose value is not the default and that
+ * nothing reads. 0, or -1 where the warning became an exception. */
+int plugin_warn_unread(const struct module_state *state, PyObject *keywords,
+                       const struct rf_params *params);
+
 /* ---- image.c ------------------------------------------------------------------- */
 
 /* A buffer of 32 bit floats that Python owns, and how the core sees it. */
@@ -52,6 +58,33 @@ int plugin_open_image(struct plugin_image *image, PyObject *object, const char *
                       bool is_writable);
 void plugin_close_image(struct plugin_image *image);
 
+/* ---- context.c ----------------------------------------------------------------- */
+
+extern PyType_Spec plugin_context_spec;
+
+/* Of an object of state->context_type. */
+const struct rf_context *plugin_context_of(PyObject *object);
+
+/*
+ * Takes the keywords `context` and `threads` out of `keywords`; *context is a new
+ * reference to what was given, or to a context of its own. 0, or -1 with an exception.
+ */
+int plugin_take_context(const struct module_state *state, PyObject *keywords,
+                        PyObject **context);
+
+/* ---- deep.c -------------------------------------------------------------------- */
+
+/* Two buffers that Python owns, as a deep frame. */
+struct plugin_deep {
+    Py_buffer first, samples;
+    struct rf_deep deep;
+};
+
+/* 0, or -1 with an exception set. */
+int plugin_open_deep(struct plugin_deep *deep, PyObject *first, PyObject *samples,
+                     const int size_px[2]);
+void plugin_close_deep(struct plugin_deep *deep);
+
 /* ---- compare.c ----------------------------------------------------------------- */
 
 PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
@@ -59,9 +92,6 @@ PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
 /* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 
 extern PyType_Spec plugin_lens_spec, plugin_filter_spec, plugin_accumulator_spec;
-
-/* Takes the keyword `threads` out of `keywords`; -1 with an exception set. */
-int plugin_take_threads(PyObject *keywords, int *n_threads);
 
 PyObject *plugin_lens_points(PyObject *module, PyObject *args, PyObject *keywords);
 

@@ -130,3 +130,30 @@ int plugin_read_params(const struct module_state *state, PyObject *keywords,
     }
     return 0;
 }
+
+static double value_of(const struct rf_params *params, const struct rf_param_info *info)
+{
+    const char *member = (const char *)params + info->offset;
+    return info->type == RF_TYPE_FLOAT ? *(const double *)member
+                                       : *(const int32_t *)member;
+}
+
+int plugin_warn_unread(const struct module_state *state, PyObject *keywords,
+                       const struct rf_params *params)
+{
+    struct rf_params defaults;
+    PyObject *key, *value;
+    Py_ssize_t at = 0;
+    rf_params_init(&defaults);
+    while (keywords && PyDict_Next(keywords, &at, &key, &value)) {
+        const char *why_not, *name = PyUnicode_AsUTF8AndSize(key, NULL);
+        const struct rf_param_info *info = name ? rf_param_find(name) : NULL;
+        if (!info || value_of(params, info) == value_of(&defaults, info) ||
+            rf_param_is_read(params, name, &why_not))
+            continue;
+        if (PyErr_WarnFormat(state->unread_warning, 1, "%s: has no effect: %s", name,
+                             why_not) < 0)
+            return -1;
+    }
+    return 0;
+}

@@ -20,20 +20,25 @@ from . import _core
 from ._core import (
     Accumulator,
     CancelledError,
+    Context,
     DepthError,
     Error,
     Filter,
     Lens,
     ParameterError,
     PixelError,
+    UnreadParameterWarning,
     compare,
     cpu_level,
     version,
 )
 
 __all__ = [
+    "SURVEY_MARGIN",
     "Accumulator",
     "CancelledError",
+    "Choice",
+    "Context",
     "DepthError",
     "Error",
     "Filter",
@@ -43,6 +48,9 @@ __all__ = [
     "Parameter",
     "ParameterError",
     "PixelError",
+    "UnreadParameterWarning",
+    "View",
+    "Window",
     "accumulate",
     "apply",
     "compare",
@@ -54,6 +62,9 @@ __all__ = [
 ]
 
 __version__ = version()
+
+SURVEY_MARGIN = _core.SURVEY_MARGIN
+"""How many px around a window Filter.count() is to be given."""
 
 
 class Choice(NamedTuple):
@@ -96,6 +107,24 @@ class LensPoint(NamedTuple):
     time: float  # moment within the shutter's time, 0 (opens) to 1 (closes)
 
 
+class View(NamedTuple):
+    """A pinhole view from a point of the lens, for Filter.process_views()."""
+
+    colour: Any  # (height, width, 1, 3 or 4) float32
+    depth: Any  # (height, width) float32
+    lens_offset: tuple = (0.0, 0.0)  # scene units right and up of the lens's middle
+    shear_distance: float = 0.0  # of the plane that stays in place; 0: parallel cameras
+
+
+class Window(NamedTuple):
+    """A part of a picture, px from its first row and column."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
 def parameters():
     """All parameters, a tuple of Parameter in the order of the core's table."""
     found = []
@@ -110,15 +139,24 @@ def methods():
     return tuple(Method(*row) for row in _core.methods())
 
 
-def apply(colour, depth, out=None, *, progress=None, threads=0, **params):
+def _context(context, threads):
+    """The keywords of those that were given."""
+    given = {"context": context, "threads": threads}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def apply(
+    colour, depth, /, out=None, *, progress=None, context=None, threads=None, **params
+):
     """Filters one frame and returns it.
 
     colour: (height, width, channels) or (height, width) float32.
     depth: (height, width) float32, in the convention of the parameter depth.
     out: writable, of colour's shape, may be colour itself; None makes a NumPy array.
     progress: function of a fraction from 0 to 1; returning False cancels.
-    threads: 0 takes all processors.
-    params: any of parameters() by field name, such as focus_distance=8, blades=6; and
+    context: a Context to share; kept for several pictures it saves making threads anew.
+    threads: without a context; 0 takes all processors.
+    params, depth="radial" among them: any of parameters() by field name, such as focus_distance=8, blades=6; and
     distribution_image, a picture of the aperture for method="scatter".
     """
     if out is None:
@@ -126,13 +164,12 @@ def apply(colour, depth, out=None, *, progress=None, threads=0, **params):
 
         out = numpy.empty(numpy.shape(colour), numpy.float32)
     height, width = memoryview(colour).shape[:2]
-    Filter(width, height, threads=threads, **params).process(
-        colour, depth, out, progress
-    )
+    own = _context(context, threads)
+    Filter(width, height, **own, **params).process(colour, depth, out, progress)
     return out
 
 
-def accumulate(pictures, out=None, *, threads=0, **params):
+def accumulate(pictures, out=None, *, context=None, threads=None, **params):
     """The mean of pictures of one shape, one in memory at a time.
 
     pictures: an iterable of (height, width, channels) or (height, width) float32.
@@ -144,7 +181,8 @@ def accumulate(pictures, out=None, *, threads=0, **params):
         if total is None:
             shape = memoryview(picture).shape
             height, width, channels = (*shape, 1)[:3]
-            total = Accumulator(width, height, channels, threads=threads, **params)
+            own = _context(context, threads)
+            total = Accumulator(width, height, channels, **own, **params)
         total.add(picture)
     if total is None:
         raise ValueError("pictures: there is none to take the mean of")

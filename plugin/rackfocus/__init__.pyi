@@ -1,21 +1,53 @@
 # SPDX-License-Identifier: Apache-2.0
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 from ._core import Accumulator as Accumulator
 from ._core import CancelledError as CancelledError
+from ._core import Context as Context
 from ._core import DepthError as DepthError
 from ._core import Error as Error
 from ._core import Filter as Filter
 from ._core import Lens as Lens
 from ._core import ParameterError as ParameterError
 from ._core import PixelError as PixelError
-from ._core import Pixels
+from ._core import _Pixels
+from ._core import UnreadParameterWarning as UnreadParameterWarning
 from ._core import compare as compare
 from ._core import cpu_level as cpu_level
 from ._core import version as version
+from ._params import FilterParameters, Parameters
+
+__all__ = [
+    "SURVEY_MARGIN",
+    "Accumulator",
+    "CancelledError",
+    "Choice",
+    "Context",
+    "DepthError",
+    "Error",
+    "Filter",
+    "Lens",
+    "LensPoint",
+    "Method",
+    "Parameter",
+    "ParameterError",
+    "PixelError",
+    "UnreadParameterWarning",
+    "View",
+    "Window",
+    "accumulate",
+    "apply",
+    "compare",
+    "cpu_level",
+    "lens_points",
+    "methods",
+    "parameters",
+    "version",
+]
 
 __version__: str
+SURVEY_MARGIN: int
 
 class Choice(NamedTuple):
     name: str
@@ -45,25 +77,39 @@ class LensPoint(NamedTuple):
     v: float
     time: float
 
+class View(NamedTuple):
+    colour: _Pixels
+    depth: _Pixels
+    lens_offset: tuple[float, float] = ...
+    shear_distance: float = ...
+
+class Window(NamedTuple):
+    x: int
+    y: int
+    width: int
+    height: int
+
 def parameters() -> tuple[Parameter, ...]: ...
 def methods() -> tuple[Method, ...]: ...
 def apply(
-    colour: Pixels,
-    depth: Pixels,
-    out: Pixels | None = None,
+    colour: _Pixels,
+    depth: _Pixels,
+    /,
+    out: _Pixels | None = None,
     *,
     progress: Callable[[float], bool | None] | None = None,
-    threads: int = 0,
-    distribution_image: Pixels = ...,
-    **params: float | str | bool,
+    context: Context | None = None,
+    threads: int | None = None,
+    **params: Unpack[FilterParameters],
 ) -> Any: ...
 def accumulate(
-    pictures: Iterable[Pixels],
-    out: Pixels | None = None,
+    pictures: Iterable[_Pixels],
+    out: _Pixels | None = None,
     *,
-    threads: int = 0,
-    **params: float | str | bool,
+    context: Context | None = None,
+    threads: int | None = None,
+    **params: Unpack[Parameters],
 ) -> Any: ...
 def lens_points(
-    n: int, *, frame: int = 0, **params: float | str | bool
+    n: int, *, frame: int = 0, **params: Unpack[Parameters]
 ) -> tuple[LensPoint, ...]: ...

@@ -1,9 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, TypeAlias, TypedDict, Unpack, final
 
+from ._params import FilterParameters, Parameters
+
+SURVEY_MARGIN: int
+
+# What Filter.new_survey() gives: a capsule that nothing else reads.
+_Survey: TypeAlias = Any
+# (x, y, width, height), rackfocus.Window or a plain tuple.
+_Area: TypeAlias = tuple[int, int, int, int]
 # Any object with the buffer protocol that holds 32 bit floats.
-Pixels: TypeAlias = Any
+_Pixels: TypeAlias = Any
 
 class Error(Exception):
     field: str
@@ -13,8 +21,9 @@ class ParameterError(Error, ValueError): ...
 class DepthError(Error, ValueError): ...
 class PixelError(Error, ValueError): ...
 class CancelledError(Error, RuntimeError): ...
+class UnreadParameterWarning(UserWarning): ...
 
-class Scores(TypedDict):
+class _Scores(TypedDict):
     psnr: float
     ssim: float
     rmse: float
@@ -24,6 +33,7 @@ class Scores(TypedDict):
     identical: bool
     tpsnr: float
 
+@final
 class Lens:
     focus_distance: float
     lens_radius: float
@@ -34,13 +44,29 @@ class Lens:
     bias_px: float
     scale: float
     def __new__(
-        cls, width: int, height: int, /, **params: float | str | bool
+        cls, width: int, height: int, /, **params: Unpack[Parameters]
     ) -> Lens: ...
     def radius_px(self, z: float, /) -> float: ...
     def depth_at(self, radius_px: float, /) -> float: ...
     def depth_of_field(self) -> tuple[float, float]: ...
     def hyperfocal(self) -> float: ...
 
+@final
+class Context:
+    @property
+    def threads(self) -> int: ...
+    @property
+    def cpu(self) -> str: ...
+    def __new__(
+        cls,
+        *,
+        threads: int = 0,
+        max_bytes: int = 0,
+        cpu: str | None = None,
+        log: Callable[[str, str], object] | None = None,
+    ) -> Context: ...
+
+@final
 class Filter:
     @property
     def lens(self) -> Lens: ...
@@ -52,26 +78,57 @@ class Filter:
         height: int,
         /,
         *,
+        context: Context | None = None,
         threads: int = 0,
-        distribution_image: Pixels = ...,
-        **params: float | str | bool,
+        **params: Unpack[FilterParameters],
     ) -> Filter: ...
     def process(
         self,
-        colour: Pixels,
-        depth: Pixels,
-        out: Pixels,
+        colour: _Pixels,
+        depth: _Pixels,
+        out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
     ) -> None: ...
     def process_views(
         self,
-        views: Sequence[tuple[Pixels, Pixels, tuple[float, float], float]],
-        out: Pixels,
+        views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
+        out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
     ) -> None: ...
-    def coc(self, depth: Pixels, out: Pixels) -> None: ...
-    def planar_depth(self, depth: Pixels, out: Pixels) -> None: ...
+    def process_deep(
+        self,
+        first: _Pixels,
+        samples: _Pixels,
+        out: _Pixels,
+        progress: Callable[[float], bool | None] | None = None,
+    ) -> None: ...
+    def flatten(
+        self, first: _Pixels, samples: _Pixels, colour: _Pixels, depth: _Pixels
+    ) -> None: ...
+    def new_survey(self) -> _Survey: ...
+    def count(
+        self,
+        survey: _Survey,
+        colour: _Pixels,
+        depth: _Pixels,
+        given: _Area,
+        counted: _Area,
+    ) -> None: ...
+    def window(self, survey: _Survey, kept: _Area) -> tuple[int, int, int, int]: ...
+    def process_window(
+        self,
+        survey: _Survey,
+        colour: _Pixels,
+        depth: _Pixels,
+        given: _Area,
+        kept: _Area,
+        out: _Pixels,
+        progress: Callable[[float], bool | None] | None = None,
+    ) -> None: ...
+    def coc(self, depth: _Pixels, out: _Pixels) -> None: ...
+    def planar_depth(self, depth: _Pixels, out: _Pixels) -> None: ...
 
+@final
 class Accumulator:
     @property
     def count(self) -> int: ...
@@ -82,17 +139,18 @@ class Accumulator:
         channels: int,
         /,
         *,
+        context: Context | None = None,
         threads: int = 0,
-        **params: float | str | bool,
+        **params: Unpack[Parameters],
     ) -> Accumulator: ...
-    def add(self, colour: Pixels, /) -> None: ...
-    def mean(self, out: Pixels, /) -> None: ...
+    def add(self, colour: _Pixels, /) -> None: ...
+    def mean(self, out: _Pixels, /) -> None: ...
 
 def lens_points(
-    n: int, /, *, frame: int = 0, **params: float | str | bool
+    n: int, /, *, frame: int = 0, **params: Unpack[Parameters]
 ) -> tuple[tuple[float, float, float], ...]: ...
 def version() -> str: ...
 def cpu_level() -> str: ...
-def compare(a: Pixels, b: Pixels) -> Scores: ...
+def compare(a: _Pixels, b: _Pixels) -> _Scores: ...
 def parameters() -> tuple[tuple[Any, ...], ...]: ...
 def methods() -> tuple[tuple[str, str, str, str], ...]: ...

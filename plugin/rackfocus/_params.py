@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+# Made by plugin/make_types.py of core/include/rackfocus/params.def; not by hand.
+"""The keywords of the parameters, for type checkers."""
+
+from typing import Any, Literal, TypedDict
+
+
+class Parameters(TypedDict, total=False):
+    focus_distance: float
+    f_stop: float
+    focal_length: float
+    sensor_width: float
+    sensor_height: float
+    sensor_fit: Literal["auto", "horizontal", "vertical"]
+    unit_scale: float
+    lens_radius: float
+    focal_length_px: float
+    projection: Literal["perspective", "orthographic"]
+    ortho_scale: float
+    shift_x: float
+    shift_y: float
+    pixel_aspect: float
+    optics: Literal["camera", "lens", "yu", "buffer"]
+    screen_position: float
+    aperture_coefficient: float
+    coc_limit: float
+    aperture: Literal["auto", "disc", "polygon"]
+    blades: int
+    blade_rotation: float
+    blade_orientation: Literal["cycles", "povray"]
+    aperture_ratio: float
+    depth: Literal[
+        "planar",
+        "radial",
+        "buffer",
+        "buffer-reversed",
+        "buffer-infinite",
+        "buffer-reversed-infinite",
+        "inverse",
+        "disparity",
+        "normalised",
+    ]
+    depth_near: float
+    depth_far: float
+    depth_scale: float
+    depth_offset: float
+    depth_infinity: float
+    film_depth: Literal["keep", "solid", "all"]
+    method: Literal[
+        "layered",
+        "scatter",
+        "box",
+        "lowres",
+        "mipmap",
+        "offset",
+        "mipmap-offset",
+        "recursive-offset",
+        "views",
+        "accumulate",
+    ]
+    max_radius: float
+    sub_apertures: int
+    split_edges: bool
+    fill_hidden: bool
+    exact_highlights: bool
+    distribution: Literal["uniform", "gaussian", "ring", "image"]
+    blend_gamma: float
+    blend: Literal["coc", "region", "slices"]
+    blur_radius: float
+    box_repeats: int
+    lowres_factor: int
+    mipmap_bias: float
+    copies: int
+    recursions: int
+    region_size: float
+    region_slope: float
+    slices: int
+    leak_control: Literal["none", "product", "hint"]
+    leak_weight: float
+    leave_focus_out: bool
+    lens_pattern: Literal["auto", "disc", "circle", "polygon", "grid"]
+    lens_random: bool
+    lens_seed: int
+    quality: Literal["preview", "normal", "best"]
+
+
+class FilterParameters(Parameters, total=False):
+    distribution_image: Any
