@@ -12,6 +12,7 @@
 #include "cli.h"
 #include "clock.h"
 #include "image.h"
+#include "depth_repair.h"
 #include "filter_run.h"
 #include "interrupt.h"
 #include "measure.h"
@@ -64,7 +65,8 @@ static const struct option options[] = {
         "supersample", AT(n_samples), "COUNT", 0, 4,
         "Render colour and depth with so many samples along a side of each "
         "pixel, filter all of them, and take their mean: thin things in focus "
-        "stay whole. 1 is fastest, 3 finest. [default 0: 2, but 1 with "
+        "stay whole. 1 is fastest, 3 finest. [default 0: 3 up to 800 x 600, 2 beyond, "
+        "but 1 with "
         "--views, --keep or an anti-aliasing of yours after --]"),
     OPTION_INT_ROW(
         "overscan", AT(overscan_px), "PX", -1, 4096,
@@ -538,12 +540,15 @@ static int filter_passes(struct job *job, const char *picture)
                             : format_text("%sfiltered.exr", povray_folder(job->scene));
     struct cli_host host;
     struct image_error error;
+    cli_host_open(&host, job->tool->is_quiet, false);
+    host.host.say = NULL; /* print_lens says what was done, of the picture */
     const struct filter_options filter = {
         .output = output,
+        .depth_repair = DEPTH_REPAIR_OFF, /* it is that of one sample in any case */
         .type = is_whole ? FILTER_TYPE_HALF : FILTER_TYPE_FLOAT,
         .distribution_image = job->tool->distribution_image,
         .n_threads = job->tool->n_threads,
-        .host = cli_host_open(&host, job->tool->is_quiet, false)};
+        .host = &host.host};
     struct settings settings = job->settings;
     scale_pixels(&settings, job->passes.supersample);
     int code = exit_code(

@@ -213,14 +213,14 @@ def test_thin_things_in_focus_stay(rackfocus, tmp_path):
         "pinhole": ["--aperture", 1e-9, "--focus-distance", 10],
         "one sample": ["--supersample", 1],
         "default": [],
-        "three": ["--supersample", 3],
+        "two": ["--supersample", 2],
     }.items():
         rackfocus("povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE, cwd=tmp_path)
         difference = rgb(tmp_path / "o.exr") - host
         scores[name] = -10 * numpy.log10((difference**2).mean())
     print(scores)
     assert scores["default"] > max(30, scores["pinhole"] + 1.5, scores["one sample"] + 3)
-    assert scores["three"] > scores["default"]
+    assert scores["default"] > scores["two"] > 30
 
 
 def test_the_lens_sees_beyond_the_border(rackfocus, tmp_path):
