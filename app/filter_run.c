@@ -243,24 +243,28 @@ static int check_deep(struct run *run)
 
 /* ---- steps ---------------------------------------------------------------------- */
 
-/* The picture that the method scatter spreads light by. */
-static int set_distribution(struct run *run)
+/* The filter, with the picture that the method scatter spreads light by. */
+static int create_filter(struct run *run)
 {
     const char *path = run->tool->distribution_image;
     struct rf_error core_error;
-    struct picture picture;
-    if (!path)
-        return APP_DONE;
-    if (!picture_read(path, NULL, run->n_threads, &picture, run->error))
-        return fail_image(run);
-    const struct rf_image image =
-        rf_image_packed(picture.samples, picture.width, picture.height, 3);
-    const rf_result result =
-        rf_filter_set_distribution(run->filter, &image, &core_error);
-    picture_free(&picture);
+    struct rf_image light = {0};
+    struct picture picture = {0};
+    if (path) {
+        if (!picture_read(path, NULL, run->n_threads, &picture, run->error))
+            return fail_image(run);
+        light = rf_image_packed(picture.samples, picture.width, picture.height, 3);
+    }
+    const rf_result result = rf_filter_create_with(
+        &run->filter, run->context, &run->params, run->source.width, run->source.height,
+        path ? &light : NULL, &core_error);
+    if (path)
+        picture_free(&picture);
     if (result == RF_OK)
         return APP_DONE;
-    return app_fail(run->error, APP_FAILED, "%s: %s", path, core_error.message);
+    return path && strcmp(core_error.field, "distribution") == 0
+               ? app_fail(run->error, APP_FAILED, "%s: %s", path, core_error.message)
+               : filter_fail_core(run, &core_error);
 }
 
 /* --distribution-image says which distribution, and is of use to one method only. */
@@ -345,10 +349,7 @@ static int make_filter(struct run *run)
                                    .user = run};
     if (rf_context_create(&run->context, &run->context_params, &error) != RF_OK)
         return filter_fail_core(run, &error);
-    if (rf_filter_create(&run->filter, run->context, &run->params, run->source.width,
-                         run->source.height, &error) != RF_OK)
-        return filter_fail_core(run, &error);
-    return set_distribution(run);
+    return create_filter(run);
 }
 
 /* Opens the files of several views, places counted from the aperture's middle. */

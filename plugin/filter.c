@@ -25,15 +25,19 @@ static int take_picture(PyObject *keywords, PyObject **picture)
     return -1;
 }
 
-static int set_picture(const struct module_state *state, struct filter_object *self,
-                       PyObject *picture)
+/* Makes the filter, with the picture of its distribution where that is not NULL. */
+static int make_filter(const struct module_state *state, struct filter_object *self,
+                       const struct rf_params *params, PyObject *picture)
 {
     struct plugin_image image;
     struct rf_error error;
-    if (plugin_open_image(&image, picture, "distribution_image", false) < 0)
+    if (picture && plugin_open_image(&image, picture, "distribution_image", false) < 0)
         return -1;
-    rf_result result = rf_filter_set_distribution(self->filter, &image.image, &error);
-    plugin_close_image(&image);
+    rf_result result = rf_filter_create_with(
+        &self->filter, plugin_context_of(self->context), params, self->size_px[0],
+        self->size_px[1], picture ? &image.image : NULL, &error);
+    if (picture)
+        plugin_close_image(&image);
     if (result != RF_OK)
         plugin_raise(state, &error);
     return result == RF_OK ? 0 : -1;
@@ -62,18 +66,12 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
     }
     allocfunc allocate = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
     struct filter_object *self = (struct filter_object *)allocate(type, 0);
-    struct rf_error error;
     if (self) {
         self->context = Py_NewRef(context);
         self->size_px[0] = size_px[0];
         self->size_px[1] = size_px[1];
     }
-    if (self && rf_filter_create(&self->filter, plugin_context_of(context), &params,
-                                 size_px[0], size_px[1], &error) != RF_OK) {
-        plugin_raise(state, &error);
-        Py_CLEAR(self);
-    }
-    if (self && picture && set_picture(state, self, picture) < 0)
+    if (self && make_filter(state, self, &params, picture) < 0)
         Py_CLEAR(self);
     Py_XDECREF(picture);
     Py_DECREF(context);

@@ -157,15 +157,14 @@ static rf_result run_filter(struct worker *w, const struct rf_params *params,
 {
     const double start_s = os_clock_s();
     struct rf_filter *filter;
+    const bool has_light = light && params->method == RF_METHOD_SCATTER &&
+                           params->distribution == RF_DISTRIBUTION_IMAGE;
     rf_result result =
-        rf_filter_create(&filter, w->context, params, out->width, out->height, error);
+        rf_filter_create_with(&filter, w->context, params, out->width, out->height,
+                              has_light ? light : NULL, error);
     if (result != RF_OK)
         return result;
-    if (light && params->method == RF_METHOD_SCATTER &&
-        params->distribution == RF_DISTRIBUTION_IMAGE)
-        result = rf_filter_set_distribution(filter, light, error);
-    if (result == RF_OK)
-        result = rf_filter_process(filter, views, n_views, out, progress, error);
+    result = rf_filter_process(filter, views, n_views, out, progress, error);
     rf_filter_destroy(filter);
     *ms = 1000 * (os_clock_s() - start_s);
     return result;

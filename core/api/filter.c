@@ -29,6 +29,15 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
                            const struct rf_params *params, int32_t width,
                            int32_t height, struct rf_error *error)
 {
+    return rf_filter_create_with(filter, context, params, width, height, NULL, error);
+}
+
+rf_result rf_filter_create_with(struct rf_filter **filter,
+                                const struct rf_context *context,
+                                const struct rf_params *params, int32_t width,
+                                int32_t height, const struct rf_image *distribution,
+                                struct rf_error *error)
+{
     if (!filter || !context || !params)
         return rf_fail(error, RF_ERROR_ARGUMENT,
                        !filter    ? "filter"
@@ -43,9 +52,16 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
     rf_result result = rf_lens_init(&lens, params, width, height, error);
     if (result != RF_OK)
         return result;
+    struct rf_bokeh *bokeh = NULL;
+    if (distribution)
+        result = rf_bokeh_make(&bokeh, context, distribution, error);
+    if (result != RF_OK)
+        return result;
     struct rf_filter *f = rf_alloc(context, 1, sizeof *f);
-    if (!f)
+    if (!f) {
+        rf_bokeh_free(bokeh, context);
         return rf_fail_memory(error, 1, sizeof *f);
+    }
     *f = (struct rf_filter){.frame = {
                                 .context = context,
                                 .lens = lens,
@@ -54,6 +70,7 @@ rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *c
                                 .place = {0, 0, width, height},
                             }};
     struct rf_frame *frame = &f->frame;
+    frame->bokeh = f->bokeh = bokeh;
     rf_params_complete(&frame->params, params);
     if (frame->params.quality == RF_QUALITY_NORMAL)
         frame->params.sub_apertures =
@@ -70,20 +87,6 @@ void rf_filter_destroy(struct rf_filter *filter)
     const struct rf_context *context = filter->frame.context;
     rf_bokeh_free(filter->bokeh, context);
     rf_free(context, filter);
-}
-
-rf_result rf_filter_set_distribution(struct rf_filter *filter,
-                                     const struct rf_image *image,
-                                     struct rf_error *error)
-{
-    if (!filter || !image)
-        return rf_fail(error, RF_ERROR_ARGUMENT, filter ? "distribution" : "filter",
-                       "a pointer is NULL");
-    struct rf_bokeh *bokeh;
-    rf_result result = rf_bokeh_make(&bokeh, filter->frame.context, image, error);
-    rf_bokeh_free(filter->bokeh, filter->frame.context);
-    filter->frame.bokeh = filter->bokeh = bokeh;
-    return result;
 }
 
 const struct rf_lens *rf_filter_lens(const struct rf_filter *filter)
@@ -153,8 +156,13 @@ static rf_result check_views(const struct rf_filter *filter,
                        "%d views were given; the method %s takes 1 to %d", n_views,
                        method->name, method->max_views);
     rf_result result = rf_image_check(out, "out", f->width, f->height, error);
+    if (result == RF_OK)
+        result = rf_view_check_size(views, error);
+    struct rf_view known[RF_MAX_VIEWS];
+    if (result == RF_OK)
+        rf_views_copy(known, views, n_views);
     for (int j = 0; j < n_views && result == RF_OK; j++)
-        result = check_view(f, &views[j], out, error);
+        result = check_view(f, &known[j], out, error);
     return result;
 }
 
@@ -162,9 +170,12 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
                             int32_t n_views, const struct rf_image *out,
                             const struct rf_progress *progress, struct rf_error *error)
 {
+    struct rf_view known[RF_MAX_VIEWS];
     rf_result result = check_views(filter, views, n_views, out, error);
     if (result != RF_OK)
         return result;
+    rf_views_copy(known, views, n_views);
+    views = known;
     struct rf_task task;
     rf_task_begin(&task, progress);
     if (rf_task_is_cancelled(&task))

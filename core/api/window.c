@@ -83,6 +83,9 @@ static bool is_within(const struct rf_window *w, const struct rf_window *outer)
 }
 
 /* Is `window` within the picture, or within `outer` where that is not NULL? */
+/* The members of version 0.1, which is the oldest. */
+enum { LEAST_SURVEY_SIZE = sizeof(struct rf_survey) };
+
 static rf_result check_window(const struct rf_frame *f, const struct rf_window *window,
                               const struct rf_window *outer, const char *name,
                               struct rf_error *error)
@@ -146,10 +149,16 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
                        : !view ? "view"
                                : "survey",
                        "a pointer is NULL");
-    if (survey->size != sizeof *survey)
+    if (survey->size < LEAST_SURVEY_SIZE)
         return rf_fail(error, RF_ERROR_ARGUMENT, "size",
                        "set rf_survey.size to its sizeof");
-    rf_result result = check_view(&filter->frame, view, given, error);
+    struct rf_view known;
+    rf_result result = rf_view_check_size(view, error);
+    if (result != RF_OK)
+        return result;
+    rf_views_copy(&known, view, 1);
+    view = &known;
+    result = check_view(&filter->frame, view, given, error);
     if (result == RF_OK)
         result = check_window(&filter->frame, counted, given, "counted", error);
     if (result != RF_OK)
@@ -179,12 +188,28 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
     return result;
 }
 
+/*
+ * The surveys of a caller whose struct may be another version's: the members that are
+ * known here.
+ */
+static rf_result copy_surveys(struct rf_survey *known, const struct rf_survey *surveys,
+                              int32_t n, struct rf_error *error)
+{
+    if (!surveys || surveys->size < LEAST_SURVEY_SIZE)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "survey",
+                       "there is no survey: count the picture with rf_filter_survey()");
+    size_t step = surveys->size;
+    for (int32_t j = 0; j < n && n <= RF_MAX_VIEWS; j++) {
+        memset(&known[j], 0, sizeof known[j]);
+        memcpy(&known[j], (const char *)surveys + step * (size_t)j,
+               step < sizeof known[j] ? step : sizeof known[j]);
+    }
+    return RF_OK;
+}
+
 static rf_result check_survey(const struct rf_frame *f, const struct rf_survey *survey,
                               struct rf_error *error)
 {
-    if (!survey || survey->size != sizeof *survey)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "survey",
-                       "there is no survey: count the picture with rf_filter_survey()");
     if (survey->n_pixels != (double)f->width * f->height)
         return rf_fail(error, RF_ERROR_ARGUMENT, "survey",
                        "the survey has counted %.0f pixels of %.0f", survey->n_pixels,
@@ -202,8 +227,8 @@ static rf_result check_surveys(const struct rf_frame *f,
     if (n_views < 1 || n_views > most)
         return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
                        "%d views were given; the method takes 1 to %d", n_views, most);
-    rf_result result = check_survey(f, surveys, error);
-    for (int j = 1; j < n_views && result == RF_OK; j++)
+    rf_result result = RF_OK;
+    for (int j = 0; j < n_views && result == RF_OK; j++)
         result = check_survey(f, &surveys[j], error);
     return result;
 }
@@ -294,12 +319,15 @@ rf_result rf_filter_window(const struct rf_filter *filter,
         return rf_fail(error, RF_ERROR_ARGUMENT, !filter ? "filter" : "given",
                        "a pointer is NULL");
     const struct rf_frame *f = &filter->frame;
+    struct rf_survey known[RF_MAX_VIEWS];
     rf_result result = check_method(f, error);
     if (result == RF_OK)
-        result = check_surveys(f, surveys, n_views, error);
+        result = copy_surveys(known, surveys, n_views, error);
+    if (result == RF_OK)
+        result = check_surveys(f, known, n_views, error);
     if (result == RF_OK)
         result = check_window(f, kept, NULL, "kept", error);
-    return result == RF_OK ? window_around(f, surveys, n_views, kept, given, error)
+    return result == RF_OK ? window_around(f, known, n_views, kept, given, error)
                            : result;
 }
 
@@ -307,7 +335,11 @@ size_t rf_window_bytes(const struct rf_filter *filter, const struct rf_survey *s
                        int32_t n_views, const struct rf_window *given)
 {
     const struct rf_frame *f = &filter->frame;
-    int border = 2 * rf_picture_border(largest_radius(surveys, n_views));
+    struct rf_survey known[RF_MAX_VIEWS];
+    if (n_views < 1 || n_views > RF_MAX_VIEWS ||
+        copy_surveys(known, surveys, n_views, NULL) != RF_OK)
+        return 0;
+    int border = 2 * rf_picture_border(largest_radius(known, n_views));
     size_t n_more = n_views > 1 ? (size_t)n_views : 0;
     int width = given->width + (given->width < f->width ? border / 2 : border);
     int height = given->height + (given->height < f->height ? border / 2 : border);
@@ -437,8 +469,20 @@ rf_filter_process_window(const struct rf_filter *filter,
                        : !views ? "views"
                                 : "out",
                        "a pointer is NULL");
-    const struct job job = {filter, surveys, views, n_views, given, kept, out};
-    rf_result result = check_job(&job, error);
+    struct rf_survey known[RF_MAX_VIEWS];
+    struct rf_view known_views[RF_MAX_VIEWS];
+    rf_result result = check_method(&filter->frame, error);
+    if (result == RF_OK)
+        result = copy_surveys(known, surveys, n_views, error);
+    if (result == RF_OK)
+        result = check_surveys(&filter->frame, known, n_views, error);
+    if (result == RF_OK)
+        result = rf_view_check_size(views, error);
+    if (result != RF_OK)
+        return result;
+    rf_views_copy(known_views, views, n_views);
+    const struct job job = {filter, known, known_views, n_views, given, kept, out};
+    result = check_job(&job, error);
     if (result != RF_OK)
         return result;
     struct rf_task task;

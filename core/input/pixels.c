@@ -37,6 +37,12 @@ rf_result rf_image_check(const struct rf_image *image, const char *name, int wid
     return RF_OK;
 }
 
+struct rf_image rf_image_input(const float *data, int32_t width, int32_t height,
+                               int32_t channels)
+{
+    return rf_image_packed((float *)data, width, height, channels);
+}
+
 struct rf_image rf_image_packed(float *data, int32_t width, int32_t height,
                                 int32_t channels)
 {

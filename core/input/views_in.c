@@ -176,6 +176,28 @@ void rf_work_free(struct rf_work *work)
     work->planes = NULL;
 }
 
+/* The members of version 0.1, which is the oldest. */
+enum { LEAST_VIEW_SIZE = sizeof(struct rf_view) };
+
+rf_result rf_view_check_size(const struct rf_view *view, struct rf_error *error)
+{
+    if (view->size == 0 || view->size >= LEAST_VIEW_SIZE)
+        return RF_OK;
+    return rf_fail(error, RF_ERROR_ARGUMENT, "size",
+                   "set rf_view.size to its sizeof, or to 0");
+}
+
+void rf_views_copy(struct rf_view *known, const struct rf_view *views, int n)
+{
+    size_t step = views->size ? views->size : LEAST_VIEW_SIZE;
+    for (int j = 0; j < n; j++) {
+        memset(&known[j], 0, sizeof known[j]);
+        memcpy(&known[j], (const char *)views + step * (size_t)j,
+               step < sizeof known[j] ? step : sizeof known[j]);
+        known[j].size = sizeof known[j];
+    }
+}
+
 rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error)
 {
     if (isfinite(view->lens_offset[0]) && isfinite(view->lens_offset[1]) &&

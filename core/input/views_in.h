@@ -51,6 +51,13 @@ struct rf_work {
     struct rf_task *task;
 };
 
+/*
+ * Views of a caller whose struct may be another version's: its size is known, and
+ * their members that are known here.
+ */
+rf_result rf_view_check_size(const struct rf_view *view, struct rf_error *error);
+void rf_views_copy(struct rf_view *known, const struct rf_view *views, int n);
+
 rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error);
 
 /* Sets where a view was taken: `lens` and `shift_*`. */

@@ -24,7 +24,9 @@
  */
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/math.h"
@@ -138,11 +140,9 @@ static rf_result check_planes(const struct rf_params *p, struct rf_error *error)
     return RF_OK;
 }
 
-rf_result rf_lens_init(struct rf_lens *lens, const struct rf_params *params,
-                       int32_t width, int32_t height, struct rf_error *error)
+static rf_result resolve(struct rf_lens *lens, const struct rf_params *params,
+                         int32_t width, int32_t height, struct rf_error *error)
 {
-    if (!lens)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "lens", "lens is NULL");
     rf_result result = rf_params_check(params, error);
     if (result != RF_OK)
         return result;
@@ -183,6 +183,21 @@ rf_result rf_lens_init(struct rf_lens *lens, const struct rf_params *params,
     }
     if (result == RF_OK && p->optics == RF_OPTICS_BUFFER)
         result = buffer_terms(lens, p, error);
+    return result;
+}
+
+rf_result rf_lens_init_sized(struct rf_lens *lens, size_t size,
+                             const struct rf_params *params, int32_t width,
+                             int32_t height, struct rf_error *error)
+{
+    if (!lens || size == 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "lens", "lens is NULL or has no size");
+    struct rf_lens own;
+    memset(&own, 0, sizeof own);
+    rf_result result = resolve(&own, params, width, height, error);
+    own.size = size < sizeof own ? size : sizeof own;
+    if (result == RF_OK)
+        memcpy(lens, &own, own.size);
     return result;
 }
 

@@ -94,6 +94,11 @@ const struct rf_param_info *rf_param_list(size_t *n)
     return table;
 }
 
+const struct rf_param_info *rf_param_at(size_t i)
+{
+    return i < N_PARAMS ? &table[i] : NULL;
+}
+
 const struct rf_param_info *rf_param_find(const char *name)
 {
     for (size_t i = 0; name && i < N_PARAMS; i++)

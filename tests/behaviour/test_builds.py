@@ -126,7 +126,8 @@ def test_no_undefined_behaviour():
 
 def dynamic_symbols():
     lines = run("nm", "-D", "--defined-only", LIBRARY).splitlines()
-    return {line.split()[-1].split("@")[0] for line in lines}
+    rows = [line.split() for line in lines]
+    return {name.split("@")[0] for *_, kind, name in rows if kind != "A"}
 
 
 def declared_functions():
@@ -142,6 +143,13 @@ def test_only_rf_names_are_exported():
 def test_exactly_what_the_header_declares_is_exported():
     assert len(declared_functions()) > 20
     assert dynamic_symbols() == declared_functions()
+
+
+def test_every_function_says_its_version():
+    """Programs that use a newer one are told so when they start."""
+    lines = run("nm", "-D", "--defined-only", LIBRARY).splitlines()
+    plain = [line for line in lines if " T " in line and "@@RACKFOCUS_" not in line]
+    assert lines and not plain
 
 
 def test_the_library_needs_nothing_but_libm_and_openmp():
@@ -165,3 +173,36 @@ def test_a_header_for_c_and_for_cxx(tmp_path):
             *(compiler, f"-std={standard}", "-Wall", "-Wextra", "-Werror"),
             *("-fsyntax-only", f"-I{include}", source),
         )
+
+
+PROGRAM = """#include <rackfocus/rackfocus.h>
+int main(void) { return rf_param_at(0) && rf_version() ? 0 : 1; }
+"""
+CMAKE = """cmake_minimum_required(VERSION 3.16)
+project(user C)
+find_package(rackfocus 0.1 REQUIRED)
+add_executable(user user.c)
+target_link_libraries(user rackfocus::rackfocus)
+"""
+
+
+def test_programs_find_the_installed_library(tmp_path):
+    """By pkg-config, and by CMake wherever the tree is moved to."""
+    tree = tmp_path / "tree"
+    run("meson", "install", "-C", BUILD, "--no-rebuild", "--destdir", tree)
+    (pc,) = tree.rglob("rackfocus.pc")
+    (config,) = tree.rglob("rackfocus-config.cmake")
+    (tmp_path / "user.c").write_text(PROGRAM)
+    (tmp_path / "CMakeLists.txt").write_text(CMAKE)
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(pc.parent)}
+    flags = subprocess.run(
+        ["pkg-config", f"--define-variable=prefix={tree}/usr/local"]
+        + ["--cflags", "--libs", "rackfocus"],
+        **dict(env=environment, capture_output=True, text=True, check=True),
+    ).stdout
+    assert "-lrackfocus" in flags and "-I" in flags
+    if not shutil.which("cmake"):
+        pytest.skip("cmake is not installed")
+    run("cmake", "-S", tmp_path, "-B", tmp_path / "b", f"-Drackfocus_DIR={config.parent}")
+    run("cmake", "--build", tmp_path / "b")
+    subprocess.run([tmp_path / "b" / "user"], check=True)

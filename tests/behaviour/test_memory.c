@@ -8,17 +8,18 @@
 
 static size_t n_methods;
 
-/* The distribution of scatter, where the parameters ask for a picture. */
-static rf_result set_picture(struct rf_filter *filter, const struct rf_params *params,
-                             struct rf_error *error)
+/* With the distribution of scatter, where the parameters ask for a picture. */
+static rf_result create(struct rf_filter **filter, const struct rf_context *context,
+                        const struct rf_params *params, const struct frame *f,
+                        struct rf_error *error)
 {
     float picture[4 * 5 * 3];
     for (int i = 0; i < 4 * 5 * 3; i++)
         picture[i] = (float)(i % 7);
     const struct rf_image image = rf_image_packed(picture, 4, 5, 3);
-    return params->distribution == RF_DISTRIBUTION_IMAGE
-               ? rf_filter_set_distribution(filter, &image, error)
-               : RF_OK;
+    bool has_image = params->distribution == RF_DISTRIBUTION_IMAGE;
+    return rf_filter_create_with(filter, context, params, f->width, f->height,
+                                 has_image ? &image : NULL, error);
 }
 
 static rf_result run(struct frame *f, const struct rf_params *params,
@@ -30,16 +31,14 @@ static rf_result run(struct frame *f, const struct rf_params *params,
     rf_result result = rf_context_create(&context, &how, error);
     if (result != RF_OK)
         return result;
-    result = rf_filter_create(&filter, context, params, f->width, f->height, error);
+    result = create(&filter, context, params, f, error);
     if (result == RF_OK) {
         struct rf_view view = {
             .colour = rf_image_packed(f->colour, f->width, f->height, f->channels),
             .depth = rf_image_packed(f->depth, f->width, f->height, 1)};
         struct rf_image out = rf_image_packed(f->out, f->width, f->height, f->channels);
         struct rf_image coc = rf_image_packed(f->out, f->width, f->height, 1);
-        result = set_picture(filter, params, error);
-        if (result == RF_OK)
-            result = rf_filter_coc(filter, &view.depth, &coc, error);
+        result = rf_filter_coc(filter, &view.depth, &coc, error);
         if (result == RF_OK)
             result = rf_filter_process(filter, &view, 1, &out, NULL, error);
         rf_filter_destroy(filter);

@@ -143,8 +143,8 @@ static struct frame stamped(double r, int channels, const float *picture, int w,
                            .depth = rf_image_packed(f.depth, size, size, 1)};
     struct rf_image out = rf_image_packed(f.out, size, size, channels);
     CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
-    CHECK(rf_filter_create(&filter, context, &params, size, size, NULL) == RF_OK);
-    CHECK(rf_filter_set_distribution(filter, &image, NULL) == RF_OK);
+    CHECK(rf_filter_create_with(&filter, context, &params, size, size, &image, NULL) ==
+          RF_OK);
     CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_OK);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
@@ -236,22 +236,28 @@ static void bad_pictures_are_named(void)
     struct rf_image to = rf_image_packed(out, 2, 2, 1);
     CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_ERROR_PARAMETER);
     CHECK_STR(error.field, "distribution");
-    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_PIXEL);
+    rf_filter_destroy(filter);
+    filter = NULL;
+    CHECK(rf_filter_create_with(&filter, context, &params, 2, 2, &image, &error) ==
+          RF_ERROR_PIXEL);
     CHECK_CONTAINS(error.message, "black");
     picture[5] = -1;
-    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_PIXEL);
+    CHECK(rf_filter_create_with(&filter, context, &params, 2, 2, &image, &error) ==
+          RF_ERROR_PIXEL);
     CHECK_CONTAINS(error.message, "(1, 1)");
     picture[5] = NAN;
-    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_PIXEL);
-    CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_ERROR_PARAMETER);
-    picture[5] = 1;
-    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_OK);
-    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_OK); /* replaces */
-    CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_OK);
-    image = rf_image_packed(picture, 6, 2, 1);
+    CHECK(rf_filter_create_with(&filter, context, &params, 2, 2, &image, &error) ==
+          RF_ERROR_PIXEL);
+    CHECK(!filter);
     image.channels = 2;
-    CHECK(rf_filter_set_distribution(filter, &image, &error) == RF_ERROR_ARGUMENT);
-    CHECK(rf_filter_set_distribution(filter, NULL, &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_filter_create_with(&filter, context, &params, 2, 2, &image, &error) ==
+          RF_ERROR_ARGUMENT);
+    image.channels = 1;
+    picture[5] = 1;
+    REQUIRE(rf_filter_create_with(&filter, context, &params, 2, 2, &image, &error) ==
+            RF_OK);
+    picture[5] = NAN; /* it was copied */
+    CHECK(rf_filter_process(filter, &view, 1, &to, NULL, &error) == RF_OK);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
 }

@@ -8,6 +8,7 @@
  */
 #include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "rackfocus/rackfocus.h"
 #include "testing.h"
@@ -21,7 +22,7 @@ struct member {
 static const struct {
     const char *name;
     size_t offset;
-} params[] = {
+} golden[] = {
     {"focus_distance", 8},
     {"f_stop", 16},
     {"focal_length", 24},
@@ -78,7 +79,7 @@ static const struct {
     {"lens_seed", 364},
     {"quality", 368},
 };
-enum { N_PARAMS = sizeof params / sizeof *params };
+enum { N_PARAMS = sizeof golden / sizeof *golden };
 
 #define SIZE(type, want)                                                               \
     {                                                                                  \
@@ -123,22 +124,23 @@ static const struct member members[] = {
     MEMBER(rf_method_info, reads_aperture, 39),
     MEMBER(rf_method_info, can_window, 40),
     MEMBER(rf_method_info, can_deep, 41),
-    SIZE(rf_lens, 120),
-    MEMBER(rf_lens, bias_px, 0),
-    MEMBER(rf_lens, scale, 8),
-    MEMBER(rf_lens, focus_distance, 16),
-    MEMBER(rf_lens, lens_radius, 24),
-    MEMBER(rf_lens, focal_length, 32),
-    MEMBER(rf_lens, focal_length_px, 40),
-    MEMBER(rf_lens, px_per_unit, 48),
-    MEMBER(rf_lens, principal_px, 56),
-    MEMBER(rf_lens, max_radius_px, 72),
-    MEMBER(rf_lens, coc_limit_px, 80),
-    MEMBER(rf_lens, screen_position, 88),
-    MEMBER(rf_lens, buffer_scale_px, 96),
-    MEMBER(rf_lens, buffer_bias_px, 104),
-    MEMBER(rf_lens, projection, 112),
-    MEMBER(rf_lens, optics, 116),
+    SIZE(rf_lens, 128),
+    MEMBER(rf_lens, size, 0),
+    MEMBER(rf_lens, bias_px, 8),
+    MEMBER(rf_lens, scale, 16),
+    MEMBER(rf_lens, focus_distance, 24),
+    MEMBER(rf_lens, lens_radius, 32),
+    MEMBER(rf_lens, focal_length, 40),
+    MEMBER(rf_lens, focal_length_px, 48),
+    MEMBER(rf_lens, px_per_unit, 56),
+    MEMBER(rf_lens, principal_px, 64),
+    MEMBER(rf_lens, max_radius_px, 80),
+    MEMBER(rf_lens, coc_limit_px, 88),
+    MEMBER(rf_lens, screen_position, 96),
+    MEMBER(rf_lens, buffer_scale_px, 104),
+    MEMBER(rf_lens, buffer_bias_px, 112),
+    MEMBER(rf_lens, projection, 120),
+    MEMBER(rf_lens, optics, 124),
     SIZE(rf_lens_point, 24),
     MEMBER(rf_lens_point, u, 0),
     MEMBER(rf_lens_point, v, 8),
@@ -163,11 +165,12 @@ static const struct member members[] = {
     SIZE(rf_progress, 16),
     MEMBER(rf_progress, report, 0),
     MEMBER(rf_progress, user, 8),
-    SIZE(rf_view, 120),
-    MEMBER(rf_view, colour, 0),
-    MEMBER(rf_view, depth, 48),
-    MEMBER(rf_view, lens_offset, 96),
-    MEMBER(rf_view, shear_distance, 112),
+    SIZE(rf_view, 128),
+    MEMBER(rf_view, size, 0),
+    MEMBER(rf_view, colour, 8),
+    MEMBER(rf_view, depth, 56),
+    MEMBER(rf_view, lens_offset, 104),
+    MEMBER(rf_view, shear_distance, 120),
     SIZE(rf_window, 16),
     MEMBER(rf_window, x, 0),
     MEMBER(rf_window, y, 4),
@@ -192,6 +195,33 @@ static const struct member members[] = {
     MEMBER(rf_deep, height, 4),
     MEMBER(rf_deep, first, 8),
     MEMBER(rf_deep, samples, 16),
+    SIZE(rf_depth_channel, 40),
+    MEMBER(rf_depth_channel, depth, 0),
+    MEMBER(rf_depth_channel, alpha, 8),
+    MEMBER(rf_depth_channel, alpha_step, 16),
+    MEMBER(rf_depth_channel, width, 24),
+    MEMBER(rf_depth_channel, height, 28),
+    MEMBER(rf_depth_channel, infinity, 32),
+    SIZE(rf_depth_stats, 144),
+    MEMBER(rf_depth_stats, size, 0),
+    MEMBER(rf_depth_stats, n_pixels, 8),
+    MEMBER(rf_depth_stats, n_nan, 16),
+    MEMBER(rf_depth_stats, n_negative, 24),
+    MEMBER(rf_depth_stats, n_no_hit, 32),
+    MEMBER(rf_depth_stats, n_zero, 40),
+    MEMBER(rf_depth_stats, n_one, 48),
+    MEMBER(rf_depth_stats, min, 56),
+    MEMBER(rf_depth_stats, max, 64),
+    MEMBER(rf_depth_stats, median, 72),
+    MEMBER(rf_depth_stats, inner_median, 80),
+    MEMBER(rf_depth_stats, mixed_share, 88),
+    MEMBER(rf_depth_stats, premultiplied_share, 96),
+    MEMBER(rf_depth_stats, kind, 104),
+    MEMBER(rf_depth_stats, kind_reason, 112),
+    MEMBER(rf_depth_stats, is_mixed, 120),
+    MEMBER(rf_depth_stats, is_premultiplied, 121),
+    MEMBER(rf_depth_stats, n_divided, 128),
+    MEMBER(rf_depth_stats, n_snapped, 136),
 };
 
 static void parameters_stay_where_they_are(void)
@@ -201,8 +231,8 @@ static void parameters_stay_where_they_are(void)
     REQUIRE(n >= N_PARAMS);
     CHECK(offsetof(struct rf_params, size) == 0);
     for (size_t i = 0; i < N_PARAMS; i++) {
-        CHECK_STR(rows[i].field, params[i].name);
-        if (!testing_check(rows[i].offset == params[i].offset, __FILE__, __LINE__,
+        CHECK_STR(rows[i].field, golden[i].name);
+        if (!testing_check(rows[i].offset == golden[i].offset, __FILE__, __LINE__,
                            "stays where it is"))
             printf("#     %s lies at %zu\n", rows[i].field, rows[i].offset);
     }
@@ -220,6 +250,76 @@ static void members_stay_where_they_are(void)
                    members[i].want);
 }
 
+/* The views of a program whose struct has grown since: size is the step. */
+struct newer_view {
+    struct rf_view view;
+    double more[3];
+};
+
+enum { SIDE = 4, N = SIDE * SIDE };
+
+static void arrays_of_newer_structs_are_stepped_through(void)
+{
+    float colour[2][N], depth[N], plain[N], out[N];
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_view views[2];
+    struct newer_view newer[2];
+    struct rf_image to = rf_image_packed(plain, SIDE, SIDE, 1);
+    rf_params_init(&params);
+    params.method = RF_METHOD_ACCUMULATE;
+    memset(newer, 0x55, sizeof newer);
+    for (int i = 0; i < N; i++) {
+        colour[0][i] = (float)i;
+        colour[1][i] = 2;
+        depth[i] = 3;
+    }
+    for (int j = 0; j < 2; j++) {
+        views[j] = (struct rf_view){.colour = rf_image_input(colour[j], SIDE, SIDE, 1),
+                                    .depth = rf_image_input(depth, SIDE, SIDE, 1)};
+        newer[j].view = views[j];
+        newer[j].view.size = sizeof newer[j];
+    }
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, views, 2, &to, NULL, NULL) == RF_OK);
+    to.data = out;
+    CHECK(rf_filter_process(filter, &newer->view, 2, &to, NULL, NULL) == RF_OK);
+    CHECK(memcmp(out, plain, sizeof out) == 0 && out[4] == 3);
+    struct rf_error error;
+    views->size = 8;
+    CHECK(rf_filter_process(filter, views, 2, &to, NULL, &error) == RF_ERROR_ARGUMENT);
+    CHECK_STR(error.field, "size");
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
+static void what_an_older_program_does_not_know_stays(void)
+{
+    struct rf_params params;
+    struct rf_lens lens, whole;
+    rf_params_init(&params);
+    memset(&lens, 0x55, sizeof lens);
+    size_t size = offsetof(struct rf_lens, coc_limit_px);
+    REQUIRE(rf_lens_init(&whole, &params, 40, 30, NULL) == RF_OK);
+    REQUIRE(rf_lens_init_sized(&lens, size, &params, 40, 30, NULL) == RF_OK);
+    CHECK(whole.size == sizeof whole && lens.size == size);
+    CHECK(lens.scale == whole.scale && lens.max_radius_px == whole.max_radius_px);
+    const unsigned char *bytes = (const unsigned char *)&lens;
+    for (size_t i = size; i < sizeof lens; i++)
+        CHECK(bytes[i] == 0x55);
+    CHECK(rf_lens_init_sized(&lens, 0, &params, 40, 30, NULL) == RF_ERROR_ARGUMENT);
+}
+
+static void rows_have_places(void)
+{
+    size_t n;
+    const struct rf_param_info *rows = rf_param_list(&n);
+    CHECK(rf_param_at(0) == rows && rf_param_at(n - 1) == &rows[n - 1]);
+    CHECK(!rf_param_at(n) && !rf_method_find(-1) && !rf_method_find(1000));
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -229,5 +329,8 @@ int main(int argc, char **argv)
     }
     TEST(parameters_stay_where_they_are);
     TEST(members_stay_where_they_are);
+    TEST(arrays_of_newer_structs_are_stepped_through);
+    TEST(what_an_older_program_does_not_know_stays);
+    TEST(rows_have_places);
     return testing_end();
 }

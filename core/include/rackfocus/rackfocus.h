@@ -32,6 +32,20 @@
  * NULL, fills it with a message and the name of the offending field. On failure the
  * outputs are left untouched or, for pixels, undefined; nothing is leaked.
  *
+ * Binaries. A program goes on working with a newer library of the same soversion, which
+ * is the first number of the version, without being built again:
+ * - functions, enum values and macros are added, and none is changed or removed;
+ * - a struct with a member `size` grows at its end. What the library fills or reads of
+ *   one ends where the caller's ends; of arrays of them size is the step from one to
+ *   the next. Members that the caller does not know have their defaults;
+ * - tables that the library gives (rf_param_list(), rf_method_list()) grow as well:
+ *   rf_param_at() and rf_method_find() give their rows to programs that were built with
+ *   an older header;
+ * - all other structs never change: rf_error, rf_choice, rf_image, rf_window,
+ *   rf_progress, rf_lens_point, rf_deep_sample, rf_deep, rf_depth_channel.
+ * Before 1.0 the second number counts, too: 0.1 and 0.2 may differ in all of this.
+ * "Since" says in which version something came; what says none is of 0.1.
+ *
  * Since 0.1.
  */
 #ifndef RACKFOCUS_RACKFOCUS_H
@@ -164,6 +178,9 @@ struct rf_param_info {
 /** All parameters in the order of params.def; *n receives their number. */
 RF_API const struct rf_param_info *rf_param_list(size_t *n);
 
+/** The i-th parameter in the order of params.def, or NULL beyond the last. Since 0.1. */
+RF_API const struct rf_param_info *rf_param_at(size_t i);
+
 /** The parameter with this key or field name, or NULL. */
 RF_API const struct rf_param_info *rf_param_find(const char *name);
 
@@ -240,6 +257,7 @@ RF_API const struct rf_method_info *rf_method_find(int32_t method);
  * 1/z), K = lens radius times focal length in px (docs/algorithm.md).
  */
 struct rf_lens {
+    size_t size;    /**< sizeof(struct rf_lens) of the caller; set by rf_lens_init */
     double bias_px; /**< radius at infinity; orthographic: at the camera */
     double scale; /**< px times scene units (perspective), px per unit (orthographic) */
     double focus_distance;  /**< scene units */
@@ -263,8 +281,13 @@ struct rf_lens {
  * RF_ERROR_PARAMETER names the field: a focus distance inside the focal length with a
  * real lens, depth_far not beyond depth_near with optics buffer, and so on.
  */
-RF_API rf_result rf_lens_init(struct rf_lens *lens, const struct rf_params *params,
-                              int32_t width, int32_t height, struct rf_error *error);
+#define rf_lens_init(lens, params, width, height, error)                               \
+    rf_lens_init_sized((lens), sizeof(struct rf_lens), (params), (width), (height),    \
+                       (error))
+/** rf_lens_init() of a caller whose struct rf_lens has `size` bytes. Since 0.1. */
+RF_API rf_result rf_lens_init_sized(struct rf_lens *lens, size_t size,
+                                    const struct rf_params *params, int32_t width,
+                                    int32_t height, struct rf_error *error);
 
 /**
  * Signed radius in px of a point at planar depth z (scene units, > 0, may be INFINITY),
@@ -352,6 +375,13 @@ struct rf_image {
 RF_API struct rf_image rf_image_packed(float *data, int32_t width, int32_t height,
                                        int32_t channels);
 
+/**
+ * The same of pixels that are only read: no function writes to an image that it takes
+ * as an input. Since 0.1.
+ */
+RF_API struct rf_image rf_image_input(const float *data, int32_t width, int32_t height,
+                                      int32_t channels);
+
 /* ---- context ------------------------------------------------------------------- */
 
 /** How much a remark matters. */
@@ -420,6 +450,9 @@ struct rf_progress {
 
 /** One pinhole view of the scene. */
 struct rf_view {
+    /** sizeof(struct rf_view) of the caller; of an array that of the first counts. 0: the
+     * members of 0.1. */
+    size_t size;
     struct rf_image
         colour; /**< scene-linear, alpha premultiplied; no NaN, no infinity */
     struct rf_image depth; /**< one channel, in the convention params.depth names */
@@ -439,19 +472,22 @@ RF_API rf_result rf_filter_create(struct rf_filter **filter,
 RF_API void rf_filter_destroy(struct rf_filter *filter);
 
 /**
- * The picture that `distribution` = image of the method scatter spreads light by, of
- * any size: the aperture as the camera sees it, or the bokeh of a bright point behind
- * the focus; before the focus it stands on its head. Its longer side is the diameter of
- * the circle of confusion, its middle the middle. One channel, or three (each
- * normalised, so that only the bokeh is coloured), or four, of which the last is not
- * looked at; scene-linear, not negative. The light of each channel adds up to 1
- * whatever the numbers are. The picture is copied. To be called before the filter is
- * shared; replaces an earlier one. RF_ERROR_PIXEL: NaN, infinity, negative, or all
- * black; RF_ERROR_ARGUMENT: a malformed view. Since 0.1.
+ * rf_filter_create() with the picture that `distribution` = image of the method scatter
+ * spreads light by, of any size: the aperture as the camera sees it, or the bokeh of a
+ * bright point behind the focus; before the focus it stands on its head. Its longer
+ * side is the diameter of the circle of confusion, its middle the middle. One channel,
+ * or three (each normalised, so that only the bokeh is coloured), or four, of which the
+ * last is not looked at; scene-linear, not negative. The light of each channel adds up
+ * to 1 whatever the numbers are. The picture is copied; NULL: there is none.
+ * RF_ERROR_PIXEL: NaN, infinity, negative, or all black; RF_ERROR_ARGUMENT: a malformed
+ * view. Since 0.1.
  */
-RF_API rf_result rf_filter_set_distribution(struct rf_filter *filter,
-                                            const struct rf_image *image,
-                                            struct rf_error *error);
+RF_API rf_result rf_filter_create_with(struct rf_filter **filter,
+                                       const struct rf_context *context,
+                                       const struct rf_params *params, int32_t width,
+                                       int32_t height,
+                                       const struct rf_image *distribution,
+                                       struct rf_error *error);
 
 /** The lens that the filter uses. Valid as long as the filter. */
 RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
