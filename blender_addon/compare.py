@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from . import engine, lens, passes
+from . import engine, lens, passes, preferences
 from .library import rackfocus
 from .operators import scene_of
 
@@ -157,7 +157,7 @@ class RACK_FOCUS_OT_compare(bpy.types.Operator):
             params = lens.frame_parameters(
                 renderer.camera, settings, renderer.scene.render, (width, height)
             )
-            params.update(settings.light_keywords(), threads=engine.threads())
+            params.update(settings.light_keywords(), threads=preferences.threads())
             ours = rackfocus.apply(colour, depth, **params)
             physical, _ = renderer.picture(True)
         finally:

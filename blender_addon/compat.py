@@ -1,12 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What differs between Blender 3.4 and 5.x, in one place."""
 
+import contextlib
+
 import bpy
+
+from . import printed
 
 HAS_NODE_GROUPS = bpy.app.version >= (5, 0, 0)  # the compositor is a node group
 HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
 ORTHO_LENS_IS_AT_CLIP = bpy.app.version < (4, 2, 0)  # Cycles; measured on 3.4 and 4.2
 HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)
+
+# "//" for the folder of the file; older Blenders take it from every path.
+PATH_OPTIONS = (
+    {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
+)
+
+LEFT_USERS = b"ERROR (bke.lib_id_delete)"  # what Blender prints
 
 FILTER_MENUS = (
     "NODE_MT_category_compositor_filter",  # 4.x, 5.x
@@ -33,6 +44,19 @@ def _remove_viewer(tree):
         tree.links.new(sources[0].outputs["Image"], output)
 
 
+def new_layer_node(tree, scene):
+    """A new Render Layers node of a scene.
+
+    5.0 counts a user too many for the scene of the context, for good: let it be `scene`
+    where that is one of ours.
+    """
+    in_scene = bpy.context.temp_override(scene=scene)
+    with in_scene if HAS_NODE_GROUPS else contextlib.nullcontext():
+        node = tree.nodes.new("CompositorNodeRLayers")
+    node.scene = scene
+    return node
+
+
 def start_compositor(scene):
     """Puts the compositor to use with its default nodes; returns (tree, is_new)."""
     tree = compositor_tree(scene)
@@ -46,10 +70,14 @@ def start_compositor(scene):
             _remove_viewer(scene.node_tree)
             for image in set(bpy.data.images) - images:
                 bpy.data.images.remove(image)
+            # Blender lets them look at the scene of the window, whichever tree it is.
+            for node in scene.node_tree.nodes:
+                if node.type == "R_LAYERS":
+                    node.scene = scene
         return scene.node_tree, is_new
     tree = bpy.data.node_groups.new(f"{scene.name} Compositing", "CompositorNodeTree")
     tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
-    layers = tree.nodes.new("CompositorNodeRLayers")
+    layers = new_layer_node(tree, scene.rack_focus.filter_scene or scene)
     layers.scene = scene
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
@@ -84,10 +112,17 @@ def remove_scene(scene):
 
     scenes.remove() reads the window of the context, and 3.4 crashes without one.
     """
-    if bpy.context.window is not None:
-        bpy.data.scenes.remove(scene)
-    else:
-        bpy.data.batch_remove([scene])
+    for state in [other.rack_focus for other in bpy.data.scenes]:
+        for name in ("filter_scene", "source", "viewed"):
+            if scene in (getattr(state, name), state.id_data):
+                setattr(state, name, None)
+    # Up to 4.2 a copied scene counts the users of its nodes twice; 3.4 then reports one
+    # that is left.
+    with printed.without(LEFT_USERS):
+        if bpy.context.window is not None:
+            bpy.data.scenes.remove(scene)
+        else:
+            bpy.data.batch_remove([scene])
 
 
 def shutter_start(scene):
@@ -105,6 +140,53 @@ def own_tree(scene):
     if HAS_NODE_GROUPS and tree is not None and tree.users > 1:
         tree = scene.compositing_node_group = tree.copy()
     return tree
+
+
+def new_socket(tree, name, side, kind):
+    """A new socket of a node group; side: INPUT or OUTPUT."""
+    if hasattr(tree, "interface"):
+        return tree.interface.new_socket(name, in_out=side, socket_type=kind)
+    return (tree.inputs if side == "INPUT" else tree.outputs).new(kind, name)
+
+
+def clear_sockets(tree, side):
+    """Removes all sockets of one side of a node group."""
+    if hasattr(tree, "interface"):
+        for item in list(tree.interface.items_tree):
+            if item.item_type == "SOCKET" and item.in_out == side:
+                tree.interface.remove(item)
+    else:
+        (tree.inputs if side == "INPUT" else tree.outputs).clear()
+
+
+def new_output(tree):
+    """The input of a new node that ends up as the render's picture."""
+    if not HAS_NODE_GROUPS:
+        return tree.nodes.new("CompositorNodeComposite").inputs["Image"]
+    clear_sockets(tree, "OUTPUT")
+    new_socket(tree, "Image", "OUTPUT", "NodeSocketColor")
+    return tree.nodes.new("NodeGroupOutput").inputs[0]
+
+
+def file_output(tree, folder, start, names):
+    """A File Output node for float EXR files start + name; returns its inputs."""
+    node = tree.nodes.new("CompositorNodeOutputFile")
+    settings = node.format
+    if hasattr(node, "file_output_items"):  # 5.x
+        node.directory, node.file_name = str(folder), start
+        settings.media_type = "IMAGE"
+        node.file_output_items.clear()
+        for name in names:
+            node.file_output_items.new("RGBA", name)
+    else:
+        node.base_path = str(folder)
+        node.file_slots.clear()
+        for name in names:
+            node.file_slots.new(f"{start}{name}")
+    settings.file_format = "OPEN_EXR"
+    settings.color_mode, settings.color_depth = "RGBA", "32"
+    settings.exr_codec = "NONE"
+    return list(node.inputs)[: len(names)]
 
 
 def output_socket(tree):

@@ -8,7 +8,21 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import compat, keep, lens, passes, pictures, setup, views
+from . import (
+    compat,
+    failures,
+    group,
+    keep,
+    lens,
+    main_thread,
+    nodes,
+    passes,
+    pictures,
+    preferences,
+    setup,
+    tap,
+    views,
+)
 from .library import rackfocus
 
 EXTRA_PASSES = (
@@ -18,10 +32,8 @@ EXTRA_PASSES = (
     ("Focus", 4, "RGBA", "COLOR"),
 )
 FAR = np.float32(1e8)
-BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
 
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
-told = {}  # scene name: what went wrong before the filter began
 last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
 
 
@@ -36,6 +48,8 @@ EXPECTED = (
     views.ViewsError,
     pictures.PictureError,
     rackfocus.Error,
+    tap.TapError,
+    main_thread.BusyError,
     MemoryError,
 )
 
@@ -47,20 +61,6 @@ class Frame(NamedTuple):
     view: str  # "" without stereo
     suffix: str  # of the view's file
     camera: object  # evaluated
-
-
-def threads():
-    """Number of threads from the preferences; 0 is all."""
-    addon = bpy.context.preferences.addons.get(__package__)
-    return addon.preferences.threads if addon and addon.preferences else 0
-
-
-def overlay(picture, coc, limit_px):
-    """The picture with the band in focus in false colour; same shapes."""
-    shown = picture.copy()
-    band = np.abs(coc[..., 0]) <= limit_px
-    shown[band] = 0.5 * shown[band] + 0.5 * BAND_COLOUR
-    return shown
 
 
 def no_depth(layer_name):
@@ -87,10 +87,15 @@ def cut_out(found, render):
     return passes.Layer(found.colour[part], found.depth[part] if has_depth else None)
 
 
-def tell(scene, error):
-    """Notes a failure before the filter begins, for the panel and the console."""
-    told[scene.name] = str(error)
-    print(f"Rack Focus: {error}")
+def last_layer(scene):
+    """Name of the view layer of a filter scene that Blender renders last."""
+    return [layer.name for layer in scene.view_layers if layer.use][-1]
+
+
+def is_called_for_nodes_only(source, layer_name):
+    """Does the layer's node only let Blender call us?"""
+    has_nodes = bool(group.nodes_of(source))
+    return has_nodes and not setup.linked_outputs(source, layer_name)
 
 
 class RackFocusEngine(bpy.types.RenderEngine):
@@ -111,6 +116,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         """Filters one view layer, all its views."""
         scene = depsgraph.scene
+        if scene.rack_focus.is_tap:
+            self._write_nothing(depsgraph)
+            return
         source = scene.rack_focus.source
         if source is None:
             self.report(
@@ -120,12 +128,19 @@ class RackFocusEngine(bpy.types.RenderEngine):
             return
         source = source.original
         run = last_run[source.name] = {"seconds": {}, "message": ""}
-        run["message"] = told.get(source.name, "")
+        run["message"] = failures.told.get(source.name, "")
         try:
-            self._render_views(depsgraph, source, run["seconds"])
+            if is_called_for_nodes_only(source, depsgraph.view_layer.name):
+                self._write_nothing(depsgraph)
+            else:
+                self._render_views(depsgraph, source, run["seconds"])
+            if depsgraph.view_layer.name == last_layer(scene):
+                nodes.run(source, depsgraph, self, run["seconds"])
         except Exception as error:
             run["message"] = self._explain(error)
             self.report({"ERROR"}, f"Rack Focus: {run['message']}")
+            if not isinstance(error, rackfocus.CancelledError):
+                failures.say(source, run["message"])
 
     @staticmethod
     def _explain(error):
@@ -140,6 +155,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
             traceback.print_exception(error)
             text = f"a fault of Rack Focus ({type(error).__name__}: {error})"
         return f"{text}. The picture is not filtered"
+
+    def _write_nothing(self, depsgraph):
+        """A result of no use: Blender wants one of every view layer."""
+        width, height = lens.picture_size(depsgraph.scene.render)
+        self.end_result(self.begin_result(0, 0, width, height))
 
     # ---- frames -------------------------------------------------------------------
 
@@ -232,7 +252,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             by_name["CoC"] = coc
         if "Focus" in self.linked:
             is_filtered = limit_px is not None
-            shown = overlay(picture, coc, limit_px) if is_filtered else picture
+            shown = nodes.overlay(picture, coc, limit_px) if is_filtered else picture
             by_name["Focus"] = shown
         return by_name
 
@@ -264,7 +284,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")
         started = time.perf_counter()
         made = rackfocus.Filter(
-            width, height, threads=threads(), **params, **settings.light_keywords()
+            width,
+            height,
+            threads=preferences.threads(),
+            **params,
+            **settings.light_keywords(),
         )
         views.process(made, params, found, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started

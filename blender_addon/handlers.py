@@ -11,7 +11,19 @@ import functools
 import bpy
 from bpy.app.handlers import persistent
 
-from . import engine, main_thread, operators, passes, setup, views
+from . import (
+    engine,
+    failures,
+    group,
+    lens,
+    main_thread,
+    operators,
+    park,
+    passes,
+    setup,
+    tap,
+    views,
+)
 from .writing import write
 
 _rendering = set()  # names of scenes
@@ -21,11 +33,11 @@ _rendering = set()  # names of scenes
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     _rendering.add(scene.name)
-    engine.told.pop(scene.name, None)
+    failures.told.pop(scene.name, None)
     try:
         main_thread.run(functools.partial(_begin, scene), BEGIN_S)
     except main_thread.BusyError as error:
-        engine.tell(scene, error)
+        failures.note(scene, error)
         write(_start, scene)
 
 
@@ -35,14 +47,24 @@ def _begin(scene):
         try:
             _prepare(scene)
         except Exception as error:
-            engine.tell(scene, error)
+            failures.note(scene, error)
     _start(scene)
 
 
 def _prepare(scene):
     """A render, not a refocus, begins."""
+    group.separate(setup.user_scenes())
+    group.remove_unused()
     setup.refresh(scene)
+    park.restore(scene)
+    setup.heal(scene)
     if setup.filter_scene_of(scene) is not None:
+        for node in group.nodes_of(scene):
+            group.make_ready(node.node_tree, *lens.picture_size(scene.render))
+        setup.need_source(scene)
+        reason = setup.why_not(scene)
+        if reason:
+            failures.note(scene, f"{reason}: the picture is not filtered")
         views.begin(scene)
         setup.settle(scene)
 
@@ -56,7 +78,6 @@ def _start(scene):
         if not scene.rack_focus.muted:  # a render, not a refocus
             passes.forget(scene)
         setup.sync(scene)
-        setup.hide_dof(scene)
 
 
 @persistent
@@ -74,6 +95,8 @@ def on_render_end(scene, *_):
 
 def _finish(scene):
     _end(scene)
+    if not scene.rack_focus.is_tap:
+        tap.clean_up()
     if views.is_active(scene):
         views.end(scene)
 
@@ -97,8 +120,14 @@ def on_frame_change_pre(scene, *_):
 
 @persistent
 def on_frame_change_post(scene, depsgraph=None):
-    """It has been evaluated: its cameras can follow."""
-    if depsgraph is not None and views.is_copy(scene):
+    """A scene has been evaluated: pinhole for a render, and cameras of views follow."""
+    if depsgraph is None or depsgraph.mode != "RENDER":
+        return
+    is_copy = views.is_copy(scene)
+    source = scene.rack_focus.viewed if is_copy else scene
+    if source is not None and setup.is_filtered(source):
+        write(setup.make_pinhole, source, depsgraph)
+    if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
 
@@ -106,7 +135,6 @@ def on_frame_change_post(scene, depsgraph=None):
 def _end(scene):
     source = scene.rack_focus.source
     if source is None:
-        setup.show_dof(scene)
         setup.unmute_sources(scene)
     elif source.name in engine.alone:
         engine.alone.discard(source.name)
@@ -124,11 +152,43 @@ def on_load(*_):
 
 
 def _mend():
+    park.forget()
+    for scene in setup.user_scenes():
+        park.restore(scene)
     views.clean_up()
+    tap.clean_up()
     setup.show_dof()
+    park.remove_notice()
     for scene in setup.user_scenes():
         setup.unmute_sources(scene)
+        setup.heal(scene)
     setup.remove_orphans()
+
+
+@persistent
+def on_save_start(*_):
+    """The file that is written shows the sharp picture where the add-on is missing."""
+    if not _rendering:
+        write(_park)
+
+
+def _park():
+    for scene in setup.user_scenes():
+        setup.sync(scene)
+        park.park(scene)
+    park.add_notice()
+
+
+@persistent
+def on_save_end(*_):
+    """The open file goes on as it was."""
+    write(_restore)
+
+
+def _restore():
+    park.remove_notice()
+    for scene in setup.user_scenes():
+        park.restore(scene)
 
 
 _is_busy = False
@@ -149,8 +209,10 @@ def on_change(*_):
 
 def _follow():
     views.clean_up()
+    group.separate(setup.user_scenes())
     for scene in setup.user_scenes():
         is_changed = setup.refresh(scene)
+        park.restore(scene)
         setup.sync(scene)
         if is_changed:
             setup.settle(scene)
@@ -167,20 +229,25 @@ HANDLERS = (
     ("render_complete", on_render_end),
     ("render_cancel", on_render_end),
     ("load_post", on_load),
+    ("save_pre", on_save_start),
+    ("save_post", on_save_end),
+    ("save_post_fail", on_save_end),  # newer than 3.4
     ("depsgraph_update_post", on_change),
 )
 
 
 def register():
     """Adds the handlers."""
+    passes.clear_dead_folders()
     for name, handler in HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+        if hasattr(bpy.app.handlers, name):
+            getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister():
     """Removes them."""
     for name, handler in HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
+        handlers = getattr(bpy.app.handlers, name, ())
         if handler in handlers:
             handlers.remove(handler)
     passes.forget()

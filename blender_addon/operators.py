@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import compat, engine, keep, passes, setup
+from . import compat, engine, group, keep, passes, setup
 
 
 def scene_of(context):
@@ -120,9 +120,47 @@ class RACK_FOCUS_OT_add_node(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class RACK_FOCUS_OT_add_picture_node(bpy.types.Operator):
+    """Add a node that blurs the picture linked to it: after Denoise, a composite, \
+    a sequence of files"""
+
+    bl_idname = "rack_focus.add_picture_node"
+    bl_label = "Rack Focus on an Image"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Needs a camera to read the lens from."""
+        return scene_of(context).camera is not None
+
+    def execute(self, context):
+        """Puts it behind the active node."""
+        scene = scene_of(context)
+        tree, _ = compat.start_compositor(scene)
+        node = tree.nodes.new("CompositorNodeGroup")
+        node.node_tree = group.new_group()
+        node.label, node.width = setup.NODE_LABEL, 180
+        before = tree.nodes.active
+        if before is not None and before != node:
+            setup.put_behind(scene, tree, before, node)
+        setup.unblur_before(scene, tree, node)
+        for other in tree.nodes:
+            other.select = other == node
+        tree.nodes.active = node
+        space = context.space_data
+        if space is not None and space.type == "NODE_EDITOR" and before is None:
+            node.location = space.cursor_location
+        if not node.inputs["Depth"].is_linked:
+            scene.camera.data.rack_focus.enabled = True
+        setup.refresh(scene)
+        setup.sync(scene)
+        return {"FINISHED"}
+
+
 def draw_menu(self, _context):
-    """The entry in Add > Filter."""
+    """The entries in Add > Filter."""
     self.layout.operator(RACK_FOCUS_OT_add_node.bl_idname)
+    self.layout.operator(RACK_FOCUS_OT_add_picture_node.bl_idname)
 
 
 def last_message(scene):
@@ -130,7 +168,11 @@ def last_message(scene):
     return engine.last_run.get(scene.name, {}).get("message", "")
 
 
-CLASSES = (RACK_FOCUS_OT_refocus, RACK_FOCUS_OT_add_node)
+CLASSES = (
+    RACK_FOCUS_OT_refocus,
+    RACK_FOCUS_OT_add_node,
+    RACK_FOCUS_OT_add_picture_node,
+)
 
 
 def register():

@@ -6,19 +6,22 @@ The file goes to a memory-backed folder, uncompressed, so that every channel is 
 regular pattern of bytes that NumPy can view in place.
 """
 
+import contextlib
+import fcntl
 import functools
 import mmap
 import os
 import shutil
 import struct
 import tempfile
+import time
 from pathlib import Path
 from typing import NamedTuple
 
 import bpy
 import numpy as np
 
-from . import main_thread
+from . import main_thread, printed
 from .compat import MultilayerExr
 from .lens import picture_size
 
@@ -26,7 +29,10 @@ MAGIC = 20000630
 MULTIPART_FLAG = 0x1000
 SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
 SHARED_MEMORY = "/dev/shm"
+FOLDER, LOCK = "rack_focus_", "lock"
+WITHOUT_LOCK_S = 600.0  # a folder without a lock lives for milliseconds
 SAVE_S = 20.0  # that the main thread may take until it comes to saving
+SAVE_ERROR = b"Error: Image 'Render Result' could not be saved"
 NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
 
 
@@ -209,35 +215,79 @@ def memory_folder(n_bytes):
     return bpy.app.tempdir
 
 
+@contextlib.contextmanager
+def own_folder(parent):
+    """A folder for a while. Its locked file tells that its Blender is alive."""
+    folder = Path(tempfile.mkdtemp(prefix=f"{FOLDER}{os.getpid()}_", dir=parent))
+    with open(folder / LOCK, "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _is_dead(folder):
+    """Has the Blender that made a folder ended? False where that cannot be told."""
+    try:
+        if folder.stat().st_uid != os.getuid():
+            return False
+        with open(folder / LOCK) as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
+    except FileNotFoundError:  # just being made, or of a version without locks
+        return time.time() - folder.stat().st_mtime > WITHOUT_LOCK_S
+    except OSError:
+        return False
+
+
+def clear_dead_folders(parent=SHARED_MEMORY):
+    """Removes what Blenders that were killed left in the memory file system."""
+    for folder in Path(parent).glob(f"{FOLDER}*"):
+        with contextlib.suppress(FileNotFoundError):
+            if folder.is_dir() and not folder.is_symlink() and _is_dead(folder):
+                shutil.rmtree(folder, ignore_errors=True)
+
+
 class RenderedPasses:
     """The passes of a scene's render."""
 
     def __init__(self, scene, n_views=1):
-        self.files = {}  # suffix of the view's file, "" without views: channels
+        # A mapped file stays readable without its name.
+        with self.saved(scene, n_views) as files:
+            # suffix of the view's file, "" without views: channels
+            self.files = {suffix: read_exr(path) for suffix, path in files.items()}
+
+    @classmethod
+    @contextlib.contextmanager
+    def saved(cls, scene, n_views=1):
+        """{suffix of the view's file, "" without views: its path} for a while."""
         width, height = picture_size(scene.render)
         n_bytes = width * height * 4 * 32 * n_views
-        folder = tempfile.mkdtemp(prefix="rack_focus_", dir=memory_folder(n_bytes))
-        # A mapped file stays readable without its name: nothing is left after a crash.
-        try:
-            self._save(scene, Path(folder, "passes.exr"))
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        with own_folder(memory_folder(n_bytes)) as folder:
+            path = folder / "passes.exr"
+            cls._save(scene, path)
+            yield {
+                file.stem[len(path.stem) :]: file for file in path.parent.glob("*.exr")
+            }
 
-    def _save(self, scene, path):
+    @classmethod
+    def _save(cls, scene, path):
         result = next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
         if result is None:
             raise PassesError("there is no render to filter yet: press F12 first")
         # Saving in another thread while the main one draws the result locks both (5.2).
-        task = functools.partial(self._write_file, scene, result, path)
+        task = functools.partial(cls._write_file, scene, result, path)
         main_thread.run_or_here(task, SAVE_S)
-        for file in path.parent.glob("*.exr"):
-            self.files[file.stem[len(path.stem) :]] = read_exr(file)
 
     @staticmethod
     def _write_file(scene, result, path):
-        with MultilayerExr(scene, scene.render.use_multiview):
+        has_views = scene.render.use_multiview
+        quiet = printed.without(SAVE_ERROR) if has_views else contextlib.nullcontext()
+        with MultilayerExr(scene, has_views):
             try:
-                result.save_render(str(path), scene=scene)
+                with quiet:
+                    result.save_render(str(path), scene=scene)
             except RuntimeError as error:
                 # Blender reports a failure for views that it wrote all the same.
                 if not list(path.parent.glob("*.exr")):

@@ -11,9 +11,10 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import pictures, setup, writing
+from . import compat, pictures, setup, writing
 from .library import rackfocus
 
+OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
 LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
 # What the camera does not have, beside the parameters of the methods.
 OF_OTHER_GROUPS = ("coc_limit", "film_depth")
@@ -62,6 +63,7 @@ def _property(p):
     """A Blender property for one line of the table."""
     label = p.field.replace("_", " ").capitalize().replace("Coc", "CoC")
     about = dict(name=label, description=p.help.rstrip("."), default=p.default)
+    about["override"] = OVERRIDABLE
     if p.type == "enum":
         items = [(c.name, c.name.capitalize(), c.help) for c in p.choices]
         return EnumProperty(items=items, **about)
@@ -77,17 +79,20 @@ class CameraSettings(bpy.types.PropertyGroup):
     """camera.data.rack_focus"""
 
     enabled: BoolProperty(
+        override=OVERRIDABLE,
         name="Rack Focus",
         description="Make this camera's depth of field after the render",
         update=lambda self, context: setup.camera_changed(self.id_data),
     )
     quality: EnumProperty(
+        override=OVERRIDABLE,
         name="Quality",
         description="How much the filter looks at",
         items=QUALITY_ITEMS,
         default=DEFAULT_QUALITY,
     )
     views: IntProperty(
+        override=OVERRIDABLE,
         name="Views",
         description="Renders from so many points of the lens, the samples shared out "
         "among them; 1 is one pinhole render. Layered and Views merge 64 at most, "
@@ -98,6 +103,7 @@ class CameraSettings(bpy.types.PropertyGroup):
         default=1,
     )
     camera_move: EnumProperty(
+        override=OVERRIDABLE,
         name="Camera Move",
         description="How the camera of a view keeps the focus where it is",
         items=[
@@ -107,24 +113,29 @@ class CameraSettings(bpy.types.PropertyGroup):
         default="shift",
     )
     shutter_spread: BoolProperty(
+        override=OVERRIDABLE,
         name="Spread over Shutter",
         description="Each view has its own moment of the shutter's time, which gives "
         "motion blur. The views are then rendered one after another",
     )
     distribution_image: PointerProperty(
+        override=OVERRIDABLE,
         name="Distribution Image",
         description="Picture of the aperture, as the camera sees it: the method "
         "Scatter spreads light by it where Distribution is Image",
         type=bpy.types.Image,
     )
     passes_folder: StringProperty(
+        override=OVERRIDABLE,
         name="Keep Passes",
         description="Folder for the passes of every frame and view as EXR files, for "
         "the command, and for Refocus after the file was closed; empty: none",
         subtype="DIR_PATH",
+        options=compat.PATH_OPTIONS,
     )
     is_dof_hidden: BoolProperty(
-        description="The camera's own depth of field is off while a render runs",
+        description="Earlier versions had the camera's own depth of field off while a "
+        "render ran, also in a file saved then",
         options={"HIDDEN"},
     )
 
@@ -168,6 +179,10 @@ class SceneState(bpy.types.PropertyGroup):
         description="A copy of the scene viewed, which renders its views",
         options={"HIDDEN"},
     )
+    is_tap: BoolProperty(
+        description="A scene for a moment, in which a node's inputs are computed",
+        options={"HIDDEN"},
+    )
     record: StringProperty(
         description="What the set-up changed, as JSON", options={"HIDDEN"}
     )
@@ -177,19 +192,43 @@ class SceneState(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (CameraSettings, SceneState)
+class NodeSettings(bpy.types.PropertyGroup):
+    """node_tree.rack_focus: of the groups that are our nodes."""
+
+    is_node: BoolProperty(options={"HIDDEN"})
+    is_filtered: BoolProperty(
+        description="The group shows filtered images", options={"HIDDEN"}
+    )
+    camera: PointerProperty(
+        name="Camera",
+        description="Whose lens, focus and method the node takes; empty: the camera "
+        "that renders",
+        type=bpy.types.Object,
+        poll=lambda _, item: item.type == "CAMERA",
+    )
+    layer: StringProperty(
+        name="View Layer",
+        description="Whose depth is taken where no Depth is linked; empty: the first",
+    )
+
+
+CLASSES = (CameraSettings, SceneState, NodeSettings)
 
 
 def register():
     """Adds the properties to cameras and scenes."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Camera.rack_focus = PointerProperty(type=CameraSettings)
+    bpy.types.Camera.rack_focus = PointerProperty(
+        type=CameraSettings, override=OVERRIDABLE
+    )
     bpy.types.Scene.rack_focus = PointerProperty(type=SceneState)
+    bpy.types.NodeTree.rack_focus = PointerProperty(type=NodeSettings)
 
 
 def unregister():
     """Takes them away."""
+    del bpy.types.NodeTree.rack_focus
     del bpy.types.Scene.rack_focus
     del bpy.types.Camera.rack_focus
     for cls in reversed(CLASSES):

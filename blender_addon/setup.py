@@ -11,10 +11,13 @@ import json
 
 import bpy
 
-from . import compat
+from . import compat, group
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
+INSERTED = "rack_focus_inserted"  # of nodes that the tick put behind Denoise nodes
+CALLER_LABEL = "Rack Focus: runs the nodes"
+RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
 # ---- who belongs to whom ----------------------------------------------------------
 
@@ -29,6 +32,7 @@ def user_scenes():
     """All scenes of the file itself but those that Rack Focus made."""
     scenes = [s for s in bpy.data.scenes if s.render.engine != ENGINE]
     scenes = [s for s in scenes if not s.rack_focus.is_views_copy]
+    scenes = [s for s in scenes if not s.rack_focus.is_tap]
     return [s for s in scenes if s.library is None]
 
 
@@ -61,8 +65,10 @@ def cameras_of(scene):
 
 
 def is_wanted(scene):
-    """Is Rack Focus enabled for a camera of the scene?"""
-    return any(camera.data.rack_focus.enabled for camera in cameras_of(scene))
+    """Is Rack Focus enabled for a camera of the scene, or has it nodes of ours?"""
+    if any(camera.data.rack_focus.enabled for camera in cameras_of(scene)):
+        return True
+    return any(INSERTED not in node for node in group.nodes_of(scene))
 
 
 # ---- nodes ------------------------------------------------------------------------
@@ -103,13 +109,45 @@ def trees_of(scene):
     return list(dict.fromkeys(tree for tree in trees if tree is not None))
 
 
+def all_trees_of(scene):
+    """The same with the groups inside them."""
+    trees = [one for tree in trees_of(scene) for one in _with_groups(tree)]
+    return list(dict.fromkeys(trees))
+
+
 def add_node(tree, scene, layer_name):
     """A node of the filter scene for one view layer, without links."""
-    node = tree.nodes.new("CompositorNodeRLayers")
-    node.scene = filter_scene_of(scene)
+    node = compat.new_layer_node(tree, filter_scene_of(scene))
     node.layer = layer_name
     node.label = NODE_LABEL
     return node
+
+
+NODE_GAP = 40  # px between nodes
+
+
+def _box(node):
+    """(left, right, bottom, top) of a node in the tree; its height is estimated."""
+    x, y, parent = *node.location, node.parent
+    while parent is not None:
+        x, y, parent = x + parent.location.x, y + parent.location.y, parent.parent
+    n_rows = sum(s.enabled for s in (*node.inputs, *node.outputs))
+    height = max(120 + 22 * n_rows, node.dimensions.y)
+    return x, x + max(node.width, 140), y - height, y
+
+
+def put_below(tree, node, above):
+    """Places `node` under another one, where it covers none."""
+    left, _, bottom, _ = _box(above)
+    node.location = (left, bottom - NODE_GAP)
+    others = [_box(n) for n in tree.nodes if n != node and n.type != "FRAME"]
+    while True:
+        left, right, bottom, top = _box(node)
+        hit = [b for b in others if b[0] < right and left < b[1]]
+        hit = [b for b in hit if b[2] - NODE_GAP < top and bottom < b[3] + NODE_GAP]
+        if not hit:
+            return
+        node.location.y = min(b[2] for b in hit) - NODE_GAP - 1
 
 
 def move_links(tree, source, target):
@@ -129,7 +167,7 @@ def move_links(tree, source, target):
 
 def take_over(tree, source, node):
     """Puts `node` between a Render Layers node and what follows it."""
-    node.location = (source.location.x, source.location.y - source.height - 340)
+    put_below(tree, node, source)
     for link in list(tree.links):
         name = link.from_socket.name
         if link.from_node == source and name in ("Image", "Alpha"):
@@ -152,10 +190,78 @@ def _put_over(tree, nodes, output):
     return made
 
 
+def put_behind(scene, tree, before, node):
+    """Puts a node with sockets between another one's picture and what follows it."""
+    if before.type == "R_LAYERS" and before.scene == filter_scene_of(scene):
+        own = [n for n in layer_nodes(tree, scene) if n.layer == before.layer]
+        if own:
+            move_links(tree, before, own[0])
+            before = own[0]
+    pictures = [s for s in before.outputs if s.enabled and s.type == "RGBA"]
+    if not pictures:
+        return
+    for link in [k for k in tree.links if k.from_socket == pictures[0]]:
+        tree.links.new(node.outputs["Image"], link.to_socket)
+    tree.links.new(pictures[0], node.inputs["Image"])
+    put_below(tree, node, before)
+
+
+def unblur_before(scene, tree, node):
+    """Our layer nodes that a node comes from hand over to the scene's own."""
+    before = group.upstream(tree, node)
+    for ours in layer_nodes(tree, filter_scene_of(scene)) if before else ():
+        own = [n for n in layer_nodes(tree, scene) if n.layer == ours.layer]
+        if ours in before and own:
+            move_links(tree, ours, own[0])
+
+
+def _follow_denoisers(tree, source):
+    """Puts a node with sockets behind Denoise nodes: their guides are sharp."""
+    nodes = {k.to_node for k in tree.links if k.from_node == source}
+    for denoise in [n for n in nodes if n.type == "DENOISE" and not n.mute]:
+        feeds = denoise.inputs["Image"].links
+        ends = [k.to_socket for k in tree.links if k.from_node == denoise]
+        if not feeds or feeds[0].from_node != source or not ends:
+            continue
+        node = tree.nodes.new("CompositorNodeGroup")
+        node.node_tree = group.new_group()
+        node.node_tree.rack_focus.layer = source.layer
+        node.label = NODE_LABEL
+        node[INSERTED] = True
+        put_below(tree, node, denoise)
+        tree.links.new(denoise.outputs["Image"], node.inputs["Image"])
+        for end in ends:
+            tree.links.new(node.outputs["Image"], end)
+
+
+def _remove_inserted(tree):
+    """Takes the nodes of _follow_denoisers() away again."""
+    for node in [n for n in tree.nodes if INSERTED in n and group.is_ours(n)]:
+        feeds = [k.from_socket for k in node.inputs["Image"].links]
+        for link in [k for k in tree.links if k.from_node == node]:
+            end, is_picture = link.to_socket, link.from_socket.name == "Image"
+            tree.links.remove(link)
+            if feeds and is_picture:
+                tree.links.new(feeds[0], end)
+        tree.nodes.remove(node)
+
+
+def _add_caller(scene, tree, used):
+    node = add_node(tree, scene, used[0] if used else scene.view_layers[0].name)
+    node.label = CALLER_LABEL
+    node.hide = True
+    put_below(tree, node, group.nodes_of(scene)[0])
+
+
 def _add_nodes(scene, tree, is_new):
     """Our node for every view layer in the tree; returns names of other new nodes."""
     used = [layer.name for layer in scene.view_layers if layer.use]
     helpers, ours = [], []
+    for source in layer_nodes(tree, scene):
+        _follow_denoisers(tree, source)
+    if group.nodes_of(scene):  # they filter; a node without links lets Blender call us
+        _add_caller(scene, tree, used)
+        return []
     # Blender renders the scenes that nodes of the tree itself look at; those in groups
     # then show them too.
     for one in _with_groups(tree):
@@ -172,7 +278,7 @@ def _add_nodes(scene, tree, is_new):
     if is_new and len(used) > 1 and scene.render.film_transparent:
         for name in used[1:]:
             node = add_node(tree, scene, name)
-            node.location = (0, ours[-1].location.y - 300)
+            put_below(tree, node, ours[-1])
             ours.append(node)
         helpers = _put_over(tree, ours, compat.output_socket(tree))
     return [node.name for node in helpers]
@@ -181,6 +287,7 @@ def _add_nodes(scene, tree, is_new):
 def _remove_nodes(scene, record):
     """Takes our nodes out of every tree of the scene and closes the gaps."""
     for tree in trees_of(scene):
+        _remove_inserted(tree)
         for one in _with_groups(tree):
             sources = {node.layer: node for node in layer_nodes(one, scene)}
             for node in layer_nodes(one, filter_scene_of(scene)):
@@ -233,6 +340,7 @@ def enable(scene):
         _adopt(scene, foreign)
         return
     record = {"z": [], "was_compositing": scene.render.use_compositing}
+    record["version"] = RECORD_VERSION
     for layer in scene.view_layers:
         if not layer.use_pass_z:
             layer.use_pass_z = True
@@ -263,9 +371,30 @@ def disable(scene):
         scene.render.use_compositing = record["was_compositing"]
     scene.rack_focus.filter_scene = None
     scene.rack_focus.record = ""
-    show_dof(scene)
     unmute_sources(scene)
-    bpy.data.scenes.remove(ours)
+    for camera in list(ours.collection.objects):
+        ours.collection.objects.unlink(camera)
+    compat.remove_scene(ours)
+    group.remove_unused()
+
+
+def heal(scene):
+    """Mends the nodes that a version before 2 left looking at another scene."""
+    ours, record = filter_scene_of(scene), json.loads(scene.rack_focus.record or "{}")
+    if ours is None or record.get("version", 1) >= RECORD_VERSION:
+        return
+    tree = compat.compositor_tree(scene)
+    strangers = {s for s in user_scenes() if s != scene}
+    for name in record.get("nodes", ()) if record.get("is_new") else ():
+        source = tree.nodes.get(name) if tree is not None else None
+        filters = [n for n in layer_nodes(tree, ours)] if source is not None else []
+        if source is None or source.type != "R_LAYERS" or not filters:
+            continue
+        if source.scene in strangers:
+            source.scene = scene
+            take_over(tree, source, filters[0])
+    record["version"] = RECORD_VERSION
+    scene.rack_focus.record = json.dumps(record)
 
 
 def refresh(scene):
@@ -301,7 +430,8 @@ def camera_changed(data):
 def remove_orphans():
     """Removes filter scenes whose own scene is gone."""
     for scene in list(bpy.data.scenes):
-        if scene.render.engine == ENGINE and scene.rack_focus.source is None:
+        is_ours = scene.render.engine == ENGINE and not scene.rack_focus.is_tap
+        if is_ours and scene.rack_focus.source is None:
             compat.remove_scene(scene)
 
 
@@ -332,6 +462,7 @@ RENDER_SETTINGS = (
     "frame_map_old",
     "frame_map_new",
 )
+MOST_OF_NAME = 48  # characters; Blender cuts names at 63 bytes and may add .001
 VIEW_SETTINGS = ("name", "use", "camera_suffix", "file_suffix")
 
 
@@ -384,6 +515,16 @@ def _sync_layers(scene, ours):
         _set_if_other(target, "use_pass_z", False)
 
 
+def _sync_lenses(scene, ours):
+    """The cameras that nodes take their lens from, so that they are evaluated."""
+    wanted = {group.camera_of(scene, node) for node in group.nodes_of(scene)}
+    wanted -= {None, scene.camera}
+    for camera in [o for o in ours.collection.objects if o not in wanted]:
+        ours.collection.objects.unlink(camera)
+    for camera in wanted - set(ours.collection.objects):
+        ours.collection.objects.link(camera)
+
+
 def sync(scene):
     """Copies to the filter scene what it must have in common with its source."""
     ours = filter_scene_of(scene)
@@ -394,9 +535,13 @@ def sync(scene):
     _sync_views(scene.render, ours.render)
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
+    _sync_lenses(scene, ours)
     _need_depth(scene)
     _set_if_other(ours.render, "use_compositing", False)
     _set_if_other(ours.render, "use_sequencer", False)
+    name = f"{scene.name} {NODE_LABEL}"
+    if not ours.name.startswith(name[:MOST_OF_NAME]):
+        ours.name = name
 
 
 # ---- compositing without rendering ------------------------------------------------
@@ -411,8 +556,8 @@ def _source_nodes(scene):
 
 def can_mute_sources(scene):
     """Is the scene's own render seen only through ours?"""
-    outputs = [o for node in _source_nodes(scene) for o in node.outputs]
-    return not any(output.is_linked for output in outputs)
+    tree = compat.compositor_tree(scene)
+    return tree is None or group.ends_at_groups(tree, _source_nodes(scene))
 
 
 def mute_sources(scene):
@@ -436,22 +581,55 @@ def unmute_sources(scene):
 # ---- the camera's own depth of field ----------------------------------------------
 
 
-def hide_dof(scene):
-    """Switches the cameras' own depth of field off while the scene renders."""
+def need_source(scene):
+    """Adds the scene's own Render Layers node where the artist deleted or muted it.
+
+    Blender would not render the scene without.
+    """
+    tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
+    filters = layer_nodes(tree, ours) if tree is not None else []
+    has_plates = all(node.inputs["Depth"].is_linked for node in group.nodes_of(scene))
+    if not any(o.is_linked for node in filters for o in node.outputs) and has_plates:
+        return
+    if filters and all(node.mute for node in layer_nodes(tree, scene)):
+        node = compat.new_layer_node(tree, ours)
+        node.scene, node.layer = scene, filters[0].layer
+        put_below(tree, node, filters[0])
+
+
+def is_filtered(scene):
+    """Is the scene set up, with a compositor that leads through our nodes?"""
+    return filter_scene_of(scene) is not None and not why_not(scene)
+
+
+def why_not(scene):
+    """Why the set-up of a scene has no effect, in the artist's words; "" if it has."""
+    if not scene.render.use_compositing:
+        return "Post Processing > Compositing is off"
+    tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
+    if tree is None:
+        return "the compositor is switched off"
+    nodes = [n for one in _with_groups(tree) for n in layer_nodes(one, ours)]
+    if all(node.mute for node in nodes):
+        return "the compositor has no active Rack Focus node"
+    return ""
+
+
+def make_pinhole(scene, depsgraph):
+    """Switches the cameras' own depth of field off in what a render evaluated.
+
+    The cameras of the file are not touched: nothing is seen of it, nor saved.
+    """
     for camera in cameras_of(scene):
-        settings, dof = camera.data.rack_focus, camera.data.dof
-        if settings.enabled and dof.use_dof:
-            settings.is_dof_hidden = True
-            dof.use_dof = False
+        if camera.data.rack_focus.enabled:
+            seen = camera.evaluated_get(depsgraph)
+            if seen.is_evaluated and seen.data.is_evaluated and seen.data.dof.use_dof:
+                seen.data.dof.use_dof = False
 
 
-def show_dof(scene=None):
-    """Switches it on again; without a scene for all cameras of the file."""
-    if scene is None:
-        cameras = bpy.data.cameras
-    else:
-        cameras = {camera.data for camera in cameras_of(scene)}
-    for data in cameras:
+def show_dof():
+    """Switches on what earlier versions had off in files saved in mid-render."""
+    for data in bpy.data.cameras:
         if data.rack_focus.is_dof_hidden:
             data.dof.use_dof = True
             data.rack_focus.is_dof_hidden = False

@@ -2,9 +2,9 @@
 """Panels and preferences."""
 
 import bpy
-from bpy.props import IntProperty
+from bpy.props import BoolProperty, IntProperty
 
-from . import lens, setup, views
+from . import group, lens, setup, views
 from .library import rackfocus
 from .operators import last_message, scene_of
 from .props import LENS_POINTS, belongs_to, method_table
@@ -133,18 +133,57 @@ class ImagePanel(bpy.types.Panel):
         if scene.camera is None:
             layout.label(text="The scene has no camera", icon="ERROR")
             return
-        dof = scene.camera.data.dof
-        layout.prop(dof, "focus_object", text="Focus on Object")
-        row = layout.row()
-        row.active = dof.focus_object is None
-        row.prop(dof, "focus_distance", text="Focus Distance")
-        layout.prop(dof, "aperture_fstop", text="F-Stop")
-        layout.prop(dof, "aperture_blades", text="Blades")
+        draw_focus(layout, scene.camera.data.dof)
         layout.operator("rack_focus.pick_focus", icon="EYEDROPPER")
         layout.operator("rack_focus.refocus", icon="FILE_REFRESH")
         message = last_message(scene)
         if message:
             layout.label(text=message, icon="ERROR")
+
+
+class NodePanel(bpy.types.Panel):
+    """What a node with sockets has beside them."""
+
+    bl_idname = "NODE_PT_rack_focus"
+    bl_label = "Rack Focus"
+    bl_space_type = "NODE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Rack Focus"
+
+    @classmethod
+    def poll(cls, context):
+        """Only where the active node is one of ours."""
+        tree = context.space_data.edit_tree
+        node = tree.nodes.active if tree is not None else None
+        return node is not None and group.is_ours(node)
+
+    def draw(self, context):
+        """Camera, layer and the lens."""
+        layout = self.layout
+        layout.use_property_split = True
+        scene = scene_of(context)
+        node = context.space_data.edit_tree.nodes.active
+        settings = node.node_tree.rack_focus
+        layout.prop(settings, "camera")
+        if not node.inputs["Depth"].is_linked:
+            layout.prop_search(settings, "layer", scene, "view_layers")
+        camera = group.camera_of(scene, node)
+        if camera is None:
+            layout.label(text="The scene has no camera", icon="ERROR")
+            return
+        draw_focus(layout, camera.data.dof)
+        layout.prop(camera.data.rack_focus, "method")
+        layout.operator("rack_focus.refocus", icon="FILE_REFRESH")
+
+
+def draw_focus(layout, dof):
+    """The camera's own focus and aperture."""
+    layout.prop(dof, "focus_object", text="Focus on Object")
+    row = layout.row()
+    row.active = dof.focus_object is None
+    row.prop(dof, "focus_distance", text="Focus Distance")
+    layout.prop(dof, "aperture_fstop", text="F-Stop")
+    layout.prop(dof, "aperture_blades", text="Blades")
 
 
 class Preferences(bpy.types.AddonPreferences):
@@ -160,10 +199,24 @@ class Preferences(bpy.types.AddonPreferences):
         default=0,
     )
 
+    is_strict: BoolProperty(
+        name="Fail Renders",
+        description="A Blender in the background leaves with exit code 1 if a picture "
+        "could not be filtered. The environment variable RACKFOCUS_STRICT=1 does the "
+        "same",
+    )
+    has_notice: BoolProperty(
+        name="Notice in Files",
+        description="Files carry a script that says so in the console where the "
+        "add-on is missing. Blender asks before it runs scripts of a file",
+    )
+
     def draw(self, _context):
-        """Threads, version, instruction set."""
+        """Threads, farms, version, instruction set."""
         column = self.layout.column()
         column.prop(self, "threads")
+        column.prop(self, "is_strict")
+        column.prop(self, "has_notice")
         column.label(text=f"Version {rackfocus.version()}")
         column.label(text=f"CPU level in use: {rackfocus.cpu_level()}")
 
@@ -183,7 +236,7 @@ _registered = []
 
 def register():
     """Adds panels and preferences."""
-    for cls in (Preferences, ImagePanel, *_make_panels()):
+    for cls in (Preferences, ImagePanel, NodePanel, *_make_panels()):
         bpy.utils.register_class(cls)
         _registered.append(cls)
 

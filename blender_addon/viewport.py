@@ -24,7 +24,7 @@ from bpy.props import (
     PointerProperty,
 )
 
-from . import engine, lens, viewport_gpu, viewport_lens
+from . import lens, nodes, preferences, viewport_gpu, viewport_lens
 from .click import WaitsForClick, main_region
 from .library import rackfocus
 
@@ -167,7 +167,7 @@ def _picture(context, settings, view, is_final):
         method = AT_REST if is_final else MOVING
     height, width = view.depth.shape
     view.params = {**seen.params, **method}
-    made = rackfocus.Filter(width, height, threads=engine.threads(), **view.params)
+    made = rackfocus.Filter(width, height, threads=preferences.threads(), **view.params)
     if settings.show == "PICTURE":
         shown = np.empty_like(view.colour)
         made.process(view.colour, seen.depth, shown)
@@ -177,7 +177,7 @@ def _picture(context, settings, view, is_final):
     if settings.show == "COC":
         return coc_map(coc), True
     limit = made.lens.coc_limit_px
-    return engine.overlay(view.colour, coc[..., None], limit), False
+    return nodes.overlay(view.colour, coc[..., None], limit), False
 
 
 def _make(context, settings, view, has_moved, is_final):

@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import compat, lens, passes, setup
+from . import compat, group, lens, passes, setup
 from .library import rackfocus
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
@@ -88,6 +88,8 @@ def describe(settings, scene, n):
     """Lines for the panel on a render in n views."""
     if scene.render.use_multiview:
         return ["With stereo, one view is rendered"]
+    if group.nodes_of(scene):
+        return ["With Rack Focus nodes on pictures, one view is rendered"]
     width, height = lens.picture_size(scene.render)
     lines = []
     samples = samples_of(scene)
@@ -145,7 +147,7 @@ def begin(scene):
     clean_up()
     cameras = [c for c in setup.cameras_of(scene) if c.data.rack_focus.enabled]
     most = max((view_count(c.data.rack_focus) for c in cameras), default=1)
-    if most < 2 or scene.render.use_multiview:
+    if most < 2 or scene.render.use_multiview or group.nodes_of(scene):
         return
     is_sequence = any(is_one_by_one(c.data.rack_focus) for c in cameras)
     copies = [_make_copy(scene) for _ in range(most if is_sequence else 1)]
@@ -274,9 +276,8 @@ def _hand_over(scene, copies):
     is_in_order = any(order.index(node) < first for node in sources)
     if len(copies) > 1 or not is_in_order:
         for copy in copies[1:]:
-            node = tree.nodes.new("CompositorNodeRLayers")
+            node = compat.new_layer_node(tree, copy)
             node[HOST] = ""
-            node.scene = copy
         for node in filters:
             tail = setup.add_node(tree, scene, node.layer)
             tail.location = node.location

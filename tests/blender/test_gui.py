@@ -103,6 +103,6 @@ def test_data_is_changed_in_the_main_thread(found):
     """Else Blender crashes or hangs in some of a hundred renders."""
     threads = found[0]["threads"]
     assert set(threads) == {
-        "_write_file", "hide_dof", "show_dof", "prepare_frame", "follow"
+        "_write_file", "prepare_frame", "follow"
     }  # fmt: skip
     assert all(all(calls) for calls in threads.values()), threads

@@ -118,6 +118,7 @@ def make_base(path):
     camera.rotation_euler = (np.pi / 2, 0, 0)
     scene.collection.objects.link(camera)
     scene.camera = camera
+    bpy.data.orphans_purge(do_recursive=True)  # of Blender's start file
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
 
@@ -247,6 +248,11 @@ def last_message(scene):
 def resident_bytes():
     """Memory of this process that is in use."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+def own_memory_folders():
+    """What this process left in the memory file system."""
+    return list(Path("/dev/shm").glob(f"rack_focus_{os.getpid()}_*"))
 
 
 def curves_of(item):

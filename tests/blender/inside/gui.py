@@ -57,8 +57,6 @@ def watch_threads():
     saver = addon("passes").RenderedPasses
     watch(saver, "_write_file")
     for module, name in (
-        ("setup", "hide_dof"),
-        ("setup", "show_dof"),
         ("views", "prepare_frame"),
         ("views", "follow"),
     ):

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that render sharp, not black, where the add-on is missing.
+
+Without the add-on nobody renders the filter scene: its nodes are black (or Blender
+starts EEVEE for it). So a file is written with what follows our nodes linked to the
+scene's own Render Layers node, and ours muted. Once written, or opened where the add-on
+is, the links are ours again. What is undone stands in the nodes themselves.
+"""
+
+import json
+
+import bpy
+
+from . import compat, group, preferences, setup
+
+PARKED = "rack_focus_parked"  # of our nodes: what restore() needs, as JSON
+STAND_IN = "rack_focus_stand_in"  # of the scene's nodes that only a written file has
+LABEL = "Rack Focus: add-on missing, sharp picture"
+INSTEAD = {"Image": "Image", "Alpha": "Alpha", "Depth": "Depth", "Focus": "Image"}
+NOTICE = "Rack Focus notice.py"
+NOTICE_TEXT = """# Says in the console that the add-on Rack Focus is missing.
+import sys
+import bpy
+if not hasattr(bpy.types.Scene, "rack_focus"):
+    print("Rack Focus: this file has depth of field made by the add-on Rack Focus, "
+          "which is not enabled here: the picture stays sharp", file=sys.stderr)
+"""
+
+_shown = {}  # name of a group: did it show filtered images before the file was written?
+
+
+def _stand_in(tree, scene, node):
+    """A Render Layers node of the scene itself for the layer of one of ours."""
+    for source in setup.layer_nodes(tree, scene):
+        if source.layer == node.layer and not source.mute:
+            return source
+    source = compat.new_layer_node(tree, node.scene)
+    source.scene = scene
+    source.layer = node.layer
+    source[STAND_IN] = True
+    setup.put_below(tree, source, node)
+    return source
+
+
+def _park_node(tree, scene, node):
+    links = [k for k in tree.links if k.from_node == node]
+    links = [k for k in links if k.from_socket.name in INSTEAD]
+    source = _stand_in(tree, scene, node) if links and not node.mute else None
+    about = {"mute": node.mute, "label": node.label, "links": []}
+    for link in links if source is not None else ():
+        name, end = link.from_socket.name, link.to_socket
+        output = source.outputs.get(INSTEAD[name])
+        if output is None or not output.enabled:
+            continue
+        index = list(link.to_node.inputs).index(end)
+        about["links"].append([name, link.to_node.name, index])
+        tree.links.remove(link)
+        tree.links.new(output, end)
+    about["source"] = source.name if source is not None else ""
+    node.mute, node.label = True, LABEL
+    node[PARKED] = json.dumps(about)
+
+
+def park(scene):
+    """Links what follows our nodes to the scene's own, for a file to be written."""
+    ours = setup.filter_scene_of(scene)
+    for tree in setup.all_trees_of(scene) if ours is not None else ():
+        for node in setup.layer_nodes(tree, ours):
+            if PARKED not in node:
+                _park_node(tree, scene, node)
+    for node in group.nodes_of(scene):
+        # Images that were made are not written.
+        _shown[node.node_tree.name] = node.node_tree.rack_focus.is_filtered
+        group.show(node.node_tree, False)
+
+
+def _restore_node(tree, node):
+    about = json.loads(node[PARKED])
+    node.mute, node.label = about["mute"], about["label"]
+    del node[PARKED]
+    for name, target, index in about["links"]:
+        to, output = tree.nodes.get(target), node.outputs.get(name)
+        if to is None or output is None or index >= len(to.inputs):
+            continue
+        end = to.inputs[index]
+        # What was linked anew on a machine without the add-on stays.
+        if not end.is_linked or end.links[0].from_node.name == about["source"]:
+            for link in list(end.links):
+                tree.links.remove(link)
+            tree.links.new(output, end)
+
+
+def restore(scene):
+    """Undoes park()."""
+    ours = setup.filter_scene_of(scene)
+    for tree in setup.all_trees_of(scene) if ours is not None else ():
+        parked = [n for n in setup.layer_nodes(tree, ours) if PARKED in n]
+        for node in parked:
+            _restore_node(tree, node)
+        for node in [n for n in tree.nodes if STAND_IN in n] if parked else ():
+            tree.nodes.remove(node)
+    for node in group.nodes_of(scene) if _shown else ():
+        if _shown.pop(node.node_tree.name, False):
+            group.show(node.node_tree, True)
+
+
+def forget():
+    """Another file was opened: there is nothing to restore but what it says."""
+    _shown.clear()
+
+
+def add_notice():
+    """A script in the written file that speaks up, where the preferences want it."""
+    is_wanted = preferences.get("has_notice", False)
+    if not is_wanted or not any(map(setup.filter_scene_of, setup.user_scenes())):
+        return
+    text = bpy.data.texts.get(NOTICE) or bpy.data.texts.new(NOTICE)
+    text.from_string(NOTICE_TEXT)
+    text.use_module = True
+
+
+def remove_notice():
+    """Takes it away again."""
+    text = bpy.data.texts.get(NOTICE)
+    if text is not None:
+        bpy.data.texts.remove(text)

@@ -1,0 +1,458 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what farms and studios meet: files, scenes, libraries, what is left behind.
+
+farm_checks.py DIST OUT [CHECK ...]    writes OUT/farm_results.json
+"""
+
+import json
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+import common  # noqa: E402
+from checking import BASE, OUT, Checks  # noqa: E402
+from common import (  # noqa: E402
+    addon,
+    emitter,
+    filtered,
+    last_message,
+    pinhole,
+    render,
+    rgba,
+    same,
+    snapshot,
+    start,
+)
+
+check = Checks()
+
+
+def expected(scene):
+    """What the filter makes of the passes of a scene."""
+    sharp = pinhole(scene, OUT / "farm_passes.exr")
+    return filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
+
+
+def second_scene():
+    """A scene that is not active, with the first one's camera and a cube of its own."""
+    first = bpy.context.scene
+    two = bpy.data.scenes.new("Two")
+    common.set_up_cycles(two)
+    for name in ("resolution_x", "resolution_y", "resolution_percentage"):
+        setattr(two.render, name, getattr(first.render, name))
+    two.collection.objects.link(first.camera)
+    two.camera = first.camera
+    for name, colour, place in (("near", (1, 0, 0), 2), ("far", (0, 1, 0), 7)):
+        item = emitter(name, colour, 0.2 * place, (0.05 * place, place, 0))
+        first.collection.objects.unlink(item)
+        two.collection.objects.link(item)
+    return two
+
+
+def reopen(name):
+    """Saves, and opens what was saved."""
+    path = str(OUT / f"{name}.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    bpy.ops.wm.open_mainfile(filepath=path)
+
+
+# ---- never a wrong or a black frame -----------------------------------------------
+
+
+@check
+def a_scene_that_is_not_active():
+    """It shows its own view, filtered: not the active scene's."""
+    two = second_scene()
+    start()
+    made = rgba(render(two, OUT / "two.exr"))
+    assert not last_message(two), last_message(two)
+    same(made, expected(two))
+
+
+@check
+def a_file_that_an_earlier_version_damaged():
+    """The nodes of its second scene look at the first one; they are mended once."""
+    two = second_scene()
+    _, data = start()
+    setup, tree = addon("setup"), common.tree_of(two)
+    source = setup.layer_nodes(tree, two)[0]
+    ours = setup.layer_nodes(tree, two.rack_focus.filter_scene)[0]
+    setup.move_links(tree, ours, source)
+    source.scene = bpy.data.scenes["Scene"]
+    record = json.loads(two.rack_focus.record)
+    del record["version"]
+    two.rack_focus.record = json.dumps(record)
+    reopen("damaged")
+    two = bpy.data.scenes["Two"]
+    same(rgba(render(two, OUT / "two.exr")), expected(two))
+    # What an artist chooses afterwards stays.
+    tree = common.tree_of(two)
+    render(two, OUT / "two.exr")
+    source = setup.layer_nodes(tree, two)[0]
+    source.scene = bpy.data.scenes["Scene"]
+    reopen("damaged")
+    assert not setup.layer_nodes(common.tree_of(bpy.data.scenes["Two"]), two)
+
+
+def plain():
+    """Nothing of the artist's own."""
+
+
+def with_nodes():
+    """A Flip behind the render, and the CoC and Focus shown."""
+    scene = bpy.context.scene
+    tree = common.tree_of(scene)
+    ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+    flip = tree.nodes.new("CompositorNodeFlip")
+    if "Flip X" in flip.inputs:  # 4.5 and later
+        flip.inputs["Flip X"].default_value = True
+        flip.inputs["Flip Y"].default_value = False
+    out = addon("compat").output_socket(tree)
+    tree.links.new(ours.outputs["Image"], flip.inputs[0])
+    tree.links.new(flip.outputs[0], out)
+    for name in ("CoC", "Focus"):
+        reroute = tree.nodes.new("NodeReroute")
+        tree.links.new(ours.outputs[name], reroute.inputs[0])
+
+
+def without_own_node():
+    """The scene's own Render Layers node was deleted."""
+    scene = bpy.context.scene
+    tree = common.tree_of(scene)
+    for node in addon("setup").layer_nodes(tree, scene):
+        tree.nodes.remove(node)
+
+
+@check
+def files_for_machines_without_the_add_on():
+    """The open file stays as it was; the tests render the written one without us."""
+    cases = {"plain": plain, "nodes": with_nodes, "no_own_node": without_own_node}
+    for name, change in cases.items():
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        wanted = expected(start()[0])
+        change()
+        before = snapshot(bpy.context.scene)
+        mutes = [node.mute for node in common.tree_of(bpy.context.scene).nodes]
+        common.set_output(bpy.context.scene, OUT / f"farm_{name}.exr")
+        reopen(f"farm_{name}")
+        scene = bpy.context.scene
+        after = snapshot(scene)
+        before[0]["images"] = after[0]["images"]
+        assert after == before, (name, before, after)
+        nodes = common.tree_of(scene).nodes
+        assert [node.mute for node in nodes] == mutes, name
+        made = rgba(render(scene, OUT / "farm.exr"))
+        same(made, wanted[:, ::-1] if name == "nodes" else wanted)
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    sharp = pinhole(bpy.context.scene, OUT / "farm_sharp.exr")
+    np.save(OUT / "farm_sharp.npy", rgba(sharp, "ViewLayer"))
+
+
+@check
+def without_the_scenes_own_node():
+    """The scene is rendered all the same."""
+    scene, data = start()
+    wanted = expected(scene)
+    without_own_node()
+    data.dof.focus_distance, kept = 2, data.dof.focus_distance
+    render(scene, OUT / "own.exr")  # else the last render would do
+    without_own_node()
+    data.dof.focus_distance = kept
+    scene.cycles.seed = 3
+    made = rgba(render(scene, OUT / "own.exr"))
+    assert not last_message(scene), last_message(scene)
+    scene.cycles.seed = 0
+    assert np.abs(made - wanted).max() > 0
+    same(rgba(render(scene, OUT / "own.exr")), wanted)
+
+
+@check
+def a_notice_in_files():
+    """If the preferences want it, the written file has a script; the open one not."""
+    start()
+    preferences = bpy.context.preferences.addons[common.MODULE].preferences
+    preferences.has_notice = True
+    try:
+        path = str(OUT / "farm_notice.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    finally:
+        preferences.has_notice = False
+    assert not bpy.data.texts
+    with bpy.data.libraries.load(path) as (found, _):
+        assert found.texts == [addon("park").NOTICE], found.texts
+
+
+@check
+def a_compositor_that_leads_past_us():
+    """Switched off, or with our node muted: the camera's own blur, and a message."""
+    scene, data = start()
+    data.dof.use_dof = True
+    tree = common.tree_of(scene)
+    ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+    assert not addon("setup").why_not(scene)
+    ours.mute = True
+    assert "no active" in addon("setup").why_not(scene)
+    scene.render.use_compositing = False
+    made = rgba(render(scene, OUT / "past.exr"))
+    assert "Compositing is off" in addon("failures").told[scene.name]
+    data.rack_focus.enabled = False
+    scene.render.use_compositing = False
+    same(made, rgba(render(scene, OUT / "past.exr")))
+
+
+@check
+def a_file_whose_filter_fails():
+    """For the tests: a panorama cannot be filtered."""
+    scene, data = start()
+    data.type = "PANO"
+    common.set_output(scene, OUT / "fails.exr")
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "fails.blend"), copy=True)
+    preferences = bpy.context.preferences.addons[common.MODULE].preferences
+    assert not preferences.is_strict and not addon("failures").is_strict()
+    preferences.is_strict = True
+    assert addon("failures").is_strict()
+    preferences.is_strict = False
+    bpy.ops.wm.save_userpref()
+
+
+# ---- libraries --------------------------------------------------------------------
+
+
+def linked(path, kind):
+    """A scene without a camera that links the library's camera or collection."""
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    scene = bpy.context.scene
+    bpy.data.objects.remove(scene.camera)
+    with bpy.data.libraries.load(path, link=True) as (_, found):
+        if kind == "collection":
+            found.collections = ["Set"]
+        else:
+            found.objects = ["Camera"]
+    item = found.collections[0] if kind == "collection" else found.objects[0]
+    if kind == "collection":
+        scene.collection.children.link(item)
+    else:
+        scene.collection.objects.link(item)
+    return scene, item
+
+
+@check
+def library_overrides():
+    """Every property can be overridden, and is there when the file opens again."""
+    scene, data = start(method="scatter")
+    collection = bpy.data.collections.new("Set")
+    scene.collection.children.link(collection)
+    collection.objects.link(scene.camera)
+    scene.collection.objects.unlink(scene.camera)
+    path = str(OUT / "set.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    for kind in ("collection", "camera"):
+        scene, item = linked(path, kind)
+        if kind == "collection":
+            own = item.override_hierarchy_create(scene, scene.view_layers[0])
+            camera = next(o for o in own.all_objects if o.type == "CAMERA")
+        else:
+            camera = item.override_create(remap_local_usages=True)
+        data = camera.data
+        if data.override_library is None:
+            data = camera.data.override_create(remap_local_usages=True)
+            camera.data = data
+        scene.camera = camera
+        values = changed_values(data.rack_focus)
+        for name, value in values.items():
+            setattr(data.rack_focus, name, value)
+        data.override_library.operations_update()
+        for name in values:
+            assert data.rack_focus.is_property_overridable_library(name), name
+        reopen(f"override_{kind}")
+        scene = bpy.context.scene
+        data = scene.camera.data
+        assert data.override_library is not None, kind
+        found = {name: getattr(data.rack_focus, name) for name in values}
+        assert found == values, (kind, found, values)
+        data.rack_focus.quality, data.rack_focus.method = "normal", "layered"
+        data.rack_focus.views = 1
+        assert addon("setup").filter_scene_of(scene) is not None
+        same(rgba(render(scene, OUT / "override.exr")), expected(scene))
+
+
+def changed_values(settings):
+    """{name: a value that is not the present one} of the plain properties."""
+    values = {}
+    for about in settings.bl_rna.properties:
+        name = about.identifier
+        if about.is_readonly or about.is_hidden or name in ("name", "enabled"):
+            continue
+        now = getattr(settings, name)
+        if about.type == "BOOLEAN":
+            values[name] = not now
+        elif about.type == "ENUM":
+            items = [item.identifier for item in about.enum_items]
+            values[name] = items[(items.index(now) + 1) % len(items)]
+        elif about.type in ("INT", "FLOAT"):
+            step = 1 if about.type == "INT" else 0.25
+            up = now + step <= about.hard_max
+            values[name] = now + step if up else now - step
+        elif about.type == "STRING":
+            values[name] = "//somewhere"
+    assert len(values) > 20
+    return values
+
+
+# ---- what is left behind ----------------------------------------------------------
+
+
+@check
+def the_cameras_own_switch_does_not_flip():
+    """It is on while the picture is filtered, and the passes are sharp all the same."""
+    scene, data = start()
+    data.dof.use_dof = True
+    engine, seen = addon("engine").RackFocusEngine, []
+    kept = engine._render_frame
+
+    def watched(self, *args):
+        seen.append(data.dof.use_dof)
+        return kept(self, *args)
+
+    engine._render_frame = watched
+    try:
+        made = rgba(render(scene, OUT / "flip.exr"))
+    finally:
+        engine._render_frame = kept
+    assert seen == [True]
+    same(made, expected(scene))
+
+
+@check
+def an_animated_switch():
+    """Depth of Field with keyframes: the passes are sharp all the same."""
+    scene, data = start()
+    data.dof.use_dof = True
+    data.dof.keyframe_insert("use_dof", frame=1)
+    made = rgba(render(scene, OUT / "flip.exr"))
+    data.dof.animation_data_clear() if hasattr(data.dof, "animation_data_clear") else 0
+    data.animation_data_clear()
+    same(made, expected(scene))
+
+
+@check
+def a_renamed_scene():
+    """The filter scene follows; no OLD name is left."""
+    scene, _ = start()
+    scene.name = "New"
+    addon("handlers").on_change()
+    assert scene.rack_focus.filter_scene.name == "New Rack Focus"
+    scene.name = "N" * 63
+    for _ in range(3):
+        addon("handlers").on_change()
+    name = scene.rack_focus.filter_scene.name
+    assert name.startswith("N" * 40), name
+
+
+@check
+def the_new_node_covers_none():
+    """An artist's node lies where ours would be."""
+    scene = bpy.context.scene
+    tree, _ = addon("compat").start_compositor(scene)
+    source = addon("setup").layer_nodes(tree, scene)[0]
+    x, y = source.location
+    for drop in (0, 300, 500, 700):
+        node = tree.nodes.new("CompositorNodeBlur")
+        node.location = (x + 30, y - 250 - drop)
+    start()
+    ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+    box = addon("setup")._box
+    left, right, bottom, top = box(ours)
+    for node in tree.nodes:
+        if node != ours:
+            a, b, c, d = box(node)
+            assert a >= right or b <= left or c >= top or d <= bottom, node.name
+
+
+def users():
+    """{kind and name: number of users} of all datablocks, our images aside."""
+    found = {}
+    for kind in common.KINDS:
+        for item in getattr(bpy.data, kind):
+            if kind != "images":
+                found[kind, item.name] = item.users
+    return found
+
+
+@check
+def ticked_and_unticked_leaves_the_users():
+    """Every datablock has the users that it had; a render in between or not."""
+    for is_rendered in (False, True):
+        for views in (1, 3):
+            bpy.ops.wm.open_mainfile(filepath=str(BASE))
+            scene = bpy.context.scene
+            before = users()
+            _, data = start(views=views)
+            if is_rendered:
+                render(scene, OUT / "users.exr")
+            data.rack_focus.enabled = False
+            bpy.context.view_layer.update()
+            after = users()
+            other = {k: (before.get(k), after.get(k)) for k in {*before, *after}}
+            other = {k: v for k, v in other.items() if v[0] != v[1]}
+            if is_rendered and views > 1 and common.V < (4, 5, 0):
+                # Blender counts twice what a copied scene uses, until the file opens.
+                counted = ("objects", "collections", "worlds")
+                other = {k: v for k, v in other.items() if k[0] not in counted}
+            assert not other, (is_rendered, views, other)
+
+
+@check
+def copies_and_deletions_leave_nothing():
+    """A copied scene and camera, deleted again, and a purge."""
+    scene, data = start()
+    before = common.counts()
+    for _ in range(2):
+        copy = scene.copy()
+        addon("handlers").on_change()
+        assert addon("setup").filter_scene_of(copy) not in (
+            None,
+            scene.rack_focus.filter_scene,
+        )
+        addon("compat").remove_scene(copy)
+        addon("handlers").on_change()
+        addon("setup").remove_orphans()
+    camera = scene.camera.copy()
+    camera.data = data.copy()
+    bpy.data.objects.remove(camera)
+    bpy.data.orphans_purge(do_recursive=True)
+    assert common.counts() == before, (before, common.counts())
+    same(rgba(render(scene, OUT / "copies.exr")), expected(scene))
+
+
+@check
+def folders_of_dead_blenders():
+    """What holds its lock stays; unlocked and old ones go."""
+    passes, parent = addon("passes"), OUT / "shm"
+    shutil.rmtree(parent, ignore_errors=True)
+    parent.mkdir()
+    old, new, dead, other = (
+        parent / f"rack_focus_{name}" for name in ("old", "new", "dead", "x")
+    )
+    for folder in (old, new, dead):
+        folder.mkdir()
+        (folder / "passes.exr").write_bytes(b"x")
+    (dead / passes.LOCK).touch()
+    other.write_bytes(b"a file")
+    long_ago = time.time() - 2 * passes.WITHOUT_LOCK_S
+    os.utime(old, (long_ago, long_ago))
+    with passes.own_folder(parent) as alive:
+        # A lock counts for other processes and other open files alike.
+        passes.clear_dead_folders(parent)
+        assert sorted(parent.iterdir()) == sorted([alive, new, other])
+    assert not alive.exists()
+
+
+checking.run(check, "farm_results.json")

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The node with sockets: see inside/group_checks.py."""
+
+import pytest
+from checked import Checked, names_of
+
+SCRIPT = "group_checks.py"
+CHECKED = Checked(SCRIPT, "group_results.json")
+
+
+@pytest.mark.parametrize("name", names_of(SCRIPT))
+def test_check(blender, dist, name):
+    """One check in one Blender."""
+    CHECKED.expect(blender, dist, name)
