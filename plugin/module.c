@@ -32,6 +32,8 @@ static PyMethodDef functions[] = {
      "RACKFOCUS_CPU chooses another; avx512 is only taken when asked for."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
+    {"why_not_read", (PyCFunction)(void (*)(void))plugin_why_not_read,
+     METH_VARARGS | METH_KEYWORDS, NULL},
     {"lens_points", (PyCFunction)(void (*)(void))plugin_lens_points,
      METH_VARARGS | METH_KEYWORDS,
      "lens_points($module, n, /, *, frame=0, **parameters)\n--\n\n"

@@ -29,6 +29,7 @@ PyObject *plugin_raise(const struct module_state *state, const struct rf_error *
 /* The lists of the core as tuples of tuples; see rackfocus/__init__.py. */
 PyObject *plugin_parameters(PyObject *module, PyObject *unused);
 PyObject *plugin_methods(PyObject *module, PyObject *unused);
+PyObject *plugin_why_not_read(PyObject *module, PyObject *args, PyObject *keywords);
 
 /*
  * Defaults, then every keyword in `keywords` (may be NULL) by its key or field name;

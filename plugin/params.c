@@ -157,3 +157,16 @@ int plugin_warn_unread(const struct module_state *state, PyObject *keywords,
     }
     return 0;
 }
+
+PyObject *plugin_why_not_read(PyObject *module, PyObject *args, PyObject *keywords)
+{
+    const char *name, *why_not = NULL;
+    struct rf_params params;
+    if (!PyArg_ParseTuple(args, "s", &name))
+        return NULL;
+    if (plugin_read_params(PyModule_GetState(module), keywords, &params) < 0)
+        return NULL;
+    if (rf_param_is_read(&params, name, &why_not))
+        return PyUnicode_FromString("");
+    return PyUnicode_FromString(why_not ? why_not : "there is no such parameter");
+}

@@ -59,6 +59,7 @@ __all__ = [
     "methods",
     "parameters",
     "version",
+    "why_not_read",
 ]
 
 __version__ = version()
@@ -137,6 +138,15 @@ def parameters():
 def methods():
     """All methods, a tuple of Method."""
     return tuple(Method(*row) for row in _core.methods())
+
+
+def why_not_read(name, /, **params):
+    """Why a parameter has no effect with others, or "" where it has one.
+
+    name: field of parameters(); params: any of them by field name. For panels that show
+    only what counts.
+    """
+    return _core.why_not_read(name, **params)
 
 
 def _context(context, threads):

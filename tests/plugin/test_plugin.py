@@ -532,3 +532,12 @@ def test_a_picture_as_the_distribution():
     with pytest.raises(rackfocus.ParameterError) as caught:
         filtered(colour, depth, distribution="image")
     assert caught.value.field == "distribution"
+
+
+def test_what_is_not_read_says_why():
+    """For panels: nothing with the method, a reason without."""
+    assert rackfocus.why_not_read("copies", method="offset") == ""
+    assert "offset" in rackfocus.why_not_read("copies", method="layered")
+    assert rackfocus.why_not_read("no_such_field")
+    with pytest.raises(rackfocus.ParameterError):
+        rackfocus.why_not_read("copies", no_such_field=2)
