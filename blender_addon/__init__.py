@@ -17,13 +17,26 @@ from . import (  # noqa: E402
     handlers,
     operators,
     picker,
+    presets,
     props,
+    refocusing,
     setup,
     ui,
     viewport,
 )
 
-MODULES = (props, engine, operators, picker, compare, ui, viewport, handlers)
+MODULES = (
+    props,
+    engine,
+    operators,
+    refocusing,
+    presets,
+    picker,
+    compare,
+    ui,
+    viewport,
+    handlers,
+)
 
 
 def register():

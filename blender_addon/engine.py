@@ -14,11 +14,13 @@ from . import (
     group,
     keep,
     lens,
+    look,
     main_thread,
     nodes,
     passes,
     pictures,
     preferences,
+    refocusing,
     setup,
     tap,
     views,
@@ -75,6 +77,14 @@ def with_some_depth(layer):
     return passes.Layer(layer.colour, np.minimum(layer.depth, FAR))
 
 
+def looked(layer, settings, params):
+    """A passes.Layer with the highlights and the blur that the settings ask for."""
+    values, focus = look.of(settings), params["focus_distance"]
+    is_flat = params["projection"] == "orthographic"
+    depth = look.depth(layer.depth, values, focus, is_flat)
+    return passes.Layer(look.colour(layer.colour, values), depth)
+
+
 def cut_out(found, render):
     """The rendered part of passes.Layer where a border is rendered in a whole frame."""
     if not render.use_border or render.use_crop_to_border:
@@ -85,6 +95,15 @@ def cut_out(found, render):
     part = np.s_[height - high : height - low, left:right]
     has_depth = found.depth is not None
     return passes.Layer(found.colour[part], found.depth[part] if has_depth else None)
+
+
+def coc_picture(coc):
+    """(height, width, 4) of a signed CoC: blue behind the focus, orange before it."""
+    size = np.abs(coc) / max(float(np.abs(coc).max()), 1e-6)
+    behind, before = np.float32([0.1, 0.35, 1, 1]), np.float32([1, 0.45, 0.05, 1])
+    shown = np.where(coc > 0, behind, before) * size
+    shown[..., 3] = 1
+    return shown.astype(np.float32)
 
 
 def last_layer(scene):
@@ -129,6 +148,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         source = source.original
         run = last_run[source.name] = {"seconds": {}, "message": ""}
         run["message"] = failures.told.get(source.name, "")
+        if source.name not in alone:
+            refocusing.note(source)
         try:
             if is_called_for_nodes_only(source, depsgraph.view_layer.name):
                 self._write_nothing(depsgraph)
@@ -186,6 +207,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _render_views(self, depsgraph, source, seconds):
         started = time.perf_counter()
         frames = self._frames(depsgraph)
+        is_refocus = bool(source.rack_focus.muted)
+        self.show = refocusing.shown.get(source.name, "picture")
+        if not is_refocus:  # a render is never an overlay
+            self.show = "picture"
+            refocusing.shown.pop(source.name, None)
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
         problem = None
         try:
@@ -244,10 +270,15 @@ class RackFocusEngine(bpy.types.RenderEngine):
         limit_px: radius that counts as sharp, None where the picture is not filtered.
         """
         by_name = {"Combined": picture}
+        show = self.show if limit_px is not None else "picture"
         if "Depth" in self.linked:
             by_name["Depth"] = planar = np.zeros_like(coc)
             if depth is not None:
                 planar[::-1, :, 0] = depth
+        if show == "coc":
+            by_name["Combined"] = coc_picture(coc)
+        elif show == "focus":
+            by_name["Combined"] = nodes.overlay(picture, coc, limit_px)
         if "CoC" in self.linked:
             by_name["CoC"] = coc
         if "Focus" in self.linked:
@@ -277,9 +308,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if any(layer.depth is None for layer, _ in found):
             raise Problem(no_depth(frame.layer))
         found = [(with_some_depth(layer), place) for layer, place in found]
-        depth = found[0][0].depth
-        height, width = depth.shape
+        height, width = found[0][0].depth.shape
         params = lens.frame_parameters(frame.camera, settings, render, (width, height))
+        found = [(looked(layer, settings, params), place) for layer, place in found]
+        depth = found[0][0].depth
         params["method"] = views.method_for(params["method"], found)
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")
         started = time.perf_counter()
@@ -293,7 +325,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         views.process(made, params, found, picture[::-1], self._report)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()
-        if self.linked & {"CoC", "Focus"}:
+        if self.linked & {"CoC", "Focus"} or self.show != "picture":
             made.coc(depth, coc[::-1, :, 0])
         seconds["coc"] = time.perf_counter() - started
         return made.lens.coc_limit_px

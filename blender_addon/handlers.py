@@ -20,6 +20,7 @@ from . import (
     operators,
     park,
     passes,
+    refocusing,
     setup,
     tap,
     views,
@@ -152,6 +153,7 @@ def on_load(*_):
 
 
 def _mend():
+    refocusing.forget()
     park.forget()
     for scene in setup.user_scenes():
         park.restore(scene)
@@ -216,6 +218,7 @@ def _follow():
         setup.sync(scene)
         if is_changed:
             setup.settle(scene)
+        refocusing.follow(scene)
 
 
 # Seconds that the main thread may take until it comes to a task.

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from . import compat, group, lens, main_thread, passes, preferences, setup, tap
+from . import compat, group, lens, look, main_thread, passes, preferences, setup, tap
 from .library import rackfocus
 
 PUT_S = 20.0  # that the main thread may take until it comes to the images
@@ -31,23 +31,6 @@ def overlay(picture, coc, limit_px):
     band = np.abs(coc[..., 0]) <= limit_px
     shown[band] = 0.5 * shown[band] + 0.5 * BAND_COLOUR
     return shown
-
-
-def with_mask(depth, mask, focus, is_orthographic):
-    """Depth for which the CoC is `mask` times that of `depth`; same shape.
-
-    The CoC is proportional to 1/focus - 1/depth, in an orthographic view to
-    depth - focus. mask: (height, width) or a number, 0 (sharp) to 1.
-    """
-    if np.isscalar(mask) and mask >= 1:
-        return depth
-    mask = np.clip(mask, 0, 1)
-    if is_orthographic:
-        found = focus + mask * (np.minimum(depth, FAR) - focus)
-    else:
-        with np.errstate(divide="ignore"):
-            found = 1 / ((1 - mask) / focus + mask / depth)
-    return np.minimum(found, FAR).astype(np.float32)
 
 
 def run(scene, depsgraph, engine, seconds):
@@ -164,15 +147,17 @@ def _filter(scene, depsgraph, node, given, engine, seconds):
     if params["method"] in ("views", "accumulate"):
         params["method"] = "layered"  # one picture comes in
     is_flat = params["projection"] == "orthographic"
-    used = with_mask(depth, tapped.mask, params["focus_distance"], is_flat)
-    used = np.ascontiguousarray(np.minimum(used, FAR))
+    focus, values = params["focus_distance"], look.of(seen.data.rack_focus)
+    used = look.with_mask(depth, tapped.mask, focus, is_flat)
+    used = np.minimum(look.depth(used, values, focus, is_flat), FAR)
+    colour = look.colour(tapped.colour, values)
     started = time.perf_counter()
     made = rackfocus.Filter(
         width, height, threads=preferences.threads(), **params,
         **seen.data.rack_focus.light_keywords(),
     )  # fmt: skip
     picture = np.empty((height, width, 4), np.float32)
-    made.process(tapped.colour, used, picture, engine._report)
+    made.process(colour, used, picture, engine._report)
     coc = np.zeros((height, width, 1), np.float32)
     wanted = group.linked(node)
     if wanted & {"CoC", "Focus"}:

@@ -51,6 +51,12 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
     object: StringProperty(
         name="Object", description="Focus on this object instead of a point"
     )
+    keyframe: BoolProperty(
+        name="Keyframe",
+        description="Insert a keyframe of the focus distance in the present frame",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
     refocus: BoolProperty(
         name="Refocus", description="Filter the picture again", default=True
     )
@@ -88,6 +94,8 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
             return False
         dof.focus_object = None
         dof.focus_distance = distance
+        if self.keyframe:
+            dof.keyframe_insert("focus_distance", frame=scene.frame_current)
         self.report({"INFO"}, f"Focus at {distance:.4g}")
         return True
 

@@ -11,12 +11,13 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compat, pictures, setup, writing
+from . import compat, pictures, setup, words, writing
 from .library import rackfocus
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
 LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
 # What the camera does not have, beside the parameters of the methods.
+FIRST_VIEWS = 8  # of a camera that gets a method of several views
 OF_OTHER_GROUPS = ("coc_limit", "film_depth")
 # Fields that count whatever the quality is.
 ALWAYS = ("method", "max_radius", *OF_OTHER_GROUPS, *LENS_POINTS)
@@ -33,10 +34,10 @@ def _qualities(table):
     table: the table's line `quality`, whose choices it takes. "custom", without
     keywords of its own, shows every parameter.
     """
-    items = [(c.name, c.name.capitalize(), c.help) for c in table.choices]
+    names = [*(c.name for c in table.choices), "custom"]
+    items = [(n, n.capitalize(), words.QUALITIES.get(n, "")) for n in names]
     presets = {c.name: {"quality": c.name} for c in table.choices}
-    custom = ("custom", "Custom", "Set every option by hand")
-    return [*items, custom], table.default, {**presets, "custom": None}
+    return items, table.default, {**presets, "custom": None}
 
 
 QUALITY_ITEMS, DEFAULT_QUALITY, QUALITIES = _qualities(_find("quality"))
@@ -51,28 +52,68 @@ def method_table():
     ]
 
 
-def belongs_to(parameter):
-    """The method that a parameter is for, by the first word of its help; "" for all."""
-    head, colon, _ = parameter.help.partition(":")
-    name = head.lower()
-    is_method = name in [method.name for method in rackfocus.methods()]
-    return name if colon and is_method else ""
+def is_read(settings, field):
+    """Has a field an effect with the camera's other settings?"""
+    if field == "method":
+        return True
+    values = {p.field: getattr(settings, p.field) for p in method_table()}
+    return not rackfocus.why_not_read(field, **values)
+
+
+def method_items():
+    """The methods as items of a menu, those up front first."""
+    names = [method.name for method in rackfocus.methods()]
+    order = [*words.METHODS, *(n for n in names if n not in words.METHODS)]
+    found = []
+    for name in (n for n in order if n in names):
+        label, about = words.METHODS.get(name, (words.title(name), ""))
+        found.append((name, label, about, names.index(name)))
+    return found
+
+
+def _choices(p):
+    """Items of an enum property."""
+    if p.field == "method":
+        return method_items()
+    return [
+        (c.name, words.title(c.name), words.CHOICES.get((p.field, c.name), c.help))
+        for c in p.choices
+    ]
 
 
 def _property(p):
     """A Blender property for one line of the table."""
-    label = p.field.replace("_", " ").capitalize().replace("Coc", "CoC")
-    about = dict(name=label, description=p.help.rstrip("."), default=p.default)
+    label, about = words.FIELDS.get(p.field, (words.title(p.field), p.help))
+    about = dict(name=label, description=about.rstrip("."), default=p.default)
     about["override"] = OVERRIDABLE
     if p.type == "enum":
-        items = [(c.name, c.name.capitalize(), c.help) for c in p.choices]
-        return EnumProperty(items=items, **about)
+        update = _method_changed if p.field == "method" else None
+        return EnumProperty(items=_choices(p), update=update, **about)
     if p.type == "bool":
         return BoolProperty(**about)
     kind = IntProperty if p.type == "int" else FloatProperty
     if p.unit == "px":
         about["subtype"] = "PIXEL"
+    elif p.unit == "scene units":
+        about["unit"] = "LENGTH"
     return kind(min=p.min, max=p.max, **about)
+
+
+def _method_changed(settings, _context):
+    """Views of one view would be a plain picture."""
+    if settings.method in ("views", "accumulate") and settings.views < 2:
+        settings.views = FIRST_VIEWS
+
+
+def _switch(field, start):
+    """The tick of a field whose 0 means automatic; it is the field itself."""
+    label, _ = words.FIELDS[field]
+    return BoolProperty(
+        name=f"Set {label}",
+        description=f"Off: {label} is chosen by Rack Focus",
+        get=lambda self: getattr(self, field) > 0,
+        set=lambda self, value: setattr(self, field, start if value else 0),
+    )
 
 
 class CameraSettings(bpy.types.PropertyGroup):
@@ -87,20 +128,28 @@ class CameraSettings(bpy.types.PropertyGroup):
     quality: EnumProperty(
         override=OVERRIDABLE,
         name="Quality",
-        description="How much the filter looks at",
+        description=words.FIELDS["quality"][1],
         items=QUALITY_ITEMS,
         default=DEFAULT_QUALITY,
     )
     views: IntProperty(
         override=OVERRIDABLE,
         name="Views",
-        description="Renders from so many points of the lens, the samples shared out "
-        "among them; 1 is one pinhole render. Layered and Views merge 64 at most, "
-        "Accumulate takes the mean of any number",
+        description="Renders from so many points of the lens. 1 is a single render. "
+        "Final and Views merge 64 at most, Accumulate takes the mean of any number",
         min=1,
         max=1024,
         soft_max=64,
         default=1,
+    )
+    view_samples: IntProperty(
+        override=OVERRIDABLE,
+        name="Samples a View",
+        description="Of the render engine. 0 shares the scene's samples out among the "
+        "views, which takes the time of one render",
+        min=0,
+        soft_max=1024,
+        default=0,
     )
     camera_move: EnumProperty(
         override=OVERRIDABLE,
@@ -121,17 +170,66 @@ class CameraSettings(bpy.types.PropertyGroup):
     distribution_image: PointerProperty(
         override=OVERRIDABLE,
         name="Distribution Image",
-        description="Picture of the aperture, as the camera sees it: the method "
-        "Scatter spreads light by it where Distribution is Image",
+        description="Picture of the aperture, as the camera sees it",
         type=bpy.types.Image,
     )
     passes_folder: StringProperty(
         override=OVERRIDABLE,
         name="Keep Passes",
-        description="Folder for the passes of every frame and view as EXR files, for "
-        "the command, and for Refocus after the file was closed; empty: none",
+        description="Folder for the passes of every frame and view as EXR files: "
+        "Refocus finds them when the file opens again. Empty: none",
         subtype="DIR_PATH",
         options=compat.PATH_OPTIONS,
+    )
+    use_highlight_clamp: BoolProperty(
+        override=OVERRIDABLE,
+        name="Clamp",
+        description="Limit the light of a pixel before it is blurred: a firefly would "
+        "become a bright disc",
+    )
+    highlight_clamp: FloatProperty(
+        override=OVERRIDABLE,
+        name="Brightest",
+        description="Light that a pixel may have at most. Lamps in the picture lose "
+        "light too",
+        min=0.01,
+        soft_max=100,
+        default=10,
+    )
+    highlight_threshold: FloatProperty(
+        override=OVERRIDABLE,
+        name="Threshold",
+        description="Light above which a pixel is a highlight",
+        min=0,
+        soft_max=10,
+        default=1,
+    )
+    highlight_gain: FloatProperty(
+        override=OVERRIDABLE,
+        name="Gain",
+        description="What is above the threshold is multiplied by this before it is "
+        "blurred. More makes the bokeh brighter",
+        min=0,
+        soft_max=10,
+        default=1,
+    )
+    front_blur: FloatProperty(
+        override=OVERRIDABLE,
+        name="Front Blur",
+        description="Part of the lens's blur that what is nearer than the focus has",
+        subtype="FACTOR",
+        min=0,
+        max=1,
+        default=1,
+    )
+    back_blur: FloatProperty(
+        override=OVERRIDABLE,
+        name="Back Blur",
+        description="Part of the lens's blur that what is farther than the focus has",
+        subtype="FACTOR",
+        min=0,
+        max=1,
+        default=1,
     )
     is_dof_hidden: BoolProperty(
         description="Earlier versions had the camera's own depth of field off while a "
@@ -166,6 +264,8 @@ class CameraSettings(bpy.types.PropertyGroup):
 
 for _parameter in method_table():
     CameraSettings.__annotations__[_parameter.field] = _property(_parameter)
+for _field, _start in words.AUTOMATIC.items():
+    CameraSettings.__annotations__[f"has_{_field}"] = _switch(_field, _start)
 
 
 class SceneState(bpy.types.PropertyGroup):
@@ -178,6 +278,11 @@ class SceneState(bpy.types.PropertyGroup):
     is_views_copy: BoolProperty(
         description="A copy of the scene viewed, which renders its views",
         options={"HIDDEN"},
+    )
+    is_automatic: BoolProperty(
+        name="Refocus by Itself",
+        description="Filter the last render again when the focus, the lens or a "
+        "setting of Rack Focus changes",
     )
     is_tap: BoolProperty(
         description="A scene for a moment, in which a node's inputs are computed",

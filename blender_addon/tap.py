@@ -130,6 +130,7 @@ def _composite(scene, node, names, files, folder):
         _show_passes(tree, files, images)
         _lead_out(tree, tree.nodes[node.name], names, folder)
         _prepare(stand, scene)
+        setup.settle(scene)
         windows = bpy.context.window_manager.windows
         about = {"window": windows[0]} if len(windows) else {}
         with bpy.context.temp_override(**about):
@@ -138,6 +139,7 @@ def _composite(scene, node, names, files, folder):
         _remove(stand)
         for image in images:
             bpy.data.images.remove(image)
+        setup.settle(scene)
 
 
 def _prune(tree, node):

@@ -4,16 +4,38 @@
 import bpy
 from bpy.props import BoolProperty, IntProperty
 
-from . import group, lens, setup, views
+from . import group, lens, refocusing, setup, views, words
 from .library import rackfocus
 from .operators import last_message, scene_of
-from .props import LENS_POINTS, belongs_to, method_table
+from .props import LENS_POINTS, is_read, method_table
 
 PARENTS = ("DATA_PT_camera_dof", "CYCLES_CAMERA_PT_dof")
 
 
-def _is_main(p):
-    return p.field in ("method", "max_radius", "film_depth", *LENS_POINTS)
+# Shown in the box itself, not among the options of the method.
+IN_BOX = ("method", "max_radius", "film_depth", "coc_limit", *LENS_POINTS)
+
+
+def draw_field(layout, settings, field):
+    """A field; those that may be automatic have a tick and say so."""
+    if field not in words.AUTOMATIC:
+        layout.prop(settings, field)
+        return
+    row = layout.row(heading=words.FIELDS[field][0])
+    row.prop(settings, f"has_{field}", text="")
+    if getattr(settings, f"has_{field}"):
+        row.prop(settings, field, text="")
+    else:
+        row.label(text="Automatic")
+
+
+def draw_method(layout, settings):
+    """The methods up front as buttons; another one by its name."""
+    row = layout.row(align=True)
+    for name in words.UP_FRONT:
+        row.prop_enum(settings, "method", name)
+    if settings.method not in words.UP_FRONT:
+        layout.label(text=f"Method: {words.METHODS[settings.method][0]}")
 
 
 class CameraPanel:
@@ -33,48 +55,43 @@ class CameraPanel:
         """The tick."""
         self.layout.prop(context.camera.rack_focus, "enabled", text="")
 
+    def draw_header_preset(self, _context):
+        """The menu of looks."""
+        self.layout.popover("VIEW3D_PT_rack_focus_presets", text="", icon="PRESET")
+
     def draw(self, context):
         """Fields, hints, buttons."""
         layout = self.layout
         layout.use_property_split = True
-        layout.use_property_decorate = False
         settings, scene = context.camera.rack_focus, scene_of(context)
+        if context.camera.library is not None:
+            layout.label(text="Linked: make a library override to edit", icon="LINKED")
         column = layout.column()
         column.active = settings.enabled
-        column.prop(settings, "method")
+        draw_method(column, settings)
         column.prop(settings, "quality")
-        column.prop(settings, "max_radius")
-        if scene.render.film_transparent:
+        if is_read(settings, "max_radius"):
+            draw_field(column, settings, "max_radius")
+        if scene.render.film_transparent and is_read(settings, "film_depth"):
             column.prop(settings, "film_depth")
-        if settings.quality == "custom":
-            for p in method_table():
-                if not _is_main(p) and belongs_to(p) in ("", settings.method):
-                    column.prop(settings, p.field)
-            if (settings.method, settings.distribution) == ("scatter", "image"):
-                column.template_ID(settings, "distribution_image", open="image.open")
         if settings.method in views.METHODS:
             self._draw_views(column, settings, scene)
-        column.prop(settings, "passes_folder")
         if settings.enabled:
             self._draw_state(context, layout, scene)
 
     @staticmethod
     def _draw_views(column, settings, scene):
-        """Number of views, where on the lens, and what they will cost."""
+        """Number of views, their samples, and what they will cost."""
         column.prop(settings, "views")
-        n = views.view_count(settings)
         if settings.views < 2:
             return
-        column.prop(settings, "lens_pattern")
-        column.prop(settings, "lens_random")
-        if settings.lens_random or settings.lens_pattern == "grid":
-            column.prop(settings, "lens_seed")
+        column.prop(settings, "view_samples")
         if settings.method == "accumulate":
             column.prop(settings, "camera_move")
             column.prop(settings, "shutter_spread")
-        if settings.enabled:
-            for text in views.describe(settings, scene, n):
-                column.label(text=text, icon="INFO")
+        n = views.view_count(settings)
+        for text in views.describe(settings, scene, n) if settings.enabled else ():
+            column.label(text=text, icon="INFO")
 
     def _draw_state(self, context, layout, scene):
         """What is in focus, what is wrong, and the buttons."""
@@ -84,30 +101,123 @@ class CameraPanel:
             return
         column = layout.column(align=True)
         try:
-            column.label(text=describe_focus(camera, scene.render))
+            column.label(text=describe_focus(camera, scene))
         except (lens.CameraError, rackfocus.Error) as error:
             column.label(text=str(error), icon="ERROR")
-        message = last_message(scene)
-        if message:
-            column.label(text=message, icon="ERROR")
-        if not scene.render.use_compositing or setup.filter_scene_of(scene) is None:
-            column.label(text="Post Processing > Compositing is off", icon="ERROR")
-        row = layout.row(align=True)
-        row.operator("rack_focus.refocus", icon="FILE_REFRESH")
+        draw_messages(column, scene)
+        draw_refocus(layout, scene)
         layout.operator("rack_focus.compare", icon="IMAGE_REFERENCE")
         settings = context.window_manager.rack_focus_view
         layout.prop(settings, "enabled", text="Show in 3D Views")
 
 
-def describe_focus(camera, render):
-    """One line on the depth of field of a camera object, for the panel."""
-    params = lens.frame_parameters(
-        camera, camera.data.rack_focus, render, lens.picture_size(render)
-    )
-    made = rackfocus.Lens(*lens.picture_size(render), **params)
+def draw_messages(layout, scene):
+    """What is wrong with the last run and with the set-up."""
+    message = last_message(scene)
+    if message:
+        layout.label(text=message, icon="ERROR")
+    if setup.filter_scene_of(scene) is None:
+        return
+    reason = setup.why_not(scene)
+    if reason:
+        layout.label(text=reason[0].upper() + reason[1:], icon="ERROR")
+
+
+def draw_refocus(layout, scene):
+    """The button, whether the picture is out of date, and the toggle."""
+    row = layout.row(align=True)
+    is_old = refocusing.is_out_of_date(scene)
+    text = "Refocus (out of date)" if is_old else "Refocus"
+    row.alert = is_old
+    row.operator("rack_focus.refocus", text=text, icon="FILE_REFRESH")
+    row = row.row(align=True)
+    row.alert = False
+    row.prop(scene.rack_focus, "is_automatic", text="", icon="AUTO")
+
+
+class LookPanel:
+    """Highlights, and blur before and behind the focus."""
+
+    bl_label = "Look"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """Fields."""
+        layout = self.layout
+        layout.use_property_split = True
+        settings = context.camera.rack_focus
+        layout.active = settings.enabled
+        column = layout.column(align=True)
+        column.prop(settings, "front_blur", slider=True)
+        column.prop(settings, "back_blur", slider=True)
+        row = layout.row(heading="Clamp Highlights")
+        row.prop(settings, "use_highlight_clamp", text="")
+        row = row.row()
+        row.active = settings.use_highlight_clamp
+        row.prop(settings, "highlight_clamp", text="")
+        column = layout.column(align=True)
+        column.prop(settings, "highlight_gain", text="Highlight Gain")
+        column.prop(settings, "highlight_threshold", text="Above")
+
+
+class AdvancedPanel:
+    """All methods, and the options that the chosen one reads."""
+
+    bl_label = "Advanced"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """Fields."""
+        layout = self.layout
+        layout.use_property_split = True
+        settings = context.camera.rack_focus
+        layout.active = settings.enabled
+        layout.prop(settings, "method")
+        if settings.quality == "custom":
+            for field in custom_fields(settings):
+                draw_field(layout, settings, field)
+            if (settings.method, settings.distribution) == ("scatter", "image"):
+                layout.template_ID(settings, "distribution_image", open="image.open")
+        else:
+            layout.label(text="Quality Custom shows the method's options", icon="INFO")
+        if settings.method in views.METHODS and settings.views > 1:
+            layout.prop(settings, "lens_pattern")
+            layout.prop(settings, "lens_random")
+            if settings.lens_random or settings.lens_pattern == "grid":
+                layout.prop(settings, "lens_seed")
+        layout.prop(settings, "coc_limit")
+        layout.prop(settings, "passes_folder")
+
+
+def custom_fields(settings):
+    """The options that count for the camera's method, under Custom."""
+    fields = [p.field for p in method_table() if p.field not in IN_BOX]
+    return [field for field in fields if is_read(settings, field)]
+
+
+def describe_focus(camera, scene):
+    """One line on the depth of field of a camera object, in the scene's units."""
+    size = lens.picture_size(scene.render)
+    params = lens.frame_parameters(camera, camera.data.rack_focus, scene.render, size)
+    made = rackfocus.Lens(*size, **params)
     near, far = made.depth_of_field()
-    far_text = "infinity" if far == float("inf") else f"{far:.4g}"
-    return f"Sharp from {near:.4g} to {far_text}"
+    far_text = "infinity" if far == float("inf") else length(scene, far)
+    return f"Sharp from {length(scene, near)} to {far_text}"
+
+
+def length(scene, value):
+    """A length in scene units as the scene shows lengths."""
+    unit = scene.unit_settings
+    if unit.system == "NONE":
+        return f"{value:.4g}"
+    metres = value * unit.scale_length
+    return bpy.utils.units.to_string(unit.system, "LENGTH", metres, precision=4)
 
 
 class ImagePanel(bpy.types.Panel):
@@ -128,17 +238,20 @@ class ImagePanel(bpy.types.Panel):
         """The camera's focus and the buttons."""
         layout = self.layout
         layout.use_property_split = True
-        layout.use_property_decorate = False
         scene = scene_of(context)
         if scene.camera is None:
             layout.label(text="The scene has no camera", icon="ERROR")
             return
         draw_focus(layout, scene.camera.data.dof)
-        layout.operator("rack_focus.pick_focus", icon="EYEDROPPER")
-        layout.operator("rack_focus.refocus", icon="FILE_REFRESH")
-        message = last_message(scene)
-        if message:
-            layout.label(text=message, icon="ERROR")
+        row = layout.row(align=True)
+        row.operator("rack_focus.pick_focus", icon="EYEDROPPER")
+        about = row.operator("rack_focus.pick_focus", text="", icon="KEYFRAME_HLT")
+        about.keyframe = True
+        draw_refocus(layout, scene)
+        row = layout.row(align=True)
+        for show, text in refocusing.SHOWN:
+            row.operator("rack_focus.show", text=text).show = show
+        draw_messages(layout, scene)
 
 
 class NodePanel(bpy.types.Panel):
@@ -172,8 +285,8 @@ class NodePanel(bpy.types.Panel):
             layout.label(text="The scene has no camera", icon="ERROR")
             return
         draw_focus(layout, camera.data.dof)
-        layout.prop(camera.data.rack_focus, "method")
-        layout.operator("rack_focus.refocus", icon="FILE_REFRESH")
+        draw_method(layout, camera.data.rack_focus)
+        draw_refocus(layout, scene)
 
 
 def draw_focus(layout, dof):
@@ -222,13 +335,17 @@ class Preferences(bpy.types.AddonPreferences):
 
 
 def _make_panels():
-    """A box for each of Blender's depth of field panels that exist."""
+    """A box for each of Blender's depth of field panels that exist, and its parts."""
     for parent in PARENTS:
         if hasattr(bpy.types, parent):
             name = parent.replace("_PT_camera_dof", "_PT_rack_focus")
             name = name.replace("_PT_dof", "_PT_rack_focus")
             about = {"bl_idname": name, "bl_parent_id": parent}
             yield type(name, (CameraPanel, bpy.types.Panel), about)
+            for base in (LookPanel, AdvancedPanel):
+                part = f"{name}_{base.bl_label.lower()}"
+                about = {"bl_idname": part, "bl_parent_id": name}
+                yield type(part, (base, bpy.types.Panel), about)
 
 
 _registered = []

@@ -24,7 +24,7 @@ from bpy.props import (
     PointerProperty,
 )
 
-from . import lens, nodes, preferences, viewport_gpu, viewport_lens
+from . import lens, nodes, preferences, viewport_gpu, viewport_lens, words
 from .click import WaitsForClick, main_region
 from .library import rackfocus
 
@@ -351,7 +351,7 @@ def _methods():
     items = [("automatic", "Automatic", "A preview while things move, layered at rest")]
     for method in rackfocus.methods():
         if method.name not in ("views", "accumulate"):
-            items.append((method.name, method.name.capitalize(), method.help))
+            items.append((method.name, *words.METHODS[method.name]))
     return items
 
 

@@ -23,8 +23,7 @@ from .library import rackfocus
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
 MOST_MERGED = 64
-ENOUGH_SAMPLES = 8  # of a view; docs/views.md has the scores
-FEW_VIEWS = 4  # are worth it with any number of samples
+ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
 LOUD_COUNT = 16  # more views are a matter of memory
 BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
 MARK = "rack_focus_view"  # custom property of our cameras
@@ -94,11 +93,14 @@ def describe(settings, scene, n):
     lines = []
     samples = samples_of(scene)
     if samples:
-        lines.append(f"{n} views of {max(samples // n, 1)} samples")
-        if samples < 2 * n:
+        each = samples_of_view(samples, n, settings.view_samples)
+        cost = f"{n * each / samples:.3g} × the time of one render"
+        lines.append(f"{n} views of {each} samples: {cost}")
+        if each < 2:
             lines.append("One sample does not smooth edges")
-        elif samples < ENOUGH_SAMPLES * n and n > FEW_VIEWS:
-            lines.append(f"Fewer views of {ENOUGH_SAMPLES} samples are better")
+        elif each < ENOUGH_SAMPLES:
+            lines.append(f"Below {ENOUGH_SAMPLES} samples a view, one view may be")
+            lines.append("better where metal or water glints")
     if settings.views > n:
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings):
@@ -354,20 +356,31 @@ def _prepare_copy(session, copy, index, n):
     copy.camera = bpy.data.objects[names[index]]
 
 
+def samples_of_view(whole, n, each):
+    """Samples of each of n views; whole: of the scene; each: as set, 0: share out."""
+    return each if each and n > 1 else max(whole // n, 1)
+
+
 def _split_samples(scene, copy, n, index):
-    """An n-th of the samples, of the time limit, n times the variance."""
+    """An n-th of the samples, of the time limit, n times the variance.
+
+    Where the camera sets the samples of a view, they are those, and the limits stay.
+    """
+    each = _sessions[scene.name].camera.data.rack_focus.view_samples
     owner, name = _samples_at(copy)
     if owner is not None:
         whole = getattr(_samples_at(scene)[0], name)
-        setattr(owner, name, max(whole // n, 1))
+        setattr(owner, name, samples_of_view(whole, n, each))
     for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
-        layer.samples = max(own.samples // n, min(own.samples, 1))
+        if own.samples:
+            layer.samples = samples_of_view(own.samples, n, each)
     if scene.render.engine != "CYCLES":
         return
     own, ours = scene.cycles, copy.cycles
-    ours.time_limit = own.time_limit / n
-    ours.adaptive_threshold = min(own.adaptive_threshold * math.sqrt(n), 1)
-    ours.adaptive_min_samples = own.adaptive_min_samples // n
+    parts = 1 if each else n
+    ours.time_limit = own.time_limit / parts
+    ours.adaptive_threshold = min(own.adaptive_threshold * math.sqrt(parts), 1)
+    ours.adaptive_min_samples = own.adaptive_min_samples // parts
     if len(_sessions[scene.name].copy_names) > 1:  # multi-view does this by itself
         ours.seed = (own.seed + 1664525 * index) % 2**31
 

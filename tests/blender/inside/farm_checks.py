@@ -290,6 +290,8 @@ def changed_values(settings):
         name = about.identifier
         if about.is_readonly or about.is_hidden or name in ("name", "enabled"):
             continue
+        if name.startswith("has_"):  # another way to set a number
+            continue
         now = getattr(settings, name)
         if about.type == "BOOLEAN":
             values[name] = not now

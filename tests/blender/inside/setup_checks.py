@@ -224,10 +224,10 @@ def save_and_reload():
 @check
 def properties_come_from_the_table():
     """Every parameter of the methods, with range, default and help."""
-    settings = bpy.context.scene.camera.data.rack_focus
+    settings, words = bpy.context.scene.camera.data.rack_focus, addon("words")
     for p in addon("props").method_table():
         about = settings.bl_rna.properties[p.field]
-        assert about.description == p.help.rstrip("."), p.field
+        assert about.description == words.FIELDS[p.field][1].rstrip("."), p.field
         value = getattr(settings, p.field)
         if p.type == "float":
             assert math.isclose(value, p.default, rel_tol=1e-6)

@@ -451,6 +451,34 @@ def spread_over_the_shutter():
     assert scores[0] > scores[1] + 6 and scores[0] > 30, scores
 
 
+def the_panel_says_what_views_cost(scene, settings):
+    """Time against one render, and where one view is better; no advice that loses."""
+    kept_samples = scene.cycles.samples
+    for whole, n, each, cost, is_hinted in (
+        (64, 8, 0, "8 views of 8 samples: 1 × the time of one render", True),
+        (256, 8, 0, "8 views of 32 samples: 1 × the time of one render", False),
+        (64, 4, 64, "4 views of 64 samples: 4 × the time of one render", False),
+    ):
+        scene.cycles.samples, settings.view_samples = whole, each
+        lines = addon("views").describe(settings, scene, n)
+        assert lines[0] == cost, lines
+        assert any("one view may be" in line for line in lines) == is_hinted, lines
+    scene.cycles.samples, settings.view_samples = kept_samples, 0
+
+
+@check
+def samples_of_a_view_are_those_of_the_panel():
+    """Neither divided, nor the noise threshold changed; 0 shares them out."""
+    scene, data = start(views=2, view_samples=7)
+    found = []
+    for each in (7, 0):
+        data.rack_focus.view_samples = each
+        with Watch(lambda: copy_of(scene).cycles.samples) as seen:
+            bpy.ops.render.render()
+        found += seen
+    assert found == [7, 8], found
+
+
 @check
 def one_after_another():
     """Where multi-view fails, it says so, and the next render does without."""
@@ -460,11 +488,11 @@ def one_after_another():
     passes = addon("passes")
     whole = passes.RenderedPasses._save
 
-    def lose_one(self, *args):
-        whole(self, *args)
-        self.files.pop("_v01", None)
+    def lose_one(scene, path):
+        whole(scene, path)
+        path.with_name("passes_v01.exr").unlink(missing_ok=True)
 
-    passes.RenderedPasses._save = lose_one
+    passes.RenderedPasses._save = staticmethod(lose_one)
     try:
         common.set_output(scene, OUT / "lost.exr")
         bpy.ops.render.render(write_still=True)
@@ -476,12 +504,7 @@ def one_after_another():
     assert result("lost").max() > 0.1  # never black
     lines = addon("views").describe(data.rack_focus, scene, 3)
     assert "The views are rendered one after another" in lines, lines
-    hint = "Fewer views of 8 samples are better"
-    scene.cycles.samples, kept_samples = 64, scene.cycles.samples
-    for n, is_hinted in ((8, False), (9, True), (32, True), (33, False)):
-        lines = addon("views").describe(data.rack_focus, scene, n)
-        assert (hint in lines) == is_hinted, (n, lines)
-    scene.cycles.samples = kept_samples
+    the_panel_says_what_views_cost(scene, data.rack_focus)
     before = settings_of(scene)
     bpy.ops.render.render()
     assert not last_message(scene), last_message(scene)

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Looks of lenses as presets of a camera, and the artist's own."""
+
+import bpy
+from bl_operators.presets import AddPresetBase
+from bl_ui.utils import PresetPanel
+from bpy.props import StringProperty
+
+FOLDER = "rack_focus"  # of the artist's presets
+
+# name: (tooltip, values of camera.dof, values of camera.rack_focus)
+ROUND = {"aperture_blades": 0, "aperture_rotation": 0.0, "aperture_ratio": 1.0}
+PLAIN = {"highlight_gain": 1.0, "use_highlight_clamp": False, "front_blur": 1.0}
+PLAIN["back_blur"] = 1.0
+LOOKS = {
+    "Portrait f/1.4": (
+        "A fast lens, wide open: round discs",
+        {**ROUND, "aperture_fstop": 1.4},
+        PLAIN,
+    ),
+    "Standard f/2.8": (
+        "Seven blades, nearly round",
+        {**ROUND, "aperture_fstop": 2.8, "aperture_blades": 7},
+        PLAIN,
+    ),
+    "Landscape f/11": (
+        "Much is sharp; highlights have six corners",
+        {**ROUND, "aperture_fstop": 11.0, "aperture_blades": 6},
+        PLAIN,
+    ),
+    "Anamorphic f/2": (
+        "Upright ovals, as of a lens for wide screens",
+        {**ROUND, "aperture_fstop": 2.0, "aperture_ratio": 2.0},
+        PLAIN,
+    ),
+    "Bright Bokeh f/1.8": (
+        "Lights stand out as discs",
+        {**ROUND, "aperture_fstop": 1.8},
+        {**PLAIN, "highlight_gain": 3.0, "highlight_threshold": 1.0},
+    ),
+    "Calm Bokeh f/1.8": (
+        "Fireflies and sparkles are tamed before the blur",
+        {**ROUND, "aperture_fstop": 1.8},
+        {**PLAIN, "use_highlight_clamp": True, "highlight_clamp": 4.0},
+    ),
+    "Miniature f/0.2": (
+        "As if all were small",
+        {**ROUND, "aperture_fstop": 0.2},
+        PLAIN,
+    ),
+}
+
+
+class RACK_FOCUS_OT_look(bpy.types.Operator):
+    """Set f-stop, blades and highlights of the camera"""
+
+    bl_idname = "rack_focus.look"
+    bl_label = "Look"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: StringProperty(name="Name")
+
+    @classmethod
+    def description(cls, _context, properties):
+        """The tooltip of the entry."""
+        return LOOKS[properties.name][0] if properties.name in LOOKS else cls.__doc__
+
+    @classmethod
+    def poll(cls, context):
+        """Needs a camera."""
+        return camera_of(context) is not None
+
+    def execute(self, context):
+        """Sets the values; the focus stays."""
+        if self.name not in LOOKS:
+            self.report({"ERROR"}, f"There is no look “{self.name}”")
+            return {"CANCELLED"}
+        data = camera_of(context)
+        _, of_lens, of_settings = LOOKS[self.name]
+        for target, values in ((data.dof, of_lens), (data.rack_focus, of_settings)):
+            for name, value in values.items():
+                setattr(target, name, value)
+        return {"FINISHED"}
+
+
+def camera_of(context):
+    """The camera of the Properties editor, else the scene's."""
+    data = getattr(context, "camera", None)
+    if data is None and context.scene.camera is not None:
+        data = context.scene.camera.data
+    return data
+
+
+class RACK_FOCUS_OT_preset_add(AddPresetBase, bpy.types.Operator):
+    """Add or remove a preset of the camera's aperture and Rack Focus settings"""
+
+    bl_idname = "rack_focus.preset_add"
+    bl_label = "Add Rack Focus Preset"
+    preset_menu = "VIEW3D_PT_rack_focus_presets"
+    preset_subdir = FOLDER
+    preset_defines = [
+        "dof = bpy.context.camera.dof",
+        "settings = bpy.context.camera.rack_focus",
+    ]
+
+    @property
+    def preset_values(self):
+        """Paths of what is stored."""
+        names = [p.identifier for p in bpy.context.camera.rack_focus.bl_rna.properties]
+        left_out = ("rna_type", "name", "enabled", "distribution_image")
+        left_out += ("passes_folder", "is_dof_hidden")
+        names = [n for n in names if n not in left_out and not n.startswith("has_")]
+        of_lens = ["aperture_fstop", *ROUND]
+        return [f"dof.{n}" for n in of_lens] + [f"settings.{n}" for n in names]
+
+
+class VIEW3D_PT_rack_focus_presets(PresetPanel, bpy.types.Panel):
+    """The popover of looks and of the artist's presets."""
+
+    bl_label = "Rack Focus Looks"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    preset_subdir = FOLDER
+    preset_operator = "script.execute_preset"
+    preset_add_operator = "rack_focus.preset_add"
+
+    def draw(self, context):
+        """Ours, then theirs."""
+        column = self.layout.column(align=True)
+        column.emboss = "NONE"
+        for name in LOOKS:
+            column.operator("rack_focus.look", text=name).name = name
+        super().draw(context)
+
+
+CLASSES = (
+    RACK_FOCUS_OT_look,
+    RACK_FOCUS_OT_preset_add,
+    VIEW3D_PT_rack_focus_presets,
+)
+
+
+def register():
+    """Adds the operators and the popover."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    """Removes them."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

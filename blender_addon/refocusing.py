@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Is the picture out of date, and refocusing by itself when it is.
+
+What a picture was made with is a key: the lens, the camera's settings, those of the
+nodes. After each change of the scene it is compared with the present one. Where the
+scene refocuses by itself, a timer waits until nothing has changed for a moment, and
+starts the job that the button starts: off the main thread, with progress and Esc.
+"""
+
+import functools
+
+import bpy
+from bpy.props import EnumProperty
+
+from . import failures, group, lens, look, passes, setup
+from .library import rackfocus
+from .writing import write
+
+PAUSE_S = 0.3  # without a change, before it begins
+SHOWN = (("picture", "Picture"), ("focus", "Focus"), ("coc", "CoC"))
+
+_keys = {}  # scene name: key of its picture
+_wanted = {}  # scene name: the key that a timer waits for
+_stopped = {}  # scene name: key at which Esc was pressed
+shown = {}  # scene name: what a refocus puts in the picture's place
+
+
+def key_of(scene):
+    """What the picture of a scene depends on, beside the render; None: it has none."""
+    if setup.filter_scene_of(scene) is None or scene.camera is None:
+        return None
+    cameras = [scene.camera]
+    cameras += [group.camera_of(scene, node) for node in group.nodes_of(scene)]
+    found = []
+    size = lens.picture_size(scene.render)
+    for camera in cameras:
+        settings = camera.data.rack_focus
+        try:
+            params = lens.frame_parameters(camera, settings, scene.render, size)
+        except (lens.CameraError, rackfocus.Error):
+            params = {}
+        found.append((camera.name, tuple(sorted(params.items())), look.of(settings)))
+        found.append((settings.enabled, settings.distribution_image))
+    masks = [n.inputs["Mask"].default_value for n in group.nodes_of(scene)]
+    return (*found, tuple(masks))
+
+
+def note(scene):
+    """The picture is being made with what the scene has now."""
+    _keys[scene.name] = key_of(scene)
+
+
+def forget(scene=None):
+    """There is no picture of a scene, or of any."""
+    for names in (_keys, _wanted, _stopped, shown):
+        names.clear() if scene is None else names.pop(scene.name, None)
+
+
+def is_out_of_date(scene):
+    """Was the picture made with other settings? False where there is none."""
+    made = _keys.get(scene.name)
+    return made is not None and made != key_of(scene)
+
+
+def follow(scene):
+    """After a change: refocuses in a moment where the scene does so by itself."""
+    if not scene.rack_focus.is_automatic or bpy.app.background:
+        return
+    key = key_of(scene)
+    name = scene.name
+    if not is_out_of_date(scene) or key in (_wanted.get(name), _stopped.get(name)):
+        return
+    is_waiting = name in _wanted
+    _wanted[name] = key
+    if not is_waiting:
+        task = functools.partial(write, _go_on, name, key)
+        bpy.app.timers.register(task, first_interval=PAUSE_S)
+
+
+def _go_on(name, key):
+    """The timer: begins once nothing has changed for the pause and no job runs."""
+    scene = bpy.data.scenes.get(name)
+    if scene is None or not is_out_of_date(scene):
+        _wanted.pop(name, None)
+        return None
+    now = _wanted.get(name)
+    is_busy = bpy.app.is_job_running("RENDER") or bpy.context.screen is None
+    if now != key or is_busy:
+        task = functools.partial(write, _go_on, name, now)
+        bpy.app.timers.register(task, first_interval=PAUSE_S)
+        return None
+    _wanted.pop(name, None)
+    windows = bpy.context.window_manager.windows
+    if len(windows) and setup.can_mute_sources(scene):
+        _stopped[name] = key  # until it changes: not again after Esc
+        with bpy.context.temp_override(window=windows[0]):
+            try:
+                bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+            except RuntimeError as error:
+                failures.note(scene, error)
+    return None
+
+
+class RACK_FOCUS_OT_show(bpy.types.Operator):
+    """Show the picture, what is in focus, or how far each pixel is blurred"""
+
+    bl_idname = "rack_focus.show"
+    bl_label = "Show"
+
+    show: EnumProperty(
+        name="Show",
+        items=[(name, text, "") for name, text in SHOWN],
+        default="picture",
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Only where a picture can be refocused."""
+        scene = context.scene.rack_focus.source or context.scene
+        return setup.filter_scene_of(scene) is not None
+
+    def execute(self, context):
+        """Refocuses; a render shows the picture again."""
+        return self._run(context, "EXEC_DEFAULT")
+
+    def invoke(self, context, _event):
+        """As a job."""
+        return self._run(context, "INVOKE_DEFAULT")
+
+    def _run(self, context, call):
+        scene = context.scene.rack_focus.source or context.scene
+        if not setup.can_mute_sources(scene):
+            self.report({"ERROR"}, "The nodes use other passes too: use their sockets")
+            return {"CANCELLED"}
+        try:
+            passes.rendered(scene)
+        except passes.PassesError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        shown[scene.name] = self.show
+        return bpy.ops.rack_focus.refocus(call)
+
+
+def register():
+    """Adds the operator."""
+    bpy.utils.register_class(RACK_FOCUS_OT_show)
+
+
+def unregister():
+    """Removes it."""
+    bpy.utils.unregister_class(RACK_FOCUS_OT_show)
+    forget()

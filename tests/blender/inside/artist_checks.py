@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what an artist sees and sets, run inside Blender.
+
+artist_checks.py DIST OUT [CHECK ...]    writes OUT/artist_results.json
+"""
+
+import re
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+import common  # noqa: E402
+from checking import OUT, Checks  # noqa: E402
+from common import (  # noqa: E402
+    addon,
+    filtered,
+    pinhole,
+    render,
+    rgba,
+    same,
+    start,
+)
+
+check = Checks()
+NOT_BLENDERS = re.compile(r"--|POV|command|option -|\bYu\b|thesis|paper|\d{4}\)")
+
+
+def passes_of(scene):
+    """(colour, depth) of the scene's render through a pinhole."""
+    channels = pinhole(scene, OUT / "a_passes.exr")
+    return rgba(channels, "ViewLayer"), common.depth_of(channels)
+
+
+def result(scene):
+    """The picture as it stands."""
+    path = OUT / "a_result.exr"
+    common.set_output(scene, path)
+    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    return rgba(common.read(path))
+
+
+# ---- words ------------------------------------------------------------------------
+
+
+@check
+def tooltips_are_blenders_own():
+    """No word of the command line, of other programs or of papers, and none missing."""
+    words, props = addon("words"), addon("props")
+    library = addon("library").rackfocus
+    assert {m.name for m in library.methods()} == set(words.METHODS)
+    fields = {p.field for p in props.method_table()}
+    assert fields <= set(words.FIELDS), fields - set(words.FIELDS)
+    for p in props.method_table():
+        if p.type == "enum" and p.field != "method":
+            missing = {(p.field, c.name) for c in p.choices} - set(words.CHOICES)
+            assert not missing, missing
+    texts = []
+    camera = bpy.context.scene.camera.data.rack_focus
+    for owner in (camera, bpy.context.scene.rack_focus):
+        for about in owner.bl_rna.properties:
+            texts.append((about.identifier, about.name, about.description))
+            if about.type == "ENUM":
+                texts += [
+                    (i.identifier, i.name, i.description) for i in about.enum_items
+                ]
+    for name in dir(bpy.ops.rack_focus):
+        about = getattr(bpy.ops.rack_focus, name).get_rna_type()
+        texts.append((name, about.name, about.description))
+    assert len(texts) > 60
+    wrong = [t for t in texts if NOT_BLENDERS.search(" ".join(t[1:]))]
+    assert not wrong, wrong
+
+
+@check
+def the_methods_up_front():
+    """They are there, and stored numbers of older files mean the same methods."""
+    words, props = addon("words"), addon("props")
+    names = [m.name for m in addon("library").rackfocus.methods()]
+    assert set(words.UP_FRONT) <= set(names)
+    items = props.method_items()
+    assert [item[0] for item in items[:3]] == list(words.UP_FRONT)
+    assert all(names[number] == name for name, _, _, number in items)
+
+
+@check
+def only_what_the_method_reads():
+    """Under Custom; and what is shown changes with the other options."""
+    ui, library = addon("ui"), addon("library").rackfocus
+    settings = bpy.context.scene.camera.data.rack_focus
+    table = {p.field for p in addon("props").method_table()}
+    counts = {}
+    for method in (m.name for m in library.methods()):
+        settings.method = method
+        shown = ui.custom_fields(settings)
+        values = {field: getattr(settings, field) for field in table}
+        assert all(not library.why_not_read(field, **values) for field in shown)
+        counts[method] = len(shown)
+    assert counts["scatter"] <= 3 < counts["layered"] < len(table) - 8, counts
+    settings.method, settings.blend = "box", "coc"
+    assert "region_size" not in ui.custom_fields(settings)
+    settings.blend = "region"
+    assert "region_size" in ui.custom_fields(settings)
+
+
+@check
+def automatic_is_a_tick():
+    """It is the field itself: 0 is automatic, and files keep their value."""
+    settings = bpy.context.scene.camera.data.rack_focus
+    for field, first in addon("words").AUTOMATIC.items():
+        assert getattr(settings, field) == 0 and not getattr(settings, f"has_{field}")
+        setattr(settings, f"has_{field}", True)
+        assert getattr(settings, field) == first
+        setattr(settings, field, 2.5)
+        assert getattr(settings, f"has_{field}")
+        setattr(settings, f"has_{field}", False)
+        assert getattr(settings, field) == 0
+
+
+@check
+def lengths_have_the_scenes_unit():
+    """Metres, feet or none."""
+    scene, data = start()
+    ui, unit = addon("ui"), scene.unit_settings
+    unit.system, unit.scale_length = "METRIC", 0.01
+    assert re.search(r"Sharp from [\d.]+ (c|m)m to [\d.]+ cm", text_of(scene)), text_of(
+        scene
+    )
+    unit.system, unit.scale_length = "IMPERIAL", 1
+    assert re.search(r"(ft|'|in|\")", ui.describe_focus(scene.camera, scene))
+    unit.system = "NONE"
+    assert re.fullmatch(r"Sharp from [\d.]+ to [\d.]+", text_of(scene)), text_of(scene)
+
+
+def text_of(scene):
+    """The line of the box."""
+    return addon("ui").describe_focus(scene.camera, scene)
+
+
+# ---- look -------------------------------------------------------------------------
+
+
+@check
+def highlights_are_changed_before_the_blur():
+    """Clamp, threshold and gain by their formulas; alpha and hue stay."""
+    scene, data = start()
+    colour, depth = passes_of(scene)
+    settings = data.rack_focus
+    settings.use_highlight_clamp, settings.highlight_clamp = True, 0.6
+    settings.highlight_threshold, settings.highlight_gain = 0.3, 2.5
+    wanted = colour.copy()
+    light = colour[..., :3].max(-1, keepdims=True)
+    new = np.minimum(light, np.float32(0.6))
+    new = np.where(new > 0.3, 0.3 + (new - 0.3) * 2.5, new)
+    wanted[..., :3] *= np.where(light > 0, new / np.maximum(light, 1e-9), 1)
+    made = rgba(render(scene, OUT / "a.exr"))
+    assert np.allclose(made, filtered(scene, wanted, depth), atol=2e-5)
+    assert np.abs(made - filtered(scene, colour, depth)).max() > 0.05
+    look = addon("look")
+    hot = np.float32([[[100, 50, 0, 1], [0.2, 0.1, 0, 0.5]]])
+    tamed = look.colour(hot, (4.0, 1.0, 1.0, 1.0, 1.0))
+    assert np.allclose(tamed, [[[4, 2, 0, 1], [0.2, 0.1, 0, 0.5]]])
+    assert look.colour(hot, (0.0, 1.0, 1.0, 1.0, 1.0)) is hot
+
+
+@check
+def front_and_back_blur():
+    """0: no CoC on that side; a part: that part of the lens's."""
+    scene, data = start()
+    colour, depth = passes_of(scene)
+    look, focus = addon("look"), data.dof.focus_distance
+    params = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, depth.shape[::-1]
+    )
+    made = addon("library").rackfocus.Filter(*depth.shape[::-1], **params)
+    full, part = np.empty_like(depth), np.empty_like(depth)
+    depth = np.minimum(depth, np.float32(1e8))
+    made.coc(depth, full)
+    new = look.depth(depth, (0.0, 1.0, 1.0, 0.5, 0.25), focus, False)
+    made.coc(np.ascontiguousarray(new), part)
+    near, far = depth < focus - 0.01, depth > focus + 0.01
+    assert near.any() and far.any()
+    assert np.allclose(part[near], 0.5 * full[near], rtol=1e-3)
+    assert np.allclose(part[far], 0.25 * full[far], rtol=1e-3)
+    data.rack_focus.front_blur = data.rack_focus.back_blur = 0
+    assert np.abs(rgba(render(scene, OUT / "a.exr")) - colour).max() < 1e-5
+
+
+@check
+def looks_and_presets():
+    """Every look can be set; a preset stores what there is."""
+    scene, data = start()
+    presets = addon("presets")
+    for name, (_, of_lens, of_settings) in presets.LOOKS.items():
+        assert bpy.ops.rack_focus.look(name=name) == {"FINISHED"}
+        for target, values in ((data.dof, of_lens), (data.rack_focus, of_settings)):
+            for field, value in values.items():
+                assert np.isclose(getattr(target, field), value), (name, field)
+    try:
+        assert bpy.ops.rack_focus.look(name="no such look") == {"CANCELLED"}
+    except RuntimeError as error:
+        assert "no look" in str(error)
+    with bpy.context.temp_override(camera=data):
+        paths = presets.RACK_FOCUS_OT_preset_add.preset_values.fget(None)
+    named = {"dof": data.dof, "settings": data.rack_focus}
+    for path in paths:
+        owner, field = path.split(".")
+        assert hasattr(named[owner], field), path
+    assert "settings.method" in paths and "dof.aperture_fstop" in paths
+
+
+# ---- refocusing -------------------------------------------------------------------
+
+
+@check
+def out_of_date():
+    """After a change of the lens or a setting, until it is refocused or rendered."""
+    scene, data = start()
+    is_old = addon("refocusing").is_out_of_date
+    assert not is_old(scene)  # there is no picture
+    render(scene, OUT / "a.exr")
+    assert not is_old(scene)
+    changes = (
+        (data.dof, "focus_distance", 2),
+        (data.dof, "aperture_fstop", 0.5),
+        (data.rack_focus, "front_blur", 0.5),
+        (data.rack_focus, "method", "box"),
+    )
+    for owner, name, value in changes:
+        before = getattr(owner, name)
+        setattr(owner, name, value)
+        assert is_old(scene), name
+        setattr(owner, name, before)
+        assert not is_old(scene), name
+        setattr(owner, name, value)
+        bpy.ops.rack_focus.refocus()
+        assert not is_old(scene), name
+
+
+@check
+def overlays_are_shown_by_a_refocus_only():
+    """Focus and CoC in the picture's place; a render is the picture again."""
+    scene, data = start()
+    picture = rgba(render(scene, OUT / "a.exr"))
+    seen = {}
+    for show in ("focus", "coc", "picture"):
+        assert bpy.ops.rack_focus.show(show=show) == {"FINISHED"}
+        seen[show] = result(scene)
+    same(seen["picture"], picture)
+    assert np.abs(seen["focus"] - picture).max() > 0.1
+    assert np.abs(seen["coc"] - seen["focus"]).max() > 0.1
+    bpy.ops.rack_focus.show(show="coc")
+    same(rgba(render(scene, OUT / "a.exr")), picture)
+
+
+@check
+def picks_set_keyframes():
+    """A focus pull from two picks."""
+    scene, data = start()
+    _, depth = passes_of(scene)
+    render(scene, OUT / "a.exr")
+    height, width = depth.shape
+    wanted = []
+    for frame, near in ((1, True), (5, False)):
+        scene.frame_set(frame)
+        row, column = np.argwhere(depth < 2 if near else (depth > 5) & (depth < 99))[0]
+        x, y = (column + 0.5) / width, 1 - (row + 0.5) / height
+        bpy.ops.rack_focus.pick_focus(x=x, y=y, keyframe=True, refocus=False)
+        wanted.append((frame, float(depth[row, column])))
+    curve = next(iter(common.curves_of(data)))
+    assert curve.data_path == "dof.focus_distance"
+    found = [tuple(point.co) for point in curve.keyframe_points]
+    assert np.allclose(found, wanted), (found, wanted)
+
+
+@check
+def views_are_chosen_with_the_method():
+    """Views of one view would be no views; what was set stays."""
+    settings = bpy.context.scene.camera.data.rack_focus
+    settings.method = "views"
+    assert settings.views == addon("props").FIRST_VIEWS
+    settings.views = 3
+    settings.method = "accumulate"
+    assert settings.views == 3
+
+
+checking.run(check, "artist_results.json")
