@@ -232,6 +232,7 @@ class MultilayerExr:
         self.settings = scene.render.image_settings
         self.has_views = has_views
         self.kept = []
+        self.aspect = (1.0, 1.0)
 
     def _set(self, name, value):
         if hasattr(self.settings, name):
@@ -248,9 +249,17 @@ class MultilayerExr:
         self._set("use_preview", False)
         if self.has_views:
             self._set("views_format", "INDIVIDUAL")
+        # 5.0 writes an empty file where pixels are not square.
+        render = self.scene.render
+        self.aspect = render.pixel_aspect_x, render.pixel_aspect_y
+        if self.aspect[0] != self.aspect[1] and HAS_MEDIA_TYPE:
+            render.pixel_aspect_x = render.pixel_aspect_y = 1
         return self
 
     def __exit__(self, *_):
+        render = self.scene.render
+        if (render.pixel_aspect_x, render.pixel_aspect_y) != self.aspect:
+            render.pixel_aspect_x, render.pixel_aspect_y = self.aspect
         for name, value in self.kept:
             try:
                 setattr(self.settings, name, value)

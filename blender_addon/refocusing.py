@@ -7,6 +7,7 @@ scene refocuses by itself, a timer waits until nothing has changed for a moment,
 starts the job that the button starts: off the main thread, with progress and Esc.
 """
 
+import contextlib
 import functools
 
 import bpy
@@ -46,8 +47,14 @@ def key_of(scene):
 
 
 def note(scene):
-    """The picture is being made with what the scene has now."""
-    _keys[scene.name] = key_of(scene)
+    """The picture is being made with what the scene has now.
+
+    Nothing may come between a render and its picture: what fails here fails again in the
+    filter, which says so.
+    """
+    _keys.pop(scene.name, None)
+    with contextlib.suppress(Exception):
+        _keys[scene.name] = key_of(scene)
 
 
 def forget(scene=None):

@@ -279,6 +279,9 @@ def library_overrides():
         assert found == values, (kind, found, values)
         data.rack_focus.quality, data.rack_focus.method = "normal", "layered"
         data.rack_focus.views = 1
+        data.rack_focus.use_highlight_clamp = False
+        for name in ("highlight_gain", "front_blur", "back_blur"):
+            setattr(data.rack_focus, name, 1)
         assert addon("setup").filter_scene_of(scene) is not None
         same(rgba(render(scene, OUT / "override.exr")), expected(scene))
 

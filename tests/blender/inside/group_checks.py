@@ -80,6 +80,25 @@ def the_picture_of_the_node():
     print("SECONDS", json.dumps(seconds))
 
 
+@check
+def pixels_that_are_not_square():
+    """The node has the same picture as the one tick."""
+    scene, tree, source, out = bare()
+    scene.render.pixel_aspect_x = 1.5
+    node = new_node(tree)
+    tree.links.new(source.outputs["Image"], node.inputs["Image"])
+    tree.links.new(node.outputs["Image"], out)
+    start(scene)
+    common.set_output(scene, OUT / "g.png")
+    bpy.ops.render.render()
+    assert not last_message(scene), last_message(scene)
+    given, depth = addon("nodes")._kept[scene.name][node.name]
+    wanted = filtered(scene, given.colour, depth)
+    flat = np.empty(wanted.size, np.float32)
+    node.node_tree.nodes["Picture"].image.pixels.foreach_get(flat)
+    same(flat.reshape(wanted.shape)[::-1], wanted)
+
+
 def add_gain(tree, source, factor):
     """A colour node that multiplies; returns its output."""
     node = tree.nodes.new("CompositorNodeExposure")

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of random walks over Blender's features: see inside/walk_checks.py."""
+
+import pytest
+from checked import Checked, names_of
+
+SCRIPT = "walk_checks.py"
+CHECKED = Checked(SCRIPT, "walk_results.json")
+
+
+@pytest.mark.parametrize("name", names_of(SCRIPT))
+def test_check(blender, dist, name):
+    """One check in one Blender."""
+    CHECKED.expect(blender, dist, name)
