@@ -118,8 +118,6 @@ class VIEW3D_PT_rack_focus_presets(PresetPanel, bpy.types.Panel):
     """The popover of looks and of the artist's presets."""
 
     bl_label = "Rack Focus Looks"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     preset_subdir = FOLDER
     preset_operator = "script.execute_preset"
     preset_add_operator = "rack_focus.preset_add"
@@ -130,7 +128,13 @@ class VIEW3D_PT_rack_focus_presets(PresetPanel, bpy.types.Panel):
         column.emboss = "NONE"
         for name in LOOKS:
             column.operator("rack_focus.look", text=name).name = name
-        super().draw(context)
+        if bpy.utils.preset_paths(FOLDER):
+            super().draw(context)
+            return
+        row = self.layout.row(align=True)  # the first of their own
+        row.prop(context.window_manager, "preset_name", text="")
+        about = row.operator(self.preset_add_operator, text="", icon="ADD")
+        about.name = context.window_manager.preset_name
 
 
 CLASSES = (

@@ -124,6 +124,7 @@ def add_node(tree, scene, layer_name):
 
 
 NODE_GAP = 40  # px between nodes
+WITH_PREVIEW, PREVIEW = ("R_LAYERS", "IMAGE", "COMPOSITE", "VIEWER"), 190  # px
 
 
 def _box(node):
@@ -132,7 +133,8 @@ def _box(node):
     while parent is not None:
         x, y, parent = x + parent.location.x, y + parent.location.y, parent.parent
     n_rows = sum(s.enabled for s in (*node.inputs, *node.outputs))
-    height = max(120 + 22 * n_rows, node.dimensions.y)
+    height = 120 + 22 * n_rows + (PREVIEW if node.type in WITH_PREVIEW else 0)
+    height = max(height, node.dimensions.y)
     return x, x + max(node.width, 140), y - height, y
 
 

@@ -32,6 +32,7 @@ def draw_field(layout, settings, field):
 def draw_method(layout, settings):
     """The methods up front as buttons; another one by its name."""
     row = layout.row(align=True)
+    row.use_property_split = False
     for name in words.UP_FRONT:
         row.prop_enum(settings, "method", name)
     if settings.method not in words.UP_FRONT:
@@ -127,12 +128,13 @@ def draw_refocus(layout, scene):
     """The button, whether the picture is out of date, and the toggle."""
     row = layout.row(align=True)
     is_old = refocusing.is_out_of_date(scene)
-    text = "Refocus (out of date)" if is_old else "Refocus"
+    text = "Out of Date" if is_old else "Refocus"
     row.alert = is_old
     row.operator("rack_focus.refocus", text=text, icon="FILE_REFRESH")
     row = row.row(align=True)
-    row.alert = False
-    row.prop(scene.rack_focus, "is_automatic", text="", icon="AUTO")
+    row.alert = row.use_property_split = False
+    row.ui_units_x = 3
+    row.prop(scene.rack_focus, "is_automatic", text="Auto", toggle=True)
 
 
 class LookPanel:

@@ -95,7 +95,8 @@ def describe(settings, scene, n):
     if samples:
         each = samples_of_view(samples, n, settings.view_samples)
         cost = f"{n * each / samples:.3g} × the time of one render"
-        lines.append(f"{n} views of {each} samples: {cost}")
+        what = "sample" if each == 1 else "samples"
+        lines.append(f"{n} views of {each} {what}: {cost}")
         if each < 2:
             lines.append("One sample does not smooth edges")
         elif each < ENOUGH_SAMPLES:

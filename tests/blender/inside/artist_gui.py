@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A session with a window: panels, refocus by itself, the node with sockets as a job.
+
+See stepping.py.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import common  # noqa: E402
+import stepping  # noqa: E402
+from common import addon, rgba  # noqa: E402
+from stepping import (  # noqa: E402
+    DIST,
+    FOUND,
+    OUT,
+    area_of,
+    hands,
+    override,
+    screenshot,
+    until,
+    window,
+)
+
+TICKS = []  # times at which the window's loop came to us
+PASSES = ("_look", "_advanced")
+
+
+def tick():
+    """A timer that notes how long the main thread was away."""
+    TICKS.append(time.monotonic())
+    return 0.002
+
+
+def longest_pause(since):
+    """Seconds for which the window's loop did not turn, and the median of all."""
+    times = np.array([t for t in TICKS if t >= since])
+    gaps = np.diff(times)
+    return float(gaps.max()), float(np.median(gaps))
+
+
+def is_quiet():
+    """No render runs."""
+    return not bpy.app.is_job_running("RENDER")
+
+
+def render():
+    """F12, until it is over."""
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield 0.3
+    yield from until(is_quiet, "the end of the render")
+    yield 0.3
+
+
+def result(name):
+    """The picture as it stands."""
+    scene = bpy.context.scene
+    common.set_output(scene, OUT / f"{name}.exr")
+    bpy.data.images["Render Result"].save_render(str(OUT / f"{name}.exr"), scene=scene)
+    return rgba(common.read(OUT / f"{name}.exr"))
+
+
+def into_tab(name, tab):
+    """Moves a panel into the tab that is open: scripts cannot switch."""
+    panel = getattr(addon("ui"), name)
+    bpy.utils.unregister_class(panel)
+    panel.bl_category = tab
+    bpy.utils.register_class(panel)
+
+
+def open_parts():
+    """The closed parts of the box, opened: scripts cannot click."""
+    for name in dir(bpy.types):
+        is_part = name.startswith(
+            ("DATA_PT_rack_focus_", "CYCLES_CAMERA_PT_rack_focus_")
+        )
+        if is_part and name.endswith(PASSES):
+            cls = getattr(bpy.types, name)
+            bpy.utils.unregister_class(cls)
+            cls.bl_options = set()
+            bpy.utils.register_class(cls)
+
+
+def show_panels():
+    """The box with its parts, in the largest area."""
+    scene = bpy.context.scene
+    with override(area_of("VIEW_3D")):
+        bpy.context.view_layer.objects.active = scene.camera
+        scene.camera.select_set(True)
+    yield 0.4
+    open_parts()
+    large = area_of("VIEW_3D")
+    large.type = "PROPERTIES"
+    yield 0.5
+    large.spaces.active.context = "DATA"
+    settings = scene.camera.data.rack_focus
+    yield 0.6
+    middle = (large.x + large.width // 2, 450)
+    yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
+    yield 0.6
+    yield from screenshot("box")
+    settings.quality = "custom"
+    settings.has_max_radius = True
+    settings.use_highlight_clamp = True
+    settings.views = 8
+    large.tag_redraw()
+    yield 0.4
+    yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
+    yield 0.6
+    yield from screenshot("box_custom")
+    settings.use_highlight_clamp, settings.views = False, 1
+    settings.quality, settings.has_max_radius = "best", False
+    large.type = "VIEW_3D"
+    yield 0.4
+
+
+def by_itself():
+    """A change is followed without a button, once; the window goes on meanwhile."""
+    scene = bpy.context.scene
+    data, refocusing = scene.camera.data, addon("refocusing")
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    data.dof.aperture_fstop = 2.0
+    data.rack_focus.quality = "preview"
+    yield from render()
+    first = result("itself_first")
+    data.dof.focus_distance = 2
+    yield 1.0
+    FOUND["old_without_the_toggle"] = refocusing.is_out_of_date(scene)
+    into_tab("ImagePanel", "Tool")
+    area_of("IMAGE_EDITOR").spaces.active.show_region_ui = True
+    yield 0.6
+    yield from screenshot("out_of_date")
+    scene.rack_focus.is_automatic = True
+    yield 0.3
+    seconds = []
+    for focus in (1.7, 4.0, 1.8):
+        begun = time.monotonic()
+        data.dof.focus_distance = focus
+        yield from until(
+            lambda: not refocusing.is_out_of_date(scene) and is_quiet(), "itself", 0.01
+        )
+        run = addon("engine").last_run[scene.name]["seconds"]
+        seconds.append((time.monotonic() - begun, run.get("total", 0), run))
+        FOUND["pause"] = longest_pause(begun)
+        yield 0.4
+    scene.rack_focus.is_automatic = False
+    FOUND["itself_s"] = seconds
+    FOUND["itself_changes"] = float(np.abs(first - result("itself_second")).max())
+
+
+def node():
+    """The node with sockets, behind a Denoise node, as a job; in its editor."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 720, 480
+    scene.camera.data.rack_focus.quality = "best"
+    window().workspace = bpy.data.workspaces["Compositing"]
+    yield 0.8
+    tree = common.tree_of(scene)
+    ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+    exposure = tree.nodes.new("CompositorNodeExposure")
+    exposure.inputs["Exposure"].default_value = 1
+    exposure.location = (300, 300)
+    addon("setup").put_behind(scene, tree, ours, exposure)
+    tree.nodes.active = exposure
+    with override(area_of("NODE_EDITOR")):
+        bpy.ops.rack_focus.add_picture_node()
+        area_of("NODE_EDITOR").spaces.active.show_region_ui = True
+    yield 0.5
+    bpy.context.preferences.view.render_display_type = "NONE"
+    yield from render()
+    FOUND["node_message"] = addon("engine").last_run[scene.name]["message"]
+    made = result("node")
+    one = addon("group").nodes_of(scene)[0]
+    given, depth = addon("nodes")._kept[scene.name][one.name]
+    wanted = common.filtered(scene, given.colour, depth)
+    FOUND["node_difference"] = float(np.abs(made - wanted).max())
+    into_tab("NodePanel", "Node")
+    with override(area_of("NODE_EDITOR")):
+        bpy.ops.node.view_all()
+    yield 0.6
+    yield from screenshot("node")
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "node.blend"), copy=True)
+    yield 0.3
+    scene.camera.data.dof.focus_distance = 5
+    bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+    yield 0.3
+    yield from until(is_quiet, "the refocus")
+    yield 0.3
+    wanted = common.filtered(scene, given.colour, depth)
+    FOUND["node_refocus_difference"] = float(np.abs(result("node") - wanted).max())
+    FOUND["scenes_left"] = sorted(s.name for s in bpy.data.scenes)
+
+
+def steps():
+    """The session; yields the seconds to wait."""
+    bpy.context.preferences.view.ui_scale = 0.9
+    bpy.context.preferences.view.render_display_type = "AREA"
+    common.install(DIST)
+    common.make_base(OUT / "base.blend")
+    scene = bpy.context.scene
+    scene.cycles.samples = 1
+    data = scene.camera.data
+    data.dof.use_dof = data.rack_focus.enabled = True
+    bpy.ops.ed.undo_push(message="Rack Focus")
+    bpy.app.timers.register(tick, persistent=True)
+    yield 0.5
+    yield from show_panels()
+    yield from by_itself()
+    yield from node()
+
+
+stepping.play(steps())

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An artist's session under Xvfb: see inside/artist_gui.py for its steps."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+import session
+from conftest import get_blender
+
+
+@pytest.fixture(scope="module", params=("3.4", "newest"))
+def found(request, dist):
+    """(what the session found, its folder) for one Blender."""
+    blender = get_blender(request.param)
+    out = blender.out / "artist_gui"
+    return session.run(blender, "artist_gui.py", dist, out, (1280, 900)), out
+
+
+def test_it_refocuses_by_itself(found):
+    """Only with the toggle; the picture is the new one."""
+    values, _ = found
+    assert values["old_without_the_toggle"]
+    assert values["itself_changes"] > 0.05
+    for whole, _, steps in values["itself_s"]:
+        print(f"{whole:.2f} s from the change to the picture; {steps}")
+    print("longest pause of the window, median:", values["pause"])
+
+
+def test_the_node_filters_in_a_job(found):
+    """What comes in is filtered, bit for bit, and refocused; nothing is left."""
+    values, _ = found
+    assert not values["node_message"]
+    assert values["node_difference"] < 1e-5
+    assert values["node_refocus_difference"] < 1e-5
+    assert values["scenes_left"] == ["Scene", "Scene Rack Focus"]
+
+
+# What docs/blender.md shows: the Blenders, and left, right, top, bottom in px.
+SHOWN = {
+    "box": ("35", 30, 1040, 60, 860),
+    "box_custom": ("5", 30, 1040, 60, 860),
+    "out_of_date": ("5", 0, 1280, 0, 900),
+    "node": ("35", 0, 1280, 0, 900),
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_screenshots_show_something(found, name):
+    """Neither black nor of one colour. RACKFOCUS_SHOTS keeps them."""
+    values, folder = found
+    image = oiio.ImageBuf(str(folder / f"{name}.png"))
+    assert np.std(image.get_pixels(oiio.FLOAT)[..., :3]) > 0.05
+    shots, version = os.environ.get("RACKFOCUS_SHOTS"), values["version"][0]
+    versions, *box = SHOWN[name]
+    if shots and version in versions:
+        cut = oiio.ImageBufAlgo.cut(image, oiio.ROI(*box, 0, 1, 0, 3))
+        cut.write(str(Path(shots) / f"blender-{name}-{version}.png"))
