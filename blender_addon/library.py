@@ -2,6 +2,7 @@
 """The `rackfocus` package: installed as the extension's wheel, or bundled (3.4)."""
 
 import sys
+import warnings
 
 if sys.version_info < (3, 11):
     raise ImportError(
@@ -13,5 +14,8 @@ try:
     import rackfocus
 except ImportError:
     from .bundled import rackfocus
+
+# A camera has all values at once; the panel shows those that count.
+warnings.simplefilter("ignore", rackfocus.UnreadParameterWarning)
 
 __all__ = ["rackfocus"]
