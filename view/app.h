@@ -201,7 +201,7 @@ void save_command(struct app *app); /* to the clipboard and to stdout */
 void save_default_name(struct app *app);
 
 /* trace.c: lines of JSON for tests; nothing where there is no --trace. */
-void trace_open(struct app *app);
+bool trace_open(struct app *app); /* false with a message */
 void trace_layout(struct app *app);
 void trace_shown(struct app *app, bool is_pinhole);
 void trace_text(struct app *app, const char *event, const char *text);

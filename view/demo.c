@@ -16,7 +16,6 @@
 #include "demo_picture.h"
 #include "display.h"
 #include "picture.h"
-#include "memory.h"
 #include "report.h"
 
 /* Metres: distance of the middle, offset from the axis, height of the picture. */
@@ -39,8 +38,8 @@ static uint8_t *read_picture(const char *path, int32_t *width, int32_t *height,
         return NULL;
     struct tone *tone = tone_create();
     const size_t n = (size_t)picture.width * (size_t)picture.height;
-    uint8_t *rgba = need_memory(n, 4);
-    if (tone)
+    uint8_t *rgba = app_memory(n, 4, error);
+    if (tone && rgba)
         display_picture(tone, picture.samples, 3, n, 0, rgba);
     tone_destroy(tone);
     *width = picture.width;
@@ -92,7 +91,9 @@ bool demo_open(struct demo *demo, int32_t width, const char *path,
             return false;
         }
     } else {
-        rgba = need_memory((size_t)w * (size_t)h, 4);
+        rgba = app_memory((size_t)w * (size_t)h, 4, error);
+        if (!rgba)
+            return false;
         demo_picture_paint(rgba);
     }
     make_texture(demo, rgba, w, h);
@@ -208,8 +209,14 @@ struct input *demo_draw(const struct demo *demo)
 {
     struct input *input = input_create(demo->width, demo->height, 3, 1);
     const size_t n = (size_t)demo->width * (size_t)demo->height;
-    input->frame_rgba = need_memory(n, 4);
-    input->frame_depth = need_memory(n, sizeof(float));
+    if (!input)
+        return NULL;
+    input->frame_rgba = app_memory(n, 4, NULL);
+    input->frame_depth = app_memory(n, sizeof(float), NULL);
+    if (!input->frame_rgba || !input->frame_depth) {
+        input_drop(input);
+        return NULL;
+    }
     gl_target_begin(&demo->target);
     set_camera(demo);
     glEnable(GL_DEPTH_TEST);
@@ -279,8 +286,8 @@ bool demo_save_passes(const char *path, const struct input *input, int n_threads
     const size_t n = (size_t)input->width * (size_t)input->height;
     const float *colour = input->views[0].colour.data;
     const float *depth = input->views[0].depth.data;
-    float *samples = need_memory(n, 4 * sizeof(float));
-    for (size_t i = 0; i < n; i++) {
+    float *samples = app_memory(n, 4 * sizeof(float), error);
+    for (size_t i = 0; samples && i < n; i++) {
         memcpy(samples + 4 * i, colour + 3 * i, 3 * sizeof(float));
         samples[4 * i + 3] = depth[i];
     }
@@ -293,7 +300,7 @@ bool demo_save_passes(const char *path, const struct input *input, int n_threads
                                         .samples = samples,
                                         .attributes = attributes,
                                         .n_attributes = list_attributes(attributes)};
-    const bool is_written = image_write(path, &output, n_threads, error);
+    const bool is_written = samples && image_write(path, &output, n_threads, error);
     free(samples);
     return is_written;
 }

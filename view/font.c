@@ -9,7 +9,6 @@
 #include <string.h>
 #include <strings.h>
 
-#include "memory.h"
 #include "report.h"
 
 /* Letters beyond ASCII that the window writes; they follow those in the table. */
@@ -139,7 +138,13 @@ bool font_load(struct font *font, const char *path, int size_px, char *text,
     for (font->side = 128; font->side < 14 * size_px; font->side *= 2)
         ;
     const size_t side = (size_t)font->side;
-    font->coverage = need_memory(side * side, 1);
+    font->coverage = app_memory(side * side, 1, NULL);
+    if (!font->coverage) {
+        snprintf(text, n_bytes, "out of memory for the font");
+        FT_Done_Face(face);
+        FT_Done_FreeType(library);
+        return false;
+    }
     for (size_t i = 0; i < 9; i++)
         font->coverage[i / 3 * side + i % 3] = 255;
     font->white_u = font->white_v = 1.5f / (float)font->side;

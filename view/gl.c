@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "memory.h"
 #include "report.h"
 
 /* Of frame buffers, which libGL does not export everywhere. */
@@ -127,7 +126,9 @@ static void make_pieces(struct gl_picture *picture, int32_t width, int32_t heigh
     picture->height = height;
     picture->piece = max_side;
     picture->n_pieces = count_along(width, max_side) * count_along(height, max_side);
-    picture->textures = need_memory((size_t)picture->n_pieces, sizeof(unsigned));
+    picture->textures = app_memory((size_t)picture->n_pieces, sizeof(unsigned), NULL);
+    if (!picture->textures)
+        picture->n_pieces = 0; /* nothing is drawn */
     glGenTextures(picture->n_pieces, picture->textures);
 }
 

@@ -2,22 +2,28 @@
 #include "input.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "relief.h"
-#include "memory.h"
 #include "report.h"
 
 struct input *input_create(int32_t width, int32_t height, int n_channels, int n_views)
 {
-    struct input *input = need_memory(1, sizeof(*input));
+    struct input *input = app_memory(1, sizeof(*input), NULL);
+    struct rf_view *views = app_memory((size_t)n_views, sizeof(*views), NULL);
+    if (!input || !views) {
+        free(input);
+        free(views);
+        return NULL;
+    }
     *input = (struct input){.n_holders = 1,
                             .width = width,
                             .height = height,
                             .n_channels = n_channels,
                             .n_views = n_views};
-    input->views = need_memory((size_t)n_views, sizeof(*input->views));
+    input->views = views;
     return input;
 }
 
@@ -58,13 +64,18 @@ static void fill_decoder(float *decoder)
 }
 
 /* Turns what OpenGL gave upside down, and its colour into linear light. */
-static void unpack_frame(struct input *input)
+static bool unpack_frame(struct input *input)
 {
     const int32_t w = input->width, h = input->height;
     const size_t n = (size_t)w * (size_t)h;
     float decoder[256];
-    float *colour = need_memory(n * 3, sizeof(float));
-    float *depth = need_memory(n, sizeof(float));
+    float *colour = app_memory(n * 3, sizeof(float), NULL);
+    float *depth = app_memory(n, sizeof(float), NULL);
+    if (!colour || !depth) {
+        free(colour);
+        free(depth);
+        return false;
+    }
     fill_decoder(decoder);
 #pragma omp parallel for schedule(static)
     for (int32_t y = 0; y < h; y++) {
@@ -82,6 +93,14 @@ static void unpack_frame(struct input *input)
     free(input->frame_depth);
     input->frame_rgba = NULL;
     input->frame_depth = NULL;
+    return true;
+}
+
+static bool fail_memory(struct rf_error *error)
+{
+    *error = (struct rf_error){.code = RF_ERROR_MEMORY};
+    snprintf(error->message, sizeof(error->message), "out of memory");
+    return false;
 }
 
 /* ---- preparation ---------------------------------------------------------------- */
@@ -110,8 +129,10 @@ static float *make_disparity(const struct input *input, const struct rf_lens *le
 {
     const size_t n = (size_t)input->width * (size_t)input->height;
     const bool is_ortho = lens->projection == RF_PROJECTION_ORTHOGRAPHIC;
-    float *disparity = need_memory(n, sizeof(float));
+    float *disparity = app_memory(n, sizeof(float), NULL);
     float far = 0;
+    if (!disparity)
+        return NULL;
 #pragma omp parallel for schedule(static) reduction(max : far)
     for (size_t i = 0; i < n; i++)
         if (isfinite(planar[i]))
@@ -172,16 +193,26 @@ static bool find_planar(const struct input *input, const struct rf_filter *filte
            RF_OK;
 }
 
+/* One that an earlier try without memory made stays. */
+static bool make_plane(float **plane, size_t n)
+{
+    if (!*plane)
+        *plane = app_memory(n, sizeof(float), NULL);
+    return *plane != NULL;
+}
+
 /* The picture from the middle of the lens out of the view nearest to it. */
 static bool find_middle(struct input *input, const struct rf_filter *filter,
                         struct rf_error *error)
 {
     static const double centre[2] = {0, 0};
     const size_t n = (size_t)input->width * (size_t)input->height;
-    input->view_planar =
-        need_memory((size_t)input->n_views, sizeof(*input->view_planar));
+    if (!input->view_planar)
+        input->view_planar =
+            app_memory((size_t)input->n_views, sizeof(*input->view_planar), NULL);
     for (int i = 0; i < input->n_views; i++) {
-        input->view_planar[i] = need_memory(n, sizeof(float));
+        if (!input->view_planar || !make_plane(&input->view_planar[i], n))
+            return fail_memory(error);
         if (!find_planar(input, filter, i, input->view_planar[i], error))
             return false;
     }
@@ -191,7 +222,10 @@ static bool find_middle(struct input *input, const struct rf_filter *filter,
     const float *planar = input->view_planar[nearest];
     float *disparity = make_disparity(input, lens, planar);
     const struct relief relief = find_relief(lens, view, centre, 0);
-    input->middle = need_memory(n * (size_t)input->n_channels, sizeof(float));
+    if (!disparity || !make_plane(&input->middle, n * (size_t)input->n_channels)) {
+        free(disparity);
+        return fail_memory(error);
+    }
     relief_warp(&relief, input->width, input->height, input->n_channels, disparity,
                 view->colour.data, planar, input->middle, input->planar);
     input->colour = input->middle;
@@ -203,7 +237,8 @@ static bool prepare(struct input *input, const struct rf_filter *filter,
                     struct rf_error *error)
 {
     const size_t n = (size_t)input->width * (size_t)input->height;
-    input->planar = need_memory(n, sizeof(float));
+    if (!make_plane(&input->planar, n))
+        return fail_memory(error);
     if (input->n_views > 1) {
         if (!find_middle(input, filter, error))
             return false;
@@ -223,8 +258,8 @@ bool input_prepare(struct input *input, const struct rf_context *context,
     struct rf_filter *filter;
     if (input->is_prepared)
         return true;
-    if (input->frame_rgba)
-        unpack_frame(input);
+    if (input->frame_rgba && !unpack_frame(input))
+        return fail_memory(error);
     if (rf_filter_create(&filter, context, params, input->width, input->height,
                          error) != RF_OK)
         return false;
@@ -233,7 +268,7 @@ bool input_prepare(struct input *input, const struct rf_context *context,
     return input->is_prepared;
 }
 
-void input_see(const struct input *input, const struct rf_lens *lens,
+bool input_see(const struct input *input, const struct rf_lens *lens,
                const double eye[2], float *out, int *view)
 {
     static const struct rf_view middle;
@@ -244,8 +279,11 @@ void input_see(const struct input *input, const struct rf_lens *lens,
     const float *colour = is_single ? input->colour : from->colour.data;
     const float *planar = is_single ? input->planar : input->view_planar[*view];
     float *disparity = make_disparity(input, lens, planar);
+    if (!disparity)
+        return false;
     const struct relief relief = find_relief(lens, from, place, lens->focus_distance);
     relief_warp(&relief, input->width, input->height, input->n_channels, disparity,
                 colour, NULL, out, NULL);
     free(disparity);
+    return true;
 }

@@ -31,7 +31,7 @@ struct input {
     double nearest, farthest; /* of the finite depths; 1 and 1 where there is none */
 };
 
-/* An empty one with one holder; ends the program where there is no memory. */
+/* An empty one with one holder; NULL without memory. */
 struct input *input_create(int32_t width, int32_t height, int n_channels, int n_views);
 struct input *input_hold(struct input *input);
 void input_drop(struct input *input); /* may be NULL */
@@ -46,9 +46,9 @@ bool input_prepare(struct input *input, const struct rf_context *context,
 /*
  * What an eye on the lens sees, `eye` in lens radii right and up; the plane in focus
  * stays. `out` is width * height * n_channels. Of several views that nearest to the eye
- * is taken and moved the rest of the way; *view receives its index.
+ * is taken and moved the rest of the way; *view receives its index. False without memory.
  */
-void input_see(const struct input *input, const struct rf_lens *lens,
+bool input_see(const struct input *input, const struct rf_lens *lens,
                const double eye[2], float *out, int *view);
 
 #endif

@@ -13,10 +13,15 @@ void view_ask(struct app *app)
 {
     struct job job;
     if (app->is_demo_due) {
-        input_drop(app->source);
-        app->source = demo_draw(&app->demo);
+        struct input *drawn = demo_draw(&app->demo);
         app->is_demo_due = false;
-        app->state.id++;
+        if (drawn) {
+            input_drop(app->source);
+            app->source = drawn;
+            app->state.id++;
+        } else {
+            view_say(app, "out of memory for the scene");
+        }
     }
     if (!app->has_stage || !app->state.is_valid || app->state.id == app->asked_id) {
         stats_no_change(&app->stats);

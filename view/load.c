@@ -8,7 +8,6 @@
 #include "app.h"
 #include "cli.h"
 #include "clock.h"
-#include "memory.h"
 #include "report.h"
 
 static void push_event(const struct app *app, enum app_event code, void *data)
@@ -31,7 +30,11 @@ void load_begin(struct app *app)
     struct loader *loader = &app->loader;
     if (loader->is_running)
         return;
-    loader->stage = need_memory(1, sizeof(*loader->stage));
+    loader->stage = app_memory(1, sizeof(*loader->stage), &loader->error);
+    if (!loader->stage) {
+        view_say(app, "%s", loader->error.message);
+        return;
+    }
     *loader->stage = (struct stage){.options = app->options,
                                     .files = &app->playlist.pictures[app->picture],
                                     .povray_args = app->operands->rest,
@@ -40,7 +43,11 @@ void load_begin(struct app *app)
     loader->is_running = true;
     if (pthread_create(&loader->thread, NULL, load, app) != 0) {
         message("view: a thread cannot be started; is there memory left?");
-        exit(EXIT_FAILED);
+        loader->is_running = false;
+        free(loader->stage);
+        loader->stage = NULL;
+        app->exit_code = EXIT_FAILED;
+        app->is_ending = true;
     }
     app->is_redraw_due = true;
 }
@@ -214,6 +221,10 @@ bool load_demo(struct app *app)
         return false;
     }
     struct input *input = demo_draw(&app->demo);
+    if (!input) {
+        message("view: out of memory for the scene");
+        return false;
+    }
     const struct resolver resolver = {resolve_demo, NULL};
     const bool is_good = show_input(app, &resolver, input, 1);
     input_drop(input);

@@ -11,7 +11,6 @@
 #include "clock.h"
 #include "cmd_view.h"
 #include "interrupt.h"
-#include "memory.h"
 #include "report.h"
 
 #define DRAG_FRAME_S 0.04 /* between two frames without a new picture */
@@ -171,7 +170,8 @@ static int run_app(struct app *app)
 {
     if (!prepare(app) || !window_open(app))
         return EXIT_FAILED;
-    trace_open(app);
+    if (!trace_open(app))
+        return EXIT_FAILED;
     state_init(&app->state, &app->typed, app->options->exposure);
     app->worker = worker_start(app->options->n_threads, wake, app);
     if (!app->worker) {
@@ -199,7 +199,9 @@ int main(int argc, char **argv)
     const int code = view_parse(argc, argv, &call);
     if (code != OPTIONS_GO_ON)
         return code;
-    struct app *app = need_memory(1, sizeof(*app));
+    struct app *app = app_memory(1, sizeof(*app), NULL);
+    if (!app)
+        return exit_without_memory();
     *app = (struct app){.options = &call.options,
                         .operands = &call.operands,
                         .typed = call.settings,

@@ -8,21 +8,16 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "memory.h"
 #include "report.h"
 #include "stage.h"
 
-static char *copy_text(const char *text)
-{
-    char *copy = need_memory(strlen(text) + 1, 1);
-    memcpy(copy, text, strlen(text) + 1);
-    return copy;
-}
-
-static struct picture_files *add_picture(struct playlist *playlist)
+static struct picture_files *add_picture(struct playlist *playlist,
+                                         struct image_error *error)
 {
     const size_t n = (size_t)playlist->n;
-    struct picture_files *list = need_memory(n + 1, sizeof(*list));
+    struct picture_files *list = app_memory(n + 1, sizeof(*list), error);
+    if (!list)
+        return NULL;
     if (n)
         memcpy(list, playlist->pictures, n * sizeof(*list));
     free(playlist->pictures);
@@ -31,15 +26,23 @@ static struct picture_files *add_picture(struct playlist *playlist)
     return &list[n];
 }
 
-static void add_path(struct picture_files *picture, const char *path)
+static bool add_path(struct picture_files *picture, const char *path,
+                     struct image_error *error)
 {
     const size_t n = (size_t)picture->n_paths;
-    char **paths = need_memory(n + 1, sizeof(*paths));
+    char **paths = app_memory(n + 1, sizeof(*paths), error);
+    char *copy = paths ? app_memory(strlen(path) + 1, 1, error) : NULL;
+    if (!copy) {
+        free(paths);
+        return false;
+    }
+    strcpy(copy, path);
     if (n)
         memcpy(paths, picture->paths, n * sizeof(*paths));
     free(picture->paths);
     picture->paths = paths;
-    picture->paths[picture->n_paths++] = copy_text(path);
+    picture->paths[picture->n_paths++] = copy;
+    return true;
 }
 
 /* Length of the name before "_v00.exr"; 0 where it does not end so. */
@@ -88,13 +91,14 @@ static bool open_folder(struct playlist *playlist, const char *folder,
         return false;
     }
     struct picture_files *picture = NULL;
-    for (int i = 0; i < n; i++) {
+    bool is_good = true;
+    for (int i = 0; i < n && is_good; i++) {
         char path[4352];
         const char *slash = folder[strlen(folder) - 1] == '/' ? "" : "/";
         snprintf(path, sizeof(path), "%s%s%s", folder, slash, names[i]->d_name);
         if (i == 0 || !is_same_set(names[i - 1]->d_name, names[i]->d_name))
-            picture = add_picture(playlist);
-        add_path(picture, path);
+            picture = add_picture(playlist, error);
+        is_good = picture && add_path(picture, path, error);
     }
     for (int i = 0; i < n; i++)
         free(names[i]);
@@ -104,7 +108,7 @@ static bool open_folder(struct playlist *playlist, const char *folder,
                   "%s: there is no EXR file in this folder; rackfocus povray --keep %s "
                   "puts passes there",
                   folder, folder);
-    return n > 0;
+    return n > 0 && is_good;
 }
 
 bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
@@ -124,10 +128,13 @@ bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
         playlist_close(playlist);
         return false;
     }
-    struct picture_files *picture = add_picture(playlist);
-    for (int i = 0; i < n_paths; i++)
-        add_path(picture, paths[i]);
-    return true;
+    struct picture_files *picture = add_picture(playlist, error);
+    bool is_good = picture != NULL;
+    for (int i = 0; i < n_paths && is_good; i++)
+        is_good = add_path(picture, paths[i], error);
+    if (!is_good)
+        playlist_close(playlist);
+    return is_good;
 }
 
 void playlist_close(struct playlist *playlist)

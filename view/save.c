@@ -6,7 +6,6 @@
 
 #include "app.h"
 #include "params_file.h"
-#include "memory.h"
 #include "report.h"
 
 /* One saving on its way; the worker's thread ends it. */
@@ -74,7 +73,11 @@ void save_picture(struct app *app)
         view_say(app, "%s", error.message);
         return;
     }
-    struct saving *saving = need_memory(1, sizeof(*saving));
+    struct saving *saving = app_memory(1, sizeof(*saving), &error);
+    if (!saving) {
+        view_say(app, "%s", error.message);
+        return;
+    }
     *saving = (struct saving){.app = app,
                               .stage = app->stage,
                               .settings = app->state.settings,

@@ -39,6 +39,7 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
                                  .args = stage->povray_args,
                                  .n_args = stage->n_povray_args,
                                  .frame = -1,
+                                 .supersample = 1, /* a pixel of the window each */
                                  .is_cancelled = is_cancelled,
                                  .progress = show_progress,
                                  .user = stage,
@@ -123,11 +124,13 @@ static bool read_views(struct stage *stage, const struct view_list *list,
     if (is_read) {
         stage->input =
             input_create(source->width, source->height, source->n_channels, views.n);
-        for (int i = 0; i < views.n; i++)
+        for (int i = 0; stage->input && i < views.n; i++)
             take_view(stage->input, i, &views.views[i]);
+        if (!stage->input)
+            set_error(error, "out of memory");
     }
     views_free(&views);
-    return is_read;
+    return is_read && stage->input;
 }
 
 /* As `rackfocus filter` does: undoes what can be, refuses what cannot be meant. */
@@ -187,6 +190,11 @@ static bool read_single(struct stage *stage, const struct settings *typed,
         return false;
     }
     stage->input = input_create(source->width, source->height, source->n_channels, 1);
+    if (!stage->input) {
+        free(colour);
+        free(depth);
+        return set_error(error, "out of memory");
+    }
     stage->input->views[0] = (struct rf_view){
         .colour =
             rf_image_packed(colour, source->width, source->height, source->n_channels),

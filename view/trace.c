@@ -10,15 +10,14 @@
 #include "progress.h"
 #include "report.h"
 
-void trace_open(struct app *app)
+bool trace_open(struct app *app)
 {
     if (!app->options->trace)
-        return;
+        return true;
     app->trace = fopen(app->options->trace, "w");
-    if (app->trace)
-        return;
-    message("%s: cannot be written: %s", app->options->trace, strerror(errno));
-    exit(EXIT_FAILED);
+    if (!app->trace)
+        message("%s: cannot be written: %s", app->options->trace, strerror(errno));
+    return app->trace != NULL;
 }
 
 static void print_text(FILE *file, const char *text)

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "memory.h"
 #include "number.h"
 #include "report.h"
 
@@ -25,7 +24,10 @@ static void add_quad(struct vertices *to, const float at[4], const float uv[4],
                      uint32_t rgba)
 {
     if (to->n + 4 > to->n_room) {
-        struct gl_vertex *items = need_memory(2 * to->n_room + 256, sizeof(*items));
+        struct gl_vertex *items =
+            app_memory(2 * to->n_room + 256, sizeof(*items), NULL);
+        if (!items)
+            return; /* this piece is not drawn */
         if (to->n)
             memcpy(items, to->items, to->n * sizeof(*items));
         free(to->items);

@@ -11,7 +11,7 @@
 #include "clock.h"
 #include "difference.h"
 #include "display.h"
-#include "memory.h"
+#include "maps.h"
 #include "quick.h"
 #include "report.h"
 #include "shrink.h"
@@ -92,27 +92,46 @@ static void publish(struct worker *w, struct shot *shot)
     w->wake(w->user);
 }
 
-static struct shot *new_shot(const struct job *job, int times)
-{
-    struct shot *shot = need_memory(1, sizeof(*shot));
-    shot->id = job->id;
-    shot->mode = job->mode;
-    shot->times = times;
-    shot->width = shrink_side(job->input->width, times);
-    shot->height = shrink_side(job->input->height, times);
-    shot->input = input_hold(job->input);
-    shot->rgba = need_memory((size_t)shot->width * (size_t)shot->height, 4);
-    return shot;
-}
-
 static void publish_error(struct worker *w, const struct job *job, const char *text)
 {
-    struct shot *shot = need_memory(1, sizeof(*shot));
+    struct shot *shot = app_memory(1, sizeof(*shot), NULL);
+    if (!shot)
+        return; /* what is shown stays */
     shot->id = job->id;
     shot->quality = SHOT_BEST;
     shot->input = input_hold(job->input);
     snprintf(shot->error, sizeof(shot->error), "%s", text);
     publish(w, shot);
+}
+
+/* NULL without memory, which is then what is shown. */
+static struct shot *new_shot(struct worker *w, const struct job *job, int times)
+{
+    const int32_t width = shrink_side(job->input->width, times);
+    const int32_t height = shrink_side(job->input->height, times);
+    struct shot *shot = app_memory(1, sizeof(*shot), NULL);
+    uint8_t *rgba = app_memory((size_t)width * (size_t)height, 4, NULL);
+    if (!shot || !rgba) {
+        free(shot);
+        free(rgba);
+        publish_error(w, job, "out of memory");
+        return NULL;
+    }
+    *shot = (struct shot){.id = job->id,
+                          .mode = job->mode,
+                          .times = times,
+                          .width = width,
+                          .height = height,
+                          .input = input_hold(job->input),
+                          .rgba = rgba};
+    return shot;
+}
+
+static rf_result fail_memory(struct rf_error *error)
+{
+    *error = (struct rf_error){.code = RF_ERROR_MEMORY};
+    snprintf(error->message, sizeof(error->message), "out of memory");
+    return RF_ERROR_MEMORY;
 }
 
 /* ---- filtering ------------------------------------------------------------------- */
@@ -202,7 +221,7 @@ static bool is_kept(const struct kept *kept, const struct job *job)
            memcmp(&kept->params, &job->params, sizeof(kept->params)) == 0;
 }
 
-static void begin_kept(struct kept *kept, const struct job *job, int times)
+static bool begin_kept(struct kept *kept, const struct job *job, int times)
 {
     forget(kept);
     const size_t n = (size_t)shrink_side(job->input->width, times) *
@@ -212,7 +231,10 @@ static void begin_kept(struct kept *kept, const struct job *job, int times)
                           .has_eye = job->has_eye,
                           .eye = {job->eye[0], job->eye[1]},
                           .times = times};
-    kept->pixels = need_memory(n, (size_t)job->input->n_channels * sizeof(float));
+    kept->pixels = app_memory(n, (size_t)job->input->n_channels * sizeof(float), NULL);
+    if (!kept->pixels)
+        forget(kept);
+    return kept->pixels != NULL;
 }
 
 /* How much smaller the preview must be to come in time. */
@@ -226,8 +248,9 @@ static int choose_shrink(const struct worker *w, const struct input *input)
     return times;
 }
 
-/* The input `times` smaller, as a view. */
-static struct rf_view small_view(struct worker *w, const struct job *job, int times)
+/* The input `times` smaller, as a view. False without memory. */
+static bool small_view(struct worker *w, const struct job *job, int times,
+                       struct rf_view *view)
 {
     const struct input *input = job->input;
     struct small *small = &w->small;
@@ -242,17 +265,22 @@ static struct rf_view small_view(struct worker *w, const struct job *job, int ti
         forget_small(small);
         *small = (struct small){
             .input = input_hold(job->input), .times = times, .is_planar = is_planar};
-        small->colour = need_memory(n, (size_t)input->n_channels * sizeof(float));
-        small->depth = need_memory(n, sizeof(float));
+        small->colour = app_memory(n, (size_t)input->n_channels * sizeof(float), NULL);
+        small->depth = app_memory(n, sizeof(float), NULL);
+        if (!small->colour || !small->depth) {
+            forget_small(small);
+            return false;
+        }
         shrink_colour(colour, input->width, input->height, input->n_channels, times,
                       small->colour);
         shrink_depth(depth, input->width, input->height, times, small->depth);
     }
-    return (struct rf_view){
+    *view = (struct rf_view){
         .colour = rf_image_packed(times > 1 ? small->colour : colour, width, height,
                                   input->n_channels),
         .depth = rf_image_packed(times > 1 ? small->depth : (float *)depth, width,
                                  height, 1)};
+    return true;
 }
 
 static rf_result make_preview(struct worker *w, const struct job *job,
@@ -267,8 +295,11 @@ static rf_result make_preview(struct worker *w, const struct job *job,
         return result;
     if (times > 1)
         shrink_params(&params, &lens, times);
-    begin_kept(&w->preview, job, times);
-    const struct rf_view view = small_view(w, job, times);
+    struct rf_view view;
+    if (!begin_kept(&w->preview, job, times) || !small_view(w, job, times, &view)) {
+        forget(&w->preview);
+        return fail_memory(error);
+    }
     struct rf_image out = view.colour;
     out.data = w->preview.pixels;
     result = run_filter(w, &params, job->light, &view, 1, &out, NULL,
@@ -288,7 +319,8 @@ static rf_result make_best(struct worker *w, const struct job *job,
 {
     const struct input *input = job->input;
     const struct rf_progress progress = {report_best, w};
-    begin_kept(&w->best, job, 1);
+    if (!begin_kept(&w->best, job, 1))
+        return fail_memory(error);
     const struct rf_image out =
         rf_image_packed(w->best.pixels, input->width, input->height, input->n_channels);
     pthread_mutex_lock(&w->lock);
@@ -326,8 +358,12 @@ static rf_result see(struct worker *w, const struct job *job, struct rf_error *e
         rf_lens_init(&lens, &job->params, job->input->width, job->input->height, error);
     if (result != RF_OK)
         return result;
-    begin_kept(&w->best, job, 1);
-    input_see(job->input, &lens, job->eye, w->best.pixels, &w->best.eye_view);
+    if (!begin_kept(&w->best, job, 1))
+        return fail_memory(error);
+    if (!input_see(job->input, &lens, job->eye, w->best.pixels, &w->best.eye_view)) {
+        forget(&w->best);
+        return fail_memory(error);
+    }
     w->best.filter_ms = 1000 * (os_clock_s() - start_s);
     snprintf(w->best.method, sizeof(w->best.method), "eye");
     return RF_OK;
@@ -339,7 +375,9 @@ static void show_kept(struct worker *w, const struct job *job, const struct kept
                       enum shot_quality quality)
 {
     const double start_s = os_clock_s();
-    struct shot *shot = new_shot(job, kept->times);
+    struct shot *shot = new_shot(w, job, kept->times);
+    if (!shot)
+        return;
     const size_t n = (size_t)shot->width * (size_t)shot->height;
     shot->quality = quality;
     shot->filter_ms = kept->filter_ms;
@@ -354,57 +392,30 @@ static void show_kept(struct worker *w, const struct job *job, const struct kept
     publish(w, shot);
 }
 
-static bool find_radius(struct worker *w, const struct job *job, float *radius,
-                        struct rf_error *error)
-{
-    struct rf_filter *filter;
-    const struct input *input = job->input;
-    struct rf_params params = job->params;
-    if (!input->raw) {
-        params.depth = RF_DEPTH_PLANAR;
-        params.depth_scale = 1;
-        params.depth_offset = 0;
-    }
-    if (rf_filter_create(&filter, w->context, &params, input->width, input->height,
-                         error) != RF_OK)
-        return false;
-    const struct rf_image out = rf_image_packed(radius, input->width, input->height, 1);
-    struct rf_image depth = out;
-    depth.data = (void *)(input->raw ? input->raw : input->planar);
-    const rf_result result = rf_filter_coc(filter, &depth, &out, error);
-    rf_filter_destroy(filter);
-    return result == RF_OK;
-}
-
-/* What has full colour: the largest radius, at least 2 px. */
-static double full_radius(const float *radius, size_t n)
-{
-    float largest = 0;
-    for (size_t i = 0; i < n; i++)
-        largest = fmaxf(largest, fabsf(radius[i]));
-    return fmax(largest, 2);
-}
-
 /* Depth, radii, what is in focus: no filter is needed. */
 static bool show_map(struct worker *w, const struct job *job, struct rf_error *error)
 {
     const struct input *input = job->input;
     const double start_s = os_clock_s();
-    struct shot *shot = new_shot(job, 1);
+    struct shot *shot = new_shot(w, job, 1);
+    if (!shot)
+        return true;
     const size_t n = (size_t)shot->width * (size_t)shot->height;
     shot->quality = SHOT_BEST;
     snprintf(shot->method, sizeof(shot->method), "none");
     if (job->mode == MODE_DEPTH) {
         display_depth(input->planar, n, input->nearest, input->farthest, shot->rgba);
     } else {
-        float *radius = need_memory(n, sizeof(float));
-        if (!find_radius(w, job, radius, error)) {
+        float *radius = app_memory(n, sizeof(float), NULL);
+        if (!radius)
+            fail_memory(error);
+        if (!radius || !maps_radius(w->context, job, radius, error)) {
             free(radius);
             shot_free(shot);
             return false;
         }
         if (job->mode == MODE_COC)
-            display_coc(radius, n, full_radius(radius, n), shot->rgba);
+            display_coc(radius, n, maps_full_radius(radius, n), shot->rgba);
         else
             display_band(w->tone, input->colour, input->n_channels, radius, n,
                          job->exposure, job->params.coc_limit, shot->rgba);
@@ -421,7 +432,9 @@ static void show_pinhole(struct worker *w, const struct job *job)
     if (w->pinhole_input == input && w->pinhole_exposure == job->exposure)
         return;
     const double start_s = os_clock_s();
-    struct shot *shot = new_shot(job, 1);
+    struct shot *shot = new_shot(w, job, 1);
+    if (!shot)
+        return;
     shot->is_pinhole = true;
     shot->quality = SHOT_BEST;
     display_picture(w->tone, input->colour, input->n_channels,
@@ -521,8 +534,11 @@ static void do_save(struct worker *w, const struct save *save)
                      (size_t)job->input->n_channels;
     float *pixels = NULL;
     if (result == RF_OK) {
-        pixels = need_memory(n, sizeof(float));
-        memcpy(pixels, w->best.pixels, n * sizeof(float));
+        pixels = app_memory(n, sizeof(float), NULL);
+        if (pixels)
+            memcpy(pixels, w->best.pixels, n * sizeof(float));
+        else
+            result = fail_memory(&error);
     }
     save->write(save->user, pixels, result == RF_OK ? NULL : error.message);
     free(pixels);
@@ -588,7 +604,9 @@ static void worker_free(struct worker *w)
 
 struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
 {
-    struct worker *w = need_memory(1, sizeof(*w));
+    struct worker *w = app_memory(1, sizeof(*w), NULL);
+    if (!w)
+        return NULL;
     struct rf_error error;
     const struct rf_context_params context = {.size = sizeof(context),
                                               .n_threads = n_threads};

@@ -5,10 +5,7 @@ import os
 import subprocess
 import sys
 
-import conftest
 import pytest
-
-LIBRARY = conftest.BUILD / "tests" / "faults" / "libfailing.so"
 
 # Runs in a process of its own, in which the k-th allocation fails, for every k.
 CHILD = """
@@ -52,12 +49,13 @@ print(n, n_failed)
 
 @pytest.mark.parametrize("name", ["compare", "apply", "accumulate"])
 def test_every_allocation_may_fail(build, name):
+    library = build / "tests" / "faults" / "libfailing.so"
     subprocess.run(["ninja", "-C", build, "tests/faults/libfailing.so"], check=True)
     done = subprocess.run(
-        [sys.executable, "-c", CHILD.format(library=str(LIBRARY)), name],
+        [sys.executable, "-c", CHILD.format(library=str(library)), name],
         env={
             **os.environ,
-            "LD_PRELOAD": str(LIBRARY),
+            "LD_PRELOAD": str(library),
             "PYTHONPATH": os.pathsep.join(sys.path),
         },
         capture_output=True,
