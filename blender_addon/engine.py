@@ -10,6 +10,7 @@ import numpy as np
 
 from . import (
     compat,
+    exr,
     failures,
     group,
     keep,
@@ -46,6 +47,7 @@ class Problem(Exception):
 EXPECTED = (
     Problem,
     passes.PassesError,
+    exr.ExrError,
     lens.CameraError,
     views.ViewsError,
     pictures.PictureError,

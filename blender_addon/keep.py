@@ -7,20 +7,15 @@ uncompressed. The header says what the camera was and where on the lens a view w
 (rackfocus:lensOffset, rackfocus:shearDistance).
 """
 
-import os
 import re
 import struct
 from pathlib import Path
 
 import bpy
-import numpy as np
 
-from . import passes
+from . import exr, passes
 from .library import rackfocus
 
-MAGIC, VERSION = 20000630, 2
-LONG_NAMES_FLAG = 0x400
-FLOAT = 2
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
 TIME = "rackfocus:shutterTime"
 GROUPS = ("lens", "aperture", "depth")  # of parameters that say what the camera was
@@ -49,15 +44,6 @@ def stem_of(scene, frame, layer, suffix=""):
 # ---- writing ----------------------------------------------------------------------
 
 
-def _attribute(name, kind, data):
-    head = f"{name}\0{kind}\0".encode()
-    return head + struct.pack("<i", len(data)) + data
-
-
-def _text(name, text):
-    return _attribute(name, "string", text.encode())
-
-
 def lens_attributes(params):
     """Header attributes, as bytes, of the parameters of GROUPS."""
     found = b""
@@ -68,58 +54,22 @@ def lens_attributes(params):
         if p.field == "lens_radius" and not value:
             continue  # it follows from f-stop and focal length
         if p.type == "enum":
-            found += _text(p.attribute, value)
+            found += exr.text(p.attribute, value)
         elif p.type == "float":
-            found += _attribute(p.attribute, "double", struct.pack("<d", value))
+            found += exr.attribute(p.attribute, "double", struct.pack("<d", value))
         else:
-            found += _attribute(p.attribute, "int", struct.pack("<i", value))
-    return found + _text("rackfocus:depth", "planar")
+            found += exr.attribute(p.attribute, "int", struct.pack("<i", value))
+    return found + exr.text("rackfocus:depth", "planar")
 
 
 def place_attributes(place):
     """Header attributes, as bytes, of a passes.Place."""
     offset = struct.pack("<2f", *place.offset)
     return (
-        _attribute(OFFSET, "v2f", offset)
-        + _attribute(SHEAR, "double", struct.pack("<d", place.shear_distance))
-        + _attribute(TIME, "double", struct.pack("<d", place.time))
+        exr.attribute(OFFSET, "v2f", offset)
+        + exr.attribute(SHEAR, "double", struct.pack("<d", place.shear_distance))
+        + exr.attribute(TIME, "double", struct.pack("<d", place.time))
     )
-
-
-def write_exr(path, channels, attributes=b""):
-    """Writes {name: (height, width) float32} beside `path` and renames."""
-    names = sorted(channels)
-    height, width = channels[names[0]].shape
-    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
-    about = b"".join(
-        name.encode() + b"\0" + struct.pack("<iB3x2i", FLOAT, 0, 1, 1) for name in names
-    )
-    header = struct.pack("<2i", MAGIC, VERSION | LONG_NAMES_FLAG)
-    header += _attribute("channels", "chlist", about + b"\0")
-    header += _attribute("compression", "compression", b"\0")
-    header += _attribute("dataWindow", "box2i", window)
-    header += _attribute("displayWindow", "box2i", window)
-    header += _attribute("lineOrder", "lineOrder", b"\0")
-    header += _attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
-    header += _attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
-    header += _attribute("screenWindowWidth", "float", struct.pack("<f", 1))
-    header += attributes + b"\0"
-    lines = np.empty((height, 2 + len(names) * width), "<f4")
-    lines[:, 0] = np.arange(height, dtype="<i4").view("<f4")
-    lines[:, 1] = np.array([4 * width * len(names)], "<i4").view("<f4")
-    for index, name in enumerate(names):
-        lines[:, 2 + index * width : 2 + (index + 1) * width] = channels[name]
-    start = len(header) + 8 * height
-    offsets = start + lines.strides[0] * np.arange(height, dtype="<u8")
-    beside = f"{path}.part"
-    try:
-        with open(beside, "wb") as file:
-            file.write(header)
-            file.write(offsets.tobytes())
-            file.write(lines.data)
-        os.replace(beside, path)
-    finally:
-        Path(beside).unlink(missing_ok=True)
 
 
 def write(folder, stem, found, params):
@@ -137,7 +87,7 @@ def write(folder, stem, found, params):
         attributes = lens + (place_attributes(place) if is_view else b"")
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            write_exr(folder / f"{name}.exr", channels, attributes)
+            exr.write_exr(folder / f"{name}.exr", channels, attributes)
         except OSError as error:
             raise KeepError(
                 f"Keep Passes: “{folder}” cannot be written ({error.strerror}); choose "
@@ -184,8 +134,8 @@ class KeptFiles:
 
 def _read(path):
     try:
-        channels, attributes = passes.read_file(path)
-    except (KeyError, ValueError, struct.error) as error:
+        channels, attributes = exr.read_file(path)
+    except (KeyError, ValueError, exr.ExrError, struct.error) as error:
         raise passes.PassesError(f"“{path}” is damaged ({error})") from error
     planes = {name.lstrip("."): plane for name, plane in channels.items()}
     missing = [c for c in "RGBAZ" if c not in planes]

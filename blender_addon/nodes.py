@@ -7,7 +7,18 @@ import time
 
 import numpy as np
 
-from . import compat, group, lens, look, main_thread, passes, preferences, setup, tap
+from . import (
+    compat,
+    exr,
+    group,
+    lens,
+    look,
+    main_thread,
+    passes,
+    preferences,
+    setup,
+    tap,
+)
 from .library import rackfocus
 
 PUT_S = 20.0  # that the main thread may take until it comes to the images
@@ -73,7 +84,7 @@ def _pass_through(scene, node, files):
         picture = given[0].colour
     elif files:
         layer = group.layer_of(scene, node)
-        picture = passes.find_layer(passes.read_exr(files[scene]), layer).colour
+        picture = passes.find_layer(exr.read_exr(files[scene]), layer).colour
     else:
         width, height = lens.picture_size(scene.render)
         colour = np.float32(node.inputs["Image"].default_value)
@@ -112,7 +123,7 @@ def _given(scene, node, files):
     path = files.get(scene)
     if path is None:
         raise tap.TapError("no Depth is linked, and the scene is not rendered")
-    depth = passes.find_layer(passes.read_exr(path), layer).depth
+    depth = passes.find_layer(exr.read_exr(path), layer).depth
     if depth is None:
         raise tap.TapError(f"view layer “{layer}” has no depth: link one")
     return tapped, np.array(depth)

@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import compat, engine, group, keep, passes, setup
+from . import compat, engine, exr, group, keep, passes, setup
 
 
 def scene_of(context):
@@ -78,7 +78,7 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
             self.report({"INFO"}, "The nodes use other passes too: rendering again")
         try:
             return refocus(scene, call)
-        except (RuntimeError, passes.PassesError) as error:
+        except (RuntimeError, exr.ExrError, passes.PassesError) as error:
             self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
             return {"CANCELLED"}
 

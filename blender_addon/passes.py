@@ -2,17 +2,15 @@
 """The passes of the running render: written by Blender to memory, read without a copy.
 
 Blender gives no access to the pixels of the Render Result, but saves it at any moment.
-The file goes to a memory-backed folder, uncompressed, so that every channel is a
-regular pattern of bytes that NumPy can view in place.
+The file goes to a memory-backed folder, uncompressed, so that NumPy can view every
+channel in place (exr.py).
 """
 
 import contextlib
 import fcntl
 import functools
-import mmap
 import os
 import shutil
-import struct
 import tempfile
 import time
 from pathlib import Path
@@ -21,13 +19,10 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import main_thread, printed
+from . import exr, main_thread, printed
 from .compat import MultilayerExr
 from .lens import picture_size
 
-MAGIC = 20000630
-MULTIPART_FLAG = 0x1000
-SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
 SHARED_MEMORY = "/dev/shm"
 FOLDER, LOCK = "rack_focus_", "lock"
 WITHOUT_LOCK_S = 600.0  # a folder without a lock lives for milliseconds
@@ -50,123 +45,6 @@ MIDDLE = Place((0.0, 0.0), 0.0, 1.0, 0.5)
 
 class PassesError(Exception):
     """The passes cannot be had; the message is for the user."""
-
-
-class Part(NamedTuple):
-    """Header of one part of an EXR file."""
-
-    name: str
-    channels: list  # of (name, dtype), in the order of the file
-    width: int
-    height: int
-    attributes: dict  # name: bytes
-
-
-# ---- reading ----------------------------------------------------------------------
-
-
-class _Cursor:
-    """Reads numbers and texts from bytes or a mapped file."""
-
-    def __init__(self, data):
-        self.data, self.at = data, 0
-
-    def unpack(self, pattern):
-        values = struct.unpack_from(pattern, self.data, self.at)
-        self.at += struct.calcsize(pattern)
-        return values[0] if len(values) == 1 else values
-
-    def text(self):
-        end = self.data.find(b"\0", self.at)
-        if end < 0:
-            raise PassesError("the file of the render's passes is damaged")
-        found = bytes(self.data[self.at : end]).decode()
-        self.at = end + 1
-        return found
-
-
-def _read_channels(data):
-    """(name, dtype) of every channel of a chlist attribute."""
-    cursor, found = _Cursor(data), []
-    while data[cursor.at]:
-        name = cursor.text()
-        kind, _, x_step, y_step = cursor.unpack("<i4s2i")
-        if (x_step, y_step) != (1, 1):
-            raise PassesError("the render has subsampled passes")
-        found.append((name, SAMPLE_TYPES[kind]))
-    return found
-
-
-def _read_header(cursor):
-    """One header up to its end mark."""
-    attributes = {}
-    while True:
-        name = cursor.text()
-        if not name:
-            break
-        cursor.text()  # the type
-        size = cursor.unpack("<i")
-        attributes[name] = bytes(cursor.data[cursor.at : cursor.at + size])
-        cursor.at += size
-    if attributes["compression"] != b"\0":
-        raise PassesError("the render's passes came compressed")
-    x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
-    name = attributes.get("name", b"").decode().rstrip("\0")
-    channels = _read_channels(attributes["channels"])
-    return Part(name, channels, x1 - x0 + 1, y1 - y0 + 1, attributes)
-
-
-def _view_part(data, part, offsets, n_head_bytes):
-    """{channel name: (height, width) view} of a part whose lines lie at `offsets`."""
-    steps = np.diff(offsets.astype(np.int64))
-    n_line_bytes = n_head_bytes + part.width * sum(t.itemsize for _, t in part.channels)
-    step = int(steps[0]) if len(steps) else n_line_bytes
-    if np.any(steps != step) or abs(step) < n_line_bytes:
-        raise PassesError("the lines of the render's passes are out of order")
-    views = {}
-    at = int(offsets[0]) + n_head_bytes
-    for name, dtype in part.channels:
-        # The buffer starts at the lowest byte; negative steps run up to it.
-        views[name] = np.ndarray(
-            (part.height, part.width), dtype, data, at, (step, dtype.itemsize)
-        )
-        at += part.width * dtype.itemsize
-    return views
-
-
-def read_exr(path):
-    """The channels of read_file()."""
-    return read_file(path)[0]
-
-
-def read_file(path):
-    """({full channel name: (height, width) array}, {attribute: bytes}) of an EXR.
-
-    It must be uncompressed and of scan lines. The attributes are of its first part.
-    Rows from the top. The arrays are views of the mapped file. In files of several
-    parts the part's name stands before channel names that lack it.
-    """
-    with open(path, "rb") as file:
-        mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    data = np.frombuffer(mapped, np.uint8)
-    cursor = _Cursor(mapped)
-    magic, version = cursor.unpack("<2i")
-    if magic != MAGIC:
-        raise PassesError("Blender did not write an EXR file")
-    is_multipart = bool(version & MULTIPART_FLAG)
-    parts = [_read_header(cursor)]
-    while is_multipart and cursor.data[cursor.at]:
-        parts.append(_read_header(cursor))
-    cursor.at += is_multipart
-    found = {}
-    for part in parts:
-        offsets = np.frombuffer(data, "<u8", part.height, cursor.at)
-        cursor.at += 8 * part.height
-        views = _view_part(data, part, offsets, 12 if is_multipart else 8)
-        for name, view in views.items():
-            has_layer = name.count(".") >= 2 or not part.name
-            found[name if has_layer else f"{part.name}.{name}"] = view
-    return found, parts[0].attributes
 
 
 # ---- passes of a layer ------------------------------------------------------------
@@ -194,7 +72,7 @@ class Layer(NamedTuple):
 
 
 def find_layer(channels, layer, view=""):
-    """The Layer of a view layer (and view) among the channels of read_exr()."""
+    """The Layer of a view layer (and view) among the channels of exr.read_exr()."""
     tail = f".{view}" if view else ""
     names = [f"{layer}.Combined{tail}.{c}" for c in "RGBA"]
     depths = [f"{layer}.{p}{tail}.{c}" for p in ("Depth", "Z") for c in "ZVX"]
@@ -256,7 +134,7 @@ class RenderedPasses:
         # A mapped file stays readable without its name.
         with self.saved(scene, n_views) as files:
             # suffix of the view's file, "" without views: channels
-            self.files = {suffix: read_exr(path) for suffix, path in files.items()}
+            self.files = {suffix: exr.read_exr(path) for suffix, path in files.items()}
 
     @classmethod
     @contextlib.contextmanager

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import compat, group, main_thread, passes, setup
+from . import compat, exr, group, main_thread, passes, setup
 
 TAP_S = 60.0  # that the main thread may take until it comes to it
 FILE = "tap"
@@ -57,7 +57,7 @@ def _read(folder, name):
     path = next(folder.glob(f"*{FILE}{name}*.exr"), None)
     if path is None:
         raise TapError(f"the compositor gave no {name} to the node")
-    channels = passes.read_exr(path)
+    channels = exr.read_exr(path)
     by_letter = {key.split(".")[-1]: plane for key, plane in channels.items()}
     first = next(iter(by_letter.values()))
     one = np.ones_like(first)

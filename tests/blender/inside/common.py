@@ -170,7 +170,7 @@ def render(scene, path, multilayer=False):
 
 def read(path):
     """{channel: (height, width) float32 copy} of an EXR; plain RGBA without a dot."""
-    found = addon("passes").read_exr(path)
+    found = addon("exr").read_exr(path)
     return {
         name.lstrip(".") if name.count(".") < 2 else name: np.array(plane)
         for name, plane in found.items()
