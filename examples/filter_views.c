@@ -57,7 +57,8 @@ static bool render_views(struct views *views, const struct rf_params *params,
         float *depth = rgb + 3 * n_pixels;
         render(lens, points[i].u, points[i].v, rgb, depth);
         views->at[i] =
-            (struct rf_view){.colour = rf_image_packed(rgb, WIDTH, HEIGHT, 3),
+            (struct rf_view){.size = sizeof *views->at,
+                             .colour = rf_image_packed(rgb, WIDTH, HEIGHT, 3),
                              .depth = rf_image_packed(depth, WIDTH, HEIGHT, 1),
                              .lens_offset = {points[i].u * lens->lens_radius,
                                              points[i].v * lens->lens_radius},

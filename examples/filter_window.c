@@ -47,6 +47,7 @@ static bool load(struct part *part, struct rf_window window)
                                                        : 0.1f;
     }
     part->view = (struct rf_view){
+        .size = sizeof part->view,
         .colour = rf_image_packed(part->rgb, window.width, window.height, 3),
         .depth = rf_image_packed(part->depth, window.width, window.height, 1)};
     return true;
