@@ -43,7 +43,7 @@ enum kind { KIND_UNKNOWN, KIND_LOSSY, KIND_RLE };
 
 struct lane { /* a channel */
     enum kind kind;
-    int color; /* 0 1 2: R G B, -1 */
+    int colour; /* 0 1 2: R G B, -1 */
     bool is_done;
     size_t prefix_length; /* of the name, up to the last dot */
     size_t width, height, n_bytes_per_sample;
@@ -93,7 +93,7 @@ static void make_linear_table(void)
 struct rule {
     char suffix[64];
     enum kind kind;
-    int color;
+    int colour;
     int type;
     bool ignores_case;
 };
@@ -108,8 +108,8 @@ static void apply_rule(struct dwa *d, const struct rule *rule)
         if (difference != 0 || d->channels[i].data_type != rule->type)
             continue;
         d->lanes[i].kind = rule->kind;
-        if (rule->color >= 0)
-            d->lanes[i].color = rule->color;
+        if (rule->colour >= 0)
+            d->lanes[i].colour = rule->colour;
     }
 }
 
@@ -142,11 +142,11 @@ static bool read_rules(struct dwa *d, const uint8_t *at, const uint8_t *end)
         if (!zero || end - zero < 3 || (size_t)(zero - at) >= sizeof rule.suffix)
             return false;
         memcpy(rule.suffix, at, (size_t)(zero - at));
-        rule.color = (zero[1] >> 4) - 1;
+        rule.colour = (zero[1] >> 4) - 1;
         int kind = zero[1] >> 2 & 3;
         rule.ignores_case = zero[1] & 1;
         rule.type = zero[2];
-        if (rule.color > 2 || kind > KIND_RLE)
+        if (rule.colour > 2 || kind > KIND_RLE)
             return false;
         rule.kind = (enum kind)kind;
         apply_rule(d, &rule);
@@ -190,7 +190,7 @@ static bool set_up_lanes(struct dwa *d, const exr_decode_pipeline_t *pipeline)
         const exr_coding_channel_info_t *channel = &d->channels[i];
         const char *dot = strrchr(channel->channel_name, '.');
         d->lanes[i] = (struct lane){
-            .color = -1,
+            .colour = -1,
             .prefix_length = dot ? (size_t)(dot - channel->channel_name) : 0,
             .width = (size_t)channel->width,
             .n_bytes_per_sample = (size_t)channel->bytes_per_element,
@@ -455,8 +455,8 @@ static void find_set(const struct dwa *d, int channel, int set[3])
 {
     set[0] = set[1] = set[2] = -1;
     for (int i = 0; i < d->n; i++)
-        if (d->lanes[i].color >= 0 && has_prefix_of(d, channel, i))
-            set[d->lanes[i].color] = i;
+        if (d->lanes[i].colour >= 0 && has_prefix_of(d, channel, i))
+            set[d->lanes[i].colour] = i;
 }
 
 static bool is_set(const struct dwa *d, const int set[3])
@@ -481,15 +481,15 @@ static bool comes_before(const struct dwa *d, int a, int b)
     return strcmp(name_a, name_b) < 0;
 }
 
-static bool undo_colors(struct dwa *d)
+static bool undo_colours(struct dwa *d)
 {
     for (;;) {
         int first = -1, set[3];
         for (int i = 0; i < d->n; i++) {
-            if (d->lanes[i].is_done || d->lanes[i].color < 0)
+            if (d->lanes[i].is_done || d->lanes[i].colour < 0)
                 continue;
             find_set(d, i, set);
-            if (is_set(d, set) && set[d->lanes[i].color] == i &&
+            if (is_set(d, set) && set[d->lanes[i].colour] == i &&
                 (first < 0 || comes_before(d, i, first)))
                 first = i;
         }
@@ -554,7 +554,7 @@ static bool undo(struct dwa *d, exr_decode_pipeline_t *pipeline)
         n_all_blocks += n_blocks(&d->lanes[i]);
     }
     return load_unknown(d) && load_ac(d, n_all_blocks) && load_dc(d, n_all_blocks) &&
-           load_rle(d) && undo_colors(d) && undo_rest(d);
+           load_rle(d) && undo_colours(d) && undo_rest(d);
 }
 
 exr_result_t image_undo_dwa(exr_decode_pipeline_t *pipeline)

@@ -291,9 +291,8 @@ bool image_open(struct image_input **input, const char *path, struct image_error
     in->path = strdup(path);
     if (!in->path)
         image_lacks_memory(error, path);
-    if (!in->path || !open_file(in, error) ||
-        !image_scan_header(in, error) || !open_context(in, error) ||
-        !read_headers(in, error)) {
+    if (!in->path || !open_file(in, error) || !image_scan_header(in, error) ||
+        !open_context(in, error) || !read_headers(in, error)) {
         image_close(in);
         return false;
     }

@@ -96,7 +96,8 @@ exr_result_t image_find_chunk(const struct image_input *input, int part,
 /* No chunk of this compression is smaller than its pixels by more than this. */
 uint32_t image_max_ratio(int compression);
 
-/* Undoes DWAA and DWAB, which OpenEXRCore 3.1 does not; a decompress_fn. */
+/* Undoes DWAA and DWAB, which OpenEXRCore does not before 3.2 (IMAGE_UNDO_DWA); a
+ * decompress_fn. */
 exr_result_t image_undo_dwa(exr_decode_pipeline_t *pipeline);
 
 /* Sets output->attributes on a part. */

@@ -141,9 +141,11 @@ static bool choose_undo(struct decoder *d, struct image_error *error)
         result = exr_decoding_choose_default_routines(context, d->part, &pipeline);
     d->undo = pipeline.decompress_fn;
     exr_decoding_destroy(context, &pipeline);
+#ifdef IMAGE_UNDO_DWA
     if (chunk.compression == EXR_COMPRESSION_DWAA ||
         chunk.compression == EXR_COMPRESSION_DWAB)
         d->undo = image_undo_dwa;
+#endif
     return result == EXR_ERR_SUCCESS ||
            image_fail(error, d->input->path, "damaged: %s", image_core_message(result));
 }

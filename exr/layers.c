@@ -57,7 +57,7 @@ static bool is_main_word(const char *word)
     return is_one_of(word, words);
 }
 
-static int color_index(const char *base)
+static int colour_index(const char *base)
 {
     static const char *const names[4][3] = {
         {"R", "red", NULL}, {"G", "green", NULL}, {"B", "blue", NULL}, {"A", "alpha"}};
@@ -237,8 +237,8 @@ static void format_layer(const struct name *name, char *text, size_t size)
 }
 
 /* Fills r g b a from the layer of `first`; false if one of r g b is missing. */
-static bool collect_color(const struct image_input *input, const struct name *first,
-                          struct image_layer *layer)
+static bool collect_colour(const struct image_input *input, const struct name *first,
+                           struct image_layer *layer)
 {
     int found[4] = {-1, -1, -1, -1};
     int begin = input->first_channel[first->part];
@@ -246,7 +246,7 @@ static bool collect_color(const struct image_input *input, const struct name *fi
     for (int c = begin; c < end; c++) {
         struct name name;
         parse_name(input, c, &name);
-        int index = color_index(name.base);
+        int index = colour_index(name.base);
         if (index >= 0 && found[index] < 0 && is_same_view(&name, first) &&
             is_same_layer(&name, name.n, first, first->n))
             found[index] = c;
@@ -304,15 +304,15 @@ static bool has_sibling(const struct image_input *input, const struct name *of,
     return false;
 }
 
-static bool find_color(const struct image_input *input, const char *view,
-                       const char *wanted, struct image_layer *found)
+static bool find_colour(const struct image_input *input, const char *view,
+                        const char *wanted, struct image_layer *found)
 {
     int best = 1000;
     for (int c = 0; c < input->n_channels; c++) {
         struct name name;
         struct image_layer layer = {.z = -1};
         parse_name(input, c, &name);
-        bool is_red = color_index(name.base) == 0;
+        bool is_red = colour_index(name.base) == 0;
         if (!is_red && (strcmp(name.base, "Y") != 0 || has_sibling(input, &name, "X")))
             continue;
         if ((wanted && !is_asked_for(&name, wanted)) ||
@@ -325,7 +325,7 @@ static bool find_color(const struct image_input *input, const char *view,
                    !is_of_view(input, name.view, NULL);
         if (rank >= best)
             continue;
-        if (is_red ? !collect_color(input, &name, &layer)
+        if (is_red ? !collect_colour(input, &name, &layer)
                    : !collect_grey(input, &name, c, &layer))
             continue;
         format_layer(&name, layer.name, sizeof layer.name);
@@ -353,20 +353,20 @@ static int depth_owner(const struct image_input *input, const struct name *name)
 
 /* How well a depth fits a colour; 0: not at all. */
 static int depth_score(const struct image_input *input, const struct name *depth,
-                       const struct name *color)
+                       const struct name *colour)
 {
     int n = depth_owner(input, depth);
     if (n < 0)
         return 0;
-    if (color && !is_same_view(depth, color) && depth->view[0])
+    if (colour && !is_same_view(depth, colour) && depth->view[0])
         return 0;
     /* A Z in float is the depth; other spellings are often copies for viewing. */
     bool is_plain_z = strcasecmp(depth->base, "Z") == 0;
-    if (!color)
+    if (!colour)
         return is_plain_z ? 2 : 1;
-    if (is_same_layer(depth, n, color, color->n))
+    if (is_same_layer(depth, n, colour, colour->n))
         return is_plain_z ? 8 : 7;
-    if (color->n > 0 && is_same_layer(depth, n, color, color->n - 1))
+    if (colour->n > 0 && is_same_layer(depth, n, colour, colour->n - 1))
         return is_plain_z ? 6 : 5;
     return 1;
 }
@@ -374,23 +374,23 @@ static int depth_score(const struct image_input *input, const struct name *depth
 /* `view` may be NULL: any. Where colour and depth have one, depth without serves last.
  */
 static int find_depth(const struct image_input *input, const char *view,
-                      int color_channel)
+                      int colour_channel)
 {
-    struct name color, name;
+    struct name colour, name;
     int best = 0, best_rank = 0, found = -1;
     bool is_ambiguous = false;
 
-    if (color_channel >= 0)
-        parse_name(input, color_channel, &color);
+    if (colour_channel >= 0)
+        parse_name(input, colour_channel, &colour);
     for (int c = 0; c < input->n_channels; c++) {
         parse_name(input, c, &name);
         if (view && name.view[0] && !is_of_view(input, name.view, view))
             continue;
-        int score = depth_score(input, &name, color_channel >= 0 ? &color : NULL);
-        bool is_own = color_channel >= 0 && is_same_view(&name, &color);
+        int score = depth_score(input, &name, colour_channel >= 0 ? &colour : NULL);
+        bool is_own = colour_channel >= 0 && is_same_view(&name, &colour);
         int rank = score > 0 ? 2 * score + is_own : 0;
         /* Depth of another layer serves only when there is no choice. */
-        is_ambiguous |= score == 1 && best == 1 && color_channel >= 0;
+        is_ambiguous |= score == 1 && best == 1 && colour_channel >= 0;
         if (rank > best_rank) {
             best = score;
             best_rank = rank;
@@ -441,7 +441,7 @@ static void list_layers(const struct image_input *input, char *text, size_t size
         struct name name;
         char layer[256];
         parse_name(input, c, &name);
-        if (color_index(name.base) != 0 && strcmp(name.base, "Y") != 0)
+        if (colour_index(name.base) != 0 && strcmp(name.base, "Y") != 0)
             continue;
         format_layer(&name, layer, sizeof layer);
         n += (size_t)snprintf(text + n, size - n, "%s%s", n ? ", " : "",
@@ -490,8 +490,8 @@ static int find_depth_only(const struct image_input *input, const char *view,
     return input->n_channels == 1 ? 0 : -1;
 }
 
-static bool fail_without_color(const struct image_input *input, const char *layer,
-                               struct image_error *error)
+static bool fail_without_colour(const struct image_input *input, const char *layer,
+                                struct image_error *error)
 {
     char list[600];
     list_layers(input, list, sizeof list);
@@ -518,9 +518,9 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
 {
     char list[600];
     *found = (struct image_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
-    bool has_color = find_color(input, view, layer, found);
-    if (!has_color && !depth_only)
-        return fail_without_color(input, layer, error);
+    bool has_colour = find_colour(input, view, layer, found);
+    if (!has_colour && !depth_only)
+        return fail_without_colour(input, layer, error);
 
     if (depth_channel) {
         found->z = channel_by_name(input, depth_channel);
@@ -531,7 +531,7 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
                           "no channel \"%s\"; channels of the file: %s", depth_channel,
                           list);
     }
-    if (has_color) {
+    if (has_colour) {
         found->z = find_depth(input, view, found->r);
         if (found->z < 0)
             found->z = find_depth_like(input, view);

@@ -10,4 +10,8 @@
  */
 void os_clean_up(void);
 
+/* Makes os_clean_up() call this first, from whichever thread it runs on. Up to four; 0
+ * or ENOMEM. */
+int os_clean_up_also(void (*clean_up)(void));
+
 #endif

@@ -16,6 +16,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "clean_up.h"
 #include "ini.h"
 #include "text.h"
 
@@ -72,7 +73,7 @@ static void remember_folder(const char *folder, int lock)
 {
     static bool is_registered;
     if (!is_registered)
-        is_registered = atexit(clean_up) == 0;
+        is_registered = os_clean_up_also(clean_up) == 0;
     for (int i = 0; i < MOST_FOLDERS; i++)
         if (!open_folders[i][0]) {
             snprintf(open_folders[i], sizeof open_folders[i], "%s/", folder);

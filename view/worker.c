@@ -65,7 +65,6 @@ struct worker {
     struct kept preview, best;
     double preview_ns_px, best_ns_px; /* measured; 0: not yet */
     int32_t best_method;              /* that best_ns_px is of */
-    double woken_s;
     struct input *pinhole_input; /* what the last pinhole shot showed; held */
     double pinhole_exposure;
     bool is_saving;
@@ -605,9 +604,9 @@ static void worker_free(struct worker *w)
 struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
 {
     struct worker *w = app_memory(1, sizeof(*w), NULL);
+    struct rf_error error;
     if (!w)
         return NULL;
-    struct rf_error error;
     const struct rf_context_params context = {.size = sizeof(context),
                                               .n_threads = n_threads};
     w->wake = wake;
