@@ -65,6 +65,7 @@ struct worker {
     struct kept preview, best;
     double preview_ns_px, best_ns_px; /* measured; 0: not yet */
     int32_t best_method;              /* that best_ns_px is of */
+    double woken_s;
     struct input *pinhole_input; /* what the last pinhole shot showed; held */
     double pinhole_exposure;
     bool is_saving;
