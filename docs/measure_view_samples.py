@@ -4,8 +4,8 @@
     BLENDER -b --factory-startup -P docs/measure_view_samples.py -- DIST OUT
     PYTHON_WITH_BPY docs/measure_view_samples.py -- DIST OUT
 
-DIST: folder with the zips of the add-on (./dev package); OUT: for pictures. Prints tPSNR
-against Cycles' own lens with 4096 samples, in dB.
+DIST: folder with the zips of the add-on (./dev package); OUT: for pictures. Prints
+tPSNR against Cycles' own lens with 4096 samples, in dB.
 """
 
 import json

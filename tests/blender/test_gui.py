@@ -72,8 +72,6 @@ def test_the_cameras_own_dof_is_back(found):
 
 # What docs/blender.md shows: the Blender, and left, right, top, bottom in px.
 SHOWN = {
-    "panel": ("5", 30, 1040, 412, 803),
-    "views": ("5", 30, 1040, 602, 812),
     "render": ("5", 150, 900, 180, 690),
     "refocus": ("5", 150, 900, 180, 690),
     "compositor": ("3", 300, 560, 240, 622),
@@ -92,10 +90,9 @@ def test_screenshots_show_something(found, name):
     version, *box = SHOWN[name]
     if shots and values["version"].startswith(version):
         cut = oiio.ImageBufAlgo.cut(image, oiio.ROI(*box, 0, 1, 0, 3))
-        width = min(cut.spec().width, 1020 if name in ("panel", "views") else 480)
+        width = min(cut.spec().width, 480)
         height = cut.spec().height * width // cut.spec().width
         cut = oiio.ImageBufAlgo.resize(cut, "", 0, oiio.ROI(0, width, 0, height))
-        name = "views-panel" if name == "views" else name
         cut.write(str(Path(shots) / f"blender-{name}.png"))
 
 

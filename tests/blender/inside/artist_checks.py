@@ -4,6 +4,7 @@
 artist_checks.py DIST OUT [CHECK ...]    writes OUT/artist_results.json
 """
 
+import importlib.util
 import re
 import sys
 from pathlib import Path
@@ -285,6 +286,34 @@ def views_are_chosen_with_the_method():
     settings.views = 3
     settings.method = "accumulate"
     assert settings.views == 3
+
+
+@check
+def the_tutorial():
+    """The steps of docs/blender.md with the file that its script makes."""
+    path = Path(__file__).parents[3] / "docs" / "make_blender_sample.py"
+    spec = importlib.util.spec_from_file_location("make_blender_sample", path)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    script.main(str(OUT / "rack_focus_sample.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(OUT / "rack_focus_sample.blend"))
+    scene = bpy.context.scene
+    assert len([o for o in scene.objects if o.type == "MESH"]) == 28
+    scene.render.resolution_x, scene.render.resolution_y = 96, 54
+    common.set_up_cycles(scene, 4)
+    scene, data = start()
+    first = rgba(render(scene, OUT / "a.exr"))
+    bpy.ops.rack_focus.pick_focus(object="near")
+    assert data.dof.focus_object.name == "near"
+    second = result(scene)
+    assert np.abs(first - second).max() > 0.05
+    bpy.ops.rack_focus.look(name="Bright Bokeh f/1.8")
+    data.dof.aperture_fstop = 0.2
+    bpy.ops.rack_focus.refocus()
+    assert np.abs(result(scene) - second).max() > 0.05
+    bpy.context.scene.camera.data.rack_focus.method = "views"
+    render(scene, OUT / "a.exr")
+    assert len(addon("passes").rendered(scene).views("ViewLayer")) == 8
 
 
 checking.run(check, "artist_results.json")

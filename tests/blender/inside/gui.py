@@ -102,18 +102,6 @@ def show_camera():
     area_of("PROPERTIES").spaces.active.context = "DATA"
 
 
-def show_box(kind, name):
-    """A screenshot of the camera's box in the largest area, which is of that kind."""
-    large = area_of(kind)
-    large.type = "PROPERTIES"
-    yield 0.5
-    large.spaces.active.context = "DATA"
-    yield 0.7
-    yield from screenshot(name)
-    large.type = kind
-    yield 0.5
-
-
 def steps():
     """The session; yields the seconds to wait."""
     bpy.context.preferences.view.render_display_type = "AREA"
@@ -135,7 +123,6 @@ def steps():
     FOUND["scenes"] = len(bpy.data.scenes)
     yield 0.7
     yield from screenshot("layout")
-    yield from show_box("VIEW_3D", "panel")
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield from wait_for_job()
     first = result("first")
@@ -187,7 +174,6 @@ def several_views():
     data = scene.camera.data
     before = common.snapshot(scene)
     data.rack_focus.views = 4
-    yield from show_box("IMAGE_EDITOR", "views")
     bpy.ops.render.render("INVOKE_DEFAULT")
     yield from wait_for_job()
     FOUND["views_message"] = addon("engine").last_run[scene.name]["message"]
