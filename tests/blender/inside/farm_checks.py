@@ -438,6 +438,27 @@ def copies_and_deletions_leave_nothing():
 
 
 @check
+def an_appended_scene():
+    """With its set-up: it renders filtered, and unticking leaves the file as it was."""
+    scene, _ = start()
+    wanted = expected(scene)
+    path = str(OUT / "appended.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    with bpy.data.libraries.load(path, link=False) as (_, found):
+        found.scenes = ["Scene"]
+    added = found.scenes[0]
+    addon("handlers").on_change()
+    made = rgba(render(added, OUT / "appended.exr"))
+    assert not last_message(added), last_message(added)
+    same(made, wanted)
+    added.camera.data.rack_focus.enabled = False
+    addon("handlers").on_change()
+    names = sorted(s.name for s in bpy.data.scenes)
+    assert names == sorted(["Scene", added.name]), names
+
+
+@check
 def folders_of_dead_blenders():
     """What holds its lock stays; unlocked and old ones go."""
     passes, parent = addon("passes"), OUT / "shm"

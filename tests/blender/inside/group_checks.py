@@ -411,6 +411,64 @@ def copied_nodes_have_groups_of_their_own():
 
 
 @check
+def an_asset_from_another_file():
+    """The group marked as an asset and appended: it filters with the file's camera."""
+    scene, tree, source, out = bare()
+    node = new_node(tree)
+    tree.links.new(source.outputs["Image"], node.inputs["Image"])
+    tree.links.new(node.outputs["Image"], out)
+    start(scene)
+    wanted = made_by(scene)
+    node.node_tree.asset_mark()
+    name, path = node.node_tree.name, str(OUT / "g_asset.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+    scene, tree, source, out = bare()
+    with bpy.data.libraries.load(path, link=False) as (_, found):
+        found.node_groups = [name]
+    node = tree.nodes.new("CompositorNodeGroup")
+    node.node_tree = found.node_groups[0]
+    tree.links.new(source.outputs["Image"], node.inputs["Image"])
+    tree.links.new(node.outputs["Image"], out)
+    start(scene)
+    same(made_by(scene), wanted)
+
+
+@check
+def an_id_mask_keeps_an_object_sharp():
+    """Its matte as the Mask, while the nodes before ours are composited by themselves."""
+    scene, tree, source, out = bare()
+    colour, _ = passes_of(scene)
+    scene.view_layers[0].use_pass_object_index = True
+    cubes = [o for o in scene.objects if o.type == "MESH"]
+    for cube in cubes:
+        cube.pass_index = 1
+    node = new_node(tree)
+    tree.links.new(source.outputs["Image"], node.inputs["Image"])
+    tree.links.new(node.outputs["Image"], out)
+    matte = tree.nodes.new("CompositorNodeIDMask")
+    if "Index" in matte.inputs:  # 5.x
+        matte.inputs["Index"].default_value = 1
+    else:
+        matte.index = 1
+    index = next(o for o in source.outputs if o.name in ("IndexOB", "Object Index"))
+    tree.links.new(index, matte.inputs[0])
+    invert = tree.nodes.new("CompositorNodeInvert")
+    tree.links.new(matte.outputs[0], [s for s in invert.inputs if s.type == "RGBA"][0])
+    tree.links.new(invert.outputs[0], node.inputs["Mask"])
+    start(scene)
+    made = made_by(scene)
+    given, _ = addon("nodes")._kept[scene.name][node.name]
+    inside = given.mask < 0.5
+    assert 0.01 < inside.mean() < 0.9, inside.mean()
+    assert np.abs(made - colour)[inside].max() < 0.5
+    node.inputs["Mask"].links[0].from_node.mute = True
+    unmasked = made_by(scene)
+    error = [np.abs(p - colour)[inside].mean() for p in (made, unmasked)]
+    assert error[0] < 0.3 * error[1] or error[1] < 1e-6, error
+
+
+@check
 def files_with_the_node():
     """Saved, they pass the picture through; opened, a render filters."""
     scene, tree, source, out = bare()

@@ -12,7 +12,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
-import common  # noqa: E402
 import round_trip  # noqa: E402
 from checking import OUT, Checks  # noqa: E402
 from common import addon  # noqa: E402
