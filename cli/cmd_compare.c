@@ -9,6 +9,7 @@
 #include "json.h"
 #include "measure.h"
 #include "picture.h"
+#include "pipes.h"
 
 struct compare_options {
     const char *layer, *heatmap, *side_by_side;
@@ -158,16 +159,21 @@ static int cmd_compare(int argc, char **argv)
     } else if (check_png_name("heatmap", tool.heatmap) &&
                check_png_name("side-by-side", tool.side_by_side)) {
         struct picture a = {0}, b = {0};
+        struct pipes pipes = {.folder = ""};
         struct image_error error;
         const int n_threads = thread_count(tool.n_threads);
         code = EXIT_FAILED;
-        if (picture_read(operands.items[0], tool.layer, n_threads, &a, &error) &&
-            picture_read(operands.items[1], tool.layer, n_threads, &b, &error))
+        if (pipes_are_named(&operands, NULL) &&
+            !pipes_open(&pipes, &operands, NULL, false, &error))
+            code = exit_code(APP_USAGE, &error);
+        else if (picture_read(operands.items[0], tool.layer, n_threads, &a, &error) &&
+                 picture_read(operands.items[1], tool.layer, n_threads, &b, &error))
             code = compare(&tool, operands.items[0], operands.items[1], &a, &b);
         else
             message("%s", error.message);
         picture_free(&a);
         picture_free(&b);
+        pipes_close(&pipes);
     }
     operands_free(&operands);
     return code;
@@ -178,7 +184,8 @@ const struct command command_compare = {
     .summary = "measure how far a picture is from a reference",
     .usage = "A B [options]",
     .description =
-        "Compares picture A with the reference B, EXR or PNG: PSNR, tPSNR, SSIM, RMSE, "
+        "Compares picture A with the reference B, EXR or PNG (- is standard input): "
+        "PSNR, tPSNR, SSIM, RMSE, "
         "energy ratio (sum of A / sum of B) and the largest error with its pixel. The "
         "last line is the tPSNR: both pictures clipped to [0, 1], raised to 1/2.2, "
         "mean "

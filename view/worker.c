@@ -129,8 +129,7 @@ static struct shot *new_shot(struct worker *w, const struct job *job, int times)
 
 static rf_result fail_memory(struct rf_error *error)
 {
-    *error = (struct rf_error){.code = RF_ERROR_MEMORY};
-    snprintf(error->message, sizeof(error->message), "out of memory");
+    *error = (struct rf_error){.code = RF_ERROR_MEMORY, .message = "out of memory"};
     return RF_ERROR_MEMORY;
 }
 

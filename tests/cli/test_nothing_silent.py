@@ -226,6 +226,15 @@ def test_info_of_a_pipe(binary, scene):
     assert done.returncode == 0 and b"48 x 32" in done.stdout
 
 
+@pytest.mark.parametrize("kind", ["exr", "png"])
+def test_compare_reads_a_pipe(binary, run, scene, tmp_path, kind):
+    run(scene(), name=f"a.{kind}")
+    path = tmp_path / f"a.{kind}"
+    with open(path, "rb") as file:
+        done = subprocess.run([binary, "compare", "-", path], stdin=file, capture_output=True)
+    assert done.returncode == 0 and b"tPSNR inf dB" in done.stdout
+
+
 def test_a_bad_pipe_is_named(binary, tmp_path):
     done = subprocess.run(
         [binary, "filter", "-", "-o", tmp_path / "o.exr"],
