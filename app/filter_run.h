@@ -48,7 +48,7 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(NUMBER, bool, is_over)             /* see filter_many.h */                       \
     X(NUMBER, bool, is_stereo)           /* likewise */                                \
     X(NUMBER, bool, pass_through)                                                      \
-    X(NUMBER, bool, denoise) /* see denoise.h */                                       \
+    X(NUMBER, bool, denoise)                /* see denoise.h */                        \
     X(ASIDE, const char *, params)          /* its values are in the settings */       \
     X(ASIDE, int32_t, n_threads)            /* 0: one per processor */                 \
     X(ASIDE, int32_t, max_memory_mib)       /* 0: no bound */                          \

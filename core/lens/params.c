@@ -22,7 +22,7 @@
 #define RF_N_CHOICES(list) ((int)(sizeof RF_CHOICES(list) / sizeof(struct rf_choice)))
 
 static const struct rf_param_info table[] = {
-#define RF_FLOAT(k, f, a, u, lo, hi, d, g, r, h)                                          \
+#define RF_FLOAT(k, f, a, u, lo, hi, d, g, r, h)                                       \
     {k,                                                                                \
      #f,                                                                               \
      "rackfocus:" #a,                                                                  \
@@ -36,7 +36,7 @@ static const struct rf_param_info table[] = {
      d,                                                                                \
      NULL,                                                                             \
      0},
-#define RF_INT(k, f, a, u, lo, hi, d, g, r, h)                                            \
+#define RF_INT(k, f, a, u, lo, hi, d, g, r, h)                                         \
     {k,                                                                                \
      #f,                                                                               \
      "rackfocus:" #a,                                                                  \
@@ -50,7 +50,7 @@ static const struct rf_param_info table[] = {
      d,                                                                                \
      NULL,                                                                             \
      0},
-#define RF_BOOL(k, f, a, d, g, r, h)                                                      \
+#define RF_BOOL(k, f, a, d, g, r, h)                                                   \
     {k,                                                                                \
      #f,                                                                               \
      "rackfocus:" #a,                                                                  \
@@ -64,7 +64,7 @@ static const struct rf_param_info table[] = {
      d,                                                                                \
      NULL,                                                                             \
      0},
-#define RF_ENUM(k, f, a, list, d, g, r, h)                                                \
+#define RF_ENUM(k, f, a, list, d, g, r, h)                                             \
     {k,                                                                                \
      #f,                                                                               \
      "rackfocus:" #a,                                                                  \

@@ -203,6 +203,13 @@ def test_programs_find_the_installed_library(tmp_path):
     assert "-lrackfocus" in flags and "-I" in flags
     if not shutil.which("cmake"):
         pytest.skip("cmake is not installed")
-    run("cmake", "-S", tmp_path, "-B", tmp_path / "b", f"-Drackfocus_DIR={config.parent}")
+    run(
+        "cmake",
+        "-S",
+        tmp_path,
+        "-B",
+        tmp_path / "b",
+        f"-Drackfocus_DIR={config.parent}",
+    )
     run("cmake", "--build", tmp_path / "b")
     subprocess.run([tmp_path / "b" / "user"], check=True)

@@ -85,7 +85,10 @@ def test_scale_of_an_orthographic_camera_says_that_it_is_one(run, scene, tmp_pat
 
 def test_mist_falloff_is_for_normalised_depth(run, scene):
     done = run(scene(), "--mist-falloff", "linear", code=2)
-    assert "--mist-falloff: is for depth from 0 to 1; add --depth normalised" in done.stderr
+    assert (
+        "--mist-falloff: is for depth from 0 to 1; add --depth normalised"
+        in done.stderr
+    )
 
 
 def test_layers_over_each_other_have_no_other_layers(run, scene):
@@ -99,7 +102,12 @@ def test_layers_over_each_other_have_no_other_layers(run, scene):
 def test_values_that_nobody_gave_are_named(run, scene):
     path = scene()
     done = run(path, lens=[])
-    for text in ("focus distance 10", "f/2.8", "focal length 50 mm", "1 units per metre"):
+    for text in (
+        "focus distance 10",
+        "f/2.8",
+        "focal length 50 mm",
+        "1 units per metre",
+    ):
         assert text in done.stderr
     assert "largest radius is 0.1 px; give --focus-distance, --f-stop" in done.stderr
     some = run(path, lens=["--focus-distance", "5", "--unit-scale", "0.01"]).stderr
@@ -264,7 +272,9 @@ def test_info_shows_what_matters_first(rackfocus, scene):
 def test_a_pipe_with_a_name_is_refused(rackfocus, tmp_path, command):
     pipe = tmp_path / "pipe.exr"
     os.mkfifo(pipe)
-    done = rackfocus(command, pipe, *[pipe] * (command == "compare"), code=1, timeout=60)
+    done = rackfocus(
+        command, pipe, *[pipe] * (command == "compare"), code=1, timeout=60
+    )
     assert "is not a regular file" in done.stderr
 
 
@@ -283,7 +293,14 @@ def test_too_many_channels(rackfocus, tmp_path):
 
 
 def attribute(name, kind, data):
-    return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+    return (
+        name.encode()
+        + b"\0"
+        + kind.encode()
+        + b"\0"
+        + struct.pack("<i", len(data))
+        + data
+    )
 
 
 def deep_file(path, n_lines, n_samples):

@@ -90,7 +90,9 @@ def test_no_escapes_where_nobody_obeys_them(binary, scene, tmp_path, kind, monke
     else:
         monkeypatch.setenv("TERM", kind)
     lens = ["--focus-distance", "6", "--lens-radius", "0.1"]
-    terminal = Terminal([binary, "filter", scene(), "-o", str(tmp_path / "o.exr"), *lens])
+    terminal = Terminal(
+        [binary, "filter", scene(), "-o", str(tmp_path / "o.exr"), *lens]
+    )
     assert terminal.finish() == 0
     assert b"\033" not in terminal.text and b"%" not in terminal.text
 

@@ -107,7 +107,9 @@ CAMERA = re.compile(r"\bcamera\s*\{(?!\s*[A-Za-z_]\w*\s*[}\n])")
 def with_lens(text, facts, lens):
     """The scene's text with a lens in its (only) camera; None where that is not plain."""
     radius_px, distances = LENSES[lens]
-    code = re.sub(r"/\*.*?\*/|//[^\n]*", lambda m: " " * len(m.group()), text, flags=re.S)
+    code = re.sub(
+        r"/\*.*?\*/|//[^\n]*", lambda m: " " * len(m.group()), text, flags=re.S
+    )
     cameras = list(CAMERA.finditer(code))
     if len(cameras) != 1:
         return None
@@ -121,9 +123,7 @@ def with_lens(text, facts, lens):
     if focus <= 1e-3:
         return None
     radius = radius_px * focus / length_px
-    items = (
-        f" aperture {4 * radius:.9g} blur_samples 100 variance 0 confidence 0.9999 "
-    )
+    items = f" aperture {4 * radius:.9g} blur_samples 100 variance 0 confidence 0.9999 "
     if distances:
         items += f"focal_point {where.group(2)}+z*{focus:.9g} "
         return text[: where.end()] + items + text[where.end() :]

@@ -219,7 +219,9 @@ def test_thin_things_in_focus_stay(rackfocus, tmp_path):
         difference = rgb(tmp_path / "o.exr") - host
         scores[name] = -10 * numpy.log10((difference**2).mean())
     print(scores)
-    assert scores["default"] > max(30, scores["pinhole"] + 1.5, scores["one sample"] + 3)
+    assert scores["default"] > max(
+        30, scores["pinhole"] + 1.5, scores["one sample"] + 3
+    )
     assert scores["default"] > scores["two"] > 30
 
 
