@@ -42,6 +42,12 @@ static inline float rf_snap_px(float v)
  */
 float rf_expf(float v);
 
+/* v within 0 to 1. */
+static inline float rf_clamp01(float v)
+{
+    return v < 0 ? 0 : v > 1 ? 1 : v;
+}
+
 static inline float rf_luminance(float r, float g, float b)
 {
     return 0.2126f * r + 0.7152f * g + 0.0722f * b;

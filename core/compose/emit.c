@@ -65,7 +65,7 @@ void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *
     }
 }
 
-static void put_sample(struct rf_samples *out, const struct rf_sample *s)
+void rf_samples_put(struct rf_samples *out, const struct rf_sample *s)
 {
     if (out->at)
         out->at[out->n] = *s;
@@ -90,9 +90,9 @@ void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int 
         struct rf_sample light = p;
         light.kind = RF_POSITIVE;
         rf_take_light(p.c, light.c, limit / lum);
-        put_sample(out, &light);
+        rf_samples_put(out, &light);
     }
-    put_sample(out, &p);
+    rf_samples_put(out, &p);
 }
 
 void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,

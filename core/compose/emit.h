@@ -30,6 +30,9 @@ struct rf_sample rf_sample_make(const struct rf_surface *surface, int x, int y,
  */
 void rf_take_light(float surface[4], float light[4], float keep);
 
+/* Appends a sample; with out->at NULL only counts. */
+void rf_samples_put(struct rf_samples *out, const struct rf_sample *s);
+
 /*
  * Puts the sample of pixel (x, y) into `out` as it is, or as two where it is bright:
  * see enum rf_footprint_kind. With out->at NULL only counts.

@@ -50,7 +50,7 @@
 #include "kernels/hidden_kernels.h"
 #include "kernels/kernels.h"
 #include "lens/aperture.h"
-#include "surfaces/surfaces.h"
+#include "surfaces/hidden_blocks.h"
 #include "rackfocus/rackfocus.h"
 
 enum {
@@ -61,8 +61,7 @@ enum {
     FAR_HOLE2 = 3 * 3,       /* px^2: if the rim of the hole is as far as this */
     FAR_BLOCK2 = 12 * 12,    /* px^2: the same for BLOCK x BLOCK, from their middle */
     MOST_RINGS = RF_HIDDEN_RINGS,
-    /* Blocks a side of an area: what a search reaches lies in it and those around. */
-    AREA = MOST_RINGS,
+    AREA = RF_HIDDEN_AREA,
     MOST_BLOCKS = RF_HIDDEN_BLOCKS,
 };
 
@@ -71,207 +70,6 @@ static const float FLAT_PX = 4; /* of radius: blocks within it may share one ans
 /* Answers of less radius are nearly in focus: blocks of one would show. */
 static const float BLURRED_PX = BLOCK / 2;
 static const float WHITE = 1; /* luminance of a far part that needs no mean */
-
-struct block {
-    float highest; /* radius of the usable surfaces; -INFINITY where there is none */
-    float lowest;  /* radius of the near surfaces */
-    /*
-     * Of the blocks above and to the left, with this one: how many are rough, that is
-     * hold or touch an edge or a slope that could have candidates.
-     */
-    int n_rough;
-    bool has_mixed; /* pixels */
-};
-
-struct search {
-    const struct rf_surfaces *s;
-    const struct rf_known *known; /* or NULL */
-    const struct rf_kernels *kernels;
-    struct rf_backs backs;
-    struct rf_estimates *out;
-    int n_threads, n_x, n_y;
-    struct block *blocks;
-    uint32_t *rough; /* bits of rough blocks, in rows of n_words */
-    int n_words;
-    float *highest;       /* radius of AREA x AREA blocks and the areas around them */
-    float inv_x2, inv_y2; /* 1 / extent^2 */
-    double extent[2];     /* half extent of the aperture in px per px of radius */
-    float gap2[2][MOST_RINGS + 1]; /* along each axis, see gap2_of() */
-};
-
-/* The surface that pixel i shows behind others; NULL where it is unreliable. */
-static const struct rf_surface *back_surface(const struct rf_surfaces *s, size_t i)
-{
-    float a = s->share[i];
-    if (a >= 1)
-        return &s->near[i];
-    return a > 0.9f ? NULL : rf_far_at(s, i);
-}
-
-/* ---- planes and blocks --------------------------------------------------------- */
-
-/* Calls for the mixed pixels of a row. */
-static void visit_mixed(const struct search *search, int y,
-                        void (*visit)(const struct search *search, int x, int y,
-                                      size_t i))
-{
-    const struct rf_surfaces *s = search->s;
-    size_t row = (size_t)y * (size_t)s->width, end = row + (size_t)s->width;
-    for (size_t word = row / 64; word * 64 < end; word++) {
-        uint64_t bits = s->mixed[word].bits;
-        if (word * 64 < row)
-            bits &= UINT64_MAX << row % 64;
-        for (; bits; bits &= bits - 1) {
-            size_t i = word * 64 + (size_t)__builtin_ctzll(bits);
-            if (i >= end)
-                return;
-            if (s->share[i] < 1)
-                visit(search, (int)(i - row), y, i);
-        }
-    }
-}
-
-static float *row_of(const struct search *search, int y)
-{
-    return search->backs.r + search->backs.stride * (size_t)y;
-}
-
-/* What a mixed pixel shows behind others; its near part counts for its block. */
-static void show_back(const struct search *search, int x, int y, size_t i)
-{
-    const struct rf_surfaces *s = search->s;
-    struct block *b = &search->blocks[y / BLOCK * search->n_x + x / BLOCK];
-    const struct rf_surface *q = back_surface(s, i);
-    b->has_mixed = true;
-    b->n_rough = 1;
-    if (s->share[i] > 0)
-        b->lowest = rf_min_float(s->near[i].r, b->lowest);
-    row_of(search, y)[x] = q ? q->r : -INFINITY;
-}
-
-/* Undoes it. */
-static void show_near(const struct search *search, int x, int y, size_t i)
-{
-    const struct rf_surfaces *s = search->s;
-    row_of(search, y)[x] = s->share[i] > RF_OCCLUDER_SHARE ? s->near[i].r : INFINITY;
-}
-
-/* The radii of a row of pixels become those of what they show behind others. */
-static void load_row(const struct search *search, int y, bool has_radii)
-{
-    const struct rf_surfaces *s = search->s;
-    float *r = row_of(search, y);
-    const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
-    for (int x = 0; x < s->width && !has_radii; x++)
-        r[x] = near[x].r;
-    for (int x = s->width; x < s->width + BLOCK; x++)
-        r[x] = -INFINITY;
-    visit_mixed(search, y, show_back);
-}
-
-static void restore_row(const struct search *search, int y)
-{
-    int width = search->s->width;
-    float *r = row_of(search, y);
-    visit_mixed(search, y, show_near);
-    for (int x = width; x < width + BLOCK; x++)
-        r[x] = r[width - 1];
-}
-
-/*
- * Radii that change by less than this from pixel to pixel, along either axis and in
- * units of the aperture's extent, hold no candidates for each other: 2 x 0.7^2 < 1.
- */
-static const float SMOOTH = 0.7f;
-
-/* Sums up n_rough of all blocks, which build_rows() filled; notes which are rough. */
-static void sum_rough(struct search *search)
-{
-    for (int by = 0; by < search->n_y; by++) {
-        struct block *b = search->blocks + (size_t)by * (size_t)search->n_x;
-        uint32_t *bits = search->rough + (size_t)by * (size_t)search->n_words;
-        int row = 0;
-        for (int bx = 0; bx < search->n_x; bx++) {
-            bits[bx / 32] |= (uint32_t)b[bx].n_rough << bx % 32;
-            row += b[bx].n_rough;
-            b[bx].n_rough = row + (by > 0 ? b[bx - search->n_x].n_rough : 0);
-        }
-    }
-}
-
-static int rough_before(const struct search *search, int x, int y)
-{
-    return x > 0 && y > 0 ? search->blocks[(y - 1) * search->n_x + x - 1].n_rough : 0;
-}
-
-/* Is one of the blocks within `reach` blocks of block (bx, by) rough? */
-static bool has_rough(const struct search *search, int bx, int by, int reach)
-{
-    int x0 = rf_max_int(bx - reach, 0), x1 = rf_min_int(bx + reach + 1, search->n_x);
-    int y0 = rf_max_int(by - reach, 0), y1 = rf_min_int(by + reach + 1, search->n_y);
-    return rough_before(search, x1, y1) - rough_before(search, x0, y1) -
-               rough_before(search, x1, y0) + rough_before(search, x0, y0) >
-           0;
-}
-
-/* Radii and roughness of a block, beside what its mixed pixels have told. */
-static void measure_block(struct search *search, int bx, int by)
-{
-    struct block *b = &search->blocks[by * search->n_x + bx];
-    float lowest;
-    bool is_rough = search->kernels->measure_block(
-        &search->backs, bx, by, SMOOTH / (float)search->extent[0],
-        SMOOTH / (float)search->extent[1], &b->highest, &lowest);
-    b->lowest = rf_min_float(lowest, b->lowest);
-    b->n_rough |= is_rough;
-}
-
-static int n_areas(int n_blocks)
-{
-    return (n_blocks + AREA - 1) / AREA;
-}
-
-/* The highest radius of every area, and then of the areas around each. */
-static void find_highest(struct search *search)
-{
-    int n_x = n_areas(search->n_x), n_y = n_areas(search->n_y);
-    float *own = search->highest + n_x * n_y;
-    for (int i = 0; i < n_x * n_y; i++)
-        own[i] = search->highest[i] = -INFINITY;
-    for (int by = 0; by < search->n_y; by++)
-        for (int bx = 0; bx < search->n_x; bx++) {
-            float *area = &own[by / AREA * n_x + bx / AREA];
-            *area = rf_max_float(search->blocks[by * search->n_x + bx].highest, *area);
-        }
-    for (int i = 0; i < 9 * n_x * n_y; i++) {
-        int area = i / 9, x = area % n_x + i % 3 - 1, y = area / n_x + i % 9 / 3 - 1;
-        if (x >= 0 && x < n_x && y >= 0 && y < n_y)
-            search->highest[area] =
-                rf_max_float(own[y * n_x + x], search->highest[area]);
-    }
-}
-
-static void build_rows(struct search *search, bool has_radii)
-{
-#pragma omp parallel num_threads(search->n_threads)
-    {
-#pragma omp for schedule(dynamic, 4)
-        for (int by = 0; by < search->n_y; by++) {
-            int y1 = rf_min_int((by + 1) * BLOCK, search->s->height);
-            for (int bx = 0; bx < search->n_x; bx++)
-                search->blocks[by * search->n_x + bx] =
-                    (struct block){.lowest = INFINITY};
-            for (int y = by * BLOCK; y < y1; y++)
-                load_row(search, y, has_radii);
-        }
-#pragma omp for schedule(dynamic, 4)
-        for (int by = 0; by < search->n_y; by++)
-            for (int bx = 0; bx < search->n_x; bx++)
-                measure_block(search, bx, by);
-    }
-    sum_rough(search);
-    find_highest(search);
-}
 
 /* ---- where candidates may be --------------------------------------------------- */
 
@@ -293,7 +91,7 @@ static float gap2_of(int d, double extent)
     return gap * gap;
 }
 
-static void set_gaps(struct search *search)
+static void set_gaps(struct rf_hidden_search *search)
 {
     for (int k = 0; k < 2; k++)
         for (int d = 0; d <= MOST_RINGS; d++)
@@ -301,8 +99,8 @@ static void set_gaps(struct search *search)
 }
 
 /* Lists block (bx, by) of a ring if it can have candidates, in the ring's turn. */
-static void add_block(const struct search *search, struct scratch *scratch, int bx,
-                      int by, int dx, int dy, float lowest)
+static void add_block(const struct rf_hidden_search *search, struct scratch *scratch,
+                      int bx, int by, int dx, int dy, float lowest)
 {
     float highest = search->blocks[(by + dy) * search->n_x + bx + dx].highest;
     float room = highest - lowest;
@@ -332,7 +130,7 @@ static void sort_blocks(struct scratch *scratch, int n_rings)
 }
 
 /* The bits of rough blocks bx, bx + 1, .. of a row, of which that many exist. */
-static uint32_t rough_from(const struct search *search, int bx, int by, int n)
+static uint32_t rough_from(const struct rf_hidden_search *search, int bx, int by, int n)
 {
     const uint32_t *bits = search->rough + by * search->n_words + bx / 32;
     uint64_t two = bits[0] | (uint64_t)bits[1] << 32;
@@ -344,18 +142,19 @@ static uint32_t rough_from(const struct search *search, int bx, int by, int n)
  * the inside. They are rough: where no edge lies between, the next pixel on the way is
  * a candidate, too.
  */
-static void list_blocks(const struct search *search, int bx, int by,
+static void list_blocks(const struct rf_hidden_search *search, int bx, int by,
                         struct scratch *scratch)
 {
     float lowest = search->blocks[by * search->n_x + bx].lowest;
-    float highest = search->highest[by / AREA * n_areas(search->n_x) + bx / AREA];
+    float highest =
+        search->highest[by / AREA * rf_hidden_n_areas(search->n_x) + bx / AREA];
     float room = highest - lowest;
     scratch->n_blocks = 0;
     if (!(room > 0))
         return;
     double reach_px = room * fmax(search->extent[0], search->extent[1]);
     int reach = (int)fmin(ceil(reach_px), MAX_REACH) / BLOCK + 1;
-    if (!has_rough(search, bx, by, reach))
+    if (!rf_hidden_has_rough(search, bx, by, reach))
         return;
     memset(scratch->n_of_ring, 0, sizeof scratch->n_of_ring);
     int x0 = rf_max_int(bx - reach, 0);
@@ -372,7 +171,7 @@ static void list_blocks(const struct search *search, int bx, int by,
 /* ---- the answer ---------------------------------------------------------------- */
 
 /* Weighted mean of the window, no pixel brighter than the limit. */
-static bool average(const struct search *search, struct scratch *scratch,
+static bool average(const struct rf_hidden_search *search, struct scratch *scratch,
                     struct rf_surface *mean)
 {
     struct rf_hidden_window *window = &scratch->window;
@@ -387,7 +186,7 @@ static bool average(const struct search *search, struct scratch *scratch,
  * Does the far part of the query's own pixel win the vote? At no distance it has more
  * votes than all other pixels together could have; *r receives the radius of its bin.
  */
-static bool wins_by_itself(const struct search *search,
+static bool wins_by_itself(const struct rf_hidden_search *search,
                            const struct rf_hidden_query *query, float *r)
 {
     const struct rf_backs *b = &search->backs;
@@ -407,7 +206,7 @@ struct guess {
     bool is_own; /* it is the far part of the query's pixel */
 };
 
-static bool guess_radius(const struct search *search,
+static bool guess_radius(const struct rf_hidden_search *search,
                          const struct rf_hidden_query *query, struct scratch *scratch,
                          struct guess *guess)
 {
@@ -420,9 +219,9 @@ static bool guess_radius(const struct search *search,
 }
 
 /* The surface of a guess. */
-static bool fill_in(const struct search *search, const struct rf_hidden_query *query,
-                    struct scratch *scratch, const struct guess *guess,
-                    struct rf_surface *hidden)
+static bool fill_in(const struct rf_hidden_search *search,
+                    const struct rf_hidden_query *query, struct scratch *scratch,
+                    const struct guess *guess, struct rf_surface *hidden)
 {
     float r = guess->r;
     if (guess->is_own) {
@@ -438,8 +237,9 @@ static bool fill_in(const struct search *search, const struct rf_hidden_query *q
 }
 
 /* Estimates what lies behind a query; `d2` receives how far the hole's rim is. */
-static bool estimate(const struct search *search, const struct rf_hidden_query *query,
-                     struct scratch *scratch, struct rf_surface *hidden, int *d2)
+static bool estimate(const struct rf_hidden_search *search,
+                     const struct rf_hidden_query *query, struct scratch *scratch,
+                     struct rf_surface *hidden, int *d2)
 {
     struct guess guess;
     bool is_found = guess_radius(search, query, scratch, &guess);
@@ -453,48 +253,51 @@ static bool estimate(const struct search *search, const struct rf_hidden_query *
  * Radius of the near surface of pixel i, which is (x, y); INFINITY: there is none. Pure
  * pixels have it in the plane, which is read sooner than the surfaces.
  */
-static float near_radius(const struct search *search, int x, int y, size_t i)
+static float near_radius(const struct rf_hidden_search *search, int x, int y, size_t i)
 {
     const struct rf_surfaces *s = search->s;
     if (!rf_is_mixed(s, i))
-        return row_of(search, y)[x];
+        return rf_hidden_row(search, y)[x];
     return s->share[i] > 0 ? s->near[i].r : INFINITY;
 }
 
 /* May pixel (x, y) take the answer of pixel i? */
-static bool is_same_surface(const struct search *search, size_t i, int x, int y)
+static bool is_same_surface(const struct rf_hidden_search *search, size_t i, int x,
+                            int y)
 {
     const struct rf_surfaces *s = search->s;
     size_t j = (size_t)y * (size_t)s->width + (size_t)x;
     bool is_pure = !rf_is_mixed(s, j) || s->share[j] == 1;
     return is_pure && s->share[i] == 1 &&
-           fabsf(s->near[i].r - row_of(search, y)[x]) < 0.25f;
+           fabsf(s->near[i].r - rf_hidden_row(search, y)[x]) < 0.25f;
 }
 
-static struct rf_hidden_query query_at(const struct search *search, int x, int y,
-                                       float s)
+static struct rf_hidden_query query_at(const struct rf_hidden_search *search, int x,
+                                       int y, float s)
 {
     return (struct rf_hidden_query){
         .x = x, .y = y, .s = s, .inv_x2 = search->inv_x2, .inv_y2 = search->inv_y2};
 }
 
 /* Notes that pixel (x, y) has an answer, and those beside it within its block. */
-static void set_found(const struct search *search, int x, int y, unsigned bits)
+static void set_found(const struct rf_hidden_search *search, int x, int y,
+                      unsigned bits)
 {
     size_t row = rf_found_stride(search->s->width) * (size_t)y;
     search->out->found[row + (size_t)x / 8] |= (uint8_t)(bits << x % 8);
 }
 
 /* May anything lie behind one of 2 x 2 pixels? Not told of mixed ones. */
-static bool quad_may_hide(const struct search *search, struct scratch *scratch, int x,
-                          int y)
+static bool quad_may_hide(const struct rf_hidden_search *search,
+                          struct scratch *scratch, int x, int y)
 {
     const struct rf_surfaces *s = search->s;
     size_t i = (size_t)y * (size_t)s->width + (size_t)x, below = i + (size_t)s->width;
     if (x + 1 >= s->width || y + 1 >= s->height || rf_is_mixed(s, i) ||
         rf_is_mixed(s, i + 1) || rf_is_mixed(s, below) || rf_is_mixed(s, below + 1))
         return true;
-    const float *r = row_of(search, y) + x, *r_below = row_of(search, y + 1) + x;
+    const float *r = rf_hidden_row(search, y) + x,
+                *r_below = rf_hidden_row(search, y + 1) + x;
     float least =
         rf_min_float(rf_min_float(r[0], r[1]), rf_min_float(r_below[0], r_below[1]));
     struct rf_hidden_query query = query_at(search, x, y, least);
@@ -502,8 +305,8 @@ static bool quad_may_hide(const struct search *search, struct scratch *scratch, 
 }
 
 /* Answers 2 x 2 pixels; returns how far the rim of the hole is from the first, px^2. */
-static int search_quad(const struct search *search, struct scratch *scratch, int x0,
-                       int y0)
+static int search_quad(const struct rf_hidden_search *search, struct scratch *scratch,
+                       int x0, int y0)
 {
     const struct rf_surfaces *s = search->s;
     struct rf_surface *hidden = search->out->at;
@@ -539,7 +342,8 @@ static int search_quad(const struct search *search, struct scratch *scratch, int
 }
 
 /* Gives 2 x 2 pixels the answer of `first` if all are of its surface. */
-static bool share_quad(const struct search *search, size_t first, int x0, int y0)
+static bool share_quad(const struct rf_hidden_search *search, size_t first, int x0,
+                       int y0)
 {
     const struct rf_surfaces *s = search->s;
     if (x0 + 1 >= s->width || y0 + 1 >= s->height)
@@ -558,8 +362,8 @@ static bool share_quad(const struct search *search, size_t first, int x0, int y0
 }
 
 /* May anything lie behind one of 4 x 4 pixels? Begins their group. */
-static bool may_hide(const struct search *search, struct scratch *scratch, int x0,
-                     int y0)
+static bool may_hide(const struct rf_hidden_search *search, struct scratch *scratch,
+                     int x0, int y0)
 {
     const struct rf_surfaces *s = search->s;
     float least = INFINITY;
@@ -597,7 +401,8 @@ static size_t nearest_of(const struct rf_surfaces *s, int x0, int y0)
 }
 
 /* Estimates what lies behind pixel i where somebody may show it. */
-static enum answer ask(const struct search *search, struct scratch *scratch, size_t i)
+static enum answer ask(const struct rf_hidden_search *search, struct scratch *scratch,
+                       size_t i)
 {
     const struct rf_surfaces *s = search->s;
     int x = (int)(i % (size_t)s->width), y = (int)(i / (size_t)s->width);
@@ -616,8 +421,8 @@ static enum answer ask(const struct search *search, struct scratch *scratch, siz
  * Answers 4 x 4 pixels: deep behind a surface they share one answer, and everywhere
  * where other pictures show most of what is hidden.
  */
-static void search_group(const struct search *search, struct scratch *scratch, int x0,
-                         int y0)
+static void search_group(const struct rf_hidden_search *search, struct scratch *scratch,
+                         int x0, int y0)
 {
     const struct rf_surfaces *s = search->s;
     size_t first = (size_t)y0 * (size_t)s->width + (size_t)x0;
@@ -646,11 +451,11 @@ static void search_group(const struct search *search, struct scratch *scratch, i
  * Answers 8 x 8 pixels at once if they are one surface and every rim is farther than
  * they are large; false: they are not, or their middle has no answer.
  */
-static bool share_block(const struct search *search, struct scratch *scratch, int bx,
-                        int by)
+static bool share_block(const struct rf_hidden_search *search, struct scratch *scratch,
+                        int bx, int by)
 {
     const struct rf_surfaces *s = search->s;
-    const struct block *b = &search->blocks[by * search->n_x + bx];
+    const struct rf_hidden_facts *b = &search->blocks[by * search->n_x + bx];
     int x0 = bx * BLOCK, y0 = by * BLOCK, x = x0 + BLOCK / 2, y = y0 + BLOCK / 2, d2;
     if (scratch->blocks[0].ring < 1 || search->known || x0 + BLOCK > s->width ||
         y0 + BLOCK > s->height || !(b->highest - b->lowest < FLAT_PX) ||
@@ -676,7 +481,7 @@ static bool share_block(const struct search *search, struct scratch *scratch, in
  * for GCC takes a call that only does this for one that does nothing.
  */
 static inline __attribute__((always_inline)) void
-fetch_block(const struct search *search, int bx, int by)
+fetch_block(const struct rf_hidden_search *search, int bx, int by)
 {
     size_t width = (size_t)search->s->width, x0 = (size_t)bx * BLOCK;
     size_t n_bytes = sizeof(struct rf_surface) *
@@ -690,8 +495,8 @@ fetch_block(const struct search *search, int bx, int by)
     }
 }
 
-static void search_block(const struct search *search, struct scratch *scratch, int bx,
-                         int by)
+static void search_block(const struct rf_hidden_search *search, struct scratch *scratch,
+                         int bx, int by)
 {
     const struct rf_surfaces *s = search->s;
     int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
@@ -707,7 +512,7 @@ static void search_block(const struct search *search, struct scratch *scratch, i
             search_group(search, scratch, x, y);
 }
 
-static void search_rows(struct search *search, struct scratch *scratch,
+static void search_rows(struct rf_hidden_search *search, struct scratch *scratch,
                         struct rf_task *task)
 {
     size_t stride = rf_found_stride(search->s->width);
@@ -725,9 +530,9 @@ static void search_rows(struct search *search, struct scratch *scratch,
 }
 
 /* The plane of radii, at hand or not, and room for the rest. */
-static rf_result begin(struct search *search, const struct rf_context *context,
-                       const struct rf_radii *radii, float **own,
-                       struct rf_error *error)
+static rf_result begin(struct rf_hidden_search *search,
+                       const struct rf_context *context, const struct rf_radii *radii,
+                       float **own, struct rf_error *error)
 {
     const struct rf_surfaces *s = search->s;
     size_t n = (size_t)s->width * (size_t)s->height;
@@ -744,7 +549,8 @@ static rf_result begin(struct search *search, const struct rf_context *context,
     search->blocks = rf_alloc(context, n_blocks, sizeof *search->blocks);
     search->rough = rf_calloc(context, (size_t)search->n_words * (size_t)search->n_y,
                               sizeof *search->rough);
-    size_t n_highest = 2 * (size_t)n_areas(search->n_x) * (size_t)n_areas(search->n_y);
+    size_t n_highest = 2 * (size_t)rf_hidden_n_areas(search->n_x) *
+                       (size_t)rf_hidden_n_areas(search->n_y);
     search->highest = rf_alloc(context, n_highest, sizeof *search->highest);
     search->out->width = s->width;
     search->out->at = rf_alloc(context, n, sizeof *search->out->at);
@@ -762,13 +568,13 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
                          struct rf_error *error)
 {
     const struct rf_context *context = frame->context;
-    struct search search = {.s = surfaces,
-                            .known = known,
-                            .kernels = context->kernels,
-                            .out = estimates,
-                            .n_threads = context->n_threads,
-                            .n_x = (surfaces->width + BLOCK - 1) / BLOCK,
-                            .n_y = (surfaces->height + BLOCK - 1) / BLOCK};
+    struct rf_hidden_search search = {.s = surfaces,
+                                      .known = known,
+                                      .kernels = context->kernels,
+                                      .out = estimates,
+                                      .n_threads = context->n_threads,
+                                      .n_x = (surfaces->width + BLOCK - 1) / BLOCK,
+                                      .n_y = (surfaces->height + BLOCK - 1) / BLOCK};
     float *own;
     rf_result result = begin(&search, context, radii, &own, error);
     struct scratch *scratch =
@@ -780,10 +586,10 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
         search.inv_x2 = (float)(1 / (search.extent[0] * search.extent[0]));
         search.inv_y2 = (float)(1 / (search.extent[1] * search.extent[1]));
         set_gaps(&search);
-        build_rows(&search, radii != NULL);
+        rf_hidden_measure(&search, radii != NULL);
         search_rows(&search, scratch, task);
         for (int y = 0; y < surfaces->height && radii; y++)
-            restore_row(&search, y);
+            rf_hidden_restore_row(&search, y);
     }
     rf_free(context, scratch);
     rf_free(context, search.highest);

@@ -24,6 +24,7 @@
 #include "kernels/kernels.h"
 #include "surfaces/bright_areas.h"
 #include "surfaces/split.h"
+#include "surfaces/split_pixels.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 

@@ -43,71 +43,21 @@
 #include "base/pool.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
+#include "surfaces/split_fringe.h"
+#include "surfaces/split_pixels.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
 static const float EDGE_GAP_PX = 0.1f;     /* smallest jump of the radius at an edge */
 static const float PLANE_TOLERANCE = 0.3f; /* of the range of radii */
 static const float ALIKE = 0.02f;          /* colours closer than this stay whole */
-static const float HIGHLIGHT_RATIO = 8;    /* highlight over its surroundings */
-static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
-static const float HIGHLIGHT_OVER_FRINGE = 1.3f;
-static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
 static const float THIN_ALIKE = 0.3f; /* colours of a thin thing, of what sets it off */
 static const float TEXTURE = 0.35f;   /* colours within a surface, likewise */
 static const float WHITE = 1;         /* luminance: what is brighter may be a lamp */
 
-static const float LEAST_SHARE = 1e-6f; /* smaller ones are none: colours are divided */
-static const float EMPTY = 0.02f;       /* alpha behind an edge, of that before it */
+static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
 
-enum { WINDOW = 2, BASE_WINDOW = RF_SPLIT_REACH };
-
-struct window {
-    int x0, x1, y0, y1; /* inclusive, clipped to the picture */
-};
-
-static struct window window_at(const struct rf_pixels *p, int x, int y, int reach)
-{
-    return (struct window){
-        rf_max_int(x - reach, 0), rf_min_int(x + reach, p->width - 1),
-        rf_max_int(y - reach, 0), rf_min_int(y + reach, p->height - 1)};
-}
-
-static const struct rf_surface *pixel(const struct rf_pixels *p, int x, int y)
-{
-    return p->at + (size_t)y * (size_t)p->width + (size_t)x;
-}
-
-static float luminance(const struct rf_surface *s)
-{
-    return rf_luminance(s->c[0], s->c[1], s->c[2]);
-}
-
-static float distance_weight(int dx, int dy)
-{
-    return 1.0f / (0.5f + (float)(dx * dx + dy * dy));
-}
-
-static void insert_sorted(float *sorted, int n, float v)
-{
-    for (; n > 0 && sorted[n - 1] > v; n--)
-        sorted[n] = sorted[n - 1];
-    sorted[n] = v;
-}
-
-static float clamp01(float v)
-{
-    return v < 0 ? 0 : v > 1 ? 1 : v;
-}
-
-static float share_of(float v)
-{
-    float share = clamp01(v);
-    return share < LEAST_SHARE ? 0 : share;
-}
-
-typedef float quad __attribute__((vector_size(16), aligned(4)));
-typedef int32_t truths __attribute__((vector_size(16)));
+enum { WINDOW = 2 };
 
 /*
  * What one thread works with. Rows: extremes of the luminance (5 x 5) and the radius
@@ -122,142 +72,6 @@ struct scratch {
 };
 
 enum { N_ROWS = 8 }; /* of floats, for all that: two for the columns */
-
-/* ---- fringes of highlights ----------------------------------------------------- */
-
-struct highlight {
-    struct rf_surface brightest;
-    float peak;   /* luminance of the brightest pixel around */
-    float median; /* lower third of the luminances around: the surroundings */
-    float r;      /* median radius of its bright pixels */
-};
-
-/* What surroundings of luminance v count as: no darker than black, and never 0. */
-static float shade_of(float v)
-{
-    return rf_max_float(v, 0) + 1e-4f;
-}
-
-/* Does the luminance v around a pixel of luminance l let both stand out from it? */
-static bool is_surrounding(float v, float l, float peak)
-{
-    float shade = shade_of(v);
-    return (peak > HIGHLIGHT_RATIO * shade) & (l > FRINGE_RATIO * shade);
-}
-
-/* is_surrounding() of four pixels, all bits or none. */
-static truths are_surrounding(quad v, float l, float peak)
-{
-    const quad all_l = {l, l, l, l}, all_peak = {peak, peak, peak, peak}, none = {0};
-    quad shade = (quad)((truths)v & (v > none)) + 1e-4f;
-    return (all_peak > HIGHLIGHT_RATIO * shade) & (all_l > FRINGE_RATIO * shade);
-}
-
-/* Pixels of 5 x 5, none of which is outside, that are surroundings. */
-static int count_surrounding(const float *const rows[2 * WINDOW + 1], int x, float l,
-                             float peak)
-{
-    truths n = {0};
-    int n_last = 0;
-    for (int j = 0; j <= 2 * WINDOW; j++) {
-        const float *v = rows[j] + x - WINDOW;
-        n -= are_surrounding(*(const quad *)v, l, peak);
-        n_last += is_surrounding(v[2 * WINDOW], l, peak);
-    }
-    return n[0] + n[1] + n[2] + n[3] + n_last;
-}
-
-/* Would the lower third of the pixels around let the pixel be a fringe of `peak`? */
-static bool may_be_fringe(const struct rf_pixels *p, int x, int y, float peak)
-{
-    enum { ALL = (2 * WINDOW + 1) * (2 * WINDOW + 1) };
-    struct window w = window_at(p, x, y, WINDOW);
-    float l = rf_plane_row(p, p->luminance, y)[x];
-    if (!(peak > HIGHLIGHT_OVER_FRINGE * l))
-        return false;
-    int n = (w.x1 - w.x0 + 1) * (w.y1 - w.y0 + 1), n_dark = 0;
-    if (n == ALL) {
-        const float *rows[2 * WINDOW + 1];
-        rf_plane_rows(p, p->luminance, y, WINDOW, rows);
-        return count_surrounding(rows, x, l, peak) > n / 3;
-    }
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++)
-            n_dark += is_surrounding(rf_plane_row(p, p->luminance, j)[i], l, peak);
-    return n_dark > n / 3;
-}
-
-static bool find_highlight(const struct rf_pixels *p, int x, int y, struct highlight *h)
-{
-    float sorted[(2 * WINDOW + 1) * (2 * WINDOW + 1)];
-    struct window w = window_at(p, x, y, WINDOW);
-    h->peak = -1;
-    h->brightest = *pixel(p, x, y);
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++) {
-            float l = luminance(pixel(p, i, j));
-            if (l > h->peak) {
-                h->peak = l;
-                h->brightest = *pixel(p, i, j);
-            }
-        }
-    int n = 0;
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++)
-            insert_sorted(sorted, n++, luminance(pixel(p, i, j)));
-    h->median = shade_of(sorted[n / 3]);
-    n = 0;
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++)
-            if (luminance(pixel(p, i, j)) >= 0.6f * h->peak)
-                insert_sorted(sorted, n++, pixel(p, i, j)->r);
-    h->r = sorted[n / 2];
-    return fabsf(h->r - pixel(p, x, y)->r) > 0.08f;
-}
-
-/* What the pixel would show without the highlight. */
-static void base_colour(const struct rf_pixels *p, int x, int y,
-                        const struct highlight *h, float base[4])
-{
-    const struct rf_surface *c = pixel(p, x, y);
-    struct window w = window_at(p, x, y, BASE_WINDOW);
-    float sum[4] = {0}, total = 0;
-    for (int j = w.y0; j <= w.y1; j++)
-        for (int i = w.x0; i <= w.x1; i++) {
-            const struct rf_surface *q = pixel(p, i, j);
-            if (fabsf(q->r - c->r) > SAME_SURFACE_PX || luminance(q) > 1.5f * h->median)
-                continue;
-            float k = distance_weight(i - x, j - y);
-            for (int n = 0; n < 4; n++)
-                sum[n] += k * q->c[n];
-            total += k;
-        }
-    float l = luminance(c);
-    for (int n = 0; n < 4; n++)
-        base[n] = total > 0 ? sum[n] / total : c->c[n] * (n < 3 ? h->median / l : 1);
-}
-
-static bool split_fringe(const struct rf_pixels *p, int x, int y,
-                         struct rf_surface *near, struct rf_surface *far, float *share)
-{
-    struct highlight h;
-    if (!find_highlight(p, x, y, &h))
-        return false;
-    const struct rf_surface *c = pixel(p, x, y);
-    struct rf_surface base = {.r = c->r}, light = {.r = h.r};
-    base_colour(p, x, y, &h, base.c);
-    float base_l = luminance(&base);
-    float a = share_of((luminance(c) - base_l) / (h.peak - base_l));
-    for (int n = 0; n < 4; n++) {
-        light.c[n] = a > 0 ? (c->c[n] - (1 - a) * base.c[n]) / a : h.brightest.c[n];
-        light.c[n] = rf_max_float(light.c[n], 0);
-    }
-    bool is_light_near = h.r < c->r;
-    *near = is_light_near ? light : base;
-    *far = is_light_near ? base : light;
-    *share = is_light_near ? a : 1 - a;
-    return true;
-}
 
 /* ---- edges --------------------------------------------------------------------- */
 
@@ -274,7 +88,7 @@ _Static_assert((int)N_AROUND == (int)RF_SPLIT_STEPS, "a step to each pixel aroun
  */
 static uint32_t bits_inside(const struct rf_pixels *p, int x, int y)
 {
-    struct window w = window_at(p, x, y, WINDOW);
+    struct rf_split_window w = rf_split_window_at(p, x, y, WINDOW);
     uint32_t row = (2u << (w.x1 - x + WINDOW)) - (1u << (w.x0 - x + WINDOW)), bits = 0;
     for (int j = w.y0; j <= w.y1; j++)
         bits |= row << AROUND * (j - y + WINDOW);
@@ -300,13 +114,13 @@ static struct rf_surface mean_of(const struct around *around, uint32_t bits)
 #define WEIGHT(d2) 1 / (0.5f + (d2))
     static const float WEIGHTS[N_AROUND] = OF_DISTANCES(WEIGHT);
 #undef WEIGHT
-    quad c = {0};
+    rf_quad c = {0};
     float r = 0, weight = 0;
     for (; bits; bits &= bits - 1) {
         int bit = __builtin_ctz(bits);
         const struct rf_surface *q = around->middle + around->steps[bit];
         float k = WEIGHTS[bit];
-        c += k * *(const quad *)q->c;
+        c += k * *(const rf_quad *)q->c;
         r += k * q->r;
         weight += k;
     }
@@ -323,14 +137,14 @@ static void take_most_unlike(const struct around *around, uint32_t bits,
 #define LESS(d2) 1 + 0.3f * (d2)
     static const float LESSER[N_AROUND] = OF_DISTANCES(LESS);
 #undef LESS
-    const truths magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
-    const quad c = *(const quad *)other->c;
+    const rf_truths magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
+    const rf_quad c = *(const rf_quad *)other->c;
     const struct rf_surface *found = NULL;
     float best = -1;
     for (; bits; bits &= bits - 1) {
         int bit = __builtin_ctz(bits);
         const struct rf_surface *q = around->middle + around->steps[bit];
-        quad e = (quad)((truths)(*(const quad *)q->c - c) & magnitude);
+        rf_quad e = (rf_quad)((rf_truths)(*(const rf_quad *)q->c - c) & magnitude);
         float d = (e[0] + e[1] + e[2] + e[3]) / LESSER[bit];
         found = d > best ? q : found;
         best = d > best ? d : best;
@@ -361,7 +175,7 @@ struct meeting {
 static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x, int y,
                        const struct edge *e, struct meeting *m)
 {
-    const struct around around = {pixel(p, x, y), s->steps};
+    const struct around around = {rf_split_pixel(p, x, y), s->steps};
     const float *rows[AROUND + 2];
     struct rf_sides sides;
     rf_plane_rows(p, p->radius, y, WINDOW + 1, rows);
@@ -395,7 +209,7 @@ static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *
                            struct rf_surface *near, struct rf_surface *far,
                            float *share)
 {
-    float a = share_of(c->c[3] / f->c[3]);
+    float a = rf_split_share_of(c->c[3] / f->c[3]);
     bool is_near = c->r <= e->threshold;
     near->r = is_near ? c->r : f->r;
     far->r = is_near ? b->r : c->r;
@@ -413,7 +227,7 @@ static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f
     float d2 = 0;
     for (int n = 0; n < 4; n++)
         d2 += (c->c[n] - f->c[n]) * (c->c[n] - f->c[n]);
-    return d2 < THIN_ALIKE * THIN_ALIKE * norm && luminance(c) <= WHITE;
+    return d2 < THIN_ALIKE * THIN_ALIKE * norm && rf_split_luminance(c) <= WHITE;
 }
 
 /* Do pixels within the surface that the depth says look as if the other one had a share
@@ -462,7 +276,7 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
     struct meeting m;
     if (!find_sides(s, p, x, y, e, &m))
         return false;
-    const struct rf_surface *c = pixel(p, x, y), *f = &m.f, *b = &m.b;
+    const struct rf_surface *c = rf_split_pixel(p, x, y), *f = &m.f, *b = &m.b;
     if (b->c[3] < EMPTY * f->c[3]) {
         split_by_alpha(c, f, e, b, near, far, share);
         return true;
@@ -476,7 +290,7 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
     }
     if (norm < ALIKE * ALIKE * size * size + 1e-8f)
         return false;
-    float a = share_of(dot / norm);
+    float a = rf_split_share_of(dot / norm);
     if (a >= 1 && !m.is_near && m.is_within && s->is_alone &&
         is_thin_thing(c, f, norm)) {
         *near = *far = *c;
@@ -506,8 +320,9 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
     s->kernels->extremes(rows, 3, 1, p->width, s->columns, s->nearest, s->farthest);
     const struct rf_around around = {rf_plane_row(p, p->luminance, y), s->darkest,
                                      s->brightest, s->nearest, s->farthest};
-    s->kernels->find_mixed(&around, HIGHLIGHT_RATIO, HIGHLIGHT_OVER_FRINGE, EDGE_GAP_PX,
-                           p->width, MAY_BE_FRINGE, MAY_BE_EDGE, s->candidates);
+    s->kernels->find_mixed(&around, RF_HIGHLIGHT_RATIO, RF_HIGHLIGHT_OVER_FRINGE,
+                           EDGE_GAP_PX, p->width, MAY_BE_FRINGE, MAY_BE_EDGE,
+                           s->candidates);
     if (y > 0 && y < p->height - 1) {
         int first = s->candidates[0], last = s->candidates[p->width - 1];
         s->kernels->keep_edges(rows, s->nearest, s->farthest, PLANE_TOLERANCE, p->width,
@@ -525,8 +340,8 @@ static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
                         struct rf_surface *far, float *share)
 {
     int candidate = s->candidates[x];
-    if (candidate & MAY_BE_FRINGE && may_be_fringe(pixels, x, y, s->brightest[x]) &&
-        split_fringe(pixels, x, y, near, far, share))
+    if (candidate & MAY_BE_FRINGE && rf_may_be_fringe(pixels, x, y, s->brightest[x]) &&
+        rf_split_fringe(pixels, x, y, near, far, share))
         return true;
     const struct edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
                               s->farthest[x]};
@@ -576,7 +391,8 @@ static void set_pure(const struct rf_splitter *s, int y)
 
 static bool is_shining(const struct rf_splitter *s, const struct split *split)
 {
-    return luminance(&split->near) > s->bright || luminance(&split->far) > s->bright;
+    return rf_split_luminance(&split->near) > s->bright ||
+           rf_split_luminance(&split->far) > s->bright;
 }
 
 /* Splits a row; its split pixels go to `at`. Returns how many they are. */

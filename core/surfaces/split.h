@@ -9,10 +9,9 @@
 #include "base/arena.h"
 #include "input/frame.h"
 #include "kernels/data.h"
+#include "surfaces/split_pixels.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
-
-enum { RF_SPLIT_REACH = 3, RF_SPLIT_STEPS = 5 * 5 };
 
 /*
  * Splits mixed pixels into their two surfaces (split.c), if the parameters say so, row

@@ -115,14 +115,9 @@ static void sort_pieces(struct piece *pieces, int n)
     }
 }
 
-static float clamp01(float v)
-{
-    return v < 0 ? 0 : v > 1 ? 1 : v;
-}
-
 static struct piece whole_piece(const struct deep *d, const struct rf_deep_sample *s)
 {
-    struct piece p = {.a = clamp01(s->opacity), .value = s->depth};
+    struct piece p = {.a = rf_clamp01(s->opacity), .value = s->depth};
     if (p.a < LEAST_OPACITY)
         p.a = 0;
     const struct rf_params *params = &d->frame->params;
@@ -133,7 +128,7 @@ static struct piece whole_piece(const struct deep *d, const struct rf_deep_sampl
         for (int n = 0; n < 3; n++)
             p.c[n] = p.a > 0 ? rf_to_blend_space(params, p.c[n] / p.a) * p.a
                              : rf_to_blend_space(params, p.c[n]);
-    p.c[3] = d->n_planes == 4 ? clamp01(s->colour[3]) : p.a;
+    p.c[3] = d->n_planes == 4 ? rf_clamp01(s->colour[3]) : p.a;
     return p;
 }
 
@@ -380,13 +375,6 @@ static struct rf_sample sample_of(const struct piece *p, float left, int x, int 
     return rf_sample_make(&s, x, y, p->a >= OPAQUE ? 1 : p->a * left);
 }
 
-static void put_plain(struct rf_samples *out, const struct rf_sample *s)
-{
-    if (out->at)
-        out->at[out->n] = *s;
-    out->n++;
-}
-
 /* Light that continues the picture beyond its border is no brighter than white. */
 static void dim(struct rf_sample *s)
 {
@@ -411,7 +399,7 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
         if (is_beyond)
             dim(&s);
         if (s.kind == RF_POSITIVE)
-            put_plain(&c->out, &s);
+            rf_samples_put(&c->out, &s);
         else if (s.w > 0)
             rf_picture_emit(&d->picture, s, x, y, &c->out);
         if (p->a < OPAQUE)
@@ -421,7 +409,7 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
     if (is_open) {
         struct rf_surface nothing = {.r = d->empty_radius};
         struct rf_sample s = rf_sample_make(&nothing, x, y, 1);
-        put_plain(&c->out, &s);
+        rf_samples_put(&c->out, &s);
     }
 }
 

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the search for hidden background (hidden.c) knows of blocks of 8 x 8 pixels before
+ * it looks at any: the radii that they show behind others, and which are rough, that is
+ * hold or touch an edge or a slope that could have candidates.
+ */
+#include "surfaces/hidden_blocks.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/math.h"
+#include "kernels/data.h"
+#include "kernels/hidden_kernels.h"
+#include "kernels/kernels.h"
+#include "surfaces/surfaces.h"
+
+/* Calls for the mixed pixels of a row. */
+static void visit_mixed(const struct rf_hidden_search *search, int y,
+                        void (*visit)(const struct rf_hidden_search *search, int x,
+                                      int y, size_t i))
+{
+    const struct rf_surfaces *s = search->s;
+    size_t row = (size_t)y * (size_t)s->width, end = row + (size_t)s->width;
+    for (size_t word = row / 64; word * 64 < end; word++) {
+        uint64_t bits = s->mixed[word].bits;
+        if (word * 64 < row)
+            bits &= UINT64_MAX << row % 64;
+        for (; bits; bits &= bits - 1) {
+            size_t i = word * 64 + (size_t)__builtin_ctzll(bits);
+            if (i >= end)
+                return;
+            if (s->share[i] < 1)
+                visit(search, (int)(i - row), y, i);
+        }
+    }
+}
+
+/* What a mixed pixel shows behind others; its near part counts for its block. */
+static void show_back(const struct rf_hidden_search *search, int x, int y, size_t i)
+{
+    const struct rf_surfaces *s = search->s;
+    struct rf_hidden_facts *b =
+        &search->blocks[y / RF_HIDDEN_BLOCK * search->n_x + x / RF_HIDDEN_BLOCK];
+    const struct rf_surface *q = rf_hidden_back(s, i);
+    b->has_mixed = true;
+    b->n_rough = 1;
+    if (s->share[i] > 0)
+        b->lowest = rf_min_float(s->near[i].r, b->lowest);
+    rf_hidden_row(search, y)[x] = q ? q->r : -INFINITY;
+}
+
+/* Undoes it. */
+static void show_near(const struct rf_hidden_search *search, int x, int y, size_t i)
+{
+    const struct rf_surfaces *s = search->s;
+    rf_hidden_row(search, y)[x] =
+        s->share[i] > RF_OCCLUDER_SHARE ? s->near[i].r : INFINITY;
+}
+
+/* The radii of a row of pixels become those of what they show behind others. */
+static void load_row(const struct rf_hidden_search *search, int y, bool has_radii)
+{
+    const struct rf_surfaces *s = search->s;
+    float *r = rf_hidden_row(search, y);
+    const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
+    for (int x = 0; x < s->width && !has_radii; x++)
+        r[x] = near[x].r;
+    for (int x = s->width; x < s->width + RF_HIDDEN_BLOCK; x++)
+        r[x] = -INFINITY;
+    visit_mixed(search, y, show_back);
+}
+
+void rf_hidden_restore_row(const struct rf_hidden_search *search, int y)
+{
+    int width = search->s->width;
+    float *r = rf_hidden_row(search, y);
+    visit_mixed(search, y, show_near);
+    for (int x = width; x < width + RF_HIDDEN_BLOCK; x++)
+        r[x] = r[width - 1];
+}
+
+/*
+ * Radii that change by less than this from pixel to pixel, along either axis and in
+ * units of the aperture's extent, hold no candidates for each other: 2 x 0.7^2 < 1.
+ */
+static const float SMOOTH = 0.7f;
+
+/* Sums up n_rough of all blocks, which rf_hidden_measure() filled; notes which are rough. */
+static void sum_rough(struct rf_hidden_search *search)
+{
+    for (int by = 0; by < search->n_y; by++) {
+        struct rf_hidden_facts *b = search->blocks + (size_t)by * (size_t)search->n_x;
+        uint32_t *bits = search->rough + (size_t)by * (size_t)search->n_words;
+        int row = 0;
+        for (int bx = 0; bx < search->n_x; bx++) {
+            bits[bx / 32] |= (uint32_t)b[bx].n_rough << bx % 32;
+            row += b[bx].n_rough;
+            b[bx].n_rough = row + (by > 0 ? b[bx - search->n_x].n_rough : 0);
+        }
+    }
+}
+
+static int rough_before(const struct rf_hidden_search *search, int x, int y)
+{
+    return x > 0 && y > 0 ? search->blocks[(y - 1) * search->n_x + x - 1].n_rough : 0;
+}
+
+bool rf_hidden_has_rough(const struct rf_hidden_search *search, int bx, int by,
+                         int reach)
+{
+    int x0 = rf_max_int(bx - reach, 0), x1 = rf_min_int(bx + reach + 1, search->n_x);
+    int y0 = rf_max_int(by - reach, 0), y1 = rf_min_int(by + reach + 1, search->n_y);
+    return rough_before(search, x1, y1) - rough_before(search, x0, y1) -
+               rough_before(search, x1, y0) + rough_before(search, x0, y0) >
+           0;
+}
+
+/* Radii and roughness of a block, beside what its mixed pixels have told. */
+static void measure_block(struct rf_hidden_search *search, int bx, int by)
+{
+    struct rf_hidden_facts *b = &search->blocks[by * search->n_x + bx];
+    float lowest;
+    bool is_rough = search->kernels->measure_block(
+        &search->backs, bx, by, SMOOTH / (float)search->extent[0],
+        SMOOTH / (float)search->extent[1], &b->highest, &lowest);
+    b->lowest = rf_min_float(lowest, b->lowest);
+    b->n_rough |= is_rough;
+}
+
+/* The highest radius of every area, and then of the areas around each. */
+static void find_highest(struct rf_hidden_search *search)
+{
+    int n_x = rf_hidden_n_areas(search->n_x), n_y = rf_hidden_n_areas(search->n_y);
+    float *own = search->highest + n_x * n_y;
+    for (int i = 0; i < n_x * n_y; i++)
+        own[i] = search->highest[i] = -INFINITY;
+    for (int by = 0; by < search->n_y; by++)
+        for (int bx = 0; bx < search->n_x; bx++) {
+            float *area = &own[by / RF_HIDDEN_AREA * n_x + bx / RF_HIDDEN_AREA];
+            *area = rf_max_float(search->blocks[by * search->n_x + bx].highest, *area);
+        }
+    for (int i = 0; i < 9 * n_x * n_y; i++) {
+        int area = i / 9, x = area % n_x + i % 3 - 1, y = area / n_x + i % 9 / 3 - 1;
+        if (x >= 0 && x < n_x && y >= 0 && y < n_y)
+            search->highest[area] =
+                rf_max_float(own[y * n_x + x], search->highest[area]);
+    }
+}
+
+void rf_hidden_measure(struct rf_hidden_search *search, bool has_radii)
+{
+#pragma omp parallel num_threads(search->n_threads)
+    {
+#pragma omp for schedule(dynamic, 4)
+        for (int by = 0; by < search->n_y; by++) {
+            int y1 = rf_min_int((by + 1) * RF_HIDDEN_BLOCK, search->s->height);
+            for (int bx = 0; bx < search->n_x; bx++)
+                search->blocks[by * search->n_x + bx] =
+                    (struct rf_hidden_facts){.lowest = INFINITY};
+            for (int y = by * RF_HIDDEN_BLOCK; y < y1; y++)
+                load_row(search, y, has_radii);
+        }
+#pragma omp for schedule(dynamic, 4)
+        for (int by = 0; by < search->n_y; by++)
+            for (int bx = 0; bx < search->n_x; bx++)
+                measure_block(search, bx, by);
+    }
+    sum_rough(search);
+    find_highest(search);
+}
