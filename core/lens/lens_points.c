@@ -17,11 +17,11 @@
  *   h a  1/2 and 0; random per frame: h in [0, 1) and a in [0, 2 pi)
  *   C_k  corners of the aperture's polygon of N blades, rotation and ratio included
  *
- * The polygon's map keeps shares of area: a point's radius says how much of the
- * triangle (centre, C_k, C_k+1) lies nearer to the centre, t cuts it lengthwise. The
- * random numbers make each point's place uniform over the lens, so that the mean over
- * frames is that of the whole lens. The circle is a lens that is all rim, as the source
- * has it.
+ * Curved blades are polygons of more corners. The polygon's map keeps shares of area: a
+ * point's radius says how much of the triangle (centre, C_k, C_k+1) lies nearer to the
+ * centre, t cuts it lengthwise. The random numbers make each point's place uniform over
+ * the lens, so that the mean over frames is that of the whole lens. The circle is a lens
+ * that is all rim, as the source has it.
  *
  * Moments: every n-th part of the shutter's time belongs to one point, its middle or,
  * at random, any place of it. Of N_SHUFFLES ways to deal them out the one is taken in

@@ -82,6 +82,7 @@ class Parameters(TypedDict, total=False):
     lens_random: bool
     lens_seed: int
     quality: Literal["preview", "normal", "best"]
+    blade_curvature: float
 
 
 class FilterParameters(Parameters, total=False):

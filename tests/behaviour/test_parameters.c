@@ -57,6 +57,7 @@ static const struct param_case cases[] = {
     {"blades", PICTURE, "", "5", "blades=0", "aperture=disc blades=7", 0},
     {"blade-rotation", PICTURE, "blades=3", "30", "blade-rotation=360",
      "blade-rotation=0", 2e-3},
+    {"blade-curvature", PICTURE, "blades=5", "0.5", "blade-curvature=0", "", 0},
     {"blade-orientation", PICTURE, "blades=5", "povray",
      "blades=0 blade-orientation=povray", "blades=0", 0},
     {"aperture-ratio", PICTURE, "", "2", "aperture-ratio=1", "", 0},

@@ -78,6 +78,7 @@ static const struct {
     {"lens_random", 360},
     {"lens_seed", 364},
     {"quality", 368},
+    {"blade_curvature", 376},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 

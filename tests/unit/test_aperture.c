@@ -143,6 +143,38 @@ static void auto_takes_blades_where_given(void)
     CHECK(polygon.n_corners == 5);
 }
 
+/* Area of a polygon whose edges are arcs: triangles, and circle segments on them. */
+static double curved_area(int blades, double curvature)
+{
+    double a = RF_PI / blades, h = curvature * (1 - cos(a)), w = sin(a);
+    double radius = (w * w + h * h) / (2 * h), angle = 2 * asin(w / radius);
+    return blades * (w * cos(a) + radius * radius * (angle - sin(angle)) / 2);
+}
+
+static void curvature_makes_edges_arcs(void)
+{
+    struct rf_params p;
+    struct rf_shape s;
+    rf_params_init(&p);
+    for (int blades = 3; blades <= 16; blades++)
+        for (double c = 0.25; c <= 1; c += 0.25) {
+            p.blades = blades;
+            p.blade_rotation = 11;
+            p.blade_curvature = c;
+            rf_shape_init(&s, &p);
+            double area = curved_area(blades, c), edge = cos(RF_PI / blades);
+            CHECK_NEAR(corner_area(&s), area, 1e-3 * area);
+            CHECK_NEAR(rim(&s, 11), edge + c * (1 - edge),
+                       1e-3);                                  /* middle of an edge */
+            CHECK_NEAR(rim(&s, 11 + 180.0 / blades), 1, 1e-3); /* corner */
+            CHECK(s.n_corners <= RF_DISC_CORNERS);
+        }
+    p.blade_curvature = 0;
+    p.blades = 5;
+    rf_shape_init(&s, &p);
+    CHECK(s.n_corners == 5);
+}
+
 /* A new aperture is convex and counter-clockwise like these, whatever its name. */
 static void every_aperture_is_convex(void)
 {
@@ -366,6 +398,7 @@ int main(int argc, char **argv)
     TEST(povray_orientation_has_a_corner_there);
     TEST(ratio_divides_the_width);
     TEST(auto_takes_blades_where_given);
+    TEST(curvature_makes_edges_arcs);
     TEST(every_aperture_is_convex);
     TEST(parts_share_out_the_aperture);
     TEST(parts_of_places_at_one_point_or_outside);
