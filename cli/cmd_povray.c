@@ -649,6 +649,19 @@ static int compare_reference(struct job *job, const char *output, double own_s)
     return is_measured ? EXIT_DONE : exit_without_memory();
 }
 
+/* Where the time went, for those who would rather trade it. */
+static void explain_time(const struct job *job)
+{
+    enum { LONG_S = 20 };
+    const struct povray_passes *passes = &job->passes;
+    if (passes->total_s < LONG_S || passes->colour_s < 0.5 * passes->total_s)
+        return;
+    printf("%.0f s of it rendered the anti-aliased colour%s\n", passes->colour_s,
+           passes->supersample > 1
+               ? " with several samples in each pixel; --supersample 1 is faster"
+               : "; a milder anti-aliasing such as -- +A0.3 is faster");
+}
+
 static int make_picture(struct job *job)
 {
     job->started_s = os_clock_s();
@@ -663,6 +676,7 @@ static int make_picture(struct job *job)
         print_lens(job);
         printf("%s: %.2f s, %.2f s of it POV-Ray's\n", output, own_s,
                job->passes.total_s);
+        explain_time(job);
     }
     if (code == EXIT_DONE && job->tool->n_reference > 0)
         code = compare_reference(job, output, own_s);

@@ -226,10 +226,12 @@ bool fogs_look_inside(struct povray_scene *scene, const struct shot *shot,
         if (!try_hollow(scene, shot, (enum rewrite_mode)mode, passes, error))
             return false;
     if (passes->n_inside > 0.5) {
-        snprintf(error->message, sizeof error->message,
-                 "%s: no depth in %.0f %% of the picture: the camera is inside a solid "
-                 "object; add the word hollow to that object",
-                 scene->options.scene, 100 * passes->n_inside);
+        snprintf(
+            error->message, sizeof error->message,
+            "%s: no depth in %.0f %% of the picture: the camera is inside a solid "
+            "object, or right behind a transparent one; add the word hollow to the "
+            "first, take the second away",
+            scene->options.scene, 100 * passes->n_inside);
         return false;
     }
     if (passes->n_inside > INSIDE_LIMIT)

@@ -19,7 +19,7 @@
 /* Fine enough for thin edges that the lens will enlarge; docs/povray.md has times. */
 #define COLOUR_OPTIONS "+A0.05 +AM2 +R3"
 /* With several samples along a side of each pixel. */
-#define SAMPLES_OPTIONS "+A0.2 +AM1 +R2 -J"
+#define SAMPLES_OPTIONS "+A0.05 +AM1 +R2 -J"
 
 void povray_passes_free(struct povray_passes *passes)
 {

@@ -163,6 +163,11 @@ def measure(program, path, lens, folder):
         return {"state": "orthographic"}
     if facts["aperture"][0]:
         lens, scene = "own", path.name
+        text = re.sub(r"\baperture\b", "aperture 0*", path.read_text(errors="replace"))
+        (folder / "pinhole.pov").write_text(text)
+        if not render(folder / "pinhole.pov", folder / "p.exr", cwd, "+A0.05", "+AM2",
+                      "+R3", "-J", f"+L{cwd}"):
+            return {"state": "no plain camera"}
     else:
         text = with_lens(path.read_text(errors="surrogateescape"), facts, lens)
         if text is None:
