@@ -83,6 +83,16 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
             return {"CANCELLED"}
 
 
+def make_active(context, tree, node, is_at_cursor):
+    """Selects a new node alone; in the node editor it may lie where the cursor is."""
+    for other in tree.nodes:
+        other.select = other == node
+    tree.nodes.active = node
+    space = context.space_data
+    if is_at_cursor and space is not None and space.type == "NODE_EDITOR":
+        node.location = space.cursor_location
+
+
 class RACK_FOCUS_OT_add_node(bpy.types.Operator):
     """Make the depth of field of the scene's camera after the render"""
 
@@ -111,12 +121,7 @@ class RACK_FOCUS_OT_add_node(bpy.types.Operator):
         if layer not in scene.view_layers:
             layer = scene.view_layers[0].name
         node = setup.add_node(tree, scene, layer)
-        for other in tree.nodes:
-            other.select = other == node
-        tree.nodes.active = node
-        space = context.space_data
-        if space is not None and space.type == "NODE_EDITOR":
-            node.location = space.cursor_location
+        make_active(context, tree, node, True)
         return {"FINISHED"}
 
 
@@ -144,12 +149,7 @@ class RACK_FOCUS_OT_add_picture_node(bpy.types.Operator):
         if before is not None and before != node:
             setup.put_behind(scene, tree, before, node)
         setup.unblur_before(scene, tree, node)
-        for other in tree.nodes:
-            other.select = other == node
-        tree.nodes.active = node
-        space = context.space_data
-        if space is not None and space.type == "NODE_EDITOR" and before is None:
-            node.location = space.cursor_location
+        make_active(context, tree, node, before is None)
         if not node.inputs["Depth"].is_linked:
             scene.camera.data.rack_focus.enabled = True
         setup.refresh(scene)

@@ -39,13 +39,18 @@ def draw_method(layout, settings):
         layout.label(text=f"Method: {words.METHODS[settings.method][0]}")
 
 
-class CameraPanel:
-    """The Rack Focus box of a camera's depth of field."""
+class InCamera:
+    """Where the box and its parts are."""
 
-    bl_label = "Rack Focus"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "data"
+
+
+class CameraPanel(InCamera):
+    """The Rack Focus box of a camera's depth of field."""
+
+    bl_label = "Rack Focus"
 
     @classmethod
     def poll(cls, context):
@@ -137,13 +142,10 @@ def draw_refocus(layout, scene):
     row.prop(scene.rack_focus, "is_automatic", text="Auto", toggle=True)
 
 
-class LookPanel:
+class LookPanel(InCamera):
     """Highlights, and blur before and behind the focus."""
 
     bl_label = "Look"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "data"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
@@ -165,13 +167,10 @@ class LookPanel:
         column.prop(settings, "highlight_threshold", text="Above")
 
 
-class AdvancedPanel:
+class AdvancedPanel(InCamera):
     """All methods, and the options that the chosen one reads."""
 
     bl_label = "Advanced"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "data"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):

@@ -6,6 +6,7 @@ artist_checks.py DIST OUT [CHECK ...]    writes OUT/artist_results.json
 
 import importlib.util
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -286,6 +287,42 @@ def views_are_chosen_with_the_method():
     settings.views = 3
     settings.method = "accumulate"
     assert settings.views == 3
+
+
+@check
+def drivers_and_keyframes_of_settings():
+    """They count in the frame that is rendered, as those of the camera do."""
+    scene, data = start()
+    colour, _ = passes_of(scene)
+    curve = data.driver_add("rack_focus.back_blur")
+    curve.driver.expression = "0.0 if frame > 5 else 1.0"
+    data.rack_focus.front_blur = 1
+    data.rack_focus.keyframe_insert("front_blur", frame=1)
+    data.rack_focus.front_blur = 0
+    data.rack_focus.keyframe_insert("front_blur", frame=10)
+    blurred = {}
+    for frame in (1, 10):
+        scene.frame_set(frame)
+        made = rgba(render(scene, OUT / "a.exr"))
+        blurred[frame] = float(np.abs(made - colour).max())
+    assert blurred[10] < 1e-5 < 0.1 < blurred[1], blurred
+
+
+@check
+def folders_beside_the_file():
+    """// is the folder of the file, for the kept passes."""
+    scene, data = start(passes_folder="//beside")
+    folder = OUT / "relative"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "file.blend"))
+    render(scene, OUT / "a.exr")
+    assert [p.name for p in (folder / "beside").iterdir()] == ["passes0001.exr"]
+    bpy.ops.wm.open_mainfile(filepath=str(folder / "file.blend"))
+    scene = bpy.context.scene
+    scene.camera.data.dof.focus_distance = 1.6
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    assert not common.last_message(scene)
 
 
 @check
