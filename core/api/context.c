@@ -6,39 +6,26 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 
 #include "base/context.h"
 #include "base/error.h"
 #include "base/log.h"
 #include "base/pool.h"
+#include "base/system.h"
 #include "compose/footprint_shelf.h"
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
 
-enum { RF_MAX_THREADS = 1024, HUGE_PAGE = 2 << 20 };
+enum { RF_MAX_THREADS = 1024 };
 
-/*
- * Buffers of a picture are touched once and given back: with pages of 4 kB a third of
- * the filter's time goes into the faults, so large blocks ask for huge ones.
- */
 static void *default_allocate(void *user, size_t n_bytes)
 {
-#ifdef MADV_HUGEPAGE
-    if (n_bytes >= 2 * HUGE_PAGE) {
-        n_bytes = (n_bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
-        void *memory = aligned_alloc(HUGE_PAGE, n_bytes);
-        if (memory)
-            madvise(memory, n_bytes, MADV_HUGEPAGE); /* only advice: may fail */
-        return memory;
-    }
-#endif
-    return aligned_alloc(RF_ALIGNMENT, n_bytes);
+    return rf_system_allocate(RF_ALIGNMENT, n_bytes);
 }
 
 static void default_release(void *user, void *memory)
 {
-    free(memory);
+    rf_system_release(memory);
 }
 
 /* ---- contexts ------------------------------------------------------------------ */

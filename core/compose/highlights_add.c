@@ -165,7 +165,7 @@ static void assign_lens(struct highlights *h)
             double least = INFINITY;
             for (int j = 0; j < h->scene->n_views; j++) {
                 const float *lens = h->scene->occluders[j].lens;
-                double d = hypot(u - lens[0], v + lens[1]);
+                double d = rf_length(u - lens[0], v + lens[1]);
                 if (d < least) {
                     least = d;
                     best = j;
@@ -624,7 +624,7 @@ static rf_result build_layers(struct highlights *h, struct rf_error *error)
     rf_result result = set_layers(h, error);
     if (result != RF_OK)
         return result;
-#pragma omp parallel for num_threads(h->scene->frame->context->n_threads)             \
+#pragma omp parallel for num_threads(h->scene->frame->context->n_threads)              \
     schedule(dynamic, 4)
     for (int i = 0; i < h->n_layers * h->n_y; i++)
         build_blocks(h, &h->layers[i / h->n_y], i % h->n_y);

@@ -4,7 +4,6 @@
 #include "lens/params.h"
 
 #include <errno.h>
-#include <locale.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,6 +14,7 @@
 #include <strings.h>
 
 #include "base/error.h"
+#include "base/system.h"
 #include "rackfocus/rackfocus.h"
 
 #define RF_X_CHOICE(constant, name, help) {name, help},
@@ -179,14 +179,10 @@ static rf_result fail_choice(const struct rf_param_info *p, const char *text,
                    "%s cannot be '%.40s'; it is one of %s", p->key, text, list);
 }
 
-/* strtod in the C locale, so that a German desktop reads "2.8" too. */
 static bool parse_number(const char *text, double *value)
 {
-    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     char *end;
-    *value = c_locale ? strtod_l(text, &end, c_locale) : strtod(text, &end);
-    if (c_locale)
-        freelocale(c_locale);
+    *value = rf_system_strtod(text, &end);
     return end != text && *end == '\0';
 }
 

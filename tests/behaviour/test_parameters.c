@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "physics/frames.h"
+#include "portable.h"
 #include "testing.h"
 
 /* What a parameter acts on. */

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "portable.h"
 #include "rackfocus/rackfocus.h"
 #include "testing.h"
 

@@ -16,6 +16,7 @@
 #include <time.h>
 
 #include "physics/frames.h"
+#include "portable.h"
 
 enum { SIZE = 1024, MAX_LINES = 64 };
 
@@ -156,6 +157,6 @@ int main(int argc, char **argv)
         frame_free(&frames[i]);
     rf_context_destroy(context);
     for (int i = 0; i < 32; i++)
-        free(blocks[i].memory);
+        aligned_release(blocks[i].memory);
     return 0;
 }

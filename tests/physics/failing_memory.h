@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "portable.h"
 #include "rackfocus/rackfocus.h"
 
 struct memory {
@@ -34,7 +35,7 @@ static inline void memory_release(void *user, void *memory)
     pthread_mutex_lock(&m->lock);
     m->n_live -= memory != NULL;
     pthread_mutex_unlock(&m->lock);
-    free(memory);
+    aligned_release(memory);
 }
 
 /* How a context is to be made that takes its memory from `memory`; two threads. */

@@ -4,6 +4,7 @@
 
 #include "base/context.h"
 #include "base/pool.h"
+#include "portable.h"
 #include "testing.h"
 
 enum { MIB = 1 << 20 };
@@ -35,7 +36,7 @@ static void take_back(void *user, void *memory)
             n_held -= sizes[i];
             regions[i] = NULL;
         }
-    free(memory);
+    aligned_release(memory);
 }
 
 static void begin(size_t max_bytes)

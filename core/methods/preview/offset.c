@@ -45,7 +45,7 @@ static double outline(const struct rf_shape *shape, double u, double v)
 {
     double least = INFINITY;
     if (shape->is_disc)
-        return 1 / hypot(u * shape->ratio, v);
+        return 1 / rf_length(u * shape->ratio, v);
     for (int i = 0; i < shape->n_corners; i++) {
         const double *a = shape->corner[i];
         const double *b = shape->corner[(i + 1) % shape->n_corners];

@@ -33,7 +33,7 @@ static int nearest_view(const struct rf_work *work, uint64_t views, const double
     for (; views; views &= views - 1) {
         int j = __builtin_ctzll(views);
         double d =
-            hypot(work->views[j].lens[0] - at[0], work->views[j].lens[1] - at[1]);
+            rf_length(work->views[j].lens[0] - at[0], work->views[j].lens[1] - at[1]);
         if (d < least) {
             least = d;
             best = j;
