@@ -322,7 +322,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     return RF_OK;
 }
 
-/* To a part no gaps are known. */
+/* Notes no gaps for a part. */
 static rf_result begin_gaps(struct rf_composer *c, const struct rf_crop *crop,
                             struct rf_error *error)
 {

@@ -36,7 +36,7 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
 /* Nothing in a tile of a plane. */
 void rf_clear_tile(float *tile, size_t stride);
 
-/* To a tile nothing has come. */
+/* Begins a tile that no splat has touched: T is each cell's share, sums are 0. */
 void rf_begin_tile(const struct rf_composer *c, const struct rf_tile_state *s);
 
 #endif

@@ -53,11 +53,12 @@ void rf_take_light(float surface[4], float light[4], float keep)
     }
 }
 
-void rf_picture_visit_row(struct rf_picture *l, int y, rf_visit_fn visit, void *user)
+void rf_picture_visit_row(struct rf_picture *picture, int y, rf_visit_fn visit,
+                          void *user)
 {
-    struct rf_surfaces *s = &l->surfaces;
-    for (int x = 0; x < l->width; x++) {
-        size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    struct rf_surfaces *s = &picture->surfaces;
+    for (int x = 0; x < picture->width; x++) {
+        size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
         if (s->share[i] > 0)
             visit(user, &s->near[i], x, y, s->share[i]);
         if (s->share[i] < 1)
@@ -73,17 +74,18 @@ void rf_samples_put(struct rf_samples *out, const struct rf_sample *s)
 }
 
 /* Luminance that a pixel of that alpha has where it is as dark as its surroundings. */
-static float shade_at(const struct rf_picture *l, float alpha, int x, int y)
+static float shade_at(const struct rf_picture *picture, float alpha, int x, int y)
 {
-    float darkest = rf_max_float(rf_plane_row(&l->pixels, l->darkest, y)[x], 0);
+    float darkest =
+        rf_max_float(rf_plane_row(&picture->pixels, picture->darkest, y)[x], 0);
     return rf_max_float(alpha, 0) * darkest;
 }
 
-void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int y,
+void rf_picture_emit(const struct rf_picture *picture, struct rf_sample p, int x, int y,
                      struct rf_samples *out)
 {
     float lum = rf_luminance(p.c[0], p.c[1], p.c[2]);
-    float shade = shade_at(l, p.c[3], x, y);
+    float shade = shade_at(picture, p.c[3], x, y);
     float bright = bright_limit(p.r) * shade;
     if (lum > bright) {
         float limit = rf_max_float(4 * bright - 3 * lum, RF_BRIGHT * shade);
@@ -95,16 +97,17 @@ void rf_picture_emit(const struct rf_picture *l, struct rf_sample p, int x, int 
     rf_samples_put(out, &p);
 }
 
-void rf_picture_emit_pixel(const struct rf_picture *l, int x, int y,
+void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
                            struct rf_samples *out)
 {
-    const struct rf_surfaces *s = &l->surfaces;
-    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    const struct rf_surfaces *s = &picture->surfaces;
+    size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
     float share = s->share[i];
     if (share > 0)
-        rf_picture_emit(l, rf_sample_make(&s->near[i], x, y, share), x, y, out);
+        rf_picture_emit(picture, rf_sample_make(&s->near[i], x, y, share), x, y, out);
     if (share < 1)
-        rf_picture_emit(l, rf_sample_make(rf_far_at(s, i), x, y, 1 - share), x, y, out);
+        rf_picture_emit(picture, rf_sample_make(rf_far_at(s, i), x, y, 1 - share), x, y,
+                        out);
 }
 
 static inline bool is_bright(const struct rf_surface *p, float darkest)
@@ -113,34 +116,35 @@ static inline bool is_bright(const struct rf_surface *p, float darkest)
     return rf_luminance(p->c[0], p->c[1], p->c[2]) > bright_limit(p->r) * shade;
 }
 
-bool rf_picture_is_bright(const struct rf_picture *l, const struct rf_surface *p, int x,
-                          int y)
+bool rf_picture_is_bright(const struct rf_picture *picture, const struct rf_surface *p,
+                          int x, int y)
 {
-    return is_bright(p, rf_plane_row(&l->pixels, l->darkest, y)[x]);
+    return is_bright(p, rf_plane_row(&picture->pixels, picture->darkest, y)[x]);
 }
 
 /* Are there two samples of a pixel that is not opaque? */
-static bool is_bright_film(const struct rf_picture *l, int x, int y)
+static bool is_bright_film(const struct rf_picture *picture, int x, int y)
 {
     const struct rf_surface *s =
-        l->surfaces.near + (size_t)y * (size_t)l->width + (size_t)x;
+        picture->surfaces.near + (size_t)y * (size_t)picture->width + (size_t)x;
     return s->c[3] != 1 && rf_luminance(s->c[0], s->c[1], s->c[2]) >
-                               bright_limit(s->r) * shade_at(l, s->c[3], x, y);
+                               bright_limit(s->r) * shade_at(picture, s->c[3], x, y);
 }
 
-struct rf_emission rf_picture_survey(const struct rf_picture *l, int x, int y, int n)
+struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,
+                                     int n)
 {
     uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */
-    const uint64_t *row = l->others + rf_row_words(l->width) * (size_t)y;
+    const uint64_t *row = picture->others + rf_row_words(picture->width) * (size_t)y;
     const uint64_t *at = row + x / 64;
     int first = x % 64;
     uint64_t other = at[0] >> first;
     if (first + n > 64)
         other |= at[1] << (64 - first);
     other &= all;
-    for (int i = 0; i < n && l->has_alpha; i++)
-        other |= (uint64_t)is_bright_film(l, x + i, y) << i;
+    for (int i = 0; i < n && picture->has_alpha; i++)
+        other |= (uint64_t)is_bright_film(picture, x + i, y) << i;
     return (struct rf_emission){all & ~other, other};
 }
 

@@ -49,10 +49,11 @@ bool rf_picture_is_bright(const struct rf_picture *picture,
                           const struct rf_surface *surface, int x, int y);
 
 /* May it, for the near surface of a pixel that is not mixed? At a glance. */
-static inline bool rf_picture_may_be_bright(const struct rf_picture *l, int x, int y)
+static inline bool rf_picture_may_be_bright(const struct rf_picture *picture, int x,
+                                            int y)
 {
-    const uint64_t *row = l->others + rf_row_words(l->width) * (size_t)y;
-    return l->has_alpha || (row[x / 64] >> x % 64 & 1);
+    const uint64_t *row = picture->others + rf_row_words(picture->width) * (size_t)y;
+    return picture->has_alpha || (row[x / 64] >> x % 64 & 1);
 }
 
 /* What n <= 64 pixels from (x, y) on have as a source of samples. */

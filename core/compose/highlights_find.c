@@ -29,72 +29,72 @@ struct lights {
     struct rf_samples out;
 };
 
-static float usual_luminance(const struct rf_picture *l, int x, int y)
+static float usual_luminance(const struct rf_picture *picture, int x, int y)
 {
-    return rf_usual_luminance(&l->areas, x - l->x0, y - l->y0);
+    return rf_usual_luminance(&picture->areas, x - picture->x0, y - picture->y0);
 }
 
-static bool is_highlight(const struct rf_picture *l, const struct rf_surface *s, int x,
-                         int y, const struct lights *lights)
+static bool is_highlight(const struct rf_picture *picture, const struct rf_surface *s,
+                         int x, int y, const struct lights *lights)
 {
     float luminance = rf_luminance(s->c[0], s->c[1], s->c[2]), factor = lights->factor;
     return rf_is_highlight(luminance, s->r, factor, 0) &&
-           rf_is_highlight(luminance, s->r, factor, usual_luminance(l, x, y)) &&
-           !rf_is_large_light(&l->areas, lights->view, lights->n_planes, x - l->x0,
-                              y - l->y0, luminance, s->r);
+           rf_is_highlight(luminance, s->r, factor, usual_luminance(picture, x, y)) &&
+           !rf_is_large_light(&picture->areas, lights->view, lights->n_planes,
+                              x - picture->x0, y - picture->y0, luminance, s->r);
 }
 
-static void take_if_highlight(struct rf_picture *l, struct rf_surface *s, int x, int y,
-                              float w, struct lights *lights)
+static void take_if_highlight(struct rf_picture *picture, struct rf_surface *s, int x,
+                              int y, float w, struct lights *lights)
 {
-    if (!is_highlight(l, s, x, y, lights))
+    if (!is_highlight(picture, s, x, y, lights))
         return;
     if (lights->out.at) {
         struct rf_sample *light = &lights->out.at[lights->out.n];
         *light = rf_sample_make(s, x, y, w);
         rf_take_light(s->c, light->c,
-                      usual_luminance(l, x, y) /
+                      usual_luminance(picture, x, y) /
                           rf_luminance(s->c[0], s->c[1], s->c[2]));
     }
     lights->out.n++;
 }
 
-static void collect_light(struct rf_picture *l, int x, int y, void *user)
+static void collect_light(struct rf_picture *picture, int x, int y, void *user)
 {
-    struct rf_surfaces *s = &l->surfaces;
-    size_t i = (size_t)y * (size_t)l->width + (size_t)x;
+    struct rf_surfaces *s = &picture->surfaces;
+    size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
     float share = s->share[i];
     if (share > 0)
-        take_if_highlight(l, &s->near[i], x, y, share, user);
+        take_if_highlight(picture, &s->near[i], x, y, share, user);
     if (share < 1)
-        take_if_highlight(l, rf_far_at(s, i), x, y, 1 - share, user);
+        take_if_highlight(picture, rf_far_at(s, i), x, y, 1 - share, user);
 }
 
-/* Moves the light of the highlights into `l->highlights`, in the order of rows. */
-static rf_result collect_lights(struct rf_picture *l, const struct lights *all,
+/* Moves the light of the highlights into `picture->highlights`, in the order of rows. */
+static rf_result collect_lights(struct rf_picture *picture, const struct lights *all,
                                 size_t *start, struct rf_error *error)
 {
-    const struct rf_context *context = l->frame->context;
+    const struct rf_context *context = picture->frame->context;
     start[0] = 0;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int y = 0; y < l->height; y++) {
+    for (int y = 0; y < picture->height; y++) {
         struct lights lights = *all;
-        rf_picture_visit_shining(l, y, collect_light, &lights);
+        rf_picture_visit_shining(picture, y, collect_light, &lights);
         start[y + 1] = lights.out.n;
     }
-    for (int y = 0; y < l->height; y++)
+    for (int y = 0; y < picture->height; y++)
         start[y + 1] += start[y];
-    size_t n = start[l->height];
-    l->highlights = rf_alloc(context, n, sizeof *l->highlights);
-    if (!l->highlights)
-        return rf_fail_memory(error, n, sizeof *l->highlights);
-    l->n_highlights = n;
+    size_t n = start[picture->height];
+    picture->highlights = rf_alloc(context, n, sizeof *picture->highlights);
+    if (!picture->highlights)
+        return rf_fail_memory(error, n, sizeof *picture->highlights);
+    picture->n_highlights = n;
 #pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int y = 0; y < l->height; y++) {
+    for (int y = 0; y < picture->height; y++) {
         struct lights lights = *all;
-        lights.out.at = l->highlights + start[y];
+        lights.out.at = picture->highlights + start[y];
         if (start[y + 1] > start[y])
-            rf_picture_visit_shining(l, y, collect_light, &lights);
+            rf_picture_visit_shining(picture, y, collect_light, &lights);
     }
     return RF_OK;
 }
@@ -106,29 +106,30 @@ struct tally {
     struct rf_survey survey;
 };
 
-static void count_light(struct rf_picture *l, int x, int y, void *user)
+static void count_light(struct rf_picture *picture, int x, int y, void *user)
 {
     struct tally *tally = user;
-    const struct rf_frame *f = l->frame;
-    x -= l->x0;
-    y -= l->y0;
+    const struct rf_frame *f = picture->frame;
+    x -= picture->x0;
+    y -= picture->y0;
     if (x >= 0 && x < f->width)
-        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes, &l->areas, x,
-                            y, (size_t)y * (size_t)f->width + (size_t)x);
+        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes,
+                            &picture->areas, x, y,
+                            (size_t)y * (size_t)f->width + (size_t)x);
 }
 
 /* Surveys the view without its border. */
-static struct rf_survey survey_lights(struct rf_picture *l,
+static struct rf_survey survey_lights(struct rf_picture *picture,
                                       const struct rf_work_view *view, int n_planes)
 {
-    const struct rf_frame *f = l->frame;
+    const struct rf_frame *f = picture->frame;
     struct rf_survey all = {.n_pixels = (double)f->width * f->height};
 #pragma omp parallel num_threads(f->context->n_threads)
     {
         struct tally own = {.view = view, .n_planes = n_planes};
 #pragma omp for schedule(dynamic, 16)
-        for (int y = l->y0; y < l->y0 + f->height; y++)
-            rf_picture_visit_shining(l, y, count_light, &own);
+        for (int y = picture->y0; y < picture->y0 + f->height; y++)
+            rf_picture_visit_shining(picture, y, count_light, &own);
 #pragma omp critical
         for (int i = 0; i < RF_SURVEY_FACTORS; i++)
             all.disc_area[i] += own.survey.disc_area[i];
@@ -136,20 +137,20 @@ static struct rf_survey survey_lights(struct rf_picture *l,
     return all;
 }
 
-rf_result rf_picture_take_highlights(struct rf_picture *l,
+rf_result rf_picture_take_highlights(struct rf_picture *picture,
                                      const struct rf_work_view *view, int n_planes,
                                      struct rf_error *error)
 {
-    const struct rf_frame *f = l->frame;
-    size_t n_rows = (size_t)l->height;
+    const struct rf_frame *f = picture->frame;
+    size_t n_rows = (size_t)picture->height;
     size_t *start = rf_alloc(f->context, n_rows + 1, sizeof *start);
     if (!start)
         return rf_fail_memory(error, n_rows + 1, sizeof *start);
     struct rf_survey survey =
-        view->survey ? *view->survey : survey_lights(l, view, n_planes);
+        view->survey ? *view->survey : survey_lights(picture, view, n_planes);
     const struct lights lights = {
         .view = view, .n_planes = n_planes, .factor = rf_survey_factor(&survey)};
-    rf_result result = collect_lights(l, &lights, start, error);
+    rf_result result = collect_lights(picture, &lights, start, error);
     rf_free(f->context, start);
     return result;
 }

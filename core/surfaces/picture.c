@@ -31,9 +31,9 @@
 static const float BORDER_LUMINANCE = 1;
 enum { MAX_BORDER = 256 };
 
-static size_t padded_size(const struct rf_picture *l)
+static size_t padded_size(const struct rf_picture *picture)
 {
-    return (size_t)l->width * (size_t)l->height;
+    return (size_t)picture->width * (size_t)picture->height;
 }
 
 /* ---- border -------------------------------------------------------------------- */
@@ -89,15 +89,15 @@ static unsigned fetch_row(const struct rf_frame *f, const struct rf_work_view *v
     return kernels->load_row(planes, radius, f->width, at, luminance) ? RF_ROW_FILM : 0;
 }
 
-static unsigned load_row(const struct rf_picture *l, const struct rf_work_view *view,
-                         int n_planes, int y)
+static unsigned load_row(const struct rf_picture *picture,
+                         const struct rf_work_view *view, int n_planes, int y)
 {
-    const struct rf_frame *f = l->frame;
-    const struct rf_pixels *p = &l->pixels;
-    int sy = y - l->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
-    int x0 = l->x0, x1 = x0 + f->width;
+    const struct rf_frame *f = picture->frame;
+    const struct rf_pixels *p = &picture->pixels;
+    int sy = y - picture->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
+    int x0 = picture->x0, x1 = x0 + f->width;
     size_t row = (size_t)cy * (size_t)f->width;
-    struct rf_surface *at = p->at + (size_t)y * (size_t)l->width;
+    struct rf_surface *at = p->at + (size_t)y * (size_t)picture->width;
     float *luminance = rf_plane_row(p, p->luminance, y);
     float *radius = rf_plane_row(p, p->radius, y);
     unsigned found = fetch_row(f, view, n_planes, cy, at + x0, luminance + x0);
@@ -105,89 +105,96 @@ static unsigned load_row(const struct rf_picture *l, const struct rf_work_view *
     for (int x = x0; x < x1 && cy != sy; x++)
         luminance[x] = dim(&at[x], luminance[x]);
     continue_row(at, luminance, radius, x0, cy != sy, 0, x0);
-    continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, l->width);
+    continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, picture->width);
     fill_margins(p, luminance);
     fill_margins(p, radius);
     return found;
 }
 
 /* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
-static void note_others(const struct rf_picture *l, int y)
+static void note_others(const struct rf_picture *picture, int y)
 {
-    const float *share = l->surfaces.share + (size_t)y * (size_t)l->width;
-    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
-    const float *radius = rf_plane_row(&l->pixels, l->pixels.radius, y);
-    const float *darkest = rf_plane_row(&l->pixels, l->darkest, y);
-    uint64_t *others = l->others + rf_row_words(l->width) * (size_t)y;
-    l->frame->context->kernels->find_others(share, luminance, radius, darkest,
-                                            RF_BRIGHT, RF_BRIGHT_R2, l->width, others);
+    const float *share = picture->surfaces.share + (size_t)y * (size_t)picture->width;
+    const float *luminance =
+        rf_plane_row(&picture->pixels, picture->pixels.luminance, y);
+    const float *radius = rf_plane_row(&picture->pixels, picture->pixels.radius, y);
+    const float *darkest = rf_plane_row(&picture->pixels, picture->darkest, y);
+    uint64_t *others = picture->others + rf_row_words(picture->width) * (size_t)y;
+    picture->frame->context->kernels->find_others(share, luminance, radius, darkest,
+                                                  RF_BRIGHT, RF_BRIGHT_R2,
+                                                  picture->width, others);
 }
 
 /*
  * Luminance with the premultiplication undone; what is transparent has no colour that
  * others could stand out from.
  */
-static void undo_alpha_row(const struct rf_picture *l, int y, float *out)
+static void undo_alpha_row(const struct rf_picture *picture, int y, float *out)
 {
-    const struct rf_surface *s = l->pixels.at + (size_t)y * (size_t)l->width;
-    const float *luminance = rf_plane_row(&l->pixels, l->pixels.luminance, y);
-    for (int x = 0; x < l->width; x++)
+    const struct rf_surface *s =
+        picture->pixels.at + (size_t)y * (size_t)picture->width;
+    const float *luminance =
+        rf_plane_row(&picture->pixels, picture->pixels.luminance, y);
+    for (int x = 0; x < picture->width; x++)
         out[x] = s[x].c[3] == 1  ? luminance[x]
                  : s[x].c[3] > 0 ? luminance[x] / s[x].c[3]
                                  : INFINITY;
-    fill_margins(&l->pixels, out);
+    fill_margins(&picture->pixels, out);
 }
 
 /* The darkest pixels around each, and what is mixed or bright by them. */
-static rf_result find_darkest(struct rf_picture *l, struct rf_error *error)
+static rf_result find_darkest(struct rf_picture *picture, struct rf_error *error)
 {
-    const struct rf_context *context = l->frame->context;
-    const struct rf_pixels *p = &l->pixels;
-    size_t n = p->stride * (size_t)l->height;
+    const struct rf_context *context = picture->frame->context;
+    const struct rf_pixels *p = &picture->pixels;
+    size_t n = p->stride * (size_t)picture->height;
     size_t n_scratch = p->stride * (size_t)context->n_threads;
-    float *shade = l->has_alpha ? rf_alloc(context, n, sizeof *shade) : p->luminance;
+    float *shade =
+        picture->has_alpha ? rf_alloc(context, n, sizeof *shade) : p->luminance;
     float *scratch = rf_alloc(context, n_scratch, sizeof *scratch);
     rf_result result =
         shade && scratch ? RF_OK : rf_fail_memory(error, n + n_scratch, sizeof *shade);
     if (result == RF_OK) {
 #pragma omp parallel num_threads(context->n_threads)
         {
-            if (l->has_alpha) {
+            if (picture->has_alpha) {
 #pragma omp for schedule(static)
-                for (int y = 0; y < l->height; y++)
-                    undo_alpha_row(l, y, rf_plane_row(p, shade, y));
+                for (int y = 0; y < picture->height; y++)
+                    undo_alpha_row(picture, y, rf_plane_row(p, shade, y));
             }
 #pragma omp for schedule(static)
-            for (int y = 0; y < l->height; y++) {
+            for (int y = 0; y < picture->height; y++) {
                 const float *rows[5];
                 rf_plane_rows(p, shade, y, 2, rows);
-                context->kernels->extremes(
-                    rows, 5, 2, l->width, scratch + p->stride * (size_t)rf_thread_num(),
-                    rf_plane_row(p, l->darkest, y), NULL);
-                note_others(l, y);
+                context->kernels->extremes(rows, 5, 2, picture->width,
+                                           scratch +
+                                               p->stride * (size_t)rf_thread_num(),
+                                           rf_plane_row(p, picture->darkest, y), NULL);
+                note_others(picture, y);
             }
         }
     }
     rf_free(context, scratch);
-    if (l->has_alpha)
+    if (picture->has_alpha)
         rf_free(context, shade);
     return result;
 }
 
 /* ---- areas of what may be highlights -------------------------------------------- */
 
-void rf_picture_visit_shining(struct rf_picture *l, int y, rf_visit_pixel_fn visit,
-                              void *user)
+void rf_picture_visit_shining(struct rf_picture *picture, int y,
+                              rf_visit_pixel_fn visit, void *user)
 {
-    const uint64_t *row = l->shining + rf_row_words(l->width) * (size_t)y;
-    for (int x = 0; x < l->width; x += 64)
+    const uint64_t *row = picture->shining + rf_row_words(picture->width) * (size_t)y;
+    for (int x = 0; x < picture->width; x += 64)
         for (uint64_t bits = row[x / 64]; bits; bits &= bits - 1)
-            visit(l, x + __builtin_ctzll(bits), y, user);
+            visit(picture, x + __builtin_ctzll(bits), y, user);
 }
 
-static void want_area(struct rf_picture *l, int x, int y, void *wanted)
+static void want_area(struct rf_picture *picture, int x, int y, void *wanted)
 {
-    ((unsigned char *)wanted)[rf_area_of(&l->areas, x - l->x0, y - l->y0)] = 1;
+    ((unsigned char *)
+         wanted)[rf_area_of(&picture->areas, x - picture->x0, y - picture->y0)] = 1;
 }
 
 /* ---- one walk over the rows ----------------------------------------------------- */
@@ -199,7 +206,7 @@ static void want_area(struct rf_picture *l, int x, int y, void *wanted)
 enum { BAND_ROWS = 32 };
 
 struct walk {
-    struct rf_picture *l;
+    struct rf_picture *picture;
     const struct rf_work_view *view;
     int n_planes;
     struct rf_splitter splitter;
@@ -226,10 +233,10 @@ static bool is_over(const struct walk *walk)
 }
 
 /* Do all rows that splitting row y looks at lie in its band? */
-static bool is_inner(const struct rf_picture *l, int y)
+static bool is_inner(const struct rf_picture *picture, int y)
 {
     int first = rf_max_int(y - RF_SPLIT_REACH, 0);
-    int last = rf_min_int(y + RF_SPLIT_REACH, l->height - 1);
+    int last = rf_min_int(y + RF_SPLIT_REACH, picture->height - 1);
     return first / BAND_ROWS == last / BAND_ROWS;
 }
 
@@ -238,25 +245,25 @@ static void end_row(struct walk *walk, int y)
 {
     if (!rf_split_row(&walk->splitter, y))
         set_flag(&walk->is_short);
-    else if (walk->l->frame->params.split_edges)
-        note_others(walk->l, y);
+    else if (walk->picture->frame->params.split_edges)
+        note_others(walk->picture, y);
     rf_task_step(walk->task);
 }
 
 static void walk_band(struct walk *walk, int band)
 {
-    struct rf_picture *l = walk->l;
-    int y1 = rf_min_int((band + 1) * BAND_ROWS, l->height);
+    struct rf_picture *picture = walk->picture;
+    int y1 = rf_min_int((band + 1) * BAND_ROWS, picture->height);
     for (int y = band * BAND_ROWS, next = y; y < y1 && !is_over(walk); y++) {
-        unsigned found = load_row(l, walk->view, walk->n_planes, y);
+        unsigned found = load_row(picture, walk->view, walk->n_planes, y);
         if (found & RF_ROW_FILM)
             set_flag(&walk->has_alpha);
         if (found & RF_ROW_INFINITE) {
             set_flag(&walk->is_infinite);
             return;
         }
-        for (; next <= (y + 1 < l->height ? y - RF_SPLIT_REACH : y); next++)
-            if (is_inner(l, next))
+        for (; next <= (y + 1 < picture->height ? y - RF_SPLIT_REACH : y); next++)
+            if (is_inner(picture, next))
                 end_row(walk, next);
     }
 }
@@ -264,34 +271,36 @@ static void walk_band(struct walk *walk, int band)
 /* Loads all rows and splits them. */
 static void walk_rows(struct walk *walk)
 {
-    struct rf_picture *l = walk->l;
-    int n_bands = (l->height + BAND_ROWS - 1) / BAND_ROWS;
-#pragma omp parallel num_threads(l->frame->context->n_threads)
+    struct rf_picture *picture = walk->picture;
+    int n_bands = (picture->height + BAND_ROWS - 1) / BAND_ROWS;
+#pragma omp parallel num_threads(picture->frame->context->n_threads)
     {
 #pragma omp for schedule(dynamic, 1)
         for (int band = 0; band < n_bands; band++)
             walk_band(walk, band);
 #pragma omp for schedule(dynamic, 2 * RF_SPLIT_REACH)
-        for (int y = 0; y < l->height; y++)
-            if (!is_inner(l, y) && !is_over(walk))
+        for (int y = 0; y < picture->height; y++)
+            if (!is_inner(picture, y) && !is_over(walk))
                 end_row(walk, y);
     }
-    l->has_alpha = walk->has_alpha;
+    picture->has_alpha = walk->has_alpha;
 }
 
 /* Measures the areas that tell what is a highlight. */
-static rf_result measure_areas(struct rf_picture *l, struct rf_error *error)
+static rf_result measure_areas(struct rf_picture *picture, struct rf_error *error)
 {
-    const struct rf_context *context = l->frame->context;
-    size_t n = (size_t)l->areas.n_x * (size_t)l->areas.n_y;
+    const struct rf_context *context = picture->frame->context;
+    size_t n = (size_t)picture->areas.n_x * (size_t)picture->areas.n_y;
     unsigned char *wanted = rf_calloc(context, n, 1);
     if (!wanted)
         return rf_fail_memory(error, n, 1);
-    for (int y = 0; y < l->height; y++)
-        rf_picture_visit_shining(l, y, want_area, wanted);
-    rf_areas_measure_some(&l->areas, context, wanted,
-                          rf_plane_row(&l->pixels, l->pixels.luminance, l->y0) + l->x0,
-                          l->pixels.stride);
+    for (int y = 0; y < picture->height; y++)
+        rf_picture_visit_shining(picture, y, want_area, wanted);
+    rf_areas_measure_some(
+        &picture->areas, context, wanted,
+        rf_plane_row(&picture->pixels, picture->pixels.luminance, picture->y0) +
+            picture->x0,
+        picture->pixels.stride);
     rf_free(context, wanted);
     return RF_OK;
 }
@@ -299,20 +308,21 @@ static rf_result measure_areas(struct rf_picture *l, struct rf_error *error)
 /* Loads and splits the pixels, measures the areas; the walk is over after it. */
 static rf_result run_walk(struct walk *walk, struct rf_error *error)
 {
-    struct rf_picture *l = walk->l;
+    struct rf_picture *picture = walk->picture;
     rf_result result = rf_split_begin(&walk->splitter, error);
     if (result == RF_OK)
         walk_rows(walk);
     if (walk->is_short)
-        result = rf_fail_memory(error, (size_t)l->width, sizeof *l->pixels.at);
+        result =
+            rf_fail_memory(error, (size_t)picture->width, sizeof *picture->pixels.at);
     else if (walk->is_infinite)
-        result = rf_frame_check(l->frame, walk->view->image, error);
+        result = rf_frame_check(picture->frame, walk->view->image, error);
     if (result == RF_OK && !is_over(walk))
-        result = measure_areas(l, error);
+        result = measure_areas(picture, error);
     /* Of opaque pixels splitting has looked for the same. */
     if (result == RF_OK && !is_over(walk) &&
-        (l->has_alpha || !l->frame->params.split_edges))
-        result = find_darkest(l, error);
+        (picture->has_alpha || !picture->frame->params.split_edges))
+        result = find_darkest(picture, error);
     rf_task_poll(walk->task);
     if (result == RF_OK && !is_over(walk))
         result = rf_split_end(&walk->splitter, error);
@@ -322,37 +332,39 @@ static rf_result run_walk(struct walk *walk, struct rf_error *error)
 
 /* ---- all ----------------------------------------------------------------------- */
 
-static rf_result allocate(struct rf_picture *l, struct rf_error *error)
+static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
 {
-    const struct rf_context *context = l->frame->context;
-    size_t n = padded_size(l);
+    const struct rf_context *context = picture->frame->context;
+    size_t n = padded_size(picture);
     size_t stride =
-        ((size_t)l->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN * RF_ROW_MARGIN +
+        ((size_t)picture->width + RF_ROW_MARGIN - 1) / RF_ROW_MARGIN * RF_ROW_MARGIN +
         2 * RF_ROW_MARGIN;
-    size_t n_plane = stride * (size_t)l->height;
-    l->pixels = (struct rf_pixels){
-        .width = l->width,
-        .height = l->height,
-        .at = rf_alloc(context, n, sizeof *l->pixels.at),
+    size_t n_plane = stride * (size_t)picture->height;
+    picture->pixels = (struct rf_pixels){
+        .width = picture->width,
+        .height = picture->height,
+        .at = rf_alloc(context, n, sizeof *picture->pixels.at),
         .stride = stride,
         .luminance = rf_alloc(context, n_plane, sizeof(float)),
         .radius = rf_alloc(context, n_plane, sizeof(float)),
     };
-    l->darkest = rf_alloc(context, n_plane, sizeof *l->darkest);
-    size_t n_words = rf_row_words(l->width) * (size_t)l->height;
-    l->others = rf_alloc(context, n_words, sizeof *l->others);
-    l->shining = rf_alloc(context, n_words, sizeof *l->shining);
-    const struct rf_place *place = &l->frame->place;
-    l->surfaces = (struct rf_surfaces){
-        .width = l->width,
-        .height = l->height,
-        .x = place->x + l->border - l->x0,
-        .y = place->y + l->border - l->y0,
-        .share = rf_alloc(context, n, sizeof *l->surfaces.share),
+    picture->darkest = rf_alloc(context, n_plane, sizeof *picture->darkest);
+    size_t n_words = rf_row_words(picture->width) * (size_t)picture->height;
+    picture->others = rf_alloc(context, n_words, sizeof *picture->others);
+    picture->shining = rf_alloc(context, n_words, sizeof *picture->shining);
+    const struct rf_place *place = &picture->frame->place;
+    picture->surfaces = (struct rf_surfaces){
+        .width = picture->width,
+        .height = picture->height,
+        .x = place->x + picture->border - picture->x0,
+        .y = place->y + picture->border - picture->y0,
+        .share = rf_alloc(context, n, sizeof *picture->surfaces.share),
     };
-    bool is_complete = l->pixels.at && l->pixels.luminance && l->pixels.radius &&
-                       l->darkest && l->others && l->surfaces.share && l->shining;
-    return is_complete ? RF_OK : rf_fail_memory(error, n * 3, sizeof *l->pixels.at);
+    bool is_complete = picture->pixels.at && picture->pixels.luminance &&
+                       picture->pixels.radius && picture->darkest && picture->others &&
+                       picture->surfaces.share && picture->shining;
+    return is_complete ? RF_OK
+                       : rf_fail_memory(error, n * 3, sizeof *picture->pixels.at);
 }
 
 int rf_picture_border(float largest_radius)
@@ -360,72 +372,73 @@ int rf_picture_border(float largest_radius)
     return rf_min_int((int)ceilf(largest_radius), MAX_BORDER);
 }
 
-rf_result rf_picture_load(struct rf_picture *l, const struct rf_frame *frame,
+rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *frame,
                           const struct rf_work_view *view, int n_planes, int border,
                           bool keeps_pixels, struct rf_task *task,
                           struct rf_error *error)
 {
     const struct rf_place *at = &frame->place;
     int x1 = at->x + frame->width, y1 = at->y + frame->height;
-    *l = (struct rf_picture){
+    *picture = (struct rf_picture){
         .frame = frame,
         .border = border,
         .x0 = at->x == 0 ? border : 0,
         .y0 = at->y == 0 ? border : 0,
     };
-    l->width = l->x0 + frame->width + (x1 == at->whole_width ? border : 0);
-    l->height = l->y0 + frame->height + (y1 == at->whole_height ? border : 0);
-    rf_result result = allocate(l, error);
+    picture->width = picture->x0 + frame->width + (x1 == at->whole_width ? border : 0);
+    picture->height =
+        picture->y0 + frame->height + (y1 == at->whole_height ? border : 0);
+    rf_result result = allocate(picture, error);
     if (result != RF_OK)
         return result;
-    result = rf_areas_begin(&l->areas, frame, error);
-    struct walk walk = {.l = l,
+    result = rf_areas_begin(&picture->areas, frame, error);
+    struct walk walk = {.picture = picture,
                         .view = view,
                         .n_planes = n_planes,
                         .splitter = {.frame = frame,
                                      .keeps_radii = keeps_pixels,
                                      .is_alone = !keeps_pixels,
-                                     .pixels = &l->pixels,
-                                     .out = &l->surfaces,
-                                     .darkest = l->darkest,
-                                     .shining = l->shining,
+                                     .pixels = &picture->pixels,
+                                     .out = &picture->surfaces,
+                                     .darkest = picture->darkest,
+                                     .shining = picture->shining,
                                      .bright = rf_least_highlight()},
                         .task = task};
     if (result == RF_OK)
         result = run_walk(&walk, error);
     if (!keeps_pixels) {
-        rf_free(frame->context, l->pixels.luminance);
-        l->pixels.luminance = NULL;
+        rf_free(frame->context, picture->pixels.luminance);
+        picture->pixels.luminance = NULL;
     }
     return result;
 }
 
-void rf_picture_drop_pixels(struct rf_picture *l)
+void rf_picture_drop_pixels(struct rf_picture *picture)
 {
-    const struct rf_context *context = l->frame->context;
-    rf_free(context, l->pixels.luminance);
-    rf_free(context, l->pixels.at);
-    rf_free(context, l->pixels.split);
-    rf_free(context, l->pixels.split_row);
-    l->pixels.luminance = NULL;
-    l->pixels.at = NULL;
-    l->pixels.split = NULL;
-    l->pixels.split_row = NULL;
+    const struct rf_context *context = picture->frame->context;
+    rf_free(context, picture->pixels.luminance);
+    rf_free(context, picture->pixels.at);
+    rf_free(context, picture->pixels.split);
+    rf_free(context, picture->pixels.split_row);
+    picture->pixels.luminance = NULL;
+    picture->pixels.at = NULL;
+    picture->pixels.split = NULL;
+    picture->pixels.split_row = NULL;
 }
 
-void rf_picture_free(struct rf_picture *l)
+void rf_picture_free(struct rf_picture *picture)
 {
-    if (!l->frame)
+    if (!picture->frame)
         return;
-    const struct rf_context *context = l->frame->context;
-    rf_picture_drop_pixels(l);
-    rf_free(context, l->pixels.radius);
-    rf_free(context, l->others);
-    rf_free(context, l->shining);
-    rf_free(context, l->darkest);
-    rf_free(context, l->highlights);
-    rf_free(context, l->surfaces.share);
-    rf_far_free(&l->surfaces, context);
-    rf_free(context, l->surfaces.near);
-    rf_areas_free(&l->areas, context);
+    const struct rf_context *context = picture->frame->context;
+    rf_picture_drop_pixels(picture);
+    rf_free(context, picture->pixels.radius);
+    rf_free(context, picture->others);
+    rf_free(context, picture->shining);
+    rf_free(context, picture->darkest);
+    rf_free(context, picture->highlights);
+    rf_free(context, picture->surfaces.share);
+    rf_far_free(&picture->surfaces, context);
+    rf_free(context, picture->surfaces.near);
+    rf_areas_free(&picture->areas, context);
 }

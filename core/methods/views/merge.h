@@ -107,21 +107,24 @@ static inline bool rf_view_pixel_at(const struct rf_views *v, int j,
 }
 
 /* Was the pixel rendered? The others continue the picture beyond its border. */
-static inline bool rf_view_is_rendered(const struct rf_picture *l, int x, int y)
+static inline bool rf_view_is_rendered(const struct rf_picture *picture, int x, int y)
 {
-    return x >= l->x0 && y >= l->y0 && x < l->x0 + l->frame->width &&
-           y < l->y0 + l->frame->height;
+    return x >= picture->x0 && y >= picture->y0 &&
+           x < picture->x0 + picture->frame->width &&
+           y < picture->y0 + picture->frame->height;
 }
 
 /* How much pixel (x, y) of a view sees of a place of radius r. */
-static inline float rf_view_pixel_sees(const struct rf_picture *l, int x, int y,
+static inline float rf_view_pixel_sees(const struct rf_picture *picture, int x, int y,
                                        float r)
 {
-    const struct rf_surfaces *s = &l->surfaces;
+    const struct rf_surfaces *s = &picture->surfaces;
     size_t i = (size_t)y * (size_t)s->width + (size_t)x;
     float limit = r - RF_OCCLUDED_PX;
     if (!rf_is_mixed(s, i)) /* the plane of radii is denser than surfaces are */
-        return rf_plane_row(&l->pixels, l->pixels.radius, y)[x] >= limit ? 1 : 0;
+        return rf_plane_row(&picture->pixels, picture->pixels.radius, y)[x] >= limit
+                   ? 1
+                   : 0;
     float share = s->share[i];
     if (share > 0 && s->near[i].r >= limit)
         return 1;
