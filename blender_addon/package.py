@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds the two zips of the add-on. Not part of them.
+"""Builds the zips of the add-on. Not part of them.
 
-    package.py BUILD_FOLDER DIST_FOLDER
+    package.py BUILD_FOLDER DIST_FOLDER [windows-x64]
 
 rack_focus-VERSION-addon.zip       Blender 3.4 to 4.1, the Python package inside
 rack_focus-VERSION-extension.zip   Blender 4.2 and later, the Python package as a wheel
+
+With windows-x64, from a build for Windows:
+
+rackfocus-VERSION-cp311-abi3-win_amd64.whl         for Python 3.11 and later
+rack_focus-VERSION-windows-x64-extension.zip       Blender 4.2 and later
 
 The same sources give the same bytes.
 """
@@ -23,7 +28,7 @@ LICENCES = [
     ROOT / "LICENSES" / f"{name}.txt" for name in ("GPL-3.0-or-later", "Apache-2.0")
 ]
 MACHINE = "x86_64"
-BLENDER_PLATFORM = "linux-x64"
+LINUX, WINDOWS = "linux-x64", "windows-x64"
 
 
 def version():
@@ -56,7 +61,7 @@ def openmp_library():
     return Path(found).resolve()
 
 
-def package_files(build):
+def package_files(build, platform):
     """{name: bytes} of the package rackfocus with its binaries."""
     sources = ROOT / "plugin" / "rackfocus"
     kinds = (".py", ".pyi", ".typed")
@@ -65,6 +70,9 @@ def package_files(build):
         for path in sources.iterdir()
         if path.suffix in kinds and path.name != "__main__.py"
     }
+    if platform == WINDOWS:  # libgomp is inside
+        files["rackfocus/_core.pyd"] = (build / "plugin" / "_core.pyd").read_bytes()
+        return files
     extension = build / "plugin" / "_core.abi3.so"
     files["rackfocus/_core.abi3.so"] = extension.read_bytes()
     files["rackfocus/libgomp.so.1"] = openmp_library().read_bytes()
@@ -81,9 +89,9 @@ def glibc_tag(files):
     return f"manylinux_{needed[0]}_{needed[1]}_{MACHINE}"
 
 
-def make_wheel(folder, files):
+def make_wheel(folder, files, platform):
     """Writes the wheel into `folder`; returns its name."""
-    tag = f"cp311-abi3-{glibc_tag(files)}"
+    tag = f"cp311-abi3-{'win_amd64' if platform == WINDOWS else glibc_tag(files)}"
     info = f"rackfocus-{version()}.dist-info"
     files = dict(files)
     files[f"{info}/METADATA"] = (
@@ -143,29 +151,35 @@ def make_addon(dist, package):
     return path
 
 
-def make_extension(dist, package):
+def make_extension(dist, package, platform):
     """The zip for Blender 4.2 and later; returns its path."""
-    wheel = make_wheel(dist, package)
+    wheel = make_wheel(dist, package, platform)
     manifest = (ADDON / "blender_manifest.toml").read_text()
-    lists = f'platforms = ["{BLENDER_PLATFORM}"]\nwheels = ["./wheels/{wheel}"]\n'
+    lists = f'platforms = ["{platform}"]\nwheels = ["./wheels/{wheel}"]\n'
     manifest = manifest.replace("\n[permissions]", f"{lists}\n[permissions]", 1)
     files = addon_files()
     files["blender_manifest.toml"] = manifest.encode()
     files[f"wheels/{wheel}"] = (dist / wheel).read_bytes()
-    path = dist / f"rack_focus-{version()}-extension.zip"
+    part = "" if platform == LINUX else f"{platform}-"
+    path = dist / f"rack_focus-{version()}-{part}extension.zip"
     write_zip(path, files)
-    (dist / wheel).unlink()
+    if platform == LINUX:
+        (dist / wheel).unlink()
     return path
 
 
 def main():
-    """Builds both."""
+    """Builds those of one platform."""
     build, dist = Path(sys.argv[1]), Path(sys.argv[2])
+    platform = sys.argv[3] if len(sys.argv) > 3 else LINUX
+    if platform not in (LINUX, WINDOWS):
+        sys.exit(f"package.py: no platform {platform}; there are {LINUX}, {WINDOWS}")
     check_versions()
     dist.mkdir(parents=True, exist_ok=True)
-    package = package_files(build)
-    for path in (make_addon(dist, package), make_extension(dist, package)):
-        print(path)
+    package = package_files(build, platform)
+    if platform == LINUX:
+        print(make_addon(dist, package))
+    print(make_extension(dist, package, platform))
 
 
 if __name__ == "__main__":
