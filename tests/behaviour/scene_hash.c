@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Prints one line per picture: what it is and a hash of its bits. Builds that print the
- * same lines made the same pictures. An argument sets the number of threads.
+ * same lines made the same pictures. Arguments: number of threads, CPU level.
  */
 #include <stdio.h>
 
@@ -23,7 +23,8 @@ static const struct picture pictures[] = {
     {64, 48, 3, 5, {{"depth", "radial"}, {"blades", "5"}}},
 };
 
-static int print_hash(const struct picture *picture, int method, int n_threads)
+static int print_hash(const struct picture *picture, int method,
+                      const struct rf_context_params *run)
 {
     struct frame f = frame_make(picture->width, picture->height, picture->channels);
     struct rf_params params;
@@ -34,7 +35,7 @@ static int print_hash(const struct picture *picture, int method, int n_threads)
                       &error);
     frame_fill_scene(&f, picture->r_px);
     if (error.code == RF_OK)
-        frame_filter(&f, &params, n_threads, &error);
+        frame_filter_by(&f, &params, run, &error);
     if (error.code != RF_OK)
         fprintf(stderr, "%s: %s\n", error.field, error.message);
     printf("method %d picture %dx%dx%d radius %g: %016llx\n", method, f.width, f.height,
@@ -46,11 +47,14 @@ static int print_hash(const struct picture *picture, int method, int n_threads)
 
 int main(int argc, char **argv)
 {
-    int n_threads = argc > 1 ? atoi(argv[1]) : 2, n_failed = 0;
+    struct rf_context_params run = {.size = sizeof run,
+                                    .n_threads = argc > 1 ? atoi(argv[1]) : 2,
+                                    .cpu = argc > 2 ? argv[2] : NULL};
+    int n_failed = 0;
     size_t n_methods;
     rf_method_list(&n_methods);
     for (size_t m = 0; m < n_methods; m++)
         for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++)
-            n_failed += print_hash(&pictures[i], (int)m, n_threads);
+            n_failed += print_hash(&pictures[i], (int)m, &run);
     return n_failed != 0;
 }
