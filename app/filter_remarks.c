@@ -141,6 +141,8 @@ void filter_say_done(const struct run *run)
                  run->most_radius);
     else if (run->largest_radius > 0)
         snprintf(radii, sizeof(radii), ", radii up to %.1f px", run->largest_radius);
-    app_say(run->tool->host, "%s: focus %g, %s%s, method %s", run->tool->output,
+    const struct filter_options *tool = run->tool;
+    app_say(tool->host, "%s: focus %g, %s%s, method %s",
+            tool->shown_output ? tool->shown_output : tool->output,
             rf_filter_lens(run->filter)->focus_distance, aperture, radii, method);
 }

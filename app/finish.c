@@ -206,7 +206,8 @@ static int make_ours(struct finish *f, char *const *guides, int n)
         return code;
     if (!are_passes)
         return read_ours(f, guides[0], guides[0]);
-    if (os_folder_make_temporary("rackfocus-finish-", folder, sizeof(folder)) != 0)
+    snprintf(path, sizeof(path), "%.900s/rackfocus-", os_folder_for_temporary());
+    if (os_folder_make_temporary(path, folder, sizeof(folder)) != 0)
         return app_fail(f->error, APP_FAILED,
                         "%s: no temporary folder can be made there; name another in "
                         "TMPDIR",

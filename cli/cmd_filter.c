@@ -277,8 +277,10 @@ static int run(struct options *all, struct settings *settings,
     struct filter_options *tool = &all->filter;
     struct cli_host host;
     tool->host = cli_host_open(&host, all->is_quiet, all->is_strict);
-    if (all->pipes.has_output)
+    if (all->pipes.has_output) {
         host.results = stderr;
+        tool->shown_output = "standard output";
+    }
     if (tool->params && !params_file_read(tool->params, settings, error))
         return app_code_of(error);
     const int code = warn_of_kind(tool, all->pipes.has_output, operands, error);

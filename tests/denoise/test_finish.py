@@ -70,6 +70,17 @@ def test_the_own_samples_decide(clean, tmp_path):
     assert estimate[:30, 90:].mean() > 3 * estimate[:30, :70].mean()
 
 
+def test_nothing_is_left_beside_the_user(clean, tmp_path, monkeypatch):
+    """Passes are filtered in a folder of the system's, which goes."""
+    temporary, here = tmp_path / "temporary", tmp_path / "here"
+    temporary.mkdir(), here.mkdir()
+    monkeypatch.chdir(here)
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    clean("finish", own("posts"), REFERENCES / "posts_pinhole.exr", "-o", "out.exr")
+    assert [p.name for p in here.iterdir()] == ["out.exr"]
+    assert not list(temporary.iterdir())
+
+
 def test_names_what_is_wrong(clean, tmp_path):
     small = write(tmp_path / "small.exr", np.ones((20, 30, 3)), "RGB")
     out = tmp_path / "out.exr"
