@@ -222,6 +222,7 @@ def test_pipes(binary, run, scene, tmp_path, kind):
             stdin=file, capture_output=True, timeout=60,
             env={**os.environ, "TMPDIR": str(tmp_path)},
         )  # fmt: skip
+    assert b"standard output: focus" in done.stderr
     assert done.returncode == 0, done.stderr
     assert done.stdout == (tmp_path / f"out.{kind}").read_bytes()
     assert b"method layered" in done.stderr
