@@ -44,6 +44,7 @@ __all__ = [
     "methods",
     "parameters",
     "version",
+    "why_not_read",
 ]
 
 __version__: str
@@ -91,6 +92,7 @@ class Window(NamedTuple):
 
 def parameters() -> tuple[Parameter, ...]: ...
 def methods() -> tuple[Method, ...]: ...
+def why_not_read(name: str, /, **params: Unpack[Parameters]) -> str: ...
 def apply(
     colour: _Pixels,
     depth: _Pixels,
