@@ -19,19 +19,10 @@
 #include "picture.h"
 #include "povray.h"
 #include "povray_average.h"
+#include "povray_command.h"
 #include "povray_files.h"
 #include "progress.h"
 #include "settings.h"
-
-struct povray_tool {
-    const char *output, *keep, *reference, *focal_point, *frames, *distribution_image;
-    double aperture, shutter;
-    int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
-    int32_t n_samples, overscan_px;
-    int32_t move; /* enum povray_move */
-    bool is_linear, is_camera_only, is_quiet, has_subpixel;
-    bool is_average; /* the method is accumulate */
-};
 
 #define AT(member) offsetof(struct povray_tool, member)
 
@@ -95,177 +86,9 @@ static const struct option options[] = {
     OPTION_HELP_ROW,
 };
 
-/* ---- the command line ----------------------------------------------------------- */
-
-struct frames {
-    int32_t first, last;                     /* to make */
-    int32_t animation_first, animation_last; /* of the whole, which set the clock */
-    bool is_animation;
-};
-
-static bool fail_usage(const char *text)
-{
-    message("%s; see rackfocus povray --help", text);
-    return false;
-}
-
-/* What --frames says wins; else the frames of POV-Ray's own options. */
-static bool choose_frames(const char *text, const struct povray_plan *plan,
-                          struct frames *frames)
-{
-    int used = 0;
-    *frames = (struct frames){plan->from, plan->to, plan->first, plan->last,
-                              plan->is_animation};
-    if (!text)
-        return true;
-    if (sscanf(text, "%d-%d%n", &frames->first, &frames->last, &used) != 2 ||
-        text[used] != 0 || frames->first < 0 || frames->last < frames->first)
-        return fail_usage("--frames takes two frame numbers such as 1-25");
-    /* POV-Ray's own options win where they say how long the animation is. */
-    if (!plan->is_animation) {
-        frames->animation_first = frames->first;
-        frames->animation_last = frames->last;
-    }
-    frames->is_animation = true;
-    return true;
-}
-
-static bool parse_point(const char *text, double point[3])
-{
-    const char *at = text + strspn(text, " <");
-    for (int i = 0; i < 3; i++) {
-        char *end;
-        point[i] = strtod(at, &end);
-        if (end == at || !isfinite(point[i]) || (i < 2 && !strchr(", ", *end)))
-            return fail_usage("--focal-point takes three numbers such as 5,10,5");
-        at = end + strspn(end, i < 2 ? ", " : " >");
-    }
-    return *at == 0 || fail_usage("--focal-point takes three numbers such as 5,10,5");
-}
-
-static bool check_usage(const struct povray_tool *tool, const struct operands *operands)
-{
-    if (operands->n == 0)
-        return fail_usage("povray needs a scene, a file of POV-Ray's language");
-    if (operands->n > 1)
-        return fail_usage("povray takes one scene; options for POV-Ray follow --");
-    if (tool->is_camera_only)
-        return true;
-    if (tool->reference && tool->n_reference == 0)
-        return fail_usage(
-            "--reference-output needs --reference, the number of samples");
-    if (tool->reference && picture_kind(tool->reference) != PICTURE_EXR)
-        return fail_usage("--reference-output takes a file that ends with .exr");
-    if (!tool->output)
-        return fail_usage("povray needs an output, -o FILE.exr or -o FILE.png");
-    if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
-        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
-                tool->output);
-        return false;
-    }
-    return true;
-}
-
-static bool is_typed(const struct settings *settings, const char *name)
-{
-    return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
-}
-
-static bool fail_number_of_views(int32_t n, const char *method, int least, int most)
-{
-    message("--views: %d; the method %s takes %d to %d; see rackfocus povray --help", n,
-            method, least, most);
-    return false;
-}
-
-/* Options that only the averaging of views has a use for. */
-static bool check_average_only(const struct povray_tool *tool)
-{
-    if (tool->move == POVRAY_MOVE_LOOK_AT || tool->shutter > 0 || tool->has_subpixel)
-        return fail_usage("--camera-move, --shutter and --subpixel are for --method "
-                          "accumulate");
-    return true;
-}
-
-/* Several views are merged by one method or averaged by another, and are taken over a
- * lens that is known. Completes the number of views. */
-static bool check_views(struct povray_tool *tool, const struct settings *settings)
-{
-    enum { DEFAULT_AVERAGE = 32 };
-    const int method = settings->params.method;
-    tool->is_average = method == RF_METHOD_ACCUMULATE;
-    if (tool->n_views == 0)
-        tool->n_views = tool->is_average ? DEFAULT_AVERAGE : 1;
-    if (tool->is_average && tool->n_views < 2)
-        return fail_number_of_views(tool->n_views, "accumulate", 2, RF_MAX_LENS_POINTS);
-    if (!tool->is_average && tool->n_views > RF_MAX_VIEWS)
-        return fail_number_of_views(tool->n_views, "views", 1, RF_MAX_VIEWS);
-    if (!tool->is_average && !check_average_only(tool))
-        return false;
-    if (tool->n_views == 1)
-        return true;
-    if (is_typed(settings, "f-stop"))
-        return fail_usage("--views needs the lens as --aperture or --lens-radius, not "
-                          "as --f-stop");
-    if (tool->is_average && tool->keep && picture_kind(tool->keep) == PICTURE_EXR)
-        return fail_usage("--keep takes a folder with --method accumulate");
-    if (is_typed(settings, "method") && rf_method_find(method)->max_views == 1)
-        return fail_usage("--method: several views are merged by the method views or "
-                          "averaged by accumulate");
-    return true;
-}
-
-static bool is_cancelled(void *user)
-{
-    (void)user;
-    return os_is_interrupted();
-}
-
 static void show_progress(void *bar, double fraction)
 {
     progress_report(bar, fraction);
-}
-
-/* Where nobody says: passes that are kept have the picture's size, and who says how the
- * colour is anti-aliased has chosen its samples. */
-static int32_t choose_samples(const struct povray_tool *tool,
-                              const struct povray_plan *plan)
-{
-    if (tool->n_samples > 0)
-        return tool->n_samples;
-    return tool->keep || plan->has_antialiasing ? 1 : 0;
-}
-
-/* What the glue needs to know of the command line. */
-static bool make_options(const struct povray_tool *tool,
-                         const struct settings *settings,
-                         const struct povray_plan *plan, struct povray_options *made)
-{
-    *made = (struct povray_options){
-        .scene = plan->scene,
-        .args = plan->args,
-        .n_args = plan->n_args,
-        .frame = -1,
-        .has_f_stop = is_typed(settings, "f-stop"),
-        .supersample = choose_samples(tool, plan),
-        /* Who keeps passes wants them as the picture is. */
-        .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
-        .wants_lens = !is_typed(settings, "f-stop"),
-        .is_cancelled = is_cancelled,
-        .n_threads = thread_count(tool->n_threads)};
-    if (!isnan(tool->aperture)) {
-        made->has_aperture = true;
-        made->aperture = tool->aperture;
-    } else if (is_typed(settings, "lens-radius")) {
-        made->has_aperture = true;
-        made->aperture = 4 * settings->params.lens_radius;
-    }
-    if (is_typed(settings, "focus-distance")) {
-        made->has_focus_distance = true;
-        made->focus_distance = settings->params.focus_distance;
-    }
-    made->has_focal_point = tool->focal_point != NULL;
-    return !tool->focal_point || parse_point(tool->focal_point, made->focal_point);
 }
 
 /* ---- names ---------------------------------------------------------------------- */
@@ -508,7 +331,8 @@ static void scale_pixels(struct settings *settings, int32_t n_samples)
     const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n && n_samples > 1; i++) {
         char text[64];
-        if (strcmp(list[i].unit, "px") != 0 || !is_typed(settings, list[i].key) ||
+        if (strcmp(list[i].unit, "px") != 0 ||
+            settings_origin(settings, list[i].key) != ORIGIN_COMMAND_LINE ||
             rf_params_get(&settings->params, list[i].key, text, sizeof(text)) != RF_OK)
             continue;
         snprintf(text, sizeof(text), "%.17g", n_samples * strtod(text, NULL));
@@ -685,7 +509,8 @@ static int make_picture(struct job *job)
 }
 
 /* Can the files of the (first) picture be made? */
-static bool prepare_output(const struct povray_tool *tool, const struct frames *frames)
+static bool prepare_output(const struct povray_tool *tool,
+                           const struct povray_frames *frames)
 {
     const bool keeps_file = keeps_one_file(tool);
     const char *const files[] = {tool->output, keeps_file ? tool->keep : NULL,
@@ -709,7 +534,8 @@ static bool prepare_output(const struct povray_tool *tool, const struct frames *
     return true;
 }
 
-static void set_frame(struct job *job, const struct frames *frames, int32_t frame)
+static void set_frame(struct job *job, const struct povray_frames *frames,
+                      int32_t frame)
 {
     if (!frames->is_animation)
         return;
@@ -718,7 +544,7 @@ static void set_frame(struct job *job, const struct frames *frames, int32_t fram
     job->options.last_frame = frames->animation_last;
 }
 
-static int run_frames(struct job *job, const struct frames *frames)
+static int run_frames(struct job *job, const struct povray_frames *frames)
 {
     int code = EXIT_DONE;
     for (int32_t f = frames->first; f <= frames->last && code == EXIT_DONE; f++) {
@@ -745,7 +571,7 @@ static int run_camera(struct job *job)
     return code;
 }
 
-static int run_job(struct job *job, const struct frames *frames)
+static int run_job(struct job *job, const struct povray_frames *frames)
 {
     if (job->tool->is_camera_only) {
         job->options.wants_lens = false;
@@ -761,11 +587,11 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
                     const struct operands *operands)
 {
     struct job job = {.tool = tool};
-    struct frames frames = {0};
+    struct povray_frames frames = {0};
     struct povray_plan plan;
     struct povray_error error;
     int code = EXIT_USAGE;
-    if (!check_usage(tool, operands) || !check_views(tool, settings))
+    if (!povray_command_check(tool, settings, operands))
         return EXIT_USAGE;
     if (tool->is_linear)
         settings_set(settings, "blend-gamma", "1", NULL);
@@ -774,8 +600,8 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
                           &error)) {
         message("%s", error.message);
         code = EXIT_FAILED;
-    } else if (choose_frames(tool->frames, &plan, &frames) &&
-               make_options(tool, settings, &plan, &job.options)) {
+    } else if (povray_command_frames(tool->frames, &plan, &frames) &&
+               povray_command_plan(tool, settings, &plan, &job.options)) {
         code = run_job(&job, &frames);
     }
     povray_plan_free(&plan);

@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "povray_command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "interrupt.h"
+#include "picture.h"
+#include "report.h"
+
+/* ---- the command line ----------------------------------------------------------- */
+
+static bool fail_usage(const char *text)
+{
+    message("%s; see rackfocus povray --help", text);
+    return false;
+}
+
+bool povray_command_frames(const char *text, const struct povray_plan *plan,
+                           struct povray_frames *frames)
+{
+    int used = 0;
+    *frames = (struct povray_frames){plan->from, plan->to, plan->first, plan->last,
+                                     plan->is_animation};
+    if (!text)
+        return true;
+    if (sscanf(text, "%d-%d%n", &frames->first, &frames->last, &used) != 2 ||
+        text[used] != 0 || frames->first < 0 || frames->last < frames->first)
+        return fail_usage("--frames takes two frame numbers such as 1-25");
+    /* POV-Ray's own options win where they say how long the animation is. */
+    if (!plan->is_animation) {
+        frames->animation_first = frames->first;
+        frames->animation_last = frames->last;
+    }
+    frames->is_animation = true;
+    return true;
+}
+
+static bool parse_point(const char *text, double point[3])
+{
+    const char *at = text + strspn(text, " <");
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        point[i] = strtod(at, &end);
+        if (end == at || !isfinite(point[i]) || (i < 2 && !strchr(", ", *end)))
+            return fail_usage("--focal-point takes three numbers such as 5,10,5");
+        at = end + strspn(end, i < 2 ? ", " : " >");
+    }
+    return *at == 0 || fail_usage("--focal-point takes three numbers such as 5,10,5");
+}
+
+static bool check_usage(const struct povray_tool *tool, const struct operands *operands)
+{
+    if (operands->n == 0)
+        return fail_usage("povray needs a scene, a file of POV-Ray's language");
+    if (operands->n > 1)
+        return fail_usage("povray takes one scene; options for POV-Ray follow --");
+    if (tool->is_camera_only)
+        return true;
+    if (tool->reference && tool->n_reference == 0)
+        return fail_usage(
+            "--reference-output needs --reference, the number of samples");
+    if (tool->reference && picture_kind(tool->reference) != PICTURE_EXR)
+        return fail_usage("--reference-output takes a file that ends with .exr");
+    if (!tool->output)
+        return fail_usage("povray needs an output, -o FILE.exr or -o FILE.png");
+    if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
+        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
+                tool->output);
+        return false;
+    }
+    return true;
+}
+
+static bool is_typed(const struct settings *settings, const char *name)
+{
+    return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
+}
+
+static bool fail_number_of_views(int32_t n, const char *method, int least, int most)
+{
+    message("--views: %d; the method %s takes %d to %d; see rackfocus povray --help", n,
+            method, least, most);
+    return false;
+}
+
+/* Options that only the averaging of views has a use for. */
+static bool check_average_only(const struct povray_tool *tool)
+{
+    if (tool->move == POVRAY_MOVE_LOOK_AT || tool->shutter > 0 || tool->has_subpixel)
+        return fail_usage("--camera-move, --shutter and --subpixel are for --method "
+                          "accumulate");
+    return true;
+}
+
+/* Several views are merged by one method or averaged by another, and are taken over a
+ * lens that is known. Completes the number of views. */
+static bool check_views(struct povray_tool *tool, const struct settings *settings)
+{
+    enum { DEFAULT_AVERAGE = 32 };
+    const int method = settings->params.method;
+    tool->is_average = method == RF_METHOD_ACCUMULATE;
+    if (tool->n_views == 0)
+        tool->n_views = tool->is_average ? DEFAULT_AVERAGE : 1;
+    if (tool->is_average && tool->n_views < 2)
+        return fail_number_of_views(tool->n_views, "accumulate", 2, RF_MAX_LENS_POINTS);
+    if (!tool->is_average && tool->n_views > RF_MAX_VIEWS)
+        return fail_number_of_views(tool->n_views, "views", 1, RF_MAX_VIEWS);
+    if (!tool->is_average && !check_average_only(tool))
+        return false;
+    if (tool->n_views == 1)
+        return true;
+    if (is_typed(settings, "f-stop"))
+        return fail_usage("--views needs the lens as --aperture or --lens-radius, not "
+                          "as --f-stop");
+    if (tool->is_average && tool->keep && picture_kind(tool->keep) == PICTURE_EXR)
+        return fail_usage("--keep takes a folder with --method accumulate");
+    if (is_typed(settings, "method") && rf_method_find(method)->max_views == 1)
+        return fail_usage("--method: several views are merged by the method views or "
+                          "averaged by accumulate");
+    return true;
+}
+
+static bool is_cancelled(void *user)
+{
+    (void)user;
+    return os_is_interrupted();
+}
+
+/* Where nobody says: passes that are kept have the picture's size, and who says how the
+ * colour is anti-aliased has chosen its samples. */
+static int32_t choose_samples(const struct povray_tool *tool,
+                              const struct povray_plan *plan)
+{
+    if (tool->n_samples > 0)
+        return tool->n_samples;
+    return tool->keep || plan->has_antialiasing ? 1 : 0;
+}
+
+bool povray_command_plan(const struct povray_tool *tool,
+                         const struct settings *settings,
+                         const struct povray_plan *plan, struct povray_options *made)
+{
+    *made = (struct povray_options){
+        .scene = plan->scene,
+        .args = plan->args,
+        .n_args = plan->n_args,
+        .frame = -1,
+        .has_f_stop = is_typed(settings, "f-stop"),
+        .supersample = choose_samples(tool, plan),
+        /* Who keeps passes wants them as the picture is. */
+        .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
+        .wants_lens = !is_typed(settings, "f-stop"),
+        .is_cancelled = is_cancelled,
+        .n_threads = thread_count(tool->n_threads)};
+    if (!isnan(tool->aperture)) {
+        made->has_aperture = true;
+        made->aperture = tool->aperture;
+    } else if (is_typed(settings, "lens-radius")) {
+        made->has_aperture = true;
+        made->aperture = 4 * settings->params.lens_radius;
+    }
+    if (is_typed(settings, "focus-distance")) {
+        made->has_focus_distance = true;
+        made->focus_distance = settings->params.focus_distance;
+    }
+    made->has_focal_point = tool->focal_point != NULL;
+    return !tool->focal_point || parse_point(tool->focal_point, made->focal_point);
+}
+bool povray_command_check(struct povray_tool *tool, const struct settings *settings,
+                          const struct operands *operands)
+{
+    return check_usage(tool, operands) && check_views(tool, settings);
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The command line of rackfocus povray. */
+#ifndef CLI_POVRAY_COMMAND_H
+#define CLI_POVRAY_COMMAND_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "options.h"
+#include "povray.h"
+#include "settings.h"
+
+struct povray_tool {
+    const char *output, *keep, *reference, *focal_point, *frames, *distribution_image;
+    double aperture, shutter;
+    int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
+    int32_t n_samples, overscan_px;
+    int32_t move; /* enum povray_move */
+    bool is_linear, is_camera_only, is_quiet, has_subpixel;
+    bool is_average; /* the method is accumulate */
+};
+
+struct povray_frames {
+    int32_t first, last;                     /* to make */
+    int32_t animation_first, animation_last; /* of the whole, which set the clock */
+    bool is_animation;
+};
+
+/* Checks what was typed, with a message; chooses the number of views. */
+bool povray_command_check(struct povray_tool *tool, const struct settings *settings,
+                          const struct operands *operands);
+
+/* What --frames says wins; else the frames of POV-Ray's own options. False with a
+ * message. */
+bool povray_command_frames(const char *text, const struct povray_plan *plan,
+                           struct povray_frames *frames);
+
+/* What the glue needs to know of the command line. False with a message. */
+bool povray_command_plan(const struct povray_tool *tool,
+                         const struct settings *settings,
+                         const struct povray_plan *plan, struct povray_options *made);
+
+#endif
