@@ -121,10 +121,12 @@ static void run(struct bytes *b, const struct rf_filter *filter, int width, int 
         fill(b, &colour[i].image, false);
         fill(b, &depth[i].image, true);
         is_good &= is_finite(&colour[i].image);
-        views[i] = (struct rf_view){colour[i].image,
-                                    depth[i].image,
-                                    {bytes_take(b) * 0.01 - 1, bytes_take(b) * 0.01},
-                                    bytes_pick(b, 2) * 5.0};
+        const double u = bytes_take(b) * 0.01 - 1, v = bytes_take(b) * 0.01;
+        views[i] = (struct rf_view){.size = sizeof views[i],
+                                    .colour = colour[i].image,
+                                    .depth = depth[i].image,
+                                    .lens_offset = {u, v},
+                                    .shear_distance = bytes_pick(b, 2) * 5.0};
     }
     struct picture out = make_picture(b, width, height, n_channels);
     rf_result result =
