@@ -13,6 +13,8 @@
  * Cost: the pieces once more, and 4 bytes per pixel and view, both only where there are
  * lights.
  */
+#include "methods/views/views_behind.h"
+
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
