@@ -175,6 +175,7 @@ static int find_passes(struct finish *f, char *const *guides, int n, bool *are_p
 static int filter_passes(struct finish *f, char *const *guides, int n, const char *path)
 {
     const struct filter_options how = {.output = path,
+                                       .shown_output = guides[0],
                                        .type = FILTER_TYPE_FLOAT,
                                        .denoise = true,
                                        .n_threads = f->tool->n_threads,

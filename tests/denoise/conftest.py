@@ -30,9 +30,9 @@ def oidn():
 @pytest.fixture
 def clean(rackfocus, oidn):
     """Runs the command with the library at hand."""
-    environment = {**os.environ, "RACKFOCUS_OIDN": str(oidn)}
 
     def run(*arguments, code=0):
+        environment = {**os.environ, "RACKFOCUS_OIDN": str(oidn)}
         return rackfocus(*arguments, code=code, env=environment)
 
     return run

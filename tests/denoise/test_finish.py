@@ -70,13 +70,18 @@ def test_the_own_samples_decide(clean, tmp_path):
     assert estimate[:30, 90:].mean() > 3 * estimate[:30, :70].mean()
 
 
-def test_nothing_is_left_beside_the_user(clean, tmp_path, monkeypatch):
-    """Passes are filtered in a folder of the system's, which goes."""
+def test_passes_are_filtered_in_the_temporary_folder(clean, tmp_path, monkeypatch):
+    """Not in the user's: where the temporary one is gone, nothing can be made."""
     temporary, here = tmp_path / "temporary", tmp_path / "here"
-    temporary.mkdir(), here.mkdir()
+    here.mkdir()
     monkeypatch.chdir(here)
     monkeypatch.setenv("TMPDIR", str(temporary))
-    clean("finish", own("posts"), REFERENCES / "posts_pinhole.exr", "-o", "out.exr")
+    words = ["finish", own("posts"), REFERENCES / "posts_pinhole.exr", "-o", "out.exr"]
+    assert "TMPDIR" in clean(*words, code=1).stderr
+    assert not list(here.iterdir())
+    temporary.mkdir()
+    said = clean(*words).stdout
+    assert "posts_pinhole.exr: focus 1" in said and str(temporary) not in said
     assert [p.name for p in here.iterdir()] == ["out.exr"]
     assert not list(temporary.iterdir())
 
