@@ -86,6 +86,30 @@ def start_compositor(scene):
     return tree, True
 
 
+def complete_nodes(tree, scene):
+    """Adds what a tree needs so that anything is composited; returns the new nodes.
+
+    An empty tree gets a Render Layers node too. Files have such trees where a script
+    cleared them, or where somebody deleted all nodes.
+    """
+    if output_socket(tree) is not None:
+        return []
+    is_empty = not tree.nodes
+    if HAS_NODE_GROUPS:
+        if not any(i.item_type == "SOCKET" for i in tree.interface.items_tree):
+            new_socket(tree, "Image", "OUTPUT", "NodeSocketColor")
+        output = tree.nodes.new("NodeGroupOutput")
+    else:
+        output = tree.nodes.new("CompositorNodeComposite")
+    output.location = (400, 0)
+    if not is_empty:
+        return [output]
+    layers = new_layer_node(tree, scene.rack_focus.filter_scene or scene)
+    layers.scene = scene
+    tree.links.new(layers.outputs["Image"], output.inputs[0])
+    return [output, layers]
+
+
 def stop_compositor(scene, is_made):
     """Takes the compositor out of use; is_made: the tree is ours to delete."""
     if not HAS_NODE_GROUPS:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Properties of cameras and scenes; those of the filter come from the core's table."""
 
+import math
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -11,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compat, pictures, setup, words, writing
+from . import compat, lens, pictures, setup, words, writing
 from .library import rackfocus
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
@@ -19,8 +21,6 @@ LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
 # What the camera does not have, beside the parameters of the methods.
 FIRST_VIEWS = 8  # of a camera that gets a method of several views
 OF_OTHER_GROUPS = ("coc_limit", "film_depth")
-# Fields that count whatever the quality is.
-ALWAYS = ("method", "max_radius", *OF_OTHER_GROUPS, *LENS_POINTS)
 
 
 def _find(field):
@@ -43,20 +43,53 @@ def _qualities(table):
 QUALITY_ITEMS, DEFAULT_QUALITY, QUALITIES = _qualities(_find("quality"))
 
 
+def look_table():
+    """What a lens has and Blender's camera does not: blade curvature and the like.
+
+    The first rows of the table are what a camera and a file say. What came later stands
+    after them, whatever its group is.
+    """
+    table = rackfocus.parameters()
+    last = max(i for i, p in enumerate(table) if p.field == "quality")
+    return [p for p in table[last + 1 :] if p.group != "method"]
+
+
 def method_table():
     """The parameters that the camera does not have and that are a property here."""
+    looks = {p.field for p in look_table()}
     return [
         p
         for p in rackfocus.parameters()
-        if p.field != "quality" and (p.group == "method" or p.field in OF_OTHER_GROUPS)
+        if p.field != "quality"
+        and (p.group == "method" or p.field in OF_OTHER_GROUPS or p.field in looks)
     ]
+
+
+def always():
+    """Fields that count whatever the quality is."""
+    looks = [p.field for p in look_table()]
+    return ("method", "max_radius", *OF_OTHER_GROUPS, *LENS_POINTS, *looks)
+
+
+def is_angle(p):
+    """Is a parameter an angle? Blender has radians, the table degrees."""
+    return p.unit == "degrees"
+
+
+def values_of(settings):
+    """{field: value} of the properties that come from the table, in its units."""
+    found = {}
+    for p in method_table():
+        value = getattr(settings, p.field)
+        found[p.field] = math.degrees(value) if is_angle(p) else value
+    return found
 
 
 def is_read(settings, field):
     """Has a field an effect with the camera's other settings?"""
     if field == "method":
         return True
-    values = {p.field: getattr(settings, p.field) for p in method_table()}
+    values = {**lens.aperture_parameters(settings.id_data.dof), **values_of(settings)}
     return not rackfocus.why_not_read(field, **values)
 
 
@@ -92,11 +125,15 @@ def _property(p):
     if p.type == "bool":
         return BoolProperty(**about)
     kind = IntProperty if p.type == "int" else FloatProperty
-    if p.unit == "px":
+    low, high = p.min, p.max
+    if is_angle(p):
+        about["subtype"], about["default"] = "ANGLE", math.radians(p.default)
+        low, high = math.radians(low), math.radians(high)
+    elif p.unit == "px":
         about["subtype"] = "PIXEL"
     elif p.unit == "scene units":
         about["unit"] = "LENGTH"
-    return kind(min=p.min, max=p.max, **about)
+    return kind(min=low, max=high, **about)
 
 
 def _method_changed(settings, _context):
@@ -255,11 +292,11 @@ class CameraSettings(bpy.types.PropertyGroup):
 
     def method_parameters(self):
         """The fields as keywords of rackfocus.Filter."""
-        values = {p.field: getattr(self, p.field) for p in method_table()}
+        values = values_of(self)
         preset = QUALITIES[self.quality]
         if preset is None:
             return values
-        return {**{key: values[key] for key in ALWAYS}, **preset}
+        return {**{key: values[key] for key in always()}, **preset}
 
 
 for _parameter in method_table():

@@ -258,12 +258,14 @@ def _add_caller(scene, tree, used):
 def _add_nodes(scene, tree, is_new):
     """Our node for every view layer in the tree; returns names of other new nodes."""
     used = [layer.name for layer in scene.view_layers if layer.use]
-    helpers, ours = [], []
+    ours, others = [], []
+    helpers = [node.name for node in compat.complete_nodes(tree, scene)]
+    is_alone = bool(helpers)  # does no node of the artist's lead to the output?
     for source in layer_nodes(tree, scene):
         _follow_denoisers(tree, source)
     if group.nodes_of(scene):  # they filter; a node without links lets Blender call us
         _add_caller(scene, tree, used)
-        return []
+        return helpers
     # Blender renders the scenes that nodes of the tree itself look at; those in groups
     # then show them too.
     for one in _with_groups(tree):
@@ -274,16 +276,17 @@ def _add_nodes(scene, tree, is_new):
                 ours.append(node)
     if not ours and used:
         ours.append(add_node(tree, scene, used[0]))
-        output = compat.output_socket(tree)
-        if output is not None and not output.is_linked:
-            tree.links.new(ours[0].outputs["Image"], output)
+        is_alone = True
+    output = compat.output_socket(tree)
+    if is_alone and ours and not output.is_linked:
+        tree.links.new(ours[0].outputs["Image"], output)
     if is_new and len(used) > 1 and scene.render.film_transparent:
         for name in used[1:]:
             node = add_node(tree, scene, name)
             put_below(tree, node, ours[-1])
             ours.append(node)
-        helpers = _put_over(tree, ours, compat.output_socket(tree))
-    return [node.name for node in helpers]
+        others = _put_over(tree, ours, compat.output_socket(tree))
+    return helpers + [node.name for node in others]
 
 
 def _remove_nodes(scene, record):
@@ -297,10 +300,10 @@ def _remove_nodes(scene, record):
                 if source is not None:
                     move_links(one, node, source)
                 one.nodes.remove(node)
-        sources = {node.layer: node for node in layer_nodes(tree, scene)}
         helpers = [tree.nodes.get(name) for name in record["helpers"]]
         for node in filter(None, helpers):
             tree.nodes.remove(node)
+        sources = {node.layer: node for node in layer_nodes(tree, scene)}
         output = compat.output_socket(tree)
         if record["helpers"] and output is not None and not output.is_linked:
             for source in list(sources.values())[:1]:

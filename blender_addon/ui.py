@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, IntProperty
 from . import group, lens, refocusing, setup, views, words
 from .library import rackfocus
 from .operators import last_message, scene_of
-from .props import LENS_POINTS, is_read, method_table
+from .props import LENS_POINTS, is_read, look_table, method_table
 
 PARENTS = ("DATA_PT_camera_dof", "CYCLES_CAMERA_PT_dof")
 
@@ -143,7 +143,7 @@ def draw_refocus(layout, scene):
 
 
 class LookPanel(InCamera):
-    """Highlights, and blur before and behind the focus."""
+    """The lens's own look, highlights, and blur before and behind the focus."""
 
     bl_label = "Look"
     bl_options = {"DEFAULT_CLOSED"}
@@ -154,6 +154,8 @@ class LookPanel(InCamera):
         layout.use_property_split = True
         settings = context.camera.rack_focus
         layout.active = settings.enabled
+        for field in look_fields(settings):
+            layout.prop(settings, field)
         column = layout.column(align=True)
         column.prop(settings, "front_blur", slider=True)
         column.prop(settings, "back_blur", slider=True)
@@ -196,9 +198,15 @@ class AdvancedPanel(InCamera):
         layout.prop(settings, "passes_folder")
 
 
+def look_fields(settings):
+    """What the camera's method reads of the lens's look."""
+    return [p.field for p in look_table() if is_read(settings, p.field)]
+
+
 def custom_fields(settings):
     """The options that count for the camera's method, under Custom."""
-    fields = [p.field for p in method_table() if p.field not in IN_BOX]
+    shown = {*IN_BOX, *(p.field for p in look_table())}
+    fields = [p.field for p in method_table() if p.field not in shown]
     return [field for field in fields if is_read(settings, field)]
 
 

@@ -432,6 +432,7 @@ def _points(camera, scene, n):
     settings = camera.data.rack_focus
     params = lens.aperture_parameters(camera.data.dof)
     params.update(settings.lens_parameters())
+    params["blade_curvature"] = settings.blade_curvature
     params["method"] = settings.method
     return rackfocus.lens_points(n, frame=scene.frame_current, **params)
 

@@ -124,6 +124,10 @@ FIELDS = {
     "lens_pattern": ("Lens Pattern", "Where on the lens the views are taken"),
     "lens_random": ("Lens Random", "Take other points of the lens in every frame"),
     "lens_seed": ("Lens Seed", "Start of the random numbers"),
+    "blade_curvature": (
+        "Blade Curvature",
+        "How round the blades' edges are: 0 straight, 1 the circle through the corners",
+    ),
 }
 
 # (field, choice): tooltip

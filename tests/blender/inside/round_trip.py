@@ -74,7 +74,7 @@ def state_of_file():
     for data in bpy.data.cameras:
         owners = (data, data.dof)
         found[f"camera {data.name_full}"] = [plain_values(owner) for owner in owners]
-    for item in bpy.data.objects:
+    for item in [o for o in bpy.data.objects if o.users]:  # others are not saved
         places = tuple(np.ravel(item.matrix_basis)), item.parent and item.parent.name
         found[f"object {item.name_full}"] = places
     return found

@@ -109,6 +109,56 @@ def disable_leaves_nothing():
     assert after == before, (before, after)
 
 
+def emptied(scene, is_in_use):
+    """An empty compositor tree; 5.0: a node group without nodes."""
+    tree, _ = addon("compat").start_compositor(scene)
+    tree.nodes.clear()
+    if not is_in_use and common.V < (5, 0, 0):
+        scene.use_nodes = False
+    return tree
+
+
+@check
+def an_empty_tree():
+    """In use or not: the picture is filtered, and what was added goes again."""
+    for is_in_use in (False, True):
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        scene = bpy.context.scene
+        sharp = pinhole(scene, OUT / "empty_passes.exr")
+        emptied(scene, is_in_use)
+        before = snapshot(scene)
+        _, data = start()
+        made = rgba(render(scene, OUT / "empty.exr"))
+        assert not common.last_message(scene), common.last_message(scene)
+        wanted = filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
+        same(made, wanted)
+        data.rack_focus.enabled = False
+        after = snapshot(scene)
+        before[0]["images"] = after[0]["images"]
+        assert after == before, (before, after)
+
+
+@check
+def a_tree_without_an_output():
+    """Nodes of the artist's, but none that shows: ours is shown, and goes again."""
+    scene = bpy.context.scene
+    sharp = pinhole(scene, OUT / "empty_passes.exr")
+    tree = emptied(scene, True)
+    source = addon("compat").new_layer_node(tree, scene)
+    blur = tree.nodes.new("CompositorNodeBlur")
+    tree.links.new(source.outputs["Image"], blur.inputs["Image"])
+    before = snapshot(scene)
+    _, data = start()
+    made = rgba(render(scene, OUT / "empty.exr"))
+    assert not common.last_message(scene), common.last_message(scene)
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    same(made, filtered(scene, colour, depth))
+    data.rack_focus.enabled = False
+    after = snapshot(scene)
+    before[0]["images"] = after[0]["images"]
+    assert after == before, (before, after)
+
+
 @check
 def the_users_nodes_stay():
     """A compositor in use: ours goes in between and out again."""
@@ -227,11 +277,13 @@ def properties_come_from_the_table():
     settings, words = bpy.context.scene.camera.data.rack_focus, addon("words")
     for p in addon("props").method_table():
         about = settings.bl_rna.properties[p.field]
-        assert about.description == words.FIELDS[p.field][1].rstrip("."), p.field
+        _, text = words.FIELDS.get(p.field, ("", p.help))
+        assert about.description == text.rstrip("."), p.field
         value = getattr(settings, p.field)
         if p.type == "float":
-            assert math.isclose(value, p.default, rel_tol=1e-6)
-            assert math.isclose(about.hard_max, p.max, rel_tol=1e-6)
+            unit = math.pi / 180 if p.unit == "degrees" else 1
+            assert math.isclose(value, p.default * unit, rel_tol=1e-6)
+            assert math.isclose(about.hard_max, p.max * unit, rel_tol=1e-6)
         else:
             assert value == p.default
         if p.type == "enum":
