@@ -14,12 +14,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "source.h"
-
 struct denoiser;
+struct image_error;
+struct source;
 
-/* NULL, with the error saying how to get the library, where there is none. */
-struct denoiser *denoiser_open(int n_threads, struct image_error *error);
+/*
+ * `library` is the file or folder to take where the environment names none, NULL where
+ * the system is to look. NULL, with the error saying how to get the library, where
+ * there is none.
+ */
+struct denoiser *denoiser_open(const char *library, int n_threads,
+                               struct image_error *error);
 void denoiser_close(struct denoiser *denoiser);
 
 /* Noise-free or nearly so, of the picture's size, packed RGB; NULL: not known. */

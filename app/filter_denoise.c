@@ -88,7 +88,7 @@ static int run_views(struct run *run, struct denoiser *denoiser,
 int denoise_and_filter(struct run *run,
                        int (*make_picture)(struct run *run, float *samples))
 {
-    struct denoiser *denoiser = denoiser_open(run->n_threads, run->error);
+    struct denoiser *denoiser = denoiser_open(NULL, run->n_threads, run->error);
     if (!denoiser)
         return app_code_of(run->error);
     int code;

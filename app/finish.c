@@ -1,25 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/*
- * With x the host's own picture, y ours, g the host's denoised with ours as guide, and
- * t(v) = clip(v)^(1/2.2):
- *
- *   q   = t(x) - t(y)
- *   m   = Gaussian mean of q, sigma 2 px
- *   se2 = (Gaussian mean of q^2 - m^2) / (4 pi sigma^2), the error of that mean
- *   w   = max(0, 1 - k se2 / m^2), k = 2, then Gaussian mean, sigma 1 px
- *   out = y + w (g - y)
- *
- * per channel: where the grain does not tell x from y, y is kept. g is the mean of two
- * pictures, guided by y alone and by y and the host's normals: one or the other is
- * better by up to 0.5 dB, with few samples the second. The estimate of the error is
- *
- *   e = sqrt(((1 - w) m)^2 + se2)
- *
- * of t, the largest of the channels. Ours. Worth, with passes of 64 samples in 8 views,
- * over the host's own lens denoised by albedo and normals, 64 own samples: foliage
- * + 4.6 dB, posts + 4.7; 16 own samples + 3.1 and + 4.3; one view + 3.4 and + 4.4.
- * k = 1 is 0.3 dB less, k = 3 as good. The guide alone 0.4 to 0.7 less.
- */
+/* The files of finish; finish_mix.c has the method. */
 #include "finish.h"
 
 #include <math.h>
@@ -30,6 +10,7 @@
 #include "denoise.h"
 #include "filter_many.h"
 #include "filter_run.h"
+#include "finish_mix.h"
 #include "folder.h"
 #include "interrupt.h"
 #include "picture.h"
@@ -37,17 +18,15 @@
 #include "settings.h"
 #include "source.h"
 
-static const double SIGMA_PX = 2, BLEND_SIGMA_PX = 1, CONTRADICTION = 2;
-
 /* What one run holds; pictures are packed RGB of width x height. */
 struct finish {
     const struct finish_options *tool;
     struct image_error *error;
     struct settings *settings;
     struct source own;
-    float *samples; /* of the own picture, as source_read_colour() gives them */
-    float *rgb, *ours, *guided;
-    float *estimate; /* of the error, a channel */
+    float *samples;    /* of the own picture, as source_read_colour() gives them */
+    float *rgb, *ours; /* `ours` ends up as the result */
+    float *estimate;   /* of the error, a channel */
     struct denoise_guides guides;
     struct denoiser *denoiser;
     int n_threads;
@@ -56,102 +35,6 @@ struct finish {
 static size_t n_pixels(const struct finish *f)
 {
     return (size_t)f->own.width * (size_t)f->own.height;
-}
-
-/* ---- mixing ----------------------------------------------------------------------- */
-
-static float display_value(float v)
-{
-    return powf(fminf(fmaxf(v, 0), 1), 1 / 2.2f);
-}
-
-enum { MOST_REACH = 8 };
-
-/* Weights of a Gaussian over 4 sigma, which sum to 1; returns the reach. */
-static int make_gaussian(double sigma, float weights[2 * MOST_REACH + 1])
-{
-    const int reach = (int)(4 * sigma);
-    double sum = 0;
-    for (int i = -reach; i <= reach; i++)
-        sum += exp(-i * i / (2 * sigma * sigma));
-    for (int i = -reach; i <= reach; i++)
-        weights[i + reach] = (float)(exp(-i * i / (2 * sigma * sigma)) / sum);
-    return reach;
-}
-
-static int clamp(int v, int most)
-{
-    return v < 0 ? 0 : v > most ? most : v;
-}
-
-/* Gaussian mean of a plane in place, its edges repeated; `room` is as large. */
-static void smooth(float *plane, float *room, int width, int height, double sigma)
-{
-    float weights[2 * MOST_REACH + 1];
-    const int reach = make_gaussian(sigma, weights);
-    for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) {
-            float sum = 0;
-            for (int i = -reach; i <= reach; i++)
-                sum +=
-                    weights[i + reach] *
-                    plane[(size_t)y * (size_t)width + (size_t)clamp(x + i, width - 1)];
-            room[(size_t)y * (size_t)width + (size_t)x] = sum;
-        }
-    for (int y = 0; y < height; y++) {
-        float *row = plane + (size_t)y * (size_t)width;
-        memset(row, 0, (size_t)width * sizeof(*row));
-        for (int i = -reach; i <= reach; i++) {
-            const float *from = room + (size_t)clamp(y + i, height - 1) * (size_t)width;
-            for (int x = 0; x < width; x++)
-                row[x] += weights[i + reach] * from[x];
-        }
-    }
-}
-
-/* Mixes one channel into f->ours; `planes` are three of them. */
-static void mix_channel(struct finish *f, int channel, float *planes)
-{
-    const size_t n = n_pixels(f);
-    float *mean = planes, *square = planes + n, *room = planes + 2 * n;
-    for (size_t i = 0; i < n; i++) {
-        const size_t k = 3 * i + (size_t)channel;
-        mean[i] = display_value(f->rgb[k]) - display_value(f->ours[k]);
-        square[i] = mean[i] * mean[i];
-    }
-    smooth(mean, room, f->own.width, f->own.height, SIGMA_PX);
-    smooth(square, room, f->own.width, f->own.height, SIGMA_PX);
-    const double n_averaged = 4 * 3.14159265358979 * SIGMA_PX * SIGMA_PX;
-    float *weight = room;
-    for (size_t i = 0; i < n; i++) {
-        const double m2 = (double)mean[i] * mean[i];
-        square[i] = (float)(fmax(square[i] - m2, 0) / n_averaged);
-        weight[i] = (float)(m2 > 0 ? fmax(0, 1 - CONTRADICTION * square[i] / m2) : 0);
-    }
-    for (size_t i = 0; i < n; i++) {
-        const double left = (1 - weight[i]) * mean[i];
-        const float e = (float)sqrt(left * left + square[i]);
-        f->estimate[i] = fmaxf(f->estimate[i], e);
-    }
-    smooth(weight, mean, f->own.width, f->own.height, BLEND_SIGMA_PX);
-    for (size_t i = 0; i < n; i++) {
-        const size_t k = 3 * i + (size_t)channel;
-        f->ours[k] += weight[i] * (f->guided[k] - f->ours[k]);
-    }
-}
-
-static int mix(struct finish *f)
-{
-    float *planes = app_memory(n_pixels(f), 3 * sizeof(float), f->error);
-    f->estimate = app_memory(n_pixels(f), sizeof(float), f->error);
-    if (!planes || !f->estimate) {
-        free(planes);
-        return APP_NO_MEMORY;
-    }
-    for (int c = 0; c < 3; c++)
-        mix_channel(f, c, planes);
-    free(planes);
-    return APP_DONE;
 }
 
 /* ---- our picture ------------------------------------------------------------------ */
@@ -250,37 +133,33 @@ static int read_own(struct finish *f, const char *path)
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
-/* Denoises a copy of the own picture in `rgb` by some guides. */
-static int denoise(struct finish *f, float *rgb, const struct denoise_guides *guides)
+/* Denoises the own picture by its own albedo and normals, into f->ours. */
+static int denoise_by_own(struct finish *f)
 {
-    const struct denoise_picture picture = {rgb, f->own.width, f->own.height, 3,
+    const struct denoise_picture picture = {f->rgb, f->own.width, f->own.height, 3,
                                             image_path(f->own.colour)};
-    memcpy(rgb, f->rgb, 3 * n_pixels(f) * sizeof(*rgb));
-    if (!denoise_picture(f->denoiser, &picture, guides, f->error))
+    if (!denoise_picture(f->denoiser, &picture, &f->guides, f->error))
         return app_code_of(f->error);
+    f->ours = f->rgb;
+    f->rgb = NULL;
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
-/* The mean of what our picture alone and our picture with the normals guide. */
-static int denoise_by_ours(struct finish *f)
+static int finish_by_ours(struct finish *f)
 {
-    const size_t n = 3 * n_pixels(f);
-    float *memory = app_memory(n, 2 * sizeof(float), f->error);
-    if (!memory)
+    f->estimate = app_memory(n_pixels(f), sizeof(float), f->error);
+    if (!f->estimate)
         return APP_NO_MEMORY;
-    float *limited = memory, *other = memory + n;
-    for (size_t i = 0; i < n; i++)
-        limited[i] = fminf(fmaxf(f->ours[i], 0), 1);
-    struct denoise_guides by = {.albedo = limited, .are_clean = true};
-    int code = denoise(f, f->guided, &by);
-    if (code == APP_DONE && f->guides.normal) {
-        by.normal = f->guides.normal;
-        code = denoise(f, other, &by);
-        for (size_t i = 0; i < n && code == APP_DONE; i++)
-            f->guided[i] = (f->guided[i] + other[i]) / 2;
-    }
-    free(memory);
-    return code;
+    const struct finish_picture picture = {.own = f->rgb,
+                                           .ours = f->ours,
+                                           .normal = f->guides.normal,
+                                           .estimate = f->estimate,
+                                           .width = f->own.width,
+                                           .height = f->own.height,
+                                           .name = image_path(f->own.colour)};
+    if (!finish_mix(f->denoiser, &picture, f->error))
+        return app_code_of(f->error);
+    return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
 /* ---- output ------------------------------------------------------------------------ */
@@ -326,16 +205,13 @@ static int run(struct finish *f, const char *own, char *const *guides, int n)
         code = make_ours(f, guides, n);
     if (code != APP_DONE)
         return code;
-    f->guided = app_memory(n_pixels(f), 3 * sizeof(float), f->error);
-    f->denoiser = f->guided ? denoiser_open(f->n_threads, f->error) : NULL;
+    f->denoiser = denoiser_open(NULL, f->n_threads, f->error);
     if (!f->denoiser)
         return app_code_of(f->error);
     app_begin(f->tool->host, "denoising");
-    code = f->ours ? denoise_by_ours(f) : denoise(f, f->guided, &f->guides);
+    code = f->ours ? finish_by_ours(f) : denoise_by_own(f);
     app_end(f->tool->host);
-    if (code == APP_DONE && f->ours)
-        code = mix(f);
-    return code == APP_DONE ? write_output(f, f->ours ? f->ours : f->guided) : code;
+    return code == APP_DONE ? write_output(f, f->ours) : code;
 }
 
 int finish_run(const struct finish_options *tool, struct settings *settings,
@@ -354,7 +230,6 @@ int finish_run(const struct finish_options *tool, struct settings *settings,
     denoiser_close(f.denoiser);
     denoise_free_guides(&f.guides);
     free(f.estimate);
-    free(f.guided);
     free(f.ours);
     free(f.rgb);
     free(f.samples);

@@ -42,6 +42,10 @@ static PyMethodDef functions[] = {
      "camera sees it, and the moment within the shutter's time from 0 to 1. frame: its "
      "number, which matters with lens_random only. Parameters: lens_pattern, "
      "lens_random, lens_seed and those of the aperture."},
+#ifdef PLUGIN_HAS_DENOISER
+    {"finish", (PyCFunction)(void (*)(void))plugin_finish, METH_VARARGS | METH_KEYWORDS,
+     NULL},
+#endif
     {"compare", (PyCFunction)(void (*)(void))plugin_compare,
      METH_VARARGS | METH_KEYWORDS,
      "compare($module, /, a, b)\n--\n\n"

@@ -90,6 +90,10 @@ void plugin_close_deep(struct plugin_deep *deep);
 
 PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
 
+/* ---- denoise.c ----------------------------------------------------------------- */
+
+PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords);
+
 /* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 
 extern PyType_Spec plugin_lens_spec, plugin_filter_spec, plugin_accumulator_spec;

@@ -55,6 +55,7 @@ __all__ = [
     "apply",
     "compare",
     "cpu_level",
+    "finish",
     "lens_points",
     "methods",
     "parameters",
@@ -201,6 +202,32 @@ def accumulate(pictures, out=None, *, context=None, threads=None, **params):
 
         out = numpy.empty(shape, numpy.float32)
     total.mean(out)
+    return out
+
+
+def finish(own, ours, /, out=None, *, normal=None, error=None, library=None, threads=0):
+    """The host's own lens cleaned with our picture; returns the result.
+
+    own: rendered with the lens, with grain: (height, width, 3 or 4) float32.
+    ours: what a filter made, of its size. It is kept where the grain does not
+    contradict it.
+    out: writable, of own's shape; None makes a NumPy array. Alpha is own's.
+    normal: (height, width, 3) of the own render; sharper with few samples.
+    error: writable, (height, width): how far each pixel may be off, after clipping to
+    [0, 1] and gamma 2.2.
+    library: Open Image Denoise's file or folder, where the environment's RACKFOCUS_OIDN
+    names none; None lets the system look.
+    threads: of the denoiser; 0 takes all processors.
+
+    Error where there is no Open Image Denoise.
+    """
+    if not hasattr(_core, "finish"):
+        raise Error("this build of rackfocus cannot load a denoiser")
+    if out is None:
+        import numpy
+
+        out = numpy.empty(numpy.shape(own), numpy.float32)
+    _core.finish(own, ours, out, normal, error, library=library, threads=threads)
     return out
 
 

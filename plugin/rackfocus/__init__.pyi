@@ -40,6 +40,7 @@ __all__ = [
     "apply",
     "compare",
     "cpu_level",
+    "finish",
     "lens_points",
     "methods",
     "parameters",
@@ -111,6 +112,17 @@ def accumulate(
     context: Context | None = None,
     threads: int | None = None,
     **params: Unpack[Parameters],
+) -> Any: ...
+def finish(
+    own: _Pixels,
+    ours: _Pixels,
+    /,
+    out: _Pixels | None = None,
+    *,
+    normal: _Pixels | None = None,
+    error: _Pixels | None = None,
+    library: str | None = None,
+    threads: int = 0,
 ) -> Any: ...
 def lens_points(
     n: int, *, frame: int = 0, **params: Unpack[Parameters]

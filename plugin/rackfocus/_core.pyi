@@ -149,6 +149,16 @@ class Accumulator:
 def lens_points(
     n: int, /, *, frame: int = 0, **params: Unpack[Parameters]
 ) -> tuple[tuple[float, float, float], ...]: ...
+def finish(
+    own: _Pixels,
+    ours: _Pixels,
+    out: _Pixels,
+    normal: _Pixels | None = None,
+    error: _Pixels | None = None,
+    *,
+    library: str | None = None,
+    threads: int = 0,
+) -> None: ...
 def version() -> str: ...
 def cpu_level() -> str: ...
 def compare(a: _Pixels, b: _Pixels) -> _Scores: ...

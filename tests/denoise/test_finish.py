@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """finish: the renderer's own lens, cleaned with our picture."""
 
+import os
+import shutil
+import subprocess
+import sys
+
 import numpy as np
 import pytest
-from conftest import REFERENCES, read, write
+from conftest import BUILD, REFERENCES, ROOT, read, write
 
 SCENES = ("posts", "portrait")
 
@@ -102,3 +107,67 @@ def test_names_what_is_wrong(clean, tmp_path):
     assert "bad.exr" in done.stderr and "(5, 2)" in done.stderr
     assert clean("finish", code=2).stderr
     assert not out.exists()
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """Folder with the package `rackfocus`: its sources and the built extension."""
+    subprocess.run(["ninja", "-C", BUILD, "plugin/_core.abi3.so"], check=True)
+    folder = tmp_path_factory.mktemp("package") / "rackfocus"
+    shutil.copytree(ROOT / "plugin/rackfocus", folder)
+    shutil.copy(BUILD / "plugin/_core.abi3.so", folder)
+    return folder.parent
+
+
+PYTHON = """
+import sys
+import numpy as np
+import rackfocus
+folder, library = sys.argv[1:]
+own, ours = (np.load(f"{folder}/{name}.npy") for name in ("own", "ours"))
+error = np.empty(own.shape[:2], np.float32)
+made = rackfocus.finish(own, ours, error=error, library=library)
+np.save(f"{folder}/made.npy", made)
+np.save(f"{folder}/error.npy", error)
+padded = np.dstack([own, np.full(own.shape[:2], 0.5, np.float32)])
+again = rackfocus.finish(padded, ours, library=library)
+assert np.array_equal(again[..., :3], made) and (again[..., 3] == 0.5).all()
+
+
+def fails(kind, text, *pictures, **about):
+    try:
+        rackfocus.finish(*pictures, **{"library": library, **about})
+    except kind as problem:
+        assert text in str(problem), problem
+    else:
+        raise AssertionError(text)
+
+
+fails(ValueError, "as large as own", own, ours[1:])
+fails(ValueError, "3 or 4 channels", own, ours[..., :2])
+fails(ValueError, "NaN", own, np.where(ours > 0.5, np.nan, ours))
+fails(rackfocus.Error, "Open Image Denoise", own, ours, library="/nowhere")
+"""
+
+
+def test_python_does_what_the_command_does(clean, oidn, package, tmp_path):
+    """rackfocus.finish(): the same bits, picture and estimate; what it refuses."""
+    guide, out, error = (tmp_path / f"{n}.exr" for n in ("guide", "out", "error"))
+    passes = REFERENCES / "posts_pinhole.exr"
+    clean("filter", passes, "-o", guide, "--type", "float", "--denoise")
+    to_float = ("-o", out, "--type", "float", "--output-error", error)
+    clean("finish", own("posts"), "--guide", guide, *to_float)
+
+    def rgb(path):
+        pixels, names = read(path)
+        return np.ascontiguousarray(pixels[..., [names.index(c) for c in "RGB"]])
+
+    np.save(tmp_path / "own.npy", rgb(own("posts")))
+    np.save(tmp_path / "ours.npy", rgb(guide))
+    # The library is named in the call: the environment's place would be taken first.
+    environment = {k: v for k, v in os.environ.items() if k != "RACKFOCUS_OIDN"}
+    environment["PYTHONPATH"] = str(package)
+    command = [sys.executable, "-c", PYTHON, tmp_path, oidn]
+    subprocess.run(command, check=True, env=environment)
+    assert np.array_equal(np.load(tmp_path / "made.npy"), rgb(out))
+    assert np.array_equal(np.load(tmp_path / "error.npy"), read(error)[0][..., 0])

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The host's own lens cleaned with our picture: the pixels of finish. */
+#ifndef APP_FINISH_MIX_H
+#define APP_FINISH_MIX_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct denoiser;
+struct image_error;
+
+/* Packed pictures of one size, scene-linear RGB; all values finite. */
+struct finish_picture {
+    const float *own; /* rendered with the lens */
+    float *ours;      /* without grain; becomes the result */
+    float *normal;    /* of the own render, of any space; NULL: not known */
+    float *estimate;  /* a channel, becomes the error that is left, of display values */
+    int32_t width, height;
+    const char *name; /* of the own picture, for errors */
+};
+
+/* False where the denoiser fails or memory is missing: `ours` is then what it was. */
+bool finish_mix(struct denoiser *denoiser, const struct finish_picture *picture,
+                struct image_error *error);
+
+#endif

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus.finish(): the host's own lens cleaned with our picture, as the command's. */
+#include "module.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "denoise.h"
+#include "finish_mix.h"
+#include "image.h"
+
+enum { OWN, OURS, OUT, NORMAL, ESTIMATE, N_PICTURES };
+
+static const char *const names[N_PICTURES] = {"own", "ours", "out", "normal", "error"};
+
+/* The buffers of a call and packed copies of them. */
+struct finish {
+    struct plugin_image opened[N_PICTURES];
+    bool is_open[N_PICTURES];
+    float *rgb[N_PICTURES];
+};
+
+/* The samples of a packed copy, or with `is_back` the image of one. */
+static void copy(const struct rf_image *image, float *packed, bool is_back)
+{
+    const int n = image->channels == 1 ? 1 : 3;
+    for (int32_t y = 0; y < image->height; y++)
+        for (int32_t x = 0; x < image->width; x++, packed += n) {
+            char *at =
+                (char *)image->data + y * image->row_bytes + x * image->pixel_bytes;
+            for (int c = 0; c < n; c++)
+                if (is_back)
+                    memcpy(at + c * image->channel_bytes, &packed[c], sizeof(float));
+                else
+                    memcpy(&packed[c], at + c * image->channel_bytes, sizeof(float));
+        }
+}
+
+static int fail(const char *name, const char *what)
+{
+    PyErr_Format(PyExc_ValueError, "%s: %s", name, what);
+    return -1;
+}
+
+static int check_shape(const struct finish *f, int i)
+{
+    const struct rf_image *first = &f->opened[OWN].image, *image = &f->opened[i].image;
+    const bool is_flat = i == ESTIMATE;
+    if (is_flat ? image->channels != 1 : image->channels < 3 || image->channels > 4)
+        return fail(names[i], is_flat ? "must be of shape (height, width)"
+                                      : "must have 3 or 4 channels");
+    if (image->width != first->width || image->height != first->height)
+        return fail(names[i], "must be as large as own");
+    return 0;
+}
+
+/* NULL with an exception set where there is no memory. */
+static float *new_plane(size_t n_pixels, size_t n_channels)
+{
+    float *plane = calloc(n_pixels, n_channels * sizeof(float));
+    if (!plane)
+        PyErr_NoMemory();
+    return plane;
+}
+
+/* Opens one buffer; of one that is read, makes a packed copy. */
+static int open_picture(struct finish *f, int i, PyObject *object)
+{
+    if (object == Py_None && i >= NORMAL)
+        return 0;
+    const bool is_result = i == OUT || i == ESTIMATE;
+    if (plugin_open_image(&f->opened[i], object, names[i], is_result) < 0)
+        return -1;
+    f->is_open[i] = true;
+    if (check_shape(f, i) < 0)
+        return -1;
+    if (is_result)
+        return 0;
+    const struct rf_image *image = &f->opened[i].image;
+    const size_t n = (size_t)image->width * (size_t)image->height;
+    if (!(f->rgb[i] = new_plane(n, 3)))
+        return -1;
+    copy(image, f->rgb[i], false);
+    for (size_t k = 0; k < 3 * n; k++)
+        if (!isfinite(f->rgb[i][k]))
+            return fail(names[i], "has NaN or infinity");
+    return 0;
+}
+
+static void close_pictures(struct finish *f)
+{
+    for (int i = 0; i < N_PICTURES; i++) {
+        if (f->is_open[i])
+            plugin_close_image(&f->opened[i]);
+        free(f->rgb[i]);
+    }
+}
+
+/* Runs without Python's lock. */
+static bool run(struct finish *f, const char *library, int n_threads,
+                struct image_error *error)
+{
+    const struct rf_image *own = &f->opened[OWN].image;
+    const struct finish_picture picture = {.own = f->rgb[OWN],
+                                           .ours = f->rgb[OURS],
+                                           .normal = f->rgb[NORMAL],
+                                           .estimate = f->rgb[ESTIMATE],
+                                           .width = own->width,
+                                           .height = own->height,
+                                           .name = names[OWN]};
+    struct denoiser *denoiser = denoiser_open(library, n_threads, error);
+    const bool is_done = denoiser && finish_mix(denoiser, &picture, error);
+    denoiser_close(denoiser);
+    return is_done;
+}
+
+/* Runs, copies the results back; -1 with an exception set. */
+static int finish(const struct module_state *state, struct finish *f,
+                  const char *library, int n_threads)
+{
+    struct image_error error = {0};
+    bool is_done;
+    Py_BEGIN_ALLOW_THREADS;
+    is_done = run(f, library, n_threads, &error);
+    Py_END_ALLOW_THREADS;
+    if (!is_done && error.code == IMAGE_NO_MEMORY)
+        PyErr_NoMemory();
+    else if (!is_done)
+        PyErr_SetString(state->error, error.message);
+    if (!is_done)
+        return -1;
+    /* Alpha is the own render's. */
+    const struct rf_image *own = &f->opened[OWN].image, *out = &f->opened[OUT].image;
+    copy(out, f->rgb[OURS], true);
+    if (own->channels == 4 && out->channels == 4)
+        for (int32_t y = 0; y < own->height; y++)
+            for (int32_t x = 0; x < own->width; x++)
+                memcpy((char *)out->data + y * out->row_bytes + x * out->pixel_bytes +
+                           3 * out->channel_bytes,
+                       (const char *)own->data + y * own->row_bytes +
+                           x * own->pixel_bytes + 3 * own->channel_bytes,
+                       sizeof(float));
+    if (f->is_open[ESTIMATE])
+        copy(&f->opened[ESTIMATE].image, f->rgb[ESTIMATE], true);
+    return 0;
+}
+
+PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
+{
+    static char *keys[] = {"own",   "ours",    "out",     "normal",
+                           "error", "library", "threads", NULL};
+    PyObject *objects[N_PICTURES] = {0};
+    const char *library = NULL;
+    int n_threads = 0;
+    objects[NORMAL] = objects[ESTIMATE] = Py_None;
+    if (!PyArg_ParseTupleAndKeywords(
+            args, keywords, "OOO|OO$zi:finish", keys, &objects[OWN], &objects[OURS],
+            &objects[OUT], &objects[NORMAL], &objects[ESTIMATE], &library, &n_threads))
+        return NULL;
+    if (n_threads < 0)
+        return fail("threads", "must not be negative"), NULL;
+    struct finish f = {0};
+    int status = 0;
+    for (int i = 0; i < N_PICTURES && status == 0; i++)
+        status = open_picture(&f, i, objects[i]);
+    const struct rf_image *own = &f.opened[OWN].image;
+    if (status == 0)
+        f.rgb[ESTIMATE] = new_plane((size_t)own->width * (size_t)own->height, 1);
+    if (f.rgb[ESTIMATE])
+        status = finish(PyModule_GetState(module), &f, library, n_threads);
+    else
+        status = -1;
+    close_pictures(&f);
+    return status < 0 ? NULL : Py_NewRef(Py_None);
+}
