@@ -2,7 +2,6 @@
 #include "sequence.h"
 
 #include <inttypes.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +15,7 @@
 #include "interrupt.h"
 #include "rackfocus/rackfocus.h"
 #include "report.h"
+#include "thread.h"
 
 enum state { WAITING, MADE, SKIPPED, FAILED, CANCELLED };
 
@@ -39,7 +39,7 @@ struct sequence {
     struct frame_table table;
     char *journal_path;
     char *journal; /* what it held at the start; "" where there was none */
-    pthread_mutex_t lock;
+    struct os_lock lock;
     int next;
     bool is_stopped;
 };
@@ -321,37 +321,37 @@ static void make_frame(struct sequence *sequence, struct frame *frame)
 }
 
 /* Takes frames until there are none, or one says that the command line is wrong. */
-static void *work(void *user)
+static void work(void *user)
 {
     struct sequence *sequence = user;
     for (;;) {
-        pthread_mutex_lock(&sequence->lock);
+        os_lock_take(&sequence->lock);
         struct frame *frame = NULL;
         if (!sequence->is_stopped && !os_is_interrupted() &&
             sequence->next < sequence->n_frames)
             frame = &sequence->frames[sequence->next++];
-        pthread_mutex_unlock(&sequence->lock);
+        os_lock_release(&sequence->lock);
         if (!frame)
-            return NULL;
+            return;
         make_frame(sequence, frame);
         if (frame->code == APP_USAGE) {
-            pthread_mutex_lock(&sequence->lock);
+            os_lock_take(&sequence->lock);
             sequence->is_stopped = true;
-            pthread_mutex_unlock(&sequence->lock);
+            os_lock_release(&sequence->lock);
         }
     }
 }
 
 static void run_all(struct sequence *sequence)
 {
-    pthread_t threads[16];
+    struct os_thread threads[16];
     int n = 0;
     while (n < sequence->n_jobs - 1 && n < sequence->n_frames - 1 && n < 16 &&
-           pthread_create(&threads[n], NULL, work, sequence) == 0)
+           os_thread_start(&threads[n], work, sequence) == 0)
         n++;
     work(sequence); /* also where no thread could be made */
     for (int i = 0; i < n; i++)
-        pthread_join(threads[i], NULL);
+        os_thread_join(&threads[i]);
 }
 
 static int count(const struct sequence *sequence, enum state state)
@@ -454,8 +454,7 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
                                 .error = error,
                                 .paths = paths,
                                 .n_paths = n_paths,
-                                .n_jobs = how->n_jobs ? how->n_jobs : 2,
-                                .lock = PTHREAD_MUTEX_INITIALIZER};
+                                .n_jobs = how->n_jobs ? how->n_jobs : 2};
     if (!check_outputs(tool, error) || !check_inputs(&sequence))
         return APP_USAGE;
     int code = list_frames(&sequence, paths[0]);
@@ -465,7 +464,9 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
          !journal_read(&sequence)))
         code = app_code_of(error);
     if (code == APP_DONE) {
+        os_lock_init(&sequence.lock);
         run_all(&sequence);
+        os_lock_destroy(&sequence.lock);
         code = summarise(&sequence, os_clock_s() - started_s);
     }
     free(sequence.frames);

@@ -12,7 +12,6 @@
 #ifndef CLI_CLI_H
 #define CLI_CLI_H
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -21,6 +20,7 @@
 #include "options.h"
 #include "progress.h"
 #include "report.h"
+#include "thread.h"
 
 enum exit_code {
     EXIT_DONE = 0,
@@ -62,6 +62,9 @@ COMMAND_LIST(DECLARE_COMMAND)
 /* All sub-commands. */
 const struct command *const *command_list(size_t *n);
 
+/* `rackfocus --help` on stdout. */
+void command_print_overview(void);
+
 /* The sub-command of this name, or NULL. */
 const struct command *command_find(const char *name);
 
@@ -86,7 +89,7 @@ struct cli_host {
     FILE *results;     /* stdout, or stderr where the picture goes to stdout */
     uint32_t said[64]; /* hashes of warnings: each is said once */
     int n_said;
-    pthread_mutex_t lock;
+    struct os_lock lock;
 };
 
 /* The struct must stay where it is. */

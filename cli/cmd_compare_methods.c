@@ -5,10 +5,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "cli.h"
 #include "clock.h"
+#include "folder.h"
 #include "interrupt.h"
 #include "json.h"
 #include "measure.h"
@@ -413,10 +413,9 @@ static bool read_pixels(struct comparison *c, struct image_error *error)
 
 static bool make_folder(const char *path, struct image_error *error)
 {
-    if (mkdir(path, 0777) == 0 || errno == EEXIST)
-        return true;
-    set_error(error, "%s: cannot make the folder: %s", path, strerror(errno));
-    return false;
+    const int reason = os_folder_make(path, OS_FOLDER_SHARED);
+    return reason == 0 || reason == EEXIST ||
+           set_error(error, "%s: cannot make the folder: %s", path, strerror(reason));
 }
 
 static int run_steps(struct comparison *c)

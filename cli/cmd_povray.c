@@ -6,14 +6,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "cli.h"
 #include "clock.h"
 #include "image.h"
 #include "depth_repair.h"
 #include "filter_run.h"
+#include "folder.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "picture.h"
@@ -527,8 +526,10 @@ static bool prepare_output(const struct povray_tool *tool,
             return false;
         }
     }
-    if (tool->keep && !keeps_file && mkdir(tool->keep, 0777) != 0 && errno != EEXIST) {
-        message("%s: cannot make the folder: %s", tool->keep, strerror(errno));
+    const int reason =
+        tool->keep && !keeps_file ? os_folder_make(tool->keep, OS_FOLDER_SHARED) : 0;
+    if (reason != 0 && reason != EEXIST) {
+        message("%s: cannot make the folder: %s", tool->keep, strerror(reason));
         return false;
     }
     return true;

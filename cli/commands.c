@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The list of sub-commands. */
+/* The list of sub-commands, and what `rackfocus --help` says of it. */
+#include <stdio.h>
 #include <string.h>
 
 #include "cli.h"
@@ -20,4 +21,21 @@ const struct command *command_find(const char *name)
         if (strcmp(commands[i]->name, name) == 0)
             return commands[i];
     return NULL;
+}
+
+void command_print_overview(void)
+{
+    printf(
+        "Usage: rackfocus COMMAND [options]\n\n"
+        "Depth of field after the render: turns a pinhole render (colour and depth)\n"
+        "into the picture that the scene's own lens would have made.\n\n"
+        "Commands:\n");
+    for (size_t i = 0; i < N_COMMANDS; i++)
+        printf("  %-10s %s\n", commands[i]->name, commands[i]->summary);
+    printf("  %-10s %s\n", "help", "show the options of a command");
+    printf("\nOptions:\n"
+           "  -h, --help     Show this help.\n"
+           "  --version      Show the version.\n\n"
+           "rackfocus COMMAND --help shows every option of a command.\n"
+           "Exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.\n");
 }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The manual page and the bash completion. */
+#include "generate.h"
+
 #include <ctype.h>
 #include <stdio.h>
 #include <string.h>
@@ -108,7 +110,7 @@ static void print_man_accepted_params(const struct command *command)
     const struct rf_param_info *params = rf_param_list(&n);
     printf(".PP\nAccepts every parameter of the section PARAMETERS");
     for (size_t i = 0; i < n; i++) {
-        if (!options_has(command, params[i].key))
+        if (!help_has_option(command, params[i].key))
             continue;
         printf(", but \\-\\-");
         print_roff(params[i].key);
@@ -154,7 +156,7 @@ static const char header_text[] =
     "that "
     "made it.";
 
-void help_print_man(void)
+void generate_man(void)
 {
     size_t n;
     const struct command *const *commands = command_list(&n);
@@ -293,7 +295,7 @@ static const char completion_tail[] =
     "}\n"
     "complete -F _rackfocus rackfocus\n";
 
-void help_print_completion(void)
+void generate_completion(void)
 {
     size_t n;
     const struct command *const *commands = command_list(&n);

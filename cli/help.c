@@ -10,6 +10,14 @@
 #define WIDTH 80
 #define COLUMN 30 /* where descriptions begin */
 
+bool help_has_option(const struct command *command, const char *name)
+{
+    for (size_t i = 0; i < command->n_options; i++)
+        if (strcmp(command->options[i].name, name) == 0)
+            return true;
+    return false;
+}
+
 const char *help_group_title(int group)
 {
     static const char *const titles[HELP_N_GROUPS] = {"Lens", "Aperture", "Depth",
@@ -112,7 +120,8 @@ static void print_params(const struct command *command)
     for (int group = 0; group < HELP_N_GROUPS; group++) {
         printf("\n%s:\n", help_group_title(group));
         for (size_t i = 0; i < n; i++)
-            if ((int)params[i].group == group && !options_has(command, params[i].key))
+            if ((int)params[i].group == group &&
+                !help_has_option(command, params[i].key))
                 print_param(&params[i]);
     }
     printf("\n");
@@ -145,23 +154,4 @@ void help_print_command(const struct command *command)
         print_params(command);
     if (command->examples)
         print_examples(command->examples);
-}
-
-void help_print_overview(void)
-{
-    size_t n;
-    const struct command *const *commands = command_list(&n);
-    printf(
-        "Usage: rackfocus COMMAND [options]\n\n"
-        "Depth of field after the render: turns a pinhole render (colour and depth)\n"
-        "into the picture that the scene's own lens would have made.\n\n"
-        "Commands:\n");
-    for (size_t i = 0; i < n; i++)
-        printf("  %-10s %s\n", commands[i]->name, commands[i]->summary);
-    printf("  %-10s %s\n", "help", "show the options of a command");
-    printf("\nOptions:\n"
-           "  -h, --help     Show this help.\n"
-           "  --version      Show the version.\n\n"
-           "rackfocus COMMAND --help shows every option of a command.\n"
-           "Exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.\n");
 }

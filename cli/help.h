@@ -1,26 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Help, manual page and shell completion, all made from the same tables: the list of
- * sub-commands, their options, and the parameters of params.def.
+ * What --help says of a sub-command, made from the table of its options and the
+ * parameters of params.def.
  */
 #ifndef CLI_HELP_H
 #define CLI_HELP_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct command;
 struct option;
 struct rf_param_info;
 
-/* `rackfocus --help` on stdout. */
-void help_print_overview(void);
-
 /* `rackfocus NAME --help` on stdout. */
 void help_print_command(const struct command *command);
 
-/* rackfocus.1 and the bash completion on stdout; the build installs them. */
-void help_print_man(void);
-void help_print_completion(void);
+/* Has the sub-command an option of its own with this name? It hides the parameter that
+ * is called the same. */
+bool help_has_option(const struct command *command, const char *name);
 
 #define HELP_N_GROUPS 4
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus: finds the sub-command and hands over to it. */
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "clean_up.h"
 #include "cli.h"
+#include "generate.h"
 #include "help.h"
 #include "interrupt.h"
 #include "rackfocus/rackfocus.h"
@@ -40,7 +40,7 @@ static int run_help(const char *name)
     if (command)
         help_print_command(command);
     else
-        help_print_overview();
+        command_print_overview();
     return EXIT_DONE;
 }
 
@@ -48,13 +48,13 @@ static int run_help(const char *name)
 static int run_global_option(const char *option)
 {
     if (strcmp(option, "--help") == 0 || strcmp(option, "-h") == 0)
-        help_print_overview();
+        command_print_overview();
     else if (strcmp(option, "--version") == 0 || strcmp(option, "-V") == 0)
         printf("rackfocus %s\n", rf_version());
     else if (strcmp(option, "--generate-man") == 0)
-        help_print_man();
+        generate_man();
     else if (strcmp(option, "--generate-completion") == 0)
-        help_print_completion();
+        generate_completion();
     else {
         message("unknown option %s; options follow the command, see rackfocus --help",
                 option);
@@ -66,7 +66,7 @@ static int run_global_option(const char *option)
 static int run(int argc, char **argv)
 {
     if (argc < 2) {
-        help_print_overview();
+        command_print_overview();
         return EXIT_USAGE;
     }
     if (argv[1][0] == '-')
@@ -83,8 +83,7 @@ static int run(int argc, char **argv)
 int main(int argc, char **argv)
 {
     /* A closed pipe or a file size limit is an error to report, not a way to die. */
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);
+    os_interrupt_not_by_writing();
     /* Whoever ends the program, OpenMP without memory among them: no half files. */
     atexit(os_clean_up);
     const int code = run(argc, argv);

@@ -70,12 +70,12 @@ static bool is_new(struct cli_host *host, const char *text)
     bool is_known = false;
     for (const char *at = text; *at; at++)
         hash = (hash ^ (unsigned char)*at) * 16777619u;
-    pthread_mutex_lock(&host->lock);
+    os_lock_take(&host->lock);
     for (int i = 0; i < host->n_said; i++)
         is_known |= host->said[i] == hash;
     if (!is_known && host->n_said < ROOM)
         host->said[host->n_said++] = hash;
-    pthread_mutex_unlock(&host->lock);
+    os_lock_release(&host->lock);
     return !is_known;
 }
 
@@ -127,10 +127,9 @@ static void host_end(void *user)
 const struct app_host *cli_host_open(struct cli_host *host, bool is_quiet,
                                      bool is_strict)
 {
-    *host = (struct cli_host){.is_quiet = is_quiet,
-                              .is_strict = is_strict,
-                              .results = stdout,
-                              .lock = PTHREAD_MUTEX_INITIALIZER};
+    *host = (struct cli_host){
+        .is_quiet = is_quiet, .is_strict = is_strict, .results = stdout};
+    os_lock_init(&host->lock);
     host->host = (struct app_host){.user = host,
                                    .warn = host_warn,
                                    .fail = host_fail,

@@ -237,14 +237,6 @@ static int parse_param(struct parser *parser, const struct rf_param_info *info,
     return text ? set_param(parser, info, text) : fail_no_value(info->key);
 }
 
-bool options_has(const struct command *command, const char *name)
-{
-    for (size_t i = 0; i < command->n_options; i++)
-        if (strcmp(command->options[i].name, name) == 0)
-            return true;
-    return false;
-}
-
 static const struct option *find_option(const struct command *command, const char *name,
                                         char letter)
 {

@@ -51,10 +51,6 @@ struct option {
 int options_parse(const struct command *command, int argc, char **argv, void *values,
                   struct settings *settings, struct operands *operands);
 
-/* Has the sub-command an option of its own with this name? It hides the parameter that
- * is called the same. */
-bool options_has(const struct command *command, const char *name);
-
 /* Was the command's own option of this name given, with whatever value? */
 bool options_given(const struct operands *operands, const char *name);
 

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -81,6 +82,16 @@ size_t os_file_write_at(int fd, const void *data, size_t n_bytes, uint64_t offse
         done += (size_t)n;
     }
     return done;
+}
+
+char *os_file_full_path(const char *path)
+{
+    return realpath(path, NULL);
+}
+
+int os_file_link(const char *target, const char *link)
+{
+    return symlink(target, link) == 0 ? 0 : errno;
 }
 
 bool os_file_is_program(const char *path)

@@ -30,6 +30,13 @@ void os_file_close(int fd);
 size_t os_file_read_at(int fd, void *data, size_t n_bytes, uint64_t offset);
 size_t os_file_write_at(int fd, const void *data, size_t n_bytes, uint64_t offset);
 
+/* The path from the root, without links; free() it. NULL with errno. */
+char *os_file_full_path(const char *path);
+
+/* Makes the name `link` for the file or folder `target`, a path from the root. 0 or
+ * errno. */
+int os_file_link(const char *target, const char *link);
+
 /* A file that may be run as a program? */
 bool os_file_is_program(const char *path);
 

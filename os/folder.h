@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Temporary folders, and what is in a folder. */
+/* Folders, temporary ones, and what is in a folder. */
 #ifndef OS_FOLDER_H
 #define OS_FOLDER_H
 
@@ -9,12 +9,22 @@
 /* Where temporary files belong, without a slash at its end. */
 const char *os_folder_for_temporary(void);
 
-/* A new folder that only this user may enter; its name, `prefix` and six characters,
- * into `path`. It goes with os_clean_up(). 0 or errno. */
+/*
+ * A new folder that only this user may enter; its name, `prefix` and six characters,
+ * into `path`. It goes with os_clean_up(). A file in it, OS_FOLDER_MARK, is locked as
+ * long as this process lives. 0 or errno.
+ */
 int os_folder_make_temporary(const char *prefix, char *path, size_t n_bytes);
+#define OS_FOLDER_MARK ".alive"
 
-/* A new folder for this user alone. 0 or errno. */
-int os_folder_make(const char *path);
+/* Removes this user's temporary folders of that prefix whose process is no more, as one
+ * that was killed. Not for a folder that several machines share: locks may not reach
+ * the other. */
+void os_folder_remove_abandoned(const char *prefix);
+
+/* A new folder, for this user alone or for whom the user's mask lets in. 0 or errno. */
+enum os_folder_access { OS_FOLDER_PRIVATE, OS_FOLDER_SHARED };
+int os_folder_make(const char *path, enum os_folder_access access);
 
 /* Removes a folder with all that is in it; links are not followed. */
 void os_folder_remove(const char *path);

@@ -60,6 +60,12 @@ void os_interrupt_catch(void)
         sigaction(SIGHUP, &action, NULL); /* else it runs under nohup */
 }
 
+void os_interrupt_not_by_writing(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+}
+
 bool os_is_interrupted(void)
 {
     return caught_signal != 0;

@@ -15,6 +15,10 @@ void os_interrupt_catch(void);
 
 #define OS_INTERRUPT_PATIENCE_S 0.6
 
+/* A reader that has gone and a file that may not grow are errors of the write from now
+ * on, not an end of the process. For a main(). */
+void os_interrupt_not_by_writing(void);
+
 /* Was there a signal? */
 bool os_is_interrupted(void);
 

@@ -7,8 +7,10 @@
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -28,24 +30,26 @@ static void exchange_child(pid_t from, pid_t to)
 }
 
 /* In the child: never returns. */
-static void execute(char *const *arguments, const char *log, int report)
+static void execute(const struct os_process_request *request, int report)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     setpgid(0, 0);
     const int null = open("/dev/null", O_RDONLY);
-    const int out = open(log, O_CREAT | O_WRONLY, 0600);
-    if (null >= 0 && out >= 0) {
+    const int out = open(request->log, O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
+    if (null >= 0 && out >= 0 &&
+        (!request->variable || setenv(request->variable, request->value, 1) == 0) &&
+        (!request->folder || chdir(request->folder) == 0)) {
         dup2(null, 0);
         dup2(out, 1);
         dup2(out, 2);
-        execvp(arguments[0], arguments);
+        execvp(request->arguments[0], request->arguments);
     }
     const int number = errno;
     const ssize_t n = write(report, &number, sizeof number);
     _exit(n == sizeof number ? 127 : 126);
 }
 
-static int start(struct os_process *process, char *const *arguments, const char *log,
+static int start(struct os_process *process, const struct os_process_request *request,
                  const int ends[2])
 {
     /* Locked, so that os_process_end_all() misses no child. */
@@ -53,7 +57,7 @@ static int start(struct os_process *process, char *const *arguments, const char 
     const pid_t pid = fork();
     const int forked = pid < 0 ? errno : 0;
     if (pid == 0)
-        execute(arguments, log, ends[1]);
+        execute(request, ends[1]);
     if (pid > 0)
         exchange_child(0, pid);
     pthread_mutex_unlock(&lock);
@@ -67,14 +71,14 @@ static int start(struct os_process *process, char *const *arguments, const char 
     return number;
 }
 
-int os_process_start(struct os_process *process, char *const *arguments,
-                     const char *log)
+int os_process_start(struct os_process *process,
+                     const struct os_process_request *request)
 {
     int ends[2];
     *process = (struct os_process){0};
     if (pipe2(ends, O_CLOEXEC) != 0)
         return errno;
-    const int number = start(process, arguments, log, ends);
+    const int number = start(process, request, ends);
     close(ends[0]);
     return number;
 }
@@ -160,4 +164,17 @@ int os_process_become(const char *program, char *const *arguments)
     else
         execvp(program, arguments);
     return errno;
+}
+
+void os_process_set_default(const char *variable, const char *value)
+{
+    setenv(variable, value, 0);
+}
+
+double os_process_cpu_s(void)
+{
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }

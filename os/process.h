@@ -16,13 +16,17 @@ struct os_process {
     bool has_ended; /* also by os_process_end() */
 };
 
-/*
- * Starts arguments[0], which is looked for on the PATH, with the arguments up to NULL.
- * It reads nothing and what it prints goes to the file `log`. 0 or errno: ENOENT where
- * there is no such program.
- */
-int os_process_start(struct os_process *process, char *const *arguments,
-                     const char *log);
+struct os_process_request {
+    /* [0] is the program, which is looked for on the PATH; NULL after the last. */
+    char *const *arguments;
+    const char *log;              /* a file for what it prints; it reads nothing */
+    const char *folder;           /* where it works; NULL: where this process does */
+    const char *variable, *value; /* of its environment besides ours; NULL: none */
+};
+
+/* 0 or errno: ENOENT where there is no such program. */
+int os_process_start(struct os_process *process,
+                     const struct os_process_request *request);
 
 /* Does not wait. */
 bool os_process_has_ended(struct os_process *process);
@@ -42,5 +46,12 @@ void os_process_end_all(void);
 /* In place of this program, the other one with these arguments, up to NULL; a name
  * without a slash is looked for on the PATH. Returns, with errno, only on failure. */
 int os_process_become(const char *program, char *const *arguments);
+
+/* Sets a variable of this process's environment, for what it becomes; one that is set
+ * stays as it is. Before any thread is started. */
+void os_process_set_default(const char *variable, const char *value);
+
+/* Processor time of this process and all its threads, seconds. */
+double os_process_cpu_s(void);
 
 #endif

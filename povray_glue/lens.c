@@ -20,6 +20,7 @@
 #include <string.h>
 
 #include "camera.h"
+#include "clock.h"
 #include "scene.h"
 
 /* ---- the camera ---------------------------------------------------------------- */
@@ -233,7 +234,7 @@ bool povray_render_lens(struct povray_scene *scene, const struct povray_lens *le
                         struct povray_error *error)
 {
     struct lens_work work = {.scene = scene, .lens = lens};
-    double started_s = seconds_now(), gamma;
+    double started_s = os_clock_s(), gamma;
     bool is_good = povray_find_camera(scene, &work.middle, &gamma, error);
     if (is_good) {
         work.clock = read_clock(scene);
@@ -241,6 +242,6 @@ bool povray_render_lens(struct povray_scene *scene, const struct povray_lens *le
         scene->clock_words[0] = 0;
         scene->camera = work.middle;
     }
-    *total_s = seconds_now() - started_s;
+    *total_s = os_clock_s() - started_s;
     return is_good;
 }

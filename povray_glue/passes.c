@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "camera.h"
+#include "clock.h"
 #include "fogs.h"
 #include "scene.h"
 #include "text.h"
@@ -141,7 +142,7 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
                    struct povray_error *error)
 {
     struct job job = {.fogs.mode = REWRITE_PINHOLE};
-    double started_s = seconds_now();
+    double started_s = os_clock_s();
     *passes = (struct povray_passes){0};
     *error = (struct povray_error){.message = ""};
     bool is_good = run_job(scene, &job, passes, error);
@@ -151,7 +152,7 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
     passes->camera = scene->camera;
     passes->gamma = scene->space.gamma;
     passes->is_srgb = scene->space.is_srgb;
-    passes->total_s = seconds_now() - started_s;
+    passes->total_s = os_clock_s() - started_s;
     if (!is_good)
         povray_passes_free(passes);
     return is_good;
@@ -246,13 +247,13 @@ bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
                          double *total_s, struct povray_error *error)
 {
     struct povray_camera camera;
-    double started_s = seconds_now(), gamma;
+    double started_s = os_clock_s(), gamma;
     bool is_good = povray_find_camera(scene, &camera, &gamma, error);
     if (is_good) {
         scene_choose_window(scene, false);
         is_good = run_views(scene, places, n_views, receive, user, error);
     }
-    *total_s = seconds_now() - started_s;
+    *total_s = os_clock_s() - started_s;
     return is_good;
 }
 

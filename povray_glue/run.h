@@ -4,15 +4,14 @@
 #define POVRAY_RUN_H
 
 #include <stdbool.h>
-#include <sys/types.h>
 
 #include "povray.h"
+#include "process.h"
 
 struct run {
-    pid_t pid;    /* 0: not running */
+    struct os_process process;
     char *folder; /* private, with its slash */
     double started_s, ended_s;
-    int status;       /* as from waitpid, once ended */
     bool has_picture; /* the picture was complete before the process ended */
 };
 
@@ -65,7 +64,5 @@ void temp_folder_remove(const char *folder);
 
 /* A few milliseconds. */
 void run_pause(void);
-
-double seconds_now(void);
 
 #endif

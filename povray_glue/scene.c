@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "folder.h"
 #include "text.h"
 
 bool scene_fail_file(struct povray_error *error, const char *path)
@@ -22,7 +22,7 @@ static void keep_written(struct povray_scene *scene)
 {
     const struct sources *sources = &scene->sources;
     scene->copies = text_format("%scopies/", scene->temp_folder);
-    if (!sources->writes_files || mkdir(scene->copies, 0700) != 0)
+    if (!sources->writes_files || os_folder_make(scene->copies, OS_FOLDER_PRIVATE) != 0)
         return;
     for (int i = 0; i < sources->n_written; i++) {
         struct text text = {0};

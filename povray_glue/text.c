@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+
+#include "file.h"
 
 void *glue_grow(void *memory, size_t n_items, size_t item_bytes)
 {
@@ -107,6 +108,5 @@ char *path_folder(const char *path)
 
 bool path_is_file(const char *path)
 {
-    struct stat info;
-    return stat(path, &info) == 0 && S_ISREG(info.st_mode);
+    return os_file_facts(path).kind == OS_FILE_REGULAR;
 }

@@ -117,7 +117,7 @@ static void toggle_stats(struct app *app)
 static void toggle_panel(struct app *app)
 {
     app->has_panel = !app->has_panel;
-    window_measure(app);
+    view_measure(app);
 }
 
 static void toggle_filter(struct app *app)

@@ -5,7 +5,6 @@
 #define VIEW_APP_H
 
 #include <SDL.h>
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
 
@@ -17,6 +16,7 @@
 #include "stage.h"
 #include "state.h"
 #include "stats.h"
+#include "thread.h"
 #include "ui.h"
 #include "view_options.h"
 #include "worker.h"
@@ -74,7 +74,7 @@ enum drag { DRAG_NONE, DRAG_CLICK, DRAG_PAN, DRAG_TURN, DRAG_SPLIT, DRAG_EYE };
 /* A stage that is being read on a thread of its own. */
 struct loader {
     bool is_running;
-    pthread_t thread;
+    struct os_thread thread;
     struct stage *stage;
     struct settings typed;
     bool is_good; /* valid once the thread has ended */
@@ -152,6 +152,7 @@ struct area view_picture_area(const struct app *app);
 struct area view_panel_area(const struct app *app);
 int view_panel_width(const struct app *app); /* where there is room for it */
 struct area view_status_area(const struct app *app);
+void view_measure(struct app *app); /* after a change of the window's size */
 
 /* Shows a line at the bottom for some seconds. */
 void view_say(struct app *app, const char *format, ...)
@@ -165,17 +166,12 @@ void view_job(const struct app *app, const struct picture *reference, struct job
 /* Asks the worker for the picture, where anything has changed. */
 void view_ask(struct app *app);
 
-/* One pass of the controls over what was put into `input`, which is then used up; asks
- * the worker for what changed. */
-void view_pass(struct app *app);
-
 /* Makes of an event of SDL what the program does. */
 void events_take(struct app *app, const SDL_Event *event);
 
 /* window.c: the window itself. False with a message. */
 bool window_open(struct app *app);
 void window_close(struct app *app);
-void window_measure(struct app *app); /* after a change of size */
 void window_draw(struct app *app);
 
 /* load.c: reading in the background. */
@@ -190,7 +186,9 @@ bool view_depth_at(const struct app *app, double x, double y, double *depth,
                    int32_t *px, int32_t *py);
 
 /* panel.c */
-void panel_build(struct app *app);   /* names the controls, does what they ask */
+/* One pass of the controls over what was put into `input`, which is then used up; does
+ * what they ask, and asks the worker for what changed. */
+void panel_pass(struct app *app);
 void panel_overlay(struct app *app); /* help, statistics, the line at the bottom */
 
 /* save.c */

@@ -56,3 +56,17 @@ bool view_depth_at(const struct app *app, double x, double y, double *depth,
     *depth = input->planar[(size_t)*py * (size_t)input->width + (size_t)*px];
     return true;
 }
+
+void view_measure(struct app *app)
+{
+    int width, height;
+    SDL_GL_GetDrawableSize(app->window, &app->width, &app->height);
+    SDL_GetWindowSize(app->window, &width, &height);
+    app->density = width > 0 ? (double)app->width / width : 1;
+    const struct area area = view_picture_area(app);
+    if (app->state.width > 0 && app->state.zoom.is_fitted)
+        zoom_fit(&app->state.zoom, &area, app->state.width, app->state.height);
+    else if (app->state.width > 0)
+        zoom_settle(&app->state.zoom, &area, app->state.width, app->state.height);
+    app->is_redraw_due = true;
+}

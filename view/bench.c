@@ -7,24 +7,16 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/resource.h>
 
 #include "app.h"
 #include "clock.h"
+#include "process.h"
 
 #define EVENTS_A_SECOND 60
 #define PERIOD_S 4.0 /* to and fro */
 /* Nobody drags before there is a picture; OpenGL makes its shaders for the first one.
  */
 #define LOOK_S 0.5
-
-static double cpu_seconds(void)
-{
-    struct rusage usage;
-    getrusage(RUSAGE_SELF, &usage);
-    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
 
 static void push_mouse(const struct app *app, Uint32 type, double x, double y)
 {
@@ -70,7 +62,7 @@ void bench_step(struct app *app)
         return;
     if (bench->started_s == 0) {
         bench->started_s = now_s;
-        bench->cpu_s = cpu_seconds();
+        bench->cpu_s = os_process_cpu_s();
         stats_start(&app->stats, now_s);
         push_mouse(app, SDL_MOUSEBUTTONDOWN, handle.x + handle.width * 0.5, y);
     }
@@ -80,7 +72,7 @@ void bench_step(struct app *app)
     bench->moved_s = now_s;
     if (t > app->options->benchmark_s) {
         bench->is_over = true;
-        bench->cpu_s = cpu_seconds() - bench->cpu_s;
+        bench->cpu_s = os_process_cpu_s() - bench->cpu_s;
         bench->wall_s = t;
         app->is_ending = true;
         return;

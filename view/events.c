@@ -79,7 +79,7 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     app->input.is_fine = modifiers & KMOD_SHIFT;
     if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
         app->input.key = ui_key;
-        view_pass(app);
+        panel_pass(app);
         return;
     }
     if (ui_key == UI_KEY_ESCAPE) {
@@ -92,7 +92,7 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     const int action = find_action(key, modifiers);
     if (action >= 0)
         view_act(app, (enum action)action);
-    view_pass(app);
+    panel_pass(app);
 }
 
 static void type_text(struct app *app, const char *text)
@@ -106,7 +106,7 @@ static void type_text(struct app *app, const char *text)
             if (keys[i].key == *text)
                 view_act(app, (enum action)i);
     }
-    view_pass(app);
+    panel_pass(app);
 }
 
 /* ---- the mouse ------------------------------------------------------------------ */
@@ -221,7 +221,7 @@ static void turn_wheel(struct app *app, const SDL_MouseWheelEvent *event)
     } else {
         app->input.wheel = turns;
     }
-    view_pass(app);
+    panel_pass(app);
 }
 
 /* ---- events --------------------------------------------------------------------- */
@@ -242,7 +242,7 @@ static void take_window_event(struct app *app, const SDL_WindowEvent *event)
 {
     if (event->event == SDL_WINDOWEVENT_SIZE_CHANGED ||
         event->event == SDL_WINDOWEVENT_EXPOSED)
-        window_measure(app);
+        view_measure(app);
     if (event->event == SDL_WINDOWEVENT_CLOSE)
         app->is_ending = true;
 }
@@ -276,14 +276,14 @@ void events_take(struct app *app, const SDL_Event *event)
         break;
     case SDL_MOUSEBUTTONDOWN:
     case SDL_MOUSEBUTTONUP:
-        view_pass(app);
+        panel_pass(app);
         stats_input(&app->stats, time_of(event));
         place_mouse(app, event->button.x, event->button.y);
         if (event->type == SDL_MOUSEBUTTONDOWN)
             press_button(app, &event->button);
         else
             release_button(app, &event->button);
-        view_pass(app);
+        panel_pass(app);
         break;
     case SDL_MOUSEWHEEL:
         stats_input(&app->stats, time_of(event));

@@ -3,73 +3,15 @@
 
 #include <ft2build.h>
 #include FT_FREETYPE_H
-#include <ftw.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "report.h"
 
 /* Letters beyond ASCII that the window writes; they follow those in the table. */
 static const unsigned extra[] = {0x221e, 0xb0, 0xd7, 0x2026, 0x2192, 0x25b8, 0x2212};
 enum { FIRST = 32, N_ASCII = 95, N_EXTRA = sizeof(extra) / sizeof(extra[0]) };
-
-/* ---- finding one ----------------------------------------------------------------- */
-
-/* nftw has no argument for its callback's result. */
-static struct search {
-    int best; /* the lower the better */
-    char path[4096];
-} search;
-
-static int rank(const char *name)
-{
-    static const char *const names[] = {"DejaVuSans.ttf",
-                                        "NotoSans-Regular.ttf",
-                                        "LiberationSans-Regular.ttf",
-                                        "OpenSans-Regular.ttf",
-                                        "Roboto-Regular.ttf",
-                                        "FreeSans.ttf",
-                                        "Arial.ttf",
-                                        "Helvetica.ttc"};
-    const int n = (int)(sizeof(names) / sizeof(names[0]));
-    for (int i = 0; i < n; i++)
-        if (strcasecmp(name, names[i]) == 0)
-            return i;
-    const char *dot = strrchr(name, '.');
-    const bool is_font = dot && (!strcasecmp(dot, ".ttf") || !strcasecmp(dot, ".otf"));
-    return is_font ? n : n + 1;
-}
-
-static int visit(const char *path, const struct stat *status, int type,
-                 struct FTW *place)
-{
-    (void)status;
-    const int found = type == FTW_F ? rank(path + place->base) : search.best;
-    if (found < search.best) {
-        search.best = found;
-        snprintf(search.path, sizeof(search.path), "%s", path);
-    }
-    return search.best == 0;
-}
-
-bool font_find(char *path, size_t n_bytes)
-{
-    static const char *const folders[] = {"/usr/share/fonts/truetype/dejavu",
-                                          "/usr/share/fonts", "/usr/local/share/fonts",
-                                          "/Library/Fonts", "/System/Library/Fonts"};
-    char own[4200];
-    search = (struct search){.best = rank("")};
-    for (size_t i = 0; i < sizeof(folders) / sizeof(folders[0]) && search.best > 0; i++)
-        nftw(folders[i], visit, 16, FTW_PHYS);
-    const char *home = getenv("HOME");
-    snprintf(own, sizeof(own), "%s/.local/share/fonts", home ? home : "");
-    if (search.best > 0 && home)
-        nftw(own, visit, 16, FTW_PHYS);
-    snprintf(path, n_bytes, "%s", search.path);
-    return search.path[0] != 0;
-}
 
 /* ---- drawing the letters -------------------------------------------------------- */
 

@@ -24,10 +24,6 @@ struct font {
     struct glyph glyphs[FONT_N_GLYPHS];
 };
 
-/* A font file of the system: DejaVu Sans, else another sans serif, else any. False
- * where there is none. */
-bool font_find(char *path, size_t n_bytes);
-
 /* False with a message that names the file. */
 bool font_load(struct font *font, const char *path, int size_px, char *text,
                size_t n_bytes);

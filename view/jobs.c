@@ -32,14 +32,3 @@ void view_ask(struct app *app)
     view_job(app, app->has_reference ? &app->reference : NULL, &job);
     worker_ask(app->worker, &job);
 }
-
-void view_pass(struct app *app)
-{
-    panel_build(app);
-    struct ui_input *input = &app->input;
-    input->is_pressed = input->is_released = false;
-    input->key = UI_KEY_NONE;
-    input->text[0] = 0;
-    input->wheel = 0;
-    app->is_redraw_due = true;
-}

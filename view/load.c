@@ -16,13 +16,12 @@ static void push_event(const struct app *app, enum app_event code, void *data)
     SDL_PushEvent(&event);
 }
 
-static void *load(void *user)
+static void load(void *user)
 {
     struct app *app = user;
     struct loader *loader = &app->loader;
     loader->is_good = stage_load(loader->stage, &loader->typed, &loader->error);
     push_event(app, APP_LOADED, NULL);
-    return NULL;
 }
 
 void load_begin(struct app *app)
@@ -41,7 +40,7 @@ void load_begin(struct app *app)
                                     .n_povray_args = app->operands->n_rest};
     loader->typed = app->state.typed;
     loader->is_running = true;
-    if (pthread_create(&loader->thread, NULL, load, app) != 0) {
+    if (os_thread_start(&loader->thread, load, app) != 0) {
         message("view: a thread cannot be started; is there memory left?");
         loader->is_running = false;
         free(loader->stage);
@@ -62,7 +61,7 @@ static void drop_stage(struct stage *stage)
 
 static void join(struct app *app)
 {
-    pthread_join(app->loader.thread, NULL);
+    os_thread_join(&app->loader.thread);
     app->loader.is_running = false;
 }
 
@@ -136,7 +135,7 @@ static void fit_window(struct app *app)
                       (int)fmin(fmax(height, least_height), 0.9 * usable.h));
     SDL_SetWindowPosition(app->window, SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED);
     SDL_ShowWindow(app->window);
-    window_measure(app);
+    view_measure(app);
 }
 
 /* Shows the input; the first time the window gets its size. False: conflicting facts.
@@ -161,7 +160,7 @@ static bool show_input(struct app *app, const struct resolver *resolver,
         fit_window(app);
     if (!is_same)
         app->state.zoom.is_fitted = true;
-    window_measure(app);
+    view_measure(app);
     return true;
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus-view: the window of `rackfocus view`. */
 #include <math.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,6 +9,7 @@
 #include "clean_up.h"
 #include "clock.h"
 #include "cmd_view.h"
+#include "font_find.h"
 #include "interrupt.h"
 #include "report.h"
 
@@ -56,7 +56,7 @@ static void show(struct app *app)
     const bool has_new = take_shot(app, false), has_pinhole = take_shot(app, true);
     if (!app->is_redraw_due)
         return;
-    view_pass(app);
+    panel_pass(app);
     view_ask(app);
     /* While pictures are on their way they bring the controls along. */
     if (!has_new && !has_pinhole && is_drawn_soon(app))
@@ -182,7 +182,7 @@ static int run_app(struct app *app)
         return EXIT_FAILED;
     if (!app->options->is_demo) {
         SDL_ShowWindow(app->window);
-        window_measure(app);
+        view_measure(app);
         load_begin(app);
     }
     run(app);
@@ -194,7 +194,7 @@ static int run_app(struct app *app)
 int main(int argc, char **argv)
 {
     struct view_call call;
-    signal(SIGPIPE, SIG_IGN);
+    os_interrupt_not_by_writing();
     atexit(os_clean_up);
     const int code = view_parse(argc, argv, &call);
     if (code != OPTIONS_GO_ON)

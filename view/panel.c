@@ -222,7 +222,8 @@ static void save_rows(struct app *app)
         view_act(app, ACTION_HELP);
 }
 
-void panel_build(struct app *app)
+/* Names the controls, does what they ask. */
+static void panel_build(struct app *app)
 {
     const struct area panel = view_panel_area(app);
     ui_begin(&app->ui, &app->input, &panel);
@@ -424,4 +425,15 @@ void panel_overlay(struct app *app)
         draw_help(app);
     else if (app->has_stats)
         draw_stats(app);
+}
+
+void panel_pass(struct app *app)
+{
+    panel_build(app);
+    struct ui_input *input = &app->input;
+    input->is_pressed = input->is_released = false;
+    input->key = UI_KEY_NONE;
+    input->text[0] = 0;
+    input->wheel = 0;
+    app->is_redraw_due = true;
 }

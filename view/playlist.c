@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which pictures the command line names. */
 #include <ctype.h>
-#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "file.h"
+#include "folder.h"
 #include "report.h"
 #include "stage.h"
 
@@ -64,65 +64,102 @@ static bool is_same_set(const char *a, const char *b)
     return n > 0 && n == stem_of_view(b) && strncmp(a, b, n) == 0;
 }
 
-static int is_exr(const struct dirent *entry)
+/* Names of the EXR files of a folder. */
+struct names {
+    char **items;
+    int n;
+    bool has_passes; /* only those that begin with "passes", since there are some */
+    struct image_error *error;
+    bool is_lost; /* with the error */
+};
+
+static void names_free(struct names *names)
 {
-    const size_t n = strlen(entry->d_name);
-    return n > 4 && entry->d_name[0] != '.' &&
-           strcasecmp(entry->d_name + n - 4, ".exr") == 0;
+    for (int i = 0; i < names->n; i++)
+        free(names->items[i]);
+    free(names->items);
+    names->items = NULL;
+    names->n = 0;
 }
 
-static int is_passes(const struct dirent *entry)
+static bool add_name(void *user, const char *name)
 {
-    return is_exr(entry) && strncmp(entry->d_name, "passes", 6) == 0;
+    struct names *names = user;
+    const size_t n = strlen(name);
+    const bool is_passes = strncmp(name, "passes", 6) == 0;
+    if (n <= 4 || name[0] == '.' || strcasecmp(name + n - 4, ".exr") != 0 ||
+        (names->has_passes && !is_passes))
+        return true;
+    if (is_passes && !names->has_passes)
+        names_free(names);
+    names->has_passes |= is_passes;
+    char **items = realloc(names->items, ((size_t)names->n + 1) * sizeof(*items));
+    char *copy = app_memory(n + 1, 1, names->error);
+    names->items = items ? items : names->items;
+    names->is_lost = !items || !copy;
+    if (names->is_lost) {
+        free(copy);
+        return set_error(names->error, "out of memory");
+    }
+    strcpy(copy, name);
+    items[names->n++] = copy;
+    return true;
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+static bool add_names(struct playlist *playlist, const char *folder,
+                      const struct names *names, struct image_error *error)
+{
+    struct picture_files *picture = NULL;
+    const char *slash = folder[strlen(folder) - 1] == '/' ? "" : "/";
+    for (int i = 0; i < names->n; i++) {
+        char path[4352];
+        snprintf(path, sizeof(path), "%s%s%s", folder, slash, names->items[i]);
+        if (i == 0 || !is_same_set(names->items[i - 1], names->items[i]))
+            picture = add_picture(playlist, error);
+        if (!picture || !add_path(picture, path, error))
+            return false;
+    }
+    return true;
 }
 
 /* The kept passes of a folder; where there is none called so, all its EXR files. */
 static bool open_folder(struct playlist *playlist, const char *folder,
                         struct image_error *error)
 {
-    struct dirent **names;
-    int n = scandir(folder, &names, is_passes, alphasort);
-    if (n == 0) {
-        free(names);
-        n = scandir(folder, &names, is_exr, alphasort);
+    struct names names = {.error = error};
+    const int reason = os_folder_list(folder, add_name, &names);
+    bool is_good = reason == 0 && !names.is_lost;
+    if (reason != 0)
+        set_error(error, "%s: cannot be read: %s", folder, strerror(reason));
+    else if (is_good && names.n == 0)
+        is_good = set_error(error,
+                            "%s: there is no EXR file in this folder; rackfocus povray "
+                            "--keep %s puts passes there",
+                            folder, folder);
+    if (is_good) {
+        qsort(names.items, (size_t)names.n, sizeof(*names.items), compare_names);
+        is_good = add_names(playlist, folder, &names, error);
     }
-    if (n < 0) {
-        set_error(error, "%s: cannot be read: %s", folder, strerror(errno));
-        return false;
-    }
-    struct picture_files *picture = NULL;
-    bool is_good = true;
-    for (int i = 0; i < n && is_good; i++) {
-        char path[4352];
-        const char *slash = folder[strlen(folder) - 1] == '/' ? "" : "/";
-        snprintf(path, sizeof(path), "%s%s%s", folder, slash, names[i]->d_name);
-        if (i == 0 || !is_same_set(names[i - 1]->d_name, names[i]->d_name))
-            picture = add_picture(playlist, error);
-        is_good = picture && add_path(picture, path, error);
-    }
-    for (int i = 0; i < n; i++)
-        free(names[i]);
-    free(names);
-    if (n == 0)
-        set_error(error,
-                  "%s: there is no EXR file in this folder; rackfocus povray --keep %s "
-                  "puts passes there",
-                  folder, folder);
-    return n > 0 && is_good;
+    names_free(&names);
+    return is_good;
 }
 
 bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
                    struct image_error *error)
 {
-    struct stat status;
     *playlist = (struct playlist){0};
     for (int i = 0; i < n_paths; i++) {
-        if (stat(paths[i], &status) == 0)
+        if (os_file_facts(paths[i]).kind != OS_FILE_NONE)
             continue;
         set_error(error, "%s: %s", paths[i], strerror(errno));
         return false;
     }
-    if (n_paths == 1 && S_ISDIR(status.st_mode)) {
+    if (n_paths == 1 && os_file_facts(paths[0]).kind == OS_FILE_FOLDER) {
         if (open_folder(playlist, paths[0], error))
             return true;
         playlist_close(playlist);

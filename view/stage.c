@@ -7,10 +7,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "depth_repair.h"
+#include "file.h"
 #include "filter_run.h"
+#include "folder.h"
 #include "picture.h"
 #include "povray_files.h"
 #include "report.h"
@@ -87,10 +88,12 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     double seconds;
     snprintf(stage->label, sizeof(stage->label), "rendering %.200s",
              stage->files->paths[0]);
-    if (stage->options->keep && mkdir(stage->options->keep, 0777) != 0 &&
-        errno != EEXIST)
+    const int reason = stage->options->keep
+                           ? os_folder_make(stage->options->keep, OS_FOLDER_SHARED)
+                           : 0;
+    if (reason != 0 && reason != EEXIST)
         return set_error(error, "%s: cannot make the folder: %s", stage->options->keep,
-                         strerror(errno));
+                         strerror(reason));
     make_scene_options(stage, typed);
     bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
     if (is_good && stage->options->n_views > 1)
@@ -432,9 +435,8 @@ bool stage_save(const struct stage *stage, const struct settings *settings,
 
 const char *stage_find_missing(const struct stage *stage)
 {
-    struct stat status;
     for (int i = 0; stage->files && i < stage->files->n_paths; i++)
-        if (stat(stage->files->paths[i], &status) != 0)
+        if (os_file_facts(stage->files->paths[i]).kind == OS_FILE_NONE)
             return stage->files->paths[i];
     return NULL;
 }

@@ -15,20 +15,6 @@
 #define LETTER_PX 14   /* at 96 dots per inch */
 #define USED_SHARE 0.9 /* of the display, by a new window */
 
-void window_measure(struct app *app)
-{
-    int width, height;
-    SDL_GL_GetDrawableSize(app->window, &app->width, &app->height);
-    SDL_GetWindowSize(app->window, &width, &height);
-    app->density = width > 0 ? (double)app->width / width : 1;
-    const struct area area = view_picture_area(app);
-    if (app->state.width > 0 && app->state.zoom.is_fitted)
-        zoom_fit(&app->state.zoom, &area, app->state.width, app->state.height);
-    else if (app->state.width > 0)
-        zoom_settle(&app->state.zoom, &area, app->state.width, app->state.height);
-    app->is_redraw_due = true;
-}
-
 /* ---- opening -------------------------------------------------------------------- */
 
 static bool load_font(struct app *app)
@@ -111,7 +97,7 @@ bool window_open(struct app *app)
     app->event_type = SDL_RegisterEvents(1);
     if (!create_window(app) || !open_context(app))
         return false;
-    window_measure(app);
+    view_measure(app);
     app->scale = find_scale(app);
     if (!load_font(app))
         return false;

@@ -2,11 +2,9 @@
 #include "worker.h"
 
 #include <math.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "clock.h"
 #include "difference.h"
@@ -15,6 +13,7 @@
 #include "quick.h"
 #include "report.h"
 #include "shrink.h"
+#include "thread.h"
 
 enum {
     SETTLE_MS = 120, /* without anything new before the best picture is begun */
@@ -45,9 +44,9 @@ struct kept {
 };
 
 struct worker {
-    pthread_t thread;
-    pthread_mutex_t lock;
-    pthread_cond_t changed;
+    struct os_thread thread;
+    struct os_lock lock;
+    struct os_condition changed;
     void (*wake)(void *user);
     void *user;
     /* Under the lock. */
@@ -84,10 +83,10 @@ void shot_free(struct shot *shot)
 
 static void publish(struct worker *w, struct shot *shot)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     struct shot *old = w->shots[shot->is_pinhole];
     w->shots[shot->is_pinhole] = shot;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     shot_free(old);
     w->wake(w->user);
 }
@@ -137,17 +136,17 @@ static rf_result fail_memory(struct rf_error *error)
 
 static bool is_newer_asked(struct worker *w)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     const bool is_newer = w->is_new || w->is_ending || w->is_draining;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     return is_newer;
 }
 
 static bool is_ending(struct worker *w)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     const bool is_over = w->is_ending;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     return is_over;
 }
 
@@ -156,9 +155,9 @@ static bool report_best(void *user, double fraction)
 {
     struct worker *w = user;
     const double now_s = os_clock_s();
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     w->state.fraction = fraction;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     if (1000 * (now_s - w->woken_s) > WAKE_MS) {
         w->woken_s = now_s;
         w->wake(w->user);
@@ -322,14 +321,14 @@ static rf_result make_best(struct worker *w, const struct job *job,
         return fail_memory(error);
     const struct rf_image out =
         rf_image_packed(w->best.pixels, input->width, input->height, input->n_channels);
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     w->state.is_best = true;
     w->state.fraction = 0;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     const rf_result result =
         run_filter(w, &job->params, job->light, input->views, input->n_views, &out,
                    &progress, &w->best.filter_ms, error);
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     w->state.is_best = false;
     if (result == RF_ERROR_CANCELLED) {
         const double ms = 1000 * (os_clock_s() - w->asked_s);
@@ -337,7 +336,7 @@ static rf_result make_best(struct worker *w, const struct job *job,
         if (w->is_new)
             w->state.cancel_ms = fmax(w->state.cancel_ms, ms);
     }
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     snprintf(w->best.method, sizeof(w->best.method), "%s",
              rf_method_list(NULL)[job->params.method].name);
     if (result == RF_OK) {
@@ -451,18 +450,14 @@ static void show_pinhole(struct worker *w, const struct job *job)
 /* Nothing new for a moment? */
 static bool has_settled(struct worker *w)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_REALTIME, &until);
-    until.tv_nsec += SETTLE_MS * 1000000L;
-    until.tv_sec += until.tv_nsec / 1000000000L;
-    until.tv_nsec %= 1000000000L;
-    pthread_mutex_lock(&w->lock);
-    int waited = 0;
-    while (waited == 0 && !w->is_new && !w->is_ending && !w->is_draining &&
+    const double until_s = os_clock_s() + 1e-3 * SETTLE_MS;
+    os_lock_take(&w->lock);
+    bool is_over = false;
+    while (!is_over && !w->is_new && !w->is_ending && !w->is_draining &&
            w->n_saves == 0)
-        waited = pthread_cond_timedwait(&w->changed, &w->lock, &until);
+        is_over = !os_condition_wait_until(&w->changed, &w->lock, until_s);
     const bool is_settled = !w->is_new && !w->is_ending && !w->is_draining;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     return is_settled;
 }
 
@@ -548,12 +543,12 @@ static void do_save(struct worker *w, const struct save *save)
 static bool next_task(struct worker *w, struct job *job, struct save *save,
                       bool *is_save)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     w->is_working = false;
     w->state.is_busy = false;
-    pthread_cond_broadcast(&w->changed);
+    os_condition_wake_all(&w->changed);
     while (!w->is_ending && !w->is_new && w->n_saves == 0)
-        pthread_cond_wait(&w->changed, &w->lock);
+        os_condition_wait(&w->changed, &w->lock);
     const bool goes_on = !w->is_ending;
     *is_save = w->n_saves > 0;
     if (goes_on && *is_save) {
@@ -567,11 +562,11 @@ static bool next_task(struct worker *w, struct job *job, struct save *save,
     }
     w->is_working = goes_on;
     w->state.is_busy = goes_on;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     return goes_on;
 }
 
-static void *work(void *user)
+static void work(void *user)
 {
     struct worker *w = user;
     struct job job;
@@ -586,7 +581,6 @@ static void *work(void *user)
             input_drop(job.input);
         }
     }
-    return NULL;
 }
 
 /* ---- for the window -------------------------------------------------------------- */
@@ -596,8 +590,8 @@ static void worker_free(struct worker *w)
     forget_all(w);
     rf_context_destroy(w->context);
     tone_destroy(w->tone);
-    pthread_cond_destroy(&w->changed);
-    pthread_mutex_destroy(&w->lock);
+    os_condition_destroy(&w->changed);
+    os_lock_destroy(&w->lock);
     free(w);
 }
 
@@ -612,10 +606,10 @@ struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
     w->wake = wake;
     w->user = user;
     w->tone = tone_create();
-    pthread_mutex_init(&w->lock, NULL);
-    pthread_cond_init(&w->changed, NULL);
+    os_lock_init(&w->lock);
+    os_condition_init(&w->changed);
     if (w->tone && rf_context_create(&w->context, &context, &error) == RF_OK &&
-        pthread_create(&w->thread, NULL, work, w) == 0)
+        os_thread_start(&w->thread, work, w) == 0)
         return w;
     worker_free(w);
     return NULL;
@@ -623,11 +617,11 @@ struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user)
 
 void worker_stop(struct worker *w)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     w->is_ending = true;
-    pthread_cond_broadcast(&w->changed);
-    pthread_mutex_unlock(&w->lock);
-    pthread_join(w->thread, NULL);
+    os_condition_wake_all(&w->changed);
+    os_lock_release(&w->lock);
+    os_thread_join(&w->thread);
     for (int i = 0; i < w->n_saves; i++)
         input_drop(w->saves[i].job.input);
     input_drop(w->asked.input);
@@ -638,40 +632,40 @@ void worker_stop(struct worker *w)
 
 void worker_ask(struct worker *w, const struct job *job)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     struct input *old = w->asked.input;
     w->asked = *job;
     input_hold(job->input);
     w->is_new = true;
     w->asked_s = os_clock_s();
-    pthread_cond_broadcast(&w->changed);
-    pthread_mutex_unlock(&w->lock);
+    os_condition_wake_all(&w->changed);
+    os_lock_release(&w->lock);
     input_drop(old);
 }
 
 struct shot *worker_take(struct worker *w, bool is_pinhole)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     struct shot *shot = w->shots[is_pinhole];
     w->shots[is_pinhole] = NULL;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     return shot;
 }
 
 void worker_drain(struct worker *w)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     w->is_draining = true;
     w->is_new = false;
-    pthread_cond_broadcast(&w->changed);
+    os_condition_wake_all(&w->changed);
     while (w->is_working || w->n_saves > 0)
-        pthread_cond_wait(&w->changed, &w->lock);
+        os_condition_wait(&w->changed, &w->lock);
     w->is_draining = false;
     struct shot *old[2] = {w->shots[0], w->shots[1]};
     w->shots[0] = w->shots[1] = NULL;
     struct input *input = w->asked.input;
     w->asked.input = NULL;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     forget_all(w); /* the thread is idle */
     shot_free(old[0]);
     shot_free(old[1]);
@@ -680,21 +674,21 @@ void worker_drain(struct worker *w)
 
 void worker_save(struct worker *w, const struct save *save)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     const bool is_full = w->n_saves == MAX_SAVES;
     if (!is_full) {
         w->saves[w->n_saves++] = *save;
         input_hold(save->job.input);
-        pthread_cond_broadcast(&w->changed);
+        os_condition_wake_all(&w->changed);
     }
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
     if (is_full)
         save->write(save->user, NULL, "eight pictures are being saved already; wait");
 }
 
 void worker_state(struct worker *w, struct worker_state *state)
 {
-    pthread_mutex_lock(&w->lock);
+    os_lock_take(&w->lock);
     *state = w->state;
-    pthread_mutex_unlock(&w->lock);
+    os_lock_release(&w->lock);
 }

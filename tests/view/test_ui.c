@@ -2,6 +2,7 @@
 /* The controls, by mouse and by keyboard, without a window. */
 #include <stdlib.h>
 
+#include "font_find.h"
 #include "testing.h"
 #include "ui.h"
 

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The plan around core/ (docs/ARCHITECTURE.md): only os/ knows the operating system,
+only main() ends the program, and no file needs, by any way round, one that needs it."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
+FOLDERS = "app cli view exr povray_glue plugin core".split()
+# What C itself does not have, or has other meanings of elsewhere.
+SYSTEM = re.compile(
+    r"sys/.*|linux/.*|unistd|pthread|dirent|signal|semaphore|fcntl|dlfcn|termios|ftw|"
+    r"glob|fnmatch|poll|spawn|sched|pwd|grp|regex|libgen|langinfo|net.*|arpa/.*|"
+    r"windows|io|direct|process|winsock2"
+)
+# The library's own seam: memory pages, locale, threads.
+MAY = ("core/base/", "core/api/context.c")
+
+
+def sources(*folders):
+    found = [
+        path
+        for folder in folders
+        for pattern in ("*.c", "*.h")
+        for path in (ROOT / folder).rglob(pattern)
+    ]
+    assert len(found) > 10 * len(folders), "the sources were not found"
+    return sorted(found)
+
+
+def code_of(path):
+    """Without comments and texts, line for line."""
+    text = path.read_text()
+    pattern = r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"'
+    return re.sub(pattern, lambda m: "\n" * m.group(0).count("\n"), text, flags=re.S)
+
+
+def test_only_os_knows_the_system():
+    wrong = []
+    for path in sources(*FOLDERS):
+        name = str(path.relative_to(ROOT))
+        for header in re.findall(r"^#\s*include <([^>]+)\.h>", path.read_text(), re.M):
+            if SYSTEM.fullmatch(header) and not name.startswith(MAY):
+                wrong.append(f"{name} includes <{header}.h>")
+    assert not wrong, "say it by a function of os/: " + "; ".join(wrong)
+
+
+def test_headers_of_os_are_plain_c():
+    for path in sorted((ROOT / "os").glob("*.h")):
+        for header in re.findall(r"^#\s*include <([^>]+)\.h>", path.read_text(), re.M):
+            assert not SYSTEM.fullmatch(header), f"{path.name} includes <{header}.h>"
+
+
+def object_files():
+    """The program's object files, which say what each file really needs: headers do
+    not, where one has functions of several files."""
+    for folder in ("app", "cli", "view", "exr", "povray_glue", "os"):
+        found = list((BUILD / folder).glob("*.p/*.c.o"))
+        assert found, f"nothing of {folder} in {BUILD}"
+        for path in found:
+            yield f"{folder}/{path.name[:-2]}", path
+
+
+def needs_of_files():
+    defined, wanted = {}, {}
+    for name, path in object_files():
+        lines = subprocess.run(
+            ["nm", path], capture_output=True, text=True, check=True
+        ).stdout.splitlines()
+        symbols = [line.split()[-2:] for line in lines]
+        wanted[name] = {symbol for kind, symbol in symbols if kind == "U"}
+        defined.update({s: name for kind, s in symbols if kind in "TDBRC"})
+    return {
+        name: {defined[s] for s in symbols if s in defined} - {name}
+        for name, symbols in wanted.items()
+    }
+
+
+def circle_in(needs):
+    """What is left when all is taken away that needs nothing, or that nobody needs."""
+    while True:
+        needed = set().union(*needs.values())
+        free = {n for n in needs if n not in needed or not needs[n] & set(needs)}
+        if not free:
+            return {name: sorted(on & set(needs)) for name, on in needs.items()}
+        needs = {name: on for name, on in needs.items() if name not in free}
+
+
+def test_a_circle_would_be_found():
+    assert circle_in({"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set()}) == {
+        "b": ["c"],
+        "c": ["b"],
+    }
+    assert not circle_in({"a": {"b", "d"}, "b": {"c"}, "c": {"d"}, "d": set()})
+
+
+def test_no_circle_of_files():
+    needs = needs_of_files()
+    assert len(needs) > 100
+    circle = circle_in(needs)
+    assert not circle, f"these files need each other in a circle: {circle}"
