@@ -20,7 +20,7 @@ enum {
      * cubic). */
     RUN_LEFT = 24,
     RUN_STRIDE = RUN_LEFT + RF_TILE_W + RUN_LEFT,
-#ifdef __AVX__
+#if defined __AVX__ || defined RF_USE_NEON
     VECTORS = 2, /* side by side: so many sums of five planes are in registers */
 #else
     VECTORS = 1,

@@ -8,6 +8,8 @@
 extern const struct rf_kernels rf_kernels_generic;
 #ifdef RF_HAVE_X86
 extern const struct rf_kernels rf_kernels_sse4, rf_kernels_avx2, rf_kernels_avx512;
+#elif defined RF_HAVE_NEON
+extern const struct rf_kernels rf_kernels_neon;
 #endif
 
 /* From the plainest to the best; AVX-512 is last and only taken when asked for. */
@@ -17,6 +19,8 @@ static const struct rf_kernels *const levels[] = {
     &rf_kernels_sse4,
     &rf_kernels_avx2,
     &rf_kernels_avx512,
+#elif defined RF_HAVE_NEON
+    &rf_kernels_neon,
 #endif
 };
 
@@ -32,6 +36,9 @@ static bool is_supported(int i)
         return __builtin_cpu_supports("avx2");
     case 3:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
+#elif defined RF_HAVE_NEON
+    case 1:
+        return true; /* every processor of 64 bits has it */
 #endif
     default:
         return i == 0;

@@ -12,6 +12,9 @@
 #ifdef __AVX__
 #include <immintrin.h>
 #endif
+#ifdef RF_USE_NEON
+#include <arm_neon.h>
+#endif
 
 typedef float vf __attribute__((vector_size(32)));
 typedef float vf_loose __attribute__((vector_size(32), aligned(4)));
@@ -37,24 +40,46 @@ typedef float vf_half __attribute__((vector_size(16), aligned(4)));
 #define STORE_D(p, v) (*(vf_half *)(p) = __builtin_convertvector(v, vf_half))
 #define SPLAT_D(x) ((vd){(x), (x), (x), (x)})
 
+/* Four whole numbers. */
+typedef uint64_t vu __attribute__((vector_size(32)));
+typedef uint64_t vu_loose __attribute__((vector_size(32), aligned(8)));
+
 static inline vd choose_d(vl mask, vd a, vd b)
 {
     return (vd)(((vl)a & mask) | ((vl)b & ~mask));
 }
+
+#ifdef RF_USE_NEON
+/* NEON's vectors have four lanes: half of ours. */
+union halves {
+    vf v;
+    vi i;
+    vu w;
+    float32x4_t f[2];
+    uint32x4_t u[2];
+};
+
+/* True where a < b of each half; GCC 12 takes comparisons of eight lanes apart. */
+static inline union halves is_less(union halves a, union halves b)
+{
+    return (union halves){.u = {vcltq_f32(a.f[0], b.f[0]), vcltq_f32(a.f[1], b.f[1])}};
+}
+#endif
 
 /* The compiler does not see by itself that these are one instruction each. */
 static inline vf choose(vi mask, vf a, vf b)
 {
 #ifdef __AVX__
     return (vf)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)mask);
+#elif defined RF_USE_NEON
+    const union halves m = {.i = mask}, p = {.v = a}, q = {.v = b};
+    const union halves chosen = {
+        .f = {vbslq_f32(m.u[0], p.f[0], q.f[0]), vbslq_f32(m.u[1], p.f[1], q.f[1])}};
+    return chosen.v;
 #else
     return (vf)(((vi)a & mask) | ((vi)b & ~mask));
 #endif
 }
-
-/* Four whole numbers. */
-typedef uint64_t vu __attribute__((vector_size(32)));
-typedef uint64_t vu_loose __attribute__((vector_size(32), aligned(8)));
 
 #define LOAD_U(p) (*(const vu_loose *)(p))
 
@@ -63,6 +88,9 @@ static inline bool is_same(vu a, vu b)
     vu d = a ^ b;
 #ifdef __AVX__
     return _mm256_testz_si256((__m256i)d, (__m256i)d);
+#elif defined RF_USE_NEON
+    const union halves h = {.w = d};
+    return vmaxvq_u32(vorrq_u32(h.u[0], h.u[1])) == 0;
 #else
     return !(d[0] | d[1] | d[2] | d[3]);
 #endif
@@ -73,6 +101,8 @@ static inline vf vmin(vf a, vf b)
 {
 #ifdef __AVX__
     return (vf)_mm256_min_ps((__m256)a, (__m256)b);
+#elif defined RF_USE_NEON
+    return choose(is_less((union halves){a}, (union halves){b}).i, a, b);
 #else
     return choose(a < b, a, b);
 #endif
@@ -83,6 +113,8 @@ static inline vf vmax(vf a, vf b)
 {
 #ifdef __AVX__
     return (vf)_mm256_max_ps((__m256)a, (__m256)b);
+#elif defined RF_USE_NEON
+    return choose(is_less((union halves){b}, (union halves){a}).i, a, b);
 #else
     return choose(a > b, a, b);
 #endif
@@ -93,6 +125,12 @@ static inline unsigned lane_bits(vi mask)
 {
 #ifdef __AVX__
     return (unsigned)_mm256_movemask_ps((__m256)mask);
+#elif defined RF_USE_NEON
+    static const uint32_t BITS[4] = {1, 2, 4, 8};
+    const union halves m = {.i = mask};
+    const uint32x4_t bits = vld1q_u32(BITS);
+    return vaddvq_u32(vandq_u32(m.u[0], bits)) | vaddvq_u32(vandq_u32(m.u[1], bits))
+                                                     << 4;
 #else
     unsigned bits = 0;
     for (int l = 0; l < LANES; l++)
@@ -181,6 +219,9 @@ static inline vf vsqrt(vf v)
 {
 #ifdef __AVX__
     return (vf)_mm256_sqrt_ps((__m256)v);
+#elif defined RF_USE_NEON
+    const union halves h = {.v = v};
+    return (union halves){.f = {vsqrtq_f32(h.f[0]), vsqrtq_f32(h.f[1])}}.v;
 #else
     for (int l = 0; l < LANES; l++)
         v[l] = __builtin_sqrtf(v[l]);

@@ -401,8 +401,8 @@ struct rf_context_params {
     void (*log)(void *user, enum rf_log_level level, const char *message);
     void *user; /**< handed to the callbacks */
     /**
-     * Instruction set of the inner loops: "generic", "sse4", "avx2", "avx512" as far
-     * as the machine has them. NULL or "": the best, but AVX-512 only when asked for.
+     * Instruction set of the inner loops: "generic", "sse4", "avx2", "avx512", "neon" as
+     * far as the machine has them. NULL or "": the best, but AVX-512 only when asked for.
      * All give the same bits. Unknown: RF_ERROR_PARAMETER, field "cpu". Since 0.1.
      */
     const char *cpu;
