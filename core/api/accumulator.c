@@ -5,6 +5,7 @@
 
 #include "base/context.h"
 #include "base/error.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "input/frame.h"
 #include "input/pixels.h"
@@ -102,6 +103,20 @@ static rf_result check_image(const struct rf_accumulator *a,
     return result;
 }
 
+static void add_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct rf_accumulator *a = data;
+    for (int64_t i = begin; i < end; i++)
+        a->sum[i] += (double)a->view[i];
+}
+
+static void divide_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct rf_accumulator *a = data;
+    for (int64_t i = begin; i < end; i++)
+        a->view[i] = (float)(a->sum[i] / (double)a->count);
+}
+
 rf_result rf_accumulator_add(struct rf_accumulator *accumulator,
                              const struct rf_image *colour, struct rf_error *error)
 {
@@ -115,9 +130,7 @@ rf_result rf_accumulator_add(struct rf_accumulator *accumulator,
     if (result != RF_OK)
         return result;
     int64_t n = (int64_t)plane_size(a) * a->channels;
-#pragma omp parallel for num_threads(a->frame.context->n_threads) schedule(static)
-    for (int64_t i = 0; i < n; i++)
-        a->sum[i] += (double)a->view[i];
+    rf_parallel(a->frame.context, n, RF_EQUAL_PARTS, add_some, a);
     a->count++;
     return RF_OK;
 }
@@ -139,9 +152,8 @@ rf_result rf_accumulator_mean(const struct rf_accumulator *accumulator,
         return rf_fail(error, RF_ERROR_ARGUMENT, "accumulator",
                        "nothing was added, so there is no mean");
     int64_t n = (int64_t)plane_size(a) * a->channels;
-#pragma omp parallel for num_threads(a->frame.context->n_threads) schedule(static)
-    for (int64_t i = 0; i < n; i++)
-        a->view[i] = (float)(a->sum[i] / (double)a->count);
+    struct rf_accumulator shared = *a; /* the threads only read it */
+    rf_parallel(a->frame.context, n, RF_EQUAL_PARTS, divide_some, &shared);
     list_planes(a, planes);
     rf_frame_store(a->frame.context, &a->frame.params, planes, (size_t)out->width, out);
     return RF_OK;

@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include <omp.h>
-#include <pthread.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -9,14 +7,14 @@
 
 #include "base/context.h"
 #include "base/error.h"
-#include "base/log.h"
+#include "base/math.h"
 #include "base/pool.h"
 #include "base/system.h"
+#include "base/system_threads.h"
+#include "base/threads.h"
 #include "compose/footprint_shelf.h"
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
-
-enum { RF_MAX_THREADS = 1024 };
 
 static void *default_allocate(void *user, size_t n_bytes)
 {
@@ -26,6 +24,12 @@ static void *default_allocate(void *user, size_t n_bytes)
 static void default_release(void *user, void *memory)
 {
     rf_system_release(memory);
+}
+
+/* Parts of a block of memory begin aligned. */
+static size_t round_up(size_t n_bytes)
+{
+    return (n_bytes + RF_ALIGNMENT - 1) / RF_ALIGNMENT * RF_ALIGNMENT;
 }
 
 /* ---- contexts ------------------------------------------------------------------ */
@@ -42,30 +46,49 @@ static rf_result fail_cpu(struct rf_error *error, const char *cpu)
                    names);
 }
 
-static void *wait_for_gate(void *gate)
+/* Fills in what params leave to the library; checks them. */
+static rf_result complete_params(struct rf_context_params *p, struct rf_error *error)
 {
-    pthread_mutex_lock(gate);
-    pthread_mutex_unlock(gate);
-    return NULL;
+    if (p->n_threads < 0 || p->n_threads > RF_MAX_THREADS)
+        return rf_fail(error, RF_ERROR_PARAMETER, "n_threads",
+                       "%d threads: the range is 0 (all processors) to %d",
+                       p->n_threads, RF_MAX_THREADS);
+    if (p->cpu && !*p->cpu)
+        p->cpu = NULL;
+    if (!rf_kernels_find(p->cpu))
+        return fail_cpu(error, p->cpu);
+    if (!p->allocate != !p->release)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "allocate",
+                       "set both allocate and release, or neither");
+    if (!p->allocate) {
+        p->allocate = default_allocate;
+        p->release = default_release;
+    }
+    return RF_OK;
 }
 
-/*
- * How many of n threads the system gives, the caller's own among them. OpenMP ends the
- * program where it cannot have what it was told to take, and the program is a host's.
- */
-static int probe_threads(int n)
+/* The context and what belongs to it, in one block of memory. */
+static rf_result allocate_context(const struct rf_context_params *p,
+                                  struct rf_context **context, struct rf_error *error)
 {
-    pthread_t threads[RF_MAX_THREADS];
-    pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
-    int n_made = 0;
-    pthread_mutex_lock(&gate);
-    while (n_made < n - 1 &&
-           pthread_create(&threads[n_made], NULL, wait_for_gate, &gate) == 0)
-        n_made++;
-    pthread_mutex_unlock(&gate);
-    for (int i = 0; i < n_made; i++)
-        pthread_join(threads[i], NULL);
-    return n_made + 1;
+    int n_threads = p->n_threads ? p->n_threads
+                                 : rf_min_int(rf_system_processors(), RF_MAX_THREADS);
+    size_t n_own = round_up(sizeof **context),
+           n_pool = round_up(sizeof(struct rf_pool));
+    size_t n_shelf = round_up(rf_shelf_bytes());
+    size_t n_bytes = n_own + n_pool + n_shelf + round_up(rf_threads_bytes(n_threads));
+    char *memory = p->allocate(p->user, n_bytes);
+    if (!memory)
+        return rf_fail_memory(error, 1, n_bytes);
+    memset(memory, 0, n_bytes);
+    struct rf_context *c = (struct rf_context *)memory;
+    c->params = *p;
+    c->n_threads = n_threads;
+    c->pool = (struct rf_pool *)(memory + n_own);
+    c->shelf = (struct rf_shelf *)(memory + n_own + n_pool);
+    c->threads = rf_threads_init(memory + n_own + n_pool + n_shelf, n_threads);
+    *context = c;
+    return RF_OK;
 }
 
 rf_result rf_context_create(struct rf_context **context,
@@ -81,42 +104,14 @@ rf_result rf_context_create(struct rf_context **context,
                            "set rf_context_params.size to its sizeof");
         memcpy(&p, params, params->size);
     }
-    if (p.n_threads < 0 || p.n_threads > RF_MAX_THREADS)
-        return rf_fail(error, RF_ERROR_PARAMETER, "n_threads",
-                       "%d threads: the range is 0 (all processors) to %d", p.n_threads,
-                       RF_MAX_THREADS);
-    const char *cpu = p.cpu && *p.cpu ? p.cpu : NULL;
-    const struct rf_kernels *kernels = rf_kernels_find(cpu);
-    if (!kernels)
-        return fail_cpu(error, cpu);
-    if (!p.allocate != !p.release)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "allocate",
-                       "set both allocate and release, or neither");
-    if (!p.allocate) {
-        p.allocate = default_allocate;
-        p.release = default_release;
-    }
-    struct {
-        struct rf_context context;
-        struct rf_pool pool;
-    } * both;
-    size_t n_bytes = (sizeof *both + rf_shelf_bytes() + RF_ALIGNMENT - 1) /
-                     RF_ALIGNMENT * RF_ALIGNMENT;
-    both = p.allocate(p.user, n_bytes);
-    if (!both)
-        return rf_fail_memory(error, 1, n_bytes);
-    struct rf_context *c = &both->context;
-    both->pool = (struct rf_pool){.free = NULL};
-    c->pool = &both->pool;
-    c->shelf = (struct rf_shelf *)(both + 1);
-    memset(c->shelf, 0, rf_shelf_bytes());
-    c->params = p;
-    c->kernels = kernels;
-    c->n_threads = probe_threads(p.n_threads ? p.n_threads : omp_get_num_procs());
-    if (p.n_threads && c->n_threads < p.n_threads)
-        rf_log(c, RF_LOG_WARNING, "only %d of %d threads can be made here",
-               c->n_threads, p.n_threads);
-    *context = c;
+    struct rf_context *made = NULL;
+    rf_result result = complete_params(&p, error);
+    if (result == RF_OK)
+        result = allocate_context(&p, &made, error);
+    if (result != RF_OK)
+        return result;
+    made->kernels = rf_kernels_find(p.cpu);
+    *context = made;
     return RF_OK;
 }
 
@@ -124,6 +119,7 @@ void rf_context_destroy(struct rf_context *context)
 {
     if (!context)
         return;
+    rf_threads_end(context->threads);
     rf_shelf_clear(context);
     rf_pool_clear(context);
     context->params.release(context->params.user, context);
@@ -131,7 +127,8 @@ void rf_context_destroy(struct rf_context *context)
 
 int32_t rf_context_threads(const struct rf_context *context)
 {
-    return context->n_threads;
+    return context->params.parallel_for ? context->n_threads
+                                        : rf_threads_count(context->threads);
 }
 
 const char *rf_context_cpu(const struct rf_context *context)

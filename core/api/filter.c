@@ -2,7 +2,6 @@
 /* The filter object: checks, and the way from views to pixels. */
 #include "api/filter.h"
 
-#include <omp.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

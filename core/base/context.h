@@ -9,6 +9,7 @@ enum { RF_ALIGNMENT = 64 };
 
 struct rf_pool;
 struct rf_kernels;
+struct rf_threads;
 
 struct rf_shelf; /* footprint_shelf.c */
 
@@ -18,6 +19,7 @@ struct rf_context {
     const struct rf_kernels *kernels;
     struct rf_pool *pool;
     struct rf_shelf *shelf;
+    struct rf_threads *threads; /* those of params.parallel_for take their place */
 };
 
 #endif

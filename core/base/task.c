@@ -6,10 +6,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/parallel.h"
+#include "base/system_threads.h"
 #include "rackfocus/rackfocus.h"
 
 static const double LEAST_STEP = 1.0 / 4096; /* callers may redraw at each report */
+
+static bool is_caller(const struct rf_task *task)
+{
+    return rf_thread_self() == task->caller;
+}
 
 static void ask(struct rf_task *task)
 {
@@ -28,7 +33,8 @@ static void report(struct rf_task *task, double fraction)
 
 void rf_task_begin(struct rf_task *task, const struct rf_progress *progress)
 {
-    *task = (struct rf_task){.progress = progress, .last = -1};
+    *task =
+        (struct rf_task){.progress = progress, .last = -1, .caller = rf_thread_self()};
     report(task, 0);
 }
 
@@ -47,7 +53,7 @@ void rf_task_phase(struct rf_task *task, double to, int64_t n_steps)
 
 bool rf_task_poll(struct rf_task *task)
 {
-    if (rf_thread_num() == 0 && !rf_task_is_cancelled(task))
+    if (is_caller(task) && !rf_task_is_cancelled(task))
         ask(task);
     return !rf_task_is_cancelled(task);
 }
@@ -60,8 +66,7 @@ bool rf_task_is_cancelled(const struct rf_task *task)
 bool rf_task_step(struct rf_task *task)
 {
     int64_t done = __atomic_add_fetch(&task->n_done, 1, __ATOMIC_RELAXED);
-    /* The master of a parallel region is the thread that entered it. */
-    if (rf_thread_num() == 0 && !rf_task_is_cancelled(task))
+    if (is_caller(task) && !rf_task_is_cancelled(task))
         report(task, fmin(task->from + (task->to - task->from) * (double)done /
                                            (double)task->n_steps,
                           0.999));

@@ -19,6 +19,7 @@ struct rf_task {
     int64_t n_steps; /* of the current phase */
     int64_t n_done;  /* atomic */
     int cancelled;   /* atomic */
+    uint64_t caller; /* the thread that reports */
 };
 
 void rf_task_begin(struct rf_task *task, const struct rf_progress *progress);

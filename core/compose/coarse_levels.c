@@ -181,10 +181,10 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g,
 }
 
 /* Gives a tile a copy of its t, which is asked for again as it was. */
-static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
+static void take_t(const struct rf_composer *c, struct rf_tile_state *s, int thread)
 {
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
-    float *copy = c->tiles + c->n_tile * (size_t)rf_thread_num();
+    float *copy = c->tiles + c->n_tile * (size_t)thread;
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
         for (int y = 0; y < RF_TILE_H; y++)
             memcpy(copy + plane * (size_t)cell + (size_t)y * RF_TILE_W,
@@ -196,7 +196,7 @@ static void take_t(const struct rf_composer *c, struct rf_tile_state *s)
 }
 
 static void run_level_tile(const struct rf_composer *c, const struct rf_group *g,
-                           const struct level *level, int tile)
+                           const struct level *level, int tile, int thread)
 {
     int tx = tile % g->n_x, ty = tile / g->n_x;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
@@ -208,8 +208,8 @@ static void run_level_tile(const struct rf_composer *c, const struct rf_group *g
         rf_clear_tile(state.sum + state.plane * (size_t)p, state.row);
     if (!rf_has_near(g, tx, ty, 1) || rf_is_used_up(&state, n_cells))
         return;
-    take_t(c, &state);
-    rf_composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    take_t(c, &state, thread);
+    rf_composite_tile(c, g, tx, ty, &c->acc[thread], &state);
     for (int i = 0; i < n_cells * RF_TILE_H; i++) {
         int cell = i / RF_TILE_H, y = i % RF_TILE_H;
         some_of(g, level, cell, ty * RF_TILE_H + y)[tx] = c->kernels->find_some(
@@ -403,43 +403,72 @@ static void clear_t(const struct rf_composer *c, const struct rf_group *g,
             rf_clear_tile(state.t + state.t_plane * (size_t)cell, state.t_row);
 }
 
+/* What the threads share that run a level. */
+struct running {
+    const struct rf_composer *c;
+    const struct rf_group *g;
+    struct level level;
+    float *rows; /* n_row floats for each thread */
+    size_t n_row;
+};
+
+static void clear_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct running *r = data;
+    for (int64_t i = begin; i < end; i++)
+        clear_t(r->c, r->g, &r->level, (int)i);
+}
+
+static void average_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct running *r = data;
+    int height = r->g->height;
+    for (int i = (int)begin; i < (int)end; i++)
+        average_row(r->c, r->g, &r->level, i / height, i % height,
+                    r->rows + r->n_row * (size_t)thread);
+}
+
+static void run_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct running *r = data;
+    struct rf_task *task = r->c->scene->task;
+    for (int64_t i = begin; i < end && !rf_task_is_cancelled(task); i++) {
+        run_level_tile(r->c, r->g, &r->level, (int)i, thread);
+        rf_task_step(task);
+    }
+}
+
+static void merge_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct running *r = data;
+    struct rf_task *task = r->c->scene->task;
+    for (int64_t i = begin; i < end && !rf_task_is_cancelled(task); i++) {
+        merge_tile(r->c, r->g, &r->level, (int)i);
+        rf_task_step(task);
+    }
+}
+
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        struct rf_error *error)
 {
-    int n_cells = c->canvas.n_cells;
-    size_t n_row = 2 * c->canvas.stride; /* floats that a thread works with */
+    const struct rf_context *context = c->context;
+    const int64_t n_tiles = (int64_t)g->n_x * g->n_y;
+    struct running r = {.c = c, .g = g, .n_row = 2 * c->canvas.stride};
     struct rf_group full = rf_group_make(c, 0, false);
-    struct level level;
-    bool has_level = allocate_level(c, g, &level);
-    float *rows = rf_alloc(c->context, n_row * (size_t)c->n_threads, sizeof *rows);
+    bool has_level = allocate_level(c, g, &r.level);
+    r.rows = rf_alloc(context, r.n_row * (size_t)context->n_threads, sizeof *r.rows);
     rf_result result = RF_OK;
-    if (!has_level || !rows)
-        result = rf_fail_memory(error, g->plane * (size_t)n_cells, sizeof(float));
+    if (!has_level || !r.rows)
+        result =
+            rf_fail_memory(error, g->plane * (size_t)c->canvas.n_cells, sizeof(float));
     if (result == RF_OK) {
-#pragma omp parallel num_threads(c->n_threads)
-        {
-            float *row = rows + n_row * (size_t)rf_thread_num();
-#pragma omp for schedule(static)
-            for (int i = 0; i < g->n_x * g->n_y; i++)
-                clear_t(c, g, &level, i);
-#pragma omp for schedule(static)
-            for (int i = 0; i < n_cells * g->height; i++)
-                average_row(c, g, &level, i / g->height, i % g->height, row);
-#pragma omp for schedule(dynamic, 1)
-            for (int i = 0; i < g->n_x * g->n_y; i++)
-                if (!rf_task_is_cancelled(c->scene->task)) {
-                    run_level_tile(c, g, &level, i);
-                    rf_task_step(c->scene->task);
-                }
-#pragma omp for schedule(dynamic, 8)
-            for (int i = 0; i < full.n_x * full.n_y; i++)
-                if (!rf_task_is_cancelled(c->scene->task)) {
-                    merge_tile(c, g, &level, i);
-                    rf_task_step(c->scene->task);
-                }
-        }
+        rf_parallel(context, n_tiles, RF_EQUAL_PARTS, clear_tiles, &r);
+        rf_parallel(context, (int64_t)c->canvas.n_cells * g->height, RF_EQUAL_PARTS,
+                    average_rows, &r);
+        rf_parallel(context, n_tiles, 1, run_tiles, &r);
+        rf_parallel(context, (int64_t)full.n_x * full.n_y, 8, merge_tiles, &r);
     }
-    rf_free(c->context, rows);
-    free_level(c, &level);
+    rf_free(context, r.rows);
+    free_level(c, &r.level);
     return result;
 }

@@ -38,6 +38,7 @@
 
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/coarse_levels.h"
@@ -67,6 +68,22 @@ static bool has_samples(const struct rf_group *g)
     return false;
 }
 
+/* A group of level 0, whose tiles the threads share. */
+struct full_tiles {
+    const struct rf_composer *c;
+    const struct rf_group *g;
+};
+
+static void run_full_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct full_tiles *t = data;
+    struct rf_task *task = t->c->scene->task;
+    for (int i = (int)begin; i < (int)end && !rf_task_is_cancelled(task); i++) {
+        rf_run_full_tile(t->c, t->g, i, thread);
+        rf_task_step(task);
+    }
+}
+
 static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups,
                             int n_groups, double progress_to, struct rf_error *error)
 {
@@ -87,12 +104,8 @@ static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups
         if (is_filled && g->level > 0)
             result = rf_run_level(c, g, error);
         else if (is_filled) {
-#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 1)
-            for (int i = 0; i < n_tiles; i++)
-                if (!rf_task_is_cancelled(c->scene->task)) {
-                    rf_run_full_tile(c, g, i);
-                    rf_task_step(c->scene->task);
-                }
+            struct full_tiles tiles = {c, g};
+            rf_parallel(c->context, n_tiles, 1, run_full_tiles, &tiles);
         }
     }
     return result;
@@ -195,14 +208,29 @@ static void finish_tile(const struct rf_composer *c, const struct rf_crop *crop,
     __atomic_thread_fence(__ATOMIC_SEQ_CST); /* see divide_rgba() */
 }
 
+/* What the threads share that finish tiles. */
+struct finishing {
+    const struct rf_composer *c;
+    const struct rf_crop *crop;
+    const struct rf_group *const *sets; /* both, of tiles that are run and finished */
+    struct rf_group full;
+};
+
+static void finish_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct finishing *f = data;
+    int n_x = f->full.n_x;
+    for (int i = (int)begin; i < (int)end; i++) {
+        struct rf_tile_state state = rf_canvas_tile(f->c, i);
+        finish_tile(f->c, f->crop, &state, i % n_x * RF_TILE_W, i / n_x * RF_TILE_H);
+    }
+}
+
 static void finish(const struct rf_composer *c, const struct rf_crop *crop)
 {
-    int n_x = c->canvas.n_x, n_y = (c->scene->height + RF_TILE_H - 1) / RF_TILE_H;
-#pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int i = 0; i < n_x * n_y; i++) {
-        struct rf_tile_state state = rf_canvas_tile(c, i);
-        finish_tile(c, crop, &state, i % n_x * RF_TILE_W, i / n_x * RF_TILE_H);
-    }
+    struct finishing f = {c, crop, NULL, rf_group_make(c, 0, false)};
+    rf_parallel(c->context, (int64_t)f.full.n_x * f.full.n_y, RF_EQUAL_PARTS,
+                finish_tiles, &f);
 }
 
 /* Where the result goes: the image or colours of the work, or the canvas' sums. */
@@ -246,6 +274,18 @@ static bool is_fine(const struct rf_composer *c, const struct set *set)
                                : set->samples->n == 0;
 }
 
+static void run_lone_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct finishing *f = data;
+    struct rf_task *task = f->c->scene->task;
+    int n_x = f->full.n_x;
+    for (int i = (int)begin; i < (int)end && !rf_task_is_cancelled(task); i++) {
+        struct rf_tile_state state = rf_run_lone_tile(f->c, f->sets, i, thread);
+        finish_tile(f->c, f->crop, &state, i % n_x * RF_TILE_W, i / n_x * RF_TILE_H);
+        rf_task_step(task);
+    }
+}
+
 /* Sets without coarse levels: every tile is finished at once, without a canvas. */
 static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
                            const struct rf_crop *crop, double progress_to,
@@ -261,16 +301,9 @@ static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
         at[k] = sets[k].groups.n > 0 ? sets[k].groups.at : NULL;
     }
     rf_task_phase(task, progress_to, (int64_t)g.n_x * g.n_y);
-    if (result == RF_OK) {
-#pragma omp parallel for num_threads(c->n_threads) schedule(dynamic, 1)
-        for (int i = 0; i < g.n_x * g.n_y; i++) {
-            if (rf_task_is_cancelled(task))
-                continue;
-            struct rf_tile_state state = rf_run_lone_tile(c, at, i);
-            finish_tile(c, crop, &state, i % g.n_x * RF_TILE_W, i / g.n_x * RF_TILE_H);
-            rf_task_step(task);
-        }
-    }
+    struct finishing f = {c, crop, at, g};
+    if (result == RF_OK)
+        rf_parallel(c->context, (int64_t)g.n_x * g.n_y, 1, run_lone_tiles, &f);
     for (int k = 0; k < 2; k++)
         rf_groups_free(&sets[k].groups, c);
     return result;
@@ -386,7 +419,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     else if (result == RF_OK)
         finish(&c, &crop);
     if (result == RF_OK && c.gaps)
-        rf_gaps_fill(&crop, c.gaps, c.n_threads);
+        rf_gaps_fill(&crop, c.gaps, c.context);
     if (result == RF_OK)
         result = rf_add_highlights(scene, &crop, error);
     if (gives_canvas) {

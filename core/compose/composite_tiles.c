@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 
 #include "base/math.h"
@@ -175,11 +176,10 @@ void rf_begin_tile(const struct rf_composer *c, const struct rf_tile_state *s)
         rf_clear_tile(s->sum + s->plane * (size_t)p, s->row);
 }
 
-void rf_begin_canvas(const struct rf_composer *c)
+static void begin_tiles(void *data, int64_t begin, int64_t end, int thread)
 {
-    const struct rf_group g = rf_group_make(c, 0, false);
-#pragma omp parallel for num_threads(c->n_threads) schedule(static)
-    for (int i = 0; i < g.n_x * g.n_y; i++) {
+    const struct rf_composer *c = data;
+    for (int i = (int)begin; i < (int)end; i++) {
         struct rf_tile_state state = rf_canvas_tile(c, i);
         if (!c->canvas.is_begun[i])
             rf_begin_tile(c, &state);
@@ -187,8 +187,15 @@ void rf_begin_canvas(const struct rf_composer *c)
     }
 }
 
+void rf_begin_canvas(struct rf_composer *c)
+{
+    const struct rf_group g = rf_group_make(c, 0, false);
+    rf_parallel(c->context, (int64_t)g.n_x * g.n_y, RF_EQUAL_PARTS, begin_tiles, c);
+}
+
 /* Level 0: straight into the canvas. */
-void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile)
+void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile,
+                      int thread)
 {
     int tx = tile % g->n_x, ty = tile / g->n_x;
     if (!has_neighbours(g, tx, ty))
@@ -199,14 +206,15 @@ void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int
     else if (rf_is_used_up(&state, c->canvas.n_cells))
         return;
     c->canvas.is_begun[tile] = 1;
-    rf_composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+    rf_composite_tile(c, g, tx, ty, &c->acc[thread], &state);
 }
 
 struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
-                                      const struct rf_group *const sets[2], int tile)
+                                      const struct rf_group *const sets[2], int tile,
+                                      int thread)
 {
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
-    float *own = c->tiles + c->n_tile * (size_t)rf_thread_num();
+    float *own = c->tiles + c->n_tile * (size_t)thread;
     struct rf_tile_state state = {.t = own,
                                   .t_row = RF_TILE_W,
                                   .t_plane = plane,
@@ -220,7 +228,7 @@ struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
             continue;
         int tx = tile % g->n_x, ty = tile / g->n_x;
         if (has_neighbours(g, tx, ty))
-            rf_composite_tile(c, g, tx, ty, &c->acc[rf_thread_num()], &state);
+            rf_composite_tile(c, g, tx, ty, &c->acc[thread], &state);
     }
     return state;
 }

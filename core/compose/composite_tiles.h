@@ -13,14 +13,16 @@
 struct rf_tile_state rf_canvas_tile(const struct rf_composer *c, int tile);
 
 /* Begins all tiles of the canvas that are not yet. */
-void rf_begin_canvas(const struct rf_composer *c);
+void rf_begin_canvas(struct rf_composer *c);
 
 /* Composites a tile of level 0 straight into the canvas. */
-void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile);
+void rf_run_full_tile(const struct rf_composer *c, const struct rf_group *g, int tile,
+                      int thread);
 
 /* Two sets of samples in a tile of level 0, without a canvas: the thread's state. */
 struct rf_tile_state rf_run_lone_tile(const struct rf_composer *c,
-                                      const struct rf_group *const sets[2], int tile);
+                                      const struct rf_group *const sets[2], int tile,
+                                      int thread);
 
 /* Has a tile of a group up to `reach` tiles from (tx, ty) samples? */
 bool rf_has_near(const struct rf_group *g, int tx, int ty, int reach);

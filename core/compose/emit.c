@@ -13,6 +13,7 @@
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/footprint.h"
@@ -161,29 +162,45 @@ static void join_rows(struct rf_sample *at, size_t *start, const size_t *n, int 
     start[n_rows] = end;
 }
 
+/* What the threads share that collect the samples of rows. */
+struct collecting {
+    rf_row_fn row;
+    void *user;
+    const struct rf_task *task;
+    const size_t *start;
+    size_t *n_of;         /* samples of each row */
+    struct rf_sample *at; /* NULL: they are only counted */
+};
+
+static void collect_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct collecting *c = data;
+    for (int i = (int)begin; i < (int)end; i++)
+        c->n_of[i] = rf_task_is_cancelled(c->task)
+                         ? 0
+                         : c->row(c->user, i, c->at ? c->at + c->start[i] : NULL);
+}
+
 rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
                           rf_row_fn row, void *user, struct rf_sample **memory,
                           struct rf_error *error)
 {
     const struct rf_context *context = scene->frame->context;
-    struct rf_task *task = scene->task;
     size_t *start = rf_alloc(context, 2 * (size_t)n_rows + 1, sizeof *start);
     if (!start)
         return rf_fail_memory(error, 2 * (size_t)n_rows + 1, sizeof *start);
     size_t *n_of = start + n_rows + 1;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int i = 0; i < n_rows; i++)
-        n_of[i] = rf_task_is_cancelled(task) ? 0 : row(user, i, NULL);
+    struct collecting c = {row, user, scene->task, start, n_of, NULL};
+    rf_parallel(context, n_rows, 16, collect_some, &c);
     start[0] = 0;
     for (int i = 0; i < n_rows; i++)
         start[i + 1] = start[i] + n_of[i];
-    rf_task_poll(task);
+    rf_task_poll(scene->task);
     size_t n = start[n_rows];
     struct rf_sample *at = rf_alloc(context, n, sizeof *at);
     if (at) {
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-        for (int i = 0; i < n_rows; i++)
-            n_of[i] = rf_task_is_cancelled(task) ? 0 : row(user, i, at + start[i]);
+        c.at = at;
+        rf_parallel(context, n_rows, 16, collect_some, &c);
         join_rows(at, start, n_of, n_rows);
         size_t n_first = start[n_visible];
         scene->visible = (struct rf_samples){at, n_first};
@@ -191,6 +208,6 @@ rf_result rf_collect_rows(struct rf_scene *scene, int n_visible, int n_rows,
     }
     *memory = at;
     rf_free(context, start);
-    rf_task_poll(task);
+    rf_task_poll(scene->task);
     return at ? RF_OK : rf_fail_memory(error, n, sizeof *at);
 }

@@ -25,6 +25,7 @@
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
 #include "kernels/data.h"
@@ -598,30 +599,45 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
     return built != NULL;
 }
 
+/* What the threads share that build footprints. */
+struct building {
+    struct rf_footprints *footprints;
+    const unsigned char *needed;
+    struct rf_task *task;
+    struct lines *lines; /* one per thread */
+    int n_failed;        /* atomic */
+};
+
+static void build_needed(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct building *b = data;
+    for (int64_t i = begin; i < end; i++) {
+        if (!b->needed[i] || rf_task_is_cancelled(b->task))
+            continue;
+        if (!build(b->footprints, (size_t)i, &b->lines[thread]))
+            __atomic_fetch_add(&b->n_failed, 1, __ATOMIC_RELAXED);
+        rf_task_step(b->task);
+    }
+}
+
 rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *needed,
                               struct rf_task *task, double progress_to,
                               struct rf_error *error)
 {
+    size_t n_threads = (size_t)f->context->n_threads;
     int64_t n = (int64_t)rf_footprint_count(f), n_needed = 0;
-    int n_failed = 0;
+    struct building b = {.footprints = f, .needed = needed, .task = task};
+    b.lines = rf_calloc(f->context, n_threads, sizeof *b.lines);
+    if (!b.lines)
+        return rf_fail_memory(error, n_threads, sizeof *b.lines);
     for (int64_t i = 0; i < n; i++)
         n_needed += needed[i] != 0;
     rf_task_phase(task, progress_to, n_needed);
-#pragma omp parallel num_threads(f->context->n_threads)
-    {
-        struct lines lines = {.n = 0};
-#pragma omp for schedule(dynamic, 4)
-        for (int64_t i = 0; i < n; i++)
-            if (needed[i] && !rf_task_is_cancelled(task)) {
-                if (!build(f, (size_t)i, &lines)) {
-#pragma omp atomic
-                    n_failed++;
-                }
-                rf_task_step(task);
-            }
-        rf_free(f->context, lines.part);
-    }
-    return n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
+    rf_parallel(f->context, n, 4, build_needed, &b);
+    for (size_t i = 0; i < n_threads; i++)
+        rf_free(f->context, b.lines[i].part);
+    rf_free(f->context, b.lines);
+    return b.n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
 }
 
 int rf_footprints_reach(const struct rf_footprints *f, double r)

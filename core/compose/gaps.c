@@ -21,6 +21,7 @@
 #include <string.h>
 
 #include "base/math.h"
+#include "base/parallel.h"
 #include "compose/scene.h"
 #include "kernels/data.h"
 
@@ -122,14 +123,28 @@ static int find_gap(const unsigned char *row, int x, int n)
     return n;
 }
 
-void rf_gaps_fill(const struct rf_crop *crop, const unsigned char *gaps, int n_threads)
-{
+/* What the threads share that fill gaps. */
+struct filling {
+    const struct rf_crop *crop;
+    const unsigned char *gaps;
     float weights[2 * REACH * REACH + 1];
-    set_weights(weights);
-#pragma omp parallel for num_threads(n_threads) schedule(static)
-    for (int y = 0; y < crop->height; y++) {
-        const unsigned char *row = gaps + (size_t)y * (size_t)crop->width;
+};
+
+static void fill_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct filling *f = data;
+    const struct rf_crop *crop = f->crop;
+    for (int y = (int)begin; y < (int)end; y++) {
+        const unsigned char *row = f->gaps + (size_t)y * (size_t)crop->width;
         for (int x = 0; (x = find_gap(row, x, crop->width)) < crop->width; x++)
-            fill_gap(crop, gaps, weights, x, y);
+            fill_gap(crop, f->gaps, f->weights, x, y);
     }
+}
+
+void rf_gaps_fill(const struct rf_crop *crop, const unsigned char *gaps,
+                  const struct rf_context *context)
+{
+    struct filling f = {.crop = crop, .gaps = gaps};
+    set_weights(f.weights);
+    rf_parallel(context, crop->height, RF_EQUAL_PARTS, fill_rows, &f);
 }

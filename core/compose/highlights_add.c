@@ -42,6 +42,7 @@
 #include "base/error.h"
 #include "base/fetch.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/footprint.h"
@@ -511,17 +512,46 @@ static size_t batch_end(const struct highlights *h, size_t from)
     return i;
 }
 
+/* Shades whose masks are in memory at once. */
+struct batch {
+    struct highlights *h;
+    size_t from, to;
+};
+
+static void build_masks(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct batch *batch = data;
+    struct highlights *h = batch->h;
+    struct rf_task *task = h->scene->task;
+    for (int64_t i = begin; i < end; i++) {
+        struct shade *shade = &h->shades[batch->from + (size_t)i];
+        if (rf_task_is_cancelled(task) || !build_mask(h, shade))
+            shade->blocked = NULL;
+        rf_task_step(task);
+    }
+}
+
+static void add_bands(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct batch *batch = data;
+    struct rf_task *task = batch->h->scene->task;
+    for (int64_t band = begin; band < end && !rf_task_is_cancelled(task); band++) {
+        add_band(batch->h, batch->from, batch->to, (int)band);
+        rf_task_step(task);
+    }
+}
+
 /* Adds a batch; all masks lie in one block, as each by itself would crowd the pool. */
 static rf_result run_batch(struct highlights *h, size_t from, size_t to,
                            struct rf_error *error)
 {
     const struct rf_scene *scene = h->scene;
-    int n_threads = scene->frame->context->n_threads;
+    const struct rf_context *context = scene->frame->context;
     int n_bands = (scene->height + BAND_ROWS - 1) / BAND_ROWS;
     size_t n = 0;
     for (size_t i = from; i < to; i++)
         n += mask_size(h, &h->shades[i]);
-    float *memory = rf_alloc(scene->frame->context, n, sizeof *memory);
+    float *memory = rf_alloc(context, n, sizeof *memory);
     if (!memory)
         return rf_fail_memory(error, n, sizeof *memory);
     n = 0;
@@ -529,19 +559,10 @@ static rf_result run_batch(struct highlights *h, size_t from, size_t to,
         h->shades[i].blocked = memory + n;
         n += mask_size(h, &h->shades[i]);
     }
-#pragma omp parallel for num_threads(n_threads) schedule(dynamic, 4)
-    for (size_t i = from; i < to; i++) {
-        if (rf_task_is_cancelled(scene->task) || !build_mask(h, &h->shades[i]))
-            h->shades[i].blocked = NULL;
-        rf_task_step(scene->task);
-    }
-#pragma omp parallel for num_threads(n_threads) schedule(dynamic, 1)
-    for (int band = 0; band < n_bands; band++)
-        if (!rf_task_is_cancelled(scene->task)) {
-            add_band(h, from, to, band);
-            rf_task_step(scene->task);
-        }
-    rf_free(scene->frame->context, memory);
+    struct batch batch = {h, from, to};
+    rf_parallel(context, (int64_t)(to - from), 4, build_masks, &batch);
+    rf_parallel(context, n_bands, 1, add_bands, &batch);
+    rf_free(context, memory);
     return RF_OK;
 }
 
@@ -618,16 +639,21 @@ static rf_result set_layers(struct highlights *h, struct rf_error *error)
     return RF_OK;
 }
 
+static void build_some_blocks(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct highlights *h = data;
+    for (int i = (int)begin; i < (int)end; i++)
+        build_blocks(h, &h->layers[i / h->n_y], i % h->n_y);
+}
+
 static rf_result build_layers(struct highlights *h, struct rf_error *error)
 {
     size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y;
     rf_result result = set_layers(h, error);
     if (result != RF_OK)
         return result;
-#pragma omp parallel for num_threads(h->scene->frame->context->n_threads)              \
-    schedule(dynamic, 4)
-    for (int i = 0; i < h->n_layers * h->n_y; i++)
-        build_blocks(h, &h->layers[i / h->n_y], i % h->n_y);
+    rf_parallel(h->scene->frame->context, (int64_t)h->n_layers * h->n_y, 4,
+                build_some_blocks, h);
     for (int j = 0; j < h->n_layers; j++) {
         struct blockers *layer = &h->layers[j];
         layer->least = INFINITY;

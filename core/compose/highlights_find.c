@@ -7,11 +7,14 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
+#include "base/system_threads.h"
 #include "compose/emit.h"
 #include "compose/scene.h"
 #include "input/frame.h"
@@ -70,18 +73,42 @@ static void collect_light(struct rf_picture *picture, int x, int y, void *user)
         take_if_highlight(picture, rf_far_at(s, i), x, y, 1 - share, user);
 }
 
+/* What the threads share that collect the highlights. */
+struct collecting {
+    struct rf_picture *picture;
+    const struct lights *all;
+    size_t *start; /* of each row's */
+};
+
+static void count_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct collecting *c = data;
+    for (int y = (int)begin; y < (int)end; y++) {
+        struct lights lights = *c->all;
+        rf_picture_visit_shining(c->picture, y, collect_light, &lights);
+        c->start[y + 1] = lights.out.n;
+    }
+}
+
+static void collect_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct collecting *c = data;
+    for (int y = (int)begin; y < (int)end; y++) {
+        struct lights lights = *c->all;
+        lights.out.at = c->picture->highlights + c->start[y];
+        if (c->start[y + 1] > c->start[y])
+            rf_picture_visit_shining(c->picture, y, collect_light, &lights);
+    }
+}
+
 /* Moves the light of the highlights into `picture->highlights`, in the order of rows. */
 static rf_result collect_lights(struct rf_picture *picture, const struct lights *all,
                                 size_t *start, struct rf_error *error)
 {
     const struct rf_context *context = picture->frame->context;
+    struct collecting c = {picture, all, start};
     start[0] = 0;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int y = 0; y < picture->height; y++) {
-        struct lights lights = *all;
-        rf_picture_visit_shining(picture, y, collect_light, &lights);
-        start[y + 1] = lights.out.n;
-    }
+    rf_parallel(context, picture->height, 16, count_rows, &c);
     for (int y = 0; y < picture->height; y++)
         start[y + 1] += start[y];
     size_t n = start[picture->height];
@@ -89,13 +116,7 @@ static rf_result collect_lights(struct rf_picture *picture, const struct lights 
     if (!picture->highlights)
         return rf_fail_memory(error, n, sizeof *picture->highlights);
     picture->n_highlights = n;
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int y = 0; y < picture->height; y++) {
-        struct lights lights = *all;
-        lights.out.at = picture->highlights + start[y];
-        if (start[y + 1] > start[y])
-            rf_picture_visit_shining(picture, y, collect_light, &lights);
-    }
+    rf_parallel(context, picture->height, 16, collect_rows, &c);
     return RF_OK;
 }
 
@@ -118,23 +139,40 @@ static void count_light(struct rf_picture *picture, int x, int y, void *user)
                             (size_t)y * (size_t)f->width + (size_t)x);
 }
 
+/* What the threads share that survey a view. */
+struct surveying {
+    struct rf_picture *picture;
+    const struct rf_work_view *view;
+    int n_planes;
+    bool lock; /* of the sum */
+    struct rf_survey sum;
+};
+
+/* Areas are whole numbers: their sums are exact in any order. */
+static void survey_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct surveying *s = data;
+    struct tally own = {.view = s->view, .n_planes = s->n_planes};
+    for (int64_t y = begin; y < end; y++)
+        rf_picture_visit_shining(s->picture, s->picture->y0 + (int)y, count_light,
+                                 &own);
+    rf_spin_lock(&s->lock);
+    for (int i = 0; i < RF_SURVEY_FACTORS; i++)
+        s->sum.disc_area[i] += own.survey.disc_area[i];
+    rf_spin_unlock(&s->lock);
+}
+
 /* Surveys the view without its border. */
 static struct rf_survey survey_lights(struct rf_picture *picture,
                                       const struct rf_work_view *view, int n_planes)
 {
     const struct rf_frame *f = picture->frame;
-    struct rf_survey all = {.n_pixels = (double)f->width * f->height};
-#pragma omp parallel num_threads(f->context->n_threads)
-    {
-        struct tally own = {.view = view, .n_planes = n_planes};
-#pragma omp for schedule(dynamic, 16)
-        for (int y = picture->y0; y < picture->y0 + f->height; y++)
-            rf_picture_visit_shining(picture, y, count_light, &own);
-#pragma omp critical
-        for (int i = 0; i < RF_SURVEY_FACTORS; i++)
-            all.disc_area[i] += own.survey.disc_area[i];
-    }
-    return all;
+    struct surveying s = {.picture = picture,
+                          .view = view,
+                          .n_planes = n_planes,
+                          .sum = {.n_pixels = (double)f->width * f->height}};
+    rf_parallel(f->context, f->height, 16, survey_rows, &s);
+    return s.sum;
 }
 
 rf_result rf_picture_take_highlights(struct rf_picture *picture,

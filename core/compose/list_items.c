@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/fetch.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "compose/composer.h"
 #include "compose/footprint.h"
@@ -35,6 +36,43 @@ static size_t tile_of(const struct rf_lister *l, const struct rf_sample *p)
     return (size_t)(y / RF_TILE_H) * (size_t)g->n_x + (size_t)(x / RF_TILE_W);
 }
 
+/* What the threads share that sort samples, which are cut into N_CHUNKS. */
+struct sorting {
+    struct rf_lister *lister;
+    uint32_t *keys; /* of the samples */
+    size_t *count;  /* of each chunk and key: how many, then where the next goes */
+};
+
+/* Where a chunk begins. */
+static size_t chunk_start(const struct sorting *s, int64_t chunk)
+{
+    return s->lister->samples->n * (size_t)chunk / N_CHUNKS;
+}
+
+static void count_chunks(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct sorting *s = data;
+    const struct rf_lister *lister = s->lister;
+    for (int64_t chunk = begin; chunk < end; chunk++) {
+        size_t *count = s->count + (size_t)chunk * lister->n_tiles;
+        for (size_t i = chunk_start(s, chunk); i < chunk_start(s, chunk + 1); i++) {
+            s->keys[i] = (uint32_t)tile_of(lister, &lister->samples->at[i]);
+            count[s->keys[i]]++;
+        }
+    }
+}
+
+static void order_chunks(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct sorting *s = data;
+    const struct rf_lister *lister = s->lister;
+    for (int64_t chunk = begin; chunk < end; chunk++) {
+        size_t *count = s->count + (size_t)chunk * lister->n_tiles;
+        for (size_t i = chunk_start(s, chunk); i < chunk_start(s, chunk + 1); i++)
+            lister->order[count[s->keys[i]]++] = (uint32_t)i;
+    }
+}
+
 /*
  * A stable counting sort of the samples by tile: start[tile] receives where a tile
  * begins, `order` the samples' indices. The chunks' number is fixed.
@@ -52,15 +90,8 @@ rf_result rf_lister_sort(struct rf_lister *l, struct rf_error *error)
         rf_free(context, keys);
         return rf_fail_memory(error, 2 * n, sizeof *keys);
     }
-#pragma omp parallel for num_threads(l->c->n_threads) schedule(static, 1)
-    for (int chunk = 0; chunk < N_CHUNKS; chunk++) {
-        size_t from = n * (size_t)chunk / N_CHUNKS;
-        size_t to = n * (size_t)(chunk + 1) / N_CHUNKS;
-        for (size_t i = from; i < to; i++) {
-            keys[i] = (uint32_t)tile_of(l, &l->samples->at[i]);
-            count[(size_t)chunk * n_keys + keys[i]]++;
-        }
-    }
+    struct sorting sorting = {l, keys, count};
+    rf_parallel(context, N_CHUNKS, 1, count_chunks, &sorting);
     size_t sum = 0;
     for (size_t key = 0; key < n_keys; key++) {
         l->start[key] = sum;
@@ -72,13 +103,7 @@ rf_result rf_lister_sort(struct rf_lister *l, struct rf_error *error)
         l->most = sum - l->start[key] > l->most ? sum - l->start[key] : l->most;
     }
     l->start[n_keys] = sum;
-#pragma omp parallel for num_threads(l->c->n_threads) schedule(static, 1)
-    for (int chunk = 0; chunk < N_CHUNKS; chunk++) {
-        size_t from = n * (size_t)chunk / N_CHUNKS;
-        size_t to = n * (size_t)(chunk + 1) / N_CHUNKS;
-        for (size_t i = from; i < to; i++)
-            l->order[count[(size_t)chunk * n_keys + keys[i]]++] = (uint32_t)i;
-    }
+    rf_parallel(context, N_CHUNKS, 1, order_chunks, &sorting);
     rf_free(context, count);
     rf_free(context, keys);
     return RF_OK;

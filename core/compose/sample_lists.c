@@ -23,6 +23,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
+#include "base/system_threads.h"
 #include "base/task.h"
 #include "compose/composer.h"
 #include "compose/footprint.h"
@@ -71,7 +72,8 @@ struct builder {
     int n_keys;
     struct tile_runs *runs;
     struct worker *workers;
-    char *memory; /* of the workers */
+    char *memory;  /* of the workers */
+    bool is_short; /* atomic: there is no memory for a list */
 };
 
 /* ---- the samples of one tile ---------------------------------------------------- */
@@ -398,42 +400,82 @@ static rf_result make_workers(struct builder *b, struct rf_error *error)
     return RF_OK;
 }
 
+/* Notes that there is no memory for a list. */
+static void note_short(struct builder *b)
+{
+    __atomic_store_n(&b->is_short, true, __ATOMIC_RELAXED);
+}
+
+static bool is_over(const struct builder *b)
+{
+    return __atomic_load_n(&b->is_short, __ATOMIC_RELAXED) ||
+           rf_task_is_cancelled(b->lister.c->scene->task);
+}
+
+static void build_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct builder *b = data;
+    for (int i = (int)begin; i < (int)end && !is_over(b); i++) {
+        if (!build_tile(b, &b->workers[thread], i))
+            note_short(b);
+        rf_task_step(b->lister.c->scene->task);
+    }
+}
+
+/* Joins the lists of coarse tiles, which are counted through all groups. */
+static void join_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct builder *b = data;
+    int64_t first = 0; /* of a group */
+    for (int k = 0; k < b->lister.groups->n; k++) {
+        const struct rf_group *g = &b->lister.groups->at[k];
+        int64_t n = g->level > 0 ? (int64_t)g->n_x * g->n_y : 0;
+        for (int64_t i = begin; i < end && i < first + n && !is_over(b); i++, begin++)
+            if (!join_runs(b, &b->workers[thread], g, (int)(i - first)))
+                note_short(b);
+        first += n;
+    }
+}
+
 static rf_result build_lists(struct builder *b, struct rf_error *error)
 {
-    struct rf_task *task = b->lister.c->scene->task;
-    bool is_short = false; /* of memory */
-#pragma omp parallel num_threads(b->lister.c->n_threads) reduction(|| : is_short)
-    {
-        struct worker *w = &b->workers[rf_thread_num()];
-#pragma omp for schedule(dynamic, 1)
-        for (int i = 0; i < (int)b->lister.n_tiles; i++)
-            if (!is_short && !rf_task_is_cancelled(task)) {
-                is_short = !build_tile(b, w, i);
-                rf_task_step(task);
-            }
-        for (int k = 0; k < b->lister.groups->n; k++) {
-            const struct rf_group *g = &b->lister.groups->at[k];
-            if (g->level == 0)
-                continue;
-#pragma omp for schedule(dynamic, 1) nowait
-            for (int i = 0; i < g->n_x * g->n_y; i++)
-                if (!is_short && !rf_task_is_cancelled(task))
-                    is_short = !join_runs(b, w, g, i);
-        }
+    const struct rf_context *context = b->lister.c->context;
+    int64_t n_coarse = 0;
+    for (int k = 0; k < b->lister.groups->n; k++) {
+        const struct rf_group *g = &b->lister.groups->at[k];
+        n_coarse += g->level > 0 ? (int64_t)g->n_x * g->n_y : 0;
     }
-    return is_short ? rf_fail_memory(error, b->lister.most, sizeof(struct rf_splat))
-                    : RF_OK;
+    rf_parallel(context, (int64_t)b->lister.n_tiles, 1, build_tiles, b);
+    rf_parallel(context, n_coarse, 1, join_tiles, b);
+    return b->is_short ? rf_fail_memory(error, b->lister.most, sizeof(struct rf_splat))
+                       : RF_OK;
+}
+
+/* The largest radius of samples, which threads look for together. */
+struct largest {
+    const struct rf_samples *samples;
+    bool lock;
+    float most;
+};
+
+static void find_largest(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct largest *l = data;
+    float most = 0;
+    for (int64_t i = begin; i < end; i++)
+        most = rf_max_float(most, fabsf(l->samples->at[i].r));
+    rf_spin_lock(&l->lock);
+    l->most = rf_max_float(l->most, most);
+    rf_spin_unlock(&l->lock);
 }
 
 static float largest_radius(const struct rf_composer *c,
                             const struct rf_samples *samples)
 {
-    float most = 0;
-#pragma omp parallel for num_threads(c->n_threads) schedule(static) reduction(max      \
-                                                                              : most)
-    for (size_t i = 0; i < samples->n; i++)
-        most = rf_max_float(most, fabsf(samples->at[i].r));
-    return most;
+    struct largest largest = {.samples = samples};
+    rf_parallel(c->context, (int64_t)samples->n, RF_EQUAL_PARTS, find_largest,
+                &largest);
+    return largest.most;
 }
 
 /* Groups without lists. */

@@ -27,6 +27,7 @@
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "input/frame.h"
 #include "input/pixels.h"
@@ -208,6 +209,30 @@ static rf_result report(const struct depth_map *map, const struct rf_image *dept
     return RF_OK;
 }
 
+/* What the threads share that convert a depth channel. */
+struct converting {
+    const struct depth_map *map;
+    const struct rf_kernels *kernels;
+    const struct rf_image *depth;
+    float *radius, *planar; /* NULL: not wanted */
+    struct row_tally *rows;
+};
+
+static void convert_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct converting *c = data;
+    for (int y = (int)begin; y < (int)end; y++) {
+        size_t at = (size_t)y * (size_t)c->depth->width;
+        if (c->radius && !c->planar && is_plain(c->map, c->depth) &&
+            convert_plain_row(c->map, c->kernels, c->depth, y, c->radius + at,
+                              &c->rows[y]))
+            continue;
+        c->rows[y] = (struct row_tally){0};
+        convert_row(c->map, c->depth, y, c->radius ? c->radius + at : NULL,
+                    c->planar ? c->planar + at : NULL, &c->rows[y]);
+    }
+}
+
 rf_result rf_depth_to_radius(const struct rf_frame *frame, const struct rf_image *depth,
                              float *radius, float *planar, int64_t *n_known,
                              float *largest, struct rf_error *error)
@@ -215,20 +240,12 @@ rf_result rf_depth_to_radius(const struct rf_frame *frame, const struct rf_image
     const struct rf_context *context = frame->context;
     struct depth_map map = {&frame->params, &frame->lens, frame->place.x,
                             frame->place.y};
-    int width = depth->width, height = depth->height;
+    int height = depth->height;
     struct row_tally *rows = rf_calloc(context, (size_t)height, sizeof *rows);
     if (!rows)
         return rf_fail_memory(error, (size_t)height, sizeof *rows);
-#pragma omp parallel for num_threads(context->n_threads) schedule(static)
-    for (int y = 0; y < height; y++) {
-        size_t at = (size_t)y * (size_t)width;
-        if (radius && !planar && is_plain(&map, depth) &&
-            convert_plain_row(&map, context->kernels, depth, y, radius + at, &rows[y]))
-            continue;
-        rows[y] = (struct row_tally){0};
-        convert_row(&map, depth, y, radius ? radius + at : NULL,
-                    planar ? planar + at : NULL, &rows[y]);
-    }
+    struct converting c = {&map, context->kernels, depth, radius, planar, rows};
+    rf_parallel(context, height, RF_EQUAL_PARTS, convert_rows, &c);
     float most = 0;
     for (int y = 0; y < height; y++)
         most = rf_max_float(rows[y].largest, most);

@@ -22,10 +22,12 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "input/frame.h"
 #include "rackfocus/rackfocus.h"
@@ -75,41 +77,63 @@ static bool is_missing_in(const struct rf_frame *frame, struct rf_alphas alpha,
     return n_missing > 0;
 }
 
-static bool is_missing(const struct rf_frame *frame, struct rf_alphas alpha,
-                       const float *radius, float least)
+/* What the threads share that fill the depth of film. */
+struct filling {
+    const struct rf_frame *frame;
+    struct rf_alphas alpha;
+    const float *radius;
+    float least, r_nothing;
+    float *filled;
+    bool is_missing; /* atomic: some pixel is */
+};
+
+static void find_missing(void *data, int64_t begin, int64_t end, int thread)
 {
-    bool is_any = false;
-#pragma omp parallel for num_threads(frame->context->n_threads) schedule(static)       \
-    reduction(||                                                                       \
-              : is_any)
-    for (int y = 0; y < frame->height; y++)
-        is_any = is_missing_in(frame, alpha, radius, y, least) || is_any;
-    return is_any;
+    struct filling *f = data;
+    for (int y = (int)begin; y < (int)end; y++)
+        if (is_missing_in(f->frame, f->alpha, f->radius, y, f->least)) {
+            __atomic_store_n(&f->is_missing, true, __ATOMIC_RELAXED);
+            return;
+        }
+}
+
+static void fill_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct filling *f = data;
+    size_t width = (size_t)f->frame->width;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0; x < f->frame->width; x++) {
+            size_t i = (size_t)y * width + (size_t)x;
+            float a = f->alpha.at[(ptrdiff_t)y * f->alpha.row + x * f->alpha.pixel];
+            bool is_filled = a > f->least && a < OPAQUE && f->radius[i] == f->r_nothing;
+            f->filled[i] = is_filled
+                               ? radius_around(f->frame, f->radius, x, y, f->r_nothing)
+                               : f->radius[i];
+        }
 }
 
 rf_result rf_film_fill(const struct rf_frame *frame, struct rf_alphas alpha,
                        float *radius, bool *is_changed, struct rf_error *error)
 {
     enum rf_film_depth choice = (enum rf_film_depth)frame->params.film_depth;
-    float least = least_alpha(choice);
-    if (choice == RF_FILM_DEPTH_KEEP || !is_missing(frame, alpha, radius, least))
+    const struct rf_context *context = frame->context;
+    size_t n = (size_t)frame->width * (size_t)frame->height;
+    struct filling f = {.frame = frame,
+                        .alpha = alpha,
+                        .radius = radius,
+                        .least = least_alpha(choice),
+                        .r_nothing = (float)rf_lens_radius_px(&frame->lens, INFINITY)};
+    if (choice == RF_FILM_DEPTH_KEEP)
         return RF_OK;
-    size_t width = (size_t)frame->width, n = width * (size_t)frame->height;
-    float r_nothing = (float)rf_lens_radius_px(&frame->lens, INFINITY);
-    float *filled = rf_alloc(frame->context, n, sizeof *filled);
-    if (!filled)
-        return rf_fail_memory(error, n, sizeof *filled);
-#pragma omp parallel for num_threads(frame->context->n_threads) schedule(static)
-    for (int y = 0; y < frame->height; y++)
-        for (int x = 0; x < frame->width; x++) {
-            size_t i = (size_t)y * width + (size_t)x;
-            float a = alpha.at[(ptrdiff_t)y * alpha.row + x * alpha.pixel];
-            bool is_filled = a > least && a < OPAQUE && radius[i] == r_nothing;
-            filled[i] =
-                is_filled ? radius_around(frame, radius, x, y, r_nothing) : radius[i];
-        }
-    memcpy(radius, filled, n * sizeof *radius);
+    rf_parallel(context, frame->height, RF_EQUAL_PARTS, find_missing, &f);
+    if (!f.is_missing)
+        return RF_OK;
+    f.filled = rf_alloc(context, n, sizeof *f.filled);
+    if (!f.filled)
+        return rf_fail_memory(error, n, sizeof *f.filled);
+    rf_parallel(context, frame->height, RF_EQUAL_PARTS, fill_rows, &f);
+    memcpy(radius, f.filled, n * sizeof *radius);
     *is_changed = true;
-    rf_free(frame->context, filled);
+    rf_free(context, f.filled);
     return RF_OK;
 }

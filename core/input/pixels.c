@@ -10,6 +10,8 @@
 
 #include "base/context.h"
 #include "base/error.h"
+#include "base/parallel.h"
+#include "base/system_threads.h"
 #include "input/frame.h"
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
@@ -137,10 +139,25 @@ static bool copy_row(const float *from, float *to, int n)
     return largest < 0x7f800000u;
 }
 
+/* What the threads share that copy a picture. */
+struct copying {
+    const struct rf_image *colour, *out;
+    bool is_bad; /* atomic: some value is */
+};
+
+static void copy_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct copying *c = data;
+    int n = c->colour->width * c->colour->channels;
+    for (int y = (int)begin; y < (int)end; y++)
+        if (!copy_row(rf_image_at(c->colour, 0, y, 0),
+                      (float *)rf_image_at(c->out, 0, y, 0), n))
+            __atomic_store_n(&c->is_bad, true, __ATOMIC_RELAXED);
+}
+
 bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colour,
                    const struct rf_image *out)
 {
-    int n = colour->width * colour->channels;
     ptrdiff_t pixel = colour->channels * (ptrdiff_t)sizeof(float);
     const struct rf_image *both[] = {colour, out};
     for (int i = 0; i < 2; i++)
@@ -148,19 +165,14 @@ bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colo
             return false;
     if (out->data == colour->data)
         return false;
-    bool is_good = true;
-#pragma omp parallel for num_threads(context->n_threads) schedule(static)              \
-    reduction(&&                                                                       \
-              : is_good)
-    for (int y = 0; y < colour->height; y++)
-        is_good = copy_row(rf_image_at(colour, 0, y, 0),
-                           (float *)rf_image_at(out, 0, y, 0), n) &&
-                  is_good;
-    return is_good;
+    struct copying c = {colour, out, false};
+    rf_parallel(context, colour->height, RF_EQUAL_PARTS, copy_rows, &c);
+    return !c.is_bad;
 }
 
 /* Values that cannot be summed: how many, and the first pixel that has one. */
 struct bad_values {
+    bool lock;
     int64_t n;
     int x, y;
 };
@@ -169,14 +181,13 @@ static void count_bad(struct bad_values *bad, int64_t n, int x, int y)
 {
     if (n == 0)
         return;
-#pragma omp critical
-    {
-        if (bad->n == 0 || y < bad->y) {
-            bad->y = y;
-            bad->x = x;
-        }
-        bad->n += n;
+    rf_spin_lock(&bad->lock);
+    if (bad->n == 0 || y < bad->y) {
+        bad->y = y;
+        bad->x = x;
     }
+    bad->n += n;
+    rf_spin_unlock(&bad->lock);
 }
 
 static rf_result fail_bad(const struct bad_values *bad, const struct rf_frame *frame,
@@ -190,59 +201,81 @@ static rf_result fail_bad(const struct bad_values *bad, const struct rf_frame *f
                    bad->x + frame->place.x, bad->y + frame->place.y);
 }
 
+/* What the threads share that load or store a picture. */
+struct loading {
+    const struct rf_kernels *kernels;
+    const struct rf_params *params;
+    const struct rf_image *image;
+    float *const *planes; /* NULL: what would be loaded is only checked */
+    size_t stride;        /* of the planes, floats */
+    struct bad_values bad;
+};
+
+static void load_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct loading *l = data;
+    const struct rf_image *colour = l->image;
+    for (int y = (int)begin; y < (int)end; y++) {
+        int bad_x = 0;
+        float *rows[4];
+        for (int c = 0; c < colour->channels && l->planes; c++)
+            rows[c] = l->planes[c] + (size_t)y * l->stride;
+        if (l->planes && rf_image_is_plain(l->params, colour) &&
+            l->kernels->unpack(rf_image_at(colour, 0, y, 0), colour->width, rows))
+            continue;
+        int64_t n = load_row(l->params, colour, y, l->planes, &bad_x);
+        count_bad(&l->bad, n, bad_x, y);
+    }
+}
+
 rf_result rf_frame_load(const struct rf_frame *frame, const struct rf_image *colour,
                         float *const planes[4], struct rf_error *error)
 {
-    const struct rf_context *context = frame->context;
-    struct bad_values bad = {0};
-#pragma omp parallel for num_threads(context->n_threads) schedule(static)
-    for (int y = 0; y < colour->height; y++) {
-        int bad_x = 0;
-        float *rows[4];
-        for (int c = 0; c < colour->channels; c++)
-            rows[c] = planes[c] + (size_t)y * (size_t)colour->width;
-        if (rf_image_is_plain(&frame->params, colour) &&
-            context->kernels->unpack(rf_image_at(colour, 0, y, 0), colour->width, rows))
-            continue;
-        int64_t n = load_row(&frame->params, colour, y, planes, &bad_x);
-        count_bad(&bad, n, bad_x, y);
-    }
-    return bad.n ? fail_bad(&bad, frame, error) : RF_OK;
+    struct loading l = {.kernels = frame->context->kernels,
+                        .params = &frame->params,
+                        .image = colour,
+                        .planes = planes,
+                        .stride = (size_t)colour->width};
+    rf_parallel(frame->context, colour->height, RF_EQUAL_PARTS, load_rows, &l);
+    return l.bad.n ? fail_bad(&l.bad, frame, error) : RF_OK;
 }
 
 rf_result rf_frame_check(const struct rf_frame *frame, const struct rf_image *colour,
                          struct rf_error *error)
 {
-    struct bad_values bad = {0};
-#pragma omp parallel for num_threads(frame->context->n_threads) schedule(static)
-    for (int y = 0; y < colour->height; y++) {
-        int bad_x = 0;
-        int64_t n = load_row(&frame->params, colour, y, NULL, &bad_x);
-        count_bad(&bad, n, bad_x, y);
-    }
-    return bad.n ? fail_bad(&bad, frame, error) : RF_OK;
+    return rf_frame_load(frame, colour, NULL, error);
 }
 
-void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
-                    float *const planes[4], size_t stride, const struct rf_image *out)
+static void store_rows(void *data, int64_t begin, int64_t end, int thread)
 {
-#pragma omp parallel for num_threads(context->n_threads) schedule(static)
-    for (int y = 0; y < out->height; y++) {
+    const struct loading *l = data;
+    const struct rf_image *out = l->image;
+    for (int y = (int)begin; y < (int)end; y++) {
         const float *rows[4];
         for (int c = 0; c < out->channels; c++)
-            rows[c] = planes[c] + (size_t)y * stride;
-        if (rf_image_is_plain(params, out)) {
-            context->kernels->pack(rows, out->width,
-                                   (float *)rf_image_at(out, 0, y, 0));
+            rows[c] = l->planes[c] + (size_t)y * l->stride;
+        if (rf_image_is_plain(l->params, out)) {
+            l->kernels->pack(rows, out->width, (float *)rf_image_at(out, 0, y, 0));
             continue;
         }
         for (int c = 0; c < out->channels; c++) {
             for (int x = 0; x < out->width; x++) {
                 float v = rows[c][x];
-                if (has_gamma(params, c))
-                    v = signed_power(v, params->blend_gamma);
+                if (has_gamma(l->params, c))
+                    v = signed_power(v, l->params->blend_gamma);
                 *(float *)rf_image_at(out, x, y, c) = v;
             }
         }
     }
+}
+
+void rf_frame_store(const struct rf_context *context, const struct rf_params *params,
+                    float *const planes[4], size_t stride, const struct rf_image *out)
+{
+    struct loading l = {.kernels = context->kernels,
+                        .params = params,
+                        .image = out,
+                        .planes = planes,
+                        .stride = stride};
+    rf_parallel(context, out->height, RF_EQUAL_PARTS, store_rows, &l);
 }

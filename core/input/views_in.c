@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "input/depth.h"
 #include "input/film.h"
@@ -41,22 +42,35 @@ void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
     w->shift_bias = (float)(base - slope * lens->bias_px / lens->scale);
 }
 
-/* Without sign, floats are in the order of their bits. */
-static float largest_of(const struct rf_frame *f, const float *radius)
+/* The largest radius, which threads look for together. */
+struct largest {
+    const float *radius;
+    int32_t most; /* its bits, atomic: without sign, floats are in their order */
+};
+
+static void find_largest(void *data, int64_t begin, int64_t end, int thread)
 {
-    size_t n = (size_t)f->width * (size_t)f->height;
-    int32_t most = 0;
-#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)           \
-    reduction(max                                                                      \
-              : most)
-    for (size_t i = 0; i < n; i++) {
+    struct largest *l = data;
+    int32_t most = 0, known = __atomic_load_n(&l->most, __ATOMIC_RELAXED);
+    for (int64_t i = begin; i < end; i++) {
         int32_t bits;
-        memcpy(&bits, &radius[i], sizeof bits);
+        memcpy(&bits, &l->radius[i], sizeof bits);
         bits &= INT32_MAX;
         most = bits > most ? bits : most;
     }
+    while (most > known &&
+           !__atomic_compare_exchange_n(&l->most, &known, most, true, __ATOMIC_RELAXED,
+                                        __ATOMIC_RELAXED))
+        ;
+}
+
+static float largest_of(const struct rf_frame *f, const float *radius)
+{
+    struct largest l = {.radius = radius};
+    rf_parallel(f->context, (int64_t)f->width * f->height, RF_EQUAL_PARTS, find_largest,
+                &l);
     float largest;
-    memcpy(&largest, &most, sizeof largest);
+    memcpy(&largest, &l.most, sizeof largest);
     return largest;
 }
 

@@ -23,10 +23,28 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/parallel.h"
 #include "base/task.h"
 #include "input/frame.h"
 #include "input/views_in.h"
 #include "rackfocus/rackfocus.h"
+
+static void average_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct rf_work *work = data;
+    int width = work->frame->width;
+    for (int64_t y = begin; y < end && !rf_task_is_cancelled(work->task); y++) {
+        for (int c = 0; c < work->n_planes; c++)
+            for (int x = 0; x < width; x++) {
+                size_t at = (size_t)y * (size_t)width + (size_t)x;
+                double sum = 0;
+                for (int j = 0; j < work->n_views; j++)
+                    sum += (double)work->views[j].colour[c][at];
+                work->colour[c][at] = (float)(sum / work->n_views);
+            }
+        rf_task_step(work->task);
+    }
+}
 
 rf_result rf_accumulate_run(struct rf_work *work, struct rf_error *error)
 {
@@ -35,19 +53,6 @@ rf_result rf_accumulate_run(struct rf_work *work, struct rf_error *error)
     if (result != RF_OK)
         return result;
     rf_task_phase(work->task, 1, f->height);
-#pragma omp parallel for num_threads(f->context->n_threads) schedule(static)
-    for (int y = 0; y < f->height; y++) {
-        if (rf_task_is_cancelled(work->task))
-            continue;
-        for (int c = 0; c < work->n_planes; c++)
-            for (int x = 0; x < f->width; x++) {
-                size_t at = (size_t)y * (size_t)f->width + (size_t)x;
-                double sum = 0;
-                for (int j = 0; j < work->n_views; j++)
-                    sum += (double)work->views[j].colour[c][at];
-                work->colour[c][at] = (float)(sum / work->n_views);
-            }
-        rf_task_step(work->task);
-    }
+    rf_parallel(f->context, f->height, RF_EQUAL_PARTS, average_rows, work);
     return RF_OK;
 }

@@ -13,11 +13,14 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
+#include "base/system_threads.h"
 #include "input/frame.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
@@ -113,17 +116,50 @@ static bool is_wanted(const struct rf_areas *a, const unsigned char *wanted, int
     return false;
 }
 
+/* What the threads share that measure areas. */
+struct measuring {
+    struct rf_areas *areas;
+    const struct rf_kernels *kernels;
+    const unsigned char *wanted; /* NULL: all */
+    const float *luminance;
+    size_t stride;
+};
+
+static void measure_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct measuring *m = data;
+    const struct rf_areas *a = m->areas;
+    for (int i = (int)begin; i < (int)end; i++) {
+        int column = i % a->n_x, row = i / a->n_x;
+        if (!m->wanted || is_wanted(a, m->wanted, column, row))
+            a->mean[i] =
+                mean_of_area(a, m->kernels, m->luminance, m->stride, column, row);
+    }
+}
+
 void rf_areas_measure_some(struct rf_areas *a, const struct rf_context *context,
                            const unsigned char *wanted, const float *luminance,
                            size_t stride)
 {
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 16)
-    for (int i = 0; i < a->n_x * a->n_y; i++) {
-        int column = i % a->n_x, row = i / a->n_x;
-        if (!wanted || is_wanted(a, wanted, column, row))
-            a->mean[i] =
-                mean_of_area(a, context->kernels, luminance, stride, column, row);
-    }
+    struct measuring m = {a, context->kernels, wanted, luminance, stride};
+    rf_parallel(context, (int64_t)a->n_x * a->n_y, 16, measure_some, &m);
+}
+
+/* What the threads share that find the luminance of a view. */
+struct luminances {
+    const struct rf_work_view *view;
+    int n_planes, width;
+    float *at;
+};
+
+static void find_luminances(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct luminances *l = data;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0; x < l->width; x++) {
+            size_t i = (size_t)l->width * (size_t)y + (size_t)x;
+            l->at[i] = luminance_at(l->view, l->n_planes, x, y, i);
+        }
 }
 
 rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_frame *frame,
@@ -137,12 +173,8 @@ rf_result rf_areas_measure(struct rf_areas *areas, const struct rf_frame *frame,
     if (result == RF_OK && !luminance)
         result = rf_fail_memory(error, n, sizeof *luminance);
     if (result == RF_OK) {
-#pragma omp parallel for num_threads(context->n_threads) schedule(static)
-        for (int y = 0; y < frame->height; y++)
-            for (int x = 0; x < frame->width; x++) {
-                size_t i = width * (size_t)y + (size_t)x;
-                luminance[i] = luminance_at(view, n_planes, x, y, i);
-            }
+        struct luminances l = {view, n_planes, frame->width, luminance};
+        rf_parallel(context, frame->height, RF_EQUAL_PARTS, find_luminances, &l);
         rf_areas_measure_some(areas, context, NULL, luminance, width);
     }
     rf_free(context, luminance);
@@ -227,39 +259,57 @@ void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *vi
     }
 }
 
-static void add_row(struct rf_survey *survey, const struct rf_frame *frame,
-                    const struct rf_work_view *view, int n_planes,
-                    const struct rf_areas *areas, const struct rf_window *window, int y)
+/* What the threads share that survey a window. */
+struct surveying {
+    struct rf_survey *survey;
+    const struct rf_frame *frame;
+    const struct rf_work_view *view;
+    int n_planes;
+    const struct rf_areas *areas;
+    const struct rf_window *window;
+    bool lock; /* of the survey */
+};
+
+static void add_row(struct rf_survey *survey, const struct surveying *s, int y)
 {
-    size_t row = (size_t)y * (size_t)frame->width;
+    const struct rf_window *window = s->window;
+    size_t row = (size_t)y * (size_t)s->frame->width;
     for (int x = window->x; x < window->x + window->width; x++) {
-        float r = view->radius[row + (size_t)x];
+        float r = s->view->radius[row + (size_t)x];
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
-        if (n_planes == 4)
-            survey->n_transparent += view->colour[3][row + (size_t)x] != 1;
-        rf_survey_add_light(survey, view, n_planes, areas, x, y, row + (size_t)x);
+        if (s->n_planes == 4)
+            survey->n_transparent += s->view->colour[3][row + (size_t)x] != 1;
+        rf_survey_add_light(survey, s->view, s->n_planes, s->areas, x, y,
+                            row + (size_t)x);
     }
+}
+
+/* Sums are of whole numbers, exact in any order. */
+static void add_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct surveying *s = data;
+    struct rf_survey own = {.largest_radius = 0}, *survey = s->survey;
+    for (int64_t y = begin; y < end; y++)
+        add_row(&own, s, s->window->y + (int)y);
+    rf_spin_lock(&s->lock);
+    survey->largest_radius = rf_max_float(own.largest_radius, survey->largest_radius);
+    survey->n_transparent += own.n_transparent;
+    for (int i = 0; i < RF_SURVEY_FACTORS; i++)
+        survey->disc_area[i] += own.disc_area[i];
+    rf_spin_unlock(&s->lock);
 }
 
 void rf_survey_add(struct rf_survey *survey, const struct rf_frame *frame,
                    const struct rf_work_view *view, int n_planes,
                    const struct rf_areas *areas, const struct rf_window *window)
 {
-#pragma omp parallel num_threads(frame->context->n_threads)
-    {
-        struct rf_survey own = {.largest_radius = 0};
-#pragma omp for schedule(dynamic, 16)
-        for (int y = window->y; y < window->y + window->height; y++)
-            add_row(&own, frame, view, n_planes, areas, window, y);
-#pragma omp critical
-        {
-            survey->largest_radius =
-                rf_max_float(own.largest_radius, survey->largest_radius);
-            survey->n_transparent += own.n_transparent;
-            for (int i = 0; i < RF_SURVEY_FACTORS; i++)
-                survey->disc_area[i] += own.disc_area[i];
-        }
-    }
+    struct surveying s = {.survey = survey,
+                          .frame = frame,
+                          .view = view,
+                          .n_planes = n_planes,
+                          .areas = areas,
+                          .window = window};
+    rf_parallel(frame->context, window->height, 16, add_rows, &s);
     survey->n_pixels += (double)window->width * window->height;
 }
 

@@ -512,20 +512,25 @@ static void search_block(const struct rf_hidden_search *search, struct scratch *
             search_group(search, scratch, x, y);
 }
 
-static void search_rows(struct rf_hidden_search *search, struct scratch *scratch,
-                        struct rf_task *task)
+/* What the threads share that search for hidden surfaces. */
+struct searching {
+    const struct rf_hidden_search *search;
+    struct scratch *scratch; /* one per thread */
+    struct rf_task *task;
+};
+
+static void search_rows(void *data, int64_t begin, int64_t end, int thread)
 {
+    const struct searching *s = data;
+    const struct rf_hidden_search *search = s->search;
     size_t stride = rf_found_stride(search->s->width);
-#pragma omp parallel for num_threads(search->n_threads) schedule(dynamic, 1)
-    for (int by = 0; by < search->n_y; by++) {
-        if (rf_task_is_cancelled(task))
-            continue;
+    for (int by = (int)begin; by < (int)end && !rf_task_is_cancelled(s->task); by++) {
         int n_rows = rf_min_int(search->s->height - by * BLOCK, BLOCK);
         memset(search->out->found + stride * (size_t)(by * BLOCK), 0,
                stride * (size_t)n_rows);
         for (int bx = 0; bx < search->n_x; bx++)
-            search_block(search, &scratch[rf_thread_num()], bx, by);
-        rf_task_step(task);
+            search_block(search, &s->scratch[thread], bx, by);
+        rf_task_step(s->task);
     }
 }
 
@@ -572,7 +577,7 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
                                       .known = known,
                                       .kernels = context->kernels,
                                       .out = estimates,
-                                      .n_threads = context->n_threads,
+                                      .context = context,
                                       .n_x = (surfaces->width + BLOCK - 1) / BLOCK,
                                       .n_y = (surfaces->height + BLOCK - 1) / BLOCK};
     float *own;
@@ -587,7 +592,8 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
         search.inv_y2 = (float)(1 / (search.extent[1] * search.extent[1]));
         set_gaps(&search);
         rf_hidden_measure(&search, radii != NULL);
-        search_rows(&search, scratch, task);
+        struct searching s = {&search, scratch, task};
+        rf_parallel(context, search.n_y, 1, search_rows, &s);
         for (int y = 0; y < surfaces->height && radii; y++)
             rf_hidden_restore_row(&search, y);
     }

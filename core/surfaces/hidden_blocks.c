@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "base/math.h"
+#include "base/parallel.h"
 #include "kernels/data.h"
 #include "kernels/hidden_kernels.h"
 #include "kernels/kernels.h"
@@ -150,24 +151,32 @@ static void find_highest(struct rf_hidden_search *search)
     }
 }
 
+static void load_blocks(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct rf_hidden_search *search = data;
+    for (int by = (int)begin; by < (int)end; by++) {
+        int y1 = rf_min_int((by + 1) * RF_HIDDEN_BLOCK, search->s->height);
+        for (int bx = 0; bx < search->n_x; bx++)
+            search->blocks[by * search->n_x + bx] =
+                (struct rf_hidden_facts){.lowest = INFINITY};
+        for (int y = by * RF_HIDDEN_BLOCK; y < y1; y++)
+            load_row(search, y, search->has_radii);
+    }
+}
+
+static void measure_blocks(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct rf_hidden_search *search = data;
+    for (int by = (int)begin; by < (int)end; by++)
+        for (int bx = 0; bx < search->n_x; bx++)
+            measure_block(search, bx, by);
+}
+
 void rf_hidden_measure(struct rf_hidden_search *search, bool has_radii)
 {
-#pragma omp parallel num_threads(search->n_threads)
-    {
-#pragma omp for schedule(dynamic, 4)
-        for (int by = 0; by < search->n_y; by++) {
-            int y1 = rf_min_int((by + 1) * RF_HIDDEN_BLOCK, search->s->height);
-            for (int bx = 0; bx < search->n_x; bx++)
-                search->blocks[by * search->n_x + bx] =
-                    (struct rf_hidden_facts){.lowest = INFINITY};
-            for (int y = by * RF_HIDDEN_BLOCK; y < y1; y++)
-                load_row(search, y, has_radii);
-        }
-#pragma omp for schedule(dynamic, 4)
-        for (int by = 0; by < search->n_y; by++)
-            for (int bx = 0; bx < search->n_x; bx++)
-                measure_block(search, bx, by);
-    }
+    search->has_radii = has_radii;
+    rf_parallel(search->context, search->n_y, 4, load_blocks, search);
+    rf_parallel(search->context, search->n_y, 4, measure_blocks, search);
     sum_rough(search);
     find_highest(search);
 }

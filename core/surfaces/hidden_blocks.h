@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/context.h"
 #include "kernels/data.h"
 #include "kernels/hidden_kernels.h"
 #include "kernels/kernels.h"
@@ -34,7 +35,9 @@ struct rf_hidden_search {
     const struct rf_kernels *kernels;
     struct rf_backs backs;
     struct rf_estimates *out;
-    int n_threads, n_x, n_y;
+    const struct rf_context *context;
+    int n_x, n_y;
+    bool has_radii; /* the plane of radii holds those that came, not backs */
     struct rf_hidden_facts *blocks;
     uint32_t *rough; /* bits of rough blocks, in rows of n_words */
     int n_words;

@@ -142,6 +142,34 @@ static void undo_alpha_row(const struct rf_picture *picture, int y, float *out)
     fill_margins(&picture->pixels, out);
 }
 
+/* What the threads share that look for the darkest pixels. */
+struct darkening {
+    struct rf_picture *picture;
+    float *shade, *scratch; /* what is compared, and a row per thread */
+};
+
+static void undo_alpha(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct darkening *d = data;
+    for (int y = (int)begin; y < (int)end; y++)
+        undo_alpha_row(d->picture, y, rf_plane_row(&d->picture->pixels, d->shade, y));
+}
+
+static void darken(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct darkening *d = data;
+    struct rf_picture *picture = d->picture;
+    const struct rf_pixels *p = &picture->pixels;
+    for (int y = (int)begin; y < (int)end; y++) {
+        const float *rows[5];
+        rf_plane_rows(p, d->shade, y, 2, rows);
+        picture->frame->context->kernels->extremes(
+            rows, 5, 2, picture->width, d->scratch + p->stride * (size_t)thread,
+            rf_plane_row(p, picture->darkest, y), NULL);
+        note_others(picture, y);
+    }
+}
+
 /* The darkest pixels around each, and what is mixed or bright by them. */
 static rf_result find_darkest(struct rf_picture *picture, struct rf_error *error)
 {
@@ -149,34 +177,19 @@ static rf_result find_darkest(struct rf_picture *picture, struct rf_error *error
     const struct rf_pixels *p = &picture->pixels;
     size_t n = p->stride * (size_t)picture->height;
     size_t n_scratch = p->stride * (size_t)context->n_threads;
-    float *shade =
-        picture->has_alpha ? rf_alloc(context, n, sizeof *shade) : p->luminance;
-    float *scratch = rf_alloc(context, n_scratch, sizeof *scratch);
-    rf_result result =
-        shade && scratch ? RF_OK : rf_fail_memory(error, n + n_scratch, sizeof *shade);
-    if (result == RF_OK) {
-#pragma omp parallel num_threads(context->n_threads)
-        {
-            if (picture->has_alpha) {
-#pragma omp for schedule(static)
-                for (int y = 0; y < picture->height; y++)
-                    undo_alpha_row(picture, y, rf_plane_row(p, shade, y));
-            }
-#pragma omp for schedule(static)
-            for (int y = 0; y < picture->height; y++) {
-                const float *rows[5];
-                rf_plane_rows(p, shade, y, 2, rows);
-                context->kernels->extremes(rows, 5, 2, picture->width,
-                                           scratch +
-                                               p->stride * (size_t)rf_thread_num(),
-                                           rf_plane_row(p, picture->darkest, y), NULL);
-                note_others(picture, y);
-            }
-        }
-    }
-    rf_free(context, scratch);
+    struct darkening d = {.picture = picture};
+    d.shade = picture->has_alpha ? rf_alloc(context, n, sizeof *d.shade) : p->luminance;
+    d.scratch = rf_alloc(context, n_scratch, sizeof *d.scratch);
+    rf_result result = d.shade && d.scratch
+                           ? RF_OK
+                           : rf_fail_memory(error, n + n_scratch, sizeof *d.shade);
+    if (result == RF_OK && picture->has_alpha)
+        rf_parallel(context, picture->height, RF_EQUAL_PARTS, undo_alpha, &d);
+    if (result == RF_OK)
+        rf_parallel(context, picture->height, RF_EQUAL_PARTS, darken, &d);
+    rf_free(context, d.scratch);
     if (picture->has_alpha)
-        rf_free(context, shade);
+        rf_free(context, d.shade);
     return result;
 }
 
@@ -241,16 +254,16 @@ static bool is_inner(const struct rf_picture *picture, int y)
 }
 
 /* Splits a row, and of opaque pixels notes what is known by then. */
-static void end_row(struct walk *walk, int y)
+static void end_row(struct walk *walk, int y, int thread)
 {
-    if (!rf_split_row(&walk->splitter, y))
+    if (!rf_split_row(&walk->splitter, y, thread))
         set_flag(&walk->is_short);
     else if (walk->picture->frame->params.split_edges)
         note_others(walk->picture, y);
     rf_task_step(walk->task);
 }
 
-static void walk_band(struct walk *walk, int band)
+static void walk_band(struct walk *walk, int band, int thread)
 {
     struct rf_picture *picture = walk->picture;
     int y1 = rf_min_int((band + 1) * BAND_ROWS, picture->height);
@@ -264,25 +277,33 @@ static void walk_band(struct walk *walk, int band)
         }
         for (; next <= (y + 1 < picture->height ? y - RF_SPLIT_REACH : y); next++)
             if (is_inner(picture, next))
-                end_row(walk, next);
+                end_row(walk, next, thread);
     }
+}
+
+static void walk_bands(void *data, int64_t begin, int64_t end, int thread)
+{
+    for (int64_t band = begin; band < end; band++)
+        walk_band(data, (int)band, thread);
+}
+
+/* Splits the rows that look into two bands. */
+static void walk_seams(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct walk *walk = data;
+    for (int y = (int)begin; y < (int)end; y++)
+        if (!is_inner(walk->picture, y) && !is_over(walk))
+            end_row(walk, y, thread);
 }
 
 /* Loads all rows and splits them. */
 static void walk_rows(struct walk *walk)
 {
     struct rf_picture *picture = walk->picture;
+    const struct rf_context *context = picture->frame->context;
     int n_bands = (picture->height + BAND_ROWS - 1) / BAND_ROWS;
-#pragma omp parallel num_threads(picture->frame->context->n_threads)
-    {
-#pragma omp for schedule(dynamic, 1)
-        for (int band = 0; band < n_bands; band++)
-            walk_band(walk, band);
-#pragma omp for schedule(dynamic, 2 * RF_SPLIT_REACH)
-        for (int y = 0; y < picture->height; y++)
-            if (!is_inner(picture, y) && !is_over(walk))
-                end_row(walk, y);
-    }
+    rf_parallel(context, n_bands, 1, walk_bands, walk);
+    rf_parallel(context, picture->height, 2 * RF_SPLIT_REACH, walk_seams, walk);
     picture->has_alpha = walk->has_alpha;
 }
 

@@ -422,11 +422,11 @@ static int split_row(const struct rf_splitter *splitter, int y, const struct scr
     return n;
 }
 
-/* What the calling thread works with for row y. */
-static struct scratch scratch_of(const struct rf_splitter *s, int y)
+/* What a thread works with for row y. */
+static struct scratch scratch_of(const struct rf_splitter *s, int y, int thread)
 {
     size_t row = s->pixels->stride;
-    float *at = s->rows + row * N_ROWS * (size_t)rf_thread_num();
+    float *at = s->rows + row * N_ROWS * (size_t)thread;
     return (struct scratch){s->frame->context->kernels,
                             s->steps,
                             at,
@@ -455,13 +455,13 @@ rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
                                             : rf_fail_memory(error, n, sizeof *s->rows);
 }
 
-bool rf_split_row(struct rf_splitter *s, int y)
+bool rf_split_row(struct rf_splitter *s, int y, int thread)
 {
     set_pure(s, y);
     if (!s->frame->params.split_edges)
         return true;
-    struct scratch scratch = scratch_of(s, y);
-    struct rf_room *room = &s->rooms[rf_thread_num()];
+    struct scratch scratch = scratch_of(s, y, thread);
+    struct rf_room *room = &s->rooms[thread];
     struct split *to =
         rf_arena_take(&s->arena, room, (size_t)s->pixels->width * sizeof *to);
     if (!to)
@@ -513,12 +513,12 @@ float rf_split_radius_at(const struct rf_pixels *p, int x, int y)
 }
 
 /* Puts the split pixels' parts in their places, and their radii in the plane. */
-static void keep_split(const struct rf_splitter *s)
+static void keep_split(void *data, int64_t begin, int64_t end, int thread)
 {
+    const struct rf_splitter *s = data;
     const struct rf_pixels *pixels = s->pixels;
     struct rf_surfaces *out = s->out;
-#pragma omp parallel for num_threads(s->frame->context->n_threads) schedule(static)
-    for (int y = 0; y < out->height; y++) {
+    for (int y = (int)begin; y < (int)end; y++) {
         size_t row = (size_t)y * (size_t)out->width;
         for (int k = 0; k < s->splits[y].n; k++) {
             const struct split *p = &s->splits[y].at[k];
@@ -543,7 +543,7 @@ rf_result rf_split_end(struct rf_splitter *s, struct rf_error *error)
         return result;
     s->out->near = s->pixels->at;
     s->pixels->at = NULL;
-    keep_split(s);
+    rf_parallel(s->frame->context, s->out->height, RF_EQUAL_PARTS, keep_split, s);
     return RF_OK;
 }
 

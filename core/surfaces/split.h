@@ -44,7 +44,7 @@ struct rf_splitter {
 rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error);
 
 /* False: out of memory. */
-bool rf_split_row(struct rf_splitter *s, int y);
+bool rf_split_row(struct rf_splitter *s, int y, int thread);
 
 /*
  * The plane of radii becomes that of the near parts, INFINITY where their share is not

@@ -66,7 +66,13 @@ def test_the_bound_of_memory():
 def test_the_log_hears_remarks(build):
     """A system that gives fewer threads than were asked for."""
     subprocess.run(["ninja", "-C", build, "tests/faults/libfailing.so"], check=True)
-    code = "import rackfocus; print(rackfocus.Context(threads=4, log=print).threads)"
+    code = """
+import numpy, rackfocus
+context = rackfocus.Context(threads=4, log=print)
+frame = numpy.full((64, 64, 4), 5, "f")
+rackfocus.apply(frame, frame[:, :, 0], context=context)
+print(context.threads)
+"""
     done = subprocess.run(
         [sys.executable, "-c", code],
         env={

@@ -65,7 +65,7 @@ static void split(int width, int height, float bright)
     fill_planes(&p);
     REQUIRE(rf_split_begin(&s, NULL) == RF_OK);
     for (int y = 0; y < height; y++)
-        CHECK(rf_split_row(&s, y));
+        CHECK(rf_split_row(&s, y, 0));
     REQUIRE(rf_split_end(&s, NULL) == RF_OK);
     CHECK(out.near == near && !p.at);
     for (int i = 0; i < width * height; i++)

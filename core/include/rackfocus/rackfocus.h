@@ -393,7 +393,7 @@ enum rf_log_level {
 /** How to run; zero means the default everywhere. */
 struct rf_context_params {
     size_t size;       /**< sizeof(struct rf_context_params) */
-    int32_t n_threads; /**< 0: as many as the machine has processors */
+    int32_t n_threads; /**< 0: as many as the process has processors; at most 1024 */
     /** Allocator: 64-byte aligned memory or NULL; both or neither must be set. */
     void *(*allocate)(void *user, size_t n_bytes);
     void (*release)(void *user, void *memory); /**< what `allocate` gave */
@@ -412,6 +412,21 @@ struct rf_context_params {
      * caller's pictures are not counted. Since 0.1.
      */
     size_t max_bytes;
+    /**
+     * The host's own threads in place of the context's: runs task(data, i) once for
+     * every i from 0 to n_tasks - 1 and returns when all of them have returned. On
+     * which threads, in which order and how many at once is the host's choice; what it
+     * leaves out, the calling thread does after it. n_tasks: 2 to the number of
+     * threads, n_threads or 0 for one per processor; the tasks share what there is to
+     * do, and i, to which memory belongs, must not run twice at once. It is called on
+     * the threads that call the library, on several at once where they do so, and never
+     * from within a task. Progress is reported, and cancelling asked for, only while
+     * the calling thread runs a task. Pictures are the same bits. NULL: threads of the
+     * context's own, started when they are first needed, which sleep between pictures.
+     * Since 0.1.
+     */
+    void (*parallel_for)(void *user, int32_t n_tasks,
+                         void (*task)(void *data, int32_t index), void *data);
 };
 
 struct rf_context;
@@ -422,7 +437,8 @@ RF_API rf_result rf_context_create(struct rf_context **context,
                                    struct rf_error *error);
 /** Frees a context whose filters are destroyed. NULL is allowed. */
 RF_API void rf_context_destroy(struct rf_context *context);
-/** Threads that its filters use, at least 1. */
+/** Threads that its filters use at most, at least 1; fewer where the system gives none.
+ */
 RF_API int32_t rf_context_threads(const struct rf_context *context);
 
 /**

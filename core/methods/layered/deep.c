@@ -42,6 +42,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
+#include "base/system_threads.h"
 #include "base/task.h"
 #include "compose/composite.h"
 #include "compose/emit.h"
@@ -174,9 +175,9 @@ static int pieces_of(const struct deep *d, int x, int y, struct piece *pieces)
     return n;
 }
 
-static struct piece *thread_scratch(const struct deep *d)
+static struct piece *thread_scratch(const struct deep *d, int thread)
 {
-    return d->scratch + (d->most_samples * MAX_SLICES + 1) * (size_t)rf_thread_num();
+    return d->scratch + (d->most_samples * MAX_SLICES + 1) * (size_t)thread;
 }
 
 /* ---- checks -------------------------------------------------------------------- */
@@ -245,6 +246,19 @@ static rf_result report_tallies(const struct tally *rows, int height,
     return RF_OK;
 }
 
+/* What the threads share that check samples. */
+struct checking {
+    const struct deep *d;
+    struct tally *rows;
+};
+
+static void check_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct checking *c = data;
+    for (int y = (int)begin; y < (int)end; y++)
+        check_row(c->d, y, &c->rows[y]);
+}
+
 static rf_result check_samples(struct deep *d, struct rf_error *error)
 {
     const struct rf_context *context = d->frame->context;
@@ -265,9 +279,8 @@ static rf_result check_samples(struct deep *d, struct rf_error *error)
     struct tally *rows = rf_calloc(context, (size_t)deep->height, sizeof *rows);
     if (!rows)
         return rf_fail_memory(error, (size_t)deep->height, sizeof *rows);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
-    for (int y = 0; y < deep->height; y++)
-        check_row(d, y, &rows[y]);
+    struct checking checking = {d, rows};
+    rf_parallel(context, deep->height, 8, check_rows, &checking);
     rf_result result = report_tallies(rows, deep->height, error);
     rf_free(context, rows);
     return result;
@@ -325,17 +338,21 @@ static rf_result allocate_scratch(struct deep *d, struct rf_error *error)
     return d->scratch ? RF_OK : rf_fail_memory(error, n, sizeof *d->scratch);
 }
 
-/* Fills planes and radius; returns the largest radius, without sign, of any sample. */
-static float flatten_all(struct deep *d)
+/* What the threads share that flatten pixels. */
+struct flattening {
+    struct deep *d;
+    bool lock; /* of the largest radius, without sign, of any sample */
+    float largest;
+};
+
+static void flatten_rows(void *data, int64_t begin, int64_t end, int thread)
 {
+    struct flattening *f = data;
+    struct deep *d = f->d;
     const struct rf_deep *deep = d->deep;
-    int n_threads = d->frame->context->n_threads;
+    struct piece *pieces = thread_scratch(d, thread);
     float largest = 0;
-#pragma omp parallel for num_threads(n_threads) schedule(dynamic, 8)                   \
-    reduction(max                                                                      \
-              : largest)
-    for (int y = 0; y < deep->height; y++) {
-        struct piece *pieces = thread_scratch(d);
+    for (int y = (int)begin; y < (int)end; y++)
         for (int x = 0; x < deep->width; x++) {
             size_t i = (size_t)y * (size_t)deep->width + (size_t)x;
             int n = pieces_of(d, x, y, pieces);
@@ -349,8 +366,17 @@ static float flatten_all(struct deep *d)
             if (is_open && n > 0)
                 largest = fmaxf(largest, fabsf(d->empty_radius));
         }
-    }
-    return largest;
+    rf_spin_lock(&f->lock);
+    f->largest = fmaxf(f->largest, largest);
+    rf_spin_unlock(&f->lock);
+}
+
+/* Fills planes and radius; returns the largest radius, without sign, of any sample. */
+static float flatten_all(struct deep *d)
+{
+    struct flattening f = {.d = d};
+    rf_parallel(d->frame->context, d->deep->height, 8, flatten_rows, &f);
+    return f.largest;
 }
 
 /* ---- samples ------------------------------------------------------------------- */
@@ -413,29 +439,41 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
     }
 }
 
+/* What the threads share that collect samples. */
+struct collecting {
+    struct deep *d;
+    struct rf_task *task;
+    bool is_counted; /* how many each row has */
+};
+
+static void collect_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct collecting *all = data;
+    struct deep *d = all->d;
+    for (int y = (int)begin; y < (int)end && !rf_task_is_cancelled(all->task); y++) {
+        struct collector c = {.d = d};
+        if (all->is_counted)
+            c.out.at = d->samples.at + d->row_start[y];
+        for (int x = 0; x < d->picture.width; x++)
+            collect_pixel(&c, x, y, thread_scratch(d, thread));
+        if (!all->is_counted)
+            d->row_start[y + 1] = c.out.n;
+        rf_task_step(all->task);
+    }
+}
+
 static rf_result collect_samples(struct deep *d, struct rf_task *task,
                                  struct rf_error *error)
 {
     const struct rf_context *context = d->frame->context;
-    int width = d->picture.width, height = d->picture.height;
+    int height = d->picture.height;
     d->row_start = rf_alloc(context, (size_t)height + 1, sizeof *d->row_start);
     if (!d->row_start)
         return rf_fail_memory(error, (size_t)height + 1, sizeof *d->row_start);
     for (int pass = 0; pass < 2; pass++) {
         rf_task_phase(task, pass ? 0.5 : 0.45, height);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 8)
-        for (int y = 0; y < height; y++) {
-            if (rf_task_is_cancelled(task))
-                continue;
-            struct collector c = {.d = d};
-            if (pass)
-                c.out.at = d->samples.at + d->row_start[y];
-            for (int x = 0; x < width; x++)
-                collect_pixel(&c, x, y, thread_scratch(d));
-            if (!pass)
-                d->row_start[y + 1] = c.out.n;
-            rf_task_step(task);
-        }
+        struct collecting c = {d, task, pass > 0};
+        rf_parallel(context, height, 8, collect_rows, &c);
         if (pass || rf_task_is_cancelled(task))
             break;
         d->row_start[0] = 0;
@@ -451,12 +489,18 @@ static rf_result collect_samples(struct deep *d, struct rf_task *task,
 
 /* ---- behind opaque pixels ------------------------------------------------------ */
 
+/* A pixel of the picture, and the thread that looks at it. */
+struct pixel {
+    int x, y, thread;
+    size_t i;
+};
+
 /* The nearest and the next sample of a pixel; returns the share of the nearest. */
-static float find_parts(struct deep *d, int x, int y, struct rf_surface found[2])
+static float find_parts(struct deep *d, struct pixel at, struct rf_surface found[2])
 {
-    struct piece *pieces = thread_scratch(d);
-    int sx = rf_max_int(x - d->picture.border, 0);
-    int sy = rf_max_int(y - d->picture.border, 0);
+    struct piece *pieces = thread_scratch(d, at.thread);
+    int sx = rf_max_int(at.x - d->picture.border, 0);
+    int sy = rf_max_int(at.y - d->picture.border, 0);
     int n = pieces_of(d, rf_min_int(sx, d->deep->width - 1),
                       rf_min_int(sy, d->deep->height - 1), pieces);
     float share = 1;
@@ -474,35 +518,47 @@ static float find_parts(struct deep *d, int x, int y, struct rf_surface found[2]
     return share;
 }
 
-/* Notes the nearest sample of pixel i and whether there is a farther part. */
-static void set_nearest(struct deep *d, int x, int y, size_t i)
+/* Notes the nearest sample of a pixel and whether there is a farther part. */
+static void set_nearest(struct deep *d, struct pixel at)
 {
     struct rf_surfaces *s = &d->picture.surfaces;
     struct rf_surface found[2];
-    s->share[i] = find_parts(d, x, y, found);
-    s->near[i] = found[0];
-    if (s->share[i] < 1)
-        rf_far_mark(s, i);
+    s->share[at.i] = find_parts(d, at, found);
+    s->near[at.i] = found[0];
+    if (s->share[at.i] < 1)
+        rf_far_mark(s, at.i);
 }
 
-static void set_next(struct deep *d, int x, int y, size_t i)
+static void set_next(struct deep *d, struct pixel at)
 {
     struct rf_surfaces *s = &d->picture.surfaces;
     struct rf_surface found[2];
-    if (s->share[i] == 1)
+    if (s->share[at.i] == 1)
         return;
-    find_parts(d, x, y, found);
-    *rf_far_at(s, i) = found[1];
+    find_parts(d, at, found);
+    *rf_far_at(s, at.i) = found[1];
 }
 
-static void visit_pixels(struct deep *d,
-                         void (*visit)(struct deep *d, int x, int y, size_t i))
+/* What the threads share that visit pixels. */
+struct visiting {
+    struct deep *d;
+    void (*visit)(struct deep *d, struct pixel at);
+};
+
+static void visit_rows(void *data, int64_t begin, int64_t end, int thread)
 {
-    const struct rf_surfaces *s = &d->picture.surfaces;
-#pragma omp parallel for num_threads(d->frame->context->n_threads) schedule(dynamic, 8)
-    for (int y = 0; y < s->height; y++)
-        for (int x = 0; x < s->width; x++)
-            visit(d, x, y, (size_t)y * (size_t)s->width + (size_t)x);
+    const struct visiting *v = data;
+    int width = v->d->picture.surfaces.width;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0; x < width; x++)
+            v->visit(v->d, (struct pixel){x, y, thread,
+                                          (size_t)y * (size_t)width + (size_t)x});
+}
+
+static void visit_pixels(struct deep *d, void (*visit)(struct deep *d, struct pixel at))
+{
+    struct visiting v = {d, visit};
+    rf_parallel(d->frame->context, d->picture.surfaces.height, 8, visit_rows, &v);
 }
 
 /* The pixels' nearest and next samples take the place of split edges. */

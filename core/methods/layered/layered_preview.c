@@ -182,18 +182,34 @@ static void cover_row(struct preview *p, int y, int most)
         }
 }
 
+static void find_nearest_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    for (int64_t by = begin; by < end; by++)
+        find_nearest(data, (int)by);
+}
+
+/* What the threads share that find what covers blocks. */
+struct covering {
+    struct preview *preview;
+    int most; /* rows of blocks that one reaches */
+};
+
+static void cover_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct covering *c = data;
+    for (int64_t y = begin; y < end; y++)
+        cover_row(c->preview, (int)y, c->most);
+}
+
 static void find_covered(struct preview *p)
 {
     float nearest = 0;
-#pragma omp parallel for num_threads(p->context->n_threads) schedule(static)
-    for (int by = 0; by < p->n_y; by++)
-        find_nearest(p, by);
+    rf_parallel(p->context, p->n_y, RF_EQUAL_PARTS, find_nearest_rows, p);
     for (int i = 0; i < p->n_x * p->n_y; i++)
         nearest = rf_min_float(p->nearest[i], nearest);
     int most = (int)(-nearest / (1 << BLOCK_HALVINGS)) + 1;
-#pragma omp parallel for num_threads(p->context->n_threads) schedule(dynamic, 4)
-    for (int y = 0; y < p->n_y; y++)
-        cover_row(p, y, most);
+    struct covering covering = {p, most};
+    rf_parallel(p->context, p->n_y, 4, cover_rows, &covering);
 }
 
 /* Rows of a small plane around row y of the picture, magnified to its width. */
@@ -267,18 +283,38 @@ static rf_result blur(struct preview *p, struct rf_error *error)
     return rf_layered_run(&inner, error);
 }
 
+/* What the threads share that shrink the picture; atomic: what not all rows are. */
+struct shrinking {
+    struct preview *preview;
+    bool is_infinite, is_transparent;
+};
+
+static void shrink_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct shrinking *s = data;
+    struct preview *p = s->preview;
+    for (int y = (int)begin; y < (int)end; y++) {
+        struct row_kind kind =
+            shrink_row(p, y, p->scratch + p->n_scratch * (size_t)thread);
+        if (!kind.is_finite)
+            __atomic_store_n(&s->is_infinite, true, __ATOMIC_RELAXED);
+        if (!kind.is_opaque)
+            __atomic_store_n(&s->is_transparent, true, __ATOMIC_RELAXED);
+    }
+}
+
 static struct row_kind shrink_all(struct preview *p)
 {
-    bool is_finite = true, is_opaque = true;
-#pragma omp parallel for num_threads(p->context->n_threads) schedule(static)           \
-    reduction(&& : is_finite, is_opaque)
-    for (int y = 0; y < p->height; y++) {
-        struct row_kind kind =
-            shrink_row(p, y, p->scratch + p->n_scratch * (size_t)rf_thread_num());
-        is_finite = is_finite && kind.is_finite;
-        is_opaque = is_opaque && kind.is_opaque;
-    }
-    return (struct row_kind){is_finite, is_opaque};
+    struct shrinking s = {.preview = p};
+    rf_parallel(p->context, p->height, RF_EQUAL_PARTS, shrink_rows, &s);
+    return (struct row_kind){!s.is_infinite, !s.is_transparent};
+}
+
+static void join_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct preview *p = data;
+    for (int64_t y = begin; y < end; y++)
+        join_row(p, (int)y, p->scratch + p->n_scratch * (size_t)thread);
 }
 
 static rf_result run(struct preview *p, struct rf_error *error)
@@ -291,9 +327,7 @@ static rf_result run(struct preview *p, struct rf_error *error)
     if (result != RF_OK || rf_task_is_cancelled(p->work->task))
         return result;
     find_covered(p);
-#pragma omp parallel for num_threads(p->context->n_threads) schedule(static)
-    for (int y = 0; y < p->work->frame->height; y++)
-        join_row(p, y, p->scratch + p->n_scratch * (size_t)rf_thread_num());
+    rf_parallel(p->context, p->work->frame->height, RF_EQUAL_PARTS, join_rows, p);
     return RF_OK;
 }
 

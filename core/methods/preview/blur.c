@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -22,6 +23,23 @@ bool rf_grid_alloc(const struct rf_context *context, struct rf_grid *grid, int w
     return grid->at != NULL;
 }
 
+/* What the threads share that run a pass. */
+struct passing {
+    struct rf_task *task;
+    int n, step; /* lines, and those of a band */
+    rf_band_fn fn;
+    void *user;
+};
+
+static void run_bands(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct passing *p = data;
+    for (int i = (int)begin; i < (int)end && !rf_task_is_cancelled(p->task); i++) {
+        p->fn(p->user, i * p->step, rf_min_int((i + 1) * p->step, p->n), thread);
+        rf_task_step(p->task);
+    }
+}
+
 void rf_blur_pass(const struct rf_blur *blur, int pass, int n_passes, int n, int step,
                   rf_band_fn fn, void *user)
 {
@@ -31,13 +49,8 @@ void rf_blur_pass(const struct rf_blur *blur, int pass, int n_passes, int n, int
     rf_task_phase(
         task, blur->progress_from + (blur->progress_to - blur->progress_from) * share,
         n_bands);
-#pragma omp parallel for num_threads(blur->frame->context->n_threads) schedule(static)
-    for (int i = 0; i < n_bands; i++) {
-        if (rf_task_is_cancelled(task))
-            continue;
-        fn(user, i * step, rf_min_int((i + 1) * step, n), rf_thread_num());
-        rf_task_step(task);
-    }
+    struct passing passing = {task, n, step, fn, user};
+    rf_parallel(blur->frame->context, n_bands, RF_EQUAL_PARTS, run_bands, &passing);
 }
 
 #define TRANSPOSE(a, b, c, d)                                                          \

@@ -34,6 +34,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -312,22 +313,30 @@ static void run_band(const struct scatter *s, int band_index, double *band)
     finish_band(s, y0, y1, band);
 }
 
+/* What the threads share that run bands. */
+struct running {
+    const struct scatter *s;
+    double *bands; /* band_size numbers for each thread */
+    size_t band_size;
+};
+
+static void run_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct running *r = data;
+    struct rf_task *task = r->s->work->task;
+    for (int64_t i = begin; i < end && !rf_task_is_cancelled(task); i++) {
+        run_band(r->s, (int)i, r->bands + r->band_size * (size_t)thread);
+        rf_task_step(task);
+    }
+}
+
 static void run_bands(const struct scatter *s, double *bands, size_t band_size)
 {
     const struct rf_frame *f = s->work->frame;
     int n_bands = (f->height + BAND_ROWS - 1) / BAND_ROWS;
+    struct running r = {s, bands, band_size};
     rf_task_phase(s->work->task, 1, n_bands);
-#pragma omp parallel num_threads(f->context->n_threads)
-    {
-        double *band = bands + band_size * (size_t)rf_thread_num();
-#pragma omp for schedule(dynamic, 1)
-        for (int i = 0; i < n_bands; i++) {
-            if (rf_task_is_cancelled(s->work->task))
-                continue;
-            run_band(s, i, band);
-            rf_task_step(s->work->task);
-        }
-    }
+    rf_parallel(f->context, n_bands, 1, run_some, &r);
 }
 
 rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)

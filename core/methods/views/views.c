@@ -54,6 +54,7 @@
 
 #include "base/context.h"
 #include "base/error.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/highlights_add.h"
@@ -236,6 +237,32 @@ static void add_row(const struct rf_work *work, int y, const float *lights)
     }
 }
 
+/* What the threads share that finish the picture. */
+struct finishing {
+    const struct rf_work *work;
+    float total;
+    const float *lights;
+};
+
+static void finish_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct finishing *f = data;
+    const struct rf_work *work = f->work;
+    int width = work->frame->width;
+    for (int y = (int)begin; y < (int)end; y++) {
+        const float *light = f->lights + 4 * (size_t)y * (size_t)width;
+        for (int p = 0; p < work->n_planes; p++) {
+            float *row = work->colour[p] + (size_t)y * (size_t)width;
+            for (int x = 0; x < width; x++)
+                row[x] /= f->total;
+        }
+        if (work->out)
+            store_row(work, y, light);
+        else
+            add_row(work, y, light);
+    }
+}
+
 /*
  * The mean of the cells, and the lights: as plain pixels where the work has room for
  * them, else in the planes of the cells' sum, which are its colours now.
@@ -250,19 +277,8 @@ static void finish(const struct rf_views *v, float *sum, double total,
     work->stride = (size_t)width;
     for (int p = 0; p < work->n_planes; p++)
         work->colour[p] = sum + n * (size_t)p;
-#pragma omp parallel for num_threads(work->frame->context->n_threads) schedule(static)
-    for (int y = 0; y < height; y++) {
-        const float *light = lights + 4 * (size_t)y * (size_t)width;
-        for (int p = 0; p < work->n_planes; p++) {
-            float *row = work->colour[p] + (size_t)y * (size_t)width;
-            for (int x = 0; x < width; x++)
-                row[x] /= (float)total;
-        }
-        if (work->out)
-            store_row(work, y, light);
-        else
-            add_row(work, y, light);
-    }
+    struct finishing f = {work, (float)total, lights};
+    rf_parallel(work->frame->context, height, RF_EQUAL_PARTS, finish_rows, &f);
     if (work->out)
         memset(work->colour, 0, sizeof work->colour);
 }

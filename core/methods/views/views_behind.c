@@ -17,11 +17,13 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "kernels/data.h"
 #include "methods/views/merge.h"
@@ -128,6 +130,31 @@ static void put_pieces(const struct plane *p, int cell)
         }
 }
 
+/* What the threads share that fill the views' planes. */
+struct filling {
+    const struct rf_views *v;
+    float *planes;
+    size_t stride, n; /* floats of a row and of a plane */
+};
+
+static void fill_planes(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct filling *f = data;
+    const struct rf_views *v = f->v;
+    for (int j = (int)begin; j < (int)end; j++) {
+        float *radius = f->planes + f->n * (size_t)j;
+        struct plane p = {v, j, radius, f->stride,
+                          radius + f->n - FAR_ROWS * f->stride};
+        begin_plane(&p);
+        for (int i = 0; i < v->n_cells && v->unseen; i++)
+            if (v->cells[i].own >> j & 1)
+                put_pieces(&p, i);
+        add_far_parts(&p);
+        v->occluders[j].behind = p.radius;
+        v->occluders[j].behind_stride = f->stride;
+    }
+}
+
 rf_result rf_views_find_behind(const struct rf_views *v, float **planes,
                                struct rf_error *error)
 {
@@ -139,17 +166,7 @@ rf_result rf_views_find_behind(const struct rf_views *v, float **planes,
     *planes = rf_alloc(context, n * n_views, sizeof **planes);
     if (!*planes)
         return rf_fail_memory(error, n * n_views, sizeof **planes);
-#pragma omp parallel for num_threads(context->n_threads) schedule(dynamic, 1)
-    for (int j = 0; j < v->work->n_views; j++) {
-        float *radius = *planes + n * (size_t)j;
-        struct plane p = {v, j, radius, stride, radius + n - FAR_ROWS * stride};
-        begin_plane(&p);
-        for (int i = 0; i < v->n_cells && v->unseen; i++)
-            if (v->cells[i].own >> j & 1)
-                put_pieces(&p, i);
-        add_far_parts(&p);
-        v->occluders[j].behind = p.radius;
-        v->occluders[j].behind_stride = stride;
-    }
+    struct filling filling = {v, *planes, stride, n};
+    rf_parallel(context, v->work->n_views, 1, fill_planes, &filling);
     return RF_OK;
 }

@@ -552,39 +552,55 @@ static void list_row(struct blocks *b, int view, int y, struct rf_unseen *room)
             list_block(b, view, bx, y, &doubts[bx], &lists);
     if (keep_lists(v, &lists, row))
         return;
-#pragma omp atomic
-    b->n_failed++;
+    __atomic_fetch_add(&b->n_failed, 1, __ATOMIC_RELAXED);
 }
 
-static void list_rows(struct blocks *b, int view, int by, struct rf_unseen *room)
+static void measure_some(void *data, int64_t begin, int64_t end, int thread)
 {
-    int height = b->v->pictures[view].height;
-    for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, height); y++)
-        list_row(b, view, y, room);
+    struct blocks *b = data;
+    for (int i = (int)begin; i < (int)end; i++)
+        measure_blocks(b, i / b->n_y, i % b->n_y);
+}
+
+/* Rows of blocks of all views, one after the other: they look at each other. */
+static void find_some_doubts(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct blocks *b = data;
+    int n_views = b->v->work->n_views;
+    for (int i = (int)begin; i < (int)end; i++)
+        find_doubts(b, i % n_views, i / n_views);
+}
+
+/* What the threads share that list what views do not see. */
+struct listing {
+    struct blocks *blocks;
+    struct rf_unseen *room; /* n_room for each thread */
+    size_t n_room;
+};
+
+static void list_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct listing *l = data;
+    struct blocks *b = l->blocks;
+    int n_views = b->v->work->n_views, height = b->v->pictures[0].height;
+    for (int i = (int)begin; i < (int)end; i++) {
+        int by = i / n_views;
+        for (int y = by * BLOCK; y < rf_min_int((by + 1) * BLOCK, height); y++)
+            if (!rf_task_is_cancelled(b->v->work->task))
+                list_row(b, i % n_views, y, l->room + l->n_room * (size_t)thread);
+    }
 }
 
 static void list_all(struct blocks *b, struct rf_unseen *room)
 {
     const struct rf_picture *picture = &b->v->pictures[0];
-    struct rf_task *task = b->v->work->task;
-    int n_views = b->v->work->n_views, n_threads = picture->frame->context->n_threads;
-    size_t n_room = RF_MOST_CELLS * 2 * (size_t)picture->width;
-#pragma omp parallel num_threads(n_threads)
-    {
-#pragma omp for schedule(dynamic, 4)
-        for (int i = 0; i < n_views * b->n_y; i++)
-            measure_blocks(b, i / b->n_y, i % b->n_y);
-#pragma omp for schedule(dynamic, 4)
-        for (int i = 0; i < n_views * b->n_y; i++)
-            find_doubts(b, i % n_views, i / n_views);
-            /* One row of blocks of all views: they look at each other. */
-#pragma omp for schedule(dynamic, 1)
-        for (int i = 0; i < n_views * b->n_y; i++)
-            if (!rf_task_is_cancelled(task))
-                list_rows(b, i % n_views, i / n_views,
-                          room + n_room * (size_t)rf_thread_num());
-    }
-    rf_task_poll(task);
+    const struct rf_context *context = picture->frame->context;
+    const int64_t n = (int64_t)b->v->work->n_views * b->n_y;
+    struct listing listing = {b, room, RF_MOST_CELLS * 2 * (size_t)picture->width};
+    rf_parallel(context, n, 4, measure_some, b);
+    rf_parallel(context, n, 4, find_some_doubts, b);
+    rf_parallel(context, n, 1, list_rows, &listing);
+    rf_task_poll(b->v->work->task);
 }
 
 rf_result rf_views_find_unseen(struct rf_views *v, struct rf_error *error)
