@@ -34,7 +34,7 @@ static bool read_png(const char *path, struct picture *picture,
     picture->samples = app_memory(3 * n, sizeof(float), error);
     for (size_t i = 0; picture->samples && i < n; i++)
         for (size_t c = 0; c < 3; c++)
-            picture->samples[3 * i + c] = rgba[4 * i + c] * rgba[4 * i + 3];
+            picture->samples[3 * i + c] = rgba[4 * i + c];
     free(rgba);
     return picture->samples != NULL;
 }

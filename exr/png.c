@@ -6,7 +6,6 @@
 #include "exr_private.h"
 
 #include <errno.h>
-#include <math.h>
 #include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +14,7 @@
 #include <png.h>
 
 #include "file.h"
+#include "png_rows.h"
 
 /* zlib cannot shrink by more than this; a header that claims more is damaged. */
 enum { MAX_ZLIB_RATIO = 1040 };
@@ -38,45 +38,6 @@ static void keep_error(png_structp png, png_const_charp message)
 
 static void ignore_warning(png_structp png, png_const_charp message)
 {
-}
-
-static float srgb_encode(float linear)
-{
-    return linear <= 0.0031308f ? 12.92f * linear
-                                : 1.055f * powf(linear, 1.0f / 2.4f) - 0.055f;
-}
-
-static float srgb_decode(float encoded)
-{
-    return encoded <= 0.04045f ? encoded / 12.92f
-                               : powf((encoded + 0.055f) / 1.055f, 2.4f);
-}
-
-/* NaN becomes 0. */
-static float clip01(float value)
-{
-    return value > 0.0f ? (value < 1.0f ? value : 1.0f) : 0.0f;
-}
-
-/* One row of samples to big-endian integers. */
-static void encode_row(const float *in, int32_t width, int n_channels, int bits,
-                       bool is_encoded, png_bytep out)
-{
-    float top = bits == 8 ? 255.0f : 65535.0f;
-    for (int32_t x = 0; x < width; x++, in += n_channels) {
-        float alpha = n_channels == 4 ? clip01(in[3]) : 1.0f;
-        for (int c = 0; c < n_channels; c++) {
-            float value = in[c];
-            if (c == 3)
-                value = alpha;
-            else if (!is_encoded)
-                value = srgb_encode(clip01(alpha > 0.0f ? value / alpha : value));
-            long whole = lrintf(clip01(value) * top);
-            if (bits == 16)
-                *out++ = (png_byte)(whole >> 8);
-            *out++ = (png_byte)(whole & 0xff);
-        }
-    }
 }
 
 static bool write_stream(struct png_work *work, const float *samples, int32_t width,
@@ -103,7 +64,7 @@ static bool write_stream(struct png_work *work, const float *samples, int32_t wi
     png_write_info(work->png, work->info);
     for (int32_t y = 0; y < height; y++) {
         const float *in = samples + (size_t)y * (size_t)width * (size_t)n_channels;
-        encode_row(in, width, n_channels, bits, is_encoded, work->row);
+        png_encode_row(in, width, n_channels, bits, is_encoded, work->row);
         png_write_row(work->png, work->row);
     }
     png_write_end(work->png, work->info);
@@ -156,21 +117,6 @@ static void read_header(struct png_work *work, int64_t file_bytes)
     png_read_update_info(work->png, work->info);
 }
 
-static void decode_row(const png_byte *in, int32_t width, int bits, float *out)
-{
-    float scale = bits == 8 ? 1.0f / 255.0f : 1.0f / 65535.0f;
-    for (int32_t x = 0; x < width; x++, out += 4) {
-        for (int c = 0; c < 4; c++) {
-            unsigned whole = *in++;
-            if (bits == 16)
-                whole = whole << 8 | *in++;
-            out[c] = (float)whole * scale;
-        }
-        for (int c = 0; c < 3; c++)
-            out[c] = srgb_decode(out[c]) * out[3];
-    }
-}
-
 /* The picture as bytes, because interlaced files come in several passes. */
 static bool read_stream(struct png_work *work, int64_t file_bytes, float **samples,
                         int32_t *width, int32_t *height)
@@ -201,8 +147,8 @@ static bool read_stream(struct png_work *work, int64_t file_bytes, float **sampl
             png_read_row(work->png, work->row + y * n_row_bytes, NULL);
     png_read_end(work->png, NULL);
     for (size_t y = 0; y < n_rows; y++)
-        decode_row(work->row + y * n_row_bytes, *width, bits,
-                   *samples + y * (size_t)*width * 4);
+        png_decode_row(work->row + y * n_row_bytes, *width, bits,
+                       *samples + y * (size_t)*width * 4);
     return true;
 }
 

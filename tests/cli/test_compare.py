@@ -143,15 +143,15 @@ def test_pixel_counts_from_the_display(scene, figures):
 
 
 def write_png(path, image):
-    """8 bit RGB, no filters."""
+    """8 bit RGB or RGBA, no filters."""
 
     def chunk(kind, data):
         body = kind + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
 
-    height, width, _ = image.shape
+    height, width, n_channels = image.shape
     rows = b"".join(b"\0" + row.tobytes() for row in image)
-    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[n_channels], 0, 0, 0)
     path.write_bytes(
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", head)
@@ -208,6 +208,21 @@ def test_png_against_exr(pair, figures, tmp_path):
     assert found["tpsnr"] == pytest.approx(psnr(tone(linear), tone(a)), abs=1e-3)
     assert found["tpsnr"] > 50
     assert figures(png, png)["identical"]
+
+
+def test_png_with_alpha(pair, figures, tmp_path):
+    """Its colour counts by its alpha, once."""
+    a, _, _ = pair
+    code = numpy.round(255 * encode(a)).astype(numpy.uint8)
+    half = numpy.full(code.shape[:2] + (1,), 128, numpy.uint8)
+    png = write_png(tmp_path / "half.png", numpy.concatenate([code, half], axis=2))
+    v = code / 255
+    linear = numpy.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+    plain = write_png(
+        tmp_path / "plain.png",
+        numpy.round(255 * encode(linear * 128 / 255)).astype(numpy.uint8),
+    )
+    assert figures(png, plain)["tpsnr"] > 45
 
 
 def test_pictures_of_the_error(pair, rackfocus, tmp_path):
