@@ -30,7 +30,9 @@ double rf_system_strtod(const char *text, char **end)
 
 #else
 
+#ifndef __wasi__
 #include <sys/mman.h>
+#endif
 #ifdef __APPLE__
 #include <xlocale.h>
 #endif
