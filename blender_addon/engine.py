@@ -12,6 +12,7 @@ from . import (
     compat,
     exr,
     failures,
+    finishing,
     group,
     keep,
     lens,
@@ -23,6 +24,7 @@ from . import (
     preferences,
     refocusing,
     setup,
+    supersample,
     tap,
     views,
 )
@@ -170,7 +172,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The message of an error in the artist's words."""
         if isinstance(error, rackfocus.CancelledError):
             return "stopped; the picture is not filtered"
-        if isinstance(error, keep.KeepError):
+        if isinstance(error, keep.KeepError | finishing.FinishError):
             return str(error)
         if isinstance(error, EXPECTED):
             text = getattr(error, "message", "") or str(error) or "out of memory"
@@ -244,27 +246,50 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
         found: [(passes.Layer, passes.Place)] of its views.
         """
-        first = found[0][0]
+        first, source = found[0][0], scene.rack_focus.source.original
         height, width = first.colour.shape[:2]
-        render, source_name = scene.render, scene.rack_focus.source.name
+        scale = supersample.scale_of((width, height), scene.render)
         # Blender's rows run upwards, those of the file and of the filter downwards.
         picture = np.empty((height, width, 4), np.float32)
         coc = np.zeros((height, width, 1), np.float32)
-        limit_px = None
+        limit_px, depth = None, first.depth
         try:
             settings = frame.camera.data.rack_focus
             # After the node's button a refocus follows, which filters.
-            is_final = bpy.app.background or source_name not in alone
+            is_final = bpy.app.background or source.name not in alone
             if settings.enabled and is_final and not self.is_broken:
                 limit_px = self._filter(
-                    frame, found, settings, render, (picture, coc), seconds
+                    frame, found, settings, scene.render, (picture, coc), seconds, scale
                 )
         finally:
             started = time.perf_counter()
             if limit_px is None:
                 picture[::-1] = first.colour
-            self._write(frame, self._passes(picture, coc, first.depth, limit_px))
+            if scale > 1:
+                picture, coc = supersample.to_size(source, scale, picture, coc)
+                depth = depth if depth is None else supersample.middle(depth, scale)
+                limit_px = limit_px and limit_px / scale
+            problem = self._finish(frame, source, picture, limit_px, seconds)
+            self._write(frame, self._passes(picture, coc, depth, limit_px))
             seconds["write"] = time.perf_counter() - started
+        if problem:
+            raise problem
+
+    def _finish(self, frame, source, picture, limit_px, seconds):
+        """Cleans the own lens with a filtered picture, in place; returns the problem."""
+        started = time.perf_counter()
+        own = finishing.own_of(source, frame.layer) if limit_px is not None else None
+        if own is None:
+            return None
+        self.update_stats("", "Rack Focus: finish")
+        colour = cut_out(own[0], source.render).colour
+        normal = own[1] if colour.shape == own[0].colour.shape else None
+        try:
+            finishing.clean(colour, picture[::-1], normal)
+        except finishing.FinishError as problem:
+            return problem
+        seconds["finish"] = time.perf_counter() - started
+        return None
 
     def _passes(self, picture, coc, depth, limit_px):
         """{name: (height, width, channels), rows upwards}; only of linked sockets.
@@ -299,19 +324,22 @@ class RackFocusEngine(bpy.types.RenderEngine):
         stem = keep.stem_of(source, scene.frame_current, frame.layer, frame.suffix)
         height, width = found[0][0].depth.shape
         settings = frame.camera.data.rack_focus
+        scale = supersample.scale_of((width, height), scene.render)
         params = lens.frame_parameters(
-            frame.camera, settings, scene.render, (width, height)
+            frame.camera, settings, scene.render, (width, height), scale
         )
         keep.write(folder, stem, found, params)
 
-    def _filter(self, frame, found, settings, render, targets, seconds):
+    def _filter(self, frame, found, settings, render, targets, seconds, scale):
         """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""
         picture, coc = targets
         if any(layer.depth is None for layer, _ in found):
             raise Problem(no_depth(frame.layer))
         found = [(with_some_depth(layer), place) for layer, place in found]
         height, width = found[0][0].depth.shape
-        params = lens.frame_parameters(frame.camera, settings, render, (width, height))
+        params = lens.frame_parameters(
+            frame.camera, settings, render, (width, height), scale
+        )
         found = [(looked(layer, settings, params), place) for layer, place in found]
         depth = found[0][0].depth
         params["method"] = views.method_for(params["method"], found)

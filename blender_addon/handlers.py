@@ -14,6 +14,7 @@ from bpy.app.handlers import persistent
 from . import (
     engine,
     failures,
+    finishing,
     group,
     lens,
     main_thread,
@@ -66,7 +67,7 @@ def _prepare(scene):
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
-        views.begin(scene)
+        views.begin(scene, finishing.samples_of(scene))
         setup.settle(scene)
 
 
@@ -78,6 +79,7 @@ def _start(scene):
     elif setup.filter_scene_of(scene) is not None:
         if not scene.rack_focus.muted:  # a render, not a refocus
             passes.forget(scene)
+            finishing.forget(scene)
         setup.sync(scene)
 
 
@@ -127,7 +129,8 @@ def on_frame_change_post(scene, depsgraph=None):
     is_copy = views.is_copy(scene)
     source = scene.rack_focus.viewed if is_copy else scene
     if source is not None and setup.is_filtered(source):
-        write(setup.make_pinhole, source, depsgraph)
+        are_open = scene.rack_focus.is_own_lens
+        write(setup.open_lenses, source, depsgraph, are_open)
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
@@ -149,6 +152,7 @@ def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
     _rendering.clear()
     passes.forget()
+    finishing.forget()
     write(_mend)
 
 

@@ -106,11 +106,16 @@ def crop_parameters(params, whole_size, size):
     return part
 
 
-def frame_parameters(camera, settings, render, size):
+def frame_parameters(camera, settings, render, size, scale=1):
     """All parameters for a picture of `size` px that shows the frame or a part of it.
 
-    settings: the camera's rack_focus properties.
+    settings: the camera's rack_focus properties; scale: of a supersampled frame, whose
+    lengths in px are those of the settings times it.
     """
     params = camera_parameters(camera, render)
     params.update(settings.method_parameters())
-    return crop_parameters(params, picture_size(render), size)
+    for p in rackfocus.parameters() if scale > 1 else ():
+        if p.unit == "px" and p.field in params:
+            params[p.field] = min(params[p.field] * scale, p.max)
+    width, height = picture_size(render)
+    return crop_parameters(params, (scale * width, scale * height), size)

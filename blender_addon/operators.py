@@ -2,8 +2,13 @@
 """Refocus without rendering, and the node of the compositor's Add menu."""
 
 import bpy
+from bpy.props import IntProperty
 
-from . import compat, engine, exr, group, keep, passes, setup
+from . import compat, engine, exr, finishing, group, keep, passes, refocusing, setup
+from . import views
+
+
+REFUSED = (exr.ExrError, passes.PassesError, finishing.FinishError)
 
 
 def scene_of(context):
@@ -11,14 +16,17 @@ def scene_of(context):
     return context.scene.rack_focus.source or context.scene
 
 
-def refocus(scene, call):
+def refocus(scene, call, own_samples=0):
     """Composites a scene again with the kept passes; call: EXEC_ or INVOKE_DEFAULT.
 
     Where the nodes use the scene's own render as well, it is rendered again.
+    own_samples: of a render with the camera's own lens, which comes before that.
     """
     if not setup.can_mute_sources(scene):
         return bpy.ops.render.render(call, scene=scene.name)
     keep_passes(scene)
+    if own_samples:
+        views.begin(scene, own_samples, is_refocus=True)
     setup.mute_sources(scene)
     is_job = False
     try:
@@ -28,6 +36,7 @@ def refocus(scene, call):
     finally:
         if not is_job:  # else the end of the job does it
             setup.unmute_sources(scene)
+            views.end(scene)
 
 
 def keep_passes(scene):
@@ -78,7 +87,50 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
             self.report({"INFO"}, "The nodes use other passes too: rendering again")
         try:
             return refocus(scene, call)
-        except (RuntimeError, exr.ExrError, passes.PassesError) as error:
+        except (RuntimeError, *REFUSED) as error:
+            self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
+            return {"CANCELLED"}
+
+
+class RACK_FOCUS_OT_finish(bpy.types.Operator):
+    """Render some samples with the camera's own lens, and clean them with the picture \
+that is there: mirrors, glass and smoke come out as the renderer sees them"""
+
+    bl_idname = "rack_focus.finish"
+    bl_label = "Finish"
+
+    samples: IntProperty(
+        name="Samples",
+        description="For each pixel; 0 takes those of the camera",
+        min=0,
+        default=0,
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Only where Rack Focus is set up."""
+        return setup.filter_scene_of(scene_of(context)) is not None
+
+    def execute(self, context):
+        """Waits for the picture."""
+        return self._run(context, "EXEC_DEFAULT")
+
+    def invoke(self, context, _event):
+        """Runs as a job, with progress and Esc."""
+        return self._run(context, "INVOKE_DEFAULT")
+
+    def _run(self, context, call):
+        scene = scene_of(context)
+        try:
+            reason = finishing.why_not(scene)
+            if reason:
+                raise finishing.FinishError(reason)
+            finishing.need_denoiser()
+            refocusing.shown.pop(scene.name, None)
+            samples = self.samples or scene.camera.data.rack_focus.finish_samples
+            return refocus(scene, call, samples)
+        except (RuntimeError, *REFUSED) as error:
             self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
             return {"CANCELLED"}
 
@@ -170,6 +222,7 @@ def last_message(scene):
 
 CLASSES = (
     RACK_FOCUS_OT_refocus,
+    RACK_FOCUS_OT_finish,
     RACK_FOCUS_OT_add_node,
     RACK_FOCUS_OT_add_picture_node,
 )

@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compat, lens, pictures, setup, words, writing
+from . import compat, lens, pictures, setup, supersample, words, writing
 from .library import rackfocus
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
@@ -188,6 +188,30 @@ class CameraSettings(bpy.types.PropertyGroup):
         soft_max=1024,
         default=0,
     )
+    supersample: IntProperty(
+        override=OVERRIDABLE,
+        name="Supersample",
+        description="Render at so many times the size, with as many fewer samples for "
+        "each pixel: the same time, and edges whose depth is known. The picture has the "
+        "size that you ask for",
+        min=1,
+        max=supersample.MOST,
+        default=1,
+    )
+    finish_samples: IntProperty(
+        override=OVERRIDABLE,
+        name="Finish Samples",
+        description="Samples for each pixel that Finish renders with the camera's own "
+        "lens",
+        min=1,
+        soft_max=1024,
+        default=64,
+    )
+    use_finish: BoolProperty(
+        override=OVERRIDABLE,
+        name="Finish Every Render",
+        description="Every render is finished, those of animations too",
+    )
     camera_move: EnumProperty(
         override=OVERRIDABLE,
         name="Camera Move",
@@ -314,6 +338,10 @@ class SceneState(bpy.types.PropertyGroup):
     viewed: PointerProperty(type=bpy.types.Scene, options={"HIDDEN"})
     is_views_copy: BoolProperty(
         description="A copy of the scene viewed, which renders its views",
+        options={"HIDDEN"},
+    )
+    is_own_lens: BoolProperty(
+        description="A copy that renders with the camera's own lens",
         options={"HIDDEN"},
     )
     is_automatic: BoolProperty(

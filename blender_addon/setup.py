@@ -620,16 +620,17 @@ def why_not(scene):
     return ""
 
 
-def make_pinhole(scene, depsgraph):
-    """Switches the cameras' own depth of field off in what a render evaluated.
+def open_lenses(scene, depsgraph, are_open):
+    """Switches the cameras' own depth of field on or off in what a render evaluated.
 
     The cameras of the file are not touched: nothing is seen of it, nor saved.
     """
     for camera in cameras_of(scene):
         if camera.data.rack_focus.enabled:
             seen = camera.evaluated_get(depsgraph)
-            if seen.is_evaluated and seen.data.is_evaluated and seen.data.dof.use_dof:
-                seen.data.dof.use_dof = False
+            is_seen = seen.is_evaluated and seen.data.is_evaluated
+            if is_seen and seen.data.dof.use_dof != are_open:
+                seen.data.dof.use_dof = are_open
 
 
 def show_dof():

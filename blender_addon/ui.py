@@ -2,9 +2,9 @@
 """Panels and preferences."""
 
 import bpy
-from bpy.props import BoolProperty, IntProperty
+from bpy.props import BoolProperty, IntProperty, StringProperty
 
-from . import group, lens, refocusing, setup, views, words
+from . import finishing, group, lens, refocusing, setup, supersample, views, words
 from .library import rackfocus
 from .operators import last_message, scene_of
 from .props import LENS_POINTS, is_read, look_table, method_table
@@ -76,6 +76,10 @@ class CameraPanel(InCamera):
         column.active = settings.enabled
         draw_method(column, settings)
         column.prop(settings, "quality")
+        column.prop(settings, "supersample")
+        if settings.enabled and settings.supersample > 1:
+            for text in describe_supersample(settings, scene):
+                column.label(text=text, icon="INFO")
         if is_read(settings, "max_radius"):
             draw_field(column, settings, "max_radius")
         if scene.render.film_transparent and is_read(settings, "film_depth"):
@@ -101,7 +105,7 @@ class CameraPanel(InCamera):
 
     def _draw_state(self, context, layout, scene):
         """What is in focus, what is wrong, and the buttons."""
-        camera = scene.camera
+        camera, settings = scene.camera, context.camera.rack_focus
         if camera is None or camera.data != context.camera:
             layout.label(text="Not the scene's active camera", icon="INFO")
             return
@@ -112,9 +116,10 @@ class CameraPanel(InCamera):
             column.label(text=str(error), icon="ERROR")
         draw_messages(column, scene)
         draw_refocus(layout, scene)
+        draw_finish(layout, scene, settings)
         layout.operator("rack_focus.compare", icon="IMAGE_REFERENCE")
-        settings = context.window_manager.rack_focus_view
-        layout.prop(settings, "enabled", text="Show in 3D Views")
+        view = context.window_manager.rack_focus_view
+        layout.prop(view, "enabled", text="Show in 3D Views")
 
 
 def draw_messages(layout, scene):
@@ -140,6 +145,32 @@ def draw_refocus(layout, scene):
     row.alert = row.use_property_split = False
     row.ui_units_x = 3
     row.prop(scene.rack_focus, "is_automatic", text="Auto", toggle=True)
+
+
+def draw_finish(layout, scene, settings):
+    """The button with its samples; why it cannot be, where it cannot."""
+    row = layout.row(align=True)
+    row.use_property_split = False
+    reason = finishing.why_not(scene)
+    row.enabled = not reason
+    row.operator("rack_focus.finish", icon="SHADERFX")
+    row.prop(settings, "finish_samples", text="Samples")
+    row.prop(settings, "use_finish", text="", icon="RENDER_ANIMATION")
+    if reason and settings.use_finish:
+        layout.label(text=reason, icon="INFO")
+
+
+def describe_supersample(settings, scene):
+    """Lines on the size and the samples of a supersampled render, or why it is none."""
+    reason = supersample.why_not(scene)
+    if reason:
+        return [reason]
+    scale, n = supersample.factor(scene), views.view_count(settings)
+    width, height = lens.picture_size(scene.render)
+    whole, each = views.samples_of(scene), settings.view_samples
+    samples = views.samples_of_view(whole, n, each, scale)
+    what = "sample" if samples == 1 else "samples"
+    return [f"{scale * width} × {scale * height} px, {samples} {what} each"]
 
 
 class LookPanel(InCamera):
@@ -333,10 +364,18 @@ class Preferences(bpy.types.AddonPreferences):
         "add-on is missing. Blender asks before it runs scripts of a file",
     )
 
+    denoiser: StringProperty(
+        name="Denoiser",
+        description="File or folder of Open Image Denoise, for Finish. Empty: "
+        "Blender's own, else that of the system",
+        subtype="FILE_PATH",
+    )
+
     def draw(self, _context):
         """Threads, farms, version, instruction set."""
         column = self.layout.column()
         column.prop(self, "threads")
+        column.prop(self, "denoiser")
         column.prop(self, "is_strict")
         column.prop(self, "has_notice")
         column.label(text=f"Version {rackfocus.version()}")

@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import compat, group, lens, passes, setup
+from . import compat, finishing, group, lens, passes, setup, supersample
 from .library import rackfocus
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
@@ -43,9 +43,11 @@ multiview_works = True  # until a render shows that it does not
 class Session:
     """A render of a scene in several views, from its start to its end."""
 
-    def __init__(self, scene, copies):
+    def __init__(self, scene, copies, own):
         self.scene_name = scene.name
         self.copy_names = [copy.name for copy in copies]
+        self.own_name = own.name if own is not None else ""
+        self.scale = supersample.factor(scene) if copies else 1
         self.is_sequence = len(copies) > 1
         self.camera_names = []
         self.samples = samples_of(scene)
@@ -54,8 +56,12 @@ class Session:
         self.is_collected = False
 
     def copies(self):
-        """The scenes that render."""
+        """The scenes that render the views."""
         return [bpy.data.scenes[name] for name in self.copy_names]
+
+    def own(self):
+        """The scene that renders with the camera's own lens, or None."""
+        return bpy.data.scenes[self.own_name] if self.own_name else None
 
 
 _sessions = {}  # name of the user's scene: Session
@@ -91,7 +97,7 @@ def describe(settings, scene, n):
         return ["With Rack Focus nodes on pictures, one view is rendered"]
     width, height = lens.picture_size(scene.render)
     lines = []
-    samples = samples_of(scene)
+    samples, scale = samples_of(scene), supersample.factor(scene)
     if samples:
         each = samples_of_view(samples, n, settings.view_samples)
         cost = f"{n * each / samples:.3g} × the time of one render"
@@ -107,7 +113,7 @@ def describe(settings, scene, n):
     if is_one_by_one(settings):
         lines.append("The views are rendered one after another")
     if n > LOUD_COUNT:
-        n_bytes = n * width * height * BYTES_PER_PIXEL
+        n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL
         lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
     return lines
 
@@ -142,24 +148,33 @@ def camera_at(scene, frame):
 # ---- start and end ----------------------------------------------------------------
 
 
-def begin(scene):
+def begin(scene, own_samples=0, is_refocus=False):
     """Makes the copies and hands the nodes over; for the main thread.
 
-    Does nothing where one view is asked for.
+    own_samples: of a render with the camera's own lens, 0: none. is_refocus: the passes
+    are there already. Does nothing where the scene itself is all that is rendered.
     """
     clean_up()
+    if scene.render.use_multiview or group.nodes_of(scene):
+        return
     cameras = [c for c in setup.cameras_of(scene) if c.data.rack_focus.enabled]
-    most = max((view_count(c.data.rack_focus) for c in cameras), default=1)
-    if most < 2 or scene.render.use_multiview or group.nodes_of(scene):
+    most, scale = max((view_count(c.data.rack_focus) for c in cameras), default=1), 1
+    if not is_refocus:
+        scale = supersample.factor(scene)
+    has_copies = not is_refocus and (most > 1 or scale > 1)
+    if not has_copies and not own_samples:
         return
     is_sequence = any(is_one_by_one(c.data.rack_focus) for c in cameras)
-    copies = [_make_copy(scene) for _ in range(most if is_sequence else 1)]
-    session = Session(scene, copies)
+    n_copies = most * scale**2 if is_sequence else 1
+    copies = [_make_copy(scene) for _ in range(n_copies if has_copies else 0)]
+    own = finishing.make_copy(scene, _make_copy, own_samples) if own_samples else None
+    session = Session(scene, copies, own)
     try:
         for index, copy in enumerate(copies):
-            indices = [index] if is_sequence else range(most)
+            supersample.prepare(copy, scale)
+            indices = [index] if is_sequence else range(most * scale**2)
             session.camera_names += _add_cameras(scene, copy, indices)
-        _hand_over(scene, copies)
+        _hand_over(scene, copies, own)
     except Exception:
         clean_up()
         raise
@@ -182,7 +197,8 @@ def clean_up():
     copies = [s for s in bpy.data.scenes if is_copy(s)]
     if not copies:
         return
-    used = {name for session in _sessions.values() for name in session.copy_names}
+    used = {name for one in _sessions.values() for name in one.copy_names}
+    used |= {one.own_name for one in _sessions.values()}
     copies = [copy for copy in copies if copy.name not in used]
     for scene in {copy.rack_focus.viewed for copy in copies} - {None}:
         for tree in setup.trees_of(scene):
@@ -265,7 +281,7 @@ def _look_at(node, scene):
         node.layer = layer
 
 
-def _hand_over(scene, copies):
+def _hand_over(scene, copies, own=None):
     """Lets nodes look at the copies, those of the filter scene after all of them.
 
     Blender renders the scenes of the nodes in the order of the tree's list, to which
@@ -277,8 +293,10 @@ def _hand_over(scene, copies):
     sources = [n for n in setup.layer_nodes(tree, scene) if not n.mute]
     first = min(order.index(node) for node in filters) if filters else len(order)
     is_in_order = any(order.index(node) < first for node in sources)
-    if len(copies) > 1 or not is_in_order:
-        for copy in copies[1:]:
+    rendered = [*copies, own] if own is not None else copies
+    more = rendered[1:] if copies else rendered
+    if more or not is_in_order:
+        for copy in more:
             node = compat.new_layer_node(tree, copy)
             node[HOST] = ""
         for node in filters:
@@ -286,8 +304,8 @@ def _hand_over(scene, copies):
             tail.location = node.location
             tail[TAIL] = node.name
             setup.move_links(tree, node, tail)
-            _host(node, "filter", copies[0])
-    for node in sources:
+            _host(node, "filter", rendered[0])
+    for node in sources if copies else ():
         _host(node, "source", copies[0])
 
 
@@ -323,9 +341,12 @@ def prepare_frame(scene):
     session = _sessions.get(scene.name)
     if session is None:
         return
-    passes.forget(scene)
+    if session.copy_names:
+        passes.forget(scene)
     session.is_collected = False
     session.camera = camera_at(scene, scene.frame_current)
+    if session.own_name:
+        finishing.prepare_copy(scene, session.own(), session.camera)
     settings = session.camera.data.rack_focus
     n = view_count(settings)
     session.places = []
@@ -335,18 +356,19 @@ def prepare_frame(scene):
 
 def _prepare_copy(session, copy, index, n):
     """One copy for n views; `index` is its place among the copies."""
-    is_used = index < n or index == 0
+    n_cameras = n * session.scale**2
+    is_used = index < n_cameras or index == 0
     for layer, own in zip(
         copy.view_layers, copy.rack_focus.viewed.view_layers, strict=True
     ):
         layer.use = own.use and is_used
     _split_samples(copy.rack_focus.viewed, copy, n, index)
-    copy.render.use_multiview = n > 1 and not session.is_sequence
+    copy.render.use_multiview = n_cameras > 1 and not session.is_sequence
     if session.is_sequence and is_spread(session.camera.data.rack_focus):
         copy.render.use_motion_blur = False
     for number, view in enumerate(copy.render.views):
-        view.use = number < n or number < 2  # Blender wants two
-    if n < 2:
+        view.use = number < n_cameras or number < 2  # Blender wants two
+    if n_cameras < 2:
         copy.camera = session.camera
         return
     names = session.camera_names
@@ -357,9 +379,14 @@ def _prepare_copy(session, copy, index, n):
     copy.camera = bpy.data.objects[names[index]]
 
 
-def samples_of_view(whole, n, each):
-    """Samples of each of n views; whole: of the scene; each: as set, 0: share out."""
-    return each if each and n > 1 else max(whole // n, 1)
+def samples_of_view(whole, n, each, scale=1):
+    """Samples of a pixel of each of n views.
+
+    whole: of the scene; each: as set, 0: share out; scale: of a supersampled frame,
+    whose pixels are scale^2 as many.
+    """
+    samples = each if each and n > 1 else whole // n
+    return max(samples // scale**2, 1)
 
 
 def _split_samples(scene, copy, n, index):
@@ -367,22 +394,23 @@ def _split_samples(scene, copy, n, index):
 
     Where the camera sets the samples of a view, they are those, and the limits stay.
     """
-    each = _sessions[scene.name].camera.data.rack_focus.view_samples
+    session = _sessions[scene.name]
+    each, scale = session.camera.data.rack_focus.view_samples, session.scale
     owner, name = _samples_at(copy)
     if owner is not None:
         whole = getattr(_samples_at(scene)[0], name)
-        setattr(owner, name, samples_of_view(whole, n, each))
+        setattr(owner, name, samples_of_view(whole, n, each, scale))
     for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
         if own.samples:
-            layer.samples = samples_of_view(own.samples, n, each)
+            layer.samples = samples_of_view(own.samples, n, each, scale)
     if scene.render.engine != "CYCLES":
         return
     own, ours = scene.cycles, copy.cycles
-    parts = 1 if each else n
-    ours.time_limit = own.time_limit / parts
+    parts = (1 if each and n > 1 else n) * scale**2
+    ours.time_limit = own.time_limit * scale**2 / parts
     ours.adaptive_threshold = min(own.adaptive_threshold * math.sqrt(parts), 1)
     ours.adaptive_min_samples = own.adaptive_min_samples // parts
-    if len(_sessions[scene.name].copy_names) > 1:  # multi-view does this by itself
+    if len(session.copy_names) > 1:  # multi-view does this by itself
         ours.seed = (own.seed + 1664525 * index) % 2**31
 
 
@@ -392,11 +420,13 @@ def moment_of(scene):
     session = _sessions.get(source.name) if source is not None else None
     if session is None or not session.is_sequence or session.camera is None:
         return None
+    if scene.name == session.own_name:
+        return None
     settings = session.camera.data.rack_focus
     n = view_count(settings)
     if n < 2 or not is_spread(settings):
         return None
-    index = session.copy_names.index(scene.name)
+    index = session.copy_names.index(scene.name) // session.scale**2
     start = compat.shutter_start(source)
     time = _points(session.camera, source, n)[min(index, n - 1)][2]
     return source.frame_current + start + source.render.motion_blur_shutter * time
@@ -406,14 +436,14 @@ def follow(scene, depsgraph):
     """Puts the cameras of a copy in their places, once it is evaluated for a frame."""
     source = scene.rack_focus.viewed
     session = _sessions.get(source.name) if source is not None else None
-    if session is None or session.camera is None:
+    if session is None or session.camera is None or scene.name == session.own_name:
         return
     settings = session.camera.data.rack_focus
-    n = view_count(settings)
-    if n < 2:
+    n, n_parts = view_count(settings), session.scale**2
+    if n * n_parts < 2:
         return
     index = session.copy_names.index(scene.name)
-    if session.is_sequence and index >= n:
+    if session.is_sequence and index >= n * n_parts:
         return
     seen = session.camera.evaluated_get(depsgraph)
     points = _points(seen, source, n)
@@ -421,14 +451,21 @@ def follow(scene, depsgraph):
     made = rackfocus.Lens(*lens.picture_size(source.render), **params)
     if not session.is_sequence:
         session.places = []
-    for number in [index] if session.is_sequence else range(n):
+    for number in [index] if session.is_sequence else range(n * n_parts):
         camera = bpy.data.objects[session.camera_names[number]]
-        place = _put(camera, seen, settings, made, points[number])
-        session.places.append(place)
+        place = _put(camera, seen, settings, made, points[number // n_parts])
+        part = number % n_parts
+        right, up = supersample.shift_of(seen.data, source.render, session.scale, part)
+        camera.data.shift_x += right
+        camera.data.shift_y += up
+        if part == 0:
+            session.places.append(place)
 
 
 def _points(camera, scene, n):
     """Points of the lens: (u, v, time) each, in lens radii right and up."""
+    if n < 2:
+        return [(0.0, 0.0, 0.5)]
     settings = camera.data.rack_focus
     params = lens.aperture_parameters(camera.data.dof)
     params.update(settings.lens_parameters())
@@ -486,14 +523,28 @@ def _set(target, name, value):
 class ViewPasses:
     """The kept passes of all views of a frame; view 0 stands for the frame."""
 
-    def __init__(self, files, places, is_look_at):
-        self.files = files  # per view: (passes.RenderedPasses, suffix, view)
+    def __init__(self, files, places, is_look_at, scale):
+        # per view and part of its pixels: (passes.RenderedPasses, suffix, view)
+        self.files = files
         self.places = places
         self.is_look_at = is_look_at
+        self.scale = scale
+
+    def _rendered(self, name, index):
+        """The passes.Layer of a view, put together of its parts."""
+        n = self.scale**2
+        parts = [
+            rendered.layer(name, suffix, view)
+            for rendered, suffix, view in self.files[n * index : n * (index + 1)]
+        ]
+        if n == 1 or any(part.depth is None for part in parts):
+            return parts[0]
+        colour = supersample.together([part.colour for part in parts], self.scale)
+        depth = supersample.together([part.depth for part in parts], self.scale)
+        return passes.Layer(colour, depth)
 
     def _layer(self, name, index):
-        rendered, suffix, view = self.files[index]
-        found, place = rendered.layer(name, suffix, view), self.places[index]
+        found, place = self._rendered(name, index), self.places[index]
         if found.depth is not None and place.depth_factor != 1:
             is_hit = found.depth < passes.NOTHING_HIT
             depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
@@ -518,6 +569,10 @@ def collect(scene):
     if session is None or session.is_collected:
         return
     session.is_collected = True
+    if session.own_name:
+        finishing.take(scene, session.own())
+    if not session.copy_names:
+        return
     try:
         passes.put(scene, _take(session))
     except Exception:
@@ -530,10 +585,11 @@ def collect(scene):
 def _take(session):
     global multiview_works
     copies = session.copies()
-    n = view_count(session.camera.data.rack_focus)
+    n_views = view_count(session.camera.data.rack_focus)
+    n = n_views * session.scale**2
     if n < 2:
         return passes.RenderedPasses(copies[0])
-    if len(session.places) != n:
+    if len(session.places) != n_views:
         raise ViewsError("the views' cameras were not placed; the console says why")
     if session.is_sequence:
         files = [(passes.RenderedPasses(copy), "", "") for copy in copies[:n]]
@@ -549,7 +605,7 @@ def _take(session):
         files = [(rendered, _suffix(i), f"v{i:02d}") for i in range(n)]
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
-    return ViewPasses(files, session.places, is_look_at)
+    return ViewPasses(files, session.places, is_look_at, session.scale)
 
 
 # ---- merging ----------------------------------------------------------------------

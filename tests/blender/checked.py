@@ -23,12 +23,15 @@ class Checked:
         self.script, self.results = script, results
         self.runs = {}  # version: ({check: "" or problem}, what was printed)
 
-    def run(self, blender, dist):
-        """({check: "" or problem}, what was printed) of the run in a Blender."""
+    def run(self, blender, dist, **more):
+        """({check: "" or problem}, what was printed) of the run in a Blender.
+
+        more: variables of its environment.
+        """
         if blender.version not in self.runs:
             log = ""
             try:
-                log = blender.run(self.script, dist, blender.out)
+                log = blender.run(self.script, dist, blender.out, **more)
             except Exception as error:  # what was done before the end still counts
                 log = str(error)
             path = blender.out / self.results
@@ -36,9 +39,9 @@ class Checked:
             self.runs[blender.version] = found, log
         return self.runs[blender.version]
 
-    def expect(self, blender, dist, name):
+    def expect(self, blender, dist, name, **more):
         """A check was made and found nothing wrong."""
-        found, log = self.run(blender, dist)
+        found, log = self.run(blender, dist, **more)
         assert name in found, f"Blender ended before this check:\n{log[-3000:]}"
         assert not found[name], found[name]
 

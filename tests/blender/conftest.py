@@ -152,15 +152,18 @@ class Blender:
         paths = (str(ROOT), str(BUILD), "/tmp")
         return sid_command(self.sid, command, dict.fromkeys(paths))
 
-    def run(self, script, *args):
-        """Runs a script of inside/ in the background; returns what it printed."""
+    def run(self, script, *args, **more):
+        """Runs a script of inside/ in the background; returns what it printed.
+
+        more: variables of its environment.
+        """
         if self.is_module:
             command = [self.python, INSIDE / script, "--", *args]
         else:
             command = self.command(
                 "-b", "--factory-startup", "-P", str(INSIDE / script), "--", *args
             )
-        log = call(*command, env=self.environment(), cwd=self.out)
+        log = call(*command, env={**self.environment(), **more}, cwd=self.out)
         (self.out / f"{script}.log").write_text(log)
         return log
 
@@ -198,6 +201,18 @@ def dist():
     shutil.rmtree(folder, ignore_errors=True)
     call(sys.executable, ROOT / "blender_addon/package.py", BUILD, folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def oidn():
+    """Folder of Open Image Denoise, for Blenders that have none of their own."""
+    folder = BUILD / "oidn"
+    library = folder / "pyoidn/oidn/lib"
+    if not library.exists():
+        command = [sys.executable, "-m", "pip", "install", "-q", "--no-deps"]
+        options = ["--disable-pip-version-check", "--target", folder, "pyoidn>=2.5"]
+        call(*command, *options)
+    return library
 
 
 @pytest.fixture(scope="session")

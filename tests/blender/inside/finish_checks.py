@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of Finish and Supersample, run inside Blender.
+
+finish_checks.py DIST OUT [CHECK ...]    writes OUT/finish_results.json
+
+RACKFOCUS_OIDN names Open Image Denoise, where a Blender has none of its own.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+import common  # noqa: E402
+from checking import OUT, Checks  # noqa: E402
+from common import (  # noqa: E402
+    addon,
+    filtered,
+    last_message,
+    pinhole,
+    render,
+    rgba,
+    same,
+    snapshot,
+    start,
+)
+
+
+def prepare():
+    """16 samples, so that a quarter of them is more than one."""
+    bpy.context.scene.cycles.samples = 16
+
+
+check = Checks(prepare)
+
+
+def result(scene):
+    """The picture as it stands."""
+    path = OUT / "f_result.exr"
+    common.set_output(scene, path)
+    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    return rgba(common.read(path))
+
+
+def tpsnr(a, b):
+    """As of the command, dB."""
+    pictures = (np.ascontiguousarray(picture) for picture in (a, b))
+    return addon("library").rackfocus.compare(*pictures)["tpsnr"]
+
+
+def own_lens(scene, samples):
+    """The camera's own depth of field, without Rack Focus."""
+    data = scene.camera.data
+    kept = data.rack_focus.enabled, data.dof.use_dof, scene.cycles.samples
+    data.rack_focus.enabled, data.dof.use_dof = False, True
+    scene.cycles.samples = samples
+    made = rgba(render(scene, OUT / "f_own.exr"))
+    data.rack_focus.enabled, data.dof.use_dof, scene.cycles.samples = kept
+    return made
+
+
+# ---- supersample ------------------------------------------------------------------
+
+
+@check
+def weights_of_the_pixel_filter():
+    """They sum to 1, are even, and spread light as the filter itself does."""
+    supersample = addon("supersample")
+    for kind, width in (("BLACKMAN_HARRIS", 1.5), ("GAUSSIAN", 1.5), ("BOX", 1.5)):
+        wanted = None
+        for scale in (2, 3, 4, 16):
+            taps = supersample.weights(scale, kind, width)
+            assert np.isclose(taps.sum(), 1) and np.allclose(taps, taps[::-1])
+            at = (np.arange(len(taps)) - (len(taps) - 1) / 2) / scale
+            variance = (taps * at * at).sum() + 1 / (12 * scale**2)
+            wanted = wanted or variance
+            assert np.isclose(variance, wanted, rtol=0.03), (kind, scale, variance)
+    rng = np.random.default_rng(1)
+    picture = rng.random((12, 18, 4), np.float32)
+    taps = supersample.weights(3, "BOX", 1)
+    blocks = picture.reshape(4, 3, 6, 3, 4).mean((1, 3))
+    assert np.allclose(supersample.shrink(picture, 3, taps), blocks, atol=1e-6)
+    flat = np.full((8, 8, 1), 0.5, np.float32)
+    taps = supersample.weights(2, "BLACKMAN_HARRIS", 1.5)
+    assert np.allclose(supersample.shrink(flat, 2, taps), 0.5, atol=1e-6)
+
+
+@check
+def the_supersampled_picture():
+    """Larger passes with fewer samples, filtered and shrunk; nothing is left."""
+    scene = bpy.context.scene
+    before = snapshot(scene)
+    _, data = start(supersample=2, max_radius=20)
+    seen, kept = [], addon("views")._split_samples
+
+    def watched(own, copy, n, index):
+        kept(own, copy, n, index)
+        seen.append((copy.cycles.samples, copy.cycles.pixel_filter_type))
+
+    addon("views")._split_samples = watched
+    try:
+        made = rgba(render(scene, OUT / "f.exr"))
+    finally:
+        addon("views")._split_samples = kept
+    assert not last_message(scene), last_message(scene)
+    assert seen == [(4, "BLACKMAN_HARRIS")], seen
+    assert made.shape == (48, 72, 4), made.shape
+    layer = addon("passes").rendered(scene).layer("ViewLayer")
+    assert layer.colour.shape == (96, 144, 4)
+    params = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, (144, 96), 2
+    )
+    assert params["max_radius"] == 40 and params["coc_limit"] == 1
+    supersample, library = addon("supersample"), addon("library").rackfocus
+    large = library.apply(np.ascontiguousarray(layer.colour), layer.depth, **params)
+    same(made, supersample.shrink(large, 2, supersample.taps_of(scene, 2)))
+    data.dof.aperture_fstop = 0.4
+    bpy.ops.rack_focus.refocus()
+    again = result(scene)
+    assert again.shape == made.shape and np.abs(again - made).max() > 0.05
+    same(rgba(render(scene, OUT / "f.exr")), again)
+    data.rack_focus.enabled = False
+    after = snapshot(scene)
+    before[0]["images"] = after[0]["images"]
+    assert after == before, (before, after)
+    assert not common.own_memory_folders()
+
+
+@check
+def supersampling_is_sharper():
+    """In focus as the scene's own render; out of focus nearer to the own lens."""
+    scene, data = start(supersample=2)
+    scores = {}
+    reference = own_lens(scene, 2048)
+    for scale in (1, 2):
+        data.rack_focus.supersample = scale
+        scores[scale] = tpsnr(rgba(render(scene, OUT / "f.exr")), reference)
+    print("SUPERSAMPLE", scores)
+    assert scores[2] > scores[1] + 0.3, scores
+    data.dof.aperture_fstop = 1000
+    scene.cycles.samples = 1024
+    sharp = rgba(pinhole(scene, OUT / "f_passes.exr"), "ViewLayer")
+    made = rgba(render(scene, OUT / "f.exr"))
+    print("SHARP", tpsnr(made, sharp))
+    assert tpsnr(made, sharp) > 40
+
+
+@check
+def supersampled_views_and_sockets():
+    """Each view is larger; CoC and Depth have the asked size and its pixels."""
+    scene, data = start(supersample=2, method="views", views=2)
+    scene.cycles.samples = 32
+    tree = common.tree_of(scene)
+    ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+    output = addon("compat").output_socket(tree)
+    shape = rgba(render(scene, OUT / "f.exr")).shape
+    found = addon("passes").rendered(scene).views("ViewLayer")
+    assert [layer.depth.shape for layer, _ in found] == [(96, 144)] * 2
+    assert shape == (48, 72, 4)
+    for name in ("CoC", "Depth"):
+        seen = {}
+        for scale in (1, 2):
+            data.rack_focus.supersample = scale
+            ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
+            tree.links.new(ours.outputs[name], output)
+            seen[scale] = rgba(render(scene, OUT / "f.exr"))[..., 0]
+        near = np.isclose(seen[1], seen[2], rtol=0.02, atol=0.02).mean()
+        assert near > 0.8, (name, near)
+
+
+@check
+def where_it_does_not_supersample():
+    """The box says so, and the picture is that without."""
+    scene, data = start()
+    plain = rgba(render(scene, OUT / "f.exr"))
+    supersample, ui = addon("supersample"), addon("ui")
+    data.rack_focus.supersample = 2
+    assert ui.describe_supersample(data.rack_focus, scene) == [
+        "144 × 96 px, 4 samples each"
+    ]
+    scene.render.use_border = True
+    assert "region" in ui.describe_supersample(data.rack_focus, scene)[0]
+    assert supersample.factor(scene) == 1
+    same(rgba(render(scene, OUT / "f.exr")), plain)
+
+
+# ---- finish -----------------------------------------------------------------------
+
+
+def kept_own(scene):
+    """(colour, normals) of the render with the own lens."""
+    layer, normal = addon("finishing").own_of(scene, "ViewLayer")
+    return layer.colour, normal
+
+
+@check
+def finish():
+    """The own lens rendered and cleaned: what the library makes of both."""
+    scene, data = start()
+    data.dof.use_dof = False
+    colour = rgba(pinhole(scene, OUT / "f_passes.exr"), "ViewLayer")
+    ours = rgba(render(scene, OUT / "f.exr"))
+    before = snapshot(scene)
+    scenes = sorted(s.name for s in bpy.data.scenes)
+    assert bpy.ops.rack_focus.finish(samples=4) == {"FINISHED"}
+    assert not last_message(scene), last_message(scene)
+    assert sorted(s.name for s in bpy.data.scenes) == scenes
+    after = snapshot(scene)
+    before[0]["images"] = after[0]["images"]
+    assert after == before, (before, after)
+    made = result(scene)
+    own, normal = kept_own(scene)
+    assert np.abs(own - colour).max() > 0.1, "the own lens was not open"
+    assert normal.shape == own.shape[:2] + (3,)
+    wanted = ours.copy()
+    addon("finishing").clean(own, wanted, normal)
+    same(made, wanted)
+    assert np.abs(made - ours).max() > 0
+    assert not data.dof.use_dof and not addon("refocusing").is_out_of_date(scene)
+    # The same lens is finished again; another one is not, nor is a new render.
+    bpy.ops.rack_focus.refocus()
+    same(result(scene), made)
+    data.dof.aperture_fstop = 0.3
+    bpy.ops.rack_focus.refocus()
+    sharp = pinhole(scene, OUT / "f_passes.exr")
+    args = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    render(scene, OUT / "f.exr")
+    same(result(scene), filtered(scene, *args))
+    assert not addon("finishing").is_finished(scene)
+    assert not common.own_memory_folders()
+
+
+@check
+def finish_is_nearer_to_the_own_lens():
+    """Than our picture alone, and than the own lens denoised by itself."""
+    scene, data = start()
+    reference = own_lens(scene, 2048)
+    ours = rgba(render(scene, OUT / "f.exr"))
+    bpy.ops.rack_focus.finish(samples=64)
+    made = result(scene)
+    own = kept_own(scene)[0]
+    scores = {
+        "ours": tpsnr(ours, reference),
+        "own": tpsnr(np.array(own), reference),
+        "finished": tpsnr(made, reference),
+    }
+    print("FINISH", scores)
+    assert scores["finished"] > max(scores["ours"], scores["own"]), scores
+
+
+@check
+def every_render_is_finished():
+    """With views and supersampled too; each frame of an animation has its own."""
+    scene, data = start(use_finish=True, finish_samples=4, method="views", views=2)
+    for frame, focus in ((1, 2), (2, 5)):
+        data.dof.focus_distance = focus
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    for scale in (1, 2):
+        data.rack_focus.supersample = scale
+        scene.frame_start, scene.frame_end = 1, 2
+        common.set_output(scene, OUT / "f_anim_####.exr")
+        bpy.ops.render.render(animation=True)
+        frames = [rgba(common.read(OUT / f"f_anim_{i:04}.exr")) for i in (1, 2)]
+        assert not last_message(scene), last_message(scene)
+        for number, picture in zip((1, 2), frames, strict=True):
+            scene.frame_set(number)
+            same(rgba(render(scene, OUT / "f.exr")), picture)
+            assert "finish" in addon("engine").last_run[scene.name]["seconds"]
+    data.rack_focus.use_finish = False
+    assert np.abs(rgba(render(scene, OUT / "f.exr")) - frames[1]).max() > 0
+    assert sorted(s.name for s in bpy.data.scenes) == ["Scene", "Scene Rack Focus"]
+
+
+def refusal(**about):
+    """What Finish says where it does nothing; some Blenders raise."""
+    said = []
+    kind = addon("operators").RACK_FOCUS_OT_finish
+    kept = kind._run
+
+    def run(self, context, call):
+        class Reporter:
+            samples = 0
+
+            def report(self, _, text):
+                said.append(text)
+
+        return kept(Reporter(), context, call)
+
+    kind._run = run
+    try:
+        bpy.ops.rack_focus.finish(**about)
+    finally:
+        kind._run = kept
+    return said[0] if said else ""
+
+
+@check
+def what_cannot_be_finished():
+    """A sentence, and the picture stays: no render, a look, no denoiser."""
+    scene, data = start()
+    assert "press F12" in refusal()
+    ours = rgba(render(scene, OUT / "f.exr"))
+    data.rack_focus.highlight_gain = 2
+    assert "Look" in refusal()
+    data.rack_focus.highlight_gain = 1
+    kept = os.environ.get("RACKFOCUS_OIDN")
+    os.environ["RACKFOCUS_OIDN"] = "/nowhere"
+    try:
+        assert "Open Image Denoise" in refusal()
+        same(result(scene), ours)
+        data.rack_focus.use_finish, data.rack_focus.finish_samples = True, 2
+        try:
+            made = rgba(render(scene, OUT / "f.exr"))
+        except RuntimeError:  # of some Blenders, for the report
+            made = result(scene)
+        assert "not finished" in last_message(scene)
+        same(made, ours)
+    finally:
+        if kept is None:
+            del os.environ["RACKFOCUS_OIDN"]
+        else:
+            os.environ["RACKFOCUS_OIDN"] = kept
+
+
+checking.run(check, "finish_results.json")
