@@ -316,6 +316,7 @@ def preferences_show_version_and_cpu_level():
     assert library.cpu_level() in ("avx2", "sse4", "generic")
     assert drawn == [
         "threads",
+        "denoiser",
         "is_strict",
         "has_notice",
         f"Version {library.version()}",
