@@ -109,6 +109,9 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
         result = start_sum(work, passes, &core_error);
         work->facts = *passes;
         work->facts.colour = NULL;
+        if (passes->warning[0] && work->how->warn &&
+            !work->how->warn(work->how->user, passes->warning, error))
+            return false;
     }
     const struct rf_image image = image_of(passes);
     if (result == RF_OK)

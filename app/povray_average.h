@@ -17,6 +17,10 @@ struct povray_average {
     int n_threads;
     const char *keep; /* views become KEEP_0000.exr ...; NULL: not kept */
     const char *output;
+    /* Of the first view's passes, a sentence for the user; false with the error ends
+     * the work before anything is written. May be NULL. */
+    bool (*warn)(void *user, const char *text, struct povray_error *error);
+    void *user;
 };
 
 /* Renders, averages in the scene's working space and writes the output. *facts tells of

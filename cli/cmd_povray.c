@@ -82,6 +82,7 @@ static const struct option options[] = {
                     "Print the scene's camera, checked by a small render, and stop."),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_STRICT_ROW(AT(is_strict)),
     OPTION_HELP_ROW,
 };
 
@@ -91,6 +92,8 @@ static void show_progress(void *bar, double fraction)
 }
 
 /* ---- names ---------------------------------------------------------------------- */
+
+/* Those that return a text: the caller frees; NULL without memory. */
 
 static char *format_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
@@ -102,10 +105,6 @@ static char *format_text(const char *format, ...)
     if (vasprintf(&text, format, arguments) < 0)
         text = NULL;
     va_end(arguments);
-    if (!text) {
-        message("out of memory");
-        exit(EXIT_FAILED);
-    }
     return text;
 }
 
@@ -170,10 +169,24 @@ static int print_camera(struct job *job)
     return EXIT_DONE;
 }
 
-static void warn_passes(const struct job *job, const struct povray_passes *passes)
+/* Says a sentence about the scene, which may be "". With --strict it is the error. */
+static bool warn_scene(void *user, const char *text, struct povray_error *error)
 {
-    if (passes->warning[0])
-        warning(job->tool->is_quiet, "%s: %s", job->options.scene, passes->warning);
+    const struct job *job = user;
+    if (text[0] && job->tool->is_strict) {
+        snprintf(error->message, sizeof(error->message), "%s: %s", job->options.scene,
+                 text);
+        return false;
+    }
+    if (text[0])
+        warning(job->tool->is_quiet, "%s: %s", job->options.scene, text);
+    return true;
+}
+
+static bool fail_memory(struct povray_error *error)
+{
+    snprintf(error->message, sizeof(error->message), "out of memory");
+    return false;
 }
 
 /* Writes a view as soon as it is rendered; keeps what the end needs to know. */
@@ -182,8 +195,8 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
 {
     struct job *job = user;
     struct image_error image_error;
-    if (view == 0)
-        warn_passes(job, passes);
+    if (view == 0 && !warn_scene(job, passes->warning, error))
+        return false;
     job->passes = *passes;
     job->passes.colour = job->passes.depth = NULL;
     if (povray_file_write(job->paths[view], passes, POVRAY_FILE_VIEW, NULL,
@@ -196,9 +209,9 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
 static bool render_one(struct job *job, struct povray_error *error)
 {
     struct image_error image_error;
-    if (!povray_render(job->scene, &job->passes, error))
+    if (!povray_render(job->scene, &job->passes, error) ||
+        !warn_scene(job, job->passes.warning, error))
         return false;
-    warn_passes(job, &job->passes);
     if (povray_file_write(job->paths[0], &job->passes, POVRAY_FILE_PASSES, NULL,
                           job->options.n_threads, &image_error))
         return true;
@@ -224,15 +237,14 @@ static bool keeps_one_file(const struct povray_tool *tool)
 static char *pass_path(const struct job *job, int view)
 {
     const bool is_kept = job->tool->keep && !keeps_one_file(job->tool);
-    char *number =
-        job->tool->n_views > 1 ? format_text("_v%02d", view) : format_text("%s", "");
-    char *passes = frame_name("passes.exr", job->options.frame);
-    char *path = format_text(
-        "%s%s%.*s%s.exr", is_kept ? job->tool->keep : povray_folder(job->scene),
-        is_kept ? "/" : "", (int)strlen(passes) - 4, passes, number);
-    free(passes);
-    free(number);
-    return path;
+    char number[16] = "", frame[16] = "";
+    if (job->tool->n_views > 1)
+        snprintf(number, sizeof(number), "_v%02d", view);
+    if (job->options.frame >= 0)
+        snprintf(frame, sizeof(frame), "%04d", job->options.frame);
+    return format_text("%s%spasses%s%s.exr",
+                       is_kept ? job->tool->keep : povray_folder(job->scene),
+                       is_kept ? "/" : "", frame, number);
 }
 
 /* Joins the files of all views to one, as compressed. */
@@ -262,6 +274,8 @@ static int keep_passes(struct job *job)
     if (!keeps_one_file(job->tool))
         return EXIT_DONE;
     char *path = frame_name(job->tool->keep, job->options.frame);
+    if (!path)
+        return exit_without_memory();
     const bool is_good = job->tool->n_views > 1
                              ? join_views(job, path, &error)
                              : povray_file_write(path, &job->passes, POVRAY_FILE_PASSES,
@@ -275,8 +289,11 @@ static int keep_passes(struct job *job)
 
 static bool render_passes(struct job *job, struct povray_error *error)
 {
-    for (int i = 0; i < job->tool->n_views; i++)
+    for (int i = 0; i < job->tool->n_views; i++) {
         job->paths[i] = pass_path(job, i);
+        if (!job->paths[i])
+            return fail_memory(error);
+    }
     return job->tool->n_views > 1 ? render_views(job, error) : render_one(job, error);
 }
 
@@ -286,8 +303,12 @@ static bool render_average(struct job *job, const char *output,
 {
     const struct povray_tool *tool = job->tool;
     const int32_t frame = job->options.frame;
-    char *number = frame < 0 ? format_text("%s", "") : format_text("%04d", frame);
+    char number[16] = "";
+    if (frame >= 0)
+        snprintf(number, sizeof(number), "%04d", frame);
     char *keep = tool->keep ? format_text("%s/view%s", tool->keep, number) : NULL;
+    if (tool->keep && !keep)
+        return fail_memory(error);
     const struct povray_average how = {.scene = job->scene,
                                        .settings = &job->settings,
                                        .n_views = tool->n_views,
@@ -297,10 +318,11 @@ static bool render_average(struct job *job, const char *output,
                                        .frame = frame < 0 ? 0 : frame,
                                        .n_threads = job->options.n_threads,
                                        .keep = keep,
+                                       .warn = warn_scene,
+                                       .user = job,
                                        .output = output};
     const bool is_good = povray_average_render(&how, &job->passes, error);
     free(keep);
-    free(number);
     return is_good;
 }
 
@@ -313,9 +335,8 @@ static int render(struct job *job, const char *output)
     job->options.progress = show_progress;
     job->options.user = &bar;
     bool is_good = povray_open(&job->scene, &job->options, &error);
-    if (is_good && job->n_pictures++ == 0 && povray_remark(job->scene)[0])
-        warning(job->tool->is_quiet, "%s: %s", job->options.scene,
-                povray_remark(job->scene));
+    if (is_good && job->n_pictures++ == 0)
+        is_good = warn_scene(job, povray_remark(job->scene), &error);
     if (is_good)
         is_good = job->tool->is_average ? render_average(job, output, &error)
                                         : render_passes(job, &error);
@@ -343,13 +364,12 @@ static void scale_pixels(struct settings *settings, int32_t n_samples)
 static int reduce_passes(struct job *job, const char *from, const char *output)
 {
     struct image_error error;
-    char used[1000];
+    char used[1000], made[1100];
     settings_print_options(&job->settings.params, used, sizeof(used));
-    char *made = format_text("rackfocus %s povray %s", rf_version(), used);
+    snprintf(made, sizeof(made), "rackfocus %.60s povray %s", rf_version(), used);
     const bool is_good =
         povray_file_reduce(from, output, &job->passes, (double)job->used.blend_gamma,
                            made, job->options.n_threads, &error);
-    free(made);
     if (is_good)
         return EXIT_DONE;
     message("%s", error.message);
@@ -363,7 +383,9 @@ static int filter_passes(struct job *job, const char *picture)
                             : format_text("%sfiltered.exr", povray_folder(job->scene));
     struct cli_host host;
     struct image_error error;
-    cli_host_open(&host, job->tool->is_quiet, false);
+    if (!output)
+        return exit_without_memory();
+    cli_host_open(&host, job->tool->is_quiet, job->tool->is_strict);
     host.host.say = NULL; /* print_lens says what was done, of the picture */
     const struct filter_options filter = {
         .output = output,
@@ -426,12 +448,14 @@ static bool write_reference(const struct job *job, float *rgba,
     passes.supersample = 1;
     passes.border_px = 0;
     passes.colour = rgba;
+    char made[64];
+    snprintf(made, sizeof(made), "POV-Ray's focal blur, %d samples",
+             job->tool->n_reference);
     char *path = frame_name(job->tool->reference, job->options.frame);
-    char *made =
-        format_text("POV-Ray's focal blur, %d samples", job->tool->n_reference);
+    if (!path)
+        return set_error(error, "out of memory");
     const bool is_good = povray_file_write(path, &passes, POVRAY_FILE_RESULT, made,
                                            job->options.n_threads, error);
-    free(made);
     free(path);
     return is_good;
 }
@@ -489,7 +513,7 @@ static int make_picture(struct job *job)
 {
     job->started_s = os_clock_s();
     char *output = frame_name(job->tool->output, job->options.frame);
-    int code = render(job, output);
+    int code = output ? render(job, output) : exit_without_memory();
     if (code == EXIT_DONE && !job->tool->is_average)
         code = keep_passes(job);
     if (code == EXIT_DONE && !job->tool->is_average)
@@ -519,7 +543,8 @@ static bool prepare_output(const struct povray_tool *tool,
             continue;
         struct image_error error;
         char *name = frame_name(files[i], frames->is_animation ? frames->first : -1);
-        const bool is_writable = picture_check_writable(name, &error);
+        const bool is_writable = name ? picture_check_writable(name, &error)
+                                      : set_error(&error, "out of memory");
         free(name);
         if (!is_writable) {
             message("%s", error.message);

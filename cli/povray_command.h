@@ -16,7 +16,7 @@ struct povray_tool {
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
     int32_t n_samples, overscan_px;
     int32_t move; /* enum povray_move */
-    bool is_linear, is_camera_only, is_quiet, has_subpixel;
+    bool is_linear, is_camera_only, is_quiet, is_strict, has_subpixel;
     bool is_average; /* the method is accumulate */
 };
 

@@ -149,8 +149,9 @@ static int remove_entry(const char *path, const struct stat *info, int kind,
 
 void os_folder_remove(const char *path)
 {
-    nftw(path, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
-    forget(path);
+    /* What stays, as where nftw() has no memory, os_folder_remove_all() tries again. */
+    if (nftw(path, remove_entry, 16, FTW_DEPTH | FTW_PHYS) == 0 || errno == ENOENT)
+        forget(path);
 }
 
 void os_folder_remove_all(void)

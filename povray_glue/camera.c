@@ -214,7 +214,7 @@ struct record {
 static bool next_record(const char **at, struct record *record)
 {
     const char tag[] = "@rf~";
-    const char *begin = strstr(*at, tag);
+    const char *begin = *at ? strstr(*at, tag) : NULL;
     if (!begin)
         return false;
     begin += sizeof tag - 1;
@@ -228,11 +228,11 @@ static bool next_record(const char **at, struct record *record)
     return true;
 }
 
-/* The stream without what wrapping put in. */
+/* The stream without what wrapping put in; NULL without memory. */
 static char *without_blanks(const char *records)
 {
-    char *clean = glue_alloc(strlen(records) + 1, 1), *out = clean;
-    for (; *records; records++)
+    char *clean = glue_alloc(records ? strlen(records) + 1 : 1, 1), *out = clean;
+    for (; clean && records && *records; records++)
         if (!isspace((unsigned char)*records))
             *out++ = *records;
     return clean;
@@ -311,9 +311,12 @@ static void end_camera(struct replay *replay)
 {
     finish(&replay->current);
     if (replay->current.name[0]) {
-        replay->declared = glue_grow(replay->declared, (size_t)replay->n_declared + 1,
-                                     sizeof *replay->declared);
-        replay->declared[replay->n_declared++] = replay->current;
+        struct state *declared = glue_grow(
+            replay->declared, (size_t)replay->n_declared + 1, sizeof *declared);
+        if (declared) {
+            replay->declared = declared;
+            declared[replay->n_declared++] = replay->current;
+        }
     } else {
         replay->used = replay->current;
     }
@@ -456,8 +459,13 @@ char **records_list(const char *records, const char *key, int *n)
     *n = 0;
     while (next_record(&at, &record))
         if (strcmp(record.key, key) == 0) {
-            list = glue_grow(list, (size_t)*n + 1, sizeof *list);
-            list[(*n)++] = text_format("%.*s", record.n, record.value);
+            char **longer = glue_grow(list, (size_t)*n + 1, sizeof *list);
+            char *value = text_format("%.*s", record.n, record.value);
+            list = longer ? longer : list;
+            if (longer && value)
+                list[(*n)++] = value;
+            else
+                free(value);
         }
     free(clean);
     return list;

@@ -34,6 +34,22 @@
  * well: the error of e grows with the inverse. */
 #define BRIGHT 0.3
 
+/* POV-Ray's files are of half floats: what is brighter than they can say is infinite
+ * or the most that they can, and counted. */
+static void clip(struct decode_picture *picture)
+{
+    const size_t n = (size_t)picture->width * (size_t)picture->height;
+    for (size_t i = 0; i < n; i++) {
+        bool is_clipped = false;
+        for (int k = 0; k < 4; k++) {
+            float *v = &picture->rgba[4 * i + k];
+            is_clipped |= k < 3 && *v >= HALF_MAX;
+            *v = *v != *v ? 0 : *v > HALF_MAX ? HALF_MAX : *v;
+        }
+        picture->n_clipped += is_clipped;
+    }
+}
+
 bool decode_read(struct decode_picture *picture, const char *path, int n_threads,
                  struct povray_error *error)
 {
@@ -51,12 +67,11 @@ bool decode_read(struct decode_picture *picture, const char *path, int n_threads
         picture->has_alpha = layer.a >= 0;
         size_t n_samples = (size_t)picture->width * (size_t)picture->height * 4;
         picture->rgba = glue_alloc(n_samples, sizeof(float));
-        is_read = image_read(input, (const int[]){layer.r, layer.g, layer.b, layer.a},
+        is_read = picture->rgba &&
+                  image_read(input, (const int[]){layer.r, layer.g, layer.b, layer.a},
                              4, picture->rgba, n_threads, &image_error);
-        for (size_t i = 0; i < n_samples; i++) {
-            float v = picture->rgba[i];
-            picture->rgba[i] = v != v ? 0 : v > HALF_MAX ? HALF_MAX : v;
-        }
+        if (is_read)
+            clip(picture);
     }
     image_close(input);
     if (!is_read) {

@@ -12,7 +12,8 @@
 struct decode_picture {
     int32_t width, height;
     bool has_alpha;
-    float *rgba; /* free with free() */
+    float *rgba;       /* free with free() */
+    int64_t n_clipped; /* pixels that were brighter than the file can say */
 };
 
 bool decode_read(struct decode_picture *picture, const char *path, int n_threads,

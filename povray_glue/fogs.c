@@ -155,6 +155,10 @@ bool fogs_read(struct povray_scene *scene, const struct shot *shot,
         const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
         if (!passes->depth)
             passes->depth = glue_alloc(n_pixels, sizeof(float));
+        if (!passes->depth) {
+            free_pictures(&pictures);
+            return false;
+        }
         struct decode_counts counts = decode(scene, shot, runs, &pictures, passes);
         if (counts.n_beyond > 0 && scene->space.gamma > 1 && !runs->is_linear) {
             free_pictures(&pictures);
@@ -235,9 +239,10 @@ bool fogs_look_inside(struct povray_scene *scene, const struct shot *shot,
         return false;
     }
     if (passes->n_inside > INSIDE_LIMIT)
-        snprintf(passes->warning, sizeof passes->warning,
-                 "no depth in %.1f %% of the picture, which lies inside solid objects; "
-                 "add the word hollow to them",
-                 100 * passes->n_inside);
+        scene_add_warning(
+            passes,
+            "no depth in %.1f %% of the picture, which lies inside solid objects; "
+            "add the word hollow to them",
+            100 * passes->n_inside);
     return true;
 }

@@ -34,7 +34,7 @@ char *ini_standard_file(void)
 {
     const char *named = getenv("POVINI"), *home = getenv("HOME");
     char *own = text_format("%s/.povray/3.7/povray.ini", home ? home : "");
-    const char *const places[] = {named ? named : "", "povray.ini", own,
+    const char *const places[] = {named ? named : "", "povray.ini", own ? own : "",
                                   "/etc/povray/3.7/povray.ini"};
     char *found = NULL;
     for (size_t i = 0; i < sizeof places / sizeof *places && !found; i++)
@@ -76,7 +76,8 @@ static void take_words(struct walk *walk, const char *line, const char *file)
                 quote = quote ? 0 : *end;
         if (end > line) {
             char *word = text_format("%.*s", (int)(end - line), line);
-            take_option(walk, word, file);
+            if (word)
+                take_option(walk, word, file);
             free(word);
         }
         line = end;
@@ -113,15 +114,15 @@ static void walk_file(struct walk *walk, const char *name)
     char *section = text_format("%.*s", (int)strcspn(name + n + (name[n] == '['), "]"),
                                 name + n + (name[n] == '['));
     struct text text = {0};
-    if (!ini_is_name(path) && !path_is_file(path)) {
+    if (path && !ini_is_name(path) && !path_is_file(path)) {
         char *longer = text_format("%s.ini", path);
         free(path);
         path = longer;
     }
-    if (walk->depth < MAX_DEPTH && ini_is_name(path) && text_read_file(&text, path)) {
+    if (walk->depth < MAX_DEPTH && path && section && ini_is_name(path) &&
+        text_read_file(&text, path)) {
         bool is_read = true;
         char *state = NULL;
-        text_add(&text, "", 0);
         walk->depth++;
         for (char *line = strtok_r(text.data, "\r\n", &state); line;
              line = strtok_r(NULL, "\r\n", &state)) {

@@ -22,6 +22,7 @@
 #include "camera.h"
 #include "clock.h"
 #include "scene.h"
+#include "text.h"
 
 /* ---- the camera ---------------------------------------------------------------- */
 
@@ -194,11 +195,7 @@ static bool finish_view(struct lens_work *work, struct lens_job *job,
     if (!scene_wait(scene, list, 1, error) ||
         !scene_read(work->scene, &job->colour, &picture, error))
         return false;
-    passes->width = picture.width;
-    passes->height = picture.height;
-    passes->has_alpha = picture.has_alpha;
-    passes->colour = picture.rgba;
-    passes->colour_s = job->colour.ended_s - job->colour.started_s;
+    scene_take_colour(passes, &picture, &job->colour);
     return true;
 }
 
@@ -217,7 +214,7 @@ static bool run_views(struct lens_work *work, povray_view_fn receive, void *user
             continue;
         struct lens_job *job = &jobs[done % VIEWS_AT_ONCE];
         struct povray_passes passes;
-        is_good = finish_view(work, job, &passes, error) &&
+        is_good = finish_view(work, job, &passes, error) && !glue_is_lost() &&
                   receive(user, done, &passes, error);
         povray_passes_free(&passes);
         run_stop(&job->colour);
@@ -243,5 +240,5 @@ bool povray_render_lens(struct povray_scene *scene, const struct povray_lens *le
         scene->camera = work.middle;
     }
     *total_s = os_clock_s() - started_s;
-    return is_good;
+    return glue_settle(is_good, error);
 }

@@ -108,14 +108,21 @@ void tokens_scan(struct tokens *tokens, const char *text, size_t n_bytes)
     int capacity = 256;
     *tokens =
         (struct tokens){text, glue_alloc((size_t)capacity, sizeof(struct token)), 0};
+    if (!tokens->items)
+        return;
     size_t at = skip_blank(text, 0, n_bytes);
     while (at < n_bytes) {
         struct token token = scan_token(text, at, n_bytes);
         tokens->items[tokens->n++] = token;
         if (tokens->n == capacity) {
+            struct token *items =
+                glue_grow(tokens->items, 2 * (size_t)capacity, sizeof *items);
+            if (!items) {
+                tokens->n--;
+                break;
+            }
+            tokens->items = items;
             capacity *= 2;
-            tokens->items =
-                glue_grow(tokens->items, (size_t)capacity, sizeof(struct token));
         }
         at = skip_blank(text, token.end, n_bytes);
     }

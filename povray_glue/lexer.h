@@ -29,6 +29,7 @@ struct tokens {
     int n; /* without the TOKEN_END that follows */
 };
 
+/* Without memory there are fewer tokens (text.h). */
 void tokens_scan(struct tokens *tokens, const char *text, size_t n_bytes);
 void tokens_free(struct tokens *tokens);
 

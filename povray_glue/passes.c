@@ -35,11 +35,7 @@ static bool read_colour(struct povray_scene *scene, struct run *run,
     struct decode_picture picture = {0};
     if (!scene_read(scene, run, &picture, error))
         return false;
-    passes->width = picture.width;
-    passes->height = picture.height;
-    passes->has_alpha = picture.has_alpha;
-    passes->colour = picture.rgba;
-    passes->colour_s = run->ended_s - run->started_s;
+    scene_take_colour(passes, &picture, run);
     return true;
 }
 
@@ -145,7 +141,7 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
     double started_s = os_clock_s();
     *passes = (struct povray_passes){0};
     *error = (struct povray_error){.message = ""};
-    bool is_good = run_job(scene, &job, passes, error);
+    const bool is_good = glue_settle(run_job(scene, &job, passes, error), error);
     stop_job(&job);
     passes->supersample = scene->supersample;
     passes->border_px = scene->border_px;
@@ -230,7 +226,7 @@ static bool run_views(struct povray_scene *scene, const double (*places)[2],
             continue;
         struct view_job *job = &jobs[done % VIEWS_AT_ONCE];
         struct povray_passes passes;
-        is_good = finish_view(scene, job, &passes, error) &&
+        is_good = finish_view(scene, job, &passes, error) && !glue_is_lost() &&
                   receive(user, done, &passes, error);
         povray_passes_free(&passes);
         stop_view(job);
@@ -254,7 +250,7 @@ bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
         is_good = run_views(scene, places, n_views, receive, user, error);
     }
     *total_s = os_clock_s() - started_s;
-    return is_good;
+    return glue_settle(is_good, error);
 }
 
 bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera,
@@ -266,7 +262,7 @@ bool povray_find_camera(struct povray_scene *scene, struct povray_camera *camera
                     (scene_run_probe(scene, error) || scene_probe_again(scene, error));
     *camera = scene->camera;
     *gamma = scene->space.gamma;
-    return is_found;
+    return glue_settle(is_found, error);
 }
 
 bool povray_render_reference(struct povray_scene *scene,
@@ -296,6 +292,9 @@ bool povray_render_reference(struct povray_scene *scene,
     *seconds = run.ended_s - run.started_s;
     run_stop(&run);
     text_free(&tail);
-    *rgba = picture.rgba;
+    is_good = glue_settle(is_good, error);
+    if (!is_good)
+        free(picture.rgba);
+    *rgba = is_good ? picture.rgba : NULL;
     return is_good;
 }

@@ -17,7 +17,7 @@ struct found {
     char *part; /* an option that asks for a part of the picture */
 };
 
-/* A name in quotes or not. */
+/* A name in quotes or not; NULL without memory. */
 static char *unquoted(const char *value)
 {
     size_t n = strlen(value);
@@ -87,7 +87,7 @@ static void note_option(void *user, const char *option, const char *file)
 static char *find_scene(const char *name, const char *beside)
 {
     char *folder = beside ? path_folder(beside) : text_format("%s", "");
-    const char *const folders[] = {"", name[0] == '/' ? "" : folder};
+    const char *const folders[] = {"", name[0] == '/' || !folder ? "" : folder};
     char *found = NULL;
     for (int i = 0; i < 4 && !found; i++) {
         char *path = text_format("%s%s%s", folders[i / 2], name, i % 2 ? ".pov" : "");
@@ -112,48 +112,42 @@ static int32_t subset_frame(double frame, const struct povray_plan *plan, bool i
     return (int32_t)fmin(fmax(frame, plan->first), plan->last);
 }
 
-bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
-                      int n_args, struct povray_error *error)
+/* The options, behind the initialisation file. False without memory. */
+static bool copy_args(struct povray_plan *plan, const char *ini, char *const *args,
+                      int n_args)
 {
-    struct found found = {.first = NAN, .last = NAN, .from = NAN, .to = NAN};
-    const bool is_ini = ini_is_name(operand);
-    *error = (struct povray_error){.message = ""};
-    *plan = (struct povray_plan){.n_args = n_args + is_ini, .first = 1, .last = 1};
-    plan->args = glue_alloc((size_t)plan->n_args + 1, sizeof *plan->args);
-    if (is_ini)
-        plan->args[0] = text_format("%s", operand);
-    for (int i = 0; i < n_args; i++)
-        plan->args[i + is_ini] = text_format("%s", args[i]);
-    if (is_ini && !path_is_file(operand)) {
-        snprintf(error->message, sizeof error->message, "%s: no such file", operand);
-        return false;
-    }
-    ini_walk(plan->args, plan->n_args, note_option, &found);
-    if (is_ini && !found.scene) {
+    plan->args = glue_alloc((size_t)n_args + 2, sizeof *plan->args);
+    if (plan->args && ini)
+        plan->args[plan->n_args++] = text_format("%s", ini);
+    for (int i = 0; plan->args && i < n_args; i++)
+        plan->args[plan->n_args++] = text_format("%s", args[i]);
+    return !glue_is_lost();
+}
+
+static bool fail_found(const struct found *found, const char *operand,
+                       struct povray_error *error)
+{
+    if (found->part)
+        snprintf(error->message, sizeof error->message,
+                 "%s: a part of the picture cannot be made, because its lens needs "
+                 "what is around; render all of it and crop the result",
+                 found->part);
+    else
         snprintf(error->message, sizeof error->message,
                  "%s: names no scene; add the line Input_File_Name=SCENE.pov, or give "
                  "the scene: rackfocus povray SCENE.pov -- %s",
                  operand, operand);
-        return false;
-    }
-    if (found.part) {
-        snprintf(
-            error->message, sizeof error->message,
-            "%s: a part of the picture cannot be made, because its lens needs what "
-            "is around; render all of it and crop the result",
-            found.part);
-        free(found.part);
-        free(found.scene);
-        return false;
-    }
-    plan->scene = find_scene(is_ini ? found.scene : operand, is_ini ? operand : NULL);
-    free(found.scene);
-    plan->has_antialiasing = found.has_antialiasing;
-    plan->first = isnan(found.first) ? 1 : (int32_t)found.first;
-    plan->last = isnan(found.last) ? plan->first : (int32_t)found.last;
+    return false;
+}
+
+static bool choose_frames(struct povray_plan *plan, const struct found *found,
+                          const char *operand, struct povray_error *error)
+{
+    plan->first = isnan(found->first) ? 1 : (int32_t)found->first;
+    plan->last = isnan(found->last) ? plan->first : (int32_t)found->last;
     plan->is_animation = plan->first != 1 || plan->last != 1;
-    plan->from = subset_frame(found.from, plan, false);
-    plan->to = subset_frame(found.to, plan, true);
+    plan->from = subset_frame(found->from, plan, false);
+    plan->to = subset_frame(found->to, plan, true);
     if (plan->last >= plan->first && plan->to >= plan->from)
         return true;
     snprintf(error->message, sizeof error->message,
@@ -161,6 +155,39 @@ bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const
              "Initial_Frame and Final_Frame",
              operand, plan->from, plan->to);
     return false;
+}
+
+static bool use_found(struct povray_plan *plan, const struct found *found,
+                      const char *operand, struct povray_error *error)
+{
+    const bool is_ini = ini_is_name(operand);
+    if (glue_is_lost())
+        return false;
+    if ((is_ini && !found->scene) || found->part)
+        return fail_found(found, operand, error);
+    plan->scene = find_scene(is_ini ? found->scene : operand, is_ini ? operand : NULL);
+    plan->has_antialiasing = found->has_antialiasing;
+    return choose_frames(plan, found, operand, error);
+}
+
+bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
+                      int n_args, struct povray_error *error)
+{
+    struct found found = {.first = NAN, .last = NAN, .from = NAN, .to = NAN};
+    const bool is_ini = ini_is_name(operand);
+    *error = (struct povray_error){.message = ""};
+    *plan = (struct povray_plan){.first = 1, .last = 1};
+    if (!copy_args(plan, is_ini ? operand : NULL, args, n_args))
+        return glue_settle(false, error);
+    if (is_ini && !path_is_file(operand)) {
+        snprintf(error->message, sizeof error->message, "%s: no such file", operand);
+        return false;
+    }
+    ini_walk(plan->args, plan->n_args, note_option, &found);
+    const bool is_good = use_found(plan, &found, operand, error);
+    free(found.part);
+    free(found.scene);
+    return glue_settle(is_good, error);
 }
 
 void povray_plan_free(struct povray_plan *plan)

@@ -91,7 +91,7 @@ struct povray_passes {
     bool is_srgb;    /* that space is sRGB's curve; gamma is 2.2 then */
     double n_inside; /* share of pixels whose depth is unknown (see warning) */
     double colour_s, total_s; /* time of the colour render and of all of it */
-    char warning[512];        /* "" or one sentence */
+    char warning[512];        /* "" or sentences, parted by a semicolon */
 };
 
 /* Opened scene: files read, private folder made. */

@@ -119,7 +119,7 @@ bool scene_find_items(struct povray_scene *scene, struct povray_error *error)
     scene->height = (int32_t)height;
     free(scene->records);
     scene->records = records;
-    return true;
+    return !glue_is_lost();
 }
 
 /* Puts the scene's name before the message. */
@@ -127,7 +127,7 @@ bool scene_fail(const struct povray_scene *scene, struct povray_error *error)
 {
     char *what = text_format("%s", error->message);
     snprintf(error->message, sizeof error->message, "%s: %s", scene->options.scene,
-             what);
+             what ? what : "");
     free(what);
     return false;
 }
@@ -167,7 +167,8 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     if (!camera_replay(camera, scene->records, scene->guess, &scene->n_guesses,
                        error)) {
         /* A name that could not be resolved: the probe will say so, then guess. */
-        return (scene->guess == 0 && scene->n_guesses > 0) || scene_fail(scene, error);
+        return (scene->guess == 0 && scene->n_guesses > 0 && !glue_is_lost()) ||
+               scene_fail(scene, error);
     }
     const bool has_lens = camera->aperture != 0;
     choose_focus(camera, options);
@@ -186,7 +187,7 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     if (what)
         snprintf(error->message, sizeof error->message, "%s: %s", options->scene, what);
     camera->aperture = options->has_f_stop ? 0 : fabs(camera->aperture);
-    return !what;
+    return !what && !glue_is_lost();
 }
 
 /* ---- the check ------------------------------------------------------------------ */

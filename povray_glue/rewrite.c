@@ -100,6 +100,11 @@ static void skip_to(struct writer *w, size_t at)
             text_add(w->out, "\n", 1);
 }
 
+static const char *or_nothing(const char *text)
+{
+    return text ? text : "";
+}
+
 static size_t begin_of(const struct writer *w, int i)
 {
     return w->tokens->items[i].begin;
@@ -111,6 +116,7 @@ static size_t end_before(const struct writer *w, int i)
     return w->tokens->items[i - 1].end;
 }
 
+/* NULL without memory, as what else is a name here; or_nothing() is for those. */
 static char *token_text(const struct tokens *tokens, int i)
 {
     const struct token *token = &tokens->items[i];
@@ -163,7 +169,7 @@ bool rewrite_has_camera(const struct tokens *tokens)
 
 static void record_text(struct writer *w, const char *key, const char *value)
 {
-    text_addf(w->out, " #debug \"@rf~%s~%s;\\n\" ", key, value);
+    text_addf(w->out, " #debug \"@rf~%s~%s;\\n\" ", key, or_nothing(value));
 }
 
 static bool is_item(const struct tokens *tokens, int i)
@@ -206,10 +212,11 @@ static int write_value_item(struct writer *w, int i, bool is_vector)
             text_addf(w->out,
                       "); RF_ #debug concat(\"@rf~%s~\",vstr(3,RF_*<1,1,1>,\",\",0,20),"
                       "\";\\n\") ",
-                      key);
+                      or_nothing(key));
         else
             text_addf(w->out,
-                      "); RF_ #debug concat(\"@rf~%s~\",str(RF_,0,20),\";\\n\") ", key);
+                      "); RF_ #debug concat(\"@rf~%s~\",str(RF_,0,20),\";\\n\") ",
+                      or_nothing(key));
         free(key);
     } else if (is_aperture) {
         copy_to(w, w->tokens->items[i].end);
@@ -322,7 +329,7 @@ static int write_camera(struct writer *w, int i)
         char *name = declared_name(tokens, i);
         text_addf(w->out,
                   " #debug concat(\"@rf~camera~\",str(version,0,4),\"~%s;\\n\") ",
-                  name);
+                  or_nothing(name));
         free(name);
         /* A name that calls nothing is a declared camera. */
         if (first < after - 1 && tokens->items[first].kind == TOKEN_WORD &&

@@ -3,6 +3,7 @@
 #include "scene.h"
 
 #include <errno.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,8 +41,13 @@ bool povray_open(struct povray_scene **scene, const struct povray_options *optio
     *scene = NULL;
     char *folder = temp_folder_make(error);
     if (!folder)
-        return false;
+        return glue_settle(false, error);
     struct povray_scene *made = glue_alloc(1, sizeof *made);
+    if (!made) {
+        temp_folder_remove(folder);
+        free(folder);
+        return glue_settle(false, error);
+    }
     made->options = *options;
     made->temp_folder = folder;
     made->probe_scale = 1;
@@ -49,11 +55,15 @@ bool povray_open(struct povray_scene **scene, const struct povray_options *optio
                       folder)) {
         scene_fail_file(error, options->scene);
         povray_close(made);
-        return false;
+        return glue_settle(false, error);
     }
     keep_written(made);
-    *scene = made;
-    return true;
+    const bool is_good = glue_settle(true, error);
+    if (is_good)
+        *scene = made;
+    else
+        povray_close(made);
+    return is_good;
 }
 
 const char *povray_remark(const struct povray_scene *scene)
@@ -87,14 +97,19 @@ const char *povray_folder(const struct povray_scene *scene)
     return scene->temp_folder;
 }
 
+static const char *or_nothing(const char *text)
+{
+    return text ? text : "";
+}
+
 /* ---- messages ------------------------------------------------------------------ */
 
-/* Joins POV-Ray's wrapped lines from `from` on. */
+/* Joins POV-Ray's wrapped lines from `from` on; NULL without memory. */
 static char *joined(const char *from)
 {
     struct text text = {0};
     text_add(&text, "", 0);
-    for (; *from; from++) {
+    for (; from && *from; from++) {
         bool is_blank = *from == '\n' || *from == ' ' || *from == '\r';
         if (!is_blank)
             text_add(&text, from, 1);
@@ -117,12 +132,12 @@ static bool explain_parse_error(const struct povray_scene *scene, const char *fa
     while (what > fatal && what[-1] != '\n')
         what--;
     char *name = text_format("%.*s", (int)(line - file - 6), file + 6);
-    char *tidy = joined(name),
-         *original = sources_original_names(&scene->sources, tidy);
+    char *tidy = joined(name);
+    char *original = sources_original_names(&scene->sources, or_nothing(tidy));
     char *renamed = sources_original_names(&scene->sources, what),
          *text = joined(renamed);
-    snprintf(error->message, sizeof error->message, "%s:%d: %s", original,
-             atoi(line + 6), text);
+    snprintf(error->message, sizeof error->message, "%s:%d: %s", or_nothing(original),
+             atoi(line + 6), or_nothing(text));
     free(name);
     free(tidy);
     free(original);
@@ -143,9 +158,9 @@ static void explain_log(const struct povray_scene *scene, const char *log,
         from = strchr(at, '\n');
     char *renamed = sources_original_names(&scene->sources, from);
     char *text = joined(renamed);
-    size_t n = strlen(text), n_shown = 500;
+    const size_t n = strlen(or_nothing(text)), n_shown = 500;
     snprintf(error->message, sizeof error->message, "%s: POV-Ray says: %s",
-             scene->options.scene, n > n_shown ? text + n - n_shown : text);
+             scene->options.scene, or_nothing(n > n_shown ? text + n - n_shown : text));
     free(renamed);
     free(text);
 }
@@ -154,8 +169,8 @@ void scene_explain(const struct povray_scene *scene, const struct run *run,
                    struct povray_error *error)
 {
     char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log");
-    if (!explain_parse_error(scene, fatal, error))
-        explain_log(scene, log, error);
+    if (!explain_parse_error(scene, or_nothing(fatal), error))
+        explain_log(scene, or_nothing(log), error);
     free(fatal);
     free(log);
 }
@@ -168,11 +183,6 @@ bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n
     struct povray_options options = scene->options;
     options.progress = NULL;
     return run_wait(runs, n, &options, error);
-}
-
-static const char *or_nothing(const char *text)
-{
-    return text ? text : "";
 }
 
 bool scene_start_run(struct povray_scene *scene, struct run *run, const char *file,
@@ -191,7 +201,7 @@ bool scene_start_run(struct povray_scene *scene, struct run *run, const char *fi
         .after = words,
         .options = &scene->options,
         .sandbox = sources->writes_files && !is_writing ? &sandbox : NULL};
-    bool is_started = run_start(run, &request, error);
+    bool is_started = words && file && render->name && run_start(run, &request, error);
     free(words);
     scene->has_written |= is_writing;
     /* Two runs that write the same file would read each other's halves. */
@@ -203,9 +213,10 @@ bool scene_start_run(struct povray_scene *scene, struct run *run, const char *fi
 bool scene_start_render(struct povray_scene *scene, struct run *run,
                         const struct scene_render *render, struct povray_error *error)
 {
-    char *file = text_format("%s.pov", render->name);
-    bool is_started = sources_write(&scene->sources, render->mode, file,
-                                    or_nothing(render->head), or_nothing(render->tail));
+    char *file = text_format("%s.pov", or_nothing(render->name));
+    bool is_started =
+        file && sources_write(&scene->sources, render->mode, file,
+                              or_nothing(render->head), or_nothing(render->tail));
     if (!is_started)
         scene_fail_file(error, scene->temp_folder);
     else
@@ -223,6 +234,36 @@ bool scene_read(struct povray_scene *scene, const struct run *run,
         scene_explain(scene, run, error);
     free(path);
     return is_read;
+}
+
+void scene_add_warning(struct povray_passes *passes, const char *format, ...)
+{
+    va_list arguments;
+    size_t n = strlen(passes->warning);
+    if (n > 0)
+        n += (size_t)snprintf(passes->warning + n, sizeof passes->warning - n, "; ");
+    if (n >= sizeof passes->warning)
+        return;
+    va_start(arguments, format);
+    vsnprintf(passes->warning + n, sizeof passes->warning - n, format, arguments);
+    va_end(arguments);
+}
+
+void scene_take_colour(struct povray_passes *passes,
+                       const struct decode_picture *picture, const struct run *run)
+{
+    passes->width = picture->width;
+    passes->height = picture->height;
+    passes->has_alpha = picture->has_alpha;
+    passes->colour = picture->rgba;
+    passes->colour_s = run->ended_s - run->started_s;
+    if (picture->n_clipped > 0)
+        scene_add_warning(
+            passes,
+            "%lld px of the colour are brighter than 65504, the most that POV-Ray's "
+            "files can say, and their blur is too dark; scale all lights, ambient and "
+            "emission down by the same factor and the picture up again",
+            (long long)picture->n_clipped);
 }
 
 bool scene_same_size(const struct povray_scene *scene,

@@ -76,6 +76,15 @@ bool scene_fail(const struct povray_scene *scene, struct povray_error *error);
 void scene_explain(const struct povray_scene *scene, const struct run *run,
                    struct povray_error *error);
 
+/* Adds a sentence to the warning of the passes. */
+void scene_add_warning(struct povray_passes *passes, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* The picture becomes the colour of the passes, with its size and time, and a warning
+ * where it is too bright for POV-Ray's files. */
+void scene_take_colour(struct povray_passes *passes,
+                       const struct decode_picture *picture, const struct run *run);
+
 /* False with a message where a picture has not the size of the passes. */
 bool scene_same_size(const struct povray_scene *scene,
                      const struct povray_passes *passes,

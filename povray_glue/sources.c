@@ -11,6 +11,18 @@
 /* Private copies are called by their mode and number. */
 #define MODE_LETTERS "rplht"
 
+/* The list owns the name, which may be NULL where memory was missing. */
+static void add_name(char ***names, int *n, char *name)
+{
+    char **longer = name ? glue_grow(*names, (size_t)*n + 1, sizeof **names) : NULL;
+    if (longer) {
+        *names = longer;
+        longer[(*n)++] = name;
+    } else {
+        free(name);
+    }
+}
+
 static void add_folder(struct sources *sources, const char *folder, size_t n)
 {
     if (n >= 2 && (folder[0] == '"' || folder[0] == '\'') &&
@@ -18,11 +30,9 @@ static void add_folder(struct sources *sources, const char *folder, size_t n)
         folder++;
         n -= 2;
     }
-    sources->folders = glue_grow(sources->folders, (size_t)sources->n_folders + 1,
-                                 sizeof *sources->folders);
     const char *slash = n > 0 && folder[n - 1] != '/' ? "/" : "";
-    sources->folders[sources->n_folders++] =
-        text_format("%.*s%s", (int)n, folder, slash);
+    add_name(&sources->folders, &sources->n_folders,
+             text_format("%.*s%s", (int)n, folder, slash));
 }
 
 static void note_folder(void *user, const char *option, const char *file)
@@ -39,7 +49,8 @@ static void collect_folders(struct sources *sources, const char *scene,
     add_folder(sources, "", 0);
     ini_walk(args, n_args, note_folder, sources);
     char *folder = path_folder(scene);
-    add_folder(sources, folder, strlen(folder));
+    if (folder)
+        add_folder(sources, folder, strlen(folder));
     free(folder);
 }
 
@@ -78,9 +89,7 @@ static void note_file(struct sources *sources, const struct tokens *tokens, int 
         free(name);
         return;
     }
-    sources->written = glue_grow(sources->written, (size_t)sources->n_written + 1,
-                                 sizeof *sources->written);
-    sources->written[sources->n_written++] = name;
+    add_name(&sources->written, &sources->n_written, name);
 }
 
 static void note_words(struct sources *sources, const struct tokens *tokens)
@@ -123,11 +132,16 @@ static int load_file(struct sources *sources, const char *path)
         text_free(&content);
         return -1;
     }
-    int k = sources->n++;
-    sources->items =
-        glue_grow(sources->items, (size_t)sources->n, sizeof *sources->items);
-    sources->items[k] =
-        (struct source){.path = text_format("%s", path), .content = content};
+    struct source *items =
+        glue_grow(sources->items, (size_t)sources->n + 1, sizeof *items);
+    sources->items = items ? items : sources->items;
+    char *own_path = items ? text_format("%s", path) : NULL;
+    if (!own_path) {
+        text_free(&content);
+        return -1;
+    }
+    const int k = sources->n++;
+    items[k] = (struct source){.path = own_path, .content = content};
     struct tokens *tokens = &sources->items[k].tokens;
     tokens_scan(tokens, content.data, content.n);
     sources->items[k].needs_copy = k == 0 || rewrite_has_camera(tokens);
@@ -157,9 +171,7 @@ static bool note_computed(struct sources *sources, const char *name)
     for (int i = 0; i < sources->n_computed; i++)
         if (strcmp(sources->computed[i], name) == 0)
             return false;
-    sources->computed = glue_grow(sources->computed, (size_t)sources->n_computed + 1,
-                                  sizeof *sources->computed);
-    sources->computed[sources->n_computed++] = text_format("%s", name);
+    add_name(&sources->computed, &sources->n_computed, text_format("%s", name));
     return true;
 }
 
@@ -238,7 +250,8 @@ static void set_sizes(struct text *text, int32_t width, int32_t height)
         text_addf(&out, "%d", is_width ? width : height);
         copied = tokens.items[i].end;
     }
-    text_add(&out, text->data + copied, text->n - copied);
+    if (text->data)
+        text_add(&out, text->data + copied, text->n - copied);
     tokens_free(&tokens);
     text_free(text);
     *text = out;

@@ -8,28 +8,46 @@
 
 #include "file.h"
 
+static _Thread_local bool is_lost;
+
+bool glue_is_lost(void)
+{
+    return is_lost;
+}
+
+bool glue_settle(bool is_good, struct povray_error *error)
+{
+    if (!is_lost)
+        return is_good;
+    is_lost = false;
+    if (!error->is_interrupted)
+        snprintf(error->message, sizeof error->message, "out of memory");
+    return false;
+}
+
 void *glue_grow(void *memory, size_t n_items, size_t item_bytes)
 {
     void *grown = reallocarray(memory, n_items ? n_items : 1, item_bytes);
-    if (!grown) {
-        fputs("rackfocus: out of memory\n", stderr);
-        exit(1);
-    }
+    is_lost |= !grown;
     return grown;
 }
 
 void *glue_alloc(size_t n_items, size_t item_bytes)
 {
-    void *memory = glue_grow(NULL, n_items, item_bytes);
-    memset(memory, 0, (n_items ? n_items : 1) * item_bytes);
+    void *memory = calloc(n_items ? n_items : 1, item_bytes);
+    is_lost |= !memory;
     return memory;
 }
 
 void text_add(struct text *text, const char *data, size_t n)
 {
     if (text->n + n + 1 > text->capacity) {
-        text->capacity = 2 * (text->n + n) + 64;
-        text->data = glue_grow(text->data, text->capacity, 1);
+        const size_t capacity = 2 * (text->n + n) + 64;
+        char *grown = glue_grow(text->data, capacity, 1);
+        if (!grown)
+            return;
+        text->capacity = capacity;
+        text->data = grown;
     }
     if (n)
         memcpy(text->data + text->n, data, n);
@@ -40,11 +58,10 @@ void text_add(struct text *text, const char *data, size_t n)
 static void add_formatted(struct text *text, const char *format, va_list arguments)
 {
     char *line = NULL;
-    int n = vasprintf(&line, format, arguments);
-    if (n < 0) {
-        fputs("rackfocus: out of memory\n", stderr);
-        exit(1);
-    }
+    const int n = vasprintf(&line, format, arguments);
+    is_lost |= n < 0;
+    if (n < 0)
+        return;
     text_add(text, line, (size_t)n);
     free(line);
 }
@@ -83,8 +100,8 @@ bool text_read_file(struct text *text, const char *path)
     text_add(text, "", 0);
     while ((n = fread(block, 1, sizeof block, file)) > 0)
         text_add(text, block, n);
-    bool is_read = !ferror(file);
-    int code = errno;
+    const bool is_read = !ferror(file) && !is_lost;
+    const int code = is_lost ? ENOMEM : errno;
     fclose(file);
     errno = code;
     return is_read;
@@ -92,7 +109,8 @@ bool text_read_file(struct text *text, const char *path)
 
 bool text_write_file(const struct text *text, const char *path)
 {
-    FILE *file = fopen(path, "wb");
+    errno = ENOMEM;
+    FILE *file = path && !is_lost ? fopen(path, "wb") : NULL;
     if (!file)
         return false;
     bool is_written = fwrite(text->data, 1, text->n, file) == text->n;
@@ -108,5 +126,5 @@ char *path_folder(const char *path)
 
 bool path_is_file(const char *path)
 {
-    return os_file_facts(path).kind == OS_FILE_REGULAR;
+    return path && os_file_facts(path).kind == OS_FILE_REGULAR;
 }

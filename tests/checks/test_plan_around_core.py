@@ -54,6 +54,18 @@ def test_headers_of_os_are_plain_c():
             assert not SYSTEM.fullmatch(header), f"{path.name} includes <{header}.h>"
 
 
+def test_only_main_ends_the_program():
+    """A library that exits takes Blender with it, or a half-written file."""
+    ends = re.compile(r"\b(_?exit|_Exit|abort|quick_exit|raise)\s*\(")
+    wrong = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in sources(*FOLDERS)
+        for number, line in enumerate(code_of(path).splitlines(), 1)
+        if ends.search(line) and not line.startswith("#")
+    ]
+    assert not wrong, "return an error: " + "; ".join(wrong)
+
+
 def object_files():
     """The program's object files, which say what each file really needs: headers do
     not, where one has functions of several files."""

@@ -4,12 +4,15 @@
  *
  *   FAIL_ALLOCATION=k   malloc, calloc, realloc, aligned_alloc, posix_memalign
  *   FAIL_FILE=k         open, fopen, write, pwrite, fwrite, fsync, rename; unlink
- * counts but does not fail FAIL_THREAD=k       pthread_create, where k - 1 run beside
- * the first FAIL_SIGNAL=n       the k-th call of memory or files does not fail: before
- * it the process sends itself this signal, so that a kill, a stop or an interruption
- * comes at a known moment on a machine of any speed FAIL_COUNT=FILE     write the
- * numbers of calls there at the end: allocations, threads, file calls, writes
+ *                       counts but does not fail
+ *   FAIL_THREAD=k       pthread_create, where k - 1 run beside the first
+ *   FAIL_SIGNAL=n       the k-th call of memory or files does not fail: before it the
+ *                       process sends itself this signal, so that a kill, a stop or an
+ *                       interruption comes at a known moment on a machine of any speed
+ *   FAIL_COUNT=FILE     write the numbers of calls there at the end: allocations,
+ *                       threads, file calls, writes
  *
+ * Programs that the command starts are left alone.
  * Calls before main() count too: a program that cannot start is a clean failure.
  */
 #include <dlfcn.h>
@@ -48,6 +51,7 @@ __attribute__((constructor)) static void begin(void)
     failing_file = number_of("FAIL_FILE");
     failing_write = number_of("FAIL_WRITE");
     own_signal = number_of("FAIL_SIGNAL");
+    unsetenv("LD_PRELOAD");
     is_counting = true;
 }
 
