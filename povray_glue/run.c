@@ -214,7 +214,7 @@ static int make_sandbox(struct place *place, const struct run *run,
                         const struct run_sandbox *sandbox)
 {
     char *ini = ini_standard_file();
-    place->folder = text_format("%swork/", run->folder);
+    place->folder = text_format("%s" RUN_SANDBOX, run->folder);
     place->ini = ini ? os_file_full_path(ini) : NULL;
     free(ini);
     if (!place->folder)

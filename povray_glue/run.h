@@ -13,9 +13,12 @@ struct run {
     char *folder; /* private, with its slash */
     double started_s, ended_s;
     bool has_picture; /* the picture was complete before the process ended */
+    bool is_writing;  /* what the scene writes in the run's sandbox is for the user */
 };
 
-/* Where a scene that writes files writes them, instead of the current folder. */
+/* Where a scene that writes files writes them, instead of the current folder: in
+ * RUN_SANDBOX within the run's own. */
+#define RUN_SANDBOX "work/"
 struct run_sandbox {
     char *const *folders; /* where the scene's files are looked for */
     int n_folders;

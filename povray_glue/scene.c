@@ -193,17 +193,20 @@ bool scene_start_run(struct povray_scene *scene, struct run *run, const char *fi
                                         scene->copies};
     char *words = text_format("%s %s", or_nothing(render->after), scene->clock_words);
     const bool is_writing = render->is_picture && !scene->has_written;
-    const struct run_request request = {
-        .temp_folder = scene->temp_folder,
-        .name = render->name,
-        .scene = file,
-        .before = or_nothing(render->before),
-        .after = words,
-        .options = &scene->options,
-        .sandbox = sources->writes_files && !is_writing ? &sandbox : NULL};
+    /* Names in other folders lead out of a sandbox, or nowhere. */
+    const bool is_boxed =
+        sources->writes_files && !(is_writing && sources->writes_elsewhere);
+    const struct run_request request = {.temp_folder = scene->temp_folder,
+                                        .name = render->name,
+                                        .scene = file,
+                                        .before = or_nothing(render->before),
+                                        .after = words,
+                                        .options = &scene->options,
+                                        .sandbox = is_boxed ? &sandbox : NULL};
     bool is_started = words && file && render->name && run_start(run, &request, error);
     free(words);
-    scene->has_written |= is_writing;
+    run->is_writing = is_writing && is_boxed;
+    scene->has_written |= is_writing && !is_boxed;
     /* Two runs that write the same file would read each other's halves. */
     if (is_started && sources->writes_elsewhere)
         is_started = scene_wait(scene, &run, 1, error);
@@ -225,11 +228,38 @@ bool scene_start_render(struct povray_scene *scene, struct run *run,
     return is_started;
 }
 
+/* Puts what the scene wrote into the current folder, where POV-Ray itself would have
+ * written it: once. Not while other runs read what was there. */
+static bool publish_written(struct povray_scene *scene, const struct run *run,
+                            struct povray_error *error)
+{
+    const struct sources *sources = &scene->sources;
+    bool is_good = true;
+    for (int i = 0; i < sources->n_written && is_good; i++) {
+        struct text text = {0};
+        char *made =
+            text_format("%s" RUN_SANDBOX "%s", run->folder, sources->written[i]);
+        if (path_is_file(made) && (!text_read_file(&text, made) ||
+                                   !text_write_file(&text, sources->written[i])))
+            is_good = scene_fail_file(error, sources->written[i]);
+        text_free(&text);
+        free(made);
+    }
+    scene->has_written = true;
+    return is_good;
+}
+
 bool scene_read(struct povray_scene *scene, const struct run *run,
                 struct decode_picture *picture, struct povray_error *error)
 {
     char *path = run_is_good(run) ? run_picture(run) : NULL;
     bool is_read = path && decode_read(picture, path, scene->options.n_threads, error);
+    if (is_read && run->is_writing && !scene->has_written &&
+        !publish_written(scene, run, error)) {
+        free(picture->rgba);
+        picture->rgba = NULL;
+        is_read = false;
+    }
     if (!path)
         scene_explain(scene, run, error);
     free(path);

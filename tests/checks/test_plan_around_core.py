@@ -17,7 +17,7 @@ SYSTEM = re.compile(
     r"windows|io|direct|process|winsock2"
 )
 # The library's own seam: memory pages, locale, threads.
-MAY = ("core/base/", "core/api/context.c")
+MAY = "core/base/"
 
 
 def sources(*folders):
