@@ -24,6 +24,7 @@ from . import (
     preferences,
     refocusing,
     setup,
+    sharp,
     supersample,
     tap,
     views,
@@ -78,14 +79,20 @@ def with_some_depth(layer):
     """A layer that is empty in this frame lies far away; infinity is an error."""
     if layer.depth.min() < passes.NOTHING_HIT:
         return layer
-    return passes.Layer(layer.colour, np.minimum(layer.depth, FAR))
+    return layer._replace(depth=np.minimum(layer.depth, FAR))
 
 
-def looked(layer, settings, params):
-    """A passes.Layer with the highlights and the blur that the settings ask for."""
+def looked(layer, settings, params, kept_sharp=()):
+    """A passes.Layer with the highlights and the blur that the settings ask for.
+
+    kept_sharp: names of objects.
+    """
     values, focus = look.of(settings), params["focus_distance"]
     is_flat = params["projection"] == "orthographic"
     depth = look.depth(layer.depth, values, focus, is_flat)
+    covered = sharp.coverage(layer.mattes, kept_sharp)
+    if covered is not None:
+        depth = look.with_mask(depth, 1 - covered, focus, is_flat)
     return passes.Layer(look.colour(layer.colour, values), depth)
 
 
@@ -97,8 +104,12 @@ def cut_out(found, render):
     left, right = int(render.border_min_x * width), int(render.border_max_x * width)
     low, high = int(render.border_min_y * height), int(render.border_max_y * height)
     part = np.s_[height - high : height - low, left:right]
-    has_depth = found.depth is not None
-    return passes.Layer(found.colour[part], found.depth[part] if has_depth else None)
+    depth = found.depth[part] if found.depth is not None else None
+    mattes = tuple(
+        (ids if ids is None else ids[part], covered[part])
+        for ids, covered in found.mattes
+    )
+    return passes.Layer(found.colour[part], depth, mattes)
 
 
 def coc_picture(coc):
@@ -259,7 +270,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             is_final = bpy.app.background or source.name not in alone
             if settings.enabled and is_final and not self.is_broken:
                 limit_px = self._filter(
-                    frame, found, settings, scene.render, (picture, coc), seconds, scale
+                    frame, found, settings, scene, (picture, coc), seconds, scale
                 )
         finally:
             started = time.perf_counter()
@@ -328,19 +339,24 @@ class RackFocusEngine(bpy.types.RenderEngine):
         params = lens.frame_parameters(
             frame.camera, settings, scene.render, (width, height), scale
         )
-        keep.write(folder, stem, found, params)
+        keep.write(folder, stem, found, params, sharp.names_of(source))
 
-    def _filter(self, frame, found, settings, render, targets, seconds, scale):
+    def _filter(self, frame, found, settings, scene, targets, seconds, scale):
         """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""
         picture, coc = targets
         if any(layer.depth is None for layer, _ in found):
             raise Problem(no_depth(frame.layer))
+        source, render = scene.rack_focus.source.original, scene.render
         found = [(with_some_depth(layer), place) for layer, place in found]
         height, width = found[0][0].depth.shape
         params = lens.frame_parameters(
             frame.camera, settings, render, (width, height), scale
         )
-        found = [(looked(layer, settings, params), place) for layer, place in found]
+        kept_sharp = sharp.names_of(source) if len(found) < 2 else ()
+        found = [
+            (looked(layer, settings, params, kept_sharp), place)
+            for layer, place in found
+        ]
         depth = found[0][0].depth
         params["method"] = views.method_for(params["method"], found)
         self.update_stats("", f"Rack Focus: {params['method']}, {width} x {height}")

@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import group, lens, look, passes, preferences, setup
+from . import group, lens, look, passes, preferences, setup, sharp
 from .library import rackfocus
 
 NORMAL = "Denoising Normal"  # pass of Cycles, where denoising data is stored
@@ -45,6 +45,8 @@ def why_not(scene):
     clamp, _, gain, front, back = look.of(scene.camera.data.rack_focus)
     if (clamp, gain, front * back) != PLAIN_LOOK:
         return "Finish follows the camera's own lens: set Look back to its defaults"
+    if sharp.names_of(scene):
+        return "Finish follows the camera's own lens: no object can be kept sharp"
     return ""
 
 

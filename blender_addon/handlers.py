@@ -23,6 +23,7 @@ from . import (
     passes,
     refocusing,
     setup,
+    sharp,
     tap,
     views,
 )
@@ -64,6 +65,7 @@ def _prepare(scene):
         for node in group.nodes_of(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
         setup.need_source(scene)
+        sharp.need_pass(scene)
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")

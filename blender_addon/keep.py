@@ -13,11 +13,12 @@ from pathlib import Path
 
 import bpy
 
-from . import exr, passes
+from . import exr, passes, sharp
 from .library import rackfocus
 
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
 TIME = "rackfocus:shutterTime"
+SHARP = "sharp.coverage"  # channel: how much of a pixel stays sharp
 GROUPS = ("lens", "aperture", "depth")  # of parameters that say what the camera was
 
 
@@ -72,10 +73,11 @@ def place_attributes(place):
     )
 
 
-def write(folder, stem, found, params):
+def write(folder, stem, found, params, kept_sharp=()):
     """Writes the views of a view layer, [(passes.Layer, passes.Place)].
 
-    folder: Path, made where it is missing; stem: from stem_of(); params: of the lens.
+    folder: Path, made where it is missing; stem: from stem_of(); params: of the lens;
+    kept_sharp: names of objects, whose coverage is a channel.
     KeepError where the folder cannot be written.
     """
     lens = lens_attributes(params)
@@ -84,6 +86,9 @@ def write(folder, stem, found, params):
         name = stem + (f"_v{index:02d}" if is_view else "")
         channels = {c: one.colour[..., i] for i, c in enumerate("RGBA")}
         channels["Z"] = one.depth
+        covered = sharp.coverage(one.mattes, kept_sharp)
+        if covered is not None:
+            channels[SHARP] = covered
         attributes = lens + (place_attributes(place) if is_view else b"")
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -141,7 +146,9 @@ def _read(path):
     missing = [c for c in "RGBAZ" if c not in planes]
     if missing:
         raise passes.PassesError(f"“{path}” lacks the channel {missing[0]}")
-    layer = passes.Layer(passes.side_by_side([planes[c] for c in "RGBA"]), planes["Z"])
+    mattes = ((None, planes[SHARP]),) if SHARP in planes else ()
+    colour = passes.side_by_side([planes[c] for c in "RGBA"])
+    layer = passes.Layer(colour, planes["Z"], mattes)
     if OFFSET not in attributes:
         return layer, passes.MIDDLE
     shear = struct.unpack("<d", attributes[SHEAR])[0]

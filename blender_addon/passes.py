@@ -19,7 +19,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import exr, main_thread, printed
+from . import exr, main_thread, printed, sharp
 from .compat import MultilayerExr
 from .lens import picture_size
 
@@ -69,6 +69,7 @@ class Layer(NamedTuple):
 
     colour: np.ndarray  # (height, width, 4), scene-linear, premultiplied
     depth: np.ndarray  # (height, width), planar, scene units; None where there is none
+    mattes: tuple = ()  # as of sharp.mattes_of(), where objects stay sharp
 
 
 def find_layer(channels, layer, view=""):
@@ -79,7 +80,8 @@ def find_layer(channels, layer, view=""):
     depth = next((channels[name] for name in depths if name in channels), None)
     if any(name not in channels for name in names):
         raise PassesError(f"view layer “{layer}” was not rendered")
-    return Layer(side_by_side([channels[name] for name in names]), depth)
+    mattes = sharp.mattes_of(channels, layer, tail)
+    return Layer(side_by_side([channels[name] for name in names]), depth, mattes)
 
 
 # ---- getting them out of Blender --------------------------------------------------

@@ -362,6 +362,17 @@ class SceneState(bpy.types.PropertyGroup):
     )
 
 
+class ObjectSettings(bpy.types.PropertyGroup):
+    """object.rack_focus"""
+
+    keep_sharp: BoolProperty(
+        override=OVERRIDABLE,
+        name="Keep Sharp",
+        description="Rack Focus does not blur this object, whatever its distance. Takes "
+        "effect with the next render",
+    )
+
+
 class NodeSettings(bpy.types.PropertyGroup):
     """node_tree.rack_focus: of the groups that are our nodes."""
 
@@ -382,7 +393,7 @@ class NodeSettings(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (CameraSettings, SceneState, NodeSettings)
+CLASSES = (CameraSettings, ObjectSettings, SceneState, NodeSettings)
 
 
 def register():
@@ -392,6 +403,9 @@ def register():
     bpy.types.Camera.rack_focus = PointerProperty(
         type=CameraSettings, override=OVERRIDABLE
     )
+    bpy.types.Object.rack_focus = PointerProperty(
+        type=ObjectSettings, override=OVERRIDABLE
+    )
     bpy.types.Scene.rack_focus = PointerProperty(type=SceneState)
     bpy.types.NodeTree.rack_focus = PointerProperty(type=NodeSettings)
 
@@ -400,6 +414,7 @@ def unregister():
     """Takes them away."""
     del bpy.types.NodeTree.rack_focus
     del bpy.types.Scene.rack_focus
+    del bpy.types.Object.rack_focus
     del bpy.types.Camera.rack_focus
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

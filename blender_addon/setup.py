@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import compat, group
+from . import compat, group, sharp
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
@@ -369,11 +369,13 @@ def disable(scene):
     for layer in scene.view_layers:
         if layer.name in record["z"]:
             layer.use_pass_z = False
+    sharp.drop_pass(scene, record)
     tree = compat.compositor_tree(scene)
     is_untouched = tree is not None and _node_names(tree) == record["nodes"]
     if is_untouched and not record["was_in_use"]:
         compat.stop_compositor(scene, record["is_new"])
-        scene.render.use_compositing = record["was_compositing"]
+    if is_untouched and not record["was_compositing"]:
+        scene.render.use_compositing = False
     scene.rack_focus.filter_scene = None
     scene.rack_focus.record = ""
     unmute_sources(scene)

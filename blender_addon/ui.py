@@ -12,6 +12,7 @@ from .props import LENS_POINTS, is_read, look_table, method_table
 PARENTS = ("DATA_PT_camera_dof", "CYCLES_CAMERA_PT_dof")
 
 
+SEEN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME"}
 # Shown in the box itself, not among the options of the method.
 IN_BOX = ("method", "max_radius", "film_depth", "coc_limit", *LENS_POINTS)
 
@@ -260,6 +261,33 @@ def length(scene, value):
     return bpy.utils.units.to_string(unit.system, "LENGTH", metres, precision=4)
 
 
+class ObjectPanel(bpy.types.Panel):
+    """What an object has of Rack Focus."""
+
+    bl_idname = "OBJECT_PT_rack_focus"
+    bl_label = "Rack Focus"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        """What can be seen, in a scene that is filtered."""
+        is_seen = context.object is not None and context.object.type in SEEN
+        return is_seen and setup.filter_scene_of(scene_of(context)) is not None
+
+    def draw(self, context):
+        """The tick, and where it has no effect."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(context.object.rack_focus, "keep_sharp")
+        scene = scene_of(context)
+        settings = scene.camera.data.rack_focus if scene.camera is not None else None
+        if settings is not None and views.view_count(settings) > 1:
+            layout.label(text="With one view only", icon="INFO")
+
+
 class ImagePanel(bpy.types.Panel):
     """Refocus and the picker beside the picture."""
 
@@ -401,7 +429,7 @@ _registered = []
 
 def register():
     """Adds panels and preferences."""
-    for cls in (Preferences, ImagePanel, NodePanel, *_make_panels()):
+    for cls in (Preferences, ObjectPanel, ImagePanel, NodePanel, *_make_panels()):
         bpy.utils.register_class(cls)
         _registered.append(cls)
 

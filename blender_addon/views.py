@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import compat, finishing, group, lens, passes, setup, supersample
+from . import compat, finishing, group, lens, passes, setup, sharp, supersample
 from .library import rackfocus
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
@@ -112,6 +112,8 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings):
         lines.append("The views are rendered one after another")
+    if sharp.names_of(scene):
+        lines.append("Objects are kept sharp with one view only")
     if n > LOUD_COUNT:
         n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL
         lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
@@ -232,6 +234,8 @@ def _make_copy(scene):
             if name.startswith("use_pass_") and name not in PASSES and not uses_passes:
                 setattr(layer, name, False)
         layer.use_pass_combined = layer.use_pass_z = True
+        if sharp.names_of(scene):
+            setattr(layer, sharp.PASS, True)
     return copy
 
 
@@ -539,16 +543,20 @@ class ViewPasses:
         ]
         if n == 1 or any(part.depth is None for part in parts):
             return parts[0]
-        colour = supersample.together([part.colour for part in parts], self.scale)
-        depth = supersample.together([part.depth for part in parts], self.scale)
-        return passes.Layer(colour, depth)
+        return passes.Layer(*map(self._together, zip(*parts, strict=True)))
+
+    def _together(self, parts):
+        """One plane, or tuple of planes, of the same of all parts."""
+        if isinstance(parts[0], tuple):
+            return tuple(map(self._together, zip(*parts, strict=True)))
+        return supersample.together(parts, self.scale)
 
     def _layer(self, name, index):
         found, place = self._rendered(name, index), self.places[index]
         if found.depth is not None and place.depth_factor != 1:
             is_hit = found.depth < passes.NOTHING_HIT
             depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
-            found = passes.Layer(found.colour, depth.astype(np.float32))
+            found = found._replace(depth=depth.astype(np.float32))
         return found
 
     def layer(self, name, *_):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of the user's own nodes with ours: File Output, node groups."""
 
+import shutil
+
 import bpy
 import common
 import numpy as np
@@ -13,6 +15,7 @@ from common import (
     render,
     rgba,
     same,
+    snapshot,
     start,
 )
 
@@ -208,3 +211,77 @@ def soft_edges_of_a_view():
         assert made[0, 0, 3] == np.float32(alpha)
     black = np.float32([[[0, 0, 0, 1]]])
     assert not pictures.for_view(black, np.float32([[0]]), behind)[..., :3].any()
+
+
+# ---- objects that stay sharp -------------------------------------------------------
+
+
+@check
+def objects_that_stay_sharp():
+    """Cryptomatte's ids and coverage; refocused, kept, supersampled; no pass is left."""
+    scene = bpy.context.scene
+    module, look = addon("sharp"), addon("look")
+    assert module.murmur3(b"hello") == 0x248BFA47  # of the reference implementation
+    assert module.murmur3(b"hello, world") == 0x149BBB7F
+    # Nothing else before the focus, which would be blurred over it.
+    near = [o for o in scene.objects if o.type == "MESH" and o.location.y < 2.9]
+    item, *others = sorted(near, key=lambda o: o.location.y)
+    for other in others:
+        bpy.data.objects.remove(other)
+    item.name, item.scale = "Ä near object", (2, 2, 2)
+    item.location.x = item.location.z = 0
+    before = snapshot(scene)[1:4]
+    layer = scene.view_layers[0]
+    sharp = pinhole(scene, OUT / "s_passes.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    folder = OUT / "sharp"
+    shutil.rmtree(folder, ignore_errors=True)
+    _, data = start(passes_folder=str(folder))
+    plain = rgba(render(scene, OUT / "s.exr"))
+    assert not getattr(layer, module.PASS)
+    item.rack_focus.keep_sharp = True
+    made = rgba(render(scene, OUT / "s.exr"))
+    assert not common.last_message(scene), common.last_message(scene)
+    found = addon("passes").rendered(scene).layer("ViewLayer")
+    covered = module.coverage(found.mattes, [item.name])
+    assert 0.005 < (covered == 1).mean() < 0.5 and ((covered > 0) & (covered < 1)).any()
+    focus = data.dof.focus_distance
+    wanted = look.with_mask(depth, 1 - covered, focus, False)
+    same(made, filtered(scene, colour, wanted))
+    inside = covered == 1
+    away = np.abs(made - colour)[inside].mean(), np.abs(plain - colour)[inside].mean()
+    assert away[0] < 0.3 * away[1], away
+    data.dof.aperture_fstop = 0.3
+    bpy.ops.rack_focus.refocus()
+    again = result_of(scene)
+    same(again, filtered(scene, colour, wanted))
+    path = str(OUT / "sharp.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    scene = bpy.context.scene
+    bpy.ops.rack_focus.refocus()  # from the files
+    same(result_of(scene), again)
+    data = scene.camera.data
+    data.rack_focus.supersample = 2
+    large = rgba(render(scene, OUT / "s.exr"))
+    assert not common.last_message(scene), common.last_message(scene)
+    assert np.abs(large - again).mean() < 0.05
+    data.rack_focus.supersample = 1
+    for item in scene.objects:
+        item.rack_focus.keep_sharp = False
+    render(scene, OUT / "s.exr")
+    assert not getattr(scene.view_layers[0], module.PASS)
+    scene.objects[-1].rack_focus.keep_sharp = True
+    render(scene, OUT / "s.exr")
+    assert getattr(scene.view_layers[0], module.PASS)
+    data.rack_focus.enabled = False
+    assert not getattr(scene.view_layers[0], module.PASS)
+    assert snapshot(scene)[1:4] == before  # meshes without users were not saved
+
+
+def result_of(scene):
+    """The picture as it stands."""
+    path = OUT / "s_result.exr"
+    common.set_output(scene, path)
+    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    return rgba(common.read(path))

@@ -113,6 +113,8 @@ def emptied(scene, is_in_use):
     """An empty compositor tree; 5.0: a node group without nodes."""
     tree, _ = addon("compat").start_compositor(scene)
     tree.nodes.clear()
+    if not is_in_use:
+        scene.render.use_compositing = False  # 5.0 opens older files so
     if not is_in_use and common.V < (5, 0, 0):
         scene.use_nodes = False
     return tree

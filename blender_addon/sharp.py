@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects that stay sharp, whatever their distance: a property of the object.
+
+Cryptomatte says how much of each pixel an object covers, with the edges of the render.
+The scene's view layers get that pass when a render begins, for as long as an object of
+the scene wants it. The CoC is multiplied by what the objects leave of the pixel.
+
+    id of a name   MurmurHash3 of its bytes, with an exponent that makes it a number
+    coverage       sum of the coverages whose id is one of those (ranks 00 to 02, two in
+                   each)
+
+Cryptomatte specification 1.2.0, Friedman and Jones 2015.
+"""
+
+import json
+
+import numpy as np
+
+PASS = "use_pass_cryptomatte_object"  # of view layers
+NAME = "CryptoObject"
+RECORD = "mattes"  # layers that got the pass, in the scene's record
+
+
+def _rotated(value, bits):
+    return (value << bits | value >> (32 - bits)) & 0xFFFFFFFF
+
+
+def _mixed(block):
+    return _rotated(block * 0xCC9E2D51 & 0xFFFFFFFF, 15) * 0x1B873593 & 0xFFFFFFFF
+
+
+def murmur3(data):
+    """MurmurHash3_x86_32 of bytes, with the seed 0."""
+    found, whole = 0, len(data) & ~3
+    for at in range(0, whole, 4):
+        found ^= _mixed(int.from_bytes(data[at : at + 4], "little"))
+        found = (_rotated(found, 13) * 5 + 0xE6546B64) & 0xFFFFFFFF
+    if len(data) > whole:
+        found ^= _mixed(int.from_bytes(data[whole:], "little"))
+    found ^= len(data)
+    for factor, bits in ((0x85EBCA6B, 16), (0xC2B2AE35, 13), (1, 16)):
+        found = (found ^ found >> bits) * factor & 0xFFFFFFFF
+    return found
+
+
+def id_of(name):
+    """Bits of the number that stands for an object in the pass."""
+    found = murmur3(name.encode())
+    exponent = min(max(found >> 23 & 0xFF, 1), 254)
+    return found & 0x807FFFFF | exponent << 23
+
+
+def names_of(scene):
+    """Names of the objects of a scene that stay sharp."""
+    return [o.name for o in scene.objects if o.rack_focus.keep_sharp]
+
+
+# ---- the pass ---------------------------------------------------------------------
+
+
+def need_pass(scene):
+    """Switches the pass on where it is wanted, and off where only we wanted it."""
+    record = json.loads(scene.rack_focus.record or "{}")
+    if not record:
+        return
+    ours = record.get(RECORD, [])
+    if names_of(scene):
+        missing = [la for la in scene.view_layers if not getattr(la, PASS)]
+        ours = [*ours, *(la.name for la in missing)]
+        _switch(missing, True)
+    elif ours:
+        drop_pass(scene, record)
+        ours = []
+    if ours != record.get(RECORD, []):
+        record[RECORD] = ours
+        scene.rack_focus.record = json.dumps(record)
+
+
+def drop_pass(scene, record):
+    """Switches the pass off where need_pass() switched it on."""
+    names = record.get(RECORD, [])
+    _switch([la for la in scene.view_layers if la.name in names], False)
+
+
+def _switch(layers, is_on):
+    for layer in layers:
+        setattr(layer, PASS, is_on)
+
+
+# ---- the mattes -------------------------------------------------------------------
+
+
+def mattes_of(channels, layer, tail=""):
+    """((ids, coverage), ...) of a view layer among the channels of exr.read_exr().
+
+    tail: what follows the pass in the names, ".view" in stereo.
+    """
+    by_name = {name.lower(): plane for name, plane in channels.items()}
+    found = []
+    for rank in range(3):
+        stem = f"{layer}.{NAME}{rank:02d}{tail}.".lower()
+        for ids, coverage in ("rg", "ba"):
+            if stem + ids in by_name and stem + coverage in by_name:
+                found.append((by_name[stem + ids], by_name[stem + coverage]))
+    return tuple(found)
+
+
+def coverage(mattes, names):
+    """(height, width) of how much of each pixel objects cover, 0 to 1; or None.
+
+    mattes: of mattes_of(); one whose ids are None counts as it is.
+    """
+    if not mattes or not names:
+        return None
+    wanted = np.array([id_of(name) for name in names], np.uint32)
+    found = np.zeros(mattes[0][1].shape, np.float32)
+    for ids, part in mattes:
+        if ids is None:
+            found += part
+        else:
+            bits = np.ascontiguousarray(ids, np.float32).view(np.uint32)
+            found += np.where(np.isin(bits, wanted), part, 0)
+    return np.minimum(found, 1)
