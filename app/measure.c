@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "parallel.h"
+
 double measure_tone(double value)
 {
     return pow(fmin(fmax(value, 0), 1), 1 / 2.2);
@@ -162,27 +164,51 @@ static bool channel_ssim(const float *a, const float *b, int32_t width, int32_t 
     return is_good;
 }
 
+struct toning {
+    const float *samples;
+    float *toned;
+};
+
+static void tone_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct toning *t = data;
+    for (int64_t i = begin; i < end; i++)
+        t->toned[i] = (float)measure_tone(t->samples[i]);
+}
+
 static float *tone_mapped(const float *samples, size_t n)
 {
     float *toned = malloc((n ? n : 1) * sizeof(*toned));
     if (!toned)
         return NULL;
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++)
-        toned[i] = (float)measure_tone(samples[i]);
+    struct toning t = {samples, toned};
+    os_parallel(0, (int64_t)n, 0, tone_some, &t);
     return toned;
+}
+
+/* Two pictures, and what their channels have in common. */
+struct likeness {
+    const float *a, *b;
+    int32_t width, height;
+    double ssim[3];
+    bool are_good[3];
+};
+
+static void compare_channels(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct likeness *l = data;
+    for (int64_t c = begin; c < end; c++)
+        l->are_good[c] =
+            channel_ssim(l->a + c, l->b + c, l->width, l->height, &l->ssim[c]);
 }
 
 static bool mean_ssim(const float *a, const float *b, int32_t width, int32_t height,
                       double *ssim)
 {
-    double channels[3];
-    bool are_good[3];
-#pragma omp parallel for schedule(static, 1)
-    for (int c = 0; c < 3; c++)
-        are_good[c] = channel_ssim(a + c, b + c, width, height, &channels[c]);
-    *ssim = (channels[0] + channels[1] + channels[2]) / 3;
-    return are_good[0] && are_good[1] && are_good[2];
+    struct likeness l = {.a = a, .b = b, .width = width, .height = height};
+    os_parallel(0, 3, 1, compare_channels, &l);
+    *ssim = (l.ssim[0] + l.ssim[1] + l.ssim[2]) / 3;
+    return l.are_good[0] && l.are_good[1] && l.are_good[2];
 }
 
 /* ---- sums ------------------------------------------------------------------------ */
@@ -264,15 +290,26 @@ static void heat_colour(double heat, float *rgb)
     }
 }
 
+struct heating {
+    const float *a, *b;
+    float *rgb;
+};
+
+static void heat_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct heating *h = data;
+    for (int64_t i = begin; i < end; i++) {
+        double largest = 0;
+        for (int64_t c = 3 * i; c < 3 * i + 3; c++)
+            largest =
+                fmax(largest, fabs(measure_tone(h->a[c]) - measure_tone(h->b[c])));
+        heat_colour(largest / HEAT_FULL_SCALE, h->rgb + 3 * i);
+    }
+}
+
 void measure_heatmap(const float *a, const float *b, int32_t width, int32_t height,
                      float *rgb)
 {
-    const size_t n = (size_t)width * (size_t)height;
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++) {
-        double largest = 0;
-        for (size_t c = 3 * i; c < 3 * i + 3; c++)
-            largest = fmax(largest, fabs(measure_tone(a[c]) - measure_tone(b[c])));
-        heat_colour(largest / HEAT_FULL_SCALE, rgb + 3 * i);
-    }
+    struct heating h = {a, b, rgb};
+    os_parallel(0, (int64_t)width * height, 0, heat_some, &h);
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "parallel.h"
 #include "rackfocus/rackfocus.h"
 #include "report.h"
 #include "picture.h"
@@ -175,30 +176,45 @@ static void reduce_pixel(const float *from, size_t stride, int n, double gamma,
     }
 }
 
+/* What the threads share that reduce a picture. */
+struct reducing {
+    const float *rgba;
+    const struct povray_passes *passes;
+    double gamma;
+    int32_t width; /* of `small` */
+    float *small;
+};
+
+static void reduce_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct reducing *r = data;
+    const int n = r->passes->supersample;
+    const size_t border = (size_t)(n * r->passes->border_px);
+    const size_t stride = (size_t)r->passes->width;
+    for (int64_t y = begin; y < end; y++)
+        for (int32_t x = 0; x < r->width; x++) {
+            const float *from =
+                r->rgba +
+                ((border + (size_t)(y * n)) * stride + border + (size_t)(x * n)) * 4;
+            float *to = r->small + ((size_t)y * (size_t)r->width + (size_t)x) * 4;
+            if (n == 1)
+                memcpy(to, from, 4 * sizeof(*to));
+            else
+                reduce_pixel(from, stride, n, r->gamma, to);
+        }
+}
+
 static float *reduce(const float *rgba, const struct povray_passes *passes,
                      double gamma, struct image_error *error)
 {
-    const int n = passes->supersample;
     const int32_t width = povray_picture_width(passes);
     const int32_t height = povray_picture_height(passes);
-    const size_t border = (size_t)(n * passes->border_px),
-                 stride = (size_t)passes->width;
     float *small =
         app_memory((size_t)width * (size_t)height * 4, sizeof(*small), error);
     if (!small)
         return NULL;
-#pragma omp parallel for schedule(static)
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t x = 0; x < width; x++) {
-            const float *from =
-                rgba +
-                ((border + (size_t)(y * n)) * stride + border + (size_t)(x * n)) * 4;
-            float *to = small + ((size_t)y * (size_t)width + (size_t)x) * 4;
-            if (n == 1)
-                memcpy(to, from, 4 * sizeof(*to));
-            else
-                reduce_pixel(from, stride, n, gamma, to);
-        }
+    struct reducing r = {rgba, passes, gamma, width, small};
+    os_parallel(0, height, 0, reduce_rows, &r);
     return small;
 }
 

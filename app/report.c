@@ -5,9 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include <omp.h>
-
 #include "interrupt.h"
+#include "parallel.h"
 #include "rackfocus/rackfocus.h"
 
 /* What the format reads may lie in the error itself. */
@@ -108,13 +107,7 @@ void *app_memory(size_t n_items, size_t item_bytes, struct image_error *error)
 
 int thread_count(int asked)
 {
-    const struct rf_context_params params = {
-        .size = sizeof(params), .n_threads = asked > 0 ? asked : omp_get_max_threads()};
-    struct rf_context *context;
-    if (rf_context_create(&context, &params, NULL) != RF_OK)
-        return 1;
-    const int n = rf_context_threads(context);
-    rf_context_destroy(context);
-    omp_set_num_threads(n); /* for what takes as many as there are */
+    const int n = asked > 0 ? asked : os_processors();
+    os_parallel_most(n); /* for what takes as many as there are */
     return n;
 }

@@ -50,17 +50,6 @@ def write_zip(path, files):
 # ---- the Python package -----------------------------------------------------------
 
 
-def openmp_library():
-    """The compiler's OpenMP runtime, which not every machine has."""
-    found = subprocess.run(
-        ["cc", "-print-file-name=libgomp.so.1"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.strip()
-    return Path(found).resolve()
-
-
 def package_files(build, platform):
     """{name: bytes} of the package rackfocus with its binaries."""
     sources = ROOT / "plugin" / "rackfocus"
@@ -70,12 +59,11 @@ def package_files(build, platform):
         for path in sources.iterdir()
         if path.suffix in kinds and path.name != "__main__.py"
     }
-    if platform == WINDOWS:  # libgomp is inside
+    if platform == WINDOWS:
         files["rackfocus/_core.pyd"] = (build / "plugin" / "_core.pyd").read_bytes()
         return files
     extension = build / "plugin" / "_core.abi3.so"
     files["rackfocus/_core.abi3.so"] = extension.read_bytes()
-    files["rackfocus/libgomp.so.1"] = openmp_library().read_bytes()
     return files
 
 

@@ -12,6 +12,7 @@
 #include "interrupt.h"
 #include "json.h"
 #include "measure.h"
+#include "parallel.h"
 #include "picture.h"
 #include "progress.h"
 #include "settings.h"
@@ -155,15 +156,27 @@ static bool is_beside_focus(const struct comparison *c, const float *radius, int
     return false;
 }
 
+/* Of rows, whose radii are in c->out. */
+static void note_exposed(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct comparison *c = data;
+    const int32_t width = c->source.width;
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
+        for (int32_t x = 0; x < width; x++) {
+            const size_t i = (size_t)y * (size_t)width + (size_t)x;
+            c->is_exposed[i] =
+                fabsf(c->out[i]) >= 2 && is_beside_focus(c, c->out, x, y);
+        }
+}
+
 /* Blurred by 2 px or more, and within that radius of something in focus. */
 static int find_exposed(struct comparison *c)
 {
     struct rf_filter *filter;
     struct rf_error error;
     const int32_t width = c->source.width, height = c->source.height;
-    float *radius = c->out;
     const struct rf_image depth = rf_image_packed(c->depth, width, height, 1);
-    const struct rf_image to = rf_image_packed(radius, width, height, 1);
+    const struct rf_image to = rf_image_packed(c->out, width, height, 1);
     if (rf_filter_create(&filter, c->context, &c->params, width, height, &error) !=
         RF_OK)
         return fail_core(c, &error);
@@ -174,13 +187,7 @@ static int find_exposed(struct comparison *c)
     c->is_exposed = app_memory(count_pixels(c), 1, NULL);
     if (!c->is_exposed)
         return exit_without_memory();
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t x = 0; x < width; x++) {
-            const size_t i = (size_t)y * (size_t)width + (size_t)x;
-            c->is_exposed[i] =
-                fabsf(radius[i]) >= 2 && is_beside_focus(c, radius, x, y);
-        }
+    os_parallel(0, height, 8, note_exposed, c);
     return EXIT_DONE;
 }
 

@@ -264,9 +264,6 @@ static int cmd_view(int argc, char **argv)
                 "build again (./dev build does both)");
         return EXIT_FAILED;
     }
-    /* Threads that wait must leave the processor to those that draw. Read when OpenMP
-     * starts, so it has to be set before the program does. */
-    os_process_set_default("OMP_WAIT_POLICY", "passive");
     const int number = os_process_become(path, argv);
     message("%s: cannot be started: %s", path, strerror(number));
     return EXIT_FAILED;

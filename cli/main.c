@@ -84,7 +84,7 @@ int main(int argc, char **argv)
 {
     /* A closed pipe or a file size limit is an error to report, not a way to die. */
     os_interrupt_not_by_writing();
-    /* Whoever ends the program, OpenMP without memory among them: no half files. */
+    /* Whoever ends the program: no half files. */
     atexit(os_clean_up);
     const int code = run(argc, argv);
     const bool is_pipe_closed = fflush(stdout) != 0 && errno == EPIPE;

@@ -17,6 +17,7 @@
 #include <zlib.h>
 
 #include "file.h"
+#include "parallel.h"
 
 struct reader {
     struct image_input *input;
@@ -237,26 +238,37 @@ static bool read_samples(const struct reader *r, const exr_chunk_info_t *chunk)
     return true;
 }
 
-static bool each_chunk(const struct reader *r, int n_threads,
-                       bool (*visit)(const struct reader *, const exr_chunk_info_t *),
-                       struct image_error *error)
+/* What the threads share that visit chunks. */
+struct visiting {
+    const struct reader *r;
+    bool (*visit)(const struct reader *, const exr_chunk_info_t *);
+    _Atomic int n_bad;
+};
+
+static void visit_chunks(void *data, int64_t begin, int64_t end, int thread)
 {
-    int n_bad = 0;
-    if (n_threads < 1)
-        n_threads = 1;
-#pragma omp parallel for num_threads(n_threads) schedule(dynamic) reduction(+ : n_bad)
-    for (int i = 0; i < r->chunks.n_chunks; i++) {
+    struct visiting *v = data;
+    const struct reader *r = v->r;
+    for (int i = (int)begin; i < (int)end; i++) {
         exr_chunk_info_t chunk;
         image_core_clear();
         if (image_find_chunk(r->input, r->part, &r->chunks, i, &chunk) !=
                 EXR_ERR_SUCCESS ||
-            !visit(r, &chunk))
-            n_bad++;
+            !v->visit(r, &chunk))
+            v->n_bad++;
     }
-    return n_bad == 0 ||
+}
+
+static bool each_chunk(const struct reader *r, int n_threads,
+                       bool (*visit)(const struct reader *, const exr_chunk_info_t *),
+                       struct image_error *error)
+{
+    struct visiting v = {.r = r, .visit = visit};
+    os_parallel(n_threads < 1 ? 1 : n_threads, r->chunks.n_chunks, 1, visit_chunks, &v);
+    return v.n_bad == 0 ||
            image_fail(error, r->input->path,
-                      "damaged: %d of %d chunks of deep samples cannot be read", n_bad,
-                      r->chunks.n_chunks);
+                      "damaged: %d of %d chunks of deep samples cannot be read",
+                      v.n_bad, r->chunks.n_chunks);
 }
 
 static bool check_channels(struct reader *r, struct image_error *error)

@@ -24,6 +24,8 @@
 
 #include <zlib.h>
 
+#include "clock.h"
+
 enum {
     VERSION,
     UNKNOWN_RAW_BYTES,
@@ -77,15 +79,16 @@ static uint16_t to_linear(uint16_t half)
                              : (uint16_t)(sign | image_float_to_half(value));
 }
 
+/* Whoever comes while another makes it waits some 5 ms. */
 static void make_linear_table(void)
 {
-    static bool is_made;
-#pragma omp critical(image_dwa_table)
-    {
-        for (int i = 0; i < 65536 && !is_made; i++)
-            linear_table[i] = to_linear((uint16_t)i);
-        is_made = true;
-    }
+    static bool is_taken, is_made;
+    while (__atomic_test_and_set(&is_taken, __ATOMIC_ACQUIRE))
+        os_sleep_s(1e-4);
+    for (int i = 0; i < 65536 && !is_made; i++)
+        linear_table[i] = to_linear((uint16_t)i);
+    is_made = true;
+    __atomic_clear(&is_taken, __ATOMIC_RELEASE);
 }
 
 /* Rules */

@@ -13,6 +13,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "parallel.h"
+#include "thread.h"
+
 /* ---- chunks --------------------------------------------------------------------- */
 
 struct decoder {
@@ -179,6 +182,62 @@ static void find_range(const struct image_chunks *c, struct image_rows rows,
     range[1] = (rows.first + rows.n - 1) / step * per_row + per_row;
 }
 
+/* What the threads share that decode chunks. */
+struct decoding {
+    struct decoder *d;
+    int first; /* chunk */
+    struct pipeline {
+        exr_decode_pipeline_t state;
+        bool is_started;
+    } * pipelines; /* one per thread */
+    _Atomic bool is_failed;
+    struct os_lock lock; /* of the message, which is the first's */
+    char message[400];
+};
+
+static void note_failure(struct decoding *d, exr_result_t result)
+{
+    os_lock_take(&d->lock);
+    if (!d->is_failed)
+        snprintf(d->message, sizeof d->message, "%s", image_core_message(result));
+    d->is_failed = true;
+    os_lock_release(&d->lock);
+}
+
+static void decode_chunks(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct decoding *d = data;
+    struct pipeline *p = &d->pipelines[thread];
+    for (int i = (int)begin; i < (int)end && !d->is_failed; i++) {
+        image_core_clear();
+        exr_result_t result =
+            decode_chunk(d->d, d->first + i, &p->state, &p->is_started);
+        if (result != EXR_ERR_SUCCESS)
+            note_failure(d, result);
+    }
+}
+
+/* Decodes chunks range[0] to range[1] - 1. */
+static bool decode_range(struct decoder *decoder, const int range[2], int n_threads,
+                         struct image_error *error)
+{
+    static const exr_decode_pipeline_t empty = EXR_DECODE_PIPELINE_INITIALIZER;
+    struct decoding d = {.d = decoder, .first = range[0]};
+    d.pipelines = calloc((size_t)n_threads, sizeof *d.pipelines);
+    if (!d.pipelines)
+        return image_lacks_memory(error, decoder->input->path);
+    for (int i = 0; i < n_threads; i++)
+        d.pipelines[i].state = empty;
+    os_lock_init(&d.lock);
+    os_parallel(n_threads, range[1] - range[0], 1, decode_chunks, &d);
+    os_lock_destroy(&d.lock);
+    for (int i = 0; i < n_threads; i++)
+        exr_decoding_destroy(decoder->input->context, &d.pipelines[i].state);
+    free(d.pipelines);
+    return !d.is_failed ||
+           image_fail(error, decoder->input->path, "damaged: %s", d.message);
+}
+
 bool image_decode_rows(struct image_input *input, int part, struct image_rows rows,
                        image_run_fn run, void *user, int n_threads,
                        struct image_error *error)
@@ -192,35 +251,9 @@ bool image_decode_rows(struct image_input *input, int part, struct image_rows ro
             part, input->parts[part].name);
     if (!image_plan_chunks(input, part, &d.chunks, error) || !choose_undo(&d, error))
         return false;
-
     int range[2];
     find_range(&d.chunks, rows, range);
-    _Atomic bool is_failed = false;
-    char message[400] = "";
-    if (n_threads < 1)
-        n_threads = 1;
-#pragma omp parallel num_threads(n_threads)
-    {
-        exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
-        bool is_started = false;
-#pragma omp for schedule(dynamic)
-        for (int i = range[0]; i < range[1]; i++) {
-            if (is_failed)
-                continue;
-            image_core_clear();
-            exr_result_t result = decode_chunk(&d, i, &pipeline, &is_started);
-            if (result == EXR_ERR_SUCCESS)
-                continue;
-#pragma omp critical(exr_decode_message)
-            {
-                if (!is_failed)
-                    snprintf(message, sizeof message, "%s", image_core_message(result));
-                is_failed = true;
-            }
-        }
-        exr_decoding_destroy(input->context, &pipeline);
-    }
-    return !is_failed || image_fail(error, input->path, "damaged: %s", message);
+    return decode_range(&d, range, n_threads < 1 ? 1 : n_threads, error);
 }
 
 /* ---- samples -------------------------------------------------------------------- */

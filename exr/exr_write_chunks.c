@@ -15,6 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "parallel.h"
+#include "thread.h"
+
 /* ---- parts that are copied ------------------------------------------------------ */
 
 static exr_result_t copy_chunk(struct writer *w, int part,
@@ -383,6 +386,7 @@ struct encoder {
     struct encoded *chunks;
     _Atomic bool is_failed; /* asked outside the lock, to do no more in vain */
     char message[400];
+    struct os_lock lock; /* of what is stored, and of the message */
 };
 
 static void encode_one(struct encoder *e, int i)
@@ -419,6 +423,22 @@ static void store_ready(struct encoder *e)
     }
 }
 
+static void encode_chunks(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct encoder *e = data;
+    for (int i = (int)begin; i < (int)end; i++) {
+        e->chunks[i].result = EXR_ERR_UNKNOWN;
+        if (!e->is_failed)
+            encode_one(e, i);
+        os_lock_take(&e->lock);
+        if (e->chunks[i].result != EXR_ERR_SUCCESS)
+            note_failure(e, e->chunks[i].result);
+        e->chunks[i].is_ready = true;
+        store_ready(e);
+        os_lock_release(&e->lock);
+    }
+}
+
 /*
  * Encodes the rows in memory; they begin with a chunk. No thread waits for its turn to
  * write: whoever completes the next chunk in the file also stores those that are ready
@@ -438,19 +458,9 @@ static bool encode_rows(struct writer *w, int index)
     if (!e.chunks)
         return image_lacks_memory(w->error, w->path);
 
-#pragma omp parallel for schedule(dynamic, 1) num_threads(w->n_threads)
-    for (int i = 0; i < e.n_chunks; i++) {
-        e.chunks[i].result = EXR_ERR_UNKNOWN;
-        if (!e.is_failed)
-            encode_one(&e, i);
-#pragma omp critical(exr_store)
-        {
-            if (e.chunks[i].result != EXR_ERR_SUCCESS)
-                note_failure(&e, e.chunks[i].result);
-            e.chunks[i].is_ready = true;
-            store_ready(&e);
-        }
-    }
+    os_lock_init(&e.lock);
+    os_parallel(w->n_threads < 1 ? 1 : w->n_threads, e.n_chunks, 1, encode_chunks, &e);
+    os_lock_destroy(&e.lock);
     free(e.chunks);
     if (!e.is_failed)
         return true;

@@ -166,11 +166,6 @@ int os_process_become(const char *program, char *const *arguments)
     return errno;
 }
 
-void os_process_set_default(const char *variable, const char *value)
-{
-    setenv(variable, value, 0);
-}
-
 double os_process_cpu_s(void)
 {
     struct rusage usage;

@@ -47,10 +47,6 @@ void os_process_end_all(void);
  * without a slash is looked for on the PATH. Returns, with errno, only on failure. */
 int os_process_become(const char *program, char *const *arguments);
 
-/* Sets a variable of this process's environment, for what it becomes; one that is set
- * stays as it is. Before any thread is started. */
-void os_process_set_default(const char *variable, const char *value);
-
 /* Processor time of this process and all its threads, seconds. */
 double os_process_cpu_s(void);
 

@@ -23,6 +23,7 @@
 
 #include "camera.h"
 #include "image.h"
+#include "parallel.h"
 #include "text.h"
 
 #define MIX_FROM 1.5
@@ -196,26 +197,53 @@ static double distance_through(const struct decode_fog fogs[2],
     return mix >= 1 ? far_t : near_t + mix * (far_t - near_t);
 }
 
+/* What the threads share that decode a depth. */
+struct decoding {
+    const struct decode_fog *fogs;
+    const struct decode_space *space;
+    const struct povray_camera *camera;
+    double axis_length;
+    int32_t width, height;
+    float *depth;
+    _Atomic int64_t n_inside, n_bright, n_beyond;
+};
+
+static void decode_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct decoding *d = data;
+    int64_t n_inside = 0, n_bright = 0, n_beyond = 0;
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++) {
+        for (int32_t x = 0; x < d->width; x++) {
+            size_t i = (size_t)y * (size_t)d->width + (size_t)x;
+            bool has_fog, is_bright = false;
+            double start[3], direction[3];
+            double t = distance_through(d->fogs, d->space, i, &has_fog, &is_bright);
+            camera_ray(d->camera, x + 0.5, y + 0.5, d->width, d->height, start,
+                       direction);
+            d->depth[i] = (float)(t * d->axis_length / vector_length(direction));
+            n_inside += !has_fog;
+            n_bright += is_bright;
+            n_beyond += is_beyond_half(d->fogs[0].base, i);
+        }
+    }
+    d->n_inside += n_inside;
+    d->n_bright += n_bright;
+    d->n_beyond += n_beyond;
+}
+
 struct decode_counts decode_depth(const struct decode_fog fogs[2],
                                   const struct decode_space *space,
                                   const struct povray_camera *camera,
                                   double axis_length, int32_t width, int32_t height,
                                   float *depth)
 {
-    int64_t n_inside = 0, n_bright = 0, n_beyond = 0;
-#pragma omp parallel for reduction(+ : n_inside, n_bright, n_beyond) schedule(static)
-    for (int32_t y = 0; y < height; y++) {
-        for (int32_t x = 0; x < width; x++) {
-            size_t i = (size_t)y * (size_t)width + (size_t)x;
-            bool has_fog, is_bright = false;
-            double start[3], direction[3];
-            double t = distance_through(fogs, space, i, &has_fog, &is_bright);
-            camera_ray(camera, x + 0.5, y + 0.5, width, height, start, direction);
-            depth[i] = (float)(t * axis_length / vector_length(direction));
-            n_inside += !has_fog;
-            n_bright += is_bright;
-            n_beyond += is_beyond_half(fogs[0].base, i);
-        }
-    }
-    return (struct decode_counts){n_inside, n_bright, n_beyond};
+    struct decoding d = {.fogs = fogs,
+                         .space = space,
+                         .camera = camera,
+                         .axis_length = axis_length,
+                         .width = width,
+                         .height = height,
+                         .depth = depth};
+    os_parallel(0, height, 0, decode_rows, &d);
+    return (struct decode_counts){d.n_inside, d.n_bright, d.n_beyond};
 }

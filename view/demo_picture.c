@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "parallel.h"
+
 enum { SIDE = DEMO_PICTURE_SIDE };
 
 struct colour {
@@ -99,10 +101,10 @@ static uint8_t code_of(double v)
     return (uint8_t)lrint(255 * fmin(fmax(v, 0), 1));
 }
 
-void demo_picture_paint(uint8_t *rgba)
+static void paint_rows(void *data, int64_t begin, int64_t end, int thread)
 {
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < SIDE; j++)
+    uint8_t *rgba = data;
+    for (int j = (int)begin; j < (int)end; j++)
         for (int i = 0; i < SIDE; i++) {
             const double x = i + 0.5, y = j + 0.5;
             struct colour colour = paint_hills(paint_sky(x, y), x, y);
@@ -114,4 +116,9 @@ void demo_picture_paint(uint8_t *rgba)
             out[2] = code_of(colour.b);
             out[3] = 255;
         }
+}
+
+void demo_picture_paint(uint8_t *rgba)
+{
+    os_parallel(0, SIDE, 0, paint_rows, rgba);
 }

@@ -13,6 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "parallel.h"
+
 enum {
     MANTISSA_BITS = 8,
     SHIFT = 23 - MANTISSA_BITS,
@@ -91,20 +93,41 @@ uint8_t tone_encode(const struct tone *tone, float linear)
     return (uint8_t)(base + (linear >= tone->threshold[base + 1]));
 }
 
+/* What the threads share that fill the pixels of a display. */
+struct painting {
+    const struct tone *tone;
+    const float *in;
+    int n_channels;
+    double gain, scale; /* of colours, of what is shown as one */
+    double top;         /* of depth: 1 / the nearest */
+    double limit_px;
+    uint8_t *rgba;
+};
+
+static void paint_picture(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct painting *p = data;
+    const float gain = (float)p->gain;
+    const int green = p->n_channels > 1 ? 1 : 0, blue = p->n_channels > 1 ? 2 : 0;
+    for (int64_t i = begin; i < end; i++) {
+        const float *in = p->in + i * p->n_channels;
+        uint8_t *out = p->rgba + 4 * i;
+        out[0] = tone_encode(p->tone, gain * in[0]);
+        out[1] = tone_encode(p->tone, gain * in[green]);
+        out[2] = tone_encode(p->tone, gain * in[blue]);
+        out[3] = 255;
+    }
+}
+
 void display_picture(const struct tone *tone, const float *pixels, int n_channels,
                      size_t n, double exposure, uint8_t *rgba)
 {
-    const float gain = (float)exp2(exposure);
-    const int green = n_channels > 1 ? 1 : 0, blue = n_channels > 1 ? 2 : 0;
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++) {
-        const float *in = pixels + i * (size_t)n_channels;
-        uint8_t *out = rgba + 4 * i;
-        out[0] = tone_encode(tone, gain * in[0]);
-        out[1] = tone_encode(tone, gain * in[green]);
-        out[2] = tone_encode(tone, gain * in[blue]);
-        out[3] = 255;
-    }
+    struct painting p = {.tone = tone,
+                         .in = pixels,
+                         .n_channels = n_channels,
+                         .gain = exp2(exposure),
+                         .rgba = rgba};
+    os_parallel(0, (int64_t)n, 0, paint_picture, &p);
 }
 
 static void put_grey(uint8_t *rgba, double grey)
@@ -114,39 +137,50 @@ static void put_grey(uint8_t *rgba, double grey)
     rgba[3] = 255;
 }
 
+static void paint_depth(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct painting *p = data;
+    for (int64_t i = begin; i < end; i++)
+        put_grey(p->rgba + 4 * i,
+                 isfinite(p->in[i]) ? (p->top - 1 / p->in[i]) * p->scale : 1);
+}
+
 void display_depth(const float *planar, size_t n, double near, double far,
                    uint8_t *rgba)
 {
-    const double top = 1 / near, range = top - 1 / far;
-    const double scale = range > 0 ? 1 / range : 0;
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++)
-        put_grey(rgba + 4 * i, isfinite(planar[i]) ? (top - 1 / planar[i]) * scale : 1);
+    const double range = 1 / near - 1 / far;
+    struct painting p = {.in = planar,
+                         .top = 1 / near,
+                         .scale = range > 0 ? 1 / range : 0,
+                         .rgba = rgba};
+    os_parallel(0, (int64_t)n, 0, paint_depth, &p);
+}
+
+static void paint_coc(void *data, int64_t begin, int64_t end, int thread)
+{
+    static const double before[3] = {1, 0.62, 0.1}, behind[3] = {0.25, 0.6, 1};
+    const struct painting *p = data;
+    for (int64_t i = begin; i < end; i++) {
+        const double *colour = p->in[i] < 0 ? before : behind;
+        const double light = sqrt(fmin(fabs(p->in[i]) * p->scale, 1));
+        for (int c = 0; c < 3; c++)
+            p->rgba[4 * i + c] = (uint8_t)lrint(255 * light * colour[c]);
+        p->rgba[4 * i + 3] = 255;
+    }
 }
 
 void display_coc(const float *radius, size_t n, double full, uint8_t *rgba)
 {
-    static const double before[3] = {1, 0.62, 0.1}, behind[3] = {0.25, 0.6, 1};
-    const double scale = full > 0 ? 1 / full : 0;
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++) {
-        const double *colour = radius[i] < 0 ? before : behind;
-        const double light = sqrt(fmin(fabs(radius[i]) * scale, 1));
-        for (int c = 0; c < 3; c++)
-            rgba[4 * i + (size_t)c] = (uint8_t)lrint(255 * light * colour[c]);
-        rgba[4 * i + 3] = 255;
-    }
+    struct painting p = {.in = radius, .scale = full > 0 ? 1 / full : 0, .rgba = rgba};
+    os_parallel(0, (int64_t)n, 0, paint_coc, &p);
 }
 
-void display_band(const struct tone *tone, const float *pixels, int n_channels,
-                  const float *radius, size_t n, double exposure, double limit,
-                  uint8_t *rgba)
+static void paint_band(void *data, int64_t begin, int64_t end, int thread)
 {
-    display_picture(tone, pixels, n_channels, n, exposure, rgba);
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++) {
-        uint8_t *out = rgba + 4 * i;
-        if (fabsf(radius[i]) <= limit)
+    const struct painting *p = data;
+    for (int64_t i = begin; i < end; i++) {
+        uint8_t *out = p->rgba + 4 * i;
+        if (fabsf(p->in[i]) <= p->limit_px)
             continue;
         const int luma = (54 * out[0] + 183 * out[1] + 19 * out[2]) / 256;
         out[0] = out[1] = (uint8_t)(luma * 2 / 5);
@@ -154,12 +188,28 @@ void display_band(const struct tone *tone, const float *pixels, int n_channels,
     }
 }
 
+void display_band(const struct tone *tone, const float *pixels, int n_channels,
+                  const float *radius, size_t n, double exposure, double limit,
+                  uint8_t *rgba)
+{
+    struct painting p = {.in = radius, .limit_px = limit, .rgba = rgba};
+    display_picture(tone, pixels, n_channels, n, exposure, rgba);
+    os_parallel(0, (int64_t)n, 0, paint_band, &p);
+}
+
+static void paint_encoded(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct painting *p = data;
+    for (int64_t i = begin; i < end; i++) {
+        for (int c = 0; c < 3; c++)
+            p->rgba[4 * i + c] =
+                (uint8_t)lrintf(255 * fminf(fmaxf(p->in[3 * i + c], 0), 1));
+        p->rgba[4 * i + 3] = 255;
+    }
+}
+
 void display_encoded(const float *rgb, size_t n, uint8_t *rgba)
 {
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++) {
-        for (size_t c = 0; c < 3; c++)
-            rgba[4 * i + c] = (uint8_t)lrintf(255 * fminf(fmaxf(rgb[3 * i + c], 0), 1));
-        rgba[4 * i + 3] = 255;
-    }
+    struct painting p = {.in = rgb, .rgba = rgba};
+    os_parallel(0, (int64_t)n, 0, paint_encoded, &p);
 }

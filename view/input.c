@@ -2,12 +2,16 @@
 #include "input.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "parallel.h"
 #include "relief.h"
 #include "report.h"
+#include "thread.h"
 
 struct input *input_create(int32_t width, int32_t height, int n_channels, int n_views)
 {
@@ -63,30 +67,42 @@ static void fill_decoder(float *decoder)
     }
 }
 
+/* What the threads share that unpack a frame. */
+struct unpacking {
+    const struct input *input;
+    float decoder[256];
+    float *colour, *depth;
+};
+
+static void unpack_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct unpacking *u = data;
+    const size_t w = (size_t)u->input->width, h = (size_t)u->input->height;
+    for (size_t y = (size_t)begin; y < (size_t)end; y++) {
+        const size_t from = (h - 1 - y) * w, to = y * w;
+        for (size_t x = 0; x < w; x++)
+            for (size_t c = 0; c < 3; c++)
+                u->colour[3 * (to + x) + c] =
+                    u->decoder[u->input->frame_rgba[4 * (from + x) + c]];
+        memcpy(u->depth + to, u->input->frame_depth + from, w * sizeof(float));
+    }
+}
+
 /* Turns what OpenGL gave upside down, and its colour into linear light. */
 static bool unpack_frame(struct input *input)
 {
     const int32_t w = input->width, h = input->height;
     const size_t n = (size_t)w * (size_t)h;
-    float decoder[256];
     float *colour = app_memory(n * 3, sizeof(float), NULL);
     float *depth = app_memory(n, sizeof(float), NULL);
+    struct unpacking u = {.input = input, .colour = colour, .depth = depth};
     if (!colour || !depth) {
         free(colour);
         free(depth);
         return false;
     }
-    fill_decoder(decoder);
-#pragma omp parallel for schedule(static)
-    for (int32_t y = 0; y < h; y++) {
-        const size_t from = (size_t)(h - 1 - y) * (size_t)w;
-        const size_t to = (size_t)y * (size_t)w;
-        for (size_t x = 0; x < (size_t)w; x++)
-            for (size_t c = 0; c < 3; c++)
-                colour[3 * (to + x) + c] =
-                    decoder[input->frame_rgba[4 * (from + x) + c]];
-        memcpy(depth + to, input->frame_depth + from, (size_t)w * sizeof(float));
-    }
+    fill_decoder(u.decoder);
+    os_parallel(0, h, 0, unpack_rows, &u);
     input->views[0] = (struct rf_view){.colour = rf_image_packed(colour, w, h, 3),
                                        .depth = rf_image_packed(depth, w, h, 1)};
     free(input->frame_rgba);
@@ -105,21 +121,61 @@ static bool fail_memory(struct rf_error *error)
 
 /* ---- preparation ---------------------------------------------------------------- */
 
-static void find_range(struct input *input)
+/* The range of depths, which threads look for together. */
+struct range {
+    const float *planar;
+    float near, far; /* of what is finite; INFINITY and 0: nothing is */
+    struct os_lock lock;
+};
+
+static void extend_range(void *data, int64_t begin, int64_t end, int thread)
 {
-    const size_t n = (size_t)input->width * (size_t)input->height;
+    struct range *range = data;
     float near = INFINITY, far = 0;
-#pragma omp parallel for schedule(static) reduction(min : near) reduction(max : far)
-    for (size_t i = 0; i < n; i++) {
-        const float z = input->planar[i];
+    for (int64_t i = begin; i < end; i++) {
+        const float z = range->planar[i];
         if (isfinite(z) && z > 0) {
             near = fminf(near, z);
             far = fmaxf(far, z);
         }
     }
-    const bool is_empty = !isfinite(near);
-    input->nearest = is_empty ? 1 : near;
-    input->farthest = is_empty ? 1 : far;
+    os_lock_take(&range->lock);
+    range->near = fminf(range->near, near);
+    range->far = fmaxf(range->far, far);
+    os_lock_release(&range->lock);
+}
+
+static struct range range_of(const float *planar, size_t n)
+{
+    struct range range = {.planar = planar, .near = INFINITY};
+    os_lock_init(&range.lock);
+    os_parallel(0, (int64_t)n, 0, extend_range, &range);
+    os_lock_destroy(&range.lock);
+    return range;
+}
+
+static void find_range(struct input *input)
+{
+    const size_t n = (size_t)input->width * (size_t)input->height;
+    const struct range range = range_of(input->planar, n);
+    const bool is_empty = !isfinite(range.near);
+    input->nearest = is_empty ? 1 : range.near;
+    input->farthest = is_empty ? 1 : range.far;
+}
+
+/* What the threads share that make disparities. */
+struct disparities {
+    const float *planar;
+    bool is_ortho;
+    float far;
+    float *at;
+};
+
+static void fill_disparities(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct disparities *d = data;
+    for (int64_t i = begin; i < end; i++)
+        d->at[i] = d->is_ortho ? fminf(d->planar[i], d->far) : -1 / d->planar[i];
 }
 
 /* What grows with the distance and moves px linearly: -1/z; z for orthographic cameras.
@@ -128,19 +184,14 @@ static float *make_disparity(const struct input *input, const struct rf_lens *le
                              const float *planar)
 {
     const size_t n = (size_t)input->width * (size_t)input->height;
-    const bool is_ortho = lens->projection == RF_PROJECTION_ORTHOGRAPHIC;
-    float *disparity = app_memory(n, sizeof(float), NULL);
-    float far = 0;
-    if (!disparity)
+    struct disparities d = {.planar = planar,
+                            .is_ortho = lens->projection == RF_PROJECTION_ORTHOGRAPHIC,
+                            .at = app_memory(n, sizeof(float), NULL)};
+    if (!d.at)
         return NULL;
-#pragma omp parallel for schedule(static) reduction(max : far)
-    for (size_t i = 0; i < n; i++)
-        if (isfinite(planar[i]))
-            far = fmaxf(far, planar[i]);
-#pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; i++)
-        disparity[i] = is_ortho ? fminf(planar[i], far) : -1 / planar[i];
-    return disparity;
+    d.far = range_of(planar, n).far;
+    os_parallel(0, (int64_t)n, 0, fill_disparities, &d);
+    return d.at;
 }
 
 /*

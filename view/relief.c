@@ -9,6 +9,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "parallel.h"
+
 struct march {
     const struct relief *relief;
     int32_t width, height;
@@ -75,21 +77,36 @@ static void find_range(struct march *m)
     m->step = m->n_steps > 0 ? range / m->n_steps : 1;
 }
 
+/* What the threads share that warp a view. */
+struct warping {
+    const struct march *march;
+    size_t n_channels;
+    const float *colour, *depth; /* depth may be NULL */
+    float *out_colour, *out_depth;
+};
+
+static void warp_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct warping *w = data;
+    const struct march *m = w->march;
+    const size_t n = w->n_channels;
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
+        for (int32_t x = 0; x < m->width; x++) {
+            const size_t to = (size_t)y * (size_t)m->width + (size_t)x;
+            const size_t from = find_source(m, x, y);
+            memcpy(w->out_colour + n * to, w->colour + n * from, n * sizeof(float));
+            if (w->depth)
+                w->out_depth[to] = w->depth[from];
+        }
+}
+
 void relief_warp(const struct relief *relief, int32_t width, int32_t height,
                  int n_channels, const float *disparity, const float *colour,
                  const float *depth, float *out_colour, float *out_depth)
 {
     struct march m = {
         .relief = relief, .width = width, .height = height, .disparity = disparity};
-    const size_t n = (size_t)n_channels;
     find_range(&m);
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t x = 0; x < width; x++) {
-            const size_t to = (size_t)y * (size_t)width + (size_t)x;
-            const size_t from = find_source(&m, x, y);
-            memcpy(out_colour + n * to, colour + n * from, n * sizeof(float));
-            if (depth)
-                out_depth[to] = depth[from];
-        }
+    struct warping w = {&m, (size_t)n_channels, colour, depth, out_colour, out_depth};
+    os_parallel(0, height, 8, warp_rows, &w);
 }

@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#include "parallel.h"
+
 int32_t shrink_side(int32_t side, int times)
 {
     return (side + times - 1) / times;
@@ -27,30 +29,53 @@ static void average_block(const float *in, int32_t width, int n_channels, int32_
     }
 }
 
+/* What the threads share that shrink a picture. */
+struct shrinking {
+    const float *in;
+    int32_t width, height; /* of `in` */
+    int n_channels, times;
+    float *out;
+};
+
+static void shrink_colour_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct shrinking *s = data;
+    const int times = s->times;
+    const int32_t w = shrink_side(s->width, times);
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
+        for (int32_t x = 0; x < w; x++)
+            average_block(s->in, s->width, s->n_channels, x * times,
+                          smaller((x + 1) * times, s->width), y * times,
+                          smaller((y + 1) * times, s->height),
+                          s->out + ((size_t)y * (size_t)w + (size_t)x) *
+                                       (size_t)s->n_channels);
+}
+
+static void shrink_depth_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct shrinking *s = data;
+    const int times = s->times;
+    const int32_t w = shrink_side(s->width, times);
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
+        for (int32_t x = 0; x < w; x++) {
+            const int32_t from_x = smaller(x * times + times / 2, s->width - 1);
+            const int32_t from_y = smaller(y * times + times / 2, s->height - 1);
+            s->out[(size_t)y * (size_t)w + (size_t)x] =
+                s->in[(size_t)from_y * (size_t)s->width + (size_t)from_x];
+        }
+}
+
 void shrink_colour(const float *in, int32_t width, int32_t height, int n_channels,
                    int times, float *out)
 {
-    const int32_t w = shrink_side(width, times), h = shrink_side(height, times);
-#pragma omp parallel for schedule(static)
-    for (int32_t y = 0; y < h; y++)
-        for (int32_t x = 0; x < w; x++)
-            average_block(
-                in, width, n_channels, x * times, smaller((x + 1) * times, width),
-                y * times, smaller((y + 1) * times, height),
-                out + ((size_t)y * (size_t)w + (size_t)x) * (size_t)n_channels);
+    struct shrinking s = {in, width, height, n_channels, times, out};
+    os_parallel(0, shrink_side(height, times), 0, shrink_colour_rows, &s);
 }
 
 void shrink_depth(const float *in, int32_t width, int32_t height, int times, float *out)
 {
-    const int32_t w = shrink_side(width, times), h = shrink_side(height, times);
-#pragma omp parallel for schedule(static)
-    for (int32_t y = 0; y < h; y++)
-        for (int32_t x = 0; x < w; x++) {
-            const int32_t from_x = smaller(x * times + times / 2, width - 1);
-            const int32_t from_y = smaller(y * times + times / 2, height - 1);
-            out[(size_t)y * (size_t)w + (size_t)x] =
-                in[(size_t)from_y * (size_t)width + (size_t)from_x];
-        }
+    struct shrinking s = {in, width, height, 1, times, out};
+    os_parallel(0, shrink_side(height, times), 0, shrink_depth_rows, &s);
 }
 
 void shrink_params(struct rf_params *params, const struct rf_lens *lens, int times)

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <time.h>
 
+#include "parallel.h"
 #include "physics/frames.h"
 
 enum { MAX_LIST = 16, MAX_CASES = 512, COPIES_PER_RUN = 4 };
@@ -164,16 +165,27 @@ static void keep_least(struct bench_case *c, double wall, double cpu)
     c->cpu_s = fmin(c->cpu_s, seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu);
 }
 
+struct copy {
+    float *to;
+    const float *from, *depth;
+};
+
+static void copy_some(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct copy *copy = data;
+    for (int64_t i = begin; i < end; i++) {
+        float d = copy->depth[i];
+        for (int c = 0; c < 4; c++)
+            copy->to[4 * i + c] = copy->from[4 * i + c] + d;
+    }
+}
+
 /* One frame's worth of traffic: all of `depth` and `from` read, `to` written. */
 static void copy_frame(float *to, const float *from, const float *depth, long n,
                        int n_threads)
 {
-#pragma omp parallel for num_threads(n_threads) schedule(static)
-    for (long i = 0; i < n; i++) {
-        float d = depth[i];
-        for (int c = 0; c < 4; c++)
-            to[4 * i + c] = from[4 * i + c] + d;
-    }
+    struct copy copy = {to, from, depth};
+    os_parallel(n_threads, n, 0, copy_some, &copy);
 }
 
 static void run_copy(struct bench_case *c, struct scene *s)

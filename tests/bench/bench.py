@@ -24,7 +24,6 @@ ROOT = HERE.parent.parent
 REFERENCES = ROOT / "tests" / "quality" / "references"
 BUILD = pathlib.Path(os.environ["RACKFOCUS_BUILD"])
 #: Threads that wait must not count as work.
-ENVIRONMENT = {**os.environ, "OMP_WAIT_POLICY": "passive"}
 
 METHODS = "layered scatter box lowres mipmap offset mipmap-offset recursive-offset"
 QUICK_METHODS = "layered scatter box"
@@ -41,7 +40,7 @@ def run(*arguments):
     """Run a program of the build; its output, or exit with what it said."""
     arguments = [str(a) for a in arguments]
     done = subprocess.run(
-        arguments, capture_output=True, text=True, env=ENVIRONMENT, check=False
+        arguments, capture_output=True, text=True, check=False
     )
     if done.returncode != 0:
         sys.exit(f"bench: {' '.join(arguments)}: {done.stderr.strip()}")

@@ -97,7 +97,6 @@ def environment_of(build):
         RACKFOCUS=str(build / "cli" / "rackfocus"),
         RACKFOCUS_BUILD=str(build),
         EXR_DUMP=str(build / "tests" / "exr" / "exr_dump"),
-        OMP_WAIT_POLICY="passive",
         PYTHONDONTWRITEBYTECODE="1",
     )
 
@@ -282,22 +281,8 @@ def mutate(*only):
 # ---- sanitizers and valgrind -------------------------------------------------------
 
 
-def remove_crashes_of_libomp(log):
-    """LLVM 14's libomp, where a tool such as Archer is attached and several threads of
-    the program have teams, sometimes reads no thread at the end of a critical section.
-    """
-    found = [
-        path
-        for path in OUT.glob(f"{log.name}.*")
-        if "in __kmpc_end_critical" in path.read_text(errors="replace")
-    ]
-    for path in found:
-        path.unlink()
-    return len(found)
-
-
 def threads():
-    """clang's ThreadSanitizer; Archer tells it what OpenMP orders."""
+    """clang's ThreadSanitizer."""
     build = configure(
         "tsan",
         "--buildtype",
@@ -310,17 +295,17 @@ def threads():
         compiler="clang",
     )
     run("ninja", "-C", build)
-    archer = sorted(Path("/usr/lib").glob("llvm-*/lib/libarcher.so"))
     environment = environment_of(build)
-    environment["OMP_TOOL_LIBRARIES"] = str(archer[-1]) if archer else ""
     log = OUT / "tsan.log"
-    # Archer knows what OpenMP orders; without it every barrier is a race.
     environment["TSAN_OPTIONS"] = f"ignore_noninstrumented_modules=1 log_path={log}"
     for old in OUT.glob("tsan.log.*"):
         old.unlink()
     n, failed = 0, 0
     for test in (
+        "unit/test_parallel",
+        "kernels/test_kernels",
         "behaviour/test_threads",
+        "behaviour/test_host_threads",
         "behaviour/test_progress",
         "behaviour/test_inputs",
         "methods/test_artefacts",
@@ -335,17 +320,14 @@ def threads():
         failed += len(re.findall(r"^not ok ", text, re.M))
     for suite in ("deep", "cli/test_sequence.py"):
         names = "threads or storage or any_number or all_frames"
-        for _ in range(10):
-            text = pytest(f"tests/{suite}", "-k", names, environment=environment)
-            if not remove_crashes_of_libomp(log):
-                break
+        text = pytest(f"tests/{suite}", "-k", names, environment=environment)
         n += int((re.findall(r"(\d+) passed", text) or [0])[0])
         failed += int((re.findall(r"(\d+) failed", text) or [0])[0])
     reports = sum(
         path.read_text(errors="replace").count("WARNING: ThreadSanitizer")
         for path in OUT.glob("tsan.log.*")
     )
-    save("threads", tests=n, failed=failed, reports=reports, archer=bool(archer))
+    save("threads", tests=n, failed=failed, reports=reports)
     return 1 if reports or failed else 0
 
 
@@ -360,7 +342,7 @@ def valgrind():
     )
     run("ninja", "-C", build)
     n_tests = n_errors = n_programs = 0
-    environment = dict(environment_of(build), RACKFOCUS_CPU="avx2", OMP_NUM_THREADS="2")
+    environment = dict(environment_of(build), RACKFOCUS_CPU="avx2")
     for program in sorted((build / "tests" / "unit").glob("test_*")):
         if not os.access(program, os.X_OK) or program.is_dir():
             continue

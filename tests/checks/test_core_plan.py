@@ -75,3 +75,18 @@ def test_every_file_is_built():
     text = (CORE / "meson.build").read_text()
     missing = [str(p) for p in files() if p.suffix == ".c" and f"'{p}'" not in text]
     assert not missing, f"not in core/meson.build: {missing}"
+
+
+def test_loops_run_on_threads_in_one_way():
+    """core/ by rf_parallel(), all others by os_parallel(): no compiler's threads."""
+    root, found = CORE.parent, []
+    folders = "app cli core examples exr os plugin povray_glue tests view".split()
+    paths = [path for name in folders for path in (root / name).rglob("*")]
+    paths = [root / "meson.build"] + [p for p in paths if p.suffix in (".c", ".h")]
+    paths += [path for name in folders for path in (root / name).rglob("meson.build")]
+    assert len(paths) > 200
+    for path in paths:
+        text = path.read_text()
+        if re.search(r"^\s*#\s*pragma\s+omp\b|<omp\.h>|openmp", text, re.M | re.I):
+            found.append(str(path.relative_to(root)))
+    assert not found, f"OpenMP in {found}: docs/ARCHITECTURE.md says how loops run"

@@ -36,7 +36,7 @@ extern void *__libc_memalign(size_t, size_t);
 static atomic_long n_allocations, n_threads, n_files, n_writes;
 static long failing_allocation, failing_thread, failing_file, failing_write;
 static long own_signal;
-static bool is_counting, is_from_now;
+static bool is_counting;
 
 static long number_of(const char *name)
 {
@@ -68,19 +68,12 @@ __attribute__((destructor)) static void end(void)
 }
 
 /* For a program that preloads this: from now on the k-th allocation fails; 0: none.
- * What libgomp asks for itself does not count: it ends the program on its own. */
+ */
 void fail_allocation_from_now(long k);
 long allocations_since(void);
 
-static bool is_for_openmp(const void *caller)
-{
-    Dl_info info;
-    return is_from_now && dladdr(caller, &info) && strstr(info.dli_fname, "gomp");
-}
-
 void fail_allocation_from_now(long k)
 {
-    is_from_now = true;
     n_allocations = 0;
     failing_allocation = k;
 }
@@ -102,13 +95,10 @@ static bool strikes(atomic_long *n_calls, long failing, int number)
     return !own_signal;
 }
 
-static bool fails_for(const void *caller)
+static bool fails(void)
 {
-    return !is_for_openmp(caller) &&
-           strikes(&n_allocations, failing_allocation, ENOMEM);
+    return strikes(&n_allocations, failing_allocation, ENOMEM);
 }
-
-#define fails() fails_for(__builtin_return_address(0))
 
 static bool fails_file(int number)
 {

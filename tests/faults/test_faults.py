@@ -99,7 +99,7 @@ def test_every_allocation_may_fail(binary, failing, tmp_path, kind):
     assert done.returncode == 0 and n > 30
     whole = {p: p.read_bytes() for p in outputs if p.exists()}
     n_failed = 0
-    # The first ones are the C library's and OpenMP's own, before main() is reached.
+    # The first ones are the C library's own, before main() is reached.
     for k in range(1, n + 1):
         for path in [*outputs, tmp_path / "OUT.#.exr.frames"]:
             path.unlink(missing_ok=True)

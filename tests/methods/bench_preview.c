@@ -9,8 +9,7 @@
  * per second from the latter, multiples of a plain copy of the picture by as many
  * threads, and the same less the fixed costs of any method (loading, storing, depth to
  * radius), which the line "in focus" shows. Rounds of all lines alternate, so that the
- * load of the machine hits all alike. OMP_WAIT_POLICY=passive keeps threads that wait
- * from counting as work.
+ * load of the machine hits all alike.
  */
 #include <stdio.h>
 #include <time.h>

@@ -3,7 +3,7 @@
 """The table of docs/notebook/methods.md and its contact sheets.
 
     pip install flip-evaluator OpenEXR
-    RACKFOCUS=build/cli/rackfocus OMP_WAIT_POLICY=passive tests/methods/tables.py
+    RACKFOCUS=build/cli/rackfocus tests/methods/tables.py
 
 Prints a line per method: time, tPSNR, SSIM, energy, leak and FLIP on three scenes, as
 `rackfocus compare-methods` measures them; FLIP is the mean of flip-evaluator, on

@@ -59,7 +59,6 @@ def wine():
         WINEPREFIX=str(prefix),
         WINEDEBUG="-all",
         HOME=str(BUILD),
-        OMP_WAIT_POLICY="passive",
     )
     if not (prefix / "system.reg").exists():
         run(WINE, "wineboot", "-i", env=environment)
