@@ -12,8 +12,10 @@ bl_info = {
 }
 
 from . import (  # noqa: E402
+    assets,
     compare,
     engine,
+    gizmo,
     handlers,
     operators,
     picker,
@@ -31,7 +33,9 @@ MODULES = (
     operators,
     refocusing,
     presets,
+    assets,
     picker,
+    gizmo,
     compare,
     ui,
     viewport,

@@ -128,6 +128,7 @@ class VIEW3D_PT_rack_focus_presets(PresetPanel, bpy.types.Panel):
         column.emboss = "NONE"
         for name in LOOKS:
             column.operator("rack_focus.look", text=name).name = name
+        column.operator("rack_focus.make_assets", icon="ASSET_MANAGER")
         if bpy.utils.preset_paths(FOLDER):
             super().draw(context)
             return

@@ -406,6 +406,7 @@ class Preferences(bpy.types.AddonPreferences):
         column.prop(self, "denoiser")
         column.prop(self, "is_strict")
         column.prop(self, "has_notice")
+        column.operator("rack_focus.make_assets", icon="ASSET_MANAGER")
         column.label(text=f"Version {rackfocus.version()}")
         column.label(text=f"CPU level in use: {rackfocus.cpu_level()}")
 

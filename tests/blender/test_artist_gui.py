@@ -29,6 +29,16 @@ def test_it_refocuses_by_itself(found):
     print("longest pause of the window, median:", values["pause"])
 
 
+def test_the_focus_is_dragged_in_the_3d_view(found):
+    """The gizmo's arrow moves it; arrow, cross and frame are drawn."""
+    values, folder = found
+    before, after = values["dragged"]
+    print(f"{before} dragged to {after}")
+    assert after > before + 0.1
+    shots = [session.shot(folder, name) for name in ("gizmo_off", "gizmo")]
+    assert 20 < (abs(shots[0] - shots[1]).max(-1) > 0.2).sum() < 20000
+
+
 def test_the_node_filters_in_a_job(found):
     """What comes in is filtered, bit for bit, and refocused; nothing is left."""
     values, _ = found

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
@@ -240,6 +242,92 @@ def looks_and_presets():
         owner, field = path.split(".")
         assert hasattr(named[owner], field), path
     assert "settings.method" in paths and "dof.aperture_fstop" in paths
+
+
+@check
+def an_asset_library():
+    """Cameras with looks and the node, marked; used in a scene; the file is as before."""
+    scene = bpy.context.scene
+    folder, assets = OUT / "assets", addon("assets")
+    shutil.rmtree(folder, ignore_errors=True)
+    before = common.counts()
+    assert bpy.ops.rack_focus.make_assets(directory=str(folder)) == {"FINISHED"}
+    assert bpy.ops.rack_focus.make_assets(directory=str(folder)) == {"FINISHED"}
+    assert common.counts() == before
+    libraries = bpy.context.preferences.filepaths.asset_libraries
+    found = [one.path for one in libraries if one.name == assets.LIBRARY]
+    assert [Path(path) for path in found] == [folder], found
+    catalogs = (folder / assets.CATALOGS).read_text().splitlines()[2:]
+    ids = {line.split(":")[0] for line in catalogs}
+    path = str(folder / assets.FILE)
+    with bpy.data.libraries.load(path, assets_only=True) as (listed, got):
+        assert sorted(listed.objects) == sorted(addon("presets").LOOKS), listed.objects
+        assert list(listed.node_groups) == ["Rack Focus"]
+        got.objects = ["Bright Bokeh f/1.8", "Landscape f/11"]
+    bright, landscape = got.objects
+    assert bright.asset_data.catalog_id in ids and bright.asset_data.description
+    assert bright.preview is not None and tuple(bright.preview.image_size) == (128, 128)
+    assert bright.data.rack_focus.highlight_gain == 3
+    assert landscape.data.dof.aperture_blades == 6
+    discs = assets.bokeh(bright.data), assets.bokeh(landscape.data)
+    assert all(0.02 < (disc[..., 0] > 0.3).mean() < 0.9 for disc in discs)
+    assert np.abs(discs[0] - discs[1]).max() > 0.3  # a disc, and six corners
+    camera = scene.camera
+    bright.matrix_world = camera.matrix_world
+    bright.data.dof.focus_distance = camera.data.dof.focus_distance
+    scene.collection.objects.link(bright)
+    scene.camera = bright
+    addon("handlers").on_change()
+    wanted = passes_of(scene)
+    made = rgba(render(scene, OUT / "a.exr"))
+    assert not common.last_message(scene), common.last_message(scene)
+    light = addon("look").colour(wanted[0], addon("look").of(bright.data.rack_focus))
+    same(made, filtered(scene, light, wanted[1]))
+    try:
+        done = bpy.ops.rack_focus.make_assets(directory=str(checking.BASE))
+        assert done == {"CANCELLED"}
+    except RuntimeError as error:
+        assert "cannot be written" in str(error)
+
+
+@check
+def the_focus_in_the_3d_view():
+    """The cross lies on the axis in the focus plane, the frame around what is seen."""
+    scene = bpy.context.scene
+    camera, gizmo = scene.camera, addon("gizmo")
+    data = camera.data
+    camera.scale = (2, 2, 2)
+    for kind in ("PERSP", "ORTHO"):
+        data.type, data.shift_x, data.dof.focus_distance = kind, 0.1, 4
+        bpy.context.view_layer.update()
+        axis, cross, frame = gizmo.matrices(camera, scene)
+        base = gizmo.without_scale(camera.matrix_world)
+        assert np.allclose(cross.to_translation(), base @ axis_point(4), atol=1e-5)
+        assert np.allclose(axis @ axis_point(-4), base @ axis_point(4), atol=1e-5)
+        seen = [camera_view(scene, camera, frame @ corner(x)) for x in (-1, 1)]
+        assert np.allclose([s[0] for s in seen], [0, 1], atol=1e-3), seen
+        assert np.allclose([s[1] for s in seen], [0, 1], atol=1e-3), seen
+
+
+def axis_point(distance):
+    """On the camera's axis."""
+    return Vector((0, 0, -distance))
+
+
+def corner(side):
+    """Of the unit frame."""
+    return Vector((side, side, 0))
+
+
+def camera_view(scene, camera, place):
+    """Fractions of the picture; Blender's own function counts the scale."""
+    kept = camera.scale.copy()
+    camera.scale = (1, 1, 1)
+    bpy.context.view_layer.update()
+    found = world_to_camera_view(scene, camera, place)
+    camera.scale = kept
+    bpy.context.view_layer.update()
+    return found
 
 
 # ---- refocusing -------------------------------------------------------------------

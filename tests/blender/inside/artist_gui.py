@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import bpy
+import bpy_extras.view3d_utils
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -21,7 +22,9 @@ from stepping import (  # noqa: E402
     OUT,
     area_of,
     hands,
+    on_display,
     override,
+    region_of,
     screenshot,
     until,
     window,
@@ -119,6 +122,35 @@ def show_panels():
     yield 0.4
 
 
+def drag_the_focus():
+    """The arrow in the 3D view, seen from above; its plane in a screenshot."""
+    area, dof = area_of("VIEW_3D"), bpy.context.scene.camera.data.dof
+    space = area.spaces.active
+    view, region = space.region_3d, region_of(area)
+    kept = view.view_perspective, view.view_distance, dof.focus_distance
+    view.view_perspective, view.view_rotation = "ORTHO", (1, 0, 0, 0)
+    view.view_location, view.view_distance = (0, 3, 0), 12
+    yield 0.6
+    for is_shown in (False, True):
+        space.show_gizmo = is_shown
+        area.tag_redraw()
+        yield 0.4
+        yield from screenshot("gizmo" if is_shown else "gizmo_off")
+    place = bpy_extras.view3d_utils.location_3d_to_region_2d(
+        region, view, (0, dof.focus_distance, 0)
+    )
+    x, y = on_display(region, *place)
+    yield from hands("mousemove", x, y - 20, "sleep", 0.5, "mousedown", 1)
+    for step in range(1, 9):
+        yield from hands("mousemove", x, y - 20 - 8 * step)
+        yield 0.05
+    yield from hands("mouseup", 1)
+    yield 0.5
+    FOUND["dragged"] = kept[2], dof.focus_distance
+    view.view_perspective, view.view_distance, dof.focus_distance = kept
+    yield 0.3
+
+
 def by_itself():
     """A change is followed without a button, once; the window goes on meanwhile."""
     scene = bpy.context.scene
@@ -210,6 +242,7 @@ def steps():
     bpy.app.timers.register(tick, persistent=True)
     yield 0.5
     yield from show_panels()
+    yield from drag_the_focus()
     yield from by_itself()
     yield from node()
 

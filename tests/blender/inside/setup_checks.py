@@ -307,6 +307,9 @@ def preferences_show_version_and_cpu_level():
         def label(self, text):
             drawn.append(text)
 
+        def operator(self, name, **_):
+            drawn.append(name)
+
     class Shown:
         """Stands for the preferences; Blender lets none be made."""
 
@@ -321,6 +324,7 @@ def preferences_show_version_and_cpu_level():
         "denoiser",
         "is_strict",
         "has_notice",
+        "rack_focus.make_assets",
         f"Version {library.version()}",
         f"CPU level in use: {library.cpu_level()}",
     ], drawn
