@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/task.h"
 #include "input/frame.h"
+#include "input/light_map.h"
 #include "input/pixels.h"
 #include "methods/layered/deep.h"
 #include "rackfocus/rackfocus.h"
@@ -48,6 +49,8 @@ rf_result rf_filter_process_deep(const struct rf_filter *filter,
     if (rf_task_is_cancelled(&task))
         return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     result = rf_deep_run(&filter->frame, deep, out, &task, error);
+    if (result == RF_OK)
+        result = rf_take_vignette(&filter->frame, 0, 0, out, error);
     if (result == RF_OK)
         rf_task_end(&task);
     return result;

@@ -14,6 +14,7 @@
 #include "base/task.h"
 #include "input/depth.h"
 #include "input/frame.h"
+#include "input/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "lens/aperture.h"
@@ -23,6 +24,24 @@
 #include "rackfocus/rackfocus.h"
 
 enum { NORMAL_CELLS = 3 }; /* quality normal: 0.07 dB below 4 at the most */
+
+/* Looks of a method whose blur has no place for them come to nothing; the circles of
+ * scatter are a plain lens. */
+static void settle_looks(struct rf_params *params)
+{
+    if (rf_method_find(params->method)->has_layers)
+        return;
+    params->astigmatism = params->swirl = 0;
+    if (params->method == RF_METHOD_SCATTER &&
+        params->distribution != RF_DISTRIBUTION_IMAGE) {
+        params->aperture = RF_APERTURE_DISC;
+        params->aperture_ratio = 1;
+        return;
+    }
+    params->cat_eye = 0;
+    params->barn_left = params->barn_right = 0;
+    params->barn_top = params->barn_bottom = 0;
+}
 
 rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *context,
                            const struct rf_params *params, int32_t width,
@@ -74,6 +93,7 @@ rf_result rf_filter_create_with(struct rf_filter **filter,
     if (frame->params.quality == RF_QUALITY_NORMAL)
         frame->params.sub_apertures =
             rf_min_int(frame->params.sub_apertures, NORMAL_CELLS);
+    settle_looks(&frame->params);
     rf_shape_init(&frame->shape, &frame->params);
     *filter = f;
     return RF_OK;
@@ -189,6 +209,8 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
                            .views = work_views,
                            .task = &task};
     result = run(&work, views, out, error);
+    if (result == RF_OK)
+        result = rf_take_vignette(f, 0, 0, out, error);
     rf_work_free(&work);
     if (result == RF_OK)
         rf_task_end(&task);

@@ -39,6 +39,7 @@
 #include "compose/scene.h"
 #include "input/depth.h"
 #include "input/frame.h"
+#include "input/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
@@ -452,6 +453,9 @@ static rf_result process(const struct job *job, struct rf_task *task,
     rf_result result = load(&work, job->views, &n_known, error);
     if (result == RF_OK)
         result = run(job, &work, error);
+    if (result == RF_OK)
+        result = rf_take_vignette(&part, job->kept->x - job->given->x,
+                                  job->kept->y - job->given->y, job->out, error);
     rf_work_free(&work);
     return result;
 }

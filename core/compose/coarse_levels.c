@@ -114,7 +114,7 @@ static struct block_row block_row_of(const struct rf_composer *c, int tile, int 
     if (c->canvas.is_begun[tile])
         return open_rows(c, tile, cell, y, n_rows, n);
     for (int x = 0; x < RF_TILE_W; x++)
-        fresh[x] = (float)c->footprints->cells.share[cell];
+        fresh[x] = (float)c->footprints->zones.at->cells.share[cell];
     return (struct block_row){fresh, 0, n_rows, n};
 }
 

@@ -167,6 +167,24 @@ static void finish_plane(const struct rf_composer *c, int p, const float *sum,
         fill_opaque(out, coverage, n);
 }
 
+/* Adds n <= RF_TILE_W finished pixels, each times the weight of its place. */
+static void add_weighted(const struct rf_composer *c, const struct rf_crop *crop, int x,
+                         int y, int n, const float *const sums[4],
+                         const float *coverage)
+{
+    float colour[4][RF_TILE_W] = {{0}}, weight[RF_TILE_W];
+    float *planes[4] = {colour[0], colour[1], colour[2], colour[3]};
+    for (int p = 0; p < 4; p++)
+        planes[p] = crop->planes[p] ? planes[p] : NULL;
+    rf_light_map_row(crop->weights, x, y, n, weight);
+    c->kernels->divide_add(sums, coverage, 1, n, planes);
+    for (int p = 0; p < 4; p++) {
+        float *out = crop->planes[p] + crop->stride * y + x;
+        for (int i = 0; i < n && planes[p]; i++)
+            out[i] += weight[i] * colour[p][i];
+    }
+}
+
 /* Finished pixels of row y of the part, n from x on. */
 static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, int x,
                        int y, int n, const float *sum, size_t plane)
@@ -186,6 +204,10 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
     float *planes[4];
     for (int p = 0; p < 4; p++)
         planes[p] = crop->planes[p] ? crop->planes[p] + at : NULL;
+    if (crop->weights) {
+        add_weighted(c, crop, x, y, n, sums, coverage);
+        return;
+    }
     if (crop->weight != 0) {
         c->kernels->divide_add(sums, coverage, crop->weight, n, planes);
         return;
@@ -246,6 +268,7 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
     };
     if (scene->sum) {
         crop.weight = scene->weight;
+        crop.weights = scene->weights;
         for (int p = 0; p < work->n_planes; p++)
             crop.planes[p] =
                 scene->sum + (size_t)crop.width * (size_t)crop.height * (size_t)p;
@@ -350,7 +373,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
         for (int cell = 0; cell < canvas->n_cells; cell++)
-            c->acc[i].share[cell] = (float)c->footprints->cells.share[cell];
+            c->acc[i].share[cell] = (float)c->footprints->zones.at->cells.share[cell];
     }
     return RF_OK;
 }
@@ -395,8 +418,12 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
     c.split = rf_level_split(&frame->shape);
     struct rf_footprints own;
-    struct rf_footprint_use use = {&frame->shape, scene->drift, c.canvas.n_cells,
-                                   c.split + 1, scene->n_phases};
+    struct rf_footprint_use use = {.shape = &frame->shape,
+                                   .drift = scene->drift,
+                                   .look = rf_frame_look(frame),
+                                   .n_cells = c.canvas.n_cells,
+                                   .max_radius = c.split + 1,
+                                   .n_phases = scene->n_phases};
     rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
     if (result == RF_OK) {
         result = allocate(&c, error);

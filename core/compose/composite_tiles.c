@@ -171,7 +171,7 @@ void rf_begin_tile(const struct rf_composer *c, const struct rf_tile_state *s)
 {
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
         fill(s->t + s->t_plane * (size_t)cell, s->t_row,
-             (float)c->footprints->cells.share[cell]);
+             (float)c->footprints->zones.at->cells.share[cell]);
     for (int p = 0; p < c->canvas.n_planes; p++)
         rf_clear_tile(s->sum + s->plane * (size_t)p, s->row);
 }

@@ -28,6 +28,8 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/lens_cells.h"
+#include "compose/zones.h"
 #include "kernels/data.h"
 #include "lens/aperture.h"
 #include "rackfocus/rackfocus.h"
@@ -99,119 +101,6 @@ static const struct kernel {
     [RF_POSITIVE] = {box, box_integral},
 };
 
-/* ---- the lens ------------------------------------------------------------------ */
-
-struct interval {
-    double from, to;
-};
-
-/* Where the line v cuts the aperture. */
-static struct interval cut_aperture(const struct rf_shape *shape, double v)
-{
-    struct interval cut = {-1 / shape->ratio, 1 / shape->ratio};
-    if (shape->is_disc) {
-        double half = v * v < 1 ? sqrt(1 - v * v) / shape->ratio : 0;
-        return (struct interval){-half, half};
-    }
-    for (int i = 0; i < shape->n_corners; i++) {
-        const double *a = shape->corner[i];
-        const double *b = shape->corner[(i + 1) % shape->n_corners];
-        double du = b[0] - a[0], dv = b[1] - a[1];
-        /* Inside: du (v - a1) - dv (u - a0) >= 0. */
-        double rest = du * (v - a[1]);
-        if (fabs(dv) < 1e-12) {
-            if (rest < 0)
-                return (struct interval){0, 0};
-        } else if (dv > 0) {
-            cut.to = fmin(cut.to, a[0] + rest / dv);
-        } else {
-            cut.from = fmax(cut.from, a[0] + rest / dv);
-        }
-    }
-    return cut;
-}
-
-/* The part of `cut` that is nearer to site c than to the others. */
-static struct interval cut_cell(const struct rf_lens_cells *cells, int c, double v,
-                                struct interval cut)
-{
-    const double *s = cells->site[c];
-    for (int d = 0; d < cells->n; d++) {
-        const double *t = cells->site[d];
-        double du = t[0] - s[0];
-        double limit = 0.5 * (t[0] * t[0] + t[1] * t[1] - s[0] * s[0] - s[1] * s[1]) -
-                       v * (t[1] - s[1]);
-        if (d == c)
-            continue;
-        if (du > 0)
-            cut.to = fmin(cut.to, limit / du);
-        else if (du < 0)
-            cut.from = fmax(cut.from, limit / du);
-        else if (limit < 0)
-            return (struct interval){0, 0};
-    }
-    return cut;
-}
-
-static struct interval v_range(const struct rf_shape *shape)
-{
-    struct interval range = {-1, 1};
-    if (shape->is_disc)
-        return range;
-    range = (struct interval){1, -1};
-    for (int i = 0; i < shape->n_corners; i++) {
-        range.from = fmin(range.from, shape->corner[i][1]);
-        range.to = fmax(range.to, shape->corner[i][1]);
-    }
-    return range;
-}
-
-void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
-                        int n)
-{
-    *cells = (struct rf_lens_cells){.n = n};
-    for (int i = 0; i < n; i++) {
-        double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
-        if (n == 2) { /* side by side */
-            rho = 0.5;
-            theta = RF_PI * i;
-        }
-        cells->site[i][0] = rho * cos(theta) * shape->size[0];
-        cells->site[i][1] = rho * sin(theta) * shape->size[1];
-    }
-    struct interval range = v_range(shape);
-    double total = 0;
-    for (int line = 0; line < MAX_LINES; line++) {
-        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
-        struct interval cut = cut_aperture(shape, v);
-        for (int c = 0; c < n; c++) {
-            struct interval part = cut_cell(cells, c, v, cut);
-            double length = fmax(part.to - part.from, 0);
-            cells->share[c] += length;
-            total += length;
-        }
-    }
-    for (int c = 0; c < n; c++)
-        cells->share[c] /= total;
-}
-
-/* Variance of u and v over the aperture. */
-static void measure_variance(const struct rf_shape *shape, double variance[2])
-{
-    struct interval range = v_range(shape);
-    double area = 0, uu = 0, vv = 0;
-    for (int line = 0; line < MAX_LINES; line++) {
-        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
-        struct interval cut = cut_aperture(shape, v);
-        double length = fmax(cut.to - cut.from, 0);
-        area += length;
-        vv += length * v * v;
-        uu += length * (cut.from * cut.from + cut.from * cut.to + cut.to * cut.to) / 3;
-    }
-    variance[0] = uu / area;
-    variance[1] = vv / area;
-}
-
 static void measure_extent(struct rf_footprints *f)
 {
     const struct rf_shape *shape = f->shape;
@@ -233,7 +122,17 @@ static void measure_extent(struct rf_footprints *f)
  */
 struct lines {
     int n;
-    struct interval *part;
+    const struct rf_zone *zone;
+    struct rf_interval *part;
+};
+
+/* What is to be built. */
+struct request {
+    const struct rf_zone *zone;
+    double r;
+    bool is_coarse;
+    enum rf_footprint_kind kind;
+    int phase;
 };
 
 /* A dense grid of weights, one layer per cell, around the sample's pixel. */
@@ -279,47 +178,48 @@ static void add_line(struct grid *g, int cell, double from, double to, double y,
 }
 
 /* The middle of line i of n. */
-static double line_at(struct interval range, int i, int n)
+static double line_at(struct rf_interval range, int i, int n)
 {
     return range.from + (range.to - range.from) * (i + 0.5) / n;
 }
 
-static bool cut_lines(struct lines *lines, const struct rf_footprints *f,
-                      struct interval range, int n)
+static bool cut_lines(struct lines *lines, const struct rf_context *context,
+                      const struct rf_zone *zone, struct rf_interval range, int n)
 {
-    int n_cells = f->cells.n;
-    if (lines->part && lines->n == n)
+    int n_cells = zone->cells.n;
+    if (lines->part && lines->n == n && lines->zone == zone)
         return true;
-    rf_free(f->context, lines->part);
+    rf_free(context, lines->part);
     *lines = (struct lines){
-        n, rf_alloc(f->context, (size_t)n * (size_t)n_cells, sizeof *lines->part)};
+        n, zone, rf_alloc(context, (size_t)n * (size_t)n_cells, sizeof *lines->part)};
     for (int i = 0; i < n && lines->part; i++) {
         double v = line_at(range, i, n);
-        struct interval cut = cut_aperture(f->shape, v);
+        struct rf_interval cut = rf_shape_line(zone->shape, v);
         for (int c = 0; c < n_cells; c++)
-            lines->part[i * n_cells + c] = cut_cell(&f->cells, c, v, cut);
+            lines->part[i * n_cells + c] = rf_lens_cell_line(&zone->cells, c, v, cut);
     }
     return lines->part != NULL;
 }
 
 /* False: out of memory. */
-static bool fill_grid(struct grid *g, const struct rf_footprints *f, const double r[2],
-                      double phase_x, double phase_y)
+static bool fill_grid(struct grid *g, const struct rf_footprints *f,
+                      const struct rf_zone *zone, const double r[2],
+                      const double phase[2])
 {
-    const struct rf_shape *shape = f->shape;
-    struct interval range = v_range(shape);
+    const struct rf_shape *shape = zone->shape;
+    struct rf_interval range = rf_shape_v_range(shape);
     double height_px = (range.to - range.from) * fabs(r[1]) * shape->pixel_aspect;
     int n_lines = rf_min_int(
         rf_max_int((int)(height_px * LINES_PER_PX), shape->min_lines), MAX_LINES);
-    if (!cut_lines(g->lines, f, range, n_lines))
+    if (!cut_lines(g->lines, f->context, zone, range, n_lines))
         return false;
     for (int i = 0; i < n_lines; i++) {
-        double y = phase_y - line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
-        for (int c = 0; c < f->cells.n; c++) {
-            struct interval part = g->lines->part[i * f->cells.n + c];
+        double y = phase[1] - line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
+        for (int c = 0; c < zone->cells.n; c++) {
+            struct rf_interval part = g->lines->part[i * zone->cells.n + c];
             if (part.to <= part.from)
                 continue;
-            double a = phase_x + part.from * r[0], b = phase_x + part.to * r[0];
+            double a = phase[0] + part.from * r[0], b = phase[0] + part.to * r[0];
             add_line(g, c, fmin(a, b), fmax(a, b), y, height_px / n_lines);
         }
     }
@@ -327,25 +227,26 @@ static bool fill_grid(struct grid *g, const struct rf_footprints *f, const doubl
 }
 
 /* Radius 0: the sample stays in its pixel (or interpolates between pixels). */
-static void fill_point(struct grid *g, const struct rf_footprints *f, double phase_x,
-                       double phase_y)
+static void fill_point(struct grid *g, int n_cells, const double phase[2])
 {
-    for (int c = 0; c < f->cells.n; c++)
+    for (int c = 0; c < n_cells; c++)
         for (int y = -g->reach_y; y <= g->reach_y; y++)
             for (int x = -g->reach_x; x <= g->reach_x; x++)
                 grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
-                    g->kernel->value(x + 0.5 - phase_x, 0) *
-                    g->kernel->value(y + 0.5 - phase_y, 0);
+                    g->kernel->value(x + 0.5 - phase[0], 0) *
+                    g->kernel->value(y + 0.5 - phase[1], 0);
 }
 
 /* The weights that a footprint does without, in parts of the greatest. */
-static double dust_of(const struct rf_shape *shape, double r, bool is_coarse,
-                      enum rf_footprint_kind kind)
+static double dust_of(const struct request *q)
 {
+    const struct rf_shape *shape = q->zone->shape;
+    double r = q->r;
     double extent = fmin(shape->size[0], shape->size[1]) * fabs(r);
-    if (kind != RF_SHARP || fabs(r) < WIDE_PX)
+    if (q->kind != RF_SHARP || fabs(r) < WIDE_PX)
         return DUST;
-    return shape->is_part && (is_coarse || extent >= WIDE_PX) ? PART_DUST : WIDE_DUST;
+    return shape->is_part && (q->is_coarse || extent >= WIDE_PX) ? PART_DUST
+                                                                 : WIDE_DUST;
 }
 
 /* Drops the dust and scales every cell to its share. */
@@ -423,14 +324,14 @@ static bool mirror(struct grid *g, bool is_in_row)
 }
 
 /* Turns the grid into segments; one block of memory holds all of it. */
-static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
-                                 bool is_common)
+static struct rf_footprint *pack(struct grid *g, const struct rf_context *context,
+                                 int n_cells, bool is_common)
 {
-    bool is_mirrored = (f->cells.n == 1 || is_common) && mirror(g, false);
+    bool is_mirrored = (n_cells == 1 || is_common) && mirror(g, false);
     bool is_even = is_mirrored && mirror(g, true);
     int n_segments = 0, n_weights = 0, first, last, n_spare = RF_MAX_SIDE_BY_SIDE - 1;
     for (int y = 0; y < g->height; y++)
-        for (int c = 0; c < f->cells.n; c++)
+        for (int c = 0; c < n_cells; c++)
             if (row_extent(grid_row(g, c, y), g->width, &first, &last)) {
                 int n = last - first + 1;
                 n_segments++;
@@ -440,7 +341,7 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
     size_t head = 64 + RF_FOOTPRINT_LANES * sizeof(float),
            body = ((size_t)n_weights * sizeof(float) + 63) / 64 * 64;
     char *memory = rf_calloc(
-        f->context, 1, head + body + (size_t)n_segments * sizeof(struct rf_segment));
+        context, 1, head + body + (size_t)n_segments * sizeof(struct rf_segment));
     if (!memory)
         return NULL;
     struct rf_footprint *p = (struct rf_footprint *)memory;
@@ -455,12 +356,12 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_footprints *f,
     p->max_dx = p->max_dy = INT16_MIN;
     n_weights = 0;
     for (int y = 0; y < g->height; y++)
-        for (int c = 0; c < f->cells.n; c++) {
+        for (int c = 0; c < n_cells; c++) {
             const double *row = grid_row(g, c, y);
             if (!row_extent(row, g->width, &first, &last))
                 continue;
             int dx = first - g->reach_x, dy = y - g->reach_y;
-            int cell = is_common ? f->cells.n : c;
+            int cell = is_common ? n_cells : c;
             p->segments[p->n_segments++] = (struct rf_segment){
                 .dx = (int16_t)dx,
                 .dy = (int16_t)dy,
@@ -506,16 +407,17 @@ static void grid_variance(const struct grid *g, int n_cells, double variance[2])
  * is narrow, which the secant method finds. Up to 1 px at full resolution the box is
  * left alone: it is the pixel. False: out of memory.
  */
-static bool fill_level(struct grid *g, const struct rf_footprints *f, double r,
-                       bool is_coarse, enum rf_footprint_kind kind,
-                       const double phase[2])
+static bool fill_level(struct grid *g, const struct rf_footprints *f,
+                       const struct request *q, const double phase[2])
 {
-    double aspect = f->shape->pixel_aspect;
-    double unit[2] = {f->variance[0], f->variance[1] * aspect * aspect};
+    const struct rf_zone *zone = q->zone;
+    const bool is_coarse = q->is_coarse;
+    double aspect = zone->shape->pixel_aspect, r = q->r;
+    double unit[2] = {zone->variance[0], zone->variance[1] * aspect * aspect};
     double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
     double radii[2], variance[2], before[2] = {0}, step[2] = {0};
-    size_t n = (size_t)g->width * (size_t)g->height * (size_t)f->cells.n;
-    bool is_tried = kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
+    size_t n = (size_t)g->width * (size_t)g->height * (size_t)zone->cells.n;
+    bool is_tried = q->kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
     if (is_tried && !is_coarse)
         loss -= fmax(2 - fabs(r), 0) / 12;
     for (int k = 0; k < 2; k++) {
@@ -528,11 +430,11 @@ static bool fill_level(struct grid *g, const struct rf_footprints *f, double r,
         for (int k = 0; k < 2; k++)
             radii[k] = copysign(sqrt(square[k]), r);
         memset(g->weight, 0, n * sizeof *g->weight);
-        if (!fill_grid(g, f, radii, phase[0], phase[1]))
+        if (!fill_grid(g, f, zone, radii, phase))
             return false;
         if (!is_tried || trial == N_TRIALS)
             break;
-        grid_variance(g, f->cells.n, variance);
+        grid_variance(g, zone->cells.n, variance);
         if (fabs(variance[0] - target[0]) < CLOSE * target[0] &&
             fabs(variance[1] - target[1]) < CLOSE * target[1])
             break;
@@ -550,49 +452,95 @@ static bool fill_level(struct grid *g, const struct rf_footprints *f, double r,
     return true;
 }
 
-static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
+/* What the slot of the table is for. */
+static struct request request_of(const struct rf_footprints *f, size_t slot)
 {
-    if (__atomic_load_n(&f->table[slot], __ATOMIC_ACQUIRE))
-        return true;
-    int n_phases = f->n_phases * f->n_phases;
-    bool is_coarse = slot % RF_N_LEVEL_CLASSES > 0;
-    size_t rest = slot / RF_N_LEVEL_CLASSES;
-    enum rf_footprint_kind kind = (enum rf_footprint_kind)(rest % RF_N_KINDS);
-    int phase = (int)(rest / RF_N_KINDS) % n_phases;
-    int index = (int)(rest / RF_N_KINDS) / n_phases - f->max_index;
-    double r = rf_radius_of_index(index);
-    const double *size = f->shape->size;
-    const struct rf_drift *drift = &f->drift;
-    double drift_px[2];
-    for (int k = 0; k < 2; k++)
-        drift_px[k] = drift->slope[k] * r + (is_coarse ? 0 : drift->base[k]);
-    struct grid g = {.kernel = &kernels[kind],
+    size_t n_phases = (size_t)(f->n_phases * f->n_phases);
+    size_t rest = slot / RF_N_LEVEL_CLASSES, n_radii = 2 * (size_t)f->max_index + 1;
+    size_t radius = rest / RF_N_KINDS / n_phases;
+    return (struct request){
+        .zone = &f->zones.at[radius / n_radii],
+        .r = rf_radius_of_index((int)(radius % n_radii) - f->max_index),
+        .is_coarse = slot % RF_N_LEVEL_CLASSES > 0,
+        .kind = (enum rf_footprint_kind)(rest % RF_N_KINDS),
+        .phase = (int)(rest / RF_N_KINDS % n_phases),
+    };
+}
+
+/* The middle of a footprint, px from the corner of the sample's pixel. */
+static void middle_of(const struct rf_footprints *f, const struct request *q,
+                      double at[2], double reach[2])
+{
+    for (int k = 0; k < 2; k++) {
+        double beside = f->drift.slope[k] * q->r;
+        int phase = k ? q->phase / f->n_phases : q->phase % f->n_phases;
+        if (!q->is_coarse)
+            beside += f->drift.base[k];
+        double aspect = k ? q->zone->shape->pixel_aspect : 1;
+        beside += (k ? -aspect : 1) * q->zone->centroid[k] * q->r;
+        at[k] = (phase + 0.5) / f->n_phases + beside;
+        reach[k] = fabs(q->r) * q->zone->shape->size[k] * aspect + fabs(beside);
+    }
+}
+
+static struct rf_footprint *build_request(const struct rf_footprints *f,
+                                          const struct request *q, struct lines *lines)
+{
+    int n_cells = q->zone->cells.n;
+    double at[2], reach[2];
+    middle_of(f, q, at, reach);
+    struct grid g = {.kernel = &kernels[q->kind],
                      .lines = lines,
-                     .reach_x = (int)ceil(fabs(r) * size[0] + fabs(drift_px[0])) + 3,
-                     .reach_y = (int)ceil(fabs(r) * size[1] * f->shape->pixel_aspect +
-                                          fabs(drift_px[1])) +
-                                3};
+                     .reach_x = (int)ceil(reach[0]) + 3,
+                     .reach_y = (int)ceil(reach[1]) + 3};
     g.width = 2 * g.reach_x + 1;
     g.height = 2 * g.reach_y + 1;
-    size_t n = (size_t)g.width * (size_t)g.height * (size_t)f->cells.n;
+    size_t n = (size_t)g.width * (size_t)g.height * (size_t)n_cells;
     g.weight = rf_calloc(f->context, n + (size_t)g.width, sizeof(double));
     if (!g.weight)
-        return false;
+        return NULL;
     g.line = g.weight + n;
-    double at[2] = {(phase % f->n_phases + 0.5) / f->n_phases + drift_px[0],
-                    (phase / f->n_phases + 0.5) / f->n_phases + drift_px[1]};
-    if (index == 0)
-        fill_point(&g, f, at[0], at[1]);
-    else if (!fill_level(&g, f, r, is_coarse, kind, at)) {
+    if (q->r == 0)
+        fill_point(&g, n_cells, at);
+    else if (!fill_level(&g, f, q, at)) {
         rf_free(f->context, g.weight);
-        return false;
+        return NULL;
     }
-    normalise(&g, &f->cells, dust_of(f->shape, r, is_coarse, kind));
-    bool is_common = f->cells.n > 1 && !is_coarse && fabs(r) < RF_COMMON_PX;
+    normalise(&g, &q->zone->cells, dust_of(q));
+    bool is_common = n_cells > 1 && !q->is_coarse && fabs(q->r) < RF_COMMON_PX;
     if (is_common)
-        join_cells(&g, f->cells.n);
-    struct rf_footprint *built = pack(&g, f, is_common), *none = NULL;
+        join_cells(&g, n_cells);
+    struct rf_footprint *built = pack(&g, f->context, n_cells, is_common);
     rf_free(f->context, g.weight);
+    return built;
+}
+
+/* That of a list's entry, whose zone is its own place. */
+static struct rf_footprint *build_listed(const struct rf_footprints *f,
+                                         const struct rf_listed *l)
+{
+    struct rf_shape shape;
+    struct rf_zone zone;
+    struct lines lines = {.n = 0};
+    double r = rf_radius_of_index(l->index);
+    rf_zone_make(&zone, &shape, f->shape, &f->zones.look, l->q, r);
+    struct request q = {&zone, r, false, RF_POSITIVE, l->phase};
+    struct rf_footprint *built = build_request(f, &q, &lines);
+    rf_free(f->context, lines.part);
+    return built;
+}
+
+static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
+{
+    struct rf_footprint *built, *none = NULL;
+    if (__atomic_load_n(&f->table[slot], __ATOMIC_ACQUIRE))
+        return true;
+    if (f->list) {
+        built = build_listed(f, &f->list[slot]);
+    } else {
+        struct request q = request_of(f, slot);
+        built = build_request(f, &q, lines);
+    }
     if (built && !__atomic_compare_exchange_n(&f->table[slot], &none, built, false,
                                               __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE))
         rf_free(f->context, built); /* another picture was first */
@@ -658,17 +606,23 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
     *f = (struct rf_footprints){.context = context,
                                 .shape = use->shape,
                                 .drift = use->drift,
-                                .n_phases = use->n_phases};
-    rf_lens_cells_init(&f->cells, use->shape, use->n_cells);
-    measure_variance(use->shape, f->variance);
+                                .n_phases = use->n_phases,
+                                .list = use->list,
+                                .n_listed = use->n_listed};
+    if (use->list)
+        f->zones.look = use->look; /* each has a zone of its own */
+    rf_result result = use->list ? RF_OK
+                                 : rf_zones_init(&f->zones, context, use->shape,
+                                                 &use->look, use->n_cells, error);
     measure_extent(f);
     f->max_index = INT32_MAX;
     f->max_index = rf_radius_index(f, (float)use->max_radius) + 1;
     size_t n = rf_footprint_count(f);
-    f->table = rf_calloc(context, n, sizeof *f->table);
-    if (!f->table)
-        return rf_fail_memory(error, n, sizeof *f->table);
-    return RF_OK;
+    if (result == RF_OK && !(f->table = rf_calloc(context, n, sizeof *f->table)))
+        result = rf_fail_memory(error, n, sizeof *f->table);
+    if (result != RF_OK)
+        rf_zones_free(&f->zones, context);
+    return result;
 }
 
 void rf_footprints_free(struct rf_footprints *f)
@@ -679,5 +633,6 @@ void rf_footprints_free(struct rf_footprints *f)
     for (size_t i = 0; i < n; i++)
         rf_free(f->context, f->table[i]);
     rf_free(f->context, f->table);
+    rf_zones_free(&f->zones, f->context);
     f->table = NULL;
 }

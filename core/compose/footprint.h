@@ -9,23 +9,11 @@
 #include "base/context.h"
 #include "base/math.h"
 #include "base/task.h"
+#include "compose/zones.h"
 #include "kernels/data.h"
 #include "lens/aperture.h"
+#include "lens/look.h"
 #include "rackfocus/rackfocus.h"
-
-/*
- * The sub-apertures: the lens is cut into k cells whose visibility is kept apart. The
- * sites are Vogel's points, but two stand side by side; a cell is what lies nearest to
- * its site.
- */
-struct rf_lens_cells {
-    int n;
-    double site[RF_MAX_CELLS][2];
-    double share[RF_MAX_CELLS]; /* of the aperture's area, adds up to 1 */
-};
-
-void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
-                        int n);
 
 /*
  * Footprints by quantised radius, sub-pixel phase and kind, built when first asked for.
@@ -50,16 +38,24 @@ struct rf_drift {
     double slope[2], base[2];
 };
 
+/* One of the footprints of a list: of a place and a radius, both rounded. */
+struct rf_listed {
+    double q[2]; /* see lens/look.h */
+    int index;   /* of the radius */
+    int phase;
+};
+
 struct rf_footprints {
     const struct rf_context *context;
     const struct rf_shape *shape;
     struct rf_drift drift;
-    double variance[2]; /* of the aperture in u and v, per unit radius */
-    struct rf_lens_cells cells;
+    struct rf_zones zones;
     int max_index; /* radii from -max_index to max_index, in steps */
     int n_phases;  /* per axis: 1 puts every sample on its pixel's centre */
     double extent[2]
                  [2]; /* of the drifting aperture along x and y: px, px per px of r */
+    const struct rf_listed *list; /* not NULL: slots are its indices */
+    size_t n_listed;
     struct rf_footprint **table;
 };
 
@@ -67,9 +63,16 @@ struct rf_footprints {
 struct rf_footprint_use {
     const struct rf_shape *shape;
     struct rf_drift drift;
+    struct rf_look look; /* all zeros: none */
     int n_cells;
     double max_radius;
     int n_phases;
+    /*
+     * Instead of all: RF_POSITIVE ones of full resolution, of one cell, each with the
+     * looks of its own place and radius. NULL: all.
+     */
+    const struct rf_listed *list;
+    size_t n_listed;
 };
 
 rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
@@ -121,19 +124,27 @@ static inline int rf_centre_phase(const struct rf_footprints *f)
 
 static inline size_t rf_footprint_count(const struct rf_footprints *f)
 {
-    return (size_t)(2 * f->max_index + 1) * (size_t)(f->n_phases * f->n_phases) *
-           RF_N_KINDS * RF_N_LEVEL_CLASSES;
+    if (f->list)
+        return f->n_listed;
+    return (size_t)f->zones.n * (size_t)(2 * f->max_index + 1) *
+           (size_t)(f->n_phases * f->n_phases) * RF_N_KINDS * RF_N_LEVEL_CLASSES;
 }
 
-/* Slot of (radius in pixels of the level, phase, kind, level). */
-static inline size_t rf_footprint_slot(const struct rf_footprints *f, int index,
-                                       int phase, enum rf_footprint_kind kind,
-                                       int level)
+/* Radii up to here have no shape: all zones share their footprints. 1/4 px. */
+enum { RF_SHAPELESS_INDEX = 8 };
+
+/* Slot of (zone, radius in pixels of the level, phase, kind, level). */
+static inline size_t rf_footprint_slot(const struct rf_footprints *f, int zone,
+                                       int index, int phase,
+                                       enum rf_footprint_kind kind, int level)
 {
     int n_phases = f->n_phases * f->n_phases;
     int level_class = rf_min_int(level, RF_N_LEVEL_CLASSES - 1);
-    size_t slot = (size_t)(index + f->max_index) * (size_t)n_phases + (size_t)phase;
-    return (slot * RF_N_KINDS + (size_t)kind) * RF_N_LEVEL_CLASSES +
+    if (index <= RF_SHAPELESS_INDEX && index >= -RF_SHAPELESS_INDEX)
+        zone = rf_zone_middle(&f->zones);
+    size_t row = (size_t)zone * (size_t)(2 * f->max_index + 1);
+    size_t slot = (row + (size_t)(index + f->max_index)) * (size_t)n_phases;
+    return ((slot + (size_t)phase) * RF_N_KINDS + (size_t)kind) * RF_N_LEVEL_CLASSES +
            (size_t)level_class;
 }
 

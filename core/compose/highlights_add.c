@@ -47,7 +47,9 @@
 #include "base/task.h"
 #include "compose/footprint.h"
 #include "compose/footprint_shelf.h"
+#include "compose/light_list.h"
 #include "compose/scene.h"
+#include "input/frame.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
 #include "lens/aperture.h"
@@ -90,6 +92,7 @@ struct highlights {
     const struct rf_crop *out;
     struct rf_footprints *footprints;
     const struct rf_samples *samples;
+    struct rf_light_list list; /* of their footprints, where each place has its own */
     struct shade *shades;
     size_t n_shades;
     struct blockers *layers; /* near surfaces of each view, then those behind them */
@@ -104,7 +107,9 @@ struct highlights {
 
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 {
-    return rf_footprint_slot(h->footprints, rf_radius_index(h->footprints, s->r),
+    if (h->list.slot)
+        return h->list.slot[s - h->samples->at];
+    return rf_footprint_slot(h->footprints, 0, rf_radius_index(h->footprints, s->r),
                              rf_phase_of(h->footprints, s->x, s->y), RF_POSITIVE, 0);
 }
 
@@ -705,10 +710,16 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(samples->at[i].r));
-    struct rf_footprints own;
-    struct rf_footprint_use use = {
-        .shape = shape, .n_cells = 1, .max_radius = most, .n_phases = scene->n_phases};
-    rf_result result = rf_footprints_get(&h.footprints, &own, context, &use, error);
+    struct rf_footprints own = {.table = NULL};
+    struct rf_footprint_use use = {.shape = shape,
+                                   .look = rf_frame_look(scene->frame),
+                                   .n_cells = 1,
+                                   .max_radius = most,
+                                   .n_phases = scene->n_phases};
+    h.footprints = &own;
+    rf_result result = rf_light_list_make(&h.list, scene, &use, error);
+    if (result == RF_OK)
+        result = rf_footprints_get(&h.footprints, &own, context, &use, error);
     h.shades = rf_alloc(context, samples->n, sizeof *h.shades);
     if (result == RF_OK && !h.shades)
         result = rf_fail_memory(error, samples->n, sizeof *h.shades);
@@ -718,5 +729,6 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     rf_free(context, h.layers);
     rf_free(context, h.shades);
     rf_footprints_put(h.footprints, &own);
+    rf_light_list_free(&h.list, context);
     return result;
 }

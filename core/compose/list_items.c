@@ -21,7 +21,10 @@
 #include "compose/footprint.h"
 #include "compose/levels.h"
 #include "compose/scene.h"
+#include "compose/zones.h"
+#include "input/frame.h"
 #include "kernels/data.h"
+#include "lens/look.h"
 #include "rackfocus/rackfocus.h"
 
 enum { N_CHUNKS = 16 }; /* of the counting sort: fixed, so that order is */
@@ -121,6 +124,7 @@ static uint64_t array_item(uint32_t i)
  * coarse level the radii that certainly have the same key, without the limits.
  */
 struct known_radius {
+    int zone; /* of the tile */
     float r;
     int key;
     bool is_full;
@@ -149,8 +153,8 @@ static void know_radius(const struct rf_lister *l, const struct rf_group *full, 
     known->key = rf_key_of(l, r);
     known->is_full = rf_is_full_key(full, known->key);
     if (known->is_full)
-        known->slot =
-            rf_splat_slot(l->c, r, rf_centre_phase(l->c->footprints), RF_SHARP, 0);
+        known->slot = rf_splat_slot(l->c, known->zone, r,
+                                    rf_centre_phase(l->c->footprints), RF_SHARP, 0);
     else
         know_range(l, r, known);
 }
@@ -180,7 +184,7 @@ static void emit_pixel(const struct rf_lister *l, const struct rf_group *full, i
         int32_t slot = 0;
         if (rf_is_full_key(full, key)) {
             struct rf_splat *splat = &s->others[s->n_others];
-            *splat = rf_full_splat(l->c, at);
+            *splat = rf_full_splat(l->c, s->zone, at);
             slot = splat->slot;
             other = ++s->n_others;
         } else {
@@ -338,7 +342,7 @@ static void survey_tile(const struct rf_lister *l, int tile, struct rf_tile_item
     const struct rf_group *g = rf_full_group(l);
     const struct rf_source *source = l->source;
     int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H;
-    struct known_radius known = {.r = NAN};
+    struct known_radius known = {.zone = s->zone, .r = NAN};
     s->surfaces = (struct rf_tile_surfaces){
         .at = source->surfaces,
         .first = (ptrdiff_t)(y0 - source->y) * g->width + x0 - source->x,
@@ -374,8 +378,25 @@ static void list_array(const struct rf_lister *l, int tile, struct rf_tile_items
     }
 }
 
+/* The zone of the middle of a tile. */
+static int zone_of(const struct rf_lister *l, int tile)
+{
+    const struct rf_zones *zones = &l->c->footprints->zones;
+    const struct rf_scene *scene = l->c->scene;
+    const struct rf_place *place = &scene->frame->place;
+    const struct rf_group *g = rf_full_group(l);
+    double q[2];
+    if (zones->n == 1)
+        return 0;
+    rf_look_place(&zones->look,
+                  tile % g->n_x * RF_TILE_W + RF_TILE_W / 2 - scene->x0 + place->x,
+                  tile / g->n_x * RF_TILE_H + RF_TILE_H / 2 - scene->y0 + place->y, q);
+    return rf_zone_at(zones, q);
+}
+
 void rf_list_items(const struct rf_lister *l, int tile, struct rf_tile_items *s)
 {
+    s->zone = zone_of(l, tile);
     s->n = s->n_key_runs = s->n_samples = s->n_others = 0;
     s->has_runs = false;
     s->has_array = l->start && l->start[tile + 1] > l->start[tile];

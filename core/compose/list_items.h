@@ -43,6 +43,7 @@ struct rf_key_run {
  */
 struct rf_tile_items {
     int n, n_key_runs, n_samples, n_others;
+    int zone;       /* of the tile */
     bool has_array; /* are samples of the array among them? */
     bool has_runs;  /* is an item of full resolution more than one surface? */
     struct rf_tile_surfaces surfaces; /* of a source */
@@ -95,19 +96,19 @@ rf_sample_of(const struct rf_lister *l, const struct rf_tile_items *s, uint64_t 
 }
 
 /* The slot of a footprint, which is noted as needed. */
-static inline int32_t rf_splat_slot(const struct rf_composer *c, float r, int phase,
-                                    enum rf_footprint_kind kind, int level)
+static inline int32_t rf_splat_slot(const struct rf_composer *c, int zone, float r,
+                                    int phase, enum rf_footprint_kind kind, int level)
 {
     int index = rf_radius_index(c->footprints, r);
-    size_t slot = rf_footprint_slot(c->footprints, index, phase, kind, level);
+    size_t slot = rf_footprint_slot(c->footprints, zone, index, phase, kind, level);
     /* Threads may find the same footprint at once. */
     if (!__atomic_load_n(&c->needed[slot], __ATOMIC_RELAXED))
         __atomic_store_n(&c->needed[slot], 1, __ATOMIC_RELAXED);
     return (int32_t)slot;
 }
 
-/* A sample of full resolution, ready to be spread. */
-static inline struct rf_splat rf_full_splat(const struct rf_composer *c,
+/* A sample of full resolution in a tile of that zone, ready to be spread. */
+static inline struct rf_splat rf_full_splat(const struct rf_composer *c, int zone,
                                             const struct rf_sample *p)
 {
     int phase =
@@ -115,7 +116,7 @@ static inline struct rf_splat rf_full_splat(const struct rf_composer *c,
     struct rf_splat s = {
         .x = rf_floor_int(p->x),
         .y = rf_floor_int(p->y),
-        .slot = rf_splat_slot(c, p->r, phase, p->kind, 0),
+        .slot = rf_splat_slot(c, zone, p->r, phase, p->kind, 0),
         .cover = p->kind == RF_SHARP ? p->w : 0,
     };
     for (int n = 0; n < 4; n++)

@@ -157,9 +157,11 @@ static void reduce_item(const struct builder *b, struct worker *w,
 }
 
 /* Empties the reducer into splats; returns how many. */
-static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
-                      const struct part *part, int level, struct rf_splat *out)
+static int reduce_end(const struct rf_composer *c, struct worker *w,
+                      const struct part *part, int level)
 {
+    struct reducer *reducer = &w->reducer;
+    struct rf_splat *out = w->reduced;
     int centre = rf_centre_phase(c->footprints);
     float size = (float)(1 << level), scale = 1 / (size * size);
     for (int i = 0; i < reducer->n_touched; i++) {
@@ -169,7 +171,8 @@ static int reduce_end(const struct rf_composer *c, struct reducer *reducer,
         out[i] = (struct rf_splat){
             .x = part->x0 + at % part->width,
             .y = part->y0 + at / part->width,
-            .slot = rf_splat_slot(c, b->rw / b->w / size, centre, kind, level),
+            .slot = rf_splat_slot(c, w->items.zone, b->rw / b->w / size, centre, kind,
+                                  level),
             .cover = kind == RF_SHARP ? b->w * scale : 0,
         };
         for (int n = 0; n < 4; n++)
@@ -227,10 +230,10 @@ static bool keep_splats(const struct builder *b, struct worker *w, const uint64_
     struct rf_splat *out =
         rf_arena_take(&b->lister.groups->arena, &w->room, (size_t)n * sizeof *out);
     for (int i = 0; out && i < n; i++)
-        out[i] =
-            rf_packed_y(at[i]) == RF_ARRAY_ROW
-                ? rf_full_splat(b->lister.c, rf_sample_of(&b->lister, &w->items, at[i]))
-                : rf_packed_splat(&w->items.surfaces, at[i], 0);
+        out[i] = rf_packed_y(at[i]) == RF_ARRAY_ROW
+                     ? rf_full_splat(b->lister.c, w->items.zone,
+                                     rf_sample_of(&b->lister, &w->items, at[i]))
+                     : rf_packed_splat(&w->items.surfaces, at[i], 0);
     list->at = out;
     return out != NULL;
 }
@@ -281,7 +284,7 @@ static bool build_runs(const struct builder *b, struct worker *w, int tile,
             continue;
         for (int i = w->count[key]; i < w->count[key + 1]; i++)
             reduce_item(b, w, &part, g->level, w->sorted[i]);
-        int n = reduce_end(b->lister.c, &w->reducer, &part, g->level, w->reduced);
+        int n = reduce_end(b->lister.c, w, &part, g->level);
         struct run *run = &w->runs[(*n_runs)++];
         *run = (struct run){key, n,
                             take_copy(b, w, w->reduced, (size_t)n * sizeof *run->at)};

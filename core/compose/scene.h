@@ -10,6 +10,7 @@
 #include "base/task.h"
 #include "compose/footprint.h"
 #include "input/frame.h"
+#include "input/light_map.h"
 #include "kernels/data.h"
 
 /* A small emitter: where the lens' centre sees it, radius, weight, colour. */
@@ -103,6 +104,8 @@ struct rf_scene {
      */
     float *sum;
     float weight;
+    /* Of each place, instead of `weight`; NULL: the same everywhere. */
+    const struct rf_light_map *weights;
     struct rf_task *task;
     double progress_to; /* fraction that this part ends at */
 };
@@ -117,6 +120,7 @@ struct rf_crop {
     float *planes[4];
     float *rgba;  /* instead of planes: quadruples, all wanted */
     float weight; /* not 0: colours are added to the planes, times this */
+    const struct rf_light_map *weights; /* of each place instead, if not NULL */
 };
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "base/context.h"
 #include "lens/aperture.h"
+#include "lens/look.h"
 #include "rackfocus/rackfocus.h"
 
 struct rf_bokeh; /* methods/scatter/distribution.h */
@@ -27,5 +28,13 @@ struct rf_frame {
     struct rf_place place;
     const struct rf_bokeh *bokeh; /* of the distribution image; NULL: none */
 };
+
+/* The looks of a frame that depend on the place; all zeros where there are none. */
+static inline struct rf_look rf_frame_look(const struct rf_frame *f)
+{
+    struct rf_look look =
+        rf_look_make(&f->params, f->place.whole_width, f->place.whole_height);
+    return rf_look_is_on(&look) ? look : (struct rf_look){.cat_eye = 0};
+}
 
 #endif

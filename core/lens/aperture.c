@@ -90,10 +90,12 @@ static const shape_fn shapes[] = {
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
 {
-    *shape = (struct rf_shape){.ratio = params->aperture_ratio,
-                               .size = {1 / params->aperture_ratio, 1},
-                               .pixel_aspect = params->pixel_aspect,
-                               .min_lines = MIN_LINES};
+    *shape = (struct rf_shape){
+        .ratio = params->aperture_ratio,
+        .size = {1 / params->aperture_ratio, 1},
+        .pixel_aspect = params->pixel_aspect,
+        .min_lines = MIN_LINES,
+        .growth = 1 + fmax(fmax(params->astigmatism, params->swirl), 0)};
     shapes[params->aperture](shape, params);
     for (int i = 0; i < shape->n_corners; i++)
         shape->corner[i][0] /= shape->ratio;
@@ -119,6 +121,9 @@ void rf_shape_extent(const struct rf_shape *shape, double extent[2])
         extent[0] = fmax(extent[0], fabs(shape->corner[i][0]));
         extent[1] = fmax(extent[1], fabs(shape->corner[i][1]) * shape->pixel_aspect);
     }
+    double more = (shape->growth - 1) * fmax(1 / shape->ratio, 1);
+    extent[0] += more;
+    extent[1] += more * shape->pixel_aspect;
 }
 
 /* ---- parts --------------------------------------------------------------------- */
@@ -138,14 +143,25 @@ static void add_corner(struct rf_shape *shape, const double corner[2])
     shape->n_corners++;
 }
 
-/* Cuts off what lies beyond normal . (u, v) = limit. */
-static void cut(struct rf_shape *shape, const double normal[2], double limit)
+static bool is_beyond_any(const struct rf_shape *shape, const double normal[2],
+                          double limit)
 {
-    struct rf_shape whole = *shape;
+    for (int i = 0; i < shape->n_corners; i++)
+        if (shape->corner[i][0] * normal[0] + shape->corner[i][1] * normal[1] > limit)
+            return true;
+    return false;
+}
+
+void rf_shape_cut(struct rf_shape *shape, const double normal[2], double limit)
+{
+    if (!is_beyond_any(shape, normal, limit))
+        return;
+    double corner[RF_MAX_CORNERS][2];
+    int n_corners = shape->n_corners;
+    memcpy(corner, shape->corner, (size_t)n_corners * sizeof *corner);
     shape->n_corners = 0;
-    for (int i = 0; i < whole.n_corners; i++) {
-        const double *a = whole.corner[i];
-        const double *b = whole.corner[(i + 1) % whole.n_corners];
+    for (int i = 0; i < n_corners; i++) {
+        const double *a = corner[i], *b = corner[(i + 1) % n_corners];
         double beyond_a = a[0] * normal[0] + a[1] * normal[1] - limit;
         double beyond_b = b[0] * normal[0] + b[1] * normal[1] - limit;
         if (beyond_a <= 0)
@@ -161,7 +177,7 @@ static void cut(struct rf_shape *shape, const double normal[2], double limit)
         shape->n_corners--;
 }
 
-static double area_of(const struct rf_shape *shape, double centroid[2])
+double rf_shape_area(const struct rf_shape *shape, double centroid[2])
 {
     double area = 0, u = 0, v = 0;
     for (int i = 0; i < shape->n_corners; i++) {
@@ -175,6 +191,25 @@ static double area_of(const struct rf_shape *shape, double centroid[2])
     centroid[0] = area > 0 ? u / area : 0;
     centroid[1] = area > 0 ? v / area : 0;
     return area;
+}
+
+void rf_shape_variance(const struct rf_shape *shape, double variance[2])
+{
+    double centroid[2], area = rf_shape_area(shape, centroid), square[2] = {0};
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        double cross = a[0] * b[1] - a[1] * b[0];
+        for (int k = 0; k < 2; k++)
+            square[k] += cross * (a[k] * a[k] + a[k] * b[k] + b[k] * b[k]) / 12;
+    }
+    for (int k = 0; k < 2; k++)
+        variance[k] = square[k] / area - centroid[k] * centroid[k];
+}
+
+int rf_shape_min_lines(double half_height)
+{
+    return rf_max_int((int)(half_height * MIN_LINES), MIN_LINES_OF_PART);
 }
 
 double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int j,
@@ -194,9 +229,9 @@ double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int
         if (to[0] == 0 && to[1] == 0)
             n_same++;
         else
-            cut(part, to, middle);
+            rf_shape_cut(part, to, middle);
     }
-    double area = area_of(part, centroid);
+    double area = rf_shape_area(part, centroid);
     if (!(area > LEAST_AREA))
         return 0;
     part->size[0] = part->size[1] = 0;
@@ -205,6 +240,8 @@ double rf_shape_part(const struct rf_shape *whole, double (*site)[2], int n, int
             part->corner[i][k] -= centroid[k];
             part->size[k] = fmax(part->size[k], fabs(part->corner[i][k]));
         }
-    part->min_lines = rf_max_int((int)(part->size[1] * MIN_LINES), MIN_LINES_OF_PART);
+    for (int k = 0; k < 2; k++)
+        part->origin[k] = whole->origin[k] + centroid[k];
+    part->min_lines = rf_shape_min_lines(part->size[1]);
     return area / n_same;
 }

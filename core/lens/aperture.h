@@ -12,7 +12,11 @@
  * coordinates, u right and v up, that the footprint of a sample behind the focus has
  * when multiplied with its radius. Corners run counter-clockwise.
  */
-enum { RF_DISC_CORNERS = 128, RF_MAX_CORNERS = RF_DISC_CORNERS + RF_MAX_VIEWS };
+enum {
+    RF_DISC_CORNERS = 128,
+    RF_LOOK_CORNERS = 104, /* that looks add at the most */
+    RF_MAX_CORNERS = RF_DISC_CORNERS + RF_MAX_VIEWS + RF_LOOK_CORNERS,
+};
 
 struct rf_shape {
     int n_corners;
@@ -23,12 +27,26 @@ struct rf_shape {
     double size[2];      /* half width and half height of a box around it */
     double pixel_aspect; /* v is multiplied by it to get pixel rows */
     int min_lines;       /* v = const that a footprint is summed over */
+    double origin[2];    /* of a part, in the whole lens */
+    double growth;       /* looks make it larger by this at the most */
 };
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
 
 /* Is the lens point (u, v) inside? */
 bool rf_shape_contains(const struct rf_shape *shape, double u, double v);
+
+/* Cuts off what lies beyond normal . (u, v) = limit. */
+void rf_shape_cut(struct rf_shape *shape, const double normal[2], double limit);
+
+/* Area and centroid; both 0 where nothing is left of it. */
+double rf_shape_area(const struct rf_shape *shape, double centroid[2]);
+
+/* Variances of u and v over the shape. */
+void rf_shape_variance(const struct rf_shape *shape, double variance[2]);
+
+/* Lines that a footprint of a part of this half height is summed over at the least. */
+int rf_shape_min_lines(double half_height);
 
 /* Half width and half height of the footprint, in px per px of radius. */
 void rf_shape_extent(const struct rf_shape *shape, double extent[2]);

@@ -317,6 +317,32 @@ static const char *read_polygon(const struct rf_params *p)
     return p->blades >= 3 ? NULL : "read only with 3 blades and more";
 }
 
+/* ---- looks that depend on the place ---------------------------------------------- */
+
+static const char *read_look(const struct rf_params *p)
+{
+    return read_layers(p);
+}
+
+static const char *read_vignette(const struct rf_params *p)
+{
+    if (method_of(p)->has_layers)
+        return NULL;
+    if (p->method != RF_METHOD_SCATTER)
+        return "read only by the methods layered, views and scatter";
+    return p->distribution == RF_DISTRIBUTION_IMAGE ? "not read with distribution image"
+                                                    : NULL;
+}
+
+static const char *read_exposure(const struct rf_params *p)
+{
+    bool is_dark = p->cat_eye > 0 || p->barn_left > 0 || p->barn_right > 0 ||
+                   p->barn_top > 0 || p->barn_bottom > 0;
+    if (read_vignette(p))
+        return read_vignette(p);
+    return is_dark ? NULL : "read only with cat-eye or a barn door above 0";
+}
+
 /* ---- depth ----------------------------------------------------------------------- */
 
 static const char *read_far(const struct rf_params *p)

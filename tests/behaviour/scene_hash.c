@@ -21,6 +21,7 @@ static const struct picture pictures[] = {
     {80, 60, 3, 7, {{"fill-hidden", "0"}, {"exact-highlights", "0"}}},
     {70, 45, 3, 0.8, {{"optics", "lens"}, {"pixel-aspect", "1.5"}}},
     {64, 48, 3, 5, {{"depth", "radial"}, {"blades", "5"}}},
+    {96, 64, 3, 9, {{"cat-eye", "0.8"}, {"swirl", "0.3"}, {"barn-top", "1"}}},
 };
 
 static int print_hash(const struct picture *picture, int method,

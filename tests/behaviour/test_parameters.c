@@ -106,6 +106,15 @@ static const struct param_case cases[] = {
      "lens-pattern=disc", 0},
     {"quality", PICTURE, "", "preview", "quality=normal sub-apertures=2",
      "sub-apertures=2", 0},
+    {"cat-eye", PICTURE, "", "0.8", "cat-eye=0", "", 0},
+    {"cat-eye-exposure", PICTURE, "cat-eye=0.8", "keep", "cat-eye-exposure=fall", "",
+     0},
+    {"astigmatism", PICTURE, "", "0.5", "astigmatism=0", "", 0},
+    {"swirl", PICTURE, "", "0.5", "swirl=0", "", 0},
+    {"barn-left", PICTURE, "", "1", "barn-left=0", "", 0},
+    {"barn-right", PICTURE, "", "1", "barn-right=0", "", 0},
+    {"barn-top", PICTURE, "", "1.5", "barn-top=0", "", 0},
+    {"barn-bottom", PICTURE, "", "1.5", "barn-bottom=0", "", 0},
 };
 enum { N_CASES = sizeof cases / sizeof cases[0] };
 
@@ -341,6 +350,8 @@ static void in_focus_no_parameter_matters(void)
         CHECK(rf_params_set(&p, c->key, c->changed, NULL) == RF_OK);
         p.depth = RF_DEPTH_PLANAR;
         p.focus_distance = 8; /* 1/8 is exact, so the radius is exactly 0 */
+        if (strcmp(c->key, "cat-eye-exposure")) /* what darkens does so in focus, too */
+            p.cat_eye_exposure = RF_EXPOSURE_KEEP;
         if (p.optics == RF_OPTICS_LENS || p.optics == RF_OPTICS_YU)
             continue;
         for (int k = 0; k < N; k++)

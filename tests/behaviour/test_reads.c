@@ -41,6 +41,7 @@ static const char *const setups[] = {
     "lens-pattern=polygon blades=5 aperture=disc",
     "lens-pattern=grid",
     "lens-random=true",
+    "cat-eye=0.7",
 };
 enum { N_SETUPS = sizeof setups / sizeof *setups };
 

@@ -79,6 +79,14 @@ static const struct {
     {"lens_seed", 364},
     {"quality", 368},
     {"blade_curvature", 376},
+    {"cat_eye", 384},
+    {"cat_eye_exposure", 392},
+    {"astigmatism", 400},
+    {"swirl", 408},
+    {"barn_left", 416},
+    {"barn_right", 424},
+    {"barn_top", 432},
+    {"barn_bottom", 440},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 

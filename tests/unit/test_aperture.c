@@ -249,11 +249,11 @@ static double of_footprint(const struct rf_shape *shape, int n_cells, float r,
     CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
     CHECK(rf_footprints_init(&f, context, &use, NULL) == RF_OK);
     if (n_cells == 2) {
-        CHECK_NEAR(f.cells.share[0], 0.5, 0.05); /* side by side */
-        CHECK_NEAR(f.cells.site[0][1], f.cells.site[1][1], 1e-9);
+        CHECK_NEAR(f.zones.at->cells.share[0], 0.5, 0.05); /* side by side */
+        CHECK_NEAR(f.zones.at->cells.site[0][1], f.zones.at->cells.site[1][1], 1e-9);
     }
     unsigned char *needed = rf_calloc(context, rf_footprint_count(&f), 1);
-    size_t slot = rf_footprint_slot(&f, rf_radius_index(&f, r), 0, RF_SHARP, 0);
+    size_t slot = rf_footprint_slot(&f, 0, rf_radius_index(&f, r), 0, RF_SHARP, 0);
     needed[slot] = 1;
     CHECK(rf_footprints_build(&f, needed, &task, 1, NULL) == RF_OK);
     double found = of(rf_footprint_at(f.table, slot));

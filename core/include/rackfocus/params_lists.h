@@ -89,4 +89,8 @@
     X(RF_LENS_PATTERN_POLYGON, "polygon", "Vogel's spiral over the polygon of blades") \
     X(RF_LENS_PATTERN_GRID, "grid", "one point at a random place of each equal cell")
 
+#define RF_LIST_EXPOSURE(X)                                                            \
+    X(RF_EXPOSURE_FALL, "fall", "the picture darkens as the lens does")                \
+    X(RF_EXPOSURE_KEEP, "keep", "only the shape of the blur changes")
+
 #endif

@@ -114,6 +114,7 @@ enum rf_blend { RF_LIST_BLEND(RF_X_ENUM) };
 enum rf_leak { RF_LIST_LEAK(RF_X_ENUM) };
 enum rf_quality { RF_LIST_QUALITY(RF_X_ENUM) };
 enum rf_lens_pattern { RF_LIST_LENS_PATTERN(RF_X_ENUM) };
+enum rf_exposure { RF_LIST_EXPOSURE(RF_X_ENUM) };
 #undef RF_X_ENUM
 
 /**

@@ -45,6 +45,7 @@
 #include "base/task.h"
 #include "input/frame.h"
 #include "input/views_in.h"
+#include "lens/look.h"
 #include "methods/scatter/distribution.h"
 #include "rackfocus/rackfocus.h"
 
@@ -75,6 +76,8 @@ static const density_fn densities[] = {
 
 struct scatter {
     const struct rf_work *work;
+    struct rf_look look;
+    bool is_dark;                 /* looks take light away */
     const struct rf_bokeh *image; /* NULL: a density */
     bool is_uniform;
     double density[N_DENSITIES + 2]; /* D at t = i / N_DENSITIES */
@@ -160,12 +163,85 @@ static rf_result build_areas(struct scatter *s, struct rf_error *error)
     return RF_OK;
 }
 
-/* The row `dy` below the centre, of half width w: light times density, all planes. */
-static void scatter_row(const struct scatter *s, double *line, int x, int dy, int w,
-                        int key, const double light[4])
+/*
+ * What looks leave of a circle: the pixels d = (dx, dy) from its middle, y up, with
+ * |d - eye| <= eye_r and, for each door, side_i . d >= least_i. lens/look.c has the
+ * formulas; without astigmatism the pixel's own place comes out of them.
+ */
+struct opening {
+    double eye[2], eye_r; /* INFINITY: no second disc */
+    double side[RF_N_DOORS], least[RF_N_DOORS];
+};
+
+static struct opening opening_of(const struct scatter *s, int x, int y, double r)
+{
+    const struct rf_look *look = &s->look;
+    struct opening o = {.eye_r = INFINITY};
+    double q[2], scale = 1 / r - look->cat_eye / look->half_px;
+    rf_look_place(look, x + 0.5, y + 0.5, q);
+    if (look->cat_eye > 0 && scale != 0) {
+        o.eye_r = fabs(1 / scale);
+        for (int k = 0; k < 2; k++)
+            o.eye[k] = look->cat_eye * q[k] / scale;
+    }
+    for (int i = 0; i < RF_N_DOORS; i++) {
+        double sign = i == RF_DOOR_RIGHT || i == RF_DOOR_TOP ? 1 : -1,
+               b = look->door[i];
+        o.side[i] = b > 0 ? sign * (1 / r - b / look->half_px) : 0;
+        o.least[i] = b > 0 ? b * sign * q[i / 2] - 1 : -1;
+    }
+    return o;
+}
+
+/* Columns from the middle that are open in a row of a circle: none where n[0] > n[1].
+ */
+static void open_row(const struct opening *o, int dy, int w, int n[2])
+{
+    double from = -w, to = w, up = -dy, h = up - o->eye[1];
+    if (o->eye_r < INFINITY) {
+        double rest = o->eye_r * o->eye_r - h * h;
+        double half = rest < 0 ? -INFINITY : sqrt(rest);
+        from = fmax(from, o->eye[0] - half);
+        to = fmin(to, o->eye[0] + half);
+    }
+    for (int i = 0; i < RF_N_DOORS; i++) {
+        bool is_upright = i < RF_DOOR_TOP;
+        if (o->side[i] == 0 || !is_upright) {
+            if ((is_upright ? 0 : o->side[i] * up) < o->least[i])
+                to = -INFINITY;
+        } else if (o->side[i] > 0) {
+            from = fmax(from, o->least[i] / o->side[i]);
+        } else {
+            to = fmin(to, o->least[i] / o->side[i]);
+        }
+    }
+    bool is_open = from <= to;
+    n[0] = is_open ? (int)ceil(from) : 1;
+    n[1] = is_open ? (int)floor(to) : 0;
+}
+
+/* The sum of D over what is open of a circle; 0: nothing is. */
+static double open_area(const struct scatter *s, const struct opening *o, int key)
+{
+    int reach = half_width(key, 0), n[2];
+    double sum = 0;
+    for (int dy = -reach; dy <= reach; dy++) {
+        open_row(o, dy, half_width(key, dy), n);
+        if (s->is_uniform)
+            sum += rf_max_int(n[1] - n[0] + 1, 0);
+        for (int dx = n[0]; dx <= n[1] && !s->is_uniform; dx++)
+            sum += density_at(s, dx * dx + dy * dy, key);
+    }
+    return sum;
+}
+
+/* The row `dy` below the centre, its columns n[0] to n[1]: light times density, all
+ * planes. */
+static void scatter_row(const struct scatter *s, double *line, int x, int dy,
+                        const int n[2], int key, const double light[4])
 {
     int width = s->work->frame->width, stride = width + 1;
-    int left = rf_max_int(x - w, 0), right = rf_min_int(x + w, width - 1);
+    int left = rf_max_int(x + n[0], 0), right = rf_min_int(x + n[1], width - 1);
     for (int i = left; i <= right; i++) {
         double d = density_at(s, (i - x) * (i - x) + dy * dy, key);
         for (int c = 0; c < s->work->n_planes; c++)
@@ -179,22 +255,33 @@ static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
     const struct rf_work *work = s->work;
     int width = work->frame->width, stride = width + 1, n_planes = work->n_planes;
     size_t at = (size_t)y * (size_t)width + (size_t)x;
-    size_t n = (size_t)width * (size_t)work->frame->height;
+    size_t n_all = (size_t)width * (size_t)work->frame->height;
     int key = circle_key(work->radius[at]);
-    double light[4];
+    double light[4], area = s->area[key];
+    struct opening opening;
+    bool is_cut = s->is_dark && key > 1;
+    if (is_cut) {
+        opening = opening_of(s, x, y, (double)work->radius[at]);
+        double open = open_area(s, &opening, key);
+        is_cut = open > 0;
+        area = is_cut ? open : area;
+    }
     for (int c = 0; c < n_planes; c++)
-        light[c] = s->source[(size_t)c * n + at] / s->area[key];
+        light[c] = s->source[(size_t)c * n_all + at] / area;
     int reach = half_width(key, 0);
     int from = rf_max_int(y - reach, y0), to = rf_min_int(y + reach, y1 - 1);
     for (int row = from; row <= to; row++) {
-        int w = half_width(key, row - y);
-        int left = rf_max_int(x - w, 0), right = rf_min_int(x + w + 1, width);
+        int w = half_width(key, row - y), n[2] = {-w, w};
         double *line = band + (size_t)(row - y0) * (size_t)(stride * n_planes);
+        if (is_cut)
+            open_row(&opening, row - y, w, n);
         if (!s->is_uniform) {
-            scatter_row(s, line, x, row - y, w, key, light);
+            scatter_row(s, line, x, row - y, n, key, light);
             continue;
         }
-        for (int c = 0; c < n_planes; c++) {
+        int left = rf_min_int(rf_max_int(x + n[0], 0), width);
+        int right = rf_max_int(rf_min_int(x + n[1] + 1, width), 0);
+        for (int c = 0; c < n_planes && left < right; c++) {
             line[c * stride + left] += light[c];
             line[c * stride + right] -= light[c];
         }
@@ -343,7 +430,8 @@ rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
 {
     const struct rf_frame *f = work->frame;
     const struct rf_context *context = f->context;
-    struct scatter s = {.work = work};
+    struct scatter s = {.work = work, .look = rf_frame_look(f)};
+    s.is_dark = rf_look_is_dark(&s.look);
     if (f->params.distribution == RF_DISTRIBUTION_IMAGE) {
         s.image = f->bokeh;
         if (!s.image)

@@ -11,6 +11,7 @@
 #include "compose/footprint.h"
 #include "compose/scene.h"
 #include "input/frame.h"
+#include "input/light_map.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
 #include "kernels/sight_kernels.h"
@@ -154,7 +155,8 @@ struct rf_view_cell {
     struct rf_drift drift;
     float *sum; /* planes that its picture is added to, times its weight */
     float weight;
-    struct rf_estimates hidden; /* at NULL: not asked for */
+    struct rf_light_map weights; /* at NULL: `weight` everywhere */
+    struct rf_estimates hidden;  /* at NULL: not asked for */
     struct rf_sample *samples;
 };
 

@@ -60,11 +60,13 @@
 #include "compose/highlights_add.h"
 #include "compose/scene.h"
 #include "input/frame.h"
+#include "input/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
 #include "kernels/sight_kernels.h"
+#include "lens/look.h"
 #include "methods/layered/layered.h"
 #include "methods/layered/layered_preview.h"
 #include "methods/views/merge.h"
@@ -150,6 +152,36 @@ static rf_result find_unseen(struct rf_views *v, const struct rf_view_cell *cell
     return rf_views_find_unseen(v, error);
 }
 
+/*
+ * What the cells weigh where looks take light away: each its open area, and all
+ * together `total` everywhere. Where no light comes through, their whole areas.
+ */
+static rf_result weigh_cells(struct rf_view_cell *cells, const double *area, int n,
+                             struct rf_error *error)
+{
+    const struct rf_frame *f = cells->v->work->frame;
+    const struct rf_look look = rf_frame_look(f);
+    rf_result result = RF_OK;
+    double total = 0;
+    if (!rf_look_is_dark(&look) || n == 1)
+        return RF_OK;
+    for (int i = 0; i < n && result == RF_OK; i++) {
+        result = rf_light_map_make(&cells[i].weights, f, &cells[i].frame.shape, error);
+        total += area[i];
+    }
+    size_t n_nodes = (size_t)cells->weights.n_x * (size_t)cells->weights.n_y;
+    for (size_t k = 0; k < n_nodes && result == RF_OK; k++) {
+        double open = 0;
+        for (int i = 0; i < n; i++)
+            open += area[i] * (double)cells[i].weights.at[k];
+        for (int i = 0; i < n; i++) {
+            float *at = &cells[i].weights.at[k];
+            *at = (float)(open > 0 ? area[i] * (double)*at * total / open : area[i]);
+        }
+    }
+    return result;
+}
+
 /* Adds the cells' pictures by area to `sum`. */
 static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
                            const double *area, int n, float *sum,
@@ -159,6 +191,8 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
     const struct rf_context *context = work->frame->context;
     double from = work->task->to;
     rf_result result = find_unseen(v, cells, n, error);
+    if (result == RF_OK)
+        result = weigh_cells(cells, area, n, error);
     for (int i = 0; i < n && result == RF_OK; i++) {
         struct rf_view_cell *cell = &cells[i];
         cell->weight = (float)area[i];
@@ -169,6 +203,8 @@ static rf_result add_cells(struct rf_views *v, struct rf_view_cell *cells,
         if (rf_task_is_cancelled(work->task))
             break;
     }
+    for (int i = 0; i < n; i++)
+        rf_light_map_free(&cells[i].weights, context);
     return result;
 }
 

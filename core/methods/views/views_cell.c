@@ -543,6 +543,7 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .n_views = 1,
                              .sum = cell->sum,
                              .weight = cell->weight,
+                             .weights = cell->weights.at ? &cell->weights : NULL,
                              .task = work->task,
                              .progress_to = progress_to};
     int height = picture->height, n_views = work->n_views;

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The cells of the lens. A line v = const cuts the convex aperture, and every cell of
+ * it, in one interval.
+ */
+#include "compose/lens_cells.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "base/math.h"
+#include "kernels/data.h"
+#include "lens/aperture.h"
+
+enum { MAX_LINES = 4096 };
+
+/* Where the line v cuts the aperture. */
+struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
+{
+    struct rf_interval cut = {-INFINITY, INFINITY};
+    if (shape->is_disc) {
+        double half = v * v < 1 ? sqrt(1 - v * v) / shape->ratio : 0;
+        return (struct rf_interval){-half, half};
+    }
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *a = shape->corner[i];
+        const double *b = shape->corner[(i + 1) % shape->n_corners];
+        double du = b[0] - a[0], dv = b[1] - a[1];
+        /* Inside: du (v - a1) - dv (u - a0) >= 0. */
+        double rest = du * (v - a[1]);
+        if (fabs(dv) < 1e-12) {
+            if (rest < 0)
+                return (struct rf_interval){0, 0};
+        } else if (dv > 0) {
+            cut.to = fmin(cut.to, a[0] + rest / dv);
+        } else {
+            cut.from = fmax(cut.from, a[0] + rest / dv);
+        }
+    }
+    return cut;
+}
+
+/* The part of `cut` that is nearer to site c than to the others. */
+struct rf_interval rf_lens_cell_line(const struct rf_lens_cells *cells, int c, double v,
+                                     struct rf_interval cut)
+{
+    const double *s = cells->site[c];
+    for (int d = 0; d < cells->n; d++) {
+        const double *t = cells->site[d];
+        double du = t[0] - s[0];
+        double limit = 0.5 * (t[0] * t[0] + t[1] * t[1] - s[0] * s[0] - s[1] * s[1]) -
+                       v * (t[1] - s[1]) + 0.5 * (cells->weight[c] - cells->weight[d]);
+        if (d == c)
+            continue;
+        if (du > 0)
+            cut.to = fmin(cut.to, limit / du);
+        else if (du < 0)
+            cut.from = fmax(cut.from, limit / du);
+        else if (limit < 0)
+            return (struct rf_interval){0, 0};
+    }
+    return cut;
+}
+
+struct rf_interval rf_shape_v_range(const struct rf_shape *shape)
+{
+    struct rf_interval range = {-1, 1};
+    if (shape->is_disc)
+        return range;
+    range = (struct rf_interval){1, -1};
+    for (int i = 0; i < shape->n_corners; i++) {
+        range.from = fmin(range.from, shape->corner[i][1]);
+        range.to = fmax(range.to, shape->corner[i][1]);
+    }
+    return range;
+}
+
+static void measure_shares(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                           int n_lines)
+{
+    struct rf_interval range = rf_shape_v_range(shape);
+    double total = 0;
+    memset(cells->share, 0, sizeof cells->share);
+    for (int line = 0; line < n_lines; line++) {
+        double v = range.from + (range.to - range.from) * (line + 0.5) / n_lines;
+        struct rf_interval cut = rf_shape_line(shape, v);
+        for (int c = 0; c < cells->n; c++) {
+            struct rf_interval part = rf_lens_cell_line(cells, c, v, cut);
+            double length = fmax(part.to - part.from, 0);
+            cells->share[c] += length;
+            total += length;
+        }
+    }
+    for (int c = 0; c < cells->n; c++)
+        cells->share[c] /= total;
+}
+
+void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                        int n)
+{
+    *cells = (struct rf_lens_cells){.n = n};
+    for (int i = 0; i < n; i++) {
+        double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
+        if (n == 2) { /* side by side */
+            rho = 0.5;
+            theta = RF_PI * i;
+        }
+        cells->site[i][0] = rho * cos(theta) * shape->size[0];
+        cells->site[i][1] = rho * sin(theta) * shape->size[1];
+    }
+    measure_shares(cells, shape, MAX_LINES);
+}
+
+/*
+ * Sites move as the shape's extent does; then the weights settle until the shares are
+ * those of before within 1 % of one.
+ */
+void rf_lens_cells_follow(struct rf_lens_cells *cells, const struct rf_shape *shape,
+                          const struct rf_lens_cells *plain, double variance[2][2])
+{
+    enum { N_LINES = 128, ROUNDS = 24 };
+    static const double CLOSE = 0.01, STEP = 0.7;
+    double middle[2], area = rf_shape_area(shape, middle);
+    *cells = *plain;
+    if (plain->n == 1)
+        return;
+    for (int c = 0; c < plain->n; c++)
+        for (int k = 0; k < 2; k++)
+            cells->site[c][k] *= sqrt(variance[1][k] / variance[0][k]);
+    for (int i = 0; i < ROUNDS; i++) {
+        double worst = 0;
+        measure_shares(cells, shape, N_LINES);
+        for (int c = 0; c < plain->n; c++) {
+            double lack = plain->share[c] - cells->share[c];
+            worst = fmax(worst, fabs(lack) / plain->share[c]);
+            cells->weight[c] += STEP * lack * area;
+        }
+        if (worst < CLOSE)
+            break;
+    }
+    memcpy(cells->share, plain->share, sizeof cells->share);
+}
+
+/* Variance of u and v over the aperture. */
+void rf_shape_line_variance(const struct rf_shape *shape, double variance[2])
+{
+    struct rf_interval range = rf_shape_v_range(shape);
+    double area = 0, uu = 0, vv = 0;
+    for (int line = 0; line < MAX_LINES; line++) {
+        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
+        struct rf_interval cut = rf_shape_line(shape, v);
+        double length = fmax(cut.to - cut.from, 0);
+        area += length;
+        vv += length * v * v;
+        uu += length * (cut.from * cut.from + cut.from * cut.to + cut.to * cut.to) / 3;
+    }
+    variance[0] = uu / area;
+    variance[1] = vv / area;
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Zones. Cat's eyes, swirl and their like make the footprint depend on the place, and a
+ * footprint of its own for every pixel would cost more than the picture. So places are
+ * rounded to a grid, as radii are: every sample of a tile has the footprints of the
+ * zone in which the middle of the tile lies. Places count in the whole picture, so that
+ * windows of it have the same zones. Highlights, which show their footprint, have a
+ * finer grid of their own (highlights_add.c).
+ */
+#include "compose/zones.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+#include "compose/lens_cells.h"
+#include "lens/aperture.h"
+#include "lens/look.h"
+#include "rackfocus/rackfocus.h"
+
+/*
+ * By how much a zone may be wrong, as the shift of an edge of the footprint in parts of
+ * its radius: half a step. At 32 px that is a pixel, in what has no highlights.
+ */
+static const double SHIFT = 0.04;
+static const double LEAST_STEP = 1.0 / 24, MOST_STEP = 0.5;
+
+/* How fast an edge of the footprint moves with the place. */
+static double speed_of(const struct rf_look *look)
+{
+    double most = look->cat_eye;
+    for (int i = 0; i < RF_N_DOORS; i++)
+        most = fmax(most, look->door[i]);
+    return most + 2 * fabs(look->astigmatism) + 2 * fabs(look->swirl);
+}
+
+static void set_grid(struct rf_zones *zones)
+{
+    const struct rf_look *look = &zones->look;
+    zones->n_x = zones->n_y = 0;
+    if (rf_look_is_on(look)) {
+        double step = 2 * SHIFT / fmax(speed_of(look), 1e-6);
+        zones->step = fmin(fmax(step, LEAST_STEP), MOST_STEP);
+        double height = look->centre[1] / look->pixel_aspect;
+        zones->n_x = (int)ceil(look->centre[0] / look->half_px / zones->step);
+        zones->n_y = (int)ceil(height / look->half_px / zones->step);
+    }
+    zones->n = (2 * zones->n_x + 1) * (2 * zones->n_y + 1);
+}
+
+static void set_plain(struct rf_zone *zone, const struct rf_shape *shape, int n_cells)
+{
+    *zone = (struct rf_zone){.shape = shape};
+    rf_lens_cells_init(&zone->cells, shape, n_cells);
+    rf_shape_line_variance(shape, zone->variance);
+}
+
+static void set_zone(const struct rf_zones *zones, const struct rf_shape *whole, int i)
+{
+    const struct rf_zone *plain = &zones->at[rf_zone_middle(zones)];
+    struct rf_zone *zone = &zones->at[i];
+    int n_row = 2 * zones->n_x + 1;
+    const double q[2] = {(i % n_row - zones->n_x) * zones->step,
+                         (i / n_row - zones->n_y) * zones->step};
+    rf_zone_make(zone, &zones->shapes[i], whole, &zones->look, q, 0);
+    double variance[2][2] = {{plain->variance[0], plain->variance[1]},
+                             {zone->variance[0], zone->variance[1]}};
+    rf_lens_cells_follow(&zone->cells, zone->shape, &plain->cells, variance);
+}
+
+struct setting {
+    const struct rf_zones *zones;
+    const struct rf_shape *whole;
+};
+
+static void set_zones(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct setting *s = data;
+    (void)thread;
+    for (int i = (int)begin; i < (int)end; i++)
+        if (i != rf_zone_middle(s->zones))
+            set_zone(s->zones, s->whole, i);
+}
+
+rf_result rf_zones_init(struct rf_zones *zones, const struct rf_context *context,
+                        const struct rf_shape *shape, const struct rf_look *look,
+                        int n_cells, struct rf_error *error)
+{
+    *zones = (struct rf_zones){.look = *look};
+    set_grid(zones);
+    zones->at = rf_alloc(context, (size_t)zones->n, sizeof *zones->at);
+    if (zones->n > 1)
+        zones->shapes = rf_alloc(context, (size_t)zones->n, sizeof *zones->shapes);
+    if (!zones->at || (zones->n > 1 && !zones->shapes))
+        return rf_fail_memory(error, (size_t)zones->n, sizeof *zones->shapes);
+    set_plain(&zones->at[rf_zone_middle(zones)], shape, n_cells);
+    struct setting s = {zones, shape};
+    rf_parallel(context, zones->n, 1, set_zones, &s);
+    return RF_OK;
+}
+
+void rf_zones_free(struct rf_zones *zones, const struct rf_context *context)
+{
+    rf_free(context, zones->at);
+    rf_free(context, zones->shapes);
+    zones->at = NULL;
+    zones->shapes = NULL;
+}
+
+static int nearest(double at, double step, int n)
+{
+    return rf_min_int(rf_max_int((int)floor(at / step + 0.5), -n), n) + n;
+}
+
+int rf_zone_at(const struct rf_zones *zones, const double q[2])
+{
+    if (zones->n == 1)
+        return 0;
+    return nearest(q[1], zones->step, zones->n_y) * (2 * zones->n_x + 1) +
+           nearest(q[0], zones->step, zones->n_x);
+}
+
+void rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
+                  const struct rf_shape *whole, const struct rf_look *look,
+                  const double q[2], double r)
+{
+    rf_look_shape(look, whole, q, r, shape, zone->centroid);
+    zone->shape = shape;
+    rf_shape_variance(shape, zone->variance);
+    zone->cells = (struct rf_lens_cells){.n = 1, .share = {1}};
+}

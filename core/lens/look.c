@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Lens looks that depend on the place (docs/looks.md).
+ *
+ * The pixel P gathers light through the lens points u of the aperture for which, with
+ * q = q(P) its place and p = (ratio u, v),
+ *
+ *   |p - c q| <= 1                    cat's eyes, a second disc of the same size
+ *   n . p >= b_n (n . q) - 1          a barn door on the side n of the picture
+ *
+ * and what it gathers from the depth of radius r has its image at x in the pinhole's
+ * picture, with P = x + r M(q) u (v up):
+ *
+ *   M(q) = (1 + a |q|^2) e e' + (1 + s |q|^2) t t'     e = q / |q|, t across it
+ *
+ *   a  astigmatism, along the line from the centre; s  swirl, across it
+ *
+ * A sample knows x, not P: the corners of its footprint are where both hold, which
+ * ROUNDS of putting P in on the right hand side find. A disc of the second kind stays a
+ * disc, of radius 1 / (1 - c r / h) with h half of the diagonal in px.
+ *
+ * Ours; the second disc is the usual model of optical vignetting (docs/looks.md).
+ */
+#include "lens/look.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "base/math.h"
+#include "lens/aperture.h"
+#include "rackfocus/rackfocus.h"
+
+enum { ROUNDS = 8, EYE_CORNERS = 96 };
+
+struct rf_look rf_look_make(const struct rf_params *p, int width, int height)
+{
+    struct rf_look look = {
+        .centre = {width / 2.0, height / 2.0},
+        .half_px = rf_length(width, height / p->pixel_aspect) / 2,
+        .pixel_aspect = p->pixel_aspect,
+        .ratio = p->aperture_ratio,
+        .cat_eye = p->cat_eye,
+        .astigmatism = p->astigmatism,
+        .swirl = p->swirl,
+        .door = {p->barn_left, p->barn_right, p->barn_top, p->barn_bottom},
+    };
+    return look;
+}
+
+static bool has_doors(const struct rf_look *look)
+{
+    for (int i = 0; i < RF_N_DOORS; i++)
+        if (look->door[i] > 0)
+            return true;
+    return false;
+}
+
+bool rf_look_is_dark(const struct rf_look *look)
+{
+    return look->cat_eye > 0 || has_doors(look);
+}
+
+bool rf_look_is_on(const struct rf_look *look)
+{
+    return rf_look_is_dark(look) || look->astigmatism != 0 || look->swirl != 0;
+}
+
+double rf_look_growth(const struct rf_look *look)
+{
+    return 1 + fmax(fmax(look->astigmatism, look->swirl), 0);
+}
+
+/* M(q) u. */
+static void stretch(const struct rf_look *look, const double q[2], const double u[2],
+                    double out[2])
+{
+    double q2 = q[0] * q[0] + q[1] * q[1];
+    if (q2 == 0) {
+        memcpy(out, u, 2 * sizeof *u);
+        return;
+    }
+    double along = (q[0] * u[0] + q[1] * u[1]) / q2;
+    double across = (q[0] * u[1] - q[1] * u[0]) / q2;
+    along *= 1 + look->astigmatism * q2;
+    across *= 1 + look->swirl * q2;
+    out[0] = along * q[0] - across * q[1];
+    out[1] = along * q[1] + across * q[0];
+}
+
+/* The pixel's place that a sample at q of radius r reaches through the lens point u. */
+static void reach(const struct rf_look *look, const double q[2], double r,
+                  const double u[2], double out[2])
+{
+    double at[2];
+    stretch(look, out, u, at);
+    for (int k = 0; k < 2; k++)
+        out[k] = q[k] + at[k] * r / look->half_px;
+}
+
+/* Where the footprint of radius 1 has the lens point u. */
+static void map_point(const struct rf_look *look, const double q[2], double r,
+                      const double u[2], double out[2])
+{
+    double to[2] = {q[0], q[1]};
+    for (int i = 0; i < ROUNDS && r != 0; i++)
+        reach(look, q, r, u, to);
+    stretch(look, to, u, out);
+}
+
+/*
+ * What the second disc's size is divided by along an axis: 1 - c r / h where pixels
+ * look through p, which follows the pixel.
+ */
+static double eye_scale(const struct rf_look *look, double r, int axis)
+{
+    return 1 - look->cat_eye * r / look->half_px / (axis ? 1 : look->ratio);
+}
+
+/* The lens point on the second disc's rim in direction (cos, sin) of `rim`. */
+static void eye_point(const struct rf_look *look, const double q[2], double r,
+                      const double rim[2], double out[2])
+{
+    bool is_plain = look->astigmatism == 0 && look->swirl == 0;
+    double to[2] = {q[0], q[1]};
+    for (int i = 0; i < (is_plain || r == 0 ? 1 : ROUNDS); i++) {
+        if (i > 0)
+            reach(look, q, r, out, to);
+        for (int k = 0; k < 2; k++) {
+            double beside = i > 0 ? to[k] - out[k] * r / look->half_px : q[k];
+            double p = (rim[k] + look->cat_eye * beside) / eye_scale(look, r, k);
+            out[k] = k ? p : p / look->ratio;
+        }
+    }
+}
+
+/* Keeps what is seen through the second disc. */
+static void cut_eye(const struct rf_look *look, const double q[2], double r,
+                    struct rf_shape *shape)
+{
+    static const double LEAST = 0.02; /* the disc is 50 times the aperture */
+    double first[2], from[2], to[2];
+    if (eye_scale(look, r, 0) * eye_scale(look, r, 1) < LEAST * LEAST)
+        return;
+    for (int i = 0; i <= EYE_CORNERS && shape->n_corners > 0; i++) {
+        double angle = 2 * RF_PI * i / EYE_CORNERS;
+        const double rim[2] = {cos(angle), sin(angle)};
+        if (i < EYE_CORNERS)
+            eye_point(look, q, r, rim, to);
+        else
+            memcpy(to, first, sizeof to);
+        if (i == 0)
+            memcpy(first, to, sizeof first);
+        else
+            rf_shape_cut(shape, (double[2]){to[1] - from[1], from[0] - to[0]},
+                         (to[1] - from[1]) * from[0] + (from[0] - to[0]) * from[1]);
+        memcpy(from, to, sizeof from);
+    }
+}
+
+/* Keeps what a door lets through: n . p (1 - b r / h) >= b n . q - 1 without M. */
+static void cut_doors(const struct rf_look *look, const double q[2], double r,
+                      struct rf_shape *shape)
+{
+    static const double side[RF_N_DOORS][2] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}};
+    for (int i = 0; i < RF_N_DOORS; i++) {
+        double b = look->door[i], size = i < RF_DOOR_TOP ? look->ratio : 1;
+        double least = b * (side[i][0] * q[0] + side[i][1] * q[1]) - 1;
+        double k = size - b * r / look->half_px;
+        if (b > 0)
+            rf_shape_cut(shape, (double[2]){-side[i][0] * k, -side[i][1] * k}, -least);
+    }
+}
+
+static void map_corners(const struct rf_look *look, const double q[2], double r,
+                        struct rf_shape *shape)
+{
+    if (look->astigmatism == 0 && look->swirl == 0)
+        return;
+    for (int i = 0; i < shape->n_corners; i++) {
+        double u[2] = {shape->corner[i][0], shape->corner[i][1]};
+        map_point(look, q, r, u, shape->corner[i]);
+    }
+}
+
+/* Back from points of the whole lens to the shape's own. */
+static void recentre(const double origin[2], struct rf_shape *shape, double centroid[2])
+{
+    rf_shape_area(shape, centroid);
+    shape->size[0] = shape->size[1] = 0;
+    for (int i = 0; i < shape->n_corners; i++)
+        for (int k = 0; k < 2; k++) {
+            shape->corner[i][k] -= centroid[k];
+            shape->size[k] = fmax(shape->size[k], fabs(shape->corner[i][k]));
+        }
+    shape->min_lines = rf_shape_min_lines(shape->size[1]);
+    for (int k = 0; k < 2; k++)
+        centroid[k] -= origin[k];
+}
+
+/* The aperture in points of the whole lens, and what is cut out of it. */
+static double cut_all(const struct rf_look *look, const struct rf_shape *whole,
+                      const double q[2], double r, struct rf_shape *shape)
+{
+    static const double LEAST_SHARE = 1e-4;
+    double middle[2];
+    *shape = *whole;
+    shape->is_disc = false;
+    for (int i = 0; i < shape->n_corners; i++)
+        for (int k = 0; k < 2; k++)
+            shape->corner[i][k] += whole->origin[k];
+    double area = rf_shape_area(shape, middle);
+    if (look->cat_eye > 0)
+        cut_eye(look, q, r, shape);
+    cut_doors(look, q, r, shape);
+    double share = rf_shape_area(shape, middle) / area;
+    return share > LEAST_SHARE ? fmin(share, 1) : 0;
+}
+
+double rf_look_shape(const struct rf_look *look, const struct rf_shape *whole,
+                     const double q[2], double r, struct rf_shape *shape,
+                     double centroid[2])
+{
+    double share = cut_all(look, whole, q, r, shape);
+    if (share == 0) {
+        struct rf_look bright = *look;
+        bright.cat_eye = 0;
+        memset(bright.door, 0, sizeof bright.door);
+        cut_all(&bright, whole, q, r, shape);
+    }
+    map_corners(look, q, r, shape);
+    recentre(whole->origin, shape, centroid);
+    return share;
+}
+
+/*
+ * Of two discs of radius 1 whose middles are d apart, the share that both cover: 4 / pi
+ * times the integral of sqrt(1 - x^2) from d / 2 to 1, with x = 1 - t^2, by Gauss and
+ * Legendre (8 points: within 1e-7).
+ */
+static double lens_share(double d)
+{
+    static const double at[4] = {0.1834346424956498, 0.5255324099163290,
+                                 0.7966664774136267, 0.9602898564975363};
+    static const double weight[4] = {0.3626837833783620, 0.3137066458778873,
+                                     0.2223810344533745, 0.1012285362903763};
+    double half = d < 2 ? sqrt(1 - d / 2) / 2 : 0, sum = 0;
+    for (int i = 0; i < 8; i++) {
+        double t = half * (1 + (i % 2 ? at[i / 2] : -at[i / 2]));
+        sum += weight[i / 2] * 2 * t * t * sqrt(2 - t * t);
+    }
+    return sum * half * 4 / RF_PI;
+}
+
+double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
+                     const double q[2])
+{
+    struct rf_shape shape;
+    if (whole->is_disc && !has_doors(look))
+        return lens_share(look->cat_eye * rf_length(q[0], q[1]));
+    return cut_all(look, whole, q, 0, &shape);
+}

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Lens looks: how the footprint depends on the place in the picture. */
+#ifndef RF_LENS_LOOK_H
+#define RF_LENS_LOOK_H
+
+#include <stdbool.h>
+
+#include "lens/aperture.h"
+#include "rackfocus/rackfocus.h"
+
+enum { RF_DOOR_LEFT, RF_DOOR_RIGHT, RF_DOOR_TOP, RF_DOOR_BOTTOM, RF_N_DOORS };
+
+/*
+ * The looks that depend on the place, for one size of the picture. A place q counts
+ * from the picture's centre, in halves of its diagonal, y up; look.c has the formulas.
+ */
+struct rf_look {
+    double centre[2];    /* px of the whole picture */
+    double half_px;      /* of its diagonal */
+    double pixel_aspect; /* rows per px of height */
+    double ratio;        /* of the aperture */
+    double cat_eye, astigmatism, swirl, door[RF_N_DOORS];
+};
+
+/* Of a whole picture of width x height px. */
+struct rf_look rf_look_make(const struct rf_params *params, int width, int height);
+
+/* Is any of them in use? Then each place has a footprint of its own. */
+bool rf_look_is_on(const struct rf_look *look);
+
+/* Does any take light away? */
+bool rf_look_is_dark(const struct rf_look *look);
+
+/* The place of (x, y), px of the whole picture. */
+static inline void rf_look_place(const struct rf_look *look, double x, double y,
+                                 double q[2])
+{
+    q[0] = (x - look->centre[0]) / look->half_px;
+    q[1] = (look->centre[1] - y) / (look->half_px * look->pixel_aspect);
+}
+
+/* How many times larger than the aperture a footprint may be. */
+double rf_look_growth(const struct rf_look *look);
+
+/*
+ * The aperture, or the part of one, that a sample at q has for its footprint of
+ * |r| = `radius` px with the sign of r, moved so that its centroid is the origin;
+ * `centroid` receives where it was, from the part's own. Returns how much of its area
+ * lets light through, 0 to 1; where that is nothing the shape is as if no light were
+ * taken.
+ */
+double rf_look_shape(const struct rf_look *look, const struct rf_shape *whole,
+                     const double q[2], double r, struct rf_shape *shape,
+                     double centroid[2]);
+
+/* The share of a whole or part aperture that lets light through at q. */
+double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
+                     const double q[2]);
+
+#endif

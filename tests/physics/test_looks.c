@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Lens looks: the picture of a lone lamp against its lens traced pixel by pixel, at nine
+ * places, for radii from 2 to 200 px on both sides of the focus: its energy within 1e-4,
+ * its shape within 2 % of its area.
+ */
+#include "frames.h"
+#include "testing.h"
+
+enum { WIDTH = 1040, HEIGHT = 840, EDGE = 220, FINE = 8 };
+
+static const double LAMP = 1e4, FINE_PX = 8;
+static bool testing_is_verbose;
+static const double RADII[] = {2, -2, 5, -5, 12, -12, 40, -40, 200, -200};
+enum { N_RADII = sizeof RADII / sizeof *RADII };
+
+struct look {
+    const char *name;
+    double cat_eye, astigmatism, swirl, door[4]; /* left, right, top, bottom */
+    double ratio;
+    int blades;
+};
+
+/* A lamp at (x, y) of a black picture. */
+struct lamp {
+    const struct look *look;
+    int x, y;
+    double r;
+};
+
+static double half_px(void)
+{
+    return hypot(WIDTH, HEIGHT) / 2;
+}
+
+/* Does the lens let the ray through (u, v) to the place q of the picture pass? */
+static bool is_open(const struct look *look, double u, double v, const double q[2])
+{
+    const double side[4][2] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}};
+    double p[2] = {u * look->ratio, v};
+    double dx = p[0] - look->cat_eye * q[0], dy = p[1] - look->cat_eye * q[1];
+    if (look->cat_eye > 0 && dx * dx + dy * dy > 1)
+        return false;
+    for (int i = 0; i < 4; i++)
+        if (side[i][0] * p[0] + side[i][1] * p[1] <
+            look->door[i] * (side[i][0] * q[0] + side[i][1] * q[1]) - 1)
+            return false;
+    if (look->blades == 0)
+        return p[0] * p[0] + p[1] * p[1] <= 1;
+    for (int i = 0; i < look->blades; i++) {
+        double a = 2 * 3.14159265358979324 * i / look->blades;
+        if (p[0] * cos(a) + p[1] * sin(a) > cos(3.14159265358979324 / look->blades))
+            return false;
+    }
+    return true;
+}
+
+/* Is the point (x, y) of the picture lit by the lamp? */
+static bool is_lit(const struct lamp *lamp, double x, double y)
+{
+    const struct look *look = lamp->look;
+    const double q[2] = {(x - WIDTH / 2.0) / half_px(), (HEIGHT / 2.0 - y) / half_px()};
+    double q2 = q[0] * q[0] + q[1] * q[1];
+    double d[2] = {(x - lamp->x - 0.5) / lamp->r, (lamp->y + 0.5 - y) / lamp->r};
+    if (q2 == 0)
+        return is_open(look, d[0], d[1], q);
+    double along = (d[0] * q[0] + d[1] * q[1]) / q2 / (1 + look->astigmatism * q2);
+    double across = (d[1] * q[0] - d[0] * q[1]) / q2 / (1 + look->swirl * q2);
+    return is_open(look, along * q[0] - across * q[1], along * q[1] + across * q[0], q);
+}
+
+/* How much of a pixel is lit. */
+static double lit_share(const struct lamp *lamp, int x, int y)
+{
+    int n = 0;
+    for (int i = 0; i < FINE * FINE; i++)
+        n += is_lit(lamp, x + (i % FINE + 0.5) / FINE, y + (i / FINE + 0.5) / FINE);
+    return n / (double)(FINE * FINE);
+}
+
+static void look_params(struct rf_params *p, const struct look *look, int method)
+{
+    plain_params(p, method);
+    p->cat_eye = look->cat_eye;
+    p->astigmatism = look->astigmatism;
+    p->swirl = look->swirl;
+    p->barn_left = look->door[0];
+    p->barn_right = look->door[1];
+    p->barn_top = look->door[2];
+    p->barn_bottom = look->door[3];
+    p->aperture_ratio = look->ratio;
+    p->blades = look->blades;
+    p->aperture = look->blades ? RF_APERTURE_POLYGON : RF_APERTURE_DISC;
+    p->cat_eye_exposure = RF_EXPOSURE_KEEP;
+    p->fill_hidden = 0; /* black beside black: for speed */
+}
+
+/* Sums of weights, and of them times places and squares, about the lamp. */
+struct moments {
+    double sum, at[2], square[2];
+};
+
+static void add_moment(struct moments *m, double w, double dx, double dy)
+{
+    m->sum += w;
+    m->at[0] += w * dx;
+    m->at[1] += w * dy;
+    m->square[0] += w * dx * dx;
+    m->square[1] += w * dy * dy;
+}
+
+/* The area of an ellipse of the same variances less `own`, but for a factor. */
+static double area_of(const struct moments *m, double own)
+{
+    double product = 1;
+    for (int k = 0; k < 2; k++)
+        product *= m->square[k] / m->sum - m->at[k] * m->at[k] / m->sum / m->sum - own;
+    return sqrt(product);
+}
+
+/* What differs between the picture around a lamp and what is lit, in parts of it. */
+static void check_lamp(const struct frame *f, const struct lamp *lamp)
+{
+    struct moments seen = {0}, traced = {0};
+    double wrong = 0;
+    int reach = (int)ceil(fabs(lamp->r) * 1.9) + 4;
+    int side = 2 * reach + 1;
+    double *share = calloc((size_t)side * (size_t)side, sizeof *share);
+    REQUIRE(share);
+    for (int i = 0; i < side * side; i++) {
+        int x = lamp->x - reach + i % side, y = lamp->y - reach + i / side;
+        bool is_inside = x >= 0 && y >= 0 && x < f->width && y < f->height;
+        share[i] = is_inside ? lit_share(lamp, x, y) : 0;
+        double v = is_inside ? (double)*frame_at(f, f->out, x, y) : 0;
+        add_moment(&traced, share[i], x - lamp->x, y - lamp->y);
+        add_moment(&seen, v, x - lamp->x, y - lamp->y);
+    }
+    double sum = seen.sum, lit = traced.sum;
+    for (int i = 0; i < side * side; i++) {
+        int x = lamp->x - reach + i % side, y = lamp->y - reach + i / side;
+        bool is_inside = x >= 0 && y >= 0 && x < f->width && y < f->height;
+        double v = is_inside ? (double)*frame_at(f, f->out, x, y) / sum : 0;
+        wrong += fabs(v - share[i] / lit) / 2;
+    }
+    free(share);
+    CHECK_NEAR(sum / LAMP, 1, 1e-4);
+    /* Shares of pixels have the variance of a pixel, 1/12, beside that of the lens. */
+    double area = area_of(&seen, 0) / area_of(&traced, 1.0 / 12);
+    if (fabs(lamp->r) < FINE_PX) /* the rim is as wide as a pixel, of a disc, too */
+        CHECK_NEAR(area, 1, 0.1);
+    else
+        CHECK(wrong < 0.02);
+    if (testing_is_verbose)
+        printf("# %s, r %g at (%d, %d): light %+.1e, shape %.4f, area %.4f\n",
+               lamp->look->name, lamp->r, lamp->x, lamp->y, sum / LAMP - 1, wrong,
+               area);
+}
+
+enum { N_PLACES = 9 };
+
+/* Lamps at the places from `first` on, of a picture of radius r. */
+static void check_lamps(const struct look *look, int method, double r, int first, int n)
+{
+    bool is_scatter = method == RF_METHOD_SCATTER; /* nothing hides anything there */
+    struct rf_params p;
+    struct frame f = frame_make(WIDTH, HEIGHT, 1);
+    struct lamp lamps[N_PLACES];
+    look_params(&p, look, method);
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        f.depth[i] = plain_depth(is_scatter ? 0 : r);
+    for (int i = first; i < first + n; i++) {
+        struct lamp lamp = {look, EDGE + i % 3 * (WIDTH - 2 * EDGE) / 2,
+                            EDGE + i / 3 * (HEIGHT - 2 * EDGE) / 2, r};
+        *frame_at(&f, f.colour, lamp.x, lamp.y) = (float)LAMP;
+        f.depth[(size_t)lamp.y * WIDTH + (size_t)lamp.x] = plain_depth(r);
+        lamps[i] = lamp;
+    }
+    CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+    for (int i = first; i < first + n; i++)
+        check_lamp(&f, &lamps[i]);
+    frame_free(&f);
+}
+
+static void check_look(const struct look *look, int method, double most)
+{
+    int first = method == RF_METHOD_SCATTER ? 6 : 0; /* its circles are whole pixels */
+    for (int i = first; i < N_RADII && fabs(RADII[i]) <= most; i++) {
+        bool is_wide = fabs(RADII[i]) > 60;
+        for (int k = 0; k < N_PLACES; k += is_wide ? 1 : N_PLACES)
+            check_lamps(look, method, RADII[i], k, is_wide ? 1 : N_PLACES);
+    }
+}
+
+static void cat_eyes(void)
+{
+    const struct look look = {"cat's eyes", .cat_eye = 0.8, .ratio = 1};
+    check_look(&look, RF_METHOD_LAYERED, 200);
+    check_look(&look, RF_METHOD_SCATTER, 200);
+}
+
+static void swirl(void)
+{
+    const struct look look = {"swirl", .cat_eye = 0.5, .astigmatism = -0.3,
+                              .swirl = 0.4, .ratio = 1};
+    check_look(&look, RF_METHOD_LAYERED, 40);
+}
+
+static void doors(void)
+{
+    const struct look look = {"doors", .door = {0.5, 1, 0.8, 1.5}, .ratio = 1};
+    check_look(&look, RF_METHOD_LAYERED, 40);
+    check_look(&look, RF_METHOD_SCATTER, 200);
+}
+
+static void blades_and_ratio(void)
+{
+    const struct look look = {"blades", .cat_eye = 0.8, .ratio = 1.5, .blades = 6};
+    check_look(&look, RF_METHOD_LAYERED, 40);
+}
+
+int main(int argc, char **argv)
+{
+    testing_is_verbose = getenv("VERBOSE") != NULL;
+    testing_begin(argc, argv);
+    TEST(cat_eyes);
+    TEST(swirl);
+    TEST(doors);
+    TEST(blades_and_ratio);
+    return testing_end();
+}
