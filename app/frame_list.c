@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "folder.h"
+#include "path.h"
 #include "rackfocus/rackfocus.h"
 #include "report.h"
 
@@ -114,12 +115,6 @@ void frame_list_free(struct frame_list *list)
 
 /* ---- names ---------------------------------------------------------------------- */
 
-static const char *last_part(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
 /* Where the number of the frame stands in a name. */
 struct place {
     const char *begin, *end;
@@ -159,7 +154,7 @@ static bool is_run(const char *at, struct place *place)
 static bool find_place(const char *pattern, struct place *place)
 {
     bool is_found = false;
-    for (const char *at = last_part(pattern); *at;) {
+    for (const char *at = os_path_name(pattern); *at;) {
         struct place next;
         const bool is_next =
             is_run(at, &next) || is_percent(at, &next) || is_dollar(at, &next);
@@ -179,7 +174,7 @@ bool frame_is_pattern(const char *name)
 
 bool frame_guess_pattern(const char *name, char *pattern, size_t n_bytes)
 {
-    const char *last = last_part(name), *end = strrchr(last, '.');
+    const char *last = os_path_name(name), *end = strrchr(last, '.');
     if (!end)
         end = last + strlen(last);
     const char *begin = end;
@@ -244,7 +239,7 @@ static bool visit_file(void *user, const char *file)
 bool frame_list_find(struct frame_list *list, const char *pattern,
                      struct image_error *error)
 {
-    const char *name = last_part(pattern);
+    const char *name = os_path_name(pattern);
     struct place place = {name, name, 0};
     *list = (struct frame_list){0};
     find_place(pattern, &place);

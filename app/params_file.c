@@ -89,6 +89,7 @@ bool params_file_write(const char *path, const struct settings *settings,
     set_error(error,
               "%s: cannot be written: %s; choose another name or free some space", path,
               reason == OS_REPLACE_NOT_REGULAR ? "is no regular file"
+              : reason == OS_REPLACE_IN_USE    ? "another program has it open"
                                                : strerror(reason));
     return false;
 }

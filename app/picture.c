@@ -9,6 +9,7 @@
 #include <strings.h>
 
 #include "file.h"
+#include "path.h"
 #include "report.h"
 
 static bool is_png(const char *path)
@@ -121,8 +122,8 @@ bool picture_is_scene(const char *path)
 
 bool picture_check_writable(const char *path, struct image_error *error)
 {
-    const char *slash = strrchr(path, '/');
-    char *folder = slash ? strndup(path, (size_t)(slash - path + 1)) : strdup(".");
+    const char *name = os_path_name(path);
+    char *folder = name > path ? strndup(path, (size_t)(name - path)) : strdup(".");
     const int reason = folder ? os_folder_is_writable(folder) : ENOMEM;
     free(folder);
     if (reason != 0)

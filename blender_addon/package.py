@@ -1,25 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Builds the zips of the add-on. Not part of them.
 
-    package.py BUILD_FOLDER DIST_FOLDER [windows-x64]
+    package.py BUILD_FOLDER DIST_FOLDER [PLATFORM]
 
 rack_focus-VERSION-addon.zip       Blender 3.4 to 4.1, the Python package inside
 rack_focus-VERSION-extension.zip   Blender 4.2 and later, the Python package as a wheel
 
-With windows-x64, from a build for Windows:
-
-rackfocus-VERSION-cp311-abi3-win_amd64.whl         for Python 3.11 and later
-rack_focus-VERSION-windows-x64-extension.zip       Blender 4.2 and later
+They are for Linux as it is here. With a PLATFORM of packaging/cross.py and the folder of
+its build they bear its name, rack_focus-VERSION-PLATFORM-extension.zip, and the wheel,
+with the command in it, lies beside them.
 
 The same sources give the same bytes.
 """
 
-import base64
-import hashlib
 import re
-import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -27,44 +22,12 @@ ADDON = ROOT / "blender_addon"
 LICENCES = [
     ROOT / "LICENSES" / f"{name}.txt" for name in ("GPL-3.0-or-later", "Apache-2.0")
 ]
-MACHINE = "x86_64"
-LINUX, WINDOWS = "linux-x64", "windows-x64"
+sys.path.append(str(ROOT / "packaging"))
+import wheels  # noqa: E402
+from wheels import version, write_zip  # noqa: E402
 
-
-def version():
-    """Version of the project, from meson.build."""
-    text = (ROOT / "meson.build").read_text()
-    return re.search(r"^\s*version: '([^']+)'", text, re.M)[1]
-
-
-def write_zip(path, files):
-    """Writes {name in the zip: bytes} with fixed times and order."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files):
-            info = zipfile.ZipInfo(name)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            info.external_attr = 0o644 << 16
-            archive.writestr(info, files[name])
-
-
-# ---- the Python package -----------------------------------------------------------
-
-
-def package_files(build, platform):
-    """{name: bytes} of the package rackfocus with its binaries."""
-    sources = ROOT / "plugin" / "rackfocus"
-    kinds = (".py", ".pyi", ".typed")
-    files = {
-        f"rackfocus/{path.name}": path.read_bytes()
-        for path in sources.iterdir()
-        if path.suffix in kinds and path.name != "__main__.py"
-    }
-    if platform == WINDOWS:
-        files["rackfocus/_core.pyd"] = (build / "plugin" / "_core.pyd").read_bytes()
-        return files
-    extension = build / "plugin" / "_core.abi3.so"
-    files["rackfocus/_core.abi3.so"] = extension.read_bytes()
-    return files
+# Blender 3.4 for arm64 and for macOS was not tried.
+WITH_ADDON = ("linux-x64", "windows-x64")
 
 
 def glibc_tag(files):
@@ -74,32 +37,7 @@ def glibc_tag(files):
         if ".so" in name:
             for major, minor in re.findall(rb"GLIBC_(\d+)\.(\d+)", data):
                 needed = max(needed, (int(major), int(minor)))
-    return f"manylinux_{needed[0]}_{needed[1]}_{MACHINE}"
-
-
-def make_wheel(folder, files, platform):
-    """Writes the wheel into `folder`; returns its name."""
-    tag = f"cp311-abi3-{'win_amd64' if platform == WINDOWS else glibc_tag(files)}"
-    info = f"rackfocus-{version()}.dist-info"
-    files = dict(files)
-    files[f"{info}/METADATA"] = (
-        f"Metadata-Version: 2.1\nName: rackfocus\nVersion: {version()}\n"
-        "Summary: Depth of field after the render\nLicense: Apache-2.0\n"
-        "Requires-Python: >=3.11\n"
-    ).encode()
-    files[f"{info}/WHEEL"] = (
-        "Wheel-Version: 1.0\nGenerator: rack focus\nRoot-Is-Purelib: false\n"
-        f"Tag: {tag}\n"
-    ).encode()
-    lines = []
-    for name in sorted(files):
-        digest = base64.urlsafe_b64encode(hashlib.sha256(files[name]).digest())
-        lines.append(f"{name},sha256={digest.decode().rstrip('=')},{len(files[name])}")
-    lines.append(f"{info}/RECORD,,\n")
-    files[f"{info}/RECORD"] = "\n".join(lines).encode()
-    name = f"rackfocus-{version()}-{tag}.whl"
-    write_zip(folder / name, files)
-    return name
+    return f"manylinux_{needed[0]}_{needed[1]}_x86_64"
 
 
 # ---- the add-on -------------------------------------------------------------------
@@ -127,47 +65,63 @@ def check_versions():
         sys.exit(f"blender_manifest.toml: not of version {version()}")
 
 
-def make_addon(dist, package):
-    """The zip for Blender 3.4; returns its path."""
+def make_addon(path, package):
+    """The zip for Blender 3.4."""
     files = {f"rack_focus/{name}": data for name, data in addon_files().items()}
     head = b"# SPDX-License-Identifier: GPL-3.0-or-later\n"
     files["rack_focus/bundled/__init__.py"] = head
     for name, data in package.items():
-        files[f"rack_focus/bundled/{name}"] = data
-    path = dist / f"rack_focus-{version()}-addon.zip"
+        if not name.endswith("__main__.py"):  # the add-on does without the command
+            files[f"rack_focus/bundled/{name}"] = data
     write_zip(path, files)
-    return path
+    print(path)
 
 
-def make_extension(dist, package, platform):
-    """The zip for Blender 4.2 and later; returns its path."""
-    wheel = make_wheel(dist, package, platform)
+def make_extension(path, made, platform):
+    """The zip for Blender 4.2 and later, with the wheel `made`."""
     manifest = (ADDON / "blender_manifest.toml").read_text()
-    lists = f'platforms = ["{platform}"]\nwheels = ["./wheels/{wheel}"]\n'
+    lists = f'platforms = ["{platform}"]\nwheels = ["./wheels/{made.name}"]\n'
     manifest = manifest.replace("\n[permissions]", f"{lists}\n[permissions]", 1)
     files = addon_files()
     files["blender_manifest.toml"] = manifest.encode()
-    files[f"wheels/{wheel}"] = (dist / wheel).read_bytes()
-    part = "" if platform == LINUX else f"{platform}-"
-    path = dist / f"rack_focus-{version()}-{part}extension.zip"
+    files[f"wheels/{made.name}"] = made.read_bytes()
     write_zip(path, files)
-    if platform == LINUX:
-        (dist / wheel).unlink()
-    return path
+    print(path)
+
+
+def make_here(build, dist):
+    """Both zips, for Linux as it is here."""
+    package = wheels.package_files(build)
+    stem = f"rack_focus-{version()}"
+    make_addon(dist / f"{stem}-addon.zip", package)
+    made = dist / wheels.make_wheel(dist, package, glibc_tag(package))
+    make_extension(dist / f"{stem}-extension.zip", made, "linux-x64")
+    made.unlink()
+
+
+def make_for(platform, build, dist):
+    """Wheel and zips for a platform."""
+    package = wheels.package_files(build)
+    files = {**package, **wheels.command_files(build)}
+    made = dist / wheels.make_wheel(dist, files, wheels.TAGS[platform])
+    print(made)
+    stem = f"rack_focus-{version()}-{platform}"
+    if platform in WITH_ADDON:
+        make_addon(dist / f"{stem}-addon.zip", package)
+    make_extension(dist / f"{stem}-extension.zip", made, platform)
 
 
 def main():
     """Builds those of one platform."""
     build, dist = Path(sys.argv[1]), Path(sys.argv[2])
-    platform = sys.argv[3] if len(sys.argv) > 3 else LINUX
-    if platform not in (LINUX, WINDOWS):
-        sys.exit(f"package.py: no platform {platform}; there are {LINUX}, {WINDOWS}")
     check_versions()
     dist.mkdir(parents=True, exist_ok=True)
-    package = package_files(build, platform)
-    if platform == LINUX:
-        print(make_addon(dist, package))
-    print(make_extension(dist, package, platform))
+    if len(sys.argv) == 3:
+        make_here(build, dist)
+    elif sys.argv[3] in wheels.TAGS:
+        make_for(sys.argv[3], build, dist)
+    else:
+        sys.exit(f"package.py: the platforms are {', '.join(wheels.TAGS)}")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@
 #include "folder.h"
 #include "interrupt.h"
 #include "measure.h"
+#include "path.h"
 #include "picture.h"
 #include "povray.h"
 #include "povray_average.h"
@@ -113,8 +114,8 @@ static char *frame_name(const char *name, int32_t frame)
 {
     if (frame < 0)
         return format_text("%s", name);
-    const char *hashes = strchr(name, '#'), *slash = strrchr(name, '/');
-    if (hashes && (!slash || hashes > slash)) {
+    const char *hashes = strchr(name, '#');
+    if (hashes && hashes >= os_path_name(name)) {
         const int n = (int)strspn(hashes, "#");
         return format_text("%.*s%0*d%s", (int)(hashes - name), name, n, frame,
                            hashes + n);

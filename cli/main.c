@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arguments.h"
 #include "clean_up.h"
 #include "cli.h"
 #include "generate.h"
@@ -82,6 +83,7 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    argv = os_arguments(&argc, argv);
     /* A closed pipe or a file size limit is an error to report, not a way to die. */
     os_interrupt_not_by_writing();
     /* Whoever ends the program: no half files. */

@@ -68,15 +68,20 @@ uint16_t image_float_to_half(float value)
 
 #if defined(__x86_64__)
 
-/* Asked once: CPUID takes microseconds in a virtual machine. Clang 14 does not know the
- * name for __builtin_cpu_supports(). */
+/* Asked once: CPUID takes microseconds in a virtual machine. Of the processor itself:
+ * __builtin_cpu_supports() wants the compiler's own library, and Clang 14 does not know
+ * the name. The system must also keep the registers of AVX (XCR0). */
 bool image_has_f16c(void)
 {
     static _Atomic int known; /* 0: not yet, 1: no, 2: yes */
     if (known == 0) {
+        enum { NEEDED = bit_F16C | bit_AVX | 1 << 27 /* OSXSAVE */, YMM_STATE = 6 };
         unsigned a, b, c = 0, d;
-        bool has = __builtin_cpu_supports("avx") && __get_cpuid(1, &a, &b, &c, &d) &&
-                   (c & bit_F16C) != 0;
+        bool has = __get_cpuid(1, &a, &b, &c, &d) && (c & NEEDED) == NEEDED;
+        if (has) {
+            __asm__("xgetbv" : "=a"(a), "=d"(d) : "c"(0));
+            has = (a & YMM_STATE) == YMM_STATE;
+        }
         known = has ? 2 : 1;
     }
     return known == 2;

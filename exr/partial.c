@@ -9,6 +9,9 @@ static bool fail_number(struct image_error *error, const char *path, int number)
 {
     if (number == OS_REPLACE_NOT_REGULAR)
         return image_fail(error, path, "is not a regular file and cannot be replaced");
+    if (number == OS_REPLACE_IN_USE)
+        return image_fail(error, path,
+                          "another program has it open; close it there and try again");
     if (number == ENOMEM)
         return image_lacks_memory(error, path);
     if (number == ENOSPC || number == EDQUOT)

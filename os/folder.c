@@ -61,6 +61,11 @@ const char *os_folder_for_temporary(void)
     return base && base[0] == '/' ? base : "/tmp";
 }
 
+const char *os_folder_usual_temporary(void)
+{
+    return "/tmp";
+}
+
 static bool name_mark(const char *folder, char *path)
 {
     const int n = snprintf(path, MOST_BYTES, "%s/" OS_FOLDER_MARK, folder);

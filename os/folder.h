@@ -9,6 +9,9 @@
 /* Where temporary files belong, without a slash at its end. */
 const char *os_folder_for_temporary(void);
 
+/* The same where no variable says otherwise: /tmp. */
+const char *os_folder_usual_temporary(void);
+
 /*
  * A new folder that only this user may enter; its name, `prefix` and six characters,
  * into `path`. It goes with os_clean_up(). A file in it, OS_FOLDER_MARK, is locked as

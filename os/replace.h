@@ -22,6 +22,9 @@ struct os_replace {
 
 /* What os_replace_open() returns where a device, a pipe or a folder has the name. */
 #define OS_REPLACE_NOT_REGULAR (-1)
+/* What os_replace_commit() returns where another program has the old file open and the
+ * system does not part with it; no error on others than Windows. */
+#define OS_REPLACE_IN_USE (-2)
 
 /* 0, errno or OS_REPLACE_NOT_REGULAR; then there is nothing to abort. The new file has
  * the mode of the old one but for setuid, setgid and sticky. Unfinished files of dead
@@ -32,8 +35,8 @@ int os_replace_open(struct os_replace *file, const char *path);
  * NULL with errno. */
 FILE *os_replace_stream(const struct os_replace *file);
 
-/* Puts the file into its place and ends the struct. 0, or errno and the old file stays.
- */
+/* Puts the file into its place and ends the struct. 0, or errno or OS_REPLACE_IN_USE and
+ * the old file stays. */
 int os_replace_commit(struct os_replace *file);
 
 /* Removes the new file and ends the struct; the old one stays. */

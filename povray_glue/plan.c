@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "ini.h"
+#include "path.h"
 #include "povray.h"
 #include "text.h"
 
@@ -87,7 +88,8 @@ static void note_option(void *user, const char *option, const char *file)
 static char *find_scene(const char *name, const char *beside)
 {
     char *folder = beside ? path_folder(beside) : text_format("%s", "");
-    const char *const folders[] = {"", name[0] == '/' || !folder ? "" : folder};
+    const char *const folders[] = {"",
+                                   os_path_is_absolute(name) || !folder ? "" : folder};
     char *found = NULL;
     for (int i = 0; i < 4 && !found; i++) {
         char *path = text_format("%s%s%s", folders[i / 2], name, i % 2 ? ".pov" : "");

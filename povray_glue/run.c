@@ -14,10 +14,13 @@
 
 /* ---- folders ------------------------------------------------------------------- */
 
-/* POV-Ray may write to /tmp by default, and the name must fit into its strings. */
+/* POV-Ray may write to the usual folder (/tmp) by default, and the name must fit into its
+ * strings. */
 static bool is_good_folder(const char *folder)
 {
-    return strncmp(folder, "/tmp/", 5) == 0 && strlen(folder) < 200 &&
+    const char *usual = os_folder_usual_temporary();
+    const size_t n = strlen(usual);
+    return strncmp(folder, usual, n) == 0 && folder[n] == '/' && strlen(folder) < 200 &&
            !strpbrk(folder, "\"'\\ ;") && os_folder_is_writable(folder) == 0;
 }
 
@@ -26,7 +29,7 @@ char *temp_folder_make(struct povray_error *error)
     const char *wanted = os_folder_for_temporary();
     char prefix[256], path[300];
     snprintf(prefix, sizeof prefix, "%s/rackfocus-",
-             is_good_folder(wanted) ? wanted : "/tmp");
+             is_good_folder(wanted) ? wanted : os_folder_usual_temporary());
     os_folder_remove_abandoned(prefix);
     const int reason = os_folder_make_temporary(prefix, path, sizeof path);
     char *folder = reason == 0 ? text_format("%s/", path) : NULL;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "ini.h"
+#include "path.h"
 
 #define MAX_SOURCES 400
 /* Private copies are called by their mode and number. */
@@ -30,7 +31,7 @@ static void add_folder(struct sources *sources, const char *folder, size_t n)
         folder++;
         n -= 2;
     }
-    const char *slash = n > 0 && folder[n - 1] != '/' ? "/" : "";
+    const char *slash = n > 0 && !strchr("/\\", folder[n - 1]) ? "/" : "";
     add_name(&sources->folders, &sources->n_folders,
              text_format("%.*s%s", (int)n, folder, slash));
 }
@@ -58,8 +59,8 @@ static void collect_folders(struct sources *sources, const char *scene,
 static char *find_include(const struct sources *sources, const char *name)
 {
     for (int i = 0; i < sources->n_folders; i++) {
-        char *path =
-            text_format("%s%s", name[0] == '/' ? "" : sources->folders[i], name);
+        char *path = text_format(
+            "%s%s", os_path_is_absolute(name) ? "" : sources->folders[i], name);
         if (path_is_file(path))
             return path;
         free(path);
@@ -84,7 +85,7 @@ static void note_file(struct sources *sources, const struct tokens *tokens, int 
         return;
     char *name = rewrite_include_name(tokens, i + 1);
     sources->writes_files = true;
-    if (!name || end != i + 3 || strchr(name, '/')) {
+    if (!name || end != i + 3 || os_path_name(name) > name) {
         sources->writes_elsewhere = true;
         free(name);
         return;

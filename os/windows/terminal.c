@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "terminal.h"
+
+#include <io.h>
+#include <stdlib.h>
+
+#include "wide.h"
+
+static HANDLE handle_of(FILE *stream)
+{
+    return (HANDLE)_get_osfhandle(_fileno(stream));
+}
+
+/* _isatty() takes NUL for one, too. */
+bool os_terminal_is_one(FILE *stream)
+{
+    DWORD mode;
+    return GetConsoleMode(handle_of(stream), &mode) != 0;
+}
+
+bool os_terminal_is_live(FILE *stream)
+{
+    const DWORD escapes = 4; /* ENABLE_VIRTUAL_TERMINAL_PROCESSING, Windows 10 */
+    DWORD mode;
+    return GetConsoleMode(handle_of(stream), &mode) != 0 &&
+           SetConsoleMode(handle_of(stream), mode | escapes) != 0;
+}
+
+int os_terminal_columns(FILE *stream)
+{
+    CONSOLE_SCREEN_BUFFER_INFO info;
+    if (GetConsoleScreenBufferInfo(handle_of(stream), &info))
+        return info.srWindow.Right - info.srWindow.Left + 1;
+    return 80;
+}

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds for another system, or for an older Linux than this one.
+
+Usage: cross.py PLATFORM [TARGET...]
+
+PLATFORM is one of those below; TARGETs are names of ninja, by default the Python
+extension and the command. Builds in build/PLATFORM, or $RACKFOCUS_BUILD/PLATFORM, and
+prints that folder last. What is needed is fetched once: zig (a clang that brings the C
+libraries of many systems, PyPI's ziglang), the sources of OpenEXR, libpng and zlib.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
+ZIG = "ziglang==0.13.0"
+# Target of zig (with the floor of glibc or macOS), system, processor.
+BY_ZIG = {
+    "linux-x64": ("x86_64-linux-gnu.2.28", "linux", "x86_64"),
+    "linux-arm64": ("aarch64-linux-gnu.2.28", "linux", "aarch64"),
+    "macos-x64": ("x86_64-macos.11.0", "darwin", "x86_64"),
+    "macos-arm64": ("aarch64-macos.11.0", "darwin", "aarch64"),
+}
+PLATFORMS = [*BY_ZIG, "windows-x64"]
+
+
+def run(*command, **options):
+    """Runs it; shows what it says only where it fails."""
+    done = subprocess.run(
+        [str(word) for word in command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        **options,
+    )
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}:\n{done.stdout[-6000:]}")
+    return done.stdout
+
+
+def zig_program():
+    """Path of zig, fetched once."""
+    folder = BUILD / "zig"
+    program = folder / "ziglang" / "zig"
+    if not program.exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps"]
+        run(*pip, "--disable-pip-version-check", "--target", folder, ZIG)
+    return program
+
+
+def write_compiler(platform):
+    """A compiler for the platform: zig, saying what meson wants to know of its linker;
+    its path."""
+    target, system, _ = BY_ZIG[platform]
+    path = BUILD / "zig" / f"{platform}-cc"
+    if system == "darwin":
+        answer = "echo 'ld: unknown option: --version' >&2; exit 1"
+    else:
+        answer = "echo 'LLD 18.1.6 (compatible with GNU linkers)'; exit"
+    zig = zig_program()
+    path.write_text(
+        f"""#!/bin/sh
+case " $* " in
+*" -Wl,--version "*) {answer} ;;
+*" -Wl,-v "*) echo 'PROJECT:ld64-820.1' >&2; exit ;;
+esac
+exec '{zig}' cc -target {target} "$@"
+"""
+    )
+    path.chmod(0o755)
+    return path
+
+
+def write_zig_file(platform):
+    """The cross file for zig; its path."""
+    _, system, cpu = BY_ZIG[platform]
+    zig, compiler = zig_program(), write_compiler(platform)
+    path = BUILD / f"{platform}.ini"
+    # -g0: zig keeps no debugging in releases, whose paths would differ from place to
+    # place. -fno-sanitize: it would stop where C leaves the outcome open.
+    flags = ["-g0", "-fno-sanitize=all", f"-ffile-prefix-map={ROOT}=."]
+    emulator = ""
+    if platform == "linux-arm64":
+        emulator = (
+            "exe_wrapper = ['qemu-aarch64-static', '-L', '/usr/aarch64-linux-gnu']"
+        )
+    link = ["-s"] if system == "linux" else []
+    path.write_text(
+        f"""[binaries]
+c = '{compiler}'
+ar = ['{zig}', 'ar']
+ranlib = ['{zig}', 'ranlib']
+strip = 'true'
+pkgconfig = 'false'
+{emulator}
+
+[built-in options]
+c_args = {flags}
+c_link_args = {link}
+
+[properties]
+needs_exe_wrapper = true
+
+[host_machine]
+system = '{system}'
+cpu_family = '{cpu}'
+cpu = '{cpu}'
+endian = 'little'
+"""
+    )
+    return path
+
+
+def configure(platform):
+    """The folder of the build, ready for ninja."""
+    for name in ("openexr", "png"):
+        run(sys.executable, HERE / name / "get.py")
+    folder = BUILD / platform
+    if platform in BY_ZIG:
+        cross = write_zig_file(platform)
+    else:
+        cross = HERE / "windows-x86_64.ini"
+    if not (folder / "build.ninja").exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        options = ["--buildtype=release", "-Dpython=enabled", "-Dview=disabled"]
+        run("meson", "setup", folder, ROOT, *options, "--cross-file", cross)
+    return folder
+
+
+def programs_of(platform):
+    """What a package carries: extension and command, below the folder of the build."""
+    if platform == "windows-x64":
+        return ["plugin/_core.pyd", "cli/rackfocus.exe"]
+    return ["plugin/_core.abi3.so", "cli/rackfocus"]
+
+
+def build(platform, targets=()):
+    """Builds, and gives the folder."""
+    folder = configure(platform)
+    run("nice", "ninja", "-C", folder, *(targets or programs_of(platform)))
+    return folder
+
+
+def main():
+    if len(sys.argv) < 2 or sys.argv[1] not in PLATFORMS:
+        sys.exit(f"{__doc__}\nPlatforms: {' '.join(PLATFORMS)}")
+    print(build(sys.argv[1], sys.argv[2:]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds for other systems and what runs their programs, once per session."""
+
+import os
+
+import pytest
+from systems import BUILD, WINE, names, run
+
+import cross
+
+
+def programs_for_tests(ending=""):
+    """Programs of the library's suites."""
+    found = [
+        f"tests/{suite}/{name}"
+        for suite in ("unit", "kernels")
+        for name in names(suite)
+    ]
+    return [f"{name}{ending}" for name in [*found, "tests/behaviour/scene_hash"]]
+
+
+@pytest.fixture(scope="session")
+def windows():
+    """The build for Windows: extension, command and the tests of the library."""
+    targets = [*cross.programs_of("windows-x64"), *programs_for_tests(".exe")]
+    return cross.build("windows-x64", targets)
+
+
+@pytest.fixture(scope="session")
+def wine_environment():
+    """What wine wants, with a system of its own in the folder of the build."""
+    environment = dict(
+        os.environ, WINEPREFIX=str(BUILD / "wine"), WINEDEBUG="-all", HOME=str(BUILD)
+    )
+    if not (BUILD / "wine" / "system.reg").exists():
+        run(WINE, "wineboot", "-i", env=environment)
+        run(WINE, "winecfg", "-v", "win10", env=environment)
+    return environment
+
+
+@pytest.fixture(scope="session")
+def wine(wine_environment):
+    """Runs a program of Windows and gives what it prints."""
+    return lambda *command, **options: run(
+        WINE, *command, env=wine_environment, timeout=300, **options
+    )
