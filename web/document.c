@@ -11,6 +11,7 @@
 #include "quick.h"
 #include "report.h"
 #include "shrink.h"
+#include "threads.h"
 #include "views.h"
 
 /* ---- opening --------------------------------------------------------------------- */
@@ -71,9 +72,8 @@ static bool mend_depth(struct document *document, const float *colour, float *de
 static bool read_single(struct document *document, struct image_error *error)
 {
     const struct source *source = &document->source;
-    const int n_threads = rf_context_threads(document->context);
-    float *colour = source_read_colour(source, n_threads, error);
-    float *depth = colour ? source_read_depth(source, n_threads, error) : NULL;
+    float *colour = source_read_colour(source, 1, error);
+    float *depth = colour ? source_read_depth(source, 1, error) : NULL;
     struct input *input = NULL;
     if (depth && mend_depth(document, colour, depth, error)) {
         input = input_create(source->width, source->height, source->n_channels, 1);
@@ -98,8 +98,7 @@ static bool read_views(struct document *document, const struct view_list *list,
 {
     const struct source *source = &document->source;
     struct views views;
-    const bool is_read = views_read(&views, source, list, request,
-                                    rf_context_threads(document->context), error) &&
+    const bool is_read = views_read(&views, source, list, request, 1, error) &&
                          document_resolve(document, error);
     if (is_read) {
         document->input =
@@ -164,7 +163,7 @@ struct document *document_open(char *const *paths, int n_paths, int n_threads,
                                struct image_error *error)
 {
     struct document *document = app_memory(1, sizeof *document, error);
-    const struct rf_context_params how = {.size = sizeof how, .n_threads = n_threads};
+    const struct rf_context_params how = threads_params(n_threads);
     struct rf_error core_error;
     if (!document)
         return NULL;
@@ -356,9 +355,8 @@ bool document_save(struct document *document, const char *path,
         return false;
     memcpy(copy, d->pixels, n * sizeof *copy);
     settings_print_options(&d->params, d->text, sizeof d->text);
-    const struct source_output how = {.type = IMAGE_SAMPLE_HALF,
-                                      .made = d->text,
-                                      .n_threads = rf_context_threads(d->context)};
+    const struct source_output how = {
+        .type = IMAGE_SAMPLE_HALF, .made = d->text, .n_threads = 1};
     picture_clip_to_half(copy, n);
     const bool is_good = source_write_colour(&d->source, path, copy, &how, error);
     free(copy);

@@ -13,6 +13,7 @@
 #include "picture.h"
 #include "png_rows.h"
 #include "report.h"
+#include "threads.h"
 
 #define EXPORT(name) __attribute__((export_name(#name), used)) name
 
@@ -109,7 +110,7 @@ const char *EXPORT(rw_param_row)(int i)
 struct rf_context *EXPORT(rw_context_new)(int n_threads)
 {
     struct rf_context *context = NULL;
-    const struct rf_context_params how = {.size = sizeof how, .n_threads = n_threads};
+    const struct rf_context_params how = threads_params(n_threads);
     struct rf_error error;
     note(rf_context_create(&context, &how, &error), &error);
     return context;

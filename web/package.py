@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Packs @rackfocus/core for npm.
 
-Usage: package.py WASM FOLDER
+Usage: package.py FOLDER_OF_WASM FOLDER
 
 Writes rackfocus-core-VERSION.tgz into FOLDER, as `npm pack` does; the same sources give
 the same bytes.
@@ -93,7 +93,10 @@ export interface Shown {
 
 /** EXR files with the lens that their headers name. */
 export class Document {
-  static open(files: { name: string; bytes: Uint8Array }[]): Promise<Document>;
+  static open(files: { name: string; bytes: Uint8Array }[],
+              how?: { threads?: number }): Promise<Document>;
+  readonly threads: number;
+  readonly memoryBytes: number;
   readonly width: number;
   readonly height: number;
   readonly views: number;
@@ -148,7 +151,7 @@ def contents(wasm):
     files["package.json"] = (json.dumps(package, indent=2) + "\n").encode()
     files["index.d.ts"] = types().encode()
     files["document.d.ts"] = DOCUMENT_TYPES.encode()
-    files["rackfocus.wasm"] = wasm.read_bytes()
+    files |= {path.name: path.read_bytes() for path in wasm.glob("*.wasm")}
     licences = sorted((ROOT / "LICENSES").glob("Apache*")) + [
         OPENEXR / "LICENSE.md",
         OPENEXR / "external" / "deflate" / "COPYING",

@@ -4,7 +4,7 @@
 
 Usage: build.py RACKFOCUS WASM OUT
 
-RACKFOCUS is the built command, WASM the built module, OUT a folder that is made anew.
+RACKFOCUS is the built command, WASM the folder of the built modules, OUT a folder that is made anew.
 Everything in it is relative: it works from any folder of any file server.
 """
 
@@ -170,7 +170,8 @@ def make_try():
     core.mkdir()
     for path in (ROOT / "web" / "core").glob("*.js"):
         shutil.copy(path, core)
-    shutil.copy(WASM, core / "rackfocus.wasm")
+    for path in WASM.glob("*.wasm"):
+        shutil.copy(path, core)
 
 
 # ---- the gallery ---------------------------------------------------------------------

@@ -170,6 +170,7 @@ async function openFiles(files, params = {}, reference = null) {
     const [picture] = await Promise.all([quick.ask("open", { files }),
                                          best.ask("open", { files })]);
     Object.assign(state, { files, params, reference, is_open: true });
+    document.body.dataset.threads = picture.threads;
     controls.open(picture);
     stage.open(picture.width, picture.height);
     enable(true);

@@ -14,7 +14,7 @@ function describe() {
   return {
     width: picture.width, height: picture.height, views: picture.views,
     nearest: picture.nearest, farthest: picture.farthest, remark: picture.remark,
-    table: picture.parameters, values: picture.describe(),
+    threads: picture.threads, table: picture.parameters, values: picture.describe(),
   };
 }
 

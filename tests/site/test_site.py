@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pages in a browser: what it shows is what the command makes, to the bit."""
 
+import contextlib
 import functools
 import http.server
 import json
@@ -34,13 +35,28 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-@pytest.fixture(scope="session")
-def address(site):
-    handler = functools.partial(Quiet, directory=str(site))
+class Isolated(Quiet):
+    """Pages that may share memory between threads."""
+
+    def end_headers(self):
+        self.send_header("Cross-Origin-Opener-Policy", "same-origin")
+        self.send_header("Cross-Origin-Embedder-Policy", "require-corp")
+        super().end_headers()
+
+
+@contextlib.contextmanager
+def serve(site, kind):
+    handler = functools.partial(kind, directory=str(site))
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}/"
     server.shutdown()
+
+
+@pytest.fixture(scope="session")
+def address(site):
+    with serve(site, Quiet) as address:
+        yield address
 
 
 class Browser:
@@ -214,6 +230,24 @@ def test_every_sample(browser, binary, site, tmp_path):
         run_command(browser, binary, site / "samples", output)
         assert same(browser.save("save-png", ".png"), output), sample["id"]
     assert browser.complaints() == []
+
+
+def test_threads(site, binary, tmp_path):
+    """Where the page may share memory it has threads, and the same bits."""
+    with serve(site, Isolated) as address:
+        browser = Browser(address, tmp_path)
+        try:
+            for sample in ("posts", "views"):
+                browser.open(f"index.html?sample={sample}")
+                browser.wait_for("best")
+                assert browser.script("return crossOriginIsolated")
+                assert int(browser.script("return document.body.dataset.threads")) > 1
+                output = tmp_path / f"{sample}_native.png"
+                run_command(browser, binary, site / "samples", output)
+                assert same(browser.save("save-png", ".png"), output)
+            assert browser.complaints() == []
+        finally:
+            browser.driver.quit()
 
 
 def test_own_file_and_damaged_file(browser, tmp_path):
@@ -414,7 +448,9 @@ def test_filter_of_the_package(site, tmp_path):
 
 
 def test_sizes(site):
-    core = sum(p.stat().st_size for p in (site / "core").iterdir())
+    # One of the two modules is loaded.
+    parts = [p for p in (site / "core").iterdir() if p.name != "rackfocus-threads.wasm"]
+    core = sum(p.stat().st_size for p in parts)
     page = sum(
         p.stat().st_size for p in site.iterdir() if p.suffix in (".js", ".css", ".svg")
     )
@@ -423,9 +459,7 @@ def test_sizes(site):
 
 def test_package(tmp_path):
     """The npm package as someone who installs it has it, and the same bytes again."""
-    wasm = (
-        pathlib.Path(os.environ["RACKFOCUS_BUILD"]) / "web" / "web" / "rackfocus.wasm"
-    )
+    wasm = pathlib.Path(os.environ["RACKFOCUS_BUILD"]) / "web" / "web"
     made = []
     for folder in (tmp_path / "a", tmp_path / "b"):
         subprocess.run(

@@ -19,28 +19,33 @@ export class Document {
    * Opens one file with colour and depth, two with one each, or views from points of
    * the lens. Throws what is wrong with them.
    * @param {{name: string, bytes: Uint8Array}[]} files
+   * @param {{threads?: number}} how at most so many, where the page may have several
    */
-  static async open(files) {
+  static async open(files, { threads } = {}) {
     const self = new Document();
-    self.#module = await Module.load();
+    self.#module = await Module.load({ threads });
     self.parameters = readParameters(self.#module);
     self.#names = files.map(({ name }) => name);
     for (const { name, bytes } of files) self.#module.files.put(name, bytes);
     const { exports } = self.#module;
     self.#handle = self.#module.check(self.#module.withTexts(
-      [self.#names.join("\0")], (names) => exports.rw_open(names, files.length, 1)));
+      [self.#names.join("\0")], (names) => exports.rw_open(names, files.length, self.#module.threads)));
     self.#module.check(exports.rw_resolve(self.#handle));
     return self;
   }
 
   get width() { return this.#module.exports.rw_width(this.#handle); }
   get height() { return this.#module.exports.rw_height(this.#handle); }
+  get threads() { return this.#module.threads; }
   get views() { return this.#module.exports.rw_n_views(this.#handle); }
   /** Of the finite depths, scene units. */
   get nearest() { return this.#module.exports.rw_nearest(this.#handle); }
   get farthest() { return this.#module.exports.rw_farthest(this.#handle); }
   /** What was done to the depth, or "". */
   get remark() { return this.#module.text(this.#module.exports.rw_remark(this.#handle)); }
+
+  /** Of the module, with the pictures in it; it never shrinks. */
+  get memoryBytes() { return this.#module.memoryBytes; }
 
   /** Called with 0 to 1 while the best picture is made; false cancels. */
   set onProgress(report) { this.#module.onProgress = report; }
@@ -144,6 +149,7 @@ export class Document {
   /** Gives its memory back. */
   close() {
     this.#module.exports.rw_close(this.#handle);
+    this.#module.end();
     this.#handle = 0;
   }
 }

@@ -5,7 +5,7 @@ import { Module } from "./module.js";
 import { readParameters, toKey } from "./table.js";
 
 const core = await Module.load();
-const context = core.check(core.exports.rw_context_new(1));
+const context = core.check(core.exports.rw_context_new(core.threads));
 
 export const version = core.text(core.exports.rw_version());
 export const parameters = Object.freeze(readParameters(core));

@@ -3,38 +3,81 @@
 
 import { MemoryFiles } from "./wasi.js";
 
-const WASM = new URL("./rackfocus.wasm", import.meta.url);
+const STACK_BYTES = 1 << 20;
 
-async function compile() {
-  if (WASM.protocol === "file:") {
+/** Threads share memory, which only pages that are isolated from other origins may. */
+function countThreads(asked) {
+  if (!globalThis.crossOriginIsolated) return 1;
+  return Math.max(1, Math.min(asked ?? navigator.hardwareConcurrency, 16));
+}
+
+async function compile(name) {
+  const address = new URL(name, import.meta.url);
+  if (address.protocol === "file:") {
     const { readFile } = await import("node:fs/promises");
-    return WebAssembly.compile(await readFile(WASM));
+    return WebAssembly.compile(await readFile(address));
   }
-  const answer = await fetch(WASM);
-  if (!answer.ok) throw new Error(`${WASM.pathname}: ${answer.status} ${answer.statusText}`);
+  const answer = await fetch(address);
+  if (!answer.ok) throw new Error(`${address.pathname}: ${answer.status} ${answer.statusText}`);
   return WebAssembly.compile(await answer.arrayBuffer());
 }
 
 /** An instance with memory of its own. */
 export class Module {
+  #memory;
+  #helpers = [];
   /** Called with 0 to 1 while a best picture is made; false cancels. */
   onProgress = () => true;
   files = new MemoryFiles();
+  threads = 1;
 
-  static async load() {
+  /** `threads`: at most so many; as many as the machine has where it is left out. */
+  static async load({ threads } = {}) {
     const self = new Module();
-    const instance = await WebAssembly.instantiate(await compile(), {
-      wasi_snapshot_preview1: self.files.imports,
-      rackfocus: { progress: (fraction) => (self.onProgress(fraction) ? 1 : 0) },
-    });
-    self.exports = instance.exports;
-    self.files.attach(instance.exports.memory);
-    instance.exports._initialize();
+    self.threads = countThreads(threads);
+    if (self.threads === 1) await self.#start(await compile("./rackfocus.wasm"), {});
+    else await self.#startThreads();
     return self;
   }
 
+  async #start(compiled, env) {
+    const instance = await WebAssembly.instantiate(compiled, {
+      env,
+      wasi_snapshot_preview1: this.files.imports,
+      rackfocus: { progress: (fraction) => (this.onProgress(fraction) ? 1 : 0) },
+    });
+    this.exports = instance.exports;
+    this.#memory = env.memory ?? instance.exports.memory;
+    this.files.attach(this.#memory);
+    this.exports._initialize();
+  }
+
+  async #startThreads() {
+    const compiled = await compile("./rackfocus-threads.wasm");
+    const memory = new WebAssembly.Memory({ initial: 128, maximum: 65536, shared: true });
+    await this.#start(compiled, { memory });
+    const { __tls_size: size, __wasm_init_tls: useVariables } = this.exports;
+    const variables = () => this.allocate(size.value + 16) + 15 & ~15;
+    useVariables(variables());
+    for (let i = 1; i < this.threads; i++) {
+      const helper = new Worker(new URL("./helper.js", import.meta.url), { type: "module" });
+      helper.postMessage({ compiled, memory, variables: variables(),
+                           stack: (this.allocate(STACK_BYTES) & ~15) + STACK_BYTES });
+      this.#helpers.push(helper);
+    }
+  }
+
+  /** Ends its threads; it cannot be used afterwards. */
+  end() {
+    for (const helper of this.#helpers) helper.terminate();
+  }
+
+  get memoryBytes() {
+    return this.#memory.buffer.byteLength;
+  }
+
   get #bytes() {
-    return new Uint8Array(this.exports.memory.buffer);
+    return new Uint8Array(this.#memory.buffer);
   }
 
   /** Memory to be released; RangeError where there is none. */
@@ -72,15 +115,15 @@ export class Module {
 
   /** A view of memory, good until the module is called again. */
   floats(pointer, n) {
-    return new Float32Array(this.exports.memory.buffer, pointer, n);
+    return new Float32Array(this.#memory.buffer, pointer, n);
   }
 
   doubles(pointer, n) {
-    return new Float64Array(this.exports.memory.buffer, pointer, n);
+    return new Float64Array(this.#memory.buffer, pointer, n);
   }
 
   bytes(pointer, n) {
-    return new Uint8ClampedArray(this.exports.memory.buffer, pointer, n);
+    return new Uint8ClampedArray(this.#memory.buffer, pointer, n);
   }
 
   /** Throws what went wrong where a result says so. */
