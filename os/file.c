@@ -86,7 +86,11 @@ size_t os_file_write_at(int fd, const void *data, size_t n_bytes, uint64_t offse
 
 char *os_file_full_path(const char *path)
 {
+#ifdef __wasi__
+    return strdup(path); /* there is one folder, and no links */
+#else
     return realpath(path, NULL);
+#endif
 }
 
 int os_file_link(const char *target, const char *link)
