@@ -181,7 +181,7 @@ static int write_estimate(const struct finish *f)
                : app_code_of(f->error);
 }
 
-static int write_output(struct finish *f, const float *rgb)
+static int write_output(struct finish *f)
 {
     const size_t n_channels = (size_t)f->own.n_channels;
     const size_t n_colours = n_channels >= 3 ? 3 : 1;
@@ -190,9 +190,9 @@ static int write_output(struct finish *f, const float *rgb)
                                        .png_bits = f->tool->png_bits,
                                        .n_threads = f->tool->n_threads,
                                        .host = f->tool->host};
-    for (size_t i = 0; i < n_pixels(f); i++)
+    for (size_t i = 0; f->ours && i < n_pixels(f); i++)
         for (size_t c = 0; c < n_colours; c++)
-            f->samples[n_channels * i + c] = rgb[3 * i + c];
+            f->samples[n_channels * i + c] = f->ours[3 * i + c];
     if (!filter_write(&how, f->settings, &f->own, f->samples, f->error))
         return app_code_of(f->error);
     return f->tool->output_error ? write_estimate(f) : APP_DONE;
@@ -211,7 +211,7 @@ static int run(struct finish *f, const char *own, char *const *guides, int n)
     app_begin(f->tool->host, "denoising");
     code = f->ours ? finish_by_ours(f) : denoise_by_own(f);
     app_end(f->tool->host);
-    return code == APP_DONE ? write_output(f, f->ours) : code;
+    return code == APP_DONE ? write_output(f) : code;
 }
 
 int finish_run(const struct finish_options *tool, struct settings *settings,

@@ -95,6 +95,7 @@ class View:
 
 
 _views = {}  # pointer of the region: View
+_contexts = {}  # the rackfocus.Context, by its number of threads
 _handlers = []
 _n_changes = 0  # of the scene, counted by a handler
 _is_drawing = False
@@ -149,6 +150,15 @@ def coc_map(coc):
     return shown
 
 
+def _context():
+    """Threads, memory and footprints, kept as long as the switch is on."""
+    n_threads = preferences.threads()
+    if n_threads not in _contexts:
+        _contexts.clear()
+        _contexts[n_threads] = rackfocus.Context(threads=n_threads)
+    return _contexts[n_threads]
+
+
 def _picture(context, settings, view, is_final):
     """(what is shown, (height, width, 4), rows downwards; is it a map?).
 
@@ -167,7 +177,7 @@ def _picture(context, settings, view, is_final):
         method = AT_REST if is_final else MOVING
     height, width = view.depth.shape
     view.params = {**seen.params, **method}
-    made = rackfocus.Filter(width, height, threads=preferences.threads(), **view.params)
+    made = rackfocus.Filter(width, height, context=_context(), **view.params)
     if settings.show == "PICTURE":
         shown = np.empty_like(view.colour)
         made.process(view.colour, seen.depth, shown)
@@ -339,6 +349,7 @@ def refresh(_settings=None, context=None):
         for view in _views.values():
             view.free()
         _views.clear()
+        _contexts.clear()
     redraw()
 
 

@@ -302,7 +302,6 @@ static int cmd_filter(int argc, char **argv)
     int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
-    code = APP_DONE;
     if (pipes_are_named(&operands, tool->output) &&
         !pipes_open(&all.pipes, &operands, &all.filter.output, all.format == 1, &error))
         code = exit_code(APP_USAGE, &error);

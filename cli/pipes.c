@@ -84,7 +84,7 @@ bool pipes_open(struct pipes *pipes, struct operands *operands, const char **out
         }
     snprintf(pipes->output, sizeof(pipes->output), "%s/standard-output.%s",
              pipes->folder, is_png ? "png" : "exr");
-    if (pipes->has_output)
+    if (output && pipes->has_output)
         *output = pipes->output;
     return true;
 }

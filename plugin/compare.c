@@ -83,10 +83,11 @@ static rf_result measure(const struct rf_image *images, const char *const *names
         return result;
     const int32_t width = images[0].width, height = images[0].height;
     const size_t n = 3 * (size_t)width * (size_t)height;
-    float *samples[2] = {malloc(n * sizeof(float)), malloc(n * sizeof(float))};
-    if (!samples[0] || !samples[1])
+    float *samples[2] = {calloc(n, sizeof(float)), calloc(n, sizeof(float))};
+    const bool has_memory = samples[0] && samples[1];
+    if (!has_memory)
         result = fail_memory(error, width, height);
-    for (int i = 0; i < 2 && result == RF_OK; i++) {
+    for (int i = 0; has_memory && i < 2 && result == RF_OK; i++) {
         pack(&images[i], samples[i]);
         result = check_finite(samples[i], width, n, names[i], error);
     }

@@ -500,6 +500,17 @@ void camera_write(struct text *out, const struct povray_camera *camera, int n_sa
     text_addf(out, "} #if(RF_<3.5) #version RF_; #end\n");
 }
 
+bool camera_is_same(const struct povray_camera *a, const struct povray_camera *b)
+{
+    bool is_same = a->is_orthographic == b->is_orthographic &&
+                   a->aperture == b->aperture && a->focus_distance == b->focus_distance;
+    for (int i = 0; i < 3; i++)
+        is_same &= a->location[i] == b->location[i] &&
+                   a->direction[i] == b->direction[i] && a->right[i] == b->right[i] &&
+                   a->up[i] == b->up[i];
+    return is_same;
+}
+
 void camera_ray(const struct povray_camera *camera, double x, double y, int32_t width,
                 int32_t height, double start[3], double direction[3])
 {

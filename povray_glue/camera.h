@@ -33,6 +33,9 @@ char **records_list(const char *records, const char *key, int *n);
 /* The camera in POV-Ray's words. With n_samples > 0 it has its lens. */
 void camera_write(struct text *out, const struct povray_camera *camera, int n_samples);
 
+/* Do they make the same picture of the same things? */
+bool camera_is_same(const struct povray_camera *a, const struct povray_camera *b);
+
 /* Start and direction of the ray through (x, y) px; the direction reaches from the
  * camera to the plane at distance |camera->direction| along the axis. */
 void camera_ray(const struct povray_camera *camera, double x, double y, int32_t width,

@@ -9,7 +9,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "camera.h"
 #include "clock.h"
@@ -118,9 +117,8 @@ static bool run_job(struct povray_scene *scene, struct job *job,
         return false;
     const struct povray_camera first = scene->camera;
     if (!scene_check_probe(scene, probe, error) &&
-        (!scene_probe_again(scene, error) ||
-         (memcmp(&first, &scene->camera, sizeof first) != 0 &&
-          !restart_job(scene, job, &shot, error))))
+        (!scene_probe_again(scene, error) || (!camera_is_same(&first, &scene->camera) &&
+                                              !restart_job(scene, job, &shot, error))))
         return false;
     if (shot.is_scenes)
         shot.camera = scene->camera;

@@ -34,6 +34,7 @@ def test_off_costs_nothing(found):
     values, _ = found
     assert values["handlers_before"] == values["handlers_after"] == 0
     assert values["views_after"] == 0 and values["overlays"]
+    assert (values["contexts"], values["contexts_after"]) == (1, 0)
 
 
 def test_no_view_has_a_message(found):

@@ -301,8 +301,10 @@ def modes(scene, space):
 
 def off():
     """No handler is left, and the view is as before."""
+    FOUND["contexts"] = len(addon("viewport")._contexts)
     settings().enabled = False
     yield 1
+    FOUND["contexts_after"] = len(addon("viewport")._contexts)
     FOUND["handlers_after"] = len(addon("viewport")._handlers)
     FOUND["views_after"] = len(addon("viewport")._views)
     FOUND["overlays"] = area().spaces.active.overlay.show_overlays
