@@ -28,9 +28,9 @@ struct run {
     bool is_deep;
     struct deep_frame deep;
     float *colour, *depth; /* of the first view; colour becomes the result */
-    struct rf_context_params context_params;
     struct rf_context *context;
     struct rf_filter *filter;
+    struct windows *windows; /* NULL: the picture is in memory as a whole (windows.h) */
     int n_threads;
     /* Of the first view, px, negative before the focus; of a picture in windows its
      * largest_radius alone. */
@@ -38,10 +38,18 @@ struct run {
     bool has_radii;
 };
 
-/* ---- filter_run.c ---------------------------------------------------------------- */
+/* ---- filter_core.c ---------------------------------------------------------------- */
 
 /* The code of what the core said, its words in run->error. */
 int filter_fail_core(const struct run *run, const struct rf_error *error);
+
+/* The same of a view that is known, as where the pixels of the others are not at hand.
+ */
+int filter_fail_view(const struct run *run, int view, const struct rf_error *error);
+
+/* Makes context and filter, in place of those before; max_bytes 0: no bound. An enum
+ * app_code. */
+int filter_make(struct run *run, size_t max_bytes);
 
 static inline int filter_n_views(const struct run *run)
 {

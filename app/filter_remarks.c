@@ -99,7 +99,7 @@ int filter_warn_defaults(const struct run *run)
                  {"sensor-width", "sensor ", " mm wide"},
                  {"unit-scale", "", " units per metre"}};
     char taken[256] = "", give[160] = "";
-    if (!is_lens_missing(run) || !run->has_radii)
+    if (!is_lens_missing(run) || !(run->has_radii || run->windows))
         return APP_DONE;
     for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
         char value[64], word[128];

@@ -22,82 +22,6 @@ static int fail_image(const struct run *run)
     return app_code_of(run->error);
 }
 
-/* Was anything about the lens (aperture, ...) typed? Conflicts have two sides. */
-static bool is_group_typed(const struct settings *settings, enum rf_param_group group)
-{
-    size_t n;
-    const struct rf_param_info *list = rf_param_list(&n);
-    for (size_t i = 0; i < n; i++)
-        if (list[i].group == group &&
-            settings_origin(settings, list[i].key) == ORIGIN_COMMAND_LINE)
-            return true;
-    return false;
-}
-
-/* A parameter: wrong usage where it or what it conflicts with was typed, else the fault
- * of the header. */
-static int fail_parameter(const struct run *run, const struct rf_error *error)
-{
-    const struct rf_param_info *info = rf_param_find(error->field);
-    const char *path = image_path(run->source.colour);
-    if (!info) {
-        return app_fail(run->error, APP_FAILED, "%s: %s", path, error->message);
-    }
-    if (settings_origin(run->settings, info->key) == ORIGIN_COMMAND_LINE) {
-        return app_fail(run->error, APP_USAGE, "--%s: %s", info->key, error->message);
-    }
-    char origin[128];
-    settings_describe_origin(run->settings, info->key, origin, sizeof(origin));
-    return app_fail(
-        run->error, is_group_typed(run->settings, info->group) ? APP_USAGE : APP_FAILED,
-        "%s: %s (--%s, from the %s)", path, error->message, info->key, origin);
-}
-
-/* The view whose pixels the core refuses, else the first one. */
-static const struct source *faulty_source(const struct run *run)
-{
-    for (int i = 0; i < run->views.n; i++) {
-        const struct rf_view *view = &run->views.views[i];
-        const float *colour = view->colour.data;
-        const size_t n = (size_t)view->colour.width * (size_t)view->colour.height *
-                         (size_t)view->colour.channels;
-        for (size_t k = 0; k < n; k++)
-            if (!isfinite(colour[k]))
-                return &run->views.sources[i];
-        if (rf_filter_planar_depth(run->filter, &view->depth, &view->depth, NULL) !=
-            RF_OK)
-            return &run->views.sources[i];
-    }
-    return &run->source;
-}
-
-int filter_fail_core(const struct run *run, const struct rf_error *error)
-{
-    if (error->code == RF_ERROR_PARAMETER)
-        return fail_parameter(run, error);
-    if (error->code == RF_ERROR_CANCELLED)
-        return APP_INTERRUPTED;
-    if (error->code == RF_ERROR_MEMORY && run->tool->max_memory_mib) {
-        return app_fail(
-            run->error, APP_FAILED,
-            "--max-memory: %d MiB are too few: %s; allow more, or give fewer views",
-            run->tool->max_memory_mib, error->message);
-    }
-    const struct source *source = faulty_source(run);
-    const struct image_input *input =
-        error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
-    return app_fail(run->error, APP_FAILED, "%s: %s", image_path(input),
-                    error->message);
-}
-
-static void log_remark(void *user, enum rf_log_level level, const char *text)
-{
-    struct run *run = user;
-    if (level == RF_LOG_WARNING && run->remark == APP_DONE)
-        run->remark = app_warn(run->tool->host, run->error, "%s: %s",
-                               image_path(run->source.colour), text);
-}
-
 /* ---- one view or several -------------------------------------------------------- */
 
 static int fail_method(const struct run *run)
@@ -243,30 +167,6 @@ static int check_deep(struct run *run)
 
 /* ---- steps ---------------------------------------------------------------------- */
 
-/* The filter, with the picture that the method scatter spreads light by. */
-static int create_filter(struct run *run)
-{
-    const char *path = run->tool->distribution_image;
-    struct rf_error core_error;
-    struct rf_image light = {0};
-    struct picture picture = {0};
-    if (path) {
-        if (!picture_read(path, NULL, run->n_threads, &picture, run->error))
-            return fail_image(run);
-        light = rf_image_packed(picture.samples, picture.width, picture.height, 3);
-    }
-    const rf_result result = rf_filter_create_with(
-        &run->filter, run->context, &run->params, run->source.width, run->source.height,
-        path ? &light : NULL, &core_error);
-    if (path)
-        picture_free(&picture);
-    if (result == RF_OK)
-        return APP_DONE;
-    return path && strcmp(core_error.field, "distribution") == 0
-               ? app_fail(run->error, APP_FAILED, "%s: %s", path, core_error.message)
-               : filter_fail_core(run, &core_error);
-}
-
 /* --distribution-image says which distribution, and is of use to one method only. */
 static int check_distribution(struct run *run)
 {
@@ -339,17 +239,7 @@ static int read_facts(struct run *run)
 
 static int make_filter(struct run *run)
 {
-    struct rf_error error;
-    run->context_params =
-        (struct rf_context_params){.size = sizeof(run->context_params),
-                                   .cpu = getenv("RACKFOCUS_CPU"),
-                                   .n_threads = run->tool->n_threads,
-                                   .max_bytes = (size_t)run->tool->max_memory_mib << 20,
-                                   .log = log_remark,
-                                   .user = run};
-    if (rf_context_create(&run->context, &run->context_params, &error) != RF_OK)
-        return filter_fail_core(run, &error);
-    return create_filter(run);
+    return filter_make(run, (size_t)run->tool->max_memory_mib << 20);
 }
 
 /* Opens the files of several views, places counted from the aperture's middle. */
@@ -391,6 +281,8 @@ static int read_pixels(struct run *run)
 {
     if (run->is_deep)
         return read_deep(run);
+    if (windows_are_needed(run))
+        return windows_open(run);
     if (run->has_views) {
         if (!views_read_pixels(&run->views, run->n_threads, run->error))
             return fail_image(run);
@@ -435,6 +327,8 @@ static int make_picture(struct run *run, float *samples)
 
 static int process(struct run *run)
 {
+    if (run->windows)
+        return windows_filter(run);
     return run->tool->denoise ? denoise_and_filter(run, make_picture)
                               : make_picture(run, run->colour);
 }
@@ -456,6 +350,8 @@ static int make_coc(struct run *run)
  * there before go. An old file stays replaced, since it may have been the input. */
 static int write_output(struct run *run)
 {
+    if (run->windows)
+        return windows_finish(run);
     const char *output = run->tool->output, *coc = run->tool->output_coc;
     const bool is_new = os_file_facts(output).kind == OS_FILE_NONE;
     const bool is_coc_new = coc && os_file_facts(coc).kind == OS_FILE_NONE;
@@ -473,87 +369,13 @@ static int write_output(struct run *run)
     return code;
 }
 
-/* ---- pictures larger than memory ------------------------------------------------ */
-
-/* Is the picture to be filtered in windows? */
-static bool needs_windows(const struct run *run)
-{
-    const struct filter_options *tool = run->tool;
-    const size_t most = (size_t)tool->max_memory_mib << 20;
-    const int n = filter_n_views(run);
-    bool is_possible = !run->is_deep && !tool->view && !tool->output_coc &&
-                       !tool->denoise && !tool->filter_layers &&
-                       picture_kind(tool->output) == PICTURE_EXR;
-    for (int i = 0; i < n && is_possible; i++)
-        is_possible =
-            windows_are_possible(run->has_views ? &run->views.sources[i] : &run->source,
-                                 &run->settings->params);
-    return most && is_possible && windows_whole_bytes(&run->source, n) > most;
-}
-
-/* The repairs of the depth, from a first pass over the file. */
-static int judge_in_windows(struct run *run, struct windows_job *job)
-{
-    struct rf_depth_stats stats = {.size = sizeof(stats)};
-    struct depth_findings found = {0};
-    struct windows_job first = *job;
-    first.n_views = 1;
-    int code = windows_measure(&first, &stats);
-    if (code == APP_DONE)
-        code = filter_judge_depth(run, &stats, &found);
-    if (code == APP_DONE)
-        code = filter_say_repaired(run, &found, NULL);
-    job->is_premultiplied = found.is_premultiplied;
-    job->is_mixed = found.is_mixed;
-    return code;
-}
-
-static int filter_in_windows(struct run *run)
-{
-    const struct filter_options *tool = run->tool;
-    char text[4096];
-    struct source_description to;
-    filter_describe(run, text, sizeof(text));
-    source_describe(&run->source,
-                    &(struct source_output){.type = tool->type == FILTER_TYPE_HALF
-                                                        ? IMAGE_SAMPLE_HALF
-                                                        : IMAGE_SAMPLE_FLOAT,
-                                            .compression = filter_compression(run),
-                                            .made = text},
-                    &to);
-    filter_drop_view(run, &to);
-    to.output.pass_through = tool->pass_through;
-    if (run->source.info.is_tiled)
-        to.output.tile_size = image_row_step(run->source.colour, run->source.part);
-    struct windows_job job = {.n_views = filter_n_views(run),
-                              .sources =
-                                  run->has_views ? run->views.sources : &run->source,
-                              .places = run->views.views,
-                              .output = &to.output,
-                              .path = tool->output,
-                              .params = &run->params,
-                              .context = &run->context_params,
-                              .mist_falloff = tool->mist_falloff,
-                              .depth_infinity = run->params.depth_infinity,
-                              .n_threads = run->n_threads,
-                              .max_bytes = (size_t)tool->max_memory_mib << 20,
-                              .host = tool->host,
-                              .error = run->error,
-                              .largest_radius = &run->largest_radius};
-    int code = filter_needs_depth(run) ? judge_in_windows(run, &job) : APP_DONE;
-    if (code == APP_DONE)
-        code = windows_filter(&job);
-    if (code == APP_DONE)
-        filter_say_done(run);
-    return code;
-}
-
 /* ---- the run -------------------------------------------------------------------- */
 
 /* How large the blur is, and that values which nobody gave make it so. */
 static int warn_facts(struct run *run)
 {
-    filter_measure_radii(run);
+    if (!run->windows)
+        filter_measure_radii(run);
     return filter_warn_defaults(run);
 }
 
@@ -583,17 +405,14 @@ static int run_steps(struct run *run)
          !picture_check_writable(run->tool->flattened, run->error)))
         return fail_image(run);
     int code = check_deep(run);
-    for (size_t i = 0; i < 4 && code == APP_DONE; i++)
-        code = do_step(run, steps[i]);
-    if (code == APP_DONE && needs_windows(run))
-        return filter_in_windows(run);
-    for (size_t i = 4; code == APP_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
+    for (size_t i = 0; code == APP_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
         code = do_step(run, steps[i]);
     return code;
 }
 
 static void free_run(struct run *run)
 {
+    windows_free(run);
     rf_filter_destroy(run->filter);
     rf_context_destroy(run->context);
     if (!run->has_views) {

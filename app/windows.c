@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "depth_repair.h"
+#include "filter_private.h"
 #include "interrupt.h"
 #include "picture.h"
 #include "report.h"
@@ -31,15 +31,19 @@ enum {
     PROGRAM_BYTES = 24 << 20 /* the rest of the program */
 };
 
-/* Fractions of the time after which the survey and the measuring are done. */
-static const double SURVEYED = 0.05;
-
 struct rows {
     int32_t first, n, room;
 };
 
 struct windows {
-    const struct windows_job *job;
+    struct run *run;
+    const struct source *sources; /* of the views */
+    int n_views;
+    size_t max_bytes;                        /* to hold at a time */
+    bool is_premultiplied, is_mixed;         /* repairs of the depth of a lone view */
+    char made[4096];                         /* what the filter did */
+    struct source_description to;            /* the output but for its samples */
+    struct image_writer *writer;             /* NULL: not begun, or ended */
     int32_t width, height, n_channels, step; /* strips end at multiples of step */
     struct rows rows;                        /* in memory, from the first on */
     float *colour[RF_MAX_VIEWS], *depth[RF_MAX_VIEWS]; /* of them, per view */
@@ -48,8 +52,6 @@ struct windows {
     float *out; /* of one strip */
     struct rf_survey surveys[RF_MAX_VIEWS];
     int32_t kept_width, kept_height; /* of a window */
-    struct rf_context *context;
-    struct rf_filter *filter;
     int64_t n_done, n_windows;
 };
 
@@ -63,7 +65,8 @@ static int32_t most(int32_t a, int32_t b)
     return a > b ? a : b;
 }
 
-size_t windows_whole_bytes(const struct source *source, int n_views)
+/* Bytes that n views like a source take when they are filtered whole. */
+static size_t whole_bytes(const struct source *source, int n_views)
 {
     const size_t n = (size_t)n_views, n_more = n > 1 ? n : 0;
     return (size_t)source->width * (size_t)source->height *
@@ -72,7 +75,12 @@ size_t windows_whole_bytes(const struct source *source, int n_views)
            RF_WINDOW_BYTES;
 }
 
-bool windows_are_possible(const struct source *source, const struct rf_params *params)
+static const struct source *sources_of(const struct run *run)
+{
+    return run->has_views ? run->views.sources : &run->source;
+}
+
+static bool is_possible(const struct source *source, const struct rf_params *params)
 {
     return rf_method_find(params->method)->can_window &&
            params->quality != RF_QUALITY_PREVIEW && !source->layer.is_chroma &&
@@ -80,44 +88,32 @@ bool windows_are_possible(const struct source *source, const struct rf_params *p
            source_has_one_window(source);
 }
 
+bool windows_are_needed(const struct run *run)
+{
+    const struct filter_options *tool = run->tool;
+    const size_t most_bytes = (size_t)tool->max_memory_mib << 20;
+    const int n = filter_n_views(run);
+    bool can_be = !run->is_deep && !tool->view && !tool->output_coc && !tool->denoise &&
+                  !tool->filter_layers && picture_kind(tool->output) == PICTURE_EXR;
+    for (int i = 0; i < n && can_be; i++)
+        can_be = is_possible(&sources_of(run)[i], &run->settings->params);
+    return most_bytes && can_be && whole_bytes(&run->source, n) > most_bytes;
+}
+
 static int fail_image(const struct windows *w)
 {
-    return app_code_of(w->job->error);
+    return app_code_of(w->run->error);
 }
 
 static int fail_core(const struct windows *w, int view, const struct rf_error *error)
 {
-    const struct source *source = &w->job->sources[view];
-    if (error->code == RF_ERROR_CANCELLED)
-        return APP_INTERRUPTED;
     if (error->code == RF_ERROR_MEMORY)
-        return app_fail(w->job->error, APP_FAILED,
+        return app_fail(w->run->error, APP_FAILED,
                         "--max-memory: %zu MiB are too few for windows of %d x %d px "
                         "of %s: %s; allow more",
-                        w->job->max_bytes >> 20, (int)w->kept_width,
-                        (int)w->kept_height, image_path(source->colour),
-                        error->message);
-    return app_fail(
-        w->job->error, APP_FAILED, "%s: %s",
-        image_path(error->code == RF_ERROR_DEPTH ? source->depth : source->colour),
-        error->message);
-}
-
-/* A filter whose context takes at most max_bytes, in place of the one before. */
-static int open_filter(struct windows *w, size_t max_bytes)
-{
-    struct rf_error error;
-    struct rf_context_params context = *w->job->context;
-    context.max_bytes = max_bytes;
-    rf_filter_destroy(w->filter);
-    rf_context_destroy(w->context);
-    w->filter = NULL;
-    w->context = NULL;
-    if (rf_context_create(&w->context, &context, &error) == RF_OK &&
-        rf_filter_create(&w->filter, w->context, w->job->params, w->width, w->height,
-                         &error) == RF_OK)
-        return APP_DONE;
-    return fail_core(w, 0, &error);
+                        w->max_bytes >> 20, (int)w->kept_width, (int)w->kept_height,
+                        image_path(w->sources[view].colour), error->message);
+    return filter_fail_view(w->run, view, error);
 }
 
 /* ---- rows ------------------------------------------------------------------------ */
@@ -126,10 +122,10 @@ static int make_room(struct windows *w, int32_t n_rows)
 {
     const size_t n = (size_t)w->width * (size_t)n_rows;
     w->rows = (struct rows){0, 0, n_rows};
-    for (int j = 0; j < w->job->n_views; j++) {
+    for (int j = 0; j < w->n_views; j++) {
         w->colour[j] =
-            app_memory(n, (size_t)w->n_channels * sizeof(float), w->job->error);
-        w->depth[j] = app_memory(n, sizeof(float), w->job->error);
+            app_memory(n, (size_t)w->n_channels * sizeof(float), w->run->error);
+        w->depth[j] = app_memory(n, sizeof(float), w->run->error);
         if (!w->colour[j] || !w->depth[j])
             return APP_NO_MEMORY;
     }
@@ -138,7 +134,7 @@ static int make_room(struct windows *w, int32_t n_rows)
 
 static void drop_rows(struct windows *w)
 {
-    for (int j = 0; j < w->job->n_views; j++) {
+    for (int j = 0; j < w->n_views; j++) {
         free(w->colour[j]);
         free(w->depth[j]);
         w->colour[j] = w->depth[j] = NULL;
@@ -149,7 +145,7 @@ static void drop_rows(struct windows *w)
 /* Reads rows of a view behind those in memory. */
 static bool read_rows(struct windows *w, int view, int32_t n, struct image_error *error)
 {
-    const struct source *source = &w->job->sources[view];
+    const struct source *source = &w->sources[view];
     float *colour = w->colour[view], *depth = w->depth[view];
     const int channels[4] = {source->layer.r, source->layer.g, source->layer.b,
                              source->layer.a};
@@ -158,13 +154,13 @@ static bool read_rows(struct windows *w, int view, int32_t n, struct image_error
     if (n <= 0)
         return true;
     if (!image_read_rows(source->colour, channels, w->n_channels, rows,
-                         colour + at * (size_t)w->n_channels, w->job->n_threads,
+                         colour + at * (size_t)w->n_channels, w->run->n_threads,
                          error) ||
         !image_read_rows(source->depth, &source->z, 1, rows, depth + at,
-                         w->job->n_threads, error))
+                         w->run->n_threads, error))
         return false;
     rf_depth_undo_mist(depth + at, (size_t)n * (size_t)w->width,
-                       (enum rf_mist)w->job->mist_falloff);
+                       (enum rf_mist)w->run->tool->mist_falloff);
     return true;
 }
 
@@ -180,7 +176,7 @@ static bool need_rows(struct windows *w, int32_t first, int32_t end,
     const size_t pixel = (size_t)w->n_channels;
     w->rows.first = first;
     w->rows.n = n_kept;
-    for (int j = 0; j < w->job->n_views; j++) {
+    for (int j = 0; j < w->n_views; j++) {
         if (n_kept) {
             memmove(w->colour[j], w->colour[j] + from * pixel,
                     n * pixel * sizeof(float));
@@ -197,7 +193,7 @@ static bool need_rows(struct windows *w, int32_t first, int32_t end,
 static struct rf_window with_margin(const struct windows *w,
                                     const struct rf_window *box)
 {
-    const int32_t margin = w->job->is_mixed ? RF_DEPTH_SNAP_REACH : 0;
+    const int32_t margin = w->is_mixed ? RF_DEPTH_SNAP_REACH : 0;
     const int32_t x = most(box->x - margin, 0), y = most(box->y - margin, 0);
     return (struct rf_window){x, y, least(box->x + box->width + margin, w->width) - x,
                               least(box->y + box->height + margin, w->height) - y};
@@ -214,7 +210,7 @@ static bool repaired_depth(struct windows *w, int j, const struct rf_window *box
     const size_t n = columns * (size_t)whole.height;
     if (n > w->n_repaired) {
         free(w->repaired);
-        w->repaired = app_memory(n, sizeof(float), w->job->error);
+        w->repaired = app_memory(n, sizeof(float), w->run->error);
         w->n_repaired = w->repaired ? n : 0;
     }
     for (int32_t y = 0; w->repaired && y < whole.height; y++) {
@@ -222,18 +218,18 @@ static bool repaired_depth(struct windows *w, int j, const struct rf_window *box
             (size_t)(whole.y + y - w->rows.first) * row + (size_t)whole.x;
         float *to = w->repaired + (size_t)y * columns;
         memcpy(to, w->depth[j] + from, columns * sizeof(float));
-        if (w->job->is_premultiplied)
+        if (w->is_premultiplied)
             rf_depth_divide_by_alpha(&(struct rf_depth_channel){
                 to, w->colour[j] + from * (size_t)w->n_channels + 3, 4, whole.width, 1,
-                w->job->depth_infinity});
+                w->run->params.depth_infinity});
     }
     struct rf_depth_channel channel = {.depth = w->repaired,
                                        .width = whole.width,
                                        .height = whole.height,
-                                       .infinity = w->job->depth_infinity};
-    if (!w->repaired || (w->job->is_mixed &&
-                         rf_depth_snap(NULL, &channel, &n_snapped, NULL) != RF_OK)) {
-        app_fail(w->job->error, APP_NO_MEMORY, "out of memory for a window");
+                                       .infinity = w->run->params.depth_infinity};
+    if (!w->repaired ||
+        (w->is_mixed && rf_depth_snap(NULL, &channel, &n_snapped, NULL) != RF_OK)) {
+        app_fail(w->run->error, APP_NO_MEMORY, "out of memory for a window");
         return false;
     }
     *depth = rf_image_packed(w->repaired + (size_t)(box->y - whole.y) * columns +
@@ -255,57 +251,63 @@ static bool view_of(struct windows *w, int j, const struct rf_window *box,
                                   w->n_channels),
         .depth = rf_image_packed(w->depth[j] + at, w->width, box->height, 1)};
     view.colour.width = view.depth.width = box->width;
-    if (w->job->n_views > 1) {
-        const struct rf_view *place = &w->job->places[j];
+    if (w->n_views > 1) {
+        const struct rf_view *place = &w->run->views.views[j];
         memcpy(view.lens_offset, place->lens_offset, sizeof view.lens_offset);
         view.shear_distance = place->shear_distance;
     }
     *found = view;
-    return !(w->job->is_premultiplied || w->job->is_mixed) ||
+    return !(w->is_premultiplied || w->is_mixed) ||
            repaired_depth(w, j, box, &found->depth);
 }
 
 /* ---- passes over the whole ------------------------------------------------------- */
 
-static struct windows windows_of(const struct windows_job *job)
+/* Counts the rows of the first view's depth. */
+static int tally_rows(struct windows *w, struct rf_depth_tally *tally)
 {
-    const struct source *source = job->sources;
-    struct windows w = {.job = job,
-                        .width = source->width,
-                        .height = source->height,
-                        .n_channels = source->n_channels};
-    for (int j = 0; j < job->n_views; j++)
-        w.surveys[j].size = sizeof w.surveys[j];
-    w.step = image_row_step(source->colour, source->part);
-    return w;
-}
-
-int windows_measure(const struct windows_job *job, struct rf_depth_stats *stats)
-{
-    struct windows w = windows_of(job);
-    struct rf_depth_tally *tally;
-    const struct rf_depth_channel whole = {
-        .width = w.width, .height = w.height, .infinity = job->depth_infinity};
-    const int32_t n_rows = most(w.step, SURVEY_ROWS);
-    int code = make_room(&w, n_rows);
-    if (code == APP_DONE && rf_depth_tally_create(&tally, NULL, &whole, NULL) != RF_OK)
-        code = app_fail(job->error, APP_NO_MEMORY, "out of memory");
-    const bool has_tally = code == APP_DONE;
-    for (int32_t y = 0; code == APP_DONE && y < w.height; y += n_rows) {
-        const int32_t n = least(n_rows, w.height - y);
+    const int32_t n_rows = most(w->step, SURVEY_ROWS);
+    int code = make_room(w, n_rows);
+    for (int32_t y = 0; code == APP_DONE && y < w->height; y += n_rows) {
+        const int32_t n = least(n_rows, w->height - y);
         if (os_is_interrupted())
             code = APP_INTERRUPTED;
-        else if (!need_rows(&w, y, y + n, job->error))
-            code = fail_image(&w);
+        else if (!need_rows(w, y, y + n, w->run->error))
+            code = fail_image(w);
         else
-            rf_depth_tally_add(tally, &(struct rf_depth_channel){
-                                          w.depth[0],
-                                          w.n_channels == 4 ? w.colour[0] + 3 : NULL, 4,
-                                          w.width, n, job->depth_infinity});
+            rf_depth_tally_add(
+                tally, &(struct rf_depth_channel){
+                           w->depth[0], w->n_channels == 4 ? w->colour[0] + 3 : NULL, 4,
+                           w->width, n, w->run->params.depth_infinity});
     }
-    if (has_tally)
-        rf_depth_tally_finish(tally, stats);
-    drop_rows(&w);
+    drop_rows(w);
+    return code;
+}
+
+/* The repairs of the depth, from a pass over the first view's file. */
+static int judge_depth(struct windows *w)
+{
+    struct run *run = w->run;
+    struct rf_depth_stats stats = {.size = sizeof(stats)};
+    struct depth_findings found = {0};
+    struct rf_depth_tally *tally;
+    const struct rf_depth_channel whole = {
+        .width = w->width, .height = w->height, .infinity = run->params.depth_infinity};
+    if (!filter_needs_depth(run))
+        return APP_DONE;
+    if (rf_depth_tally_create(&tally, NULL, &whole, NULL) != RF_OK)
+        return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
+                        image_path(run->source.depth));
+    w->n_views = 1;
+    int code = tally_rows(w, tally);
+    w->n_views = filter_n_views(run);
+    rf_depth_tally_finish(tally, &stats);
+    if (code == APP_DONE)
+        code = filter_judge_depth(run, &stats, &found);
+    if (code == APP_DONE)
+        code = filter_say_repaired(run, &found, NULL);
+    w->is_premultiplied = found.is_premultiplied;
+    w->is_mixed = found.is_mixed;
     return code;
 }
 
@@ -316,7 +318,7 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
     struct rf_error core;
     const struct rf_window rows =
         with_margin(w, &(struct rf_window){0, first, w->width, end - first});
-    if (!need_rows(w, rows.y, rows.y + rows.height, w->job->error))
+    if (!need_rows(w, rows.y, rows.y + rows.height, w->run->error))
         return fail_image(w);
     for (int32_t x = 0; x < w->width; x += SURVEY_COLUMNS) {
         const int32_t x0 = most(x - RF_SURVEY_MARGIN, 0);
@@ -324,12 +326,12 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
         const int32_t x1 = least(x + columns + RF_SURVEY_MARGIN, w->width);
         const struct rf_window counted = {x, y, columns, n};
         const struct rf_window given = {x0, first, x1 - x0, end - first};
-        for (int j = 0; j < w->job->n_views; j++) {
+        for (int j = 0; j < w->n_views; j++) {
             struct rf_view view;
             if (!view_of(w, j, &given, &view))
                 return APP_NO_MEMORY;
-            if (rf_filter_survey(w->filter, &view, &given, &counted, &w->surveys[j],
-                                 &core) != RF_OK)
+            if (rf_filter_survey(w->run->filter, &view, &given, &counted,
+                                 &w->surveys[j], &core) != RF_OK)
                 return fail_core(w, j, &core);
         }
     }
@@ -338,14 +340,19 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
 
 static int survey_all(struct windows *w)
 {
+    app_begin(w->run->tool->host, "measuring");
     int code =
         make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * RF_DEPTH_SNAP_REACH);
     for (int32_t y = 0; code == APP_DONE && y < w->height; y += SURVEY_ROWS) {
         code = survey_strip(w, y, least(SURVEY_ROWS, w->height - y));
-        if (!app_progress((void *)w->job->host, SURVEYED * y / w->height))
+        if (!app_progress((void *)w->run->tool->host, (double)y / w->height))
             code = APP_INTERRUPTED;
     }
     drop_rows(w);
+    app_end(w->run->tool->host);
+    for (int j = 0; j < w->n_views; j++)
+        w->run->largest_radius =
+            fmax(w->run->largest_radius, w->surveys[j].largest_radius);
     return code;
 }
 
@@ -369,7 +376,7 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
                                            least(kept_height, w->height - y)};
             if (x > 0 && y > 0) /* as wide as those above, as high as those left */
                 break;
-            if (rf_filter_window(w->filter, w->surveys, w->job->n_views, &kept, &given,
+            if (rf_filter_window(w->run->filter, w->surveys, w->n_views, &kept, &given,
                                  error) != RF_OK)
                 return false;
             needed->width = most(needed->width, given.width);
@@ -377,17 +384,17 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
         }
     given = (struct rf_window){0, 0, needed->width, needed->height};
     const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
-    const bool is_repaired = w->job->is_premultiplied || w->job->is_mixed;
+    const bool is_repaired = w->is_premultiplied || w->is_mixed;
     const size_t width = (size_t)needed->width + 2 * RF_DEPTH_SNAP_REACH;
     const size_t height = (size_t)needed->height + 2 * RF_DEPTH_SNAP_REACH;
     needed->window_bytes =
-        rf_window_bytes(w->filter, w->surveys, w->job->n_views, &given);
+        rf_window_bytes(w->run->filter, w->surveys, w->n_views, &given);
     needed->n_bytes =
         needed->window_bytes +
-        (size_t)w->job->n_views * height * row * (pixel + sizeof(float)) +
+        (size_t)w->n_views * height * row * (pixel + sizeof(float)) +
         (size_t)kept_height * row * 2 * pixel + /* and as it is compressed */
         (is_repaired ? 2 : 0) * width * height * sizeof(float) +
-        (size_t)w->job->n_threads * CHUNK_BYTES + (size_t)w->job->n_views * VIEW_BYTES +
+        (size_t)w->run->n_threads * CHUNK_BYTES + (size_t)w->n_views * VIEW_BYTES +
         PROGRAM_BYTES;
     return true;
 }
@@ -414,7 +421,7 @@ static int choose_size(struct windows *w, struct needed *chosen)
             least_bytes = needed.n_bytes < least_bytes ? needed.n_bytes : least_bytes;
             const double work = (double)needed.width * needed.height /
                                 ((double)width * least(height, w->height));
-            if (needed.n_bytes > w->job->max_bytes || work >= best)
+            if (needed.n_bytes > w->max_bytes || work >= best)
                 continue;
             best = work;
             w->kept_width = width;
@@ -423,15 +430,12 @@ static int choose_size(struct windows *w, struct needed *chosen)
         }
     if (best < INFINITY)
         return APP_DONE;
-    double largest = 0;
-    for (int j = 0; j < w->job->n_views; j++)
-        largest = fmax(w->surveys[j].largest_radius, largest);
     return app_fail(
-        w->job->error, APP_FAILED,
+        w->run->error, APP_FAILED,
         "--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
         "px; in windows it takes %zu MiB, allow that",
-        w->job->max_bytes >> 20, image_path(w->job->sources->colour), (int)w->width,
-        (int)w->height, ceil(largest), (least_bytes >> 20) + 1);
+        w->max_bytes >> 20, image_path(w->sources->colour), (int)w->width,
+        (int)w->height, ceil(w->run->largest_radius), (least_bytes >> 20) + 1);
 }
 
 /* ---- filtering ------------------------------------------------------------------- */
@@ -440,7 +444,7 @@ static bool report_window(void *user, double fraction)
 {
     struct windows *w = user;
     const double done = ((double)w->n_done + fraction) / (double)w->n_windows;
-    return app_progress((void *)w->job->host, SURVEYED + (1 - SURVEYED) * done);
+    return app_progress((void *)w->run->tool->host, done);
 }
 
 static int filter_window(struct windows *w, const struct rf_window *kept)
@@ -453,23 +457,24 @@ static int filter_window(struct windows *w, const struct rf_window *kept)
                                           kept->height, w->n_channels);
     out.width = kept->width;
     struct rf_view views[RF_MAX_VIEWS];
-    const int n_views = w->job->n_views;
-    if (rf_filter_window(w->filter, w->surveys, n_views, kept, &given, &core) != RF_OK)
+    const int n_views = w->n_views;
+    if (rf_filter_window(w->run->filter, w->surveys, n_views, kept, &given, &core) !=
+        RF_OK)
         return fail_core(w, 0, &core);
     const struct rf_window rows = with_margin(w, &given);
-    if (!need_rows(w, rows.y, rows.y + rows.height, w->job->error))
+    if (!need_rows(w, rows.y, rows.y + rows.height, w->run->error))
         return fail_image(w);
     for (int j = 0; j < n_views; j++)
         if (!view_of(w, j, &given, &views[j]))
             return APP_NO_MEMORY;
-    if (rf_filter_process_window(w->filter, w->surveys, views, n_views, &given, kept,
-                                 &out, &progress, &core) != RF_OK)
+    if (rf_filter_process_window(w->run->filter, w->surveys, views, n_views, &given,
+                                 kept, &out, &progress, &core) != RF_OK)
         return fail_core(w, 0, &core);
     w->n_done++;
     return APP_DONE;
 }
 
-static int filter_strip(struct windows *w, struct image_writer *writer, int32_t y)
+static int filter_strip(struct windows *w, int32_t y)
 {
     int code = APP_DONE;
     const int32_t n = least(w->kept_height, w->height - y);
@@ -480,66 +485,108 @@ static int filter_strip(struct windows *w, struct image_writer *writer, int32_t 
     }
     if (code != APP_DONE)
         return code;
-    if (w->job->output->types[0] == IMAGE_SAMPLE_HALF)
-        code = picture_warn_clipped(w->job->host, w->job->path,
+    if (w->to.output.types[0] == IMAGE_SAMPLE_HALF)
+        code = picture_warn_clipped(w->run->tool->host, w->run->tool->output,
                                     picture_clip_to_half(w->out, n_samples),
-                                    w->job->error);
+                                    w->run->error);
     if (code != APP_DONE)
         return code;
-    return image_write_rows(writer, n, w->out, w->job->error) ? APP_DONE
-                                                              : fail_image(w);
+    return image_write_rows(w->writer, n, w->out, w->run->error) ? APP_DONE
+                                                                 : fail_image(w);
 }
 
-static int filter_all(struct windows *w)
+static int filter_all(struct windows *w, const struct needed *needed)
 {
-    struct image_writer *writer;
-    struct needed needed = {0};
-    int code = choose_size(w, &needed);
-    if (code == APP_DONE)
-        code =
-            open_filter(w, w->job->max_bytes - (needed.n_bytes - needed.window_bytes));
-    if (code != APP_DONE)
-        return code;
-    if (!image_write_begin(&writer, w->job->path, w->job->output, w->job->n_threads,
-                           w->job->error))
+    struct run *run = w->run;
+    if (!image_write_begin(&w->writer, run->tool->output, &w->to.output, run->n_threads,
+                           run->error))
         return fail_image(w);
     const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
     w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
-    code = make_room(w, needed.height + 2 * RF_DEPTH_SNAP_REACH);
+    int code = make_room(w, needed->height + 2 * RF_DEPTH_SNAP_REACH);
     w->out = app_memory((size_t)w->kept_height * (size_t)w->width,
-                        (size_t)w->n_channels * sizeof(float), w->job->error);
+                        (size_t)w->n_channels * sizeof(float), run->error);
     if (!w->out)
         code = APP_NO_MEMORY;
+    app_begin(run->tool->host, "filtering");
     for (int32_t y = 0; code == APP_DONE && y < w->height; y += w->kept_height)
-        code = filter_strip(w, writer, y);
+        code = filter_strip(w, y);
+    app_end(run->tool->host);
     drop_rows(w);
-    free(w->out);
-    if (code == APP_DONE && os_is_interrupted())
-        code = APP_INTERRUPTED;
-    if (code == APP_DONE)
-        return image_write_finish(writer, w->job->error) ? APP_DONE : fail_image(w);
-    image_write_abort(writer);
-    return code;
+    return code == APP_DONE && os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
-int windows_filter(const struct windows_job *job)
+/* ---- steps of the run ------------------------------------------------------------ */
+
+static void describe_output(struct windows *w)
 {
-    struct windows w = windows_of(job);
+    const struct run *run = w->run;
+    filter_describe(run, w->made, sizeof(w->made));
+    source_describe(&run->source,
+                    &(struct source_output){.type = run->tool->type == FILTER_TYPE_HALF
+                                                        ? IMAGE_SAMPLE_HALF
+                                                        : IMAGE_SAMPLE_FLOAT,
+                                            .compression = filter_compression(run),
+                                            .made = w->made},
+                    &w->to);
+    filter_drop_view(run, &w->to);
+    w->to.output.pass_through = run->tool->pass_through;
+    if (run->source.info.is_tiled)
+        w->to.output.tile_size = image_row_step(run->source.colour, run->source.part);
+}
+
+int windows_open(struct run *run)
+{
+    struct windows *w = app_memory(1, sizeof(*w), run->error);
+    if (!w)
+        return APP_NO_MEMORY;
 #ifdef M_MMAP_THRESHOLD
     /* The C library else keeps ever larger freed blocks, in gaps of its heap. */
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
-    app_begin(job->host, "filtering");
-    int code = open_filter(&w, job->max_bytes);
+    run->windows = w;
+    w->run = run;
+    w->sources = sources_of(run);
+    w->n_views = filter_n_views(run);
+    w->max_bytes = (size_t)run->tool->max_memory_mib << 20;
+    w->width = run->source.width;
+    w->height = run->source.height;
+    w->n_channels = run->source.n_channels;
+    w->step = image_row_step(run->source.colour, run->source.part);
+    for (int j = 0; j < w->n_views; j++)
+        w->surveys[j].size = sizeof w->surveys[j];
+    const int code = judge_depth(w);
+    return code == APP_DONE ? survey_all(w) : code;
+}
+
+int windows_filter(struct run *run)
+{
+    struct windows *w = run->windows;
+    struct needed needed = {0};
+    int code = choose_size(w, &needed);
     if (code == APP_DONE)
-        code = survey_all(&w);
-    for (int k = 0; code == APP_DONE && job->largest_radius && k < job->n_views; k++)
-        *job->largest_radius = fmax(*job->largest_radius, w.surveys[k].largest_radius);
-    if (code == APP_DONE)
-        code = filter_all(&w);
-    app_end(job->host);
-    rf_filter_destroy(w.filter);
-    rf_context_destroy(w.context);
-    free(w.repaired);
-    return code;
+        code = filter_make(run, w->max_bytes - (needed.n_bytes - needed.window_bytes));
+    describe_output(w);
+    return code == APP_DONE ? filter_all(w, &needed) : code;
+}
+
+int windows_finish(struct run *run)
+{
+    struct image_writer *writer = run->windows->writer;
+    run->windows->writer = NULL;
+    return image_write_finish(writer, run->error) ? APP_DONE : fail_image(run->windows);
+}
+
+void windows_free(struct run *run)
+{
+    struct windows *w = run->windows;
+    if (!w)
+        return;
+    if (w->writer)
+        image_write_abort(w->writer);
+    drop_rows(w);
+    free(w->out);
+    free(w->repaired);
+    free(w);
+    run->windows = NULL;
 }

@@ -1,45 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Filters a picture that does not fit into memory, window by window. */
+/*
+ * The steps of a run (filter_run.c) for a picture that does not fit into memory: they
+ * take the place of those that read, filter and write it whole, with the same bits. The
+ * functions return an enum app_code, with run->error.
+ */
 #ifndef APP_WINDOWS_H
 #define APP_WINDOWS_H
 
-#include "rackfocus/rackfocus.h"
-#include "source.h"
+#include <stdbool.h>
 
-struct windows_job {
-    int n_views;
-    const struct source *sources;      /* of the views */
-    const struct rf_view *places;      /* on the lens; of one view not looked at */
-    const struct image_output *output; /* but for its samples */
-    const char *path;                  /* of the output */
-    const struct rf_params *params;
-    const struct rf_context_params *context; /* max_bytes is not looked at */
-    int32_t mist_falloff;                    /* as in depth_repair.h */
-    double depth_infinity;
-    int n_threads;
-    size_t max_bytes; /* to hold at a time */
-    const struct app_host *host;
-    struct image_error *error; /* where what went wrong is said */
-    double *largest_radius;    /* px; receives that of all views */
+struct run;
 
-    /* What windows_measure() led to: repairs of the depth of a lone view. */
-    bool is_premultiplied, is_mixed;
-};
+/* Would the picture take more memory than is allowed, and does the way through windows
+ * know pictures like this one? */
+bool windows_are_needed(const struct run *run);
 
-/* Bytes that n views like a source take when they are filtered whole. */
-size_t windows_whole_bytes(const struct source *source, int n_views);
+/* Measures and judges the depth by a pass over the file, and counts by another what
+ * windows must know of the whole; run->largest_radius is known then. */
+int windows_open(struct run *run);
 
-/* Does the way through windows know pictures like this one? */
-bool windows_are_possible(const struct source *source, const struct rf_params *params);
+/* Reads strips of rows, filters windows of them and writes each strip when it is done,
+ * beside the output's place. */
+int windows_filter(struct run *run);
 
-/* What the depth of a lone view looks like, from a pass over the file. An enum
- * app_code. */
-int windows_measure(const struct windows_job *job, struct rf_depth_stats *stats);
+/* Puts the output into its place. */
+int windows_finish(struct run *run);
 
-/*
- * Reads strips of rows, filters windows of them and writes each strip when it is done:
- * the same bits as those of the whole picture. An enum app_code.
- */
-int windows_filter(const struct windows_job *job);
+/* What is not finished is removed. */
+void windows_free(struct run *run);
 
 #endif

@@ -115,3 +115,17 @@ def test_other_channels_are_kept_in_windows(rackfocus, large, tmp_path):
     (kept, _), (before, _) = plainexr.read(out), plainexr.read(path)
     assert numpy.array_equal(kept["Z"], before["Z"])
     assert not numpy.array_equal(kept["R"], before["R"])
+
+
+def test_windows_say_what_a_whole_picture_says(rackfocus, scene, tmp_path):
+    """Values that nobody gave are named, and --strict makes errors of that."""
+    path, out = scene(size=(300, 1501), attributes={}), tmp_path / "out.exr"
+    words = ["filter", path, "-o", out, "--f-stop", "2", "--sub-apertures", 1]
+    whole = rackfocus(*words).stderr
+    assert "give --focus-distance, --focal-length" in whole
+    windows = [*words, "--max-memory", 150]
+    assert rackfocus(*windows).stderr == whole
+    out.unlink()
+    done = rackfocus(*windows, "--strict", code=1)
+    assert "give --focus-distance, --focal-length" in done.stderr
+    assert not list(tmp_path.glob("out.exr*"))
