@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import group, lens, look, passes, preferences, setup, sharp
+from . import group, lens, look, passes, preferences, props, setup, sharp
 from .library import rackfocus
 
 NORMAL = "Denoising Normal"  # pass of Cycles, where denoising data is stored
@@ -42,8 +42,9 @@ def why_not(scene):
         return "Finish does not work with Rack Focus nodes on pictures"
     if not setup.can_mute_sources(scene):
         return "Finish does not work where your nodes use other passes too"
-    clamp, _, gain, front, back = look.of(scene.camera.data.rack_focus)
-    if (clamp, gain, front * back) != PLAIN_LOOK:
+    settings = scene.camera.data.rack_focus
+    clamp, _, gain, front, back = look.of(settings)
+    if (clamp, gain, front * back) != PLAIN_LOOK or props.has_look(settings):
         return "Finish follows the camera's own lens: set Look back to its defaults"
     if sharp.names_of(scene):
         return "Finish follows the camera's own lens: no object can be kept sharp"

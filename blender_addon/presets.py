@@ -6,12 +6,15 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 from bpy.props import StringProperty
 
+from . import props
+
 FOLDER = "rack_focus"  # of the artist's presets
 
 # name: (tooltip, values of camera.dof, values of camera.rack_focus)
 ROUND = {"aperture_blades": 0, "aperture_rotation": 0.0, "aperture_ratio": 1.0}
 PLAIN = {"highlight_gain": 1.0, "use_highlight_clamp": False, "front_blur": 1.0}
 PLAIN["back_blur"] = 1.0
+PLAIN.update(props.plain_look())
 LOOKS = {
     "Portrait f/1.4": (
         "A fast lens, wide open: round discs",
@@ -42,6 +45,21 @@ LOOKS = {
         "Fireflies and sparkles are tamed before the blur",
         {**ROUND, "aperture_fstop": 1.8},
         {**PLAIN, "use_highlight_clamp": True, "highlight_clamp": 4.0},
+    ),
+    "Cat's Eyes f/1.4": (
+        "Round in the middle, lemons in the corners, which grow darker",
+        {**ROUND, "aperture_fstop": 1.4},
+        {**PLAIN, "cat_eye": 0.7},
+    ),
+    "Swirl f/1.9": (
+        "Old portrait lenses: what is blurred turns around the middle",
+        {**ROUND, "aperture_fstop": 1.9},
+        {**PLAIN, "swirl": 0.6, "cat_eye": 0.5, "cat_eye_exposure": "keep"},
+    ),
+    "Old Hexagon f/2.8": (
+        "Six blades with slightly round edges",
+        {**ROUND, "aperture_fstop": 2.8, "aperture_blades": 6},
+        {**PLAIN, "blade_curvature": 0.3},
     ),
     "Miniature f/0.2": (
         "As if all were small",

@@ -54,6 +54,21 @@ def look_table():
     return [p for p in table[last + 1 :] if p.group != "method"]
 
 
+def plain_look():
+    """{field: value} of a lens without any look, as properties have it."""
+    return {
+        p.field: math.radians(p.default) if is_angle(p) else p.default
+        for p in look_table()
+    }
+
+
+def has_look(settings):
+    """Has the lens a look that its method reads?"""
+    plain = plain_look()
+    set_here = [f for f, value in plain.items() if getattr(settings, f) != value]
+    return any(is_read(settings, field) for field in set_here)
+
+
 def method_table():
     """The parameters that the camera does not have and that are a property here."""
     looks = {p.field for p in look_table()}

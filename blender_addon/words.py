@@ -128,6 +128,26 @@ FIELDS = {
         "Blade Curvature",
         "How round the blades' edges are: 0 straight, 1 the circle through the corners",
     ),
+    "cat_eye": (
+        "Cat's Eyes",
+        "Discs become lemons towards the corners, as in a lens whose barrel cuts in",
+    ),
+    "cat_eye_exposure": (
+        "Corners",
+        "What the light that Cat's Eyes and Barn Doors take does to the picture",
+    ),
+    "astigmatism": (
+        "Astigmatism",
+        "Discs grow towards the corners, along the line from the centre",
+    ),
+    "swirl": (
+        "Swirl",
+        "Discs grow towards the corners, around the centre, as in old portrait lenses",
+    ),
+    "barn_left": ("Barn Door Left", "Discs are cut straight at the left"),
+    "barn_right": ("Barn Door Right", "Discs are cut straight at the right"),
+    "barn_top": ("Barn Door Top", "Discs are cut straight at the top"),
+    "barn_bottom": ("Barn Door Bottom", "Discs are cut straight at the bottom"),
 }
 
 # (field, choice): tooltip
@@ -145,6 +165,8 @@ CHOICES = {
     ("leak_control", "none"): "Colours leak",
     ("leak_control", "product"): "Mean and product of four blurred masks",
     ("leak_control", "hint"): "The blurred mask",
+    ("cat_eye_exposure", "fall"): "They grow darker, as behind the lens itself",
+    ("cat_eye_exposure", "keep"): "They keep their light: only the shape changes",
     ("lens_pattern", "auto"): "Polygon where the camera has blades, else disc",
     ("lens_pattern", "disc"): "Spread evenly over the disc",
     ("lens_pattern", "circle"): "Evenly along the rim",

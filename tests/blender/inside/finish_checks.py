@@ -307,6 +307,9 @@ def what_cannot_be_finished():
     data.rack_focus.highlight_gain = 2
     assert "Look" in refusal()
     data.rack_focus.highlight_gain = 1
+    data.rack_focus.cat_eye = 0.5
+    assert "Look" in refusal()
+    data.rack_focus.cat_eye = 0
     kept = os.environ.get("RACKFOCUS_OIDN")
     os.environ["RACKFOCUS_OIDN"] = "/nowhere"
     try:
