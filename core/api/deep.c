@@ -5,6 +5,7 @@
 #include "api/filter.h"
 #include "base/error.h"
 #include "base/task.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
@@ -44,6 +45,10 @@ rf_result rf_filter_process_deep(const struct rf_filter *filter,
         return rf_fail(error, RF_ERROR_PARAMETER, "method",
                        "deep frames are filtered by the method layered only; flatten "
                        "them for the others");
+    if (rf_field_is_on(&filter->frame.params))
+        return rf_fail(error, RF_ERROR_PARAMETER, "tilt_x",
+                       "tilt, field-curvature and split-diopter are not for deep "
+                       "frames; set them to 0 or flatten the frames");
     struct rf_task task;
     rf_task_begin(&task, progress);
     if (rf_task_is_cancelled(&task))

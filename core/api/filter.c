@@ -13,6 +13,7 @@
 #include "base/pool.h"
 #include "base/task.h"
 #include "input/depth.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
@@ -29,6 +30,10 @@ enum { NORMAL_CELLS = 3 }; /* quality normal: 0.07 dB below 4 at the most */
  * scatter are a plain lens. */
 static void settle_looks(struct rf_params *params)
 {
+    if (rf_method_find(params->method)->max_views > 1) {
+        params->tilt_x = params->tilt_y = params->field_curvature = 0;
+        params->split_diopter = 0;
+    }
     if (rf_method_find(params->method)->has_layers)
         return;
     params->astigmatism = params->swirl = 0;
@@ -237,6 +242,9 @@ static rf_result convert(const struct rf_filter *filter, const struct rf_image *
         return rf_fail_memory(error, n, sizeof(float));
     result = rf_depth_to_radius(f, depth, is_radius ? memory : NULL,
                                 is_radius ? NULL : memory, NULL, NULL, error);
+    float unused;
+    if (result == RF_OK && is_radius)
+        rf_field_apply(f, memory, &unused);
     if (result == RF_OK) {
         struct rf_image packed = rf_image_packed(memory, w, h, 1);
         struct rf_image one = *out;

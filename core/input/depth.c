@@ -29,6 +29,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/pixels.h"
 #include "kernels/data.h"
@@ -238,8 +239,8 @@ rf_result rf_depth_to_radius(const struct rf_frame *frame, const struct rf_image
                              float *largest, struct rf_error *error)
 {
     const struct rf_context *context = frame->context;
-    struct depth_map map = {&frame->params, &frame->lens, frame->place.x,
-                            frame->place.y};
+    const struct rf_lens lens = rf_field_lens(frame);
+    struct depth_map map = {&frame->params, &lens, frame->place.x, frame->place.y};
     int height = depth->height;
     struct row_tally *rows = rf_calloc(context, (size_t)height, sizeof *rows);
     if (!rows)

@@ -29,6 +29,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "rackfocus/rackfocus.h"
 
@@ -67,7 +68,8 @@ static bool is_missing_in(const struct rf_frame *frame, struct rf_alphas alpha,
 {
     const float *a = alpha.at + (ptrdiff_t)y * alpha.row;
     const float *r = radius + (size_t)frame->width * (size_t)y;
-    float r_nothing = (float)rf_lens_radius_px(&frame->lens, INFINITY);
+    const struct rf_lens lens = rf_field_lens(frame);
+    float r_nothing = (float)rf_lens_radius_px(&lens, INFINITY);
     int n_nothing = 0, n_missing = 0;
     for (int i = 0; i < frame->width; i++)
         n_nothing += r[i] == r_nothing;
@@ -118,11 +120,12 @@ rf_result rf_film_fill(const struct rf_frame *frame, struct rf_alphas alpha,
     enum rf_film_depth choice = (enum rf_film_depth)frame->params.film_depth;
     const struct rf_context *context = frame->context;
     size_t n = (size_t)frame->width * (size_t)frame->height;
+    const struct rf_lens lens = rf_field_lens(frame);
     struct filling f = {.frame = frame,
                         .alpha = alpha,
                         .radius = radius,
                         .least = least_alpha(choice),
-                        .r_nothing = (float)rf_lens_radius_px(&frame->lens, INFINITY)};
+                        .r_nothing = (float)rf_lens_radius_px(&lens, INFINITY)};
     if (choice == RF_FILM_DEPTH_KEEP)
         return RF_OK;
     rf_parallel(context, frame->height, RF_EQUAL_PARTS, find_missing, &f);

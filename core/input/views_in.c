@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "input/depth.h"
+#include "input/field.h"
 #include "input/film.h"
 #include "input/frame.h"
 #include "input/pixels.h"
@@ -99,7 +100,8 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
 
 bool rf_work_is_sharp(const struct rf_work *work)
 {
-    return work->n_views == 1 && work->views->largest_radius < RF_SHARP_PX;
+    return work->n_views == 1 && work->views->largest_radius < RF_SHARP_PX &&
+           !rf_field_is_on(&work->frame->params);
 }
 
 /* What is partly transparent and has no depth. */
@@ -158,6 +160,8 @@ rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
             w->image = images[j];
         if (work->n_planes == 4)
             result = fill_film(work, j, error);
+        size_t n = (size_t)work->frame->width * (size_t)work->frame->height;
+        rf_field_apply(work->frame, work->memory + n * (size_t)j, &w->largest_radius);
         work->largest_radius = rf_max_float(w->largest_radius, work->largest_radius);
     }
     return result;

@@ -205,18 +205,26 @@ static const char *read_f_stop(const struct rf_params *p)
     return p->lens_radius > 0 ? "lens-radius is given, and says it" : NULL;
 }
 
+/* Does the tilt of the lens turn the focus, by the focal length? */
+static bool is_tilted(const struct rf_params *p)
+{
+    return is_perspective(p) && method_of(p)->needs_depth &&
+           method_of(p)->max_views == 1 && (p->tilt_x != 0 || p->tilt_y != 0);
+}
+
 static const char *read_focal(const struct rf_params *p)
 {
     if (!is_perspective(p))
         return read_perspective(p);
-    return is_real_lens(p) || p->lens_radius == 0 || p->focal_length_px == 0
+    return is_real_lens(p) || is_tilted(p) || p->lens_radius == 0 ||
+                   p->focal_length_px == 0
                ? NULL
                : "lens-radius and focal-length-px are given, and say it";
 }
 
 static const char *read_unit(const struct rf_params *p)
 {
-    return is_real_lens(p) || p->lens_radius == 0
+    return is_real_lens(p) || is_tilted(p) || p->lens_radius == 0
                ? NULL
                : "lens-radius is given, in scene units";
 }
@@ -341,6 +349,27 @@ static const char *read_exposure(const struct rf_params *p)
     if (read_vignette(p))
         return read_vignette(p);
     return is_dark ? NULL : "read only with cat-eye or a barn door above 0";
+}
+
+static const char *read_field(const struct rf_params *p)
+{
+    if (read_depth(p))
+        return read_depth(p);
+    if (method_of(p)->max_views > 1)
+        return "not read by views, which share one plane of focus; layered does";
+    return read_perspective(p);
+}
+
+static const char *read_tilt(const struct rf_params *p)
+{
+    return read_field(p);
+}
+
+static const char *read_split(const struct rf_params *p)
+{
+    if (read_field(p))
+        return read_field(p);
+    return p->split_diopter > 0 ? NULL : "read only with a split-diopter above 0";
 }
 
 /* ---- depth ----------------------------------------------------------------------- */

@@ -115,6 +115,13 @@ static const struct param_case cases[] = {
     {"barn-right", PICTURE, "", "1", "barn-right=0", "", 0},
     {"barn-top", PICTURE, "", "1.5", "barn-top=0", "", 0},
     {"barn-bottom", PICTURE, "", "1.5", "barn-bottom=0", "", 0},
+    {"tilt-x", PICTURE, "", "10", "tilt-x=0", "", 0},
+    {"tilt-y", PICTURE, "", "10", "tilt-y=0", "", 0},
+    {"field-curvature", RADIUS, "", "0.1", "field-curvature=0", "", 0},
+    {"split-diopter", PICTURE, "", "4", "split-diopter=10", "", 1e-5},
+    {"split-angle", RADIUS, "split-diopter=4", "90", "split-angle=360", "", 1e-6},
+    {"split-offset", RADIUS, "split-diopter=4", "0.3", "split-offset=0", "", 0},
+    {"split-softness", RADIUS, "split-diopter=4", "1", "split-softness=0.1", "", 0},
 };
 enum { N_CASES = sizeof cases / sizeof cases[0] };
 
@@ -336,6 +343,18 @@ static void the_neutral_value_is_the_identity(void)
 }
 
 /* Whatever a parameter says, what lies in the plane in focus comes out bit for bit. */
+/* Is the focus another in parts of the picture? */
+static bool moves_focus(const char *key)
+{
+    static const char *const keys[] = {
+        "tilt-x",      "tilt-y",       "field-curvature", "split-diopter",
+        "split-angle", "split-offset", "split-softness"};
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
+        if (!strcmp(key, keys[i]))
+            return true;
+    return false;
+}
+
 static void in_focus_no_parameter_matters(void)
 {
     for (size_t i = 0; i < n_rows; i++) {
@@ -343,7 +362,8 @@ static void in_focus_no_parameter_matters(void)
         struct rf_params p;
         struct frame f = scene;
         float depth[N], out[N * 3];
-        if (!c || rows[i].group == RF_GROUP_DEPTH || !strcmp(c->key, "screen-position"))
+        if (!c || rows[i].group == RF_GROUP_DEPTH ||
+            !strcmp(c->key, "screen-position") || moves_focus(c->key))
             continue;
         base_params(&p);
         REQUIRE(apply_settings(&p, c->setup));

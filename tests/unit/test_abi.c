@@ -87,6 +87,13 @@ static const struct {
     {"barn_right", 424},
     {"barn_top", 432},
     {"barn_bottom", 440},
+    {"tilt_x", 448},
+    {"tilt_y", 456},
+    {"field_curvature", 464},
+    {"split_diopter", 472},
+    {"split_angle", 480},
+    {"split_offset", 488},
+    {"split_softness", 496},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 

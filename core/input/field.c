@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The surface in focus. Its inverse distance depends on the place,
+ *
+ *   1/s(q) = 1/s + (x sin A + y sin B) / (f f_px)    tilt, the lens turned by A and B
+ *                + b |q|^2                           curvature of field
+ *
+ *   x, y   px from the optical axis, y up;  q  the place in halves of the diagonal
+ *   f      focal length, scene units;  f_px  the same in px
+ *
+ * and beyond the line n . q = o of a split diopter 1/s is that of its own distance,
+ * with a smooth step (3 t^2 - 2 t^3) as wide as its softness. All of it shifts the
+ * radius, r = K (1/s(q) - 1/z), by a number that depends on the place alone.
+ *
+ * Tilt: the surface is a plane that meets the plane of the lens in the line f / sin A
+ * from the axis (Scheimpflug; Merklinger 1996).
+ */
+#include "input/field.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "input/frame.h"
+#include "lens/look.h"
+#include "rackfocus/rackfocus.h"
+
+bool rf_field_is_on(const struct rf_params *p)
+{
+    return p->projection == RF_PROJECTION_PERSPECTIVE &&
+           (p->tilt_x != 0 || p->tilt_y != 0 || p->field_curvature != 0 ||
+            p->split_diopter > 0);
+}
+
+struct rf_lens rf_field_lens(const struct rf_frame *frame)
+{
+    struct rf_lens lens = frame->lens;
+    if (rf_field_is_on(&frame->params))
+        lens.max_radius_px = INFINITY;
+    return lens;
+}
+
+/* What the place adds to a radius, in parts of K. */
+struct field {
+    double k, most;                          /* px times scene units; px */
+    double principal[2];                     /* px of the whole picture */
+    double tilt[2];                          /* of 1/s per px */
+    double curvature;                        /* b */
+    double split, side[2], offset, softness; /* split: the step of 1/s */
+    struct rf_look places;
+    int x, y, width; /* of the frame */
+    float *radius;
+    uint32_t most_found; /* bits of a float; atomic */
+};
+
+static struct field field_of(const struct rf_frame *f)
+{
+    const struct rf_params *p = &f->params;
+    const double degree = RF_PI / 180;
+    double per_px = 1 / (f->lens.focal_length * f->lens.focal_length_px);
+    struct field field = {
+        .k = -f->lens.scale,
+        .most = f->lens.max_radius_px,
+        .principal = {f->lens.principal_px[0], f->lens.principal_px[1]},
+        .tilt = {sin(p->tilt_x * degree) * per_px,
+                 sin(p->tilt_y * degree) * per_px / p->pixel_aspect},
+        .curvature = p->field_curvature,
+        .split = p->split_diopter > 0
+                     ? 1 / p->split_diopter - 1 / f->lens.focus_distance
+                     : 0,
+        .side = {cos(p->split_angle * degree), sin(p->split_angle * degree)},
+        .offset = p->split_offset,
+        .softness = p->split_softness,
+        .places = rf_look_make(p, f->place.whole_width, f->place.whole_height),
+        .x = f->place.x,
+        .y = f->place.y,
+        .width = f->width,
+    };
+    return field;
+}
+
+/* How much of a split diopter there is at q. */
+static double split_share(const struct field *f, const double q[2])
+{
+    double beyond = f->side[0] * q[0] + f->side[1] * q[1] - f->offset;
+    if (f->softness <= 0)
+        return beyond > 0;
+    double t = fmin(fmax(beyond / f->softness + 0.5, 0), 1);
+    return t * t * (3 - 2 * t);
+}
+
+static double shift_at(const struct field *f, int x, int y)
+{
+    double q[2], at[2] = {f->x + x + 0.5, f->y + y + 0.5};
+    rf_look_place(&f->places, at[0], at[1], q);
+    double sum = (at[0] - f->principal[0]) * f->tilt[0] +
+                 (f->principal[1] - at[1]) * f->tilt[1] +
+                 f->curvature * (q[0] * q[0] + q[1] * q[1]);
+    if (f->split != 0)
+        sum += f->split * split_share(f, q);
+    return f->k * sum;
+}
+
+static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct field *f = data;
+    float most = 0, limit = (float)f->most;
+    (void)thread;
+    for (int y = (int)begin; y < (int)end; y++) {
+        float *radius = f->radius + (int64_t)y * f->width;
+        for (int x = 0; x < f->width; x++) {
+            float r = (float)((double)radius[x] + shift_at(f, x, y));
+            r = rf_min_float(rf_max_float(r, -limit), limit);
+            most = rf_max_float(most, fabsf(r));
+            radius[x] = r;
+        }
+    }
+    /* The largest of all parts, whichever comes first; floats above 0 sort as bits. */
+    uint32_t bits, seen = __atomic_load_n(&f->most_found, __ATOMIC_RELAXED);
+    memcpy(&bits, &most, sizeof bits);
+    while (bits > seen &&
+           !__atomic_compare_exchange_n(&f->most_found, &seen, bits, false,
+                                        __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+        ;
+}
+
+void rf_field_apply(const struct rf_frame *frame, float *radius, float *largest)
+{
+    if (!rf_field_is_on(&frame->params))
+        return;
+    struct field field = field_of(frame);
+    field.radius = radius;
+    rf_parallel(frame->context, frame->height, RF_EQUAL_PARTS, apply_rows, &field);
+    memcpy(largest, &field.most_found, sizeof *largest);
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The surface in focus, where it is no plane: tilt, curvature of field, split diopter. */
+#ifndef RF_INPUT_FIELD_H
+#define RF_INPUT_FIELD_H
+
+#include <stdbool.h>
+
+#include "input/frame.h"
+#include "rackfocus/rackfocus.h"
+
+/* Does the focus depend on the place? */
+bool rf_field_is_on(const struct rf_params *params);
+
+/*
+ * The lens that depths become radii with: that of the frame but, where the focus
+ * depends on the place, without a limit of the radius, which rf_field_apply() sets.
+ */
+struct rf_lens rf_field_lens(const struct rf_frame *frame);
+
+/*
+ * Adds what the place makes of the radii of a frame's pixels, packed, and limits them;
+ * *largest receives the largest magnitude. Nothing where the focus is the same
+ * everywhere.
+ */
+void rf_field_apply(const struct rf_frame *frame, float *radius, float *largest);
+
+#endif
