@@ -124,7 +124,7 @@ static rf_result build_set(struct rf_composer *c, struct set *set, double lists_
 {
     struct rf_task *task = c->scene->task;
     set->groups.n = 0;
-    if ((set->samples->n == 0 && !set->source->survey) || rf_task_is_cancelled(task))
+    if ((set->samples->n == 0 && !set->source->emission) || rf_task_is_cancelled(task))
         return RF_OK;
     rf_result result =
         rf_groups_build(&set->groups, c, set->samples, set->source, lists_to, error);
@@ -293,8 +293,9 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
 /* Is none of a set's samples of a coarse level? */
 static bool is_fine(const struct rf_composer *c, const struct set *set)
 {
-    return set->source->survey ? rf_level_of(c->split, set->source->largest_radius) == 0
-                               : set->samples->n == 0;
+    return set->source->emission
+               ? rf_level_of(c->split, set->source->largest_radius) == 0
+               : set->samples->n == 0;
 }
 
 static void run_lone_tiles(void *data, int64_t begin, int64_t end, int thread)

@@ -66,29 +66,30 @@ static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b
 }
 
 /* Spreads the part of n places that can reach a tile. */
-static void spread_places(const struct rf_composer *c, const struct rf_tile_list *l,
+static void spread_places(const struct rf_composer *c, const struct rf_tile_list *list,
                           const rf_packed *at, const rf_packed *end, int x0, int y0,
                           struct rf_spread_sums *acc)
 {
-    int y = y0 - l->surfaces.y, y1 = y + RF_TILE_H;
+    int y = y0 - list->surfaces.y, y1 = y + RF_TILE_H;
     if (rf_packed_y(*at) < y - acc->reach)
         at = first_from_row(at, end, y - acc->reach);
     if (end > at && rf_packed_y(end[-1]) >= y1 + acc->reach)
         end = first_from_row(at, end, y1 + acc->reach);
     if (end > at)
-        c->kernels->spread_places(acc, at, (int)(end - at), &l->surfaces,
+        c->kernels->spread_places(acc, at, (int)(end - at), &list->surfaces,
                                   c->footprints->table, x0, y0);
 }
 
 /* Spreads the part of a list's bin that can reach a tile. */
-static void spread_list(const struct rf_composer *c, const struct rf_tile_list *l,
+static void spread_list(const struct rf_composer *c, const struct rf_tile_list *list,
                         int b, int x0, int y0, struct rf_spread_sums *acc)
 {
-    int from = l->bin[b], to = l->bin[b + 1];
-    if (to > from && l->places)
-        spread_places(c, l, l->places + from, l->places + to, x0, y0, acc);
+    int from = list->bin[b], to = list->bin[b + 1];
+    if (to > from && list->places)
+        spread_places(c, list, list->places + from, list->places + to, x0, y0, acc);
     else if (to > from)
-        c->kernels->spread(acc, l->at + from, to - from, c->footprints->table, x0, y0);
+        c->kernels->spread(acc, list->at + from, to - from, c->footprints->table, x0,
+                           y0);
 }
 
 /* Are the samples of bin b of full resolution and up to 2 px from the focus? */
@@ -109,9 +110,9 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
         for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
             for (int x = rf_max_int(tx - 1, 0); x <= rf_min_int(tx + 1, g->n_x - 1);
                  x++) {
-                const struct rf_tile_list *l = &g->tiles[y * g->n_x + x];
-                if (l->n)
-                    spread_list(c, l, b, tx * RF_TILE_W, ty * RF_TILE_H, acc);
+                const struct rf_tile_list *list = &g->tiles[y * g->n_x + x];
+                if (list->n)
+                    spread_list(c, list, b, tx * RF_TILE_W, ty * RF_TILE_H, acc);
             }
         bool is_reached = acc->last_row >= 0;
         if (is_reached)

@@ -132,8 +132,8 @@ static bool is_bright_film(const struct rf_picture *picture, int x, int y)
                                bright_limit(s->r) * shade_at(picture, s->c[3], x, y);
 }
 
-struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,
-                                     int n)
+struct rf_emission rf_picture_emission(const struct rf_picture *picture, int x, int y,
+                                       int n)
 {
     uint64_t all = UINT64_MAX >> (64 - n);
     /* Highlights may be darker by now: then they are found not to be bright. */

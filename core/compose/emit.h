@@ -57,8 +57,8 @@ static inline bool rf_picture_may_be_bright(const struct rf_picture *picture, in
 }
 
 /* What n <= 64 pixels from (x, y) on have as a source of samples. */
-struct rf_emission rf_picture_survey(const struct rf_picture *picture, int x, int y,
-                                     int n);
+struct rf_emission rf_picture_emission(const struct rf_picture *picture, int x, int y,
+                                       int n);
 
 /*
  * Row i of a scene's samples: puts them at `at` and returns how many they are; with

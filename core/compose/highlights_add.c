@@ -68,7 +68,7 @@ static const float WHOLE = 0.8f;
 static const size_t BATCH_BYTES = 64u << 20;
 
 /* The near surfaces of a view or those behind them, and what helps to find them. */
-struct blockers {
+struct occluder_layer {
     const struct rf_occluders *occluders;
     int view;            /* its index */
     const float *share;  /* of each pixel that is covered; NULL: all of it */
@@ -95,7 +95,8 @@ struct highlights {
     struct rf_light_list list; /* of their footprints, where each place has its own */
     struct shade *shades;
     size_t n_shades;
-    struct blockers *layers; /* near surfaces of each view, then those behind them */
+    struct occluder_layer
+        *layers; /* near surfaces of each view, then those behind them */
     int n_layers;
     float *whole;                                /* a row of shares of 1 */
     float *memory;                               /* of theirs */
@@ -122,8 +123,8 @@ static const struct rf_footprint *footprint_of(const struct highlights *h,
 /* ---- what stands in the way ---------------------------------------------------- */
 
 /* The radii of a row's occluders, where they are not at hand. */
-static void find_occluders(const struct highlights *h, const struct blockers *view,
-                           int y)
+static void find_occluders(const struct highlights *h,
+                           const struct occluder_layer *view, int y)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
@@ -135,7 +136,7 @@ static void find_occluders(const struct highlights *h, const struct blockers *vi
         radius[x] = INFINITY;
 }
 
-static void build_blocks(const struct highlights *h, const struct blockers *view,
+static void build_blocks(const struct highlights *h, const struct occluder_layer *view,
                          int row)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
@@ -178,7 +179,7 @@ static void assign_lens(struct highlights *h)
                 }
             }
             h->view_at[row][column] = (unsigned char)best;
-            struct blockers *view = &h->layers[best];
+            struct occluder_layer *view = &h->layers[best];
             const struct rf_occluders *o = view->occluders;
             view->extent[0] =
                 fmax(view->extent[0], fabs(u - o->shift_scale * o->lens[0]));
@@ -202,10 +203,10 @@ static float block_gap(float v, int b)
 
 /* Is the pixel's surface inside the cone of light from l to the view's part of the
  * lens? */
-static bool is_in_cone(const struct blockers *view, const struct rf_sample *l, float dx,
-                       float dy, float q)
+static bool is_in_cone(const struct occluder_layer *view, const struct rf_sample *light,
+                       float dx, float dy, float q)
 {
-    float room = l->r - q;
+    float room = light->r - q;
     return room >= NEARER_PX && fabsf(dx) <= room * (float)view->extent[0] + 1 &&
            fabsf(dy) <= room * (float)view->extent[1] + 1;
 }
@@ -217,11 +218,12 @@ static void blocks_within(float v, float reach, int n, int *first, int *last)
     *last = (int)rf_min_float(floorf((v + reach) / BLOCK), (float)(n - 1));
 }
 
-static bool is_block_in_cone(const struct highlights *h, const struct blockers *view,
-                             const struct rf_sample *l, float lx, float ly, int bx,
+static bool is_block_in_cone(const struct highlights *h,
+                             const struct occluder_layer *view,
+                             const struct rf_sample *light, float lx, float ly, int bx,
                              int by)
 {
-    return is_in_cone(view, l, block_gap(lx, bx), block_gap(ly, by),
+    return is_in_cone(view, light, block_gap(lx, bx), block_gap(ly, by),
                       view->nearest[by * h->n_x + bx]);
 }
 
@@ -229,7 +231,7 @@ static bool is_block_in_cone(const struct highlights *h, const struct blockers *
 enum { ROWS_AHEAD = 6 };
 
 static inline __attribute__((always_inline)) void
-prefetch_row(const struct blockers *view, int x0, int x1, int y)
+prefetch_row(const struct occluder_layer *view, int x0, int x1, int y)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     const float *radius = view->radius + view->stride * (size_t)y;
@@ -239,7 +241,7 @@ prefetch_row(const struct blockers *view, int x0, int x1, int y)
 }
 
 /* Draws the occluders of the blocks from bx to end - 1 of a row of blocks, or asks. */
-static bool cast_blocks(const struct highlights *h, const struct blockers *view,
+static bool cast_blocks(const struct highlights *h, const struct occluder_layer *view,
                         struct rf_shadows *m, int bx, int end, int by)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
@@ -265,15 +267,15 @@ static bool cast_blocks(const struct highlights *h, const struct blockers *view,
 
 /* Draws the occluders of view j into the mask's box; without a mask only asks whether
  * there is one. */
-static bool draw_occluders(const struct highlights *h, const struct rf_sample *l, int j,
-                           struct rf_shadows *m)
+static bool draw_occluders(const struct highlights *h, const struct rf_sample *light,
+                           int j, struct rf_shadows *m)
 {
-    const struct blockers *view = &h->layers[j];
+    const struct occluder_layer *view = &h->layers[j];
     const struct rf_occluders *o = view->occluders;
-    float shift = o->shift_scale * l->r + o->shift_bias;
-    float lx = l->x + rf_snap_px(o->lens[0] * shift);
-    float ly = l->y - rf_snap_px(o->lens[1] * shift);
-    float room = l->r - view->least;
+    float shift = o->shift_scale * light->r + o->shift_bias;
+    float lx = light->x + rf_snap_px(o->lens[0] * shift);
+    float ly = light->y - rf_snap_px(o->lens[1] * shift);
+    float room = light->r - view->least;
     int first[2], last[2];
     if (room < NEARER_PX)
         return false;
@@ -292,7 +294,7 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     for (int by = first[1]; by <= last[1]; by++)
         for (int bx = first[0], end; bx <= last[0]; bx = end) {
             end = bx;
-            while (end <= last[0] && is_block_in_cone(h, view, l, lx, ly, end, by))
+            while (end <= last[0] && is_block_in_cone(h, view, light, lx, ly, end, by))
                 end++;
             if (end > bx)
                 is_found |= cast_blocks(h, view, m, bx, end, by);
@@ -303,11 +305,11 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     return is_found;
 }
 
-static bool is_free(const struct highlights *h, const struct rf_sample *l,
+static bool is_free(const struct highlights *h, const struct rf_sample *light,
                     struct rf_shadows *m)
 {
     for (int j = 0; j < h->n_layers; j++)
-        if (draw_occluders(h, l, j, m))
+        if (draw_occluders(h, light, j, m))
             return false;
     return true;
 }
@@ -360,10 +362,10 @@ struct box {
     int x, y, min_x, max_x, min_y, max_y;
 };
 
-static struct box box_of(const struct highlights *h, const struct rf_sample *l)
+static struct box box_of(const struct highlights *h, const struct rf_sample *light)
 {
-    const struct rf_footprint *f = footprint_of(h, l);
-    int x = (int)floorf(l->x), y = (int)floorf(l->y);
+    const struct rf_footprint *f = footprint_of(h, light);
+    int x = (int)floorf(light->x), y = (int)floorf(light->y);
     return (struct box){
         x, y, x + f->min_dx, x + f->max_dx, y + f->min_dy, y + f->max_dy};
 }
@@ -393,11 +395,11 @@ static struct shade shade_from(const struct highlights *h, size_t first)
 /* Writes the mask of some highlights; false where nothing stands before them. */
 static bool build_mask(const struct highlights *h, const struct shade *shade)
 {
-    const struct rf_sample *l = &h->samples->at[shade->first];
-    int x = (int)floorf(l->x), y = (int)floorf(l->y);
-    struct rf_shadows m = {.light_x = l->x - (float)x,
-                           .light_y = l->y - (float)y,
-                           .light_r = l->r,
+    const struct rf_sample *light = &h->samples->at[shade->first];
+    int x = (int)floorf(light->x), y = (int)floorf(light->y);
+    struct rf_shadows m = {.light_x = light->x - (float)x,
+                           .light_y = light->y - (float)y,
+                           .light_r = light->r,
                            .x = x,
                            .y = y,
                            .nearer = NEARER_PX,
@@ -406,14 +408,15 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
                            .top = shade->top,
                            .width = shade->width,
                            .height = shade->height};
-    if (is_free(h, l, &m))
+    if (is_free(h, light, &m))
         return false;
     size_t n = (size_t)m.width * (size_t)m.height;
     m.blocked = memset(shade->blocked, 0, n * sizeof *m.blocked);
     if (h->scene->n_views > 1)
-        find_views(h, l->r, &m, (unsigned char *)(m.blocked + n + RF_SHADOW_MARGIN));
+        find_views(h, light->r, &m,
+                   (unsigned char *)(m.blocked + n + RF_SHADOW_MARGIN));
     for (int j = 0; j < h->n_layers; j++)
-        draw_occluders(h, l, j, &m);
+        draw_occluders(h, light, j, &m);
     return true;
 }
 
@@ -449,15 +452,15 @@ static const float *blocked_at(const struct highlights *h, const struct shade *s
 }
 
 /* Adds the light of the rows y0 to y1 - 1 of the scene. */
-static void add_light(const struct highlights *h, const struct rf_sample *l,
+static void add_light(const struct highlights *h, const struct rf_sample *light,
                       const struct shade *shade, int y0, int y1)
 {
     const struct rf_crop *crop = h->out;
-    const struct rf_footprint *f = footprint_of(h, l);
-    int x = (int)floorf(l->x) - crop->x, y = (int)floorf(l->y);
+    const struct rf_footprint *f = footprint_of(h, light);
+    int x = (int)floorf(light->x) - crop->x, y = (int)floorf(light->y);
     float colour[4] = {0};
     for (int p = 0; p < h->scene->n_colours; p++)
-        colour[p] = l->c[p] * l->w;
+        colour[p] = light->c[p] * light->w;
     for (int k = 0; k < f->n_segments; k++) {
         const struct rf_segment *g = &f->segments[k];
         int row = y + g->dy;
@@ -480,7 +483,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *l,
             if (!crop->planes[p])
                 continue;
             float *out = crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
-            float c = l->c[p] * l->w;
+            float c = light->c[p] * light->w;
             for (int i = from; i < to; i++)
                 out[i] += c * weight[i] * (blocked ? seen_of(blocked[i]) : 1);
         }
@@ -493,11 +496,11 @@ static void add_band(const struct highlights *h, size_t from, size_t to, int ban
     int y1 = rf_min_int((band + 1) * BAND_ROWS, h->out->y + h->out->height);
     for (const struct shade *s = h->shades + from; s < h->shades + to; s++)
         for (size_t i = s->first; i < s->end; i++) {
-            const struct rf_sample *l = &h->samples->at[i];
-            const struct rf_footprint *f = footprint_of(h, l);
-            int y = (int)floorf(l->y);
+            const struct rf_sample *light = &h->samples->at[i];
+            const struct rf_footprint *f = footprint_of(h, light);
+            int y = (int)floorf(light->y);
             if (y + f->max_dy >= y0 && y + f->min_dy < y1)
-                add_light(h, l, s, y0, y1);
+                add_light(h, light, s, y0, y1);
         }
 }
 
@@ -594,13 +597,13 @@ static void set_near_layers(struct highlights *h, float *nearest, float *own)
     size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y;
     for (int j = 0; j < h->scene->n_views; j++) {
         const struct rf_occluders *o = &h->scene->occluders[j];
-        struct blockers *layer = &h->layers[h->n_layers++];
-        *layer = (struct blockers){.occluders = o,
-                                   .view = j,
-                                   .share = o->surfaces->share,
-                                   .radius = o->radius,
-                                   .stride = o->radius_stride,
-                                   .nearest = nearest + n_blocks * (size_t)j};
+        struct occluder_layer *layer = &h->layers[h->n_layers++];
+        *layer = (struct occluder_layer){.occluders = o,
+                                         .view = j,
+                                         .share = o->surfaces->share,
+                                         .radius = o->radius,
+                                         .stride = o->radius_stride,
+                                         .nearest = nearest + n_blocks * (size_t)j};
         if (!own)
             continue;
         layer->radius = layer->own = own + n_blocks * BLOCK * BLOCK * (size_t)j;
@@ -616,11 +619,11 @@ static void set_layers_behind(struct highlights *h, float *nearest)
         const struct rf_occluders *o = &h->scene->occluders[j];
         if (o->behind)
             h->layers[h->n_layers++] =
-                (struct blockers){.occluders = o,
-                                  .view = j,
-                                  .radius = o->behind,
-                                  .stride = o->behind_stride,
-                                  .nearest = nearest + n_blocks * (size_t)j};
+                (struct occluder_layer){.occluders = o,
+                                        .view = j,
+                                        .radius = o->behind,
+                                        .stride = o->behind_stride,
+                                        .nearest = nearest + n_blocks * (size_t)j};
     }
 }
 
@@ -660,7 +663,7 @@ static rf_result build_layers(struct highlights *h, struct rf_error *error)
     rf_parallel(h->scene->frame->context, (int64_t)h->n_layers * h->n_y, 4,
                 build_some_blocks, h);
     for (int j = 0; j < h->n_layers; j++) {
-        struct blockers *layer = &h->layers[j];
+        struct occluder_layer *layer = &h->layers[j];
         layer->least = INFINITY;
         for (size_t i = 0; i < n_blocks; i++)
             layer->least = rf_min_float(layer->nearest[i], layer->least);

@@ -85,7 +85,7 @@ static void count_rows(void *data, int64_t begin, int64_t end, int thread)
     const struct collecting *c = data;
     for (int y = (int)begin; y < (int)end; y++) {
         struct lights lights = *c->all;
-        rf_picture_visit_shining(c->picture, y, collect_light, &lights);
+        rf_picture_visit_possible_highlights(c->picture, y, collect_light, &lights);
         c->start[y + 1] = lights.out.n;
     }
 }
@@ -97,7 +97,7 @@ static void collect_rows(void *data, int64_t begin, int64_t end, int thread)
         struct lights lights = *c->all;
         lights.out.at = c->picture->highlights + c->start[y];
         if (c->start[y + 1] > c->start[y])
-            rf_picture_visit_shining(c->picture, y, collect_light, &lights);
+            rf_picture_visit_possible_highlights(c->picture, y, collect_light, &lights);
     }
 }
 
@@ -154,8 +154,8 @@ static void survey_rows(void *data, int64_t begin, int64_t end, int thread)
     struct surveying *s = data;
     struct tally own = {.view = s->view, .n_planes = s->n_planes};
     for (int64_t y = begin; y < end; y++)
-        rf_picture_visit_shining(s->picture, s->picture->y0 + (int)y, count_light,
-                                 &own);
+        rf_picture_visit_possible_highlights(s->picture, s->picture->y0 + (int)y,
+                                             count_light, &own);
     rf_spin_lock(&s->lock);
     for (int i = 0; i < RF_SURVEY_FACTORS; i++)
         s->sum.disc_area[i] += own.survey.disc_area[i];

@@ -31,9 +31,9 @@ enum { N_CHUNKS = 16 }; /* of the counting sort: fixed, so that order is */
 
 /* ---- samples in an array -------------------------------------------------------- */
 
-static size_t tile_of(const struct rf_lister *l, const struct rf_sample *p)
+static size_t tile_of(const struct rf_lister *lister, const struct rf_sample *p)
 {
-    const struct rf_group *g = rf_full_group(l);
+    const struct rf_group *g = rf_full_group(lister);
     int x = rf_min_int(rf_max_int(rf_floor_int(p->x), 0), g->width - 1);
     int y = rf_min_int(rf_max_int(rf_floor_int(p->y), 0), g->height - 1);
     return (size_t)(y / RF_TILE_H) * (size_t)g->n_x + (size_t)(x / RF_TILE_W);
@@ -80,32 +80,34 @@ static void order_chunks(void *data, int64_t begin, int64_t end, int thread)
  * A stable counting sort of the samples by tile: start[tile] receives where a tile
  * begins, `order` the samples' indices. The chunks' number is fixed.
  */
-rf_result rf_lister_sort(struct rf_lister *l, struct rf_error *error)
+rf_result rf_lister_sort(struct rf_lister *lister, struct rf_error *error)
 {
-    const struct rf_context *context = l->c->context;
-    size_t n_keys = l->n_tiles, n = l->samples->n;
-    l->start = rf_alloc(context, n_keys + 1, sizeof *l->start);
-    l->order = rf_alloc(context, n, sizeof *l->order);
+    const struct rf_context *context = lister->c->context;
+    size_t n_keys = lister->n_tiles, n = lister->samples->n;
+    lister->start = rf_alloc(context, n_keys + 1, sizeof *lister->start);
+    lister->order = rf_alloc(context, n, sizeof *lister->order);
     size_t *count = rf_calloc(context, n_keys * N_CHUNKS, sizeof *count);
     uint32_t *keys = rf_alloc(context, n, sizeof *keys);
-    if (!l->start || !l->order || !count || !keys) {
+    if (!lister->start || !lister->order || !count || !keys) {
         rf_free(context, count);
         rf_free(context, keys);
         return rf_fail_memory(error, 2 * n, sizeof *keys);
     }
-    struct sorting sorting = {l, keys, count};
+    struct sorting sorting = {lister, keys, count};
     rf_parallel(context, N_CHUNKS, 1, count_chunks, &sorting);
     size_t sum = 0;
     for (size_t key = 0; key < n_keys; key++) {
-        l->start[key] = sum;
+        lister->start[key] = sum;
         for (size_t chunk = 0; chunk < N_CHUNKS; chunk++) {
             size_t m = count[chunk * n_keys + key];
             count[chunk * n_keys + key] = sum;
             sum += m;
         }
-        l->most = sum - l->start[key] > l->most ? sum - l->start[key] : l->most;
+        lister->most = sum - lister->start[key] > lister->most
+                           ? sum - lister->start[key]
+                           : lister->most;
     }
-    l->start[n_keys] = sum;
+    lister->start[n_keys] = sum;
     rf_parallel(context, N_CHUNKS, 1, order_chunks, &sorting);
     rf_free(context, count);
     rf_free(context, keys);
@@ -133,12 +135,14 @@ struct known_radius {
 };
 
 /* The radii of a coarse level and bin, of which r is one. */
-static void know_range(const struct rf_lister *l, float r, struct known_radius *known)
+static void know_range(const struct rf_lister *lister, float r,
+                       struct known_radius *known)
 {
-    int level = rf_min_int(rf_level_of(l->c->split, r), l->max_level);
-    const struct rf_group *g = &l->groups->at[l->max_level + (r < 0 ? -level : level)];
+    int level = rf_min_int(rf_level_of(lister->c->split, r), lister->max_level);
+    const struct rf_group *g =
+        &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
     int bin = rf_floor_int(r / RF_BIN_PX);
-    float outer = ldexpf(l->c->split, level), inner = outer / 2;
+    float outer = ldexpf(lister->c->split, level), inner = outer / 2;
     known->low = known->high = r;
     if (bin - g->first_bin != rf_bin_of(g, r))
         return;
@@ -146,17 +150,18 @@ static void know_range(const struct rf_lister *l, float r, struct known_radius *
     known->high = rf_min_float((float)(bin + 1) * RF_BIN_PX, r < 0 ? -inner : outer);
 }
 
-static void know_radius(const struct rf_lister *l, const struct rf_group *full, float r,
-                        struct known_radius *known)
+static void know_radius(const struct rf_lister *lister, const struct rf_group *full,
+                        float r, struct known_radius *known)
 {
     known->r = r;
-    known->key = rf_key_of(l, r);
+    known->key = rf_key_of(lister, r);
     known->is_full = rf_is_full_key(full, known->key);
     if (known->is_full)
-        known->slot = rf_splat_slot(l->c, known->zone, r,
-                                    rf_centre_phase(l->c->footprints), RF_SHARP, 0);
+        known->slot =
+            rf_splat_slot(lister->c, known->zone, r,
+                          rf_centre_phase(lister->c->footprints), RF_SHARP, 0);
     else
-        know_range(l, r, known);
+        know_range(lister, r, known);
 }
 
 /* Of the items that follow. */
@@ -173,18 +178,18 @@ static inline void put_item(struct rf_tile_items *s, uint64_t item, int key)
 }
 
 /* The samples of a pixel that emits others than its surface. */
-static void emit_pixel(const struct rf_lister *l, const struct rf_group *full, int x,
-                       int y, struct rf_tile_items *s)
+static void emit_pixel(const struct rf_lister *lister, const struct rf_group *full,
+                       int x, int y, struct rf_tile_items *s)
 {
-    const struct rf_source *source = l->source;
+    const struct rf_source *source = lister->source;
     struct rf_sample *at = s->samples + s->n_samples;
     int n = source->emit(source->user, s->surfaces.x + x, s->surfaces.y + y, at);
     for (int i = 0; i < n; i++, at++) {
-        int key = rf_key_of(l, at->r), other;
+        int key = rf_key_of(lister, at->r), other;
         int32_t slot = 0;
         if (rf_is_full_key(full, key)) {
             struct rf_splat *splat = &s->others[s->n_others];
-            *splat = rf_full_splat(l->c, s->zone, at);
+            *splat = rf_full_splat(lister->c, s->zone, at);
             slot = splat->slot;
             other = ++s->n_others;
         } else {
@@ -247,10 +252,10 @@ alike_end(const float *radius, int x0, int x1, const struct alike *alike)
 }
 
 /* Surfaces of one slot in turn: one item or, beside an array's samples, one each. */
-static void put_surfaces(const struct rf_lister *l, struct rf_tile_items *s,
+static void put_surfaces(const struct rf_lister *lister, struct rf_tile_items *s,
                          int32_t slot, int x, int end, int y)
 {
-    if (end - x > 1 && !l->start) {
+    if (end - x > 1 && !lister->start) {
         s->at[s->n++] = rf_packed_make(slot, x, y, RF_PACKED_RUN + end - x - 1);
         s->has_runs = true;
         return;
@@ -263,9 +268,9 @@ static void put_surfaces(const struct rf_lister *l, struct rf_tile_items *s,
  * The surfaces of pixels x0 to x1 - 1 of row y of a tile while they are of full
  * resolution; returns where they end. The first one's radius is known.
  */
-static int put_places(const struct rf_lister *l, const struct rf_group *full, int x0,
-                      int x1, int y, const float *radius, struct known_radius *known,
-                      struct rf_tile_items *s)
+static int put_places(const struct rf_lister *lister, const struct rf_group *full,
+                      int x0, int x1, int y, const float *radius,
+                      struct known_radius *known, struct rf_tile_items *s)
 {
     int x = x0;
     while (x < x1 && known->is_full) {
@@ -274,10 +279,10 @@ static int put_places(const struct rf_lister *l, const struct rf_group *full, in
         do {
             x = alike_end(radius, x + 1, x1, &(struct alike){.same = known->r});
             if (x < x1)
-                know_radius(l, full, radius[x], known);
+                know_radius(lister, full, radius[x], known);
         } while (x < x1 && known->is_full && known->slot == slot && known->key == key);
         set_key(s, key);
-        put_surfaces(l, s, slot, from, x, y);
+        put_surfaces(lister, s, slot, from, x, y);
     }
     return x;
 }
@@ -302,45 +307,48 @@ static int put_run(int x0, int x1, int y, const float *radius,
 }
 
 /* The surfaces of pixels x0 to x1 - 1 of row y of a tile. */
-static void put_plain(const struct rf_lister *l, const struct rf_group *full, int x0,
-                      int x1, int y, const float *radius, struct known_radius *known,
-                      struct rf_tile_items *s)
+static void put_plain(const struct rf_lister *lister, const struct rf_group *full,
+                      int x0, int x1, int y, const float *radius,
+                      struct known_radius *known, struct rf_tile_items *s)
 {
     while (x0 < x1) {
         if (radius[x0] != known->r)
-            know_radius(l, full, radius[x0], known);
-        x0 = known->is_full ? put_places(l, full, x0, x1, y, radius, known, s)
+            know_radius(lister, full, radius[x0], known);
+        x0 = known->is_full ? put_places(lister, full, x0, x1, y, radius, known, s)
                             : put_run(x0, x1, y, radius, known, s);
     }
 }
 
 /* The samples of a source in n pixels of row y of a tile, after those of other rows. */
-static void survey_row(const struct rf_lister *l, const struct rf_group *full, int y,
-                       int n, struct known_radius *known, struct rf_tile_items *s)
+static void list_row(const struct rf_lister *lister, const struct rf_group *full, int y,
+                     int n, struct known_radius *known, struct rf_tile_items *s)
 {
     const struct rf_tile_surfaces *t = &s->surfaces;
-    struct rf_emission e = l->source->survey(l->source->user, t->x, t->y + y, n);
+    struct rf_emission e =
+        lister->source->emission(lister->source->user, t->x, t->y + y, n);
     float own[RF_TILE_W];
-    const float *radius = e.plain ? radii_of_row(l->source, t, y, e.plain, own) : NULL;
+    const float *radius =
+        e.plain ? radii_of_row(lister->source, t, y, e.plain, own) : NULL;
     for (uint64_t any = e.plain | e.other; any;) {
         int x = __builtin_ctzll(any);
         if (e.other >> x & 1) {
-            emit_pixel(l, full, x, y, s);
+            emit_pixel(lister, full, x, y, s);
             any &= any - 1;
             continue;
         }
         uint64_t rest = ~(e.plain >> x);
         int x1 = rest ? x + __builtin_ctzll(rest) : RF_TILE_W;
-        put_plain(l, full, x, x1, y, radius, known, s);
+        put_plain(lister, full, x, x1, y, radius, known, s);
         any = x1 < 64 ? any >> x1 << x1 : 0;
     }
 }
 
 /* The samples of a source in a tile. */
-static void survey_tile(const struct rf_lister *l, int tile, struct rf_tile_items *s)
+static void list_source(const struct rf_lister *lister, int tile,
+                        struct rf_tile_items *s)
 {
-    const struct rf_group *g = rf_full_group(l);
-    const struct rf_source *source = l->source;
+    const struct rf_group *g = rf_full_group(lister);
+    const struct rf_source *source = lister->source;
     int x0 = tile % g->n_x * RF_TILE_W, y0 = tile / g->n_x * RF_TILE_H;
     struct known_radius known = {.zone = s->zone, .r = NAN};
     s->surfaces = (struct rf_tile_surfaces){
@@ -353,38 +361,39 @@ static void survey_tile(const struct rf_lister *l, int tile, struct rf_tile_item
     int n_x = rf_min_int(g->width - x0, RF_TILE_W);
     int n_y = rf_min_int(g->height - y0, RF_TILE_H);
     for (int y = 0; y < n_y; y++)
-        survey_row(l, g, y, n_x, &known, s);
+        list_row(lister, g, y, n_x, &known, s);
 }
 
 /* Samples ahead that are asked for: rows of them lie apart. */
 enum { AHEAD = 16 };
 
 /* The samples of the array in a tile. */
-static void list_array(const struct rf_lister *l, int tile, struct rf_tile_items *s)
+static void list_array(const struct rf_lister *lister, int tile,
+                       struct rf_tile_items *s)
 {
-    const struct rf_sample *samples = l->samples->at;
-    size_t end = l->start[tile + 1];
+    const struct rf_sample *samples = lister->samples->at;
+    size_t end = lister->start[tile + 1];
     float known = NAN; /* a radius and its key: samples in turn repeat them */
     int key = 0;
-    for (size_t i = l->start[tile]; i < end; i++) {
-        const struct rf_sample *p = &samples[l->order[i]];
+    for (size_t i = lister->start[tile]; i < end; i++) {
+        const struct rf_sample *p = &samples[lister->order[i]];
         if (i + AHEAD < end)
-            __builtin_prefetch(&samples[l->order[i + AHEAD]].r);
+            __builtin_prefetch(&samples[lister->order[i + AHEAD]].r);
         if (p->r != known) {
             known = p->r;
-            key = rf_key_of(l, known);
+            key = rf_key_of(lister, known);
         }
-        put_item(s, array_item(l->order[i]), key);
+        put_item(s, array_item(lister->order[i]), key);
     }
 }
 
 /* The zone of the middle of a tile. */
-static int zone_of(const struct rf_lister *l, int tile)
+static int zone_of(const struct rf_lister *lister, int tile)
 {
-    const struct rf_zones *zones = &l->c->footprints->zones;
-    const struct rf_scene *scene = l->c->scene;
+    const struct rf_zones *zones = &lister->c->footprints->zones;
+    const struct rf_scene *scene = lister->c->scene;
     const struct rf_place *place = &scene->frame->place;
-    const struct rf_group *g = rf_full_group(l);
+    const struct rf_group *g = rf_full_group(lister);
     double q[2];
     if (zones->n == 1)
         return 0;
@@ -394,15 +403,15 @@ static int zone_of(const struct rf_lister *l, int tile)
     return rf_zone_at(zones, q);
 }
 
-void rf_list_items(const struct rf_lister *l, int tile, struct rf_tile_items *s)
+void rf_list_items(const struct rf_lister *lister, int tile, struct rf_tile_items *s)
 {
-    s->zone = zone_of(l, tile);
+    s->zone = zone_of(lister, tile);
     s->n = s->n_key_runs = s->n_samples = s->n_others = 0;
     s->has_runs = false;
-    s->has_array = l->start && l->start[tile + 1] > l->start[tile];
-    if (l->source)
-        survey_tile(l, tile, s);
+    s->has_array = lister->start && lister->start[tile + 1] > lister->start[tile];
+    if (lister->source)
+        list_source(lister, tile, s);
     if (!s->has_array)
         return;
-    list_array(l, tile, s);
+    list_array(lister, tile, s);
 }

@@ -57,9 +57,9 @@ struct rf_tile_items {
 /* The row of a sample of the array, whose slot is its index: outside of the tile. */
 enum { RF_ARRAY_ROW = 255 };
 
-static inline const struct rf_group *rf_full_group(const struct rf_lister *l)
+static inline const struct rf_group *rf_full_group(const struct rf_lister *lister)
 {
-    return &l->groups->at[l->max_level];
+    return &lister->groups->at[lister->max_level];
 }
 
 static inline int rf_floor_int(float v)
@@ -74,10 +74,11 @@ static inline int rf_bin_of(const struct rf_group *g, float r)
     return rf_min_int(rf_max_int(bin, 0), g->n_bins - 1);
 }
 
-static inline int rf_key_of(const struct rf_lister *l, float r)
+static inline int rf_key_of(const struct rf_lister *lister, float r)
 {
-    int level = rf_min_int(rf_level_of(l->c->split, r), l->max_level);
-    const struct rf_group *g = &l->groups->at[l->max_level + (r < 0 ? -level : level)];
+    int level = rf_min_int(rf_level_of(lister->c->split, r), lister->max_level);
+    const struct rf_group *g =
+        &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
     return g->first_key + rf_bin_of(g, r);
 }
 
@@ -87,11 +88,12 @@ static inline bool rf_is_full_key(const struct rf_group *full, int key)
 }
 
 /* The sample that an item of a coarse level is; NULL: a run of surfaces. */
-static inline const struct rf_sample *
-rf_sample_of(const struct rf_lister *l, const struct rf_tile_items *s, uint64_t item)
+static inline const struct rf_sample *rf_sample_of(const struct rf_lister *lister,
+                                                   const struct rf_tile_items *s,
+                                                   uint64_t item)
 {
     if (rf_packed_y(item) == RF_ARRAY_ROW)
-        return &l->samples->at[(uint32_t)rf_packed_slot(item)];
+        return &lister->samples->at[(uint32_t)rf_packed_slot(item)];
     return rf_packed_other(item) ? &s->samples[rf_packed_other(item) - 1] : NULL;
 }
 

@@ -522,7 +522,7 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
 {
     const struct rf_context *context = c->context;
     struct builder b = {.lister = {.c = c, .groups = groups, .samples = samples}};
-    if (source->survey)
+    if (source->emission)
         b.lister.source = source;
     float largest =
         b.lister.source ? source->largest_radius : largest_radius(c, samples);

@@ -40,7 +40,7 @@ struct rf_emission {
 /* Samples that are made when they are needed. Any thread calls. */
 struct rf_source {
     /* What n pixels from (x, y) on have; NULL: the samples are in an array. */
-    struct rf_emission (*survey)(void *user, int x, int y, int n);
+    struct rf_emission (*emission)(void *user, int x, int y, int n);
     /* Puts the other samples of pixel (x, y) into `at`; returns how many. */
     int (*emit)(void *user, int x, int y, struct rf_sample *at);
     void *user;

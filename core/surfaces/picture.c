@@ -195,10 +195,11 @@ static rf_result find_darkest(struct rf_picture *picture, struct rf_error *error
 
 /* ---- areas of what may be highlights -------------------------------------------- */
 
-void rf_picture_visit_shining(struct rf_picture *picture, int y,
-                              rf_visit_pixel_fn visit, void *user)
+void rf_picture_visit_possible_highlights(struct rf_picture *picture, int y,
+                                          rf_visit_pixel_fn visit, void *user)
 {
-    const uint64_t *row = picture->shining + rf_row_words(picture->width) * (size_t)y;
+    const uint64_t *row =
+        picture->possible_highlights + rf_row_words(picture->width) * (size_t)y;
     for (int x = 0; x < picture->width; x += 64)
         for (uint64_t bits = row[x / 64]; bits; bits &= bits - 1)
             visit(picture, x + __builtin_ctzll(bits), y, user);
@@ -316,7 +317,7 @@ static rf_result measure_areas(struct rf_picture *picture, struct rf_error *erro
     if (!wanted)
         return rf_fail_memory(error, n, 1);
     for (int y = 0; y < picture->height; y++)
-        rf_picture_visit_shining(picture, y, want_area, wanted);
+        rf_picture_visit_possible_highlights(picture, y, want_area, wanted);
     rf_areas_measure_some(
         &picture->areas, context, wanted,
         rf_plane_row(&picture->pixels, picture->pixels.luminance, picture->y0) +
@@ -372,7 +373,8 @@ static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
     picture->darkest = rf_alloc(context, n_plane, sizeof *picture->darkest);
     size_t n_words = rf_row_words(picture->width) * (size_t)picture->height;
     picture->others = rf_alloc(context, n_words, sizeof *picture->others);
-    picture->shining = rf_alloc(context, n_words, sizeof *picture->shining);
+    picture->possible_highlights =
+        rf_alloc(context, n_words, sizeof *picture->possible_highlights);
     const struct rf_place *place = &picture->frame->place;
     picture->surfaces = (struct rf_surfaces){
         .width = picture->width,
@@ -383,7 +385,7 @@ static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
     };
     bool is_complete = picture->pixels.at && picture->pixels.luminance &&
                        picture->pixels.radius && picture->darkest && picture->others &&
-                       picture->surfaces.share && picture->shining;
+                       picture->surfaces.share && picture->possible_highlights;
     return is_complete ? RF_OK
                        : rf_fail_memory(error, n * 3, sizeof *picture->pixels.at);
 }
@@ -413,18 +415,19 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *fra
     if (result != RF_OK)
         return result;
     result = rf_areas_begin(&picture->areas, frame, error);
-    struct walk walk = {.picture = picture,
-                        .view = view,
-                        .n_planes = n_planes,
-                        .splitter = {.frame = frame,
-                                     .keeps_radii = keeps_pixels,
-                                     .is_alone = !keeps_pixels,
-                                     .pixels = &picture->pixels,
-                                     .out = &picture->surfaces,
-                                     .darkest = picture->darkest,
-                                     .shining = picture->shining,
-                                     .bright = rf_least_highlight()},
-                        .task = task};
+    struct walk walk = {
+        .picture = picture,
+        .view = view,
+        .n_planes = n_planes,
+        .splitter = {.frame = frame,
+                     .keeps_radii = keeps_pixels,
+                     .is_alone = !keeps_pixels,
+                     .pixels = &picture->pixels,
+                     .out = &picture->surfaces,
+                     .darkest = picture->darkest,
+                     .possible_highlights = picture->possible_highlights,
+                     .bright = rf_least_highlight()},
+        .task = task};
     if (result == RF_OK)
         result = run_walk(&walk, error);
     if (!keeps_pixels) {
@@ -455,7 +458,7 @@ void rf_picture_free(struct rf_picture *picture)
     rf_picture_drop_pixels(picture);
     rf_free(context, picture->pixels.radius);
     rf_free(context, picture->others);
-    rf_free(context, picture->shining);
+    rf_free(context, picture->possible_highlights);
     rf_free(context, picture->darkest);
     rf_free(context, picture->highlights);
     rf_free(context, picture->surfaces.share);

@@ -38,8 +38,8 @@ struct rf_picture {
     float *darkest; /* plane: least luminance of 5 x 5, premultiplication undone */
     /* A bit for each pixel that is mixed or bright, rows in whole words. */
     uint64_t *others;
-    uint64_t *shining; /* the same for those that may be highlights */
-    bool has_alpha;    /* some pixel is not opaque */
+    uint64_t *possible_highlights; /* the same for those that may be highlights */
+    bool has_alpha;                /* some pixel is not opaque */
     struct rf_areas areas;
     /* Their light, once it is taken out of the surfaces (highlights_find.c). */
     struct rf_sample *highlights;
@@ -70,7 +70,7 @@ int rf_picture_border(float largest_radius);
 
 /* Calls for the pixels of row y that may be highlights. */
 typedef void (*rf_visit_pixel_fn)(struct rf_picture *picture, int x, int y, void *user);
-void rf_picture_visit_shining(struct rf_picture *picture, int y,
-                              rf_visit_pixel_fn visit, void *user);
+void rf_picture_visit_possible_highlights(struct rf_picture *picture, int y,
+                                          rf_visit_pixel_fn visit, void *user);
 
 #endif

@@ -383,13 +383,15 @@ static void set_pure(const struct rf_splitter *s, int y)
     const struct rf_pixels *p = s->pixels;
     float *share = s->out->share + (size_t)y * (size_t)p->width;
     const float *row = rf_plane_row(p, p->luminance, y);
-    uint64_t *shining = s->shining + rf_row_words(p->width) * (size_t)y;
+    uint64_t *possible_highlights =
+        s->possible_highlights + rf_row_words(p->width) * (size_t)y;
     for (int x = 0; x < p->width; x++)
         share[x] = 1;
-    s->frame->context->kernels->find_above(row, s->bright, p->width, shining);
+    s->frame->context->kernels->find_above(row, s->bright, p->width,
+                                           possible_highlights);
 }
 
-static bool is_shining(const struct rf_splitter *s, const struct split *split)
+static bool may_be_highlight(const struct rf_splitter *s, const struct split *split)
 {
     return rf_split_luminance(&split->near) > s->bright ||
            rf_split_luminance(&split->far) > s->bright;
@@ -402,7 +404,8 @@ static int split_row(const struct rf_splitter *splitter, int y, const struct scr
     const struct rf_pixels *pixels = splitter->pixels;
     struct rf_surfaces *out = splitter->out;
     size_t row = (size_t)y * (size_t)pixels->width;
-    uint64_t *shining = splitter->shining + rf_row_words(pixels->width) * (size_t)y;
+    uint64_t *possible_highlights =
+        splitter->possible_highlights + rf_row_words(pixels->width) * (size_t)y;
     int n = 0;
     find_candidates(pixels, y, s);
     for (int x = next_candidate(s, -1, pixels->width); x < pixels->width;
@@ -411,8 +414,8 @@ static int split_row(const struct rf_splitter *splitter, int y, const struct scr
         float *share = &out->share[row + (size_t)x];
         if (!split_pixel(pixels, x, y, s, &split->near, &split->far, share))
             continue;
-        if (is_shining(splitter, split))
-            shining[x / 64] |= (uint64_t)1 << x % 64;
+        if (may_be_highlight(splitter, split))
+            possible_highlights[x / 64] |= (uint64_t)1 << x % 64;
         *share = rf_min_float(*share, 1);
         if (*share < 1)
             rf_far_mark(out, row + (size_t)x);

@@ -31,7 +31,7 @@ struct rf_splitter {
      */
     float *darkest;
     /* Receives a bit for each pixel that shows more luminance than `bright`. */
-    uint64_t *shining;
+    uint64_t *possible_highlights;
     float bright;
     /* Its own: */
     int32_t steps[RF_SPLIT_STEPS]; /* from a pixel to the 5 x 5 around it */

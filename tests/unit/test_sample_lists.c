@@ -33,7 +33,7 @@ static struct rf_sample sample_at(int x, int y)
     return p;
 }
 
-static struct rf_emission survey(void *user, int x, int y, int n)
+static struct rf_emission emission(void *user, int x, int y, int n)
 {
     (void)user;
     struct rf_emission e = {0, 0};
@@ -134,14 +134,14 @@ static void check_lists(float largest, bool has_radii)
                                          .max_radius = c.split + 1,
                                          .n_phases = 1};
     REQUIRE(rf_footprints_init(&footprints, context, &use, NULL) == RF_OK);
-    const struct rf_source source = {.survey = survey,
+    const struct rf_source source = {.emission = emission,
                                      .emit = emit,
                                      .surfaces = surfaces,
                                      .radius = has_radii ? radii : NULL,
                                      .radius_stride = WIDTH,
                                      .most_per_pixel = 1,
                                      .largest_radius = largest};
-    const struct rf_source none = {.survey = NULL};
+    const struct rf_source none = {.emission = NULL};
     const struct rf_samples all = {samples, N}, nothing = {NULL, 0};
     struct rf_groups from_source = {.n = 0}, from_array = {.n = 0};
     REQUIRE(rf_groups_build(&from_source, &c, &nothing, &source, 1, NULL) == RF_OK);

@@ -17,7 +17,7 @@ enum { N = MOST_W * MOST_H, N_WORDS = (MOST_W + 63) / 64 * MOST_H };
 static struct rf_surface pixels[N], near[N], far[N];
 static float luminance[STRIDE * MOST_H], radius[STRIDE * MOST_H];
 static float darkest[STRIDE * MOST_H], share[N];
-static uint64_t shining[N_WORDS];
+static uint64_t possible_highlights[N_WORDS];
 static bool is_alone; /* the only view */
 
 static void put(int width, int x, int y, float v, float r)
@@ -55,7 +55,7 @@ static void split(int width, int height, float bright)
                             .pixels = &p,
                             .out = &out,
                             .darkest = darkest,
-                            .shining = shining,
+                            .possible_highlights = possible_highlights,
                             .bright = bright};
     rf_params_init(&params);
     params.split_edges = 1;
@@ -154,14 +154,14 @@ static struct bright_parts split_edge_of(float lamp_r, float wall_r, float brigh
         float v = x == EDGE ? 2 : is_lamp ? LAMP : 0.1f;
         put(MOST_W, x, i / MOST_W, v, is_lamp ? lamp_r : wall_r);
     }
-    memset(shining, 0, sizeof shining);
+    memset(possible_highlights, 0, sizeof possible_highlights);
     split(MOST_W, MOST_H, bright);
     for (int i = 0; i < N; i++) {
         int x = i % MOST_W;
         bool is_whole = is_bright(&pixels[i], bright);
         bool is_near = share[i] > 0 && is_bright(&near[i], bright);
         bool is_far = share[i] < 1 && is_bright(&far[i], bright);
-        uint64_t bits = shining[i / MOST_W * ((MOST_W + 63) / 64) + x / 64];
+        uint64_t bits = possible_highlights[i / MOST_W * ((MOST_W + 63) / 64) + x / 64];
         CHECK((bits >> x % 64 & 1) == (is_whole || is_near || is_far));
         found.n_near += is_near && !is_whole;
         found.n_far += is_far && !is_whole;

@@ -39,90 +39,93 @@ struct layered {
     struct rf_estimates hidden;
 };
 
-static struct rf_emission survey_visible(void *user, int x, int y, int n)
+static struct rf_emission visible_emission(void *user, int x, int y, int n)
 {
-    const struct layered *l = user;
-    return rf_picture_survey(&l->picture, x, y, n);
+    const struct layered *state = user;
+    return rf_picture_emission(&state->picture, x, y, n);
 }
 
 static int emit_visible(void *user, int x, int y, struct rf_sample *at)
 {
-    const struct layered *l = user;
+    const struct layered *state = user;
     struct rf_samples out = {at, 0};
-    rf_picture_emit_pixel(&l->picture, x, y, &out);
+    rf_picture_emit_pixel(&state->picture, x, y, &out);
     return (int)out.n;
 }
 
-static struct rf_emission survey_hidden(void *user, int x, int y, int n)
+static struct rf_emission hidden_emission(void *user, int x, int y, int n)
 {
-    const struct layered *l = user;
-    return (struct rf_emission){rf_found_at(&l->hidden, x, y, n), 0};
+    const struct layered *state = user;
+    return (struct rf_emission){rf_found_at(&state->hidden, x, y, n), 0};
 }
 
-static rf_result find_hidden(struct layered *l, struct rf_task *task,
+static rf_result find_hidden(struct layered *state, struct rf_task *task,
                              struct rf_error *error)
 {
-    const struct rf_pixels *pixels = &l->picture.pixels;
+    const struct rf_pixels *pixels = &state->picture.pixels;
     struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
-    rf_task_phase(task, 0.4, rf_hidden_steps(l->picture.height));
-    return rf_find_hidden(l->picture.frame, &l->picture.surfaces, &radii, NULL,
-                          &l->hidden, task, error);
+    rf_task_phase(task, 0.4, rf_hidden_steps(state->picture.height));
+    return rf_find_hidden(state->picture.frame, &state->picture.surfaces, &radii, NULL,
+                          &state->hidden, task, error);
 }
 
-static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *error)
+static rf_result run(struct layered *state, struct rf_work *work,
+                     struct rf_error *error)
 {
     const struct rf_frame *f = work->frame;
     const struct rf_params *params = &f->params;
     struct rf_work_view *view = &work->views[0];
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, work->frame->height + 2 * border);
-    rf_result result = rf_picture_load(&l->picture, work->frame, view, work->n_planes,
-                                       border, false, work->task, error);
+    rf_result result =
+        rf_picture_load(&state->picture, work->frame, view, work->n_planes, border,
+                        false, work->task, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
     if (params->exact_highlights)
-        result = rf_picture_take_highlights(&l->picture, view, work->n_planes, error);
+        result =
+            rf_picture_take_highlights(&state->picture, view, work->n_planes, error);
     rf_work_drop_views(work);
     rf_task_poll(work->task);
     if (result == RF_OK && params->fill_hidden)
-        result = find_hidden(l, work->task, error);
+        result = find_hidden(state, work->task, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
-    const struct rf_pixels *pixels = &l->picture.pixels;
+    const struct rf_pixels *pixels = &state->picture.pixels;
     const float *radius = rf_plane_row(pixels, pixels->radius, 0);
-    struct rf_occluders occluders = {.surfaces = &l->picture.surfaces,
+    struct rf_occluders occluders = {.surfaces = &state->picture.surfaces,
                                      .radius = radius,
                                      .radius_stride = pixels->stride};
     struct rf_scene scene = {
         .frame = work->frame,
-        .width = l->picture.width,
-        .height = l->picture.height,
-        .x0 = l->picture.x0,
-        .y0 = l->picture.y0,
+        .width = state->picture.width,
+        .height = state->picture.height,
+        .x0 = state->picture.x0,
+        .y0 = state->picture.y0,
         .n_phases = 1,
         .is_opaque =
-            view->survey ? view->survey->n_transparent == 0 : !l->picture.has_alpha,
+            view->survey ? view->survey->n_transparent == 0 : !state->picture.has_alpha,
         .fills_gaps = params->fill_hidden,
-        .highlights = {l->picture.highlights, l->picture.n_highlights},
+        .highlights = {state->picture.highlights, state->picture.n_highlights},
         .n_views = 1,
         .occluders = &occluders,
         .whole_radius = radius,
         .whole_stride = pixels->stride,
         .task = work->task,
         .progress_to = 1};
-    scene.visible_source = (struct rf_source){.survey = survey_visible,
+    scene.visible_source = (struct rf_source){.emission = visible_emission,
                                               .emit = emit_visible,
-                                              .user = l,
-                                              .surfaces = l->picture.surfaces.near,
+                                              .user = state,
+                                              .surfaces = state->picture.surfaces.near,
                                               .radius = radius,
                                               .radius_stride = pixels->stride,
                                               .most_per_pixel = 4,
                                               .largest_radius = work->largest_radius};
-    if (l->hidden.at)
+    if (state->hidden.at)
         scene.hidden_source =
-            (struct rf_source){.survey = survey_hidden,
-                               .user = l,
-                               .surfaces = l->hidden.at,
+            (struct rf_source){.emission = hidden_emission,
+                               .user = state,
+                               .surfaces = state->hidden.at,
                                .most_per_pixel = 1,
                                .largest_radius = work->largest_radius};
     return rf_composite_crop(&scene, work, error);
@@ -131,9 +134,9 @@ static rf_result run(struct layered *l, struct rf_work *work, struct rf_error *e
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
 {
     const struct rf_context *context = work->frame->context;
-    struct layered l = {.hidden = {0}};
-    rf_result result = run(&l, work, error);
-    rf_estimates_free(&l.hidden, context);
-    rf_picture_free(&l.picture);
+    struct layered state = {.hidden = {0}};
+    rf_result result = run(&state, work, error);
+    rf_estimates_free(&state.hidden, context);
+    rf_picture_free(&state.picture);
     return result;
 }

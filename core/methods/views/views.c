@@ -81,18 +81,19 @@
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
-static struct rf_sight sight_of(const struct rf_picture *l,
+static struct rf_sight sight_of(const struct rf_picture *picture,
                                 const struct rf_work_view *view)
 {
-    return (struct rf_sight){.radius = rf_plane_row(&l->pixels, l->pixels.radius, 0),
-                             .stride = l->pixels.stride,
-                             .lens = {view->lens[0], view->lens[1]},
-                             .shift_scale = view->shift_scale,
-                             .shift_bias = view->shift_bias,
-                             .x0 = l->x0,
-                             .y0 = l->y0,
-                             .x1 = l->x0 + l->frame->width,
-                             .y1 = l->y0 + l->frame->height};
+    return (struct rf_sight){
+        .radius = rf_plane_row(&picture->pixels, picture->pixels.radius, 0),
+        .stride = picture->pixels.stride,
+        .lens = {view->lens[0], view->lens[1]},
+        .shift_scale = view->shift_scale,
+        .shift_bias = view->shift_bias,
+        .x0 = picture->x0,
+        .y0 = picture->y0,
+        .x1 = picture->x0 + picture->frame->width,
+        .y1 = picture->y0 + picture->frame->height};
 }
 
 static rf_result load(struct rf_views *v, int border, struct rf_error *error)

@@ -51,18 +51,22 @@ static inline bool reaches(float at, float px, int first, int n, int size)
 static inline bool reaches_picture(const struct rf_view_cell *cell, float x, float y,
                                    float r)
 {
-    const struct rf_picture *l = &cell->v->pictures[cell->middle];
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
     float size = fabsf(r);
-    return reaches(x, size * cell->reach[0] + 8, l->x0, l->frame->width, l->width) &&
-           reaches(y, size * cell->reach[1] + 8, l->y0, l->frame->height, l->height);
+    return reaches(x, size * cell->reach[0] + 8, picture->x0, picture->frame->width,
+                   picture->width) &&
+           reaches(y, size * cell->reach[1] + 8, picture->y0, picture->frame->height,
+                   picture->height);
 }
 
 /* Does a sample's footprint reach the picture, and does it lie in the scene? */
 static bool is_in_scene(const struct rf_view_cell *cell, const struct rf_sample *p)
 {
-    const struct rf_picture *l = &cell->v->pictures[cell->middle];
-    if (p->x >= (float)l->x0 && p->x < (float)(l->x0 + l->frame->width) &&
-        p->y >= (float)l->y0 && p->y < (float)(l->y0 + l->frame->height))
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    if (p->x >= (float)picture->x0 &&
+        p->x < (float)(picture->x0 + picture->frame->width) &&
+        p->y >= (float)picture->y0 &&
+        p->y < (float)(picture->y0 + picture->frame->height))
         return true;
     return reaches_picture(cell, p->x, p->y, p->r);
 }
@@ -238,9 +242,9 @@ static int count_level(const float *radius, int n)
     return i;
 }
 
-/* Of up to eight pixels, what survey_continued() says. */
-static struct rf_emission survey_eight(const struct rf_view_cell *cell, int x, int y,
-                                       unsigned asked)
+/* Of up to eight pixels, what emission_continued() says. */
+static struct rf_emission emission_of_eight(const struct rf_view_cell *cell, int x,
+                                            int y, unsigned asked)
 {
     struct rf_emission e = {0, 0};
     float left[8];
@@ -257,8 +261,8 @@ static struct rf_emission survey_eight(const struct rf_view_cell *cell, int x, i
  * Of pixels that continue the picture, of one surface each: those that no view shows
  * are plain, and those that other views show are none.
  */
-static struct rf_emission survey_continued(const struct rf_view_cell *cell,
-                                           const struct run *r, uint64_t continued)
+static struct rf_emission emission_continued(const struct rf_view_cell *cell,
+                                             const struct run *r, uint64_t continued)
 {
     const struct rf_sight *own = &cell->v->sights[cell->middle];
     const float *radius = own->radius + own->stride * (size_t)r->y + r->x;
@@ -273,14 +277,14 @@ static struct rf_emission survey_continued(const struct rf_view_cell *cell,
         struct rf_emission e =
             is_level ? rf_views_leave_run(cell->v, cell->middle, r->x + i, r->y, n,
                                           asked, CONTINUED_WEIGHT)
-                     : survey_eight(cell, r->x + i, r->y, (unsigned)asked);
+                     : emission_of_eight(cell, r->x + i, r->y, (unsigned)asked);
         all.plain |= e.plain << i;
         all.other |= e.other << i;
     }
     return all;
 }
 
-static struct rf_emission survey_own(void *user, int x, int y, int n)
+static struct rf_emission own_emission(void *user, int x, int y, int n)
 {
     const struct rf_view_cell *cell = user;
     const struct rf_picture *picture = &cell->v->pictures[cell->middle];
@@ -289,12 +293,12 @@ static struct rf_emission survey_own(void *user, int x, int y, int n)
         return (struct rf_emission){0, 0};
     uint64_t all = UINT64_MAX >> (64 - (r.end - r.first)) << r.first;
     uint64_t plain =
-        rf_picture_survey(picture, r.x + r.first, r.y, r.end - r.first).plain
+        rf_picture_emission(picture, r.x + r.first, r.y, r.end - r.first).plain
         << r.first;
     uint64_t continued = plain & ~find_rendered(picture, &r);
     if (!continued)
         return (struct rf_emission){plain, all & ~plain};
-    struct rf_emission e = survey_continued(cell, &r, continued);
+    struct rf_emission e = emission_continued(cell, &r, continued);
     return (struct rf_emission){(plain & ~continued) | e.plain,
                                 (all & ~plain) | e.other};
 }
@@ -337,7 +341,7 @@ static int emit_own(void *user, int x, int y, struct rf_sample *at)
     return (int)out.n;
 }
 
-static struct rf_emission survey_estimates(void *user, int x, int y, int n)
+static struct rf_emission estimates_emission(void *user, int x, int y, int n)
 {
     const struct rf_view_cell *cell = user;
     struct run r = run_of(cell, x, y, n);
@@ -461,7 +465,7 @@ static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
     const struct rf_views *v = cell->v;
     const struct rf_picture *picture = &v->pictures[cell->middle];
     const struct rf_pixels *pixels = &picture->pixels;
-    struct rf_source source = {.survey = survey_own,
+    struct rf_source source = {.emission = own_emission,
                                .emit = emit_own,
                                .user = cell,
                                .surfaces = picture->surfaces.near,
@@ -474,7 +478,7 @@ static rf_result set_sources(struct rf_view_cell *cell, struct rf_scene *scene,
     scene->drift = cell->drift;
     scene->visible_source = source;
     if (cell->hidden.at) {
-        source.survey = survey_estimates;
+        source.emission = estimates_emission;
         source.emit = emit_estimate;
         source.most_per_pixel = 2;
         scene->hidden_source = source;

@@ -42,14 +42,14 @@ static const float FAR_PX = 1e8f;   /* no disc reaches the picture from there */
  */
 static bool is_free(const struct rf_views *v, int k, struct rf_view_place p, int reach)
 {
-    const struct rf_picture *l = &v->pictures[k];
-    const struct rf_surfaces *s = &l->surfaces;
+    const struct rf_picture *picture = &v->pictures[k];
+    const struct rf_surfaces *s = &picture->surfaces;
     int px, py;
     if (!rf_view_pixel_at(v, k, p, &px, &py))
         return false;
     for (int y = py - reach; y <= py + reach; y++)
         for (int x = px - reach; x <= px + reach; x++) {
-            if (!rf_view_is_rendered(l, x, y))
+            if (!rf_view_is_rendered(picture, x, y))
                 return false;
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
             if (s->share[i] > 0.02f && s->near[i].r < p.r - FREE_DEPTH_PX)
@@ -62,13 +62,16 @@ static bool is_free(const struct rf_views *v, int k, struct rf_view_place p, int
 static bool shows_light(const struct rf_views *v, int k, struct rf_view_place p,
                         float luminance)
 {
-    const struct rf_picture *l = &v->pictures[k];
+    const struct rf_picture *picture = &v->pictures[k];
     int px, py;
     if (!rf_view_pixel_at(v, k, p, &px, &py))
         return false;
-    for (int y = rf_max_int(py - 1, 0); y <= rf_min_int(py + 1, l->height - 1); y++)
-        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, l->width - 1); x++)
-            if (rf_plane_row(&l->pixels, l->pixels.luminance, y)[x] > luminance)
+    for (int y = rf_max_int(py - 1, 0); y <= rf_min_int(py + 1, picture->height - 1);
+         y++)
+        for (int x = rf_max_int(px - 1, 0); x <= rf_min_int(px + 1, picture->width - 1);
+             x++)
+            if (rf_plane_row(&picture->pixels, picture->pixels.luminance, y)[x] >
+                luminance)
                 return true;
     return false;
 }
@@ -143,11 +146,13 @@ static void try_depth(struct depth_search *d, const struct rf_pixels *p, int x, 
 /* The depths of the lights around it in its own view. */
 static void try_neighbours(struct depth_search *d)
 {
-    const struct rf_picture *l = &d->v->pictures[d->view];
+    const struct rf_picture *picture = &d->v->pictures[d->view];
     int cx = (int)d->x, cy = (int)d->y;
-    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, l->height - 1); y++)
-        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, l->width - 1); x++)
-            try_depth(d, &l->pixels, x, y);
+    for (int y = rf_max_int(cy - 2, 0); y <= rf_min_int(cy + 2, picture->height - 1);
+         y++)
+        for (int x = rf_max_int(cx - 2, 0); x <= rf_min_int(cx + 2, picture->width - 1);
+             x++)
+            try_depth(d, &picture->pixels, x, y);
 }
 
 /* The lights that view k shows on the line on which this one must lie there. */
@@ -155,24 +160,24 @@ static void try_line(struct depth_search *d, int k)
 {
     const struct rf_work_view *own = &d->v->work->views[d->view],
                               *other = &d->v->work->views[k];
-    const struct rf_picture *l = &d->v->pictures[k];
+    const struct rf_picture *picture = &d->v->pictures[k];
     float pace = rf_max_float(fabsf(other->lens[0] - own->lens[0]),
                               fabsf(other->lens[1] - own->lens[1])) *
                  fabsf(own->shift_scale);
     float most = d->v->work->largest_radius;
-    const struct rf_place *whole = &l->frame->place;
-    int n =
-        (int)fminf(ceilf(most * pace),
-                   (float)(whole->whole_width + whole->whole_height + 4 * l->border));
+    const struct rf_place *whole = &picture->frame->place;
+    int n = (int)fminf(
+        ceilf(most * pace),
+        (float)(whole->whole_width + whole->whole_height + 4 * picture->border));
     for (int i = -n; i <= n && !is_settled(d); i++) {
         float r = most * (float)i / (float)rf_max_int(n, 1);
         int px, py;
         if (!rf_view_pixel_at(d->v, k, rf_view_place_of(d->v, d->view, d->x, d->y, r),
                               &px, &py))
             continue;
-        float shown = rf_split_radius_at(&l->pixels, px, py);
+        float shown = rf_split_radius_at(&picture->pixels, px, py);
         if (fabsf(shown - r) <= rf_max_float(most / (float)rf_max_int(n, 1), 1))
-            try_depth(d, &l->pixels, px, py);
+            try_depth(d, &picture->pixels, px, py);
     }
 }
 

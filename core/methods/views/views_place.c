@@ -32,11 +32,11 @@ float rf_view_sees(const struct rf_views *v, int j, struct rf_view_place p,
 /* The same, of what was rendered. */
 static inline float shows(const struct rf_views *v, int j, struct rf_view_place p)
 {
-    const struct rf_picture *l = &v->pictures[j];
+    const struct rf_picture *picture = &v->pictures[j];
     int px, py;
-    if (!rf_view_pixel_at(v, j, p, &px, &py) || !rf_view_is_rendered(l, px, py))
+    if (!rf_view_pixel_at(v, j, p, &px, &py) || !rf_view_is_rendered(picture, px, py))
         return 0;
-    return rf_view_pixel_sees(l, px, py, p.r);
+    return rf_view_pixel_sees(picture, px, py, p.r);
 }
 
 float rf_views_show(const struct rf_views *v, uint64_t views, int j,
@@ -76,10 +76,10 @@ void rf_views_measure_range(struct rf_views *v)
 bool rf_views_are_beside(const struct rf_views *v, struct rf_view_place p)
 {
     static const float ROUNDED_PX = 1;
-    const struct rf_picture *l = &v->pictures[0];
+    const struct rf_picture *picture = &v->pictures[0];
     const float at[2] = {p.x, p.y};
-    const int first[2] = {l->x0, l->y0};
-    const int size[2] = {l->frame->width, l->frame->height};
+    const int first[2] = {picture->x0, picture->y0};
+    const int size[2] = {picture->frame->width, picture->frame->height};
     int low = p.r < 0; /* whose slope shifts least */
     for (int k = 0; k < 2; k++) {
         float least = v->range.slope[low][k] * p.r + v->range.base[0][k];
@@ -107,15 +107,15 @@ float rf_views_leave(const struct rf_views *v, int j, struct rf_view_place p,
 static void take_shown(const struct rf_views *v, int k, const struct rf_sight_places *p,
                        unsigned asked, float left[8])
 {
-    const struct rf_picture *l = &v->pictures[k];
-    const struct rf_kernels *kernels = l->frame->context->kernels;
+    const struct rf_picture *picture = &v->pictures[k];
+    const struct rf_kernels *kernels = picture->frame->context->kernels;
     struct rf_sight_found found;
     kernels->look_for_parts(&v->sights[k], p, 8, RF_OCCLUDED_PX, &found);
     for (unsigned rest = found.rendered & asked; rest; rest &= rest - 1) {
         int i = __builtin_ctz(rest);
         left[i] -= found.clear >> i & 1
                        ? 1
-                       : rf_view_pixel_sees(l, found.x[i], found.y[i], p->r[i]);
+                       : rf_view_pixel_sees(picture, found.x[i], found.y[i], p->r[i]);
     }
 }
 
@@ -202,12 +202,12 @@ static int likeliest_view(const struct rf_views *v, int j, struct rf_view_place 
 static void take_parts(const struct rf_views *v, int k, const struct shown_run *run,
                        uint64_t asked, float left[64])
 {
-    const struct rf_picture *l = &v->pictures[k];
-    size_t row = (size_t)run->y * (size_t)l->width;
+    const struct rf_picture *picture = &v->pictures[k];
+    size_t row = (size_t)run->y * (size_t)picture->width;
     for (uint64_t rest = asked & run->rendered; rest; rest &= rest - 1) {
         int i = __builtin_ctzll(rest), x = run->x + i;
-        if (rf_is_mixed(&l->surfaces, row + (size_t)x))
-            left[i] -= rf_view_pixel_sees(l, x, run->y, run->r);
+        if (rf_is_mixed(&picture->surfaces, row + (size_t)x))
+            left[i] -= rf_view_pixel_sees(picture, x, run->y, run->r);
     }
 }
 

@@ -130,10 +130,10 @@ static void load_mixed(const struct rf_surfaces *s, const float *radius, size_t 
 static void measure_block(const struct blocks *b, int view, int bx, int by)
 {
     static const float LEVEL_PX = 0.05f; /* the steps of the radius need no more */
-    const struct rf_picture *l = &b->v->pictures[view];
+    const struct rf_picture *picture = &b->v->pictures[view];
     const struct rf_sight *sight = &b->v->sights[view];
     struct rf_sight_plane *plane = &b->at[block_index(b, view, bx, by)];
-    const struct rf_surfaces *s = &l->surfaces;
+    const struct rf_surfaces *s = &picture->surfaces;
     const float *r =
         sight->radius + sight->stride * (size_t)by * BLOCK + (size_t)bx * BLOCK;
     float low[BLOCK * BLOCK], high[BLOCK * BLOCK];
@@ -200,9 +200,10 @@ static bool is_behind(const struct rf_sight_plane *other, int x, int y,
 /* The blocks of which some or all pixels were rendered, in any view. */
 static void find_boxes(struct blocks *b)
 {
-    const struct rf_picture *l = &b->v->pictures[0];
-    const int x0[2] = {l->x0, l->y0}, size[2] = {l->width, l->height};
-    const int rendered[2] = {l->frame->width, l->frame->height};
+    const struct rf_picture *picture = &b->v->pictures[0];
+    const int x0[2] = {picture->x0, picture->y0},
+              size[2] = {picture->width, picture->height};
+    const int rendered[2] = {picture->frame->width, picture->frame->height};
     for (int k = 0; k < 2; k++) {
         int x1 = x0[k] + rendered[k], n = (size[k] + BLOCK - 1) / BLOCK;
         b->shown.first[k] = x0[k] / BLOCK;
@@ -239,9 +240,10 @@ static enum sight sight_of(const struct blocks *b, int view, int bx, int by, int
                            const struct parallax *parallax)
 {
     static const float SNAPPED_PX = 0.04f;
-    const struct rf_picture *l = &b->v->pictures[j];
+    const struct rf_picture *picture = &b->v->pictures[j];
     const struct rf_sight_plane *block = &b->at[block_index(b, view, bx, by)];
-    const int at[2] = {bx * BLOCK, by * BLOCK}, size[2] = {l->width, l->height};
+    const int at[2] = {bx * BLOCK, by * BLOCK},
+              size[2] = {picture->width, picture->height};
     struct box box; /* of view j, that it may lie in */
     for (int k = 0; k < 2; k++) {
         float a = parallax->slope[k] * block->lowest;
@@ -378,12 +380,12 @@ static void add_parts(const struct rf_surfaces *s, int x0, int x1, int y,
 static void find_parts(const struct blocks *b, int view, int bx, int y,
                        struct parts *parts)
 {
-    const struct rf_picture *l = &b->v->pictures[view];
+    const struct rf_picture *picture = &b->v->pictures[view];
     const struct rf_sight *sight = &b->v->sights[view];
     int x0 = rf_max_int(bx * BLOCK, sight->x0);
     int x1 = rf_min_int((bx + 1) * BLOCK, sight->x1);
-    size_t i = (size_t)y * (size_t)l->width + (size_t)x0;
-    parts->are_pure = x1 - x0 == BLOCK && !mixed_bits(&l->surfaces, i);
+    size_t i = (size_t)y * (size_t)picture->width + (size_t)x0;
+    parts->are_pure = x1 - x0 == BLOCK && !mixed_bits(&picture->surfaces, i);
     if (parts->are_pure) {
         parts->n = BLOCK;
         parts->x[0] = x0;
@@ -391,7 +393,7 @@ static void find_parts(const struct blocks *b, int view, int bx, int y,
         return;
     }
     parts->n = 0;
-    add_parts(&l->surfaces, x0, x1, y, parts);
+    add_parts(&picture->surfaces, x0, x1, y, parts);
     b->kernels->place_parts(sight, parts->n, &parts->places);
 }
 
@@ -404,8 +406,8 @@ static bool is_blind(float seen)
 /* Which parts view j sees: bit i, part i. */
 static unsigned look_at_parts(const struct blocks *b, int j, const struct parts *parts)
 {
-    const struct rf_picture *l = &b->v->pictures[j];
-    const struct rf_surfaces *s = &l->surfaces;
+    const struct rf_picture *picture = &b->v->pictures[j];
+    const struct rf_surfaces *s = &picture->surfaces;
     struct rf_sight_found found;
     b->kernels->look_for_parts(&b->v->sights[j], &parts->places, parts->n,
                                RF_OCCLUDED_PX, &found);
@@ -414,7 +416,7 @@ static unsigned look_at_parts(const struct blocks *b, int j, const struct parts 
         int k = __builtin_ctz(left), x = found.x[k], y = found.y[k];
         size_t i = (size_t)y * (size_t)s->width + (size_t)x;
         if (rf_is_mixed(s, i) &&
-            !is_blind(rf_view_pixel_sees(l, x, y, parts->places.r[k])))
+            !is_blind(rf_view_pixel_sees(picture, x, y, parts->places.r[k])))
             seen |= 1u << k;
     }
     return seen;
@@ -463,24 +465,24 @@ struct row_lists {
     int n[RF_MOST_CELLS], n_bright[RF_MOST_CELLS];
 };
 
-static struct rf_unseen unseen_of(const struct rf_picture *l, int y,
+static struct rf_unseen unseen_of(const struct rf_picture *picture, int y,
                                   const struct parts *parts, int i)
 {
-    const struct rf_surfaces *s = &l->surfaces;
+    const struct rf_surfaces *s = &picture->surfaces;
     if (parts->are_pure) {
         int x = parts->x[0] + i;
         const struct rf_surface *near =
-            &s->near[(size_t)y * (size_t)l->width + (size_t)x];
+            &s->near[(size_t)y * (size_t)picture->width + (size_t)x];
         /* Most need no look at their colour. */
-        bool is_bright =
-            rf_picture_may_be_bright(l, x, y) && rf_picture_is_bright(l, near, x, y);
+        bool is_bright = rf_picture_may_be_bright(picture, x, y) &&
+                         rf_picture_is_bright(picture, near, x, y);
         return (struct rf_unseen){.part = 4 * x + 2 * is_bright, .weight = 1};
     }
     int x = parts->x[i], is_far = parts->is_far[i];
-    size_t pixel = (size_t)y * (size_t)l->width + (size_t)x;
+    size_t pixel = (size_t)y * (size_t)picture->width + (size_t)x;
     const struct rf_surface *surface = is_far ? rf_far_at(s, pixel) : &s->near[pixel];
     return (struct rf_unseen){
-        .part = 4 * x + 2 * rf_picture_is_bright(l, surface, x, y) + is_far,
+        .part = 4 * x + 2 * rf_picture_is_bright(picture, surface, x, y) + is_far,
         .weight = is_far ? rf_min_float(1, 2 * parts->share[i]) : parts->share[i]};
 }
 
