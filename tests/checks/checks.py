@@ -297,7 +297,8 @@ def threads():
     run("ninja", "-C", build)
     environment = environment_of(build)
     log = OUT / "tsan.log"
-    environment["TSAN_OPTIONS"] = f"ignore_noninstrumented_modules=1 log_path={log}"
+    options = "ignore_noninstrumented_modules=1 die_after_fork=0"
+    environment["TSAN_OPTIONS"] = f"{options} log_path={log}"
     for old in OUT.glob("tsan.log.*"):
         old.unlink()
     n, failed = 0, 0
