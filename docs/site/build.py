@@ -291,6 +291,7 @@ def sections_of(text):
 
 def render_page(name):
     text = (ROOT / "docs" / f"{name}.md").read_text()
+    text = re.sub(r"^```(\w+) .*$", r"```\1", text, flags=re.M)  # "sh run"
     made = markdown.markdown(
         text, extensions=["tables", "fenced_code", "toc", "sane_lists"]
     )

@@ -328,6 +328,7 @@ def test_documents(browser, site):
     for path in site.rglob("*.html"):
         if "api" not in path.relative_to(site).parts:
             check_links(path)
+            assert "```" not in path.read_text(), path
     assert browser.complaints() == []
 
 
