@@ -174,6 +174,19 @@ static bool has_rays(const struct rf_params *p)
            method_of(p)->needs_depth;
 }
 
+/* Does the tilt of the lens turn the focus, by the focal length? */
+static bool is_tilted(const struct rf_params *p)
+{
+    return is_perspective(p) && method_of(p)->needs_depth &&
+           method_of(p)->max_views == 1 && (p->tilt_x != 0 || p->tilt_y != 0);
+}
+
+/* Does it matter where the optical axis meets the picture? */
+static bool has_axis(const struct rf_params *p)
+{
+    return has_rays(p) || is_tilted(p);
+}
+
 static bool is_shifted(const struct rf_params *p)
 {
     return p->shift_x != 0 || p->shift_y != 0;
@@ -203,13 +216,6 @@ static const char *read_focus(const struct rf_params *p)
 static const char *read_f_stop(const struct rf_params *p)
 {
     return p->lens_radius > 0 ? "lens-radius is given, and says it" : NULL;
-}
-
-/* Does the tilt of the lens turn the focus, by the focal length? */
-static bool is_tilted(const struct rf_params *p)
-{
-    return is_perspective(p) && method_of(p)->needs_depth &&
-           method_of(p)->max_views == 1 && (p->tilt_x != 0 || p->tilt_y != 0);
 }
 
 static const char *read_focal(const struct rf_params *p)
@@ -256,20 +262,23 @@ static const char *read_sensor_height(const struct rf_params *p)
 
 static const char *read_fit(const struct rf_params *p)
 {
-    return !is_perspective(p) || has_sensor(p) || (has_rays(p) && is_shifted(p))
+    return !is_perspective(p) || has_sensor(p) || (has_axis(p) && is_shifted(p))
                ? NULL
                : "focal-length-px is given, and says it";
 }
 
 static const char *read_shift(const struct rf_params *p)
 {
-    return has_rays(p) ? NULL : "read only with projection perspective, depth radial";
+    return has_axis(p)
+               ? NULL
+               : "read only with projection perspective, and depth radial or a tilt";
 }
 
 static const char *read_aspect(const struct rf_params *p)
 {
     bool is_fitted = !read_fit(p) && p->sensor_fit != RF_SENSOR_FIT_HORIZONTAL;
-    return is_fitted || has_rays(p) || method_of(p)->reads_aperture
+    bool has_place = p->cat_eye > 0 || p->field_curvature != 0 || p->split_diopter > 0;
+    return is_fitted || has_axis(p) || has_place || method_of(p)->reads_aperture
                ? NULL
                : "not read by this method with this sensor-fit";
 }
