@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "folder.h"
 #include "path.h"
@@ -170,6 +171,65 @@ bool frame_is_pattern(const char *name)
 {
     struct place place;
     return find_place(name, &place);
+}
+
+/* Length of "@@@@" at the beginning; one alone may be part of a name. */
+static size_t at_signs(const char *at)
+{
+    const size_t n = strspn(at, "@");
+    return n > 1 ? n : 0;
+}
+
+/* Length of what a bracket holds, with both, where it may be a frame's number. */
+static size_t bracketed(const char *at)
+{
+    const char *close = *at == '<' ? ">" : *at == '{' ? "}" : *at == '[' ? "]" : NULL;
+    const size_t n = close ? strcspn(at, close) : 0;
+    if (n < 2 || !at[n])
+        return 0;
+    char word[32];
+    snprintf(word, sizeof(word), "%.*s", (int)(n - 1), at + 1);
+    const size_t n_digits = strspn(word, "#0123456789-,:");
+    const bool is_numbers = *at == '[' && n_digits == strlen(word);
+    const bool is_frame = strncasecmp(word, "frame", 5) == 0;
+    const bool is_short = tolower((unsigned char)word[0]) == 'f' &&
+                          strspn(word + 1, "0123456789") == strlen(word + 1);
+    return is_numbers || (*at != '[' && (is_frame || is_short)) ? n + 1 : 0;
+}
+
+static size_t foreign_mark(const char *at)
+{
+    const size_t n = at_signs(at);
+    if (n > 0)
+        return n;
+    return strncmp(at, "$frame", 6) == 0 ? 6 : bracketed(at);
+}
+
+/* Length of the name before " 1-240"; 0 where that is not at its end. */
+static size_t before_range(const char *name)
+{
+    const char *space = strrchr(name, ' ');
+    int32_t first, last, step;
+    if (!space || space == name)
+        return 0;
+    const char *at = space + 1;
+    return take_range(&at, &first, &last, &step) && last > first && *at == '\0'
+               ? (size_t)(space - name)
+               : 0;
+}
+
+bool frame_guess_foreign(const char *name, char *pattern, size_t n_bytes)
+{
+    const size_t n_name = before_range(name);
+    if (n_name > 0)
+        return snprintf(pattern, n_bytes, "%.*s", (int)n_name, name) < (int)n_bytes;
+    for (const char *at = os_path_name(name); *at; at++) {
+        const size_t n = foreign_mark(at);
+        if (n > 0)
+            return snprintf(pattern, n_bytes, "%.*s####%s", (int)(at - name), name,
+                            at + n) < (int)n_bytes;
+    }
+    return false;
 }
 
 bool frame_guess_pattern(const char *name, char *pattern, size_t n_bytes)

@@ -26,6 +26,14 @@ void frame_list_free(struct frame_list *list);
  * programs write it, %04d (Nuke) or $F4 (Houdini)? */
 bool frame_is_pattern(const char *name);
 
+/*
+ * The name with #### where its last part has the number of a frame as programs write it
+ * that are not followed: @@@@, <frame04> and <f4>, {frame}, [1-240] and [####], $frame.
+ * "shot.%04d.exr 1-240", as Nuke copies it, becomes the name alone. False where there
+ * is nothing of the kind.
+ */
+bool frame_guess_foreign(const char *name, char *pattern, size_t n_bytes);
+
 /* The pattern of a file that may be a frame: "shot.0001.exr" gives "shot.####.exr".
  * False where the last part has no digits before its ending. */
 bool frame_guess_pattern(const char *name, char *pattern, size_t n_bytes);

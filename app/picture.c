@@ -114,6 +114,34 @@ enum picture_kind picture_kind(const char *path)
     return PICTURE_UNKNOWN;
 }
 
+bool picture_check_kind(const char *path, struct image_error *error)
+{
+    /* What people ask for, and what makes it of what is written. */
+    static const struct {
+        const char *ending, *name, *instead, *command;
+    } others[] = {
+        {".jpg", "JPEG", ".png", "magick NAME.png NAME.jpg"},
+        {".jpeg", "JPEG", ".png", "magick NAME.png NAME.jpeg"},
+        {".tif", "TIFF", ".exr", "oiiotool NAME.exr -o NAME.tif"},
+        {".tiff", "TIFF", ".exr", "oiiotool NAME.exr -o NAME.tiff"},
+        {".hdr", "Radiance HDR", ".exr", "oiiotool NAME.exr -o NAME.hdr"},
+        {".webp", "WebP", ".png", "magick NAME.png NAME.webp"},
+    };
+    const char *dot = strrchr(path, '.');
+    if (picture_kind(path) != PICTURE_UNKNOWN)
+        return true;
+    for (size_t i = 0; dot && i < sizeof(others) / sizeof(others[0]); i++)
+        if (strcasecmp(dot, others[i].ending) == 0)
+            return set_error(
+                error,
+                "%s: pictures are written as EXR or PNG, not as %s; end the "
+                "name in %s and convert the picture: %s",
+                path, others[i].name, others[i].instead, others[i].command);
+    return set_error(
+        error, "%s: pictures are written as EXR or PNG; end the name in .exr or .png",
+        path);
+}
+
 bool picture_is_scene(const char *path)
 {
     const char *dot = strrchr(path, '.');

@@ -27,6 +27,10 @@ enum picture_kind { PICTURE_EXR, PICTURE_PNG, PICTURE_UNKNOWN };
 /* What the end of the name asks for: .exr or .png in any case. */
 enum picture_kind picture_kind(const char *path);
 
+/* Does the name end as a picture does that can be written? False with a message that
+ * says how to come to what it asks for. */
+bool picture_check_kind(const char *path, struct image_error *error);
+
 /* Is this the name of a POV-Ray scene? */
 bool picture_is_scene(const char *path);
 

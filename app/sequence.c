@@ -423,8 +423,15 @@ static bool check_outputs(const struct filter_options *tool, struct image_error 
     } outputs[] = {{"--output", tool->output},
                    {"--output-coc", tool->output_coc},
                    {"--flattened", tool->flattened}};
+    char pattern[4096];
     for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++)
-        if (outputs[i].path && !frame_is_pattern(outputs[i].path))
+        if (outputs[i].path &&
+            frame_guess_foreign(outputs[i].path, pattern, sizeof(pattern)))
+            return set_error(error,
+                             "%s: '%s': the number of the frame is written with #, as "
+                             "in '%s'",
+                             outputs[i].name, outputs[i].path, pattern);
+        else if (outputs[i].path && !frame_is_pattern(outputs[i].path))
             return set_error(
                 error,
                 "%s: '%s' has no #### for the number of the frame, as the input has",

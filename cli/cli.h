@@ -71,6 +71,12 @@ const struct command *command_find(const char *name);
 /* "rackfocus: " and the text on stderr. The text reads "FILE: what; way out". */
 void message(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* What messages and results call a file of ours that stands for something else, such as
+ * standard input. Two at most; the texts must stay. */
+void message_show_as(const char *path, const char *name);
+/* That name, or the path where it has none. */
+const char *message_shown(const char *path);
+
 /* The same as a warning; nothing where `is_quiet`. */
 void warning(bool is_quiet, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

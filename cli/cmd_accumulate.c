@@ -209,6 +209,7 @@ static int accumulate(const struct accumulate_options *tool,
 static int cmd_accumulate(int argc, char **argv)
 {
     struct accumulate_options tool = {.blend_gamma = NAN};
+    struct image_error error;
     struct operands operands;
     int code = options_parse(&command_accumulate, argc, argv, &tool, NULL, &operands);
     if (code != OPTIONS_GO_ON)
@@ -219,9 +220,8 @@ static int cmd_accumulate(int argc, char **argv)
     else if (!tool.output)
         message("accumulate needs an output, -o FILE.exr or -o FILE.png; see rackfocus "
                 "accumulate --help");
-    else if (picture_kind(tool.output) == PICTURE_UNKNOWN)
-        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
-                tool.output);
+    else if (!picture_check_kind(tool.output, &error))
+        message("%s", error.message);
     else
         code = accumulate(&tool, &operands);
     operands_free(&operands);

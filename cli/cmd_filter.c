@@ -149,9 +149,9 @@ static bool check_usage(const struct filter_options *tool,
         return fail_usage("filter takes 64 views at most");
     if (!tool->output)
         return fail_usage("filter needs an output, -o FILE.exr or -o FILE.png");
-    if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
-        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
-                tool->output);
+    struct image_error error;
+    if (!picture_check_kind(tool->output, &error)) {
+        message("%s", error.message);
         return false;
     }
     if (picture_kind(tool->output) == PICTURE_PNG && tool->pass_through)
@@ -199,7 +199,15 @@ static bool check_globs(const struct operands *operands)
     for (int i = 0; i < operands->n; i++) {
         char pattern[4096];
         const char *name = operands->items[i], *star = strpbrk(name, "*?[");
-        if (!star || os_file_facts(name).kind != OS_FILE_NONE)
+        if (os_file_facts(name).kind != OS_FILE_NONE)
+            continue;
+        if (frame_guess_foreign(name, pattern, sizeof(pattern))) {
+            message("%s: there is no such file; the number of a sequence's frames is "
+                    "written with #, and which they are by --frames: '%s'",
+                    name, pattern);
+            return false;
+        }
+        if (!star)
             continue;
         snprintf(pattern, sizeof(pattern), "%.*s####%s", (int)(star - name), name,
                  star + 1);

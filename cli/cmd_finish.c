@@ -37,13 +37,14 @@ static const struct option options[] = {
 static bool check_usage(const struct options *all, const struct operands *operands)
 {
     const struct finish_options *tool = &all->finish;
+    struct image_error error;
     const char *text = NULL;
     if (operands->n == 0)
         text = "finish needs a picture that was rendered with the lens, OWN.exr";
     else if (!tool->output)
         text = "finish needs an output, -o FILE.exr or -o FILE.png";
-    else if (picture_kind(tool->output) == PICTURE_UNKNOWN)
-        text = "finish writes EXR or PNG; end the output's name in .exr or .png";
+    else if (!picture_check_kind(tool->output, &error))
+        text = error.message;
     else if (all->guide && operands->n > 1)
         text = "finish takes its guides after OWN.exr or by --guide, not both";
     else if (tool->output_error && picture_kind(tool->output_error) != PICTURE_EXR)

@@ -193,9 +193,9 @@ static bool check_usage(const struct view_options *tool,
         return fail_usage("--demo takes one picture at most, an EXR or a PNG");
     if (operands->n > RF_MAX_VIEWS)
         return fail_usage("view takes 64 views at most");
-    if (tool->output && picture_kind(tool->output) == PICTURE_UNKNOWN) {
-        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
-                tool->output);
+    struct image_error error;
+    if (tool->output && !picture_check_kind(tool->output, &error)) {
+        message("%s", error.message);
         return false;
     }
     for (int i = 0; i < operands->n && operands->n > 1; i++)

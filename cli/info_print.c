@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli.h"
 #include "json.h"
 #include "views.h"
 
@@ -88,7 +89,7 @@ static void print_file(const struct image_input *input)
     int n_parts, n_channels;
     const struct image_part_info *parts = image_parts(input, &n_parts);
     const struct image_channel_info *channels = image_channels(input, &n_channels);
-    printf("%s\n", image_path(input));
+    printf("%s\n", message_shown(image_path(input)));
     for (int p = 0; p < n_parts; p++) {
         printf("  part %d%s%s: %s, %s%s%s\n", p, *parts[p].name ? " " : "",
                parts[p].name, part_kind(&parts[p]), parts[p].compression,
@@ -155,7 +156,7 @@ static void print_choice_of_channels(const struct info *info)
     if (source->z >= 0)
         printf("  %-16s %s of %s\n", "depth",
                image_channels(source->depth, &n)[source->z].name,
-               image_path(source->depth));
+               message_shown(image_path(source->depth)));
     else
         printf("  %-16s none; name it with --depth-channel or --depth-file\n", "depth");
     const char *text;
@@ -361,7 +362,7 @@ static void json_file(struct json *json, const struct image_input *input)
     const struct image_part_info *parts = image_parts(input, &n_parts);
     const struct image_channel_info *channels = image_channels(input, &n_channels);
     json_open(json, NULL, '{');
-    json_text(json, "path", image_path(input));
+    json_text(json, "path", message_shown(image_path(input)));
     json_open(json, "parts", '[');
     for (int p = 0; p < n_parts; p++) {
         json_open(json, NULL, '{');

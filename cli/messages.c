@@ -9,12 +9,55 @@
 #include "progress.h"
 #include "report.h"
 
+/* Of the command line, which is one; set before any work begins. */
+static struct {
+    const char *path, *name;
+} shown_as[2];
+
+void message_show_as(const char *path, const char *name)
+{
+    const int i = shown_as[0].path != NULL;
+    shown_as[i].path = path;
+    shown_as[i].name = name;
+}
+
+const char *message_shown(const char *path)
+{
+    for (int i = 0; i < 2; i++)
+        if (shown_as[i].path && strcmp(shown_as[i].path, path) == 0)
+            return shown_as[i].name;
+    return path;
+}
+
+/* Writes a text with the names that its files are shown by. */
+static void write_shown(FILE *file, const char *text)
+{
+    while (*text) {
+        const char *next = NULL, *name = "";
+        size_t n_path = 0;
+        for (int i = 0; i < 2; i++) {
+            const char *at = shown_as[i].path ? strstr(text, shown_as[i].path) : NULL;
+            if (at && (!next || at < next)) {
+                next = at;
+                name = shown_as[i].name;
+                n_path = strlen(shown_as[i].path);
+            }
+        }
+        const size_t n = next ? (size_t)(next - text) : strlen(text);
+        fwrite(text, 1, n, file);
+        fputs(name, file);
+        text += n + n_path;
+    }
+}
+
 static void print(const char *kind, const char *format, va_list arguments)
 {
+    char text[8192];
+    vsnprintf(text, sizeof(text), format, arguments);
     fflush(stdout);
     flockfile(stderr);
     fprintf(stderr, "rackfocus: %s", kind);
-    vfprintf(stderr, format, arguments);
+    write_shown(stderr, text);
     fputc('\n', stderr);
     funlockfile(stderr);
 }
@@ -100,7 +143,8 @@ static void host_say(void *user, const char *text)
     const struct cli_host *host = user;
     if (host->is_quiet)
         return;
-    fprintf(host->results, "%s\n", text);
+    write_shown(host->results, text);
+    fputc('\n', host->results);
     /* That nobody reads it is no failure of the work. */
     if (fflush(host->results) != 0 && errno == EPIPE)
         clearerr(host->results);

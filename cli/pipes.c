@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli.h"
 #include "folder.h"
 #include "report.h"
 #include "terminal.h"
@@ -81,11 +82,14 @@ bool pipes_open(struct pipes *pipes, struct operands *operands, const char **out
             if (!take_input(pipes, error))
                 return false;
             operands->items[i] = pipes->input;
+            message_show_as(pipes->input, "standard input");
         }
     snprintf(pipes->output, sizeof(pipes->output), "%s/standard-output.%s",
              pipes->folder, is_png ? "png" : "exr");
-    if (output && pipes->has_output)
+    if (output && pipes->has_output) {
         *output = pipes->output;
+        message_show_as(pipes->output, "standard output");
+    }
     return true;
 }
 

@@ -67,9 +67,9 @@ static bool check_usage(const struct povray_tool *tool, const struct operands *o
         return fail_usage("--reference-output takes a file that ends with .exr");
     if (!tool->output)
         return fail_usage("povray needs an output, -o FILE.exr or -o FILE.png");
-    if (picture_kind(tool->output) == PICTURE_UNKNOWN) {
-        message("%s: pictures are written as EXR or PNG; end the name in .exr or .png",
-                tool->output);
+    struct image_error error;
+    if (!picture_check_kind(tool->output, &error)) {
+        message("%s", error.message);
         return false;
     }
     return true;

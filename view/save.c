@@ -62,14 +62,8 @@ static void finish(void *user, float *pixels, const char *error)
 void save_picture(struct app *app)
 {
     struct image_error error;
-    if (picture_kind(app->output) == PICTURE_UNKNOWN) {
-        view_say(app,
-                 "%s: pictures are written as EXR or PNG; end the name in .exr or "
-                 ".png",
-                 app->output);
-        return;
-    }
-    if (!picture_check_writable(app->output, &error)) {
+    if (!picture_check_kind(app->output, &error) ||
+        !picture_check_writable(app->output, &error)) {
         view_say(app, "%s", error.message);
         return;
     }

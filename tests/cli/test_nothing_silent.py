@@ -2,6 +2,7 @@
 """What was asked for happens, or the user is told why not and what to type."""
 
 import os
+import pathlib
 import stat
 import struct
 import subprocess
@@ -166,6 +167,47 @@ def test_names_of_other_programs(run, scene, tmp_path, mark):
     assert (tmp_path / "out.0008.exr").exists() and (tmp_path / "out.0012.exr").exists()
 
 
+@pytest.mark.parametrize(
+    "mark",
+    [
+        "@@@@",  # Shake, RV
+        "<frame04>",  # Maya's tokens
+        "<frame>",
+        "<f4>",  # RenderMan
+        "<F4>",
+        "{frame}",
+        "{frame_number}",  # Unreal
+        "[1-240]",  # RV, DJV
+        "[####]",  # After Effects
+        "$frame",  # Cinema 4D
+    ],
+)
+def test_marks_that_are_named(run, scene, tmp_path, mark):
+    for i in (8, 12):
+        scene(f"shot.{i:04d}.exr")
+    name, pattern = f"shot.{mark}.exr", f"'{tmp_path / 'shot.####.exr'}'"
+    done = run(tmp_path / name, name="o.####.exr", code=2)
+    assert f"{tmp_path / name}: there is no such file" in done.stderr
+    assert f"by --frames: {pattern}" in done.stderr
+    done = run(tmp_path / "shot.####.exr", name=f"o.{mark}.exr", code=2)
+    assert f"with #, as in '{tmp_path / 'o.####.exr'}'" in done.stderr
+    assert not list(tmp_path.glob("o.*"))
+
+
+def test_what_nuke_copies(run, scene, tmp_path):
+    """'shot.%04d.exr 1-12' in one word."""
+    scene("shot.0008.exr")
+    name = tmp_path / "shot.%04d.exr"
+    done = run(f"{name} 1-12", name="o.%04d.exr", code=2)
+    assert f"by --frames: '{name}'" in done.stderr
+
+
+def test_a_file_may_be_called_so(run, scene, tmp_path):
+    """What is there is taken, whatever it is called."""
+    assert run(scene("me@@home[1].exr"), name="o<f>.exr").returncode == 0
+    assert (tmp_path / "o<f>.exr").exists()
+
+
 def test_numbers_without_zeros(run, scene, tmp_path):
     for i in (8, 12):
         scene(f"shot.{i}.exr")
@@ -249,7 +291,44 @@ def test_a_bad_pipe_is_named(binary, tmp_path):
         [binary, "filter", "-", "-o", tmp_path / "o.exr"],
         input=b"no picture", capture_output=True,
     )  # fmt: skip
-    assert done.returncode == 1 and b"standard-input" in done.stderr
+    assert done.returncode == 1
+    assert done.stderr == b"rackfocus: standard input: is not an OpenEXR file\n"
+
+
+def test_pipes_have_no_other_name(binary, scene, tmp_path):
+    """Warnings, results and info say standard input, never a file of ours."""
+    data = pathlib.Path(scene(attributes={})).read_bytes()
+    for words in (["filter", "-", "-o", "-"], ["info", "-"], ["info", "-", "--json"]):
+        done = subprocess.run(
+            [binary, *words], input=data, capture_output=True, check=True
+        )
+        said = done.stderr if words[-1] == "-" and "-o" in words else done.stdout
+        assert b"standard input" in said, words
+        assert b"standard-" not in done.stderr + done.stdout
+        assert b"rackfocus-" not in said
+
+
+# ---- kinds of pictures ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name, kind, command",
+    [
+        ("o.jpg", "JPEG", "magick NAME.png NAME.jpg"),
+        ("o.JPEG", "JPEG", "magick NAME.png NAME.jpeg"),
+        ("o.tif", "TIFF", "oiiotool NAME.exr -o NAME.tif"),
+        ("o.tiff", "TIFF", "oiiotool NAME.exr -o NAME.tiff"),
+        ("o.gif", "EXR or PNG", "end the name in .exr or .png"),
+    ],
+)
+def test_other_kinds_of_output_are_refused_by_name(
+    rackfocus, scene, tmp_path, name, kind, command
+):
+    path, out = scene(), tmp_path / name
+    for words in (["filter", path], ["accumulate", path], ["povray", "s.pov"]):
+        done = rackfocus(*words, "-o", out, code=2)
+        assert f"{out}: " in done.stderr and kind in done.stderr
+        assert command in done.stderr and not out.exists()
 
 
 # ---- info ----------------------------------------------------------------------------
