@@ -166,7 +166,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if source.name not in alone:
             refocusing.note(source)
         try:
-            if is_called_for_nodes_only(source, depsgraph.view_layer.name):
+            name = depsgraph.view_layer.name
+            is_alone = source.name in alone
+            is_shown = is_alone or setup.is_shown(source, name)
+            if not is_shown or is_called_for_nodes_only(source, name):
                 self._write_nothing(depsgraph)
             else:
                 self._render_views(depsgraph, source, run["seconds"])
@@ -195,7 +198,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _write_nothing(self, depsgraph):
         """A result of no use: Blender wants one of every view layer."""
         width, height = lens.picture_size(depsgraph.scene.render)
-        self.end_result(self.begin_result(0, 0, width, height))
+        layer = depsgraph.view_layer.name  # else those of all layers are replaced
+        self.end_result(self.begin_result(0, 0, width, height, layer=layer))
 
     # ---- frames -------------------------------------------------------------------
 

@@ -377,17 +377,6 @@ class SceneState(bpy.types.PropertyGroup):
     )
 
 
-class ObjectSettings(bpy.types.PropertyGroup):
-    """object.rack_focus"""
-
-    keep_sharp: BoolProperty(
-        override=OVERRIDABLE,
-        name="Keep Sharp",
-        description="Rack Focus does not blur this object, whatever its distance. Takes "
-        "effect with the next render",
-    )
-
-
 class NodeSettings(bpy.types.PropertyGroup):
     """node_tree.rack_focus: of the groups that are our nodes."""
 
@@ -408,7 +397,7 @@ class NodeSettings(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (CameraSettings, ObjectSettings, SceneState, NodeSettings)
+CLASSES = (CameraSettings, SceneState, NodeSettings)
 
 
 def register():
@@ -418,8 +407,12 @@ def register():
     bpy.types.Camera.rack_focus = PointerProperty(
         type=CameraSettings, override=OVERRIDABLE
     )
-    bpy.types.Object.rack_focus = PointerProperty(
-        type=ObjectSettings, override=OVERRIDABLE
+    # No group of properties: 5.0 reports errors for those of overridden objects.
+    bpy.types.Object.rack_focus_keep_sharp = BoolProperty(
+        override=OVERRIDABLE,
+        name="Keep Sharp",
+        description="Rack Focus does not blur this object, whatever its distance. Takes "
+        "effect with the next render",
     )
     bpy.types.Scene.rack_focus = PointerProperty(type=SceneState)
     bpy.types.NodeTree.rack_focus = PointerProperty(type=NodeSettings)
@@ -429,7 +422,7 @@ def unregister():
     """Takes them away."""
     del bpy.types.NodeTree.rack_focus
     del bpy.types.Scene.rack_focus
-    del bpy.types.Object.rack_focus
+    del bpy.types.Object.rack_focus_keep_sharp
     del bpy.types.Camera.rack_focus
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -101,6 +101,20 @@ def linked_outputs(scene, layer_name):
     }
 
 
+def is_shown(scene, layer_name):
+    """Does a node of any scene's tree show what is filtered of a view layer?
+
+    In 5.x scenes share trees: that of another scene may have a node of ours that leads
+    nowhere, while its own scene is not rendered.
+    """
+    ours, found = filter_scene_of(scene), []
+    for one in user_scenes():
+        for tree in all_trees_of(one):
+            nodes = [n for n in layer_nodes(tree, ours) if n.layer == layer_name]
+            found += [output for node in nodes for output in node.outputs]
+    return any(output.is_linked for output in found)
+
+
 def trees_of(scene):
     """The compositor trees of a scene, those that are out of use too."""
     trees = [compat.compositor_tree(scene)]

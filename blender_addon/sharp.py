@@ -52,7 +52,7 @@ def id_of(name):
 
 def names_of(scene):
     """Names of the objects of a scene that stay sharp."""
-    return [o.name for o in scene.objects if o.rack_focus.keep_sharp]
+    return [o.name for o in scene.objects if o.rack_focus_keep_sharp]
 
 
 # ---- the pass ---------------------------------------------------------------------

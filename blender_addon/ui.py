@@ -281,7 +281,7 @@ class ObjectPanel(bpy.types.Panel):
         """The tick, and where it has no effect."""
         layout = self.layout
         layout.use_property_split = True
-        layout.prop(context.object.rack_focus, "keep_sharp")
+        layout.prop(context.object, "rack_focus_keep_sharp")
         scene = scene_of(context)
         settings = scene.camera.data.rack_focus if scene.camera is not None else None
         if settings is not None and views.view_count(settings) > 1:

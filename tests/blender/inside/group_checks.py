@@ -333,6 +333,86 @@ def message_of(scene):
 
 
 @check
+def a_node_for_each_view_layer():
+    """Each takes the depth of its own layer where none is linked."""
+    scene, tree, source, out = bare()
+    far = bpy.data.collections.new("far")
+    scene.collection.children.link(far)
+    for item in [o for o in scene.objects if o.type == "MESH" and o.location.y > 3.5]:
+        scene.collection.objects.unlink(item)
+        far.objects.link(item)
+    back = scene.view_layers.new("Back")
+    first = scene.view_layers[0]
+    first.layer_collection.children["far"].exclude = True
+    for one in (first, back):
+        one.use_pass_z = True
+    channels = pinhole(scene, OUT / "g_layers.exr")
+    second = addon("compat").new_layer_node(tree, scene)
+    second.layer = back.name
+    found = {}
+    for layer, from_node in ((first, source), (back, second)):
+        node = new_node(tree)
+        node.node_tree.rack_focus.layer = layer.name
+        tree.links.new(from_node.outputs["Image"], node.inputs["Image"])
+        tree.links.new(node.outputs["Image"], out)
+        found[layer.name] = node
+    start(scene)
+    for name, node in found.items():
+        tree.links.new(node.outputs["Image"], out)
+        colour, depth = rgba(channels, name), common.depth_of(channels, name)
+        same(made_by(scene), filtered(scene, colour, depth))
+    # Renamed, the layer is the first one's again rather than none.
+    assert addon("group").layer_of(scene, found["Back"]) == "Back"
+    back.name = "Behind"
+    assert addon("group").layer_of(scene, found["Back"]) == first.name
+
+
+def load_sequence(tree, path, n_frames):
+    """An Image node that shows a sequence of files from frame 1 on."""
+    node = tree.nodes.new("CompositorNodeImage")
+    node.image = bpy.data.images.load(str(path))
+    node.image.source = "SEQUENCE"
+    node.image.alpha_mode = "PREMUL"
+    node.frame_duration, node.frame_start = n_frames, 1
+    node.use_auto_refresh = True
+    return node
+
+
+@check
+def a_sequence_of_files():
+    """Colour and depth from EXR files on disk: each frame is that of its files."""
+    scene, tree, source, out = bare()
+    tree.nodes.remove(source)
+    frames, folder = [], OUT / "sequence"
+    folder.mkdir(exist_ok=True)
+    for number in (1, 2, 3):
+        colour, depth = plate(scene)
+        colour[..., :3] = np.roll(colour[..., :3], 7 * number, 1)
+        depth += number
+        planes = {c: colour[..., i] for i, c in enumerate("RGBA")}
+        addon("exr").write_exr(folder / f"colour_{number:04}.exr", planes, b"")
+        flat = {c: depth for c in "RGB"} | {"A": np.ones_like(depth)}
+        addon("exr").write_exr(folder / f"depth_{number:04}.exr", flat, b"")
+        frames.append((colour, depth))
+    node = new_node(tree)
+    shown = load_sequence(tree, folder / "colour_0001.exr", 3)
+    far = load_sequence(tree, folder / "depth_0001.exr", 3)
+    split = tree.nodes.new("CompositorNodeSeparateColor")
+    tree.links.new(far.outputs["Image"], split.inputs[0])
+    tree.links.new(shown.outputs["Image"], node.inputs["Image"])
+    tree.links.new(split.outputs[0], node.inputs["Depth"])
+    tree.links.new(node.outputs["Image"], out)
+    start(scene)
+    scene.frame_start, scene.frame_end = 1, 3
+    common.set_output(scene, OUT / "g_files_####.exr")
+    bpy.ops.render.render(animation=True)
+    assert not last_message(scene), last_message(scene)
+    for number, (colour, depth) in enumerate(frames, 1):
+        made = rgba(common.read(OUT / f"g_files_{number:04}.exr"))
+        same(made, filtered(scene, colour, depth))
+
+
+@check
 def what_cannot_be_had():
     """Nothing linked, another size: a message with the way out, a sharp picture."""
     scene, tree, source, out = bare()

@@ -239,7 +239,7 @@ def objects_that_stay_sharp():
     _, data = start(passes_folder=str(folder))
     plain = rgba(render(scene, OUT / "s.exr"))
     assert not getattr(layer, module.PASS)
-    item.rack_focus.keep_sharp = True
+    item.rack_focus_keep_sharp = True
     made = rgba(render(scene, OUT / "s.exr"))
     assert not common.last_message(scene), common.last_message(scene)
     found = addon("passes").rendered(scene).layer("ViewLayer")
@@ -268,10 +268,10 @@ def objects_that_stay_sharp():
     assert np.abs(large - again).mean() < 0.05
     data.rack_focus.supersample = 1
     for item in scene.objects:
-        item.rack_focus.keep_sharp = False
+        item.rack_focus_keep_sharp = False
     render(scene, OUT / "s.exr")
     assert not getattr(scene.view_layers[0], module.PASS)
-    scene.objects[-1].rack_focus.keep_sharp = True
+    scene.objects[-1].rack_focus_keep_sharp = True
     render(scene, OUT / "s.exr")
     assert getattr(scene.view_layers[0], module.PASS)
     data.rack_focus.enabled = False

@@ -162,6 +162,22 @@ def a_tree_without_an_output():
 
 
 @check
+def scenes_that_share_a_tree():
+    """5.x: the other one is not rendered, and its filter has nothing to say."""
+    scene = bpy.context.scene
+    tree, _ = addon("compat").start_compositor(scene)
+    two = scene.copy()
+    two.name = "Two"
+    _, data = start()
+    made = rgba(render(scene, OUT / "share.exr"))
+    for one in (scene, two):
+        assert not addon("engine").last_run.get(one.name, {}).get("message"), one
+    sharp = pinhole(scene, OUT / "share_passes.exr")
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    same(made, filtered(scene, colour, depth))
+
+
+@check
 def the_users_nodes_stay():
     """A compositor in use: ours goes in between and out again."""
     scene = bpy.context.scene

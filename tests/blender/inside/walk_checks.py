@@ -159,6 +159,21 @@ def switch_passes(scene, rng):
         layer.use_pass_mist = bool(rng.integers(2))
 
 
+def override_camera(scene, rng):
+    """The camera comes from a library, as an override, with or without its data's."""
+    path = str(checking.OUT / "walk_library.blend")
+    bpy.data.libraries.write(path, {scene.camera}, fake_user=True)
+    with bpy.data.libraries.load(path, link=True) as (_, found):
+        found.objects = [scene.camera.name]
+    linked = found.objects[0]
+    scene.collection.objects.link(linked)
+    camera = linked.override_create(remap_local_usages=True)
+    data = camera.data
+    if data.override_library is None:
+        camera.data = data.override_create(remap_local_usages=True)
+    scene.camera = camera
+
+
 STEPS = (
     add_layer,
     add_nodes,
@@ -176,15 +191,19 @@ STEPS = (
 )
 
 
-def walk(seed):
-    """A file from some steps in a random order, and its round trip."""
+def walk(seed, first=()):
+    """A file from some steps in a random order, and its round trip.
+
+    first: steps that come before the others.
+    """
     rng = np.random.default_rng(seed)
     scene = bpy.context.scene
     scene.cycles.samples = 1
-    taken = []
-    for index in rng.permutation(len(STEPS))[: rng.integers(3, 8)]:
-        taken.append(STEPS[index].__name__)
-        STEPS[index](scene, rng)
+    taken = [STEPS[i] for i in rng.permutation(len(STEPS))[: rng.integers(3, 8)]]
+    taken = [*first, *(step for step in taken if step not in first)]
+    for step in taken:
+        step(scene, rng)
+    taken = [step.__name__ for step in taken]
     bpy.context.view_layer.update()
     found = round_trip.trip(scene, OUT)
     assert not found, (taken, found)
@@ -212,6 +231,19 @@ def walks_8():
 def walks_12():
     """Four more."""
     walks(range(12, 16))
+
+
+@check
+def walks_with_an_override():
+    """A linked camera, overridden, and some steps after it."""
+    found = []
+    for seed in range(100, 104):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        try:
+            walk(seed, first=(override_camera,))
+        except AssertionError as problem:
+            found.append((seed, *problem.args))
+    assert not found, found
 
 
 def walks(seeds):
