@@ -2,6 +2,7 @@
 """Farms and studios: inside/farm_checks.py, and its files in other processes."""
 
 import os
+import re
 import subprocess
 
 import numpy as np
@@ -18,6 +19,15 @@ MODULE = "bl_ext.user_default.rack_focus"
 def test_check(blender, dist, name):
     """One check in one Blender."""
     CHECKED.expect(blender, dist, name)
+
+
+def test_renders_that_succeed_print_no_error(blender, dist):
+    """Farms' scanners of logs fail a job for a line with Error."""
+    _, log = CHECKED.run(blender, dist)
+    CHECKED.expect(blender, dist, "renders_that_succeed")
+    printed = log.split("QUIET BEGIN")[1].split("QUIET END")[0].splitlines()
+    assert any("Saved" in line for line in printed)
+    assert not [line for line in printed if re.search(r"\berror\b", line, re.I)]
 
 
 def environment(blender, **more):

@@ -312,6 +312,23 @@ def changed_values(settings):
     return values
 
 
+@check
+def renders_that_succeed():
+    """For the tests: nothing that they print between the marks looks like an error."""
+    print("QUIET BEGIN", flush=True)
+    for settings in ({}, {"method": "views", "views": 3}, {"supersample": 2}):
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        scene, data = start(**settings)
+        common.set_output(scene, OUT / "quiet_####.exr")
+        scene.frame_start, scene.frame_end = 1, 2
+        bpy.ops.render.render(animation=True)
+        bpy.ops.rack_focus.refocus()
+        assert not last_message(scene), last_message(scene)
+        data.rack_focus.enabled = False
+        bpy.context.view_layer.update()
+    print("QUIET END", flush=True)
+
+
 # ---- what is left behind ----------------------------------------------------------
 
 

@@ -5,9 +5,11 @@ For files that walk_checks.py makes, and for those of others:
 
     round_trip.py DIST OUT FILE.blend ...    (after -- where Blender is a program)
 
-prints a line for each file, ok or what went wrong.
+with the settings that ROUND_TRIP has as JSON, {"views": 3}, prints a line for each file, ok or what went wrong.
 """
 
+import json
+import os
 import sys
 import traceback
 from pathlib import Path
@@ -161,6 +163,8 @@ def trip(scene, folder, reopen=True):
         return ["Blender renders nothing"]
     again = render_of(scene, folder / "plain.exr")
     before = state_of_file()
+    for key, value in json.loads(os.environ.get("ROUND_TRIP", "{}")).items():
+        setattr(scene.camera.data.rack_focus, key, value)
     scene.camera.data.rack_focus.enabled = True
     if scene.camera.data.type == "PERSP":
         scene.camera.data.dof.aperture_fstop = 0.5
