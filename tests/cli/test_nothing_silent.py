@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import resource
 import stat
 import struct
 import subprocess
@@ -434,3 +435,49 @@ def test_the_largest_values_stay_finite(run, scene, tmp_path, value):
     run(path, "--method", "recursive-offset", "--type", "float")
     channels, _ = plainexr.read(tmp_path / "out.exr")
     assert all(numpy.isfinite(channels[name]).all() for name in "RGB")
+
+
+# ---- headers of 25 MB ----------------------------------------------------------------
+
+BOMB_BYTES = 25 << 20
+
+
+def bomb(kind):
+    """A header that does not end before BOMB_BYTES."""
+    begin = struct.pack("<II", 20000630, 2 | (0x1000 if kind == "parts" else 0))
+    channel = b"%s\0" + struct.pack("<iIii", 2, 0, 1, 1)
+    if kind == "attributes":
+        one = attribute("a%07d", "float", bytes(4)).replace(b"%07d", b"1234567")
+        return begin + one * (BOMB_BYTES // len(one))
+    if kind == "channels":
+        n = BOMB_BYTES // (len(channel) + 6)
+        names = b"".join(channel % (b"c%07d" % i) for i in range(n))
+        return begin + attribute("channels", "chlist", names + b"\0")
+    if kind == "parts":
+        names = attribute("channels", "chlist", channel % b"R" + b"\0")
+        one = names + attribute("type", "string", b"scanlineimage") + b"\0"
+        return begin + one * (BOMB_BYTES // len(one))
+    if kind == "strings":
+        words = (struct.pack("<i", 4) + b"word") * (BOMB_BYTES // 8)
+        return begin + attribute("a", "stringvector", words) * 2
+    assert kind == "string"
+    return begin + attribute("a", "string", b"x" * BOMB_BYTES) * 2
+
+
+@pytest.mark.parametrize(
+    "kind", ["attributes", "channels", "parts", "strings", "string"]
+)
+@pytest.mark.parametrize("command", ["info", "filter", "compare"])
+def test_a_header_of_25_megabytes_is_refused_within_a_second(
+    binary, tmp_path, kind, command
+):
+    """Of processor time: the system ends what takes more."""
+    path, out = tmp_path / "bomb.exr", tmp_path / "out.exr"
+    path.write_bytes(bomb(kind))
+    words = {"filter": ["-o", out], "compare": [path]}.get(command, [])
+    done = subprocess.run(
+        [binary, command, path, *words], capture_output=True, text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (1, 1)),
+    )  # fmt: skip
+    assert done.returncode == 1, done
+    assert done.stderr.startswith(f"rackfocus: {path}: ") and not out.exists()

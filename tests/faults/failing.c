@@ -11,8 +11,8 @@
  *                       interruption comes at a known moment on a machine of any speed
  *   FAIL_COUNT=FILE     write the numbers of calls there at the end: allocations,
  *                       threads, file calls, writes
+ *   FAIL_ALONE=1        programs that the command starts are left alone
  *
- * Programs that the command starts are left alone.
  * Calls before main() count too: a program that cannot start is a clean failure.
  */
 #include <dlfcn.h>
@@ -51,7 +51,8 @@ __attribute__((constructor)) static void begin(void)
     failing_file = number_of("FAIL_FILE");
     failing_write = number_of("FAIL_WRITE");
     own_signal = number_of("FAIL_SIGNAL");
-    unsetenv("LD_PRELOAD");
+    if (number_of("FAIL_ALONE"))
+        unsetenv("LD_PRELOAD");
     is_counting = true;
 }
 

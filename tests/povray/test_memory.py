@@ -57,6 +57,7 @@ def run(binary, quick_povray, tmp_path):
             "LD_PRELOAD": library,
             "FAIL_COUNT": str(count),
             "FAIL_ALLOCATION": str(k or 0),
+            "FAIL_ALONE": "1",
             "PATH": f"{quick_povray}:{os.environ['PATH']}",
             "TMPDIR": str(private),
         }
