@@ -11,7 +11,6 @@
  */
 #include "windows.h"
 
-#include <malloc.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -7,15 +7,28 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#ifdef __APPLE__
+#include <mach-o/dyld.h>
+#endif
+
+static struct timespec changed_of(const struct stat *status)
+{
+#ifdef __APPLE__
+    return status->st_mtimespec;
+#else
+    return status->st_mtim;
+#endif
+}
 
 static struct os_file_facts facts_of(const struct stat *status)
 {
+    const struct timespec changed = changed_of(status);
     return (struct os_file_facts){.kind = S_ISREG(status->st_mode)   ? OS_FILE_REGULAR
                                           : S_ISDIR(status->st_mode) ? OS_FILE_FOLDER
                                                                      : OS_FILE_OTHER,
                                   .n_bytes = status->st_size,
-                                  .changed_s = status->st_mtim.tv_sec,
-                                  .changed_ns = status->st_mtim.tv_nsec,
+                                  .changed_s = changed.tv_sec,
+                                  .changed_ns = changed.tv_nsec,
                                   .device = (uint64_t)status->st_dev,
                                   .number = (uint64_t)status->st_ino};
 }
@@ -107,10 +120,16 @@ bool os_file_is_program(const char *path)
 
 bool os_program_folder(char *path, size_t n_bytes)
 {
+#ifdef __APPLE__
+    uint32_t n = n_bytes < UINT32_MAX ? (uint32_t)n_bytes : UINT32_MAX;
+    if (_NSGetExecutablePath(path, &n) != 0)
+        return false;
+#else
     const ssize_t n = readlink("/proc/self/exe", path, n_bytes - 1);
     if (n <= 0)
         return false;
     path[n] = 0;
+#endif
     char *slash = strrchr(path, '/');
     if (slash)
         slash[1] = 0;

@@ -2,8 +2,8 @@
 #include "interrupt.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
-#include <semaphore.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -12,20 +12,22 @@
 
 /* Global, because a signal handler has nothing else to write to. */
 static volatile sig_atomic_t caught_signal;
-static sem_t was_caught;
+static int ends[2]; /* of a pipe: macOS has no semaphore for a handler */
 
 static void catch_signal(int number)
 {
     const int kept = errno;
     caught_signal = number;
-    sem_post(&was_caught);
+    const ssize_t n = write(ends[1], "", 1);
+    (void)n; /* full: the other end has enough to read */
     errno = kept;
 }
 
 /* What main() has not ended by then, it will not end soon. */
 static void *watch(void *unused)
 {
-    while (sem_wait(&was_caught) != 0)
+    char byte;
+    while (read(ends[0], &byte, 1) != 1)
         ;
     os_sleep_s(OS_INTERRUPT_PATIENCE_S);
     os_clean_up();
@@ -49,8 +51,12 @@ void os_interrupt_catch(void)
 {
     struct sigaction action = {.sa_handler = catch_signal, .sa_flags = SA_RESTART};
     static bool is_watching;
-    if (!is_watching && sem_init(&was_caught, 0, 0) == 0)
+    if (!is_watching && pipe(ends) == 0) {
+        for (int i = 0; i < 2; i++)
+            fcntl(ends[i], F_SETFD, FD_CLOEXEC);
+        fcntl(ends[1], F_SETFL, O_NONBLOCK);
         start_watching();
+    }
     is_watching = true;
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, NULL);

@@ -9,10 +9,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 
 /* More at once are not known to os_process_end_all(); the system ends those. */
 enum { MOST_CHILDREN = 64 };
@@ -32,7 +34,9 @@ static void exchange_child(pid_t from, pid_t to)
 /* In the child: never returns. */
 static void execute(const struct os_process_request *request, int report)
 {
+#ifdef __linux__ /* elsewhere a child outlives a process that is killed */
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+#endif
     setpgid(0, 0);
     const int null = open("/dev/null", O_RDONLY);
     const int out = open(request->log, O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
@@ -76,8 +80,10 @@ int os_process_start(struct os_process *process,
 {
     int ends[2];
     *process = (struct os_process){0};
-    if (pipe2(ends, O_CLOEXEC) != 0)
+    if (pipe(ends) != 0)
         return errno;
+    for (int i = 0; i < 2; i++)
+        fcntl(ends[i], F_SETFD, FD_CLOEXEC); /* macOS has no pipe2() */
     const int number = start(process, request, ends);
     close(ends[0]);
     return number;

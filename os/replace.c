@@ -31,11 +31,15 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/vfs.h>
 #include <time.h>
 #include <unistd.h>
-
+#ifdef __APPLE__
+#include <sys/mount.h>
+#include <sys/param.h>
+#else
 #include <linux/magic.h>
+#include <sys/vfs.h>
+#endif
 
 enum { N_SLOTS = 16 };
 enum slot_state { SLOT_FREE, SLOT_CLAIMED, SLOT_SHOWN };
@@ -93,6 +97,10 @@ static bool is_named(int fd, const char *path)
 /* Do all who may write here see each other's locks? */
 static bool has_local_locks(int fd)
 {
+#ifdef __APPLE__
+    struct statfs status;
+    return fstatfs(fd, &status) == 0 && (status.f_flags & MNT_LOCAL) != 0;
+#else
     enum { XFS_MAGIC = 0x58465342, ZFS_MAGIC = 0x2fc12fc1 };
     static const long long locals[] = {EXT4_SUPER_MAGIC,  XFS_MAGIC,
                                        BTRFS_SUPER_MAGIC, F2FS_SUPER_MAGIC,
@@ -105,6 +113,7 @@ static bool has_local_locks(int fd)
         if ((long long)status.f_type == locals[i])
             return true;
     return false;
+#endif
 }
 
 static bool is_a_day_old(int fd)

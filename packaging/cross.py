@@ -65,12 +65,21 @@ def write_compiler(platform):
     else:
         answer = "echo 'LLD 18.1.6 (compatible with GNU linkers)'; exit"
     zig = zig_program()
+    # -bundle is what meson says for a Python module; zig makes no bundles, and Python
+    # loads a dynamic library as well.
     path.write_text(
         f"""#!/bin/sh
 case " $* " in
 *" -Wl,--version "*) {answer} ;;
 *" -Wl,-v "*) echo 'PROJECT:ld64-820.1' >&2; exit ;;
 esac
+is_first=1
+for word in "$@"; do
+    [ -z "$is_first" ] || set --
+    is_first=
+    [ "$word" != -bundle ] || word=-dynamiclib
+    set -- "$@" "$word"
+done
 exec '{zig}' cc -target {target} "$@"
 """
     )

@@ -28,7 +28,10 @@ bool glue_settle(bool is_good, struct povray_error *error)
 
 void *glue_grow(void *memory, size_t n_items, size_t item_bytes)
 {
-    void *grown = reallocarray(memory, n_items ? n_items : 1, item_bytes);
+    size_t n_bytes;
+    const bool is_too_large =
+        __builtin_mul_overflow(n_items ? n_items : 1, item_bytes, &n_bytes);
+    void *grown = is_too_large ? NULL : realloc(memory, n_bytes);
     is_lost |= !grown;
     return grown;
 }

@@ -5,16 +5,6 @@
 
 #include "wide.h"
 
-void *os_reallocarray(void *memory, size_t n_items, size_t item_bytes)
-{
-    size_t n_bytes;
-    if (__builtin_mul_overflow(n_items, item_bytes, &n_bytes)) {
-        errno = ENOMEM;
-        return NULL;
-    }
-    return realloc(memory, n_bytes);
-}
-
 char *os_strsep(char **text, const char *separators)
 {
     char *part = *text;

@@ -16,14 +16,12 @@
 #define EDQUOT ENOSPC
 #endif
 
-void *os_reallocarray(void *memory, size_t n_items, size_t item_bytes);
 char *os_strsep(char **text, const char *separators);
 char *os_strcasestr(const char *text, const char *part);
 char *os_strndup(const char *text, size_t n);
 FILE *os_fopen(const char *path, const char *mode);
 int os_remove(const char *path);
 
-#define reallocarray os_reallocarray
 #define strsep os_strsep
 #define strcasestr os_strcasestr
 #define strndup os_strndup

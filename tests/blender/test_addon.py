@@ -2,6 +2,7 @@
 """The installed add-on in every Blender: see inside/checks.py for what is checked."""
 
 import json
+import shutil
 import zipfile
 
 import numpy as np
@@ -71,6 +72,27 @@ def test_the_extension_is_valid(dist):
     newest = get_blender("newest")
     log = call(*newest.command("--command", "extension", "validate", path))
     assert "Success" in log
+
+
+def test_the_extension_comes_from_a_repository(dist, tmp_path):
+    """repo-add, sync and install from a folder with an index, by its file URL."""
+    path = next(dist.glob("*-extension.zip"))
+    named = path.name.replace("-extension", "-linux-x64-extension")
+    shutil.copy(path, tmp_path / named)
+    call("python3", ROOT / "packaging/repository.py", tmp_path)
+    newest = get_blender("newest")
+    url = (tmp_path / "index.json").as_uri()
+    add = ("repo-add", "--url", url, "--name", "files", "files")
+    for words in (add, ("sync",), ("install", "rack_focus", "--enable")):
+        log = call(
+            *newest.command("--online-mode", "--command", "extension", *words),
+            env=newest.environment(),
+        )
+    assert "Installed" in log or "installed" in log, log
+    log = call(
+        *newest.command("--command", "extension", "list"), env=newest.environment()
+    )
+    assert "rack_focus" in log.split("files", 1)[1]
 
 
 def test_the_zips_are_reproducible(dist, tmp_path):

@@ -4,19 +4,9 @@
 import os
 
 import pytest
-from systems import BUILD, WINE, names, run
+from systems import BUILD, WINE, programs_for_tests, run
 
 import cross
-
-
-def programs_for_tests(ending=""):
-    """Programs of the library's suites."""
-    found = [
-        f"tests/{suite}/{name}"
-        for suite in ("unit", "kernels")
-        for name in names(suite)
-    ]
-    return [f"{name}{ending}" for name in [*found, "tests/behaviour/scene_hash"]]
 
 
 @pytest.fixture(scope="session")

@@ -35,6 +35,16 @@ def names(suite):
     return sorted(path.stem for path in (ROOT / "tests" / suite).glob("test_*.c"))
 
 
+def programs_for_tests(ending=""):
+    """Programs of the library's suites."""
+    found = [
+        f"tests/{suite}/{name}"
+        for suite in ("unit", "kernels")
+        for name in names(suite)
+    ]
+    return [f"{name}{ending}" for name in [*found, "tests/behaviour/scene_hash"]]
+
+
 def has_level(name):
     """Does this processor have it?"""
     flags = set(Path("/proc/cpuinfo").read_text().split())

