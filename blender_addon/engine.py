@@ -89,8 +89,10 @@ def looked(layer, settings, params, kept_sharp=()):
     """
     values, focus = look.of(settings), params["focus_distance"]
     is_flat = params["projection"] == "orthographic"
-    depth = look.depth(layer.depth, values, focus, is_flat)
     covered = sharp.coverage(layer.mattes, kept_sharp)
+    if not is_flat and (covered is not None or values[3:5] != (1, 1)):
+        focus = look.focus_of(layer.depth.shape, params)
+    depth = look.depth(layer.depth, values, focus, is_flat)
     if covered is not None:
         depth = look.with_mask(depth, 1 - covered, focus, is_flat)
     return passes.Layer(look.colour(layer.colour, values), depth)

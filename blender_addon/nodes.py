@@ -159,6 +159,9 @@ def _filter(scene, depsgraph, node, given, engine, seconds):
         params["method"] = "layered"  # one picture comes in
     is_flat = params["projection"] == "orthographic"
     focus, values = params["focus_distance"], look.of(seen.data.rack_focus)
+    is_masked = not np.isscalar(tapped.mask) or tapped.mask < 1
+    if not is_flat and (is_masked or values[3:5] != (1, 1)):
+        focus = look.focus_of(depth.shape, params)
     used = look.with_mask(depth, tapped.mask, focus, is_flat)
     used = np.minimum(look.depth(used, values, focus, is_flat), FAR)
     colour = look.colour(tapped.colour, values)

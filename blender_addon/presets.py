@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Looks of lenses as presets of a camera, and the artist's own."""
 
+import math
+
 import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
@@ -60,6 +62,11 @@ LOOKS = {
         "Six blades with slightly round edges",
         {**ROUND, "aperture_fstop": 2.8, "aperture_blades": 6},
         {**PLAIN, "blade_curvature": 0.3},
+    ),
+    "Tilted Miniature f/0.5": (
+        "The lens is tilted: a band through the middle is sharp",
+        {**ROUND, "aperture_fstop": 0.5},
+        {**PLAIN, "tilt_y": math.radians(-8)},
     ),
     "Miniature f/0.2": (
         "As if all were small",

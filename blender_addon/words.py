@@ -148,6 +148,35 @@ FIELDS = {
     "barn_right": ("Barn Door Right", "Discs are cut straight at the right"),
     "barn_top": ("Barn Door Top", "Discs are cut straight at the top"),
     "barn_bottom": ("Barn Door Bottom", "Discs are cut straight at the bottom"),
+    "tilt_x": (
+        "Tilt X",
+        "Tilts the lens: what is in focus comes nearer at the right (Scheimpflug)",
+    ),
+    "tilt_y": (
+        "Tilt Y",
+        "Tilts the lens: what is in focus comes nearer at the top. For miniatures",
+    ),
+    "field_curvature": (
+        "Field Curvature",
+        "Bends what is in focus: above 0 it comes nearer towards the corners",
+    ),
+    "split_diopter": (
+        "Split Diopter",
+        "A second focus distance on one side of the picture; 0 for none",
+    ),
+    "split_angle": (
+        "Split Angle",
+        "Where the side of the second focus lies: 0° is the right, 90° the top",
+    ),
+    "split_offset": (
+        "Split Offset",
+        "How far from the middle the side of the second focus begins, in halves of the "
+        "diagonal",
+    ),
+    "split_softness": (
+        "Split Softness",
+        "Width of the border between the two focus distances",
+    ),
 }
 
 # (field, choice): tooltip

@@ -5,6 +5,7 @@ artist_checks.py DIST OUT [CHECK ...]    writes OUT/artist_results.json
 """
 
 import importlib.util
+import math
 import re
 import shutil
 import sys
@@ -227,6 +228,34 @@ def the_lenss_own_look():
     for p in looks:
         about = settings.bl_rna.properties[p.field]
         assert (about.subtype == "ANGLE") == (p.unit == "degrees"), p.field
+
+
+@check
+def the_focus_of_a_tilted_lens():
+    """Front and back blur are parts of the lens's blur at each place."""
+    scene, data = start(tilt_y=math.radians(-2), field_curvature=0.05)
+    _, depth = passes_of(scene)
+    shape, look = depth.shape, addon("look")
+    params = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, shape[::-1]
+    )
+    assert np.isclose(params["tilt_y"], -2)
+    made = addon("library").rackfocus.Filter(*shape[::-1], **params)
+    focus = look.focus_of(shape, params)
+    assert np.ptp(focus) > 0.5
+    full, part = np.empty_like(depth), np.empty_like(depth)
+    depth = np.minimum(depth, np.float32(1e8))
+    made.coc(depth, full)
+    new = look.depth(depth, (0.0, 1.0, 1.0, 0.5, 0.25), focus, False)
+    made.coc(np.ascontiguousarray(new), part)
+    wanted = np.where(full > 0, 0.25, 0.5) * full
+    limit = 0.9 * made.lens.max_radius_px
+    is_free = np.abs(full) < limit
+    assert is_free.mean() > 0.5 and (full > 1).any() and (full < -1).any()
+    assert np.allclose(part[is_free], wanted[is_free], rtol=2e-2, atol=2e-2)
+    sharp = passes_of(scene)[0]
+    data.rack_focus.front_blur = data.rack_focus.back_blur = 0
+    assert np.abs(rgba(render(scene, OUT / "a.exr")) - sharp).max() < 1e-3
 
 
 @check
