@@ -309,6 +309,33 @@ def test_pipes_have_no_other_name(binary, scene, tmp_path):
         assert b"rackfocus-" not in said
 
 
+def test_folders_of_killed_commands_are_cleared(binary, scene, tmp_path):
+    """By the next one that needs a folder; those of living ones stay."""
+    private = tmp_path / "private"
+    private.mkdir()
+    variables = {**os.environ, "TMPDIR": str(private)}
+    waiting = [
+        subprocess.Popen(
+            [binary, "filter", "-", "-o", tmp_path / "o.exr"],
+            stdin=subprocess.PIPE, env=variables,
+        )
+        for _ in range(2)
+    ]  # fmt: skip
+    try:
+        while len(list(private.glob("*/standard-input.exr"))) < 2:
+            assert all(process.poll() is None for process in waiting)
+        waiting[0].kill()
+        waiting[0].wait()
+        assert len(list(private.iterdir())) == 2
+        data = pathlib.Path(scene()).read_bytes()
+        subprocess.run([binary, "info", "-"], input=data, env=variables, check=True)
+        assert len(list(private.iterdir())) == 1 and waiting[1].poll() is None
+    finally:
+        for process in waiting:
+            process.kill()
+            process.communicate()
+
+
 # ---- kinds of pictures ---------------------------------------------------------------
 
 
