@@ -160,10 +160,10 @@ rf_result rf_depth_repair(const struct rf_context *context,
                           struct rf_depth_stats *stats, struct rf_error *error)
 {
     struct rf_depth_stats found = {.size = sizeof found};
+    if (!stats || stats->size == 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "stats",
+                       "stats is NULL, or its size is not set");
     rf_result result = rf_depth_measure(context, channel, &found, error);
-    if (result == RF_OK && (!stats || stats->size == 0))
-        result = rf_fail(error, RF_ERROR_ARGUMENT, "stats",
-                         "stats is NULL, or its size is not set");
     if (result != RF_OK)
         return result;
     if (found.is_premultiplied)

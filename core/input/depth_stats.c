@@ -292,7 +292,7 @@ rf_result rf_depth_measure(const struct rf_context *context,
                            const struct rf_depth_channel *channel,
                            struct rf_depth_stats *stats, struct rf_error *error)
 {
-    struct rf_depth_tally *tally;
+    struct rf_depth_tally *tally = NULL;
     if (!channel || !channel->depth || !stats || stats->size == 0)
         return rf_fail(error, RF_ERROR_ARGUMENT, stats ? "channel" : "stats",
                        "a pointer is NULL, or rf_depth_stats.size is not set");

@@ -68,7 +68,7 @@ enum {
 static const float BRIGHTEST = 1.5f; /* over the geometric mean */
 static const float FLAT_PX = 4; /* of radius: blocks within it may share one answer */
 /* Answers of less radius are nearly in focus: blocks of one would show. */
-static const float BLURRED_PX = BLOCK / 2;
+static const float BLURRED_PX = BLOCK / 2.0f;
 static const float WHITE = 1; /* luminance of a far part that needs no mean */
 
 /* ---- where candidates may be --------------------------------------------------- */
