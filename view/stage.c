@@ -53,6 +53,14 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
     o->focus_distance = typed->params.focus_distance;
 }
 
+static void add_remark(struct stage *stage, const char *text)
+{
+    const size_t n = strlen(stage->remark);
+    if (text[0])
+        snprintf(stage->remark + n, sizeof(stage->remark) - n, "%s%s",
+                 n > 0 ? "; " : "", text);
+}
+
 static bool write_pass(struct stage *stage, const struct povray_passes *passes, int i,
                        bool is_view, struct image_error *error)
 {
@@ -64,7 +72,10 @@ static bool write_pass(struct stage *stage, const struct povray_passes *passes, 
         snprintf(path, sizeof(path), "%s%spasses_v%02d.exr", folder, slash, i);
     else
         snprintf(path, sizeof(path), "%s%spasses.exr", folder, slash);
-    stage->scene_paths[stage->n_scene_paths++] = strdup(path);
+    char *copy = strdup(path);
+    if (!copy)
+        return set_error(error, "out of memory");
+    stage->scene_paths[stage->n_scene_paths++] = copy;
     return povray_file_write(path, passes,
                              is_view ? POVRAY_FILE_VIEW : POVRAY_FILE_PASSES, NULL,
                              thread_count(stage->options->n_threads), error);
@@ -74,6 +85,8 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
                          struct povray_error *error)
 {
     struct image_error image_error;
+    if (view == 0)
+        add_remark(user, passes->warning);
     if (write_pass(user, passes, view, true, &image_error))
         return true;
     snprintf(error->message, sizeof(error->message), "%s", image_error.message);
@@ -96,6 +109,8 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
                          strerror(reason));
     make_scene_options(stage, typed);
     bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
+    if (is_good)
+        add_remark(stage, povray_remark(stage->scene));
     if (is_good && stage->options->n_views > 1)
         is_good = povray_files_views(stage->scene, stage->options->n_views,
                                      receive_view, stage, &seconds, &povray_error);
@@ -103,8 +118,10 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
         is_good = povray_render(stage->scene, &passes, &povray_error);
     if (!is_good)
         return set_error(error, "%s", povray_error.message);
-    if (stage->options->n_views == 1)
+    if (stage->options->n_views == 1) {
+        add_remark(stage, passes.warning);
         is_good = write_pass(stage, &passes, 0, false, error);
+    }
     povray_passes_free(&passes);
     return is_good;
 }
@@ -171,12 +188,14 @@ static bool repair_depth(struct stage *stage, const struct settings *typed,
         n_changed += rf_depth_divide_by_alpha(&channel);
     if (found.is_mixed && rf_depth_snap(NULL, &channel, &n_changed, NULL) != RF_OK)
         return set_error(error, "%s: out of memory", image_path(source->depth));
-    if (n_changed > 0)
-        snprintf(stage->remark, sizeof(stage->remark),
+    if (n_changed > 0) {
+        snprintf(text, sizeof(text),
                  "the depth was %s; %zu pixels were mended (--depth-repair off takes "
                  "it as it is)",
                  found.is_premultiplied ? "multiplied by alpha" : "anti-aliased",
                  n_changed);
+        add_remark(stage, text);
+    }
     return true;
 }
 

@@ -49,8 +49,8 @@ struct stage {
     /* For other threads. */
     volatile double fraction; /* of rendering */
     volatile bool is_cancelled;
-    char label[256];  /* what is being done, "rendering scene.pov" */
-    char remark[512]; /* what was done to the depth; "" for nothing */
+    char label[256];   /* what is being done, "rendering scene.pov" */
+    char remark[1024]; /* what the user should know of scene and depth; "": nothing */
 };
 
 /* Opens and reads; `typed` is the command line. False with a message. */

@@ -5,6 +5,7 @@ import shlex
 import subprocess
 
 import numpy
+import pytest
 from conftest import HEIGHT, WIDTH, read_exr, read_png
 
 OFFSETS = [(0.0, 0.0), (0.108, 0.0), (-0.108, 0.0)]
@@ -136,6 +137,19 @@ def test_a_scene_of_povray(view, tmp_path, binary):
     made = read_exr(tmp_path / "scene_focus.exr")
     assert made.shape == saved.shape
     assert numpy.array_equal(made, saved)
+
+
+@pytest.mark.parametrize("options", [[], ["--views", "2"]])
+def test_what_a_scene_is_warned_of(view, tmp_path, options):
+    """What rackfocus povray says as a warning is said at the bottom."""
+    scene = tmp_path / "scene.pov"
+    lamp = "sphere { <-2, 2, 1>, 0.3 pigment { rgb 1 } finish { emission 1e6 } }\n"
+    scene.write_text(SCENE + lamp + '#fopen F "made.txt" write\n#fclose F\n')
+    window = view(scene, *options, "--", "+W120", "+H80")
+    said = window.wait_text("said", "writes files (#fopen)")
+    assert "brighter than 65504" in said
+    window.wait_open()
+    window.quit()
 
 
 def test_a_scene_with_an_error(view, tmp_path):
