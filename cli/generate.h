@@ -3,8 +3,10 @@
 #ifndef CLI_GENERATE_H
 #define CLI_GENERATE_H
 
-/* rackfocus.1 and the bash completion on stdout; the build installs them. */
+/* rackfocus.1 and the completion of three shells on stdout; the build installs them. */
 void generate_man(void);
-void generate_completion(void);
+void generate_completion(void); /* bash */
+void generate_fish(void);
+void generate_zsh(void);
 
 #endif

@@ -45,7 +45,7 @@ static int run_help(const char *name)
     return EXIT_DONE;
 }
 
-/* Options that stand before any sub-command; the last two are for the build. */
+/* Options that stand before any sub-command; the last four are for the build. */
 static int run_global_option(const char *option)
 {
     if (strcmp(option, "--help") == 0 || strcmp(option, "-h") == 0)
@@ -56,6 +56,10 @@ static int run_global_option(const char *option)
         generate_man();
     else if (strcmp(option, "--generate-completion") == 0)
         generate_completion();
+    else if (strcmp(option, "--generate-fish") == 0)
+        generate_fish();
+    else if (strcmp(option, "--generate-zsh") == 0)
+        generate_zsh();
     else {
         message("unknown option %s; options follow the command, see rackfocus --help",
                 option);

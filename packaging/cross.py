@@ -139,7 +139,8 @@ def configure(platform):
     if not (folder / "build.ninja").exists():
         shutil.rmtree(folder, ignore_errors=True)
         options = ["--buildtype=release", "-Dpython=enabled", "-Dview=disabled"]
-        run("meson", "setup", folder, ROOT, *options, "--cross-file", cross)
+        # Where meson looks at the compiler, zig leaves a file beside.
+        run("meson", "setup", folder, ROOT, *options, "--cross-file", cross, cwd=BUILD)
     return folder
 
 

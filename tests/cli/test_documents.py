@@ -160,3 +160,21 @@ def test_completion_is_registered(rackfocus, tmp_path):
     command = ["bash", "--norc", "-c", f"source {script}; complete -p rackfocus"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.stdout == "complete -F _rackfocus rackfocus\n"
+
+
+@pytest.mark.parametrize("shell", ("fish", "zsh"))
+def test_completion_of_other_shells(rackfocus, keys, shell, tmp_path):
+    """Every command, option and parameter; the shell itself, where it is, reads it."""
+    text = rackfocus(f"--generate-{shell}").stdout
+    lead = " -l " if shell == "fish" else "'--"
+    for name in COMMANDS:
+        assert f"-a {name} " in text or f"\n    {name})\n" in text, name
+    for key in keys:
+        found = re.search(re.escape(f"{lead}{key}") + r"[ =\[]", text)
+        assert found, key
+    assert re.search(r"--?method.*layered", text) or "-l method -x -a '" in text
+    if shutil.which(shell):
+        path = tmp_path / "completion"
+        path.write_text(text)
+        done = subprocess.run([shell, "-n", path], capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
