@@ -39,6 +39,7 @@ EXTRA_PASSES = (
 )
 FAR = np.float32(1e8)
 
+rendering = set()  # names of scenes that are rendered now
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
 last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
 
@@ -169,8 +170,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
             refocusing.note(source)
         try:
             name = depsgraph.view_layer.name
-            is_alone = source.name in alone
-            is_shown = is_alone or setup.is_shown(source, name)
+            is_wanted = source.name in alone | rendering
+            is_shown = is_wanted or setup.is_shown(source, name)
             if not is_shown or is_called_for_nodes_only(source, name):
                 self._write_nothing(depsgraph)
             else:

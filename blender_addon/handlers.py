@@ -29,13 +29,11 @@ from . import (
 )
 from .writing import write
 
-_rendering = set()  # names of scenes
-
 
 @persistent
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
-    _rendering.add(scene.name)
+    engine.rendering.add(scene.name)
     failures.told.pop(scene.name, None)
     try:
         main_thread.run(functools.partial(_begin, scene), BEGIN_S)
@@ -95,7 +93,7 @@ def on_render_end(scene, *_):
         later = functools.partial(write, task)
         bpy.app.timers.register(later, first_interval=0.05)
     finally:
-        _rendering.discard(scene.name)
+        engine.rendering.discard(scene.name)
 
 
 def _finish(scene):
@@ -152,7 +150,7 @@ def _end(scene):
 @persistent
 def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
-    _rendering.clear()
+    engine.rendering.clear()
     passes.forget()
     finishing.forget()
     write(_mend)
@@ -176,7 +174,7 @@ def _mend():
 @persistent
 def on_save_start(*_):
     """The file that is written shows the sharp picture where the add-on is missing."""
-    if not _rendering:
+    if not engine.rendering:
         write(_park)
 
 
@@ -206,7 +204,7 @@ _is_busy = False
 def on_change(*_):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
-    if _is_busy or _rendering or bpy.app.is_job_running("RENDER"):
+    if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
         return
     _is_busy = True
     try:

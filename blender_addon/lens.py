@@ -13,6 +13,8 @@ from .compat import ORTHO_LENS_IS_AT_CLIP
 from .library import rackfocus
 
 TINY_F_STOP = 1e-3
+# Below, a focus was never set: files of 2.7x have 0. Cycles takes 1e-5 for it.
+NO_DISTANCE = 1e-5
 
 
 class CameraError(Exception):
@@ -66,7 +68,12 @@ def camera_parameters(camera, render):
             "Rack Focus needs a perspective or orthographic camera; "
             f"“{camera.name}” is of another type"
         )
-    distance = max(focus_distance(camera), 1e-9)
+    distance = focus_distance(camera)
+    if distance < NO_DISTANCE:
+        raise CameraError(
+            f"“{camera.name}” is focused on itself: set its focus distance, which is 0, "
+            "or another focus object"
+        )
     f_stop = max(dof.aperture_fstop, TINY_F_STOP)
     radius = 0.0  # from focal length and f-stop
     if data.type == "ORTHO" and ORTHO_LENS_IS_AT_CLIP:

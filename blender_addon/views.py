@@ -53,6 +53,7 @@ class Session:
         self.samples = samples_of(scene)
         self.camera = None  # of the frame
         self.places = []  # of the frame's views
+        self.problem = ""  # why they could not be placed
         self.is_collected = False
 
     def copies(self):
@@ -451,7 +452,12 @@ def follow(scene, depsgraph):
         return
     seen = session.camera.evaluated_get(depsgraph)
     points = _points(seen, source, n)
-    params = lens.camera_parameters(seen, source.render)
+    session.problem = ""
+    try:
+        params = lens.camera_parameters(seen, source.render)
+    except lens.CameraError as error:
+        session.problem = str(error)
+        return
     made = rackfocus.Lens(*lens.picture_size(source.render), **params)
     if not session.is_sequence:
         session.places = []
@@ -598,7 +604,8 @@ def _take(session):
     if n < 2:
         return passes.RenderedPasses(copies[0])
     if len(session.places) != n_views:
-        raise ViewsError("the views' cameras were not placed; the console says why")
+        why = "the views' cameras were not placed; the console says why"
+        raise ViewsError(session.problem or why)
     if session.is_sequence:
         files = [(passes.RenderedPasses(copy), "", "") for copy in copies[:n]]
     else:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of the pictures: layers, views, scenes, the camera's own depth of field."""
 
+import contextlib
 import json
 import math
 
@@ -430,6 +431,25 @@ def failure_leaves_the_picture():
     assert "not filtered" in last_message(scene)
     bpy.data.images["Render Result"].save_render(str(OUT / "f1.exr"), scene=scene)
     same(rgba(common.read(OUT / "f1.exr")), expected)
+
+
+@check
+def a_focus_that_was_never_set():
+    """Distance 0, as in files of 2.7x: the sharp picture and a message; views too."""
+    scene, data = start()
+    sharp = rgba(pinhole(scene, OUT / "p_passes.exr"), "ViewLayer")
+    data.dof.focus_distance = 0
+    for views in (1, 3):
+        data.rack_focus.views = views
+        common.set_output(scene, OUT / "p.exr")
+        with contextlib.suppress(RuntimeError):  # of some Blenders, for the report
+            bpy.ops.render.render(write_still=True)
+        assert "set its focus distance" in last_message(scene), data.dof.focus_distance
+        made = rgba(common.read(OUT / "p.exr"))
+        if views == 1:
+            same(made, sharp)
+        else:  # one of the views, with fewer samples
+            assert np.abs(made - sharp).mean() < 0.02
 
 
 @check

@@ -135,6 +135,8 @@ def make_small(scene):
         scene.camera.location = (0, -10, 2)
         scene.camera.rotation_euler = (1.4, 0, 0)
         scene.collection.objects.link(scene.camera)
+    if scene.camera.data.dof.focus_distance < 1e-3:  # never set, in files of 2.7x
+        scene.camera.data.dof.focus_distance = 5
 
 
 def problems_of_picture(scene, made, plain):
