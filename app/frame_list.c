@@ -108,6 +108,25 @@ bool frame_list_parse(struct frame_list *list, const char *text,
     return true;
 }
 
+char *frame_list_text(const int32_t *numbers, int n, struct image_error *error)
+{
+    const size_t n_bytes = 14 * (size_t)n + 1;
+    char *text = app_memory(n_bytes, 1, error);
+    size_t used = 0;
+    for (int i = 0, last; i < n && text; i = last + 1) {
+        last = i;
+        while (last + 1 < n && numbers[last + 1] == numbers[last] + 1)
+            last++;
+        const char *comma = i > 0 ? "," : "";
+        used +=
+            (size_t)(last == i ? snprintf(text + used, n_bytes - used, "%s%d", comma,
+                                          (int)numbers[i])
+                               : snprintf(text + used, n_bytes - used, "%s%d-%d", comma,
+                                          (int)numbers[i], (int)numbers[last]));
+    }
+    return text;
+}
+
 void frame_list_free(struct frame_list *list)
 {
     free(list->numbers);

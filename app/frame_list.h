@@ -20,6 +20,9 @@ bool frame_list_parse(struct frame_list *list, const char *text,
 /* The files that a pattern names. */
 bool frame_list_find(struct frame_list *list, const char *pattern,
                      struct image_error *error);
+/* n rising numbers as frame_list_parse() reads them: "1-240,300". The caller frees; NULL
+ * without memory. */
+char *frame_list_text(const int32_t *numbers, int n, struct image_error *error);
 void frame_list_free(struct frame_list *list);
 
 /* Has the last part of a path a place for the number of a frame: ####, or as other

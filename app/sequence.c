@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sequence.h"
 
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <zlib.h>
 
 #include "clock.h"
 #include "file.h"
 #include "filter_many.h"
 #include "frame_list.h"
 #include "interrupt.h"
+#include "frames_check.h"
+#include "journal.h"
 #include "rackfocus/rackfocus.h"
 #include "report.h"
 #include "thread.h"
@@ -37,8 +36,7 @@ struct sequence {
     struct frame *frames;
     int n_frames;
     struct frame_table table;
-    char *journal_path;
-    char *journal; /* what it held at the start; "" where there was none */
+    struct journal journal;
     struct os_lock lock;
     int next;
     bool is_stopped;
@@ -156,7 +154,6 @@ static bool job_make(const struct sequence *sequence, struct job *job,
     bool is_good = true;
     job->tool = *sequence->tool;
     job->settings = *sequence->settings;
-    job->tool.host = &sequence->host;
     FILTER_OPTIONS(EXPAND_OPTION)
     for (int i = 0; i < sequence->n_paths; i++) {
         job->paths[i] = frame_name(sequence->paths[i], frame->number, &frame->error);
@@ -183,92 +180,28 @@ static void job_free(struct job *job)
         free(job->paths[i]);
 }
 
-/* ---- the journal ---------------------------------------------------------------- */
+/* ---- what is finished ----------------------------------------------------------- */
 
-/* Checksum and size of a file; false where it cannot be read. */
-static bool sum_file(const char *path, uint32_t *sum, int64_t *size)
+static struct frame_files files_of(const struct job *job)
 {
-    enum { N = 1 << 14 };
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        return false;
-    unsigned char bytes[N];
-    uLong crc = crc32(0, NULL, 0);
-    size_t n;
-    *size = 0;
-    while ((n = fread(bytes, 1, N, file)) > 0) {
-        crc = crc32(crc, bytes, (uInt)n);
-        *size += (int64_t)n;
-    }
-    const bool is_good = !ferror(file);
-    fclose(file);
-    *sum = (uint32_t)crc;
-    return is_good;
+    return (struct frame_files){
+        {job->tool.output, job->tool.output_coc, job->tool.flattened}};
 }
 
-/* The line that a finished frame has; false where one of its files is missing. */
-static bool journal_line(const struct job *job, int32_t number, char *line,
-                         size_t n_bytes)
+static void note_finished(struct sequence *sequence, const struct job *job,
+                          int32_t number, double seconds)
 {
-    const char *files[3] = {job->tool.output, job->tool.output_coc,
-                            job->tool.flattened};
-    int n = snprintf(line, n_bytes, "\n%d %016" PRIx64, (int)number, job->hash);
-    for (int i = 0; i < 3; i++) {
-        uint32_t sum;
-        int64_t size;
-        if (!files[i])
-            continue;
-        if (!sum_file(files[i], &sum, &size))
-            return false;
-        n += snprintf(line + n, n_bytes - (size_t)n, " %08" PRIx32 ":%" PRId64, sum,
-                      size);
-    }
-    snprintf(line + n, n_bytes - (size_t)n, "\n");
-    return true;
-}
-
-static bool is_finished(const struct sequence *sequence, const struct job *job,
-                        int32_t number)
-{
-    char line[200], start[40];
-    snprintf(start, sizeof(start), "\n%d %016" PRIx64 " ", (int)number, job->hash);
-    /* The sums cost reading the files: only where the rest is right. */
-    return !sequence->how->is_anew && strstr(sequence->journal, start) &&
-           journal_line(job, number, line, sizeof(line)) &&
-           strstr(sequence->journal, line);
-}
-
-static void journal_add(const struct sequence *sequence, const struct job *job,
-                        int32_t number)
-{
-    char line[200];
-    if (!journal_line(job, number, line, sizeof(line)))
+    char sums[FRAME_SUMS];
+    const struct frame_files files = files_of(job);
+    if (!frame_sum_files(&files, sums))
         return;
     struct image_error ignored;
     /* Without it the frame is only made again the next time. */
-    const int reason = os_file_append(sequence->journal_path, line, strlen(line));
+    const int reason =
+        journal_add_finished(&sequence->journal, number, job->hash, sums, seconds);
     if (reason != 0)
         app_warn(&sequence->host, &ignored, "%s: %s; frame %d will not be skipped",
-                 sequence->journal_path, strerror(reason), (int)number);
-}
-
-static bool journal_read(struct sequence *sequence)
-{
-    const char *pattern = sequence->tool->output;
-    const size_t n_path = strlen(pattern) + sizeof(".frames");
-    sequence->journal_path = app_memory(n_path, 1, sequence->error);
-    if (!sequence->journal_path)
-        return false;
-    snprintf(sequence->journal_path, n_path, "%s.frames", pattern);
-    FILE *file = fopen(sequence->journal_path, "rb");
-    const size_t room =
-        file ? (size_t)os_file_facts(sequence->journal_path).n_bytes : 0;
-    sequence->journal = app_memory(room + 1, 1, sequence->error);
-    if (file && sequence->journal)
-        sequence->journal[fread(sequence->journal, 1, room, file)] = '\0';
-    if (file)
-        fclose(file);
-    return sequence->journal != NULL;
+                 sequence->journal.path, strerror(reason), (int)number);
 }
 
 /* ---- frames --------------------------------------------------------------------- */
@@ -284,19 +217,77 @@ static void say_failed(const struct sequence *sequence, const struct frame *fram
         host->fail(host->user, text);
 }
 
+/* Who hears of a frame: the journal, and then the host. */
+struct listener {
+    struct sequence *sequence;
+    int32_t number;
+};
+
+static bool hear_warning(void *user, const char *text)
+{
+    const struct listener *listener = user;
+    const struct app_host *host = &listener->sequence->host;
+    journal_add_note(&listener->sequence->journal, listener->number, JOURNAL_WARNING,
+                     text);
+    return !host->warn || host->warn(host->user, text);
+}
+
+static void hear_result(void *user, const char *text)
+{
+    const struct listener *listener = user;
+    journal_add_note(&listener->sequence->journal, listener->number, JOURNAL_MADE,
+                     text);
+}
+
 static void make_files(struct sequence *sequence, struct frame *frame, struct job *job)
 {
     const double started_s = os_clock_s();
+    struct listener listener = {sequence, frame->number};
+    const struct app_host host = {
+        .user = &listener, .warn = hear_warning, .say = hear_result};
+    job->tool.host = &host;
     frame->code =
         filter_any(&job->tool, &job->settings, job->paths, job->n_paths, &frame->error);
     if (frame->code == APP_DONE) {
         frame->state = MADE;
-        journal_add(sequence, job, frame->number);
+        note_finished(sequence, job, frame->number, os_clock_s() - started_s);
         app_say(sequence->tool->host, "frame %d: %s, %.1f s", (int)frame->number,
                 job->tool.output, os_clock_s() - started_s);
     } else if (os_is_interrupted()) {
         frame->state = CANCELLED;
     }
+}
+
+static void find_or_make(struct sequence *sequence, struct frame *frame,
+                         struct job *job)
+{
+    const struct frame_files files = files_of(job);
+    if (sequence->how->is_anew ||
+        !frame_is_finished(&sequence->journal, frame->number, job->hash, &files)) {
+        make_files(sequence, frame, job);
+        return;
+    }
+    frame->state = SKIPPED;
+    app_say(sequence->tool->host, "frame %d: %s is there", (int)frame->number,
+            job->tool.output);
+}
+
+static struct frame_check *check_of(const struct sequence *sequence,
+                                    const struct frame *frame)
+{
+    return &sequence->how->report->frames[frame - sequence->frames];
+}
+
+/* Looks, and makes nothing. */
+static void check_frame(struct sequence *sequence, struct frame *frame,
+                        const struct job *job)
+{
+    struct frame_check *check = check_of(sequence, frame);
+    const struct frame_files files = files_of(job);
+    check->path = frame_name(job->tool.output, frame->number, &frame->error);
+    if (check->path &&
+        frame_check_files(check, &sequence->journal, &job->hash, &files, &frame->error))
+        frame->state = SKIPPED;
 }
 
 static void make_frame(struct sequence *sequence, struct frame *frame)
@@ -305,16 +296,21 @@ static void make_frame(struct sequence *sequence, struct frame *frame)
     frame->state = FAILED;
     frame->code = APP_FAILED;
     if (job && job_make(sequence, job, frame)) {
-        if (is_finished(sequence, job, frame->number)) {
-            frame->state = SKIPPED;
-            app_say(sequence->tool->host, "frame %d: %s is there", (int)frame->number,
-                    job->tool.output);
-        } else {
-            make_files(sequence, frame, job);
-        }
+        if (sequence->how->report)
+            check_frame(sequence, frame, job);
+        else
+            find_or_make(sequence, frame, job);
     }
-    if (frame->state == FAILED)
+    if (frame->state == FAILED && sequence->how->report) {
+        struct frame_check *check = check_of(sequence, frame);
+        snprintf(check->why, sizeof(check->why), "%.*s", (int)sizeof(check->why) - 1,
+                 frame->error.message);
+    } else if (frame->state == FAILED) {
         say_failed(sequence, frame, "");
+        if (frame->code != APP_USAGE)
+            journal_add_note(&sequence->journal, frame->number, JOURNAL_FAILED,
+                             frame->error.message);
+    }
     if (job)
         job_free(job);
     free(job);
@@ -367,6 +363,8 @@ static int summarise(const struct sequence *sequence, double seconds)
     const int n_failed = count(sequence, FAILED), n_made = count(sequence, MADE);
     const int n_open = count(sequence, WAITING) + count(sequence, CANCELLED);
     int code = APP_DONE;
+    if (sequence->how->report)
+        return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
     for (int i = 0; i < sequence->n_frames; i++) {
         const struct frame *frame = &sequence->frames[i];
         if (frame->state != FAILED)
@@ -396,6 +394,18 @@ static bool check_inputs(const struct sequence *sequence)
     return true;
 }
 
+static int make_report(const struct sequence *sequence)
+{
+    struct frames_report *report = sequence->how->report;
+    report->frames = app_memory((size_t)sequence->n_frames, sizeof(*report->frames),
+                                sequence->error);
+    for (int i = 0; report->frames && i < sequence->n_frames; i++)
+        report->frames[i] = (struct frame_check){.number = sequence->frames[i].number,
+                                                 .verdict = FRAME_UNKNOWN};
+    report->n = report->frames ? sequence->n_frames : 0;
+    return report->frames ? APP_DONE : APP_NO_MEMORY;
+}
+
 static int list_frames(struct sequence *sequence, const char *pattern)
 {
     struct frame_list list;
@@ -412,7 +422,9 @@ static int list_frames(struct sequence *sequence, const char *pattern)
     for (int i = 0; sequence->frames && i < list.n; i++)
         sequence->frames[i].number = list.numbers[i];
     frame_list_free(&list);
-    return sequence->frames ? APP_DONE : APP_NO_MEMORY;
+    if (!sequence->frames || !sequence->how->report)
+        return sequence->frames ? APP_DONE : APP_NO_MEMORY;
+    return make_report(sequence);
 }
 
 /* Every output needs a place for the number, or frames would write over each other. */
@@ -468,17 +480,16 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
     if (code == APP_DONE &&
         ((how->parameters &&
           !frame_table_read(&sequence.table, how->parameters, error)) ||
-         !journal_read(&sequence)))
+         !journal_open(&sequence.journal, tool->output, error)))
         code = app_code_of(error);
     if (code == APP_DONE) {
         os_lock_init(&sequence.lock);
         run_all(&sequence);
         os_lock_destroy(&sequence.lock);
+        journal_close(&sequence.journal);
         code = summarise(&sequence, os_clock_s() - started_s);
     }
     free(sequence.frames);
     frame_table_free(&sequence.table);
-    free(sequence.journal_path);
-    free(sequence.journal);
     return code;
 }

@@ -2,11 +2,11 @@
 /*
  * Sequences: names with #### for the number of the frame, filtered frame by frame.
  *
- * The file PATTERN.frames beside the output has one line per finished frame: its
- * number, what it was made of and with (a hash), size and checksum of the files. A
- * frame is skipped when its line still says what would be made and the files are as the
- * line says. Lines are only ever added, each in one write, so that a crash or a second
- * process costs at most a frame that is made again.
+ * The journal beside the output (journal.h) has a line per finished frame: its number,
+ * what it was made of and with (a hash), size and checksum of the files. A frame is
+ * skipped when a line still says what would be made and the files are as it says. So
+ * any number of processes may work on one sequence, and a crash costs at most a frame
+ * that is made again; two that make the same frame at once write the same bytes.
  */
 #ifndef APP_SEQUENCE_H
 #define APP_SEQUENCE_H
@@ -18,11 +18,15 @@
  * file itself? */
 bool sequence_is_pattern(const char *name);
 
+struct frames_report;
+
 struct sequence_options {
     const char *frames;     /* "1-240x2,300"; NULL: those that there are */
     const char *parameters; /* CSV file or NULL */
     int32_t n_jobs;         /* frames at a time, 0: 2 */
     bool is_anew;           /* skip nothing */
+    /* Not NULL: makes nothing, and fills it with what is there of each frame. */
+    struct frames_report *report;
 };
 
 /*

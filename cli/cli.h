@@ -51,6 +51,7 @@ struct command {
     X(compare)                                                                         \
     X(compare_methods)                                                                 \
     X(accumulate)                                                                      \
+    X(frames)                                                                          \
     X(methods)                                                                         \
     X(povray)                                                                          \
     X(view)

@@ -8,6 +8,7 @@
 #include "cli.h"
 #include "depth_repair.h"
 #include "file.h"
+#include "filter_command.h"
 #include "filter_many.h"
 #include "filter_run.h"
 #include "frame_list.h"
@@ -294,15 +295,20 @@ static int run(struct options *all, struct settings *settings,
     const int code = warn_of_kind(tool, all->pipes.has_output, operands, error);
     if (code != APP_DONE)
         return code;
+    if (all->sequence.report && !sequence_is_pattern(operands->items[0]))
+        return app_fail(error, APP_USAGE,
+                        "filter: '%s' is no sequence; name its frames with # for the "
+                        "digits of the number, as in 'shot.####.exr'",
+                        operands->items[0]);
     if (sequence_is_pattern(operands->items[0]))
         return sequence_run(&all->sequence, tool, settings, operands->items,
                             operands->n, error);
     return filter_any(tool, settings, operands->items, operands->n, error);
 }
 
-static int cmd_filter(int argc, char **argv)
+int filter_command_run(int argc, char **argv, struct frames_report *report)
 {
-    struct options all = {0};
+    struct options all = {.sequence.report = report};
     const struct filter_options *tool = &all.filter;
     struct settings settings;
     struct operands operands;
@@ -323,6 +329,11 @@ static int cmd_filter(int argc, char **argv)
     pipes_close(&all.pipes);
     operands_free(&operands);
     return code;
+}
+
+static int cmd_filter(int argc, char **argv)
+{
+    return filter_command_run(argc, argv, NULL);
 }
 
 const struct command command_filter = {

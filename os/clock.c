@@ -10,6 +10,13 @@ double os_clock_s(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+double os_clock_date_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 void os_sleep_s(double seconds)
 {
     const time_t whole = (time_t)seconds;

@@ -179,3 +179,25 @@ double os_process_cpu_s(void)
     return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
            1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
+
+int64_t os_process_number(void)
+{
+    return getpid();
+}
+
+/* Other characters do not belong into names of files. */
+static void keep_plain(char *name)
+{
+    for (char *at = name; *at; at++)
+        if (!strchr("-_.", *at) && !(*at >= '0' && *at <= '9') &&
+            !(*at >= 'a' && *at <= 'z') && !(*at >= 'A' && *at <= 'Z'))
+            *at = '_';
+}
+
+void os_machine_name(char *name, size_t n_bytes)
+{
+    if (gethostname(name, n_bytes) != 0 && errno != ENAMETOOLONG)
+        name[0] = '\0';
+    name[n_bytes - 1] = '\0';
+    keep_plain(name);
+}

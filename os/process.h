@@ -8,6 +8,7 @@
 #define OS_PROCESS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 struct os_process {
@@ -46,6 +47,13 @@ void os_process_end_all(void);
 /* In place of this program, the other one with these arguments, up to NULL; a name
  * without a slash is looked for on the PATH. Returns, with errno, only on failure. */
 int os_process_become(const char *program, char *const *arguments);
+
+/* The number of this process, which no other on this machine has now. */
+int64_t os_process_number(void);
+
+/* The name of this machine, cut to fit, "" where the system has none: for messages and
+ * names of files; letters, digits, '-', '_' and '.' only. */
+void os_machine_name(char *name, size_t n_bytes);
 
 /* Processor time of this process and all its threads, seconds. */
 double os_process_cpu_s(void);

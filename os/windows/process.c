@@ -332,3 +332,28 @@ double os_process_cpu_s(void)
         return 0;
     return seconds_of(system) + seconds_of(user);
 }
+
+int64_t os_process_number(void)
+{
+    return GetCurrentProcessId();
+}
+
+/* Other characters do not belong into names of files. */
+static void keep_plain(char *name)
+{
+    for (char *at = name; *at; at++)
+        if (!strchr("-_.", *at) && !(*at >= '0' && *at <= '9') &&
+            !(*at >= 'a' && *at <= 'z') && !(*at >= 'A' && *at <= 'Z'))
+            *at = '_';
+}
+
+void os_machine_name(char *name, size_t n_bytes)
+{
+    char whole[MAX_COMPUTERNAME_LENGTH + 1] = "";
+    DWORD n = sizeof(whole);
+    GetComputerNameA(whole, &n);
+    const size_t length = strlen(whole) < n_bytes ? strlen(whole) : n_bytes - 1;
+    memcpy(name, whole, length);
+    name[length] = '\0';
+    keep_plain(name);
+}

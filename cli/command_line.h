@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The command line of a sub-command, read and written by another one (submit, frames). */
+#ifndef CLI_COMMAND_LINE_H
+#define CLI_COMMAND_LINE_H
+
+#include <stdbool.h>
+#include <stdio.h>
+
+struct command;
+
+struct command_line {
+    const struct command *command;
+    int argc;
+    char **argv; /* argv[0] is the sub-command's name */
+};
+
+/* The sub-command that argv[0] names; false, with a message, where `of` (the command
+ * that asks) cannot do with it. */
+bool command_line_open(struct command_line *line, int argc, char **argv,
+                       const char *of);
+
+/* The value of its option `name`, the last where it is given twice; NULL: not given. */
+const char *command_line_value(const struct command_line *line, const char *name);
+
+/* Index of the i-th word that is neither an option nor its value, and stands before
+ * "--"; -1: there is none. */
+int command_line_operand(const struct command_line *line, int i);
+
+/* Writes its words for a shell, each after a blank, without the option `left_out` (may
+ * be NULL), and `added` (may be NULL), as it is, before "--". */
+void command_line_print(FILE *file, const struct command_line *line,
+                        const char *left_out, const char *added);
+
+/* A word as a POSIX shell reads it. */
+void command_line_print_word(FILE *file, const char *word);
+
+#endif
