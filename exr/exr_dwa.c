@@ -8,11 +8,11 @@
  * and four streams:
  *   UNKNOWN  channels without a rule, planar, deflated
  *   AC, DC   LOSSY channels: blocks of 8 x 8 samples, transformed by a DCT, halfs. DC
- *            are the first coefficients, predicted and deflated; AC the others,
- * zig-zag, 0xff00 ends a block and 0xffnn stands for nn zeros; Huffman or deflate. R G
- * B of one layer are Y Cb Cr (Rec. 709). Values are perceptual, and come back to linear
- * by x^2.2 up to 1 and exp(2.2 (x - 1)) above. RLE      channels like alpha: planes of
- * bytes, run-length coded, deflated
+ *            are the first coefficients, predicted and deflated; AC the others, zig-zag,
+ *            0xff00 ends a block and 0xffnn stands for nn zeros; Huffman or deflate. R G
+ *            B of one layer are Y Cb Cr (Rec. 709). Values are perceptual, and come back
+ *            to linear by x^2.2 up to 1 and exp(2.2 (x - 1)) above
+ *   RLE      channels like alpha: planes of bytes, run-length coded, deflated
  */
 #include "exr_private.h"
 

@@ -8,12 +8,13 @@
  * With R the largest radius in px along the longer axis of the aperture, 2^L the pixel
  * of the coarsest level that R needs, and lengths in px:
  *
- *   S = 99                        a surface: 5 x 5 and 7 x 7 pixels (split.c), squares
- *                                 of 32 px and their neighbours (bright_areas.c); 16 px
- * that are spread together (kernels_tmpl.c); 3 px around gaps (gaps.c) H = min(120, 5 R
- * + 3)         hidden background (hidden.c): candidates lie within 2 R, the window
- * reaches 2.5 times as far F = R + 4 2^l                 a footprint, in blocks of the
- * level 4 (2^L - 1)                   T once through the levels, 2 2^l at each of them
+ *   S = 99                a surface: 5 x 5 and 7 x 7 pixels (split.c), squares of 32 px
+ *                         and their neighbours (bright_areas.c); 16 px that are spread
+ *                         together (kernels_tmpl.c); 3 px around gaps (gaps.c)
+ *   H = min(120, 5 R + 3) hidden background (hidden.c): candidates lie within 2 R, the
+ *                         window reaches 2.5 times as far
+ *   F = R + 4 2^l         a footprint, in blocks of the level
+ *   4 (2^L - 1)           T once through the levels, 2 2^l at each of them
  *
  * T passes the levels four times: visible and hidden samples, near and far. A pixel so
  * depends on surfaces within 16 2^L + F + S, on those behind hidden samples within
