@@ -2,6 +2,7 @@
 """What filters share, named views, deep frames, windows, warnings."""
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -53,6 +54,21 @@ def test_a_context_serves_several_threads():
     for thread in threads:
         thread.join()
     assert len(found) == 4 and all((one == want).all() for one in found)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_child_filters():
+    """With threads of its own: those of its parent are not there."""
+    colour, depth = make_frame(300, 200)
+    context = rackfocus.Context(threads=2)
+    want = picture(colour, depth, context=context)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        is_same = (picture(colour, depth, context=context) == want).all()
+        os._exit(0 if is_same else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    assert (picture(colour, depth, context=context) == want).all()
 
 
 def test_the_bound_of_memory():
