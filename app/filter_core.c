@@ -104,7 +104,8 @@ static void log_remark(void *user, enum rf_log_level level, const char *text)
 /* The filter, with the picture that the method scatter spreads light by. */
 static int create_filter(struct run *run)
 {
-    const char *path = run->tool->distribution_image;
+    const char *path = run->tool->aperture_image ? run->tool->aperture_image
+                                                 : run->tool->distribution_image;
     struct rf_error core_error;
     struct rf_image light = {0};
     struct picture picture = {0};

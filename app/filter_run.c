@@ -167,6 +167,33 @@ static int check_deep(struct run *run)
 
 /* ---- steps ---------------------------------------------------------------------- */
 
+/* --aperture-image says which aperture or, of scatter, which distribution. */
+static int check_aperture_image(struct run *run)
+{
+    const struct rf_params *params = &run->settings->params;
+    const struct rf_method_info *method = rf_method_find(params->method);
+    bool has_image = run->tool->aperture_image != NULL;
+    if (!has_image && params->aperture == RF_APERTURE_IMAGE && method->has_layers &&
+        !run->tool->distribution_image)
+        return app_fail(run->error, APP_USAGE,
+                        "--aperture image: needs its picture, --aperture-image FILE");
+    if (!has_image)
+        return APP_DONE;
+    if (run->tool->distribution_image)
+        return app_fail(run->error, APP_USAGE,
+                        "--aperture-image: give it or --distribution-image, not both");
+    if (!method->has_layers && params->method != RF_METHOD_SCATTER)
+        return app_fail(run->error, APP_USAGE,
+                        "--aperture-image: is for the methods layered, views and "
+                        "scatter; %s has no aperture of its own",
+                        method->name);
+    if (method->has_layers)
+        settings_set(run->settings, "aperture", "image", NULL);
+    else
+        settings_set(run->settings, "distribution", "image", NULL);
+    return APP_DONE;
+}
+
 /* --distribution-image says which distribution, and is of use to one method only. */
 static int check_distribution(struct run *run)
 {
@@ -187,7 +214,8 @@ static int check_distribution(struct run *run)
     }
     if (has_image)
         settings_set(run->settings, "distribution", "image", NULL);
-    else if (params->distribution == RF_DISTRIBUTION_IMAGE &&
+    else if (!run->tool->aperture_image &&
+             params->distribution == RF_DISTRIBUTION_IMAGE &&
              params->method == RF_METHOD_SCATTER) {
         return app_fail(
             run->error, APP_USAGE,
@@ -228,6 +256,8 @@ static int read_facts(struct run *run)
         code = check_mist(run);
     if (code == APP_DONE)
         code = check_distribution(run);
+    if (code == APP_DONE)
+        code = check_aperture_image(run);
     if (code != APP_DONE)
         return code;
     struct rf_error error;

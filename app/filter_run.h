@@ -34,6 +34,7 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(OUTPUT, const char *, flattened) /* deep input only */                           \
     X(INPUT, const char *, holdout)    /* deep input only */                           \
     X(INPUT, const char *, distribution_image)                                         \
+    X(INPUT, const char *, aperture_image)                                             \
     X(INPUT, const char *, depth_file)                                                 \
     X(TEXT, const char *, view) /* the one to filter of a multi-view file */           \
     X(TEXT, const char *, depth_channel)                                               \

@@ -46,6 +46,10 @@ static const struct option options[] = {
         "Hold no more than so many MiB: what needs more is filtered in windows, "
         "to the same pixels, or fails before it takes them. [default no bound]"),
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
+    OPTION_FILE_ROW(
+        "aperture-image", AT(aperture_image), "FILE",
+        "Picture of the aperture for layered, views and scatter, EXR or "
+        "PNG of any size, as the camera sees it; implies --aperture image."),
     OPTION_FILE_ROW("params", AT(params), "FILE",
                     "Parameters, a line 'key value' each, as rackfocus view saves "
                     "them; options win over them."),

@@ -2,6 +2,7 @@
 /* Deep frames: checks, and the way to the method. */
 #include <stddef.h>
 
+#include "api/chroma.h"
 #include "api/filter.h"
 #include "base/error.h"
 #include "base/task.h"
@@ -49,6 +50,10 @@ rf_result rf_filter_process_deep(const struct rf_filter *filter,
         return rf_fail(error, RF_ERROR_PARAMETER, "tilt_x",
                        "tilt, field-curvature and split-diopter are not for deep "
                        "frames; set them to 0 or flatten the frames");
+    if (rf_chroma_is_on(&filter->frame, out->channels))
+        return rf_fail(error, RF_ERROR_PARAMETER, "axial_chroma",
+                       "chroma and an aperture in colour are not for deep frames; set "
+                       "it to 0 or flatten the frames");
     struct rf_task task;
     rf_task_begin(&task, progress);
     if (rf_task_is_cancelled(&task))

@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "api/chroma.h"
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
@@ -21,7 +22,7 @@
 #include "lens/aperture.h"
 #include "lens/params.h"
 #include "methods/methods.h"
-#include "methods/scatter/distribution.h"
+#include "input/bokeh.h"
 #include "rackfocus/rackfocus.h"
 
 enum { NORMAL_CELLS = 3 }; /* quality normal: 0.07 dB below 4 at the most */
@@ -36,13 +37,15 @@ static void settle_looks(struct rf_params *params)
     }
     if (rf_method_find(params->method)->has_layers)
         return;
-    params->astigmatism = params->swirl = 0;
+    params->astigmatism = params->swirl = params->spherical = 0;
     if (params->method == RF_METHOD_SCATTER &&
         params->distribution != RF_DISTRIBUTION_IMAGE) {
         params->aperture = RF_APERTURE_DISC;
         params->aperture_ratio = 1;
         return;
     }
+    if (params->method != RF_METHOD_SCATTER)
+        params->axial_chroma = params->lateral_chroma = 0;
     params->cat_eye = 0;
     params->barn_left = params->barn_right = 0;
     params->barn_top = params->barn_bottom = 0;
@@ -76,6 +79,10 @@ rf_result rf_filter_create_with(struct rf_filter **filter,
     if (result != RF_OK)
         return result;
     struct rf_bokeh *bokeh = NULL;
+    if (!distribution && params->aperture == RF_APERTURE_IMAGE &&
+        rf_method_find(params->method)->has_layers)
+        return rf_fail(error, RF_ERROR_PARAMETER, "aperture",
+                       "the aperture image needs its picture: none was given");
     if (distribution)
         result = rf_bokeh_make(&bokeh, context, distribution, error);
     if (result != RF_OK)
@@ -190,6 +197,32 @@ static rf_result check_views(const struct rf_filter *filter,
     return result;
 }
 
+/* Makes the picture of a frame, of views in order. */
+static rf_result process(const struct rf_frame *f, const struct rf_view *views,
+                         int n_views, const struct rf_image *out,
+                         const struct rf_progress *progress, struct rf_error *error)
+{
+    struct rf_task task;
+    rf_task_begin(&task, progress);
+    if (rf_task_is_cancelled(&task))
+        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
+    struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
+    struct rf_work work = {.frame = f,
+                           .n_planes = views->colour.channels,
+                           .out = rf_image_is_plain(&f->params, out) ? out : NULL,
+                           .stride = (size_t)f->width,
+                           .n_views = n_views,
+                           .views = work_views,
+                           .task = &task};
+    rf_result result = run(&work, views, out, error);
+    if (result == RF_OK)
+        result = rf_take_vignette(f, 0, 0, out, error);
+    rf_work_free(&work);
+    if (result == RF_OK)
+        rf_task_end(&task);
+    return result;
+}
+
 rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view *views,
                             int32_t n_views, const struct rf_image *out,
                             const struct rf_progress *progress, struct rf_error *error)
@@ -198,28 +231,11 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
     rf_result result = check_views(filter, views, n_views, out, error);
     if (result != RF_OK)
         return result;
-    rf_views_copy(known, views, n_views);
-    views = known;
-    struct rf_task task;
-    rf_task_begin(&task, progress);
-    if (rf_task_is_cancelled(&task))
-        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
-    struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
     const struct rf_frame *f = &filter->frame;
-    struct rf_work work = {.frame = f,
-                           .n_planes = views->colour.channels,
-                           .out = rf_image_is_plain(&f->params, out) ? out : NULL,
-                           .stride = (size_t)f->width,
-                           .n_views = n_views,
-                           .views = work_views,
-                           .task = &task};
-    result = run(&work, views, out, error);
-    if (result == RF_OK)
-        result = rf_take_vignette(f, 0, 0, out, error);
-    rf_work_free(&work);
-    if (result == RF_OK)
-        rf_task_end(&task);
-    return result;
+    rf_views_copy(known, views, n_views);
+    if (rf_chroma_is_on(f, out->channels))
+        return rf_chroma_process(f, known, n_views, out, progress, process, error);
+    return process(f, known, n_views, out, progress, error);
 }
 
 static rf_result convert(const struct rf_filter *filter, const struct rf_image *depth,

@@ -4,7 +4,7 @@
 #define RF_API_FILTER_H
 
 #include "input/frame.h"
-#include "methods/scatter/distribution.h"
+#include "input/bokeh.h"
 
 /* Immutable: what works on a part of the picture does so with a frame of its own. */
 struct rf_filter {

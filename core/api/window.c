@@ -32,6 +32,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "api/chroma.h"
 #include "api/filter.h"
 #include "base/error.h"
 #include "base/math.h"
@@ -70,6 +71,10 @@ static rf_result check_method(const struct rf_frame *f, struct rf_error *error)
                        "%s needs the whole picture at once; windows of it are for "
                        "layered and views",
                        method->name);
+    if (rf_chroma_is_on(f, 3))
+        return rf_fail(error, RF_ERROR_PARAMETER, "axial_chroma",
+                       "chroma and an aperture in colour need the whole picture at "
+                       "once");
     if (f->params.quality == RF_QUALITY_PREVIEW)
         return rf_fail(error, RF_ERROR_PARAMETER, "quality",
                        "preview needs the whole picture at once; take normal or best");
@@ -303,7 +308,8 @@ static rf_result window_around(const struct rf_frame *f,
     rf_result result = margin_of(f, surveys, n_views, &margin, error);
     if (result != RF_OK)
         return result;
-    int border = margin.border, px = margin.px, level = margin.level;
+    int border = margin.border, level = margin.level;
+    int px = margin.px + 6 * (int)ceil(f->shape.glow_px);
     int x0 = first_on_grid(kept->x - px, border, RF_TILE_W << level);
     int y0 = first_on_grid(kept->y - px, border, RF_TILE_H << level);
     int x1 = rf_min_int(kept->x + kept->width + px, f->width);

@@ -28,6 +28,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/footprint_grid.h"
 #include "compose/lens_cells.h"
 #include "compose/zones.h"
 #include "kernels/data.h"
@@ -36,8 +37,9 @@
 
 enum {
     LINES_PER_PX = 16,
+    LIGHT_PER_PX = 4, /* lines of uneven light: they are pieces of even ones */
+    LEAST_LIGHT = 24,
     MAX_LINES = 4096,
-    KERNEL_REACH = 2,
     N_TRIALS = 3 /* until the variance of a footprint is right within 1 % */
 };
 
@@ -54,52 +56,19 @@ static const double WIDE_DUST = 4e-3, WIDE_PX = 1;
 /* Of a part of the lens: most of its rim is inside, where the next part makes up. */
 static const double PART_DUST = 5e-2;
 
-static double cubic(double t, double height)
+/* The spherical aberration of a level's footprints, px of the level. */
+static double glow_of(const struct rf_footprints *f, int level)
 {
-    (void)height;
-    t = fabs(t);
-    if (t < 1)
-        return (1.5 * t - 2.5) * t * t + 1;
-    if (t < 2)
-        return ((-0.5 * t + 2.5) * t - 4) * t + 2;
-    return 0;
+    double most = f->is_boundless ? INFINITY : RF_MOST_GLOW;
+    return fmin(fmax(ldexp(f->spherical, -level), -most), most);
 }
 
-/* Antiderivative of cubic() that is 0 at -2 and 1 at 2. */
-static double cubic_integral(double t)
+/* How far beyond the radius they reach at the most. */
+static double most_glow(const struct rf_footprints *f)
 {
-    double s = fabs(t), v;
-    if (s >= 2)
-        return t < 0 ? 0 : 1;
-    if (s < 1)
-        v = ((0.375 * s - 2.5 / 3) * s * s + 1) * s;
-    else
-        v = (((-0.125 * s + 2.5 / 3) * s - 2) * s + 2) * s - 1.0 / 6;
-    return t < 0 ? 0.5 - v : 0.5 + v;
+    static const double CORNER = 2.83; /* |p|^3 in the corner of a picture */
+    return fabs(glow_of(f, 0)) * (f->bokeh ? CORNER : 1);
 }
-
-static double box_integral(double t)
-{
-    return t < -0.5 ? 0 : t > 0.5 ? 1 : t + 0.5;
-}
-
-static double box(double t, double height)
-{
-    double half = 0.5 * fmax(height, 1e-6);
-    return (box_integral(t + half) - box_integral(t - half)) / (2 * half);
-}
-
-/*
- * k, meant over a line's height where it is not smooth, and its antiderivative; per
- * enum rf_footprint_kind.
- */
-static const struct kernel {
-    double (*value)(double t, double height);
-    double (*integral)(double t);
-} kernels[RF_N_KINDS] = {
-    [RF_SHARP] = {cubic, cubic_integral},
-    [RF_POSITIVE] = {box, box_integral},
-};
 
 static void measure_extent(struct rf_footprints *f)
 {
@@ -109,7 +78,7 @@ static void measure_extent(struct rf_footprints *f)
     extent[0] = fmax(extent[0], shape->size[0]);
     extent[1] = fmax(extent[1], shape->size[1] * shape->pixel_aspect);
     for (int k = 0; k < 2; k++) {
-        f->extent[k][0] = fabs(f->drift.base[k]);
+        f->extent[k][0] = fabs(f->drift.base[k]) + most_glow(f);
         f->extent[k][1] = extent[k] + fabs(f->drift.slope[k]);
     }
 }
@@ -130,52 +99,10 @@ struct lines {
 struct request {
     const struct rf_zone *zone;
     double r;
-    bool is_coarse;
+    int level;
     enum rf_footprint_kind kind;
     int phase;
 };
-
-/* A dense grid of weights, one layer per cell, around the sample's pixel. */
-struct grid {
-    const struct kernel *kernel;
-    struct lines *lines;
-    int reach_x, reach_y, width, height;
-    double *weight; /* [cell][y][x] */
-    double *line;   /* width + 1 entries: differences of one line */
-};
-
-static double *grid_row(const struct grid *g, int cell, int y)
-{
-    return g->weight +
-           ((size_t)cell * (size_t)g->height + (size_t)y) * (size_t)g->width;
-}
-
-/*
- * Adds one line of the aperture: pixels x of the interval [from, to] (px, relative to
- * the sample's pixel corner) get the kernel's integral, spread over four rows around y.
- */
-static void add_line(struct grid *g, int cell, double from, double to, double y,
-                     double height)
-{
-    int first = rf_max_int((int)floor(from - 0.5) - KERNEL_REACH + 1, -g->reach_x);
-    int last = rf_min_int((int)floor(to - 0.5) + KERNEL_REACH, g->reach_x);
-    for (int x = first; x <= last; x++) {
-        bool is_rim = x < from + 2.5 || x > to - 3.5;
-        double center = x + 0.5;
-        g->line[x + g->reach_x] = is_rim ? g->kernel->integral(to - center) -
-                                               g->kernel->integral(from - center)
-                                         : 1;
-    }
-    int row = (int)floor(y - 0.5) - KERNEL_REACH + 1;
-    for (int i = 0; i < 2 * KERNEL_REACH; i++, row++) {
-        double k = g->kernel->value(row + 0.5 - y, height);
-        if (row < -g->reach_y || row > g->reach_y || k == 0)
-            continue;
-        double *out = grid_row(g, cell, row + g->reach_y) + g->reach_x;
-        for (int x = first; x <= last; x++)
-            out[x] += k * g->line[x + g->reach_x];
-    }
-}
 
 /* The middle of line i of n. */
 static double line_at(struct rf_interval range, int i, int n)
@@ -202,37 +129,85 @@ static bool cut_lines(struct lines *lines, const struct rf_context *context,
 }
 
 /* False: out of memory. */
-static bool fill_grid(struct grid *g, const struct rf_footprints *f,
-                      const struct rf_zone *zone, const double r[2],
-                      const double phase[2])
+static bool fill_grid(struct rf_grid *g, const struct rf_footprints *f,
+                      struct lines *lines, const struct rf_zone *zone,
+                      const double r[2], const double phase[2])
 {
     const struct rf_shape *shape = zone->shape;
     struct rf_interval range = rf_shape_v_range(shape);
     double height_px = (range.to - range.from) * fabs(r[1]) * shape->pixel_aspect;
     int n_lines = rf_min_int(
         rf_max_int((int)(height_px * LINES_PER_PX), shape->min_lines), MAX_LINES);
-    if (!cut_lines(g->lines, f->context, zone, range, n_lines))
+    if (!cut_lines(lines, f->context, zone, range, n_lines))
         return false;
     for (int i = 0; i < n_lines; i++) {
         double y = phase[1] - line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
         for (int c = 0; c < zone->cells.n; c++) {
-            struct rf_interval part = g->lines->part[i * zone->cells.n + c];
+            struct rf_interval part = lines->part[i * zone->cells.n + c];
             if (part.to <= part.from)
                 continue;
             double a = phase[0] + part.from * r[0], b = phase[0] + part.to * r[0];
-            add_line(g, c, fmin(a, b), fmax(a, b), y, height_px / n_lines);
+            rf_grid_add_line(g, c,
+                             &(struct rf_grid_line){fmin(a, b), fmax(a, b), y,
+                                                    height_px / n_lines, 1});
+        }
+    }
+    return true;
+}
+
+/*
+ * The same of a lens whose light is not even: a picture of the aperture, or spherical
+ * aberration, by which the lens point p lands at r u + a |p|^2 u. Lines are cut into
+ * pieces of half a pixel at the most, each with the light of its part of the lens.
+ */
+static bool fill_light(struct rf_grid *g, const struct rf_footprints *f,
+                       struct lines *lines, const struct request *q, const double r[2],
+                       const double at[2])
+{
+    const struct rf_zone *zone = q->zone;
+    const struct rf_shape *shape = zone->shape;
+    struct rf_interval range = rf_shape_v_range(shape);
+    double glow = glow_of(f, q->level), aspect = shape->pixel_aspect;
+    double size =
+        fmax(fabs(r[0]) * shape->size[0], fabs(r[1]) * shape->size[1]) + fabs(glow);
+    int n_lines =
+        rf_min_int(rf_max_int((int)(size * 2 * LIGHT_PER_PX), LEAST_LIGHT), MAX_LINES);
+    double step_v = (range.to - range.from) / n_lines;
+    if (!cut_lines(lines, f->context, zone, range, n_lines))
+        return false;
+    for (int i = 0; i < n_lines * zone->cells.n; i++) {
+        struct rf_interval part = lines->part[i];
+        double v = line_at(range, i / zone->cells.n, n_lines);
+        double length = part.to - part.from, step_u = 2 * shape->size[0] / n_lines;
+        int n = length > 0 ? (int)ceil(length / step_u) : 0;
+        for (int k = 0; k < n; k++) {
+            double u[2] = {part.from + length * (k + 0.5) / n, v}, to[2];
+            double half = length / n / 2;
+            struct rf_piece piece = {{u[0] - half, v - step_v / 2},
+                                     {u[0] + half, v + step_v / 2}};
+            double light = rf_zone_light(zone, f->bokeh, f->bokeh_plane, &piece);
+            double shift = glow * rf_zone_height2(zone, u);
+            for (int c = 0; c < 2; c++)
+                to[c] = u[c] * r[c] +
+                        shift * (u[c] + zone->centroid[c] + zone->shape->origin[c]);
+            double wide = fmax(fabs(half * (r[0] + shift)), 1e-3);
+            double high = fmax(fabs(step_v * (r[1] + shift)) * aspect, 1e-3);
+            rf_grid_add_line(g, i % zone->cells.n,
+                             &(struct rf_grid_line){
+                                 at[0] + to[0] - wide, at[0] + to[0] + wide,
+                                 at[1] - to[1] * aspect, high, light / (2 * wide)});
         }
     }
     return true;
 }
 
 /* Radius 0: the sample stays in its pixel (or interpolates between pixels). */
-static void fill_point(struct grid *g, int n_cells, const double phase[2])
+static void fill_point(struct rf_grid *g, int n_cells, const double phase[2])
 {
     for (int c = 0; c < n_cells; c++)
         for (int y = -g->reach_y; y <= g->reach_y; y++)
             for (int x = -g->reach_x; x <= g->reach_x; x++)
-                grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
+                rf_grid_row(g, c, y + g->reach_y)[x + g->reach_x] =
                     g->kernel->value(x + 0.5 - phase[0], 0) *
                     g->kernel->value(y + 0.5 - phase[1], 0);
 }
@@ -245,12 +220,12 @@ static double dust_of(const struct request *q)
     double extent = fmin(shape->size[0], shape->size[1]) * fabs(r);
     if (q->kind != RF_SHARP || fabs(r) < WIDE_PX)
         return DUST;
-    return shape->is_part && (q->is_coarse || extent >= WIDE_PX) ? PART_DUST
-                                                                 : WIDE_DUST;
+    return shape->is_part && ((q->level > 0) || extent >= WIDE_PX) ? PART_DUST
+                                                                   : WIDE_DUST;
 }
 
 /* Drops the dust and scales every cell to its share. */
-static void normalise(struct grid *g, const struct rf_lens_cells *cells, double dust)
+static void normalise(struct rf_grid *g, const struct rf_lens_cells *cells, double dust)
 {
     size_t n = (size_t)g->width * (size_t)g->height;
     for (int c = 0; c < cells->n; c++) {
@@ -268,7 +243,7 @@ static void normalise(struct grid *g, const struct rf_lens_cells *cells, double 
 }
 
 /* Adds up all cells in the first one, whose weights then add up to 1. */
-static void join_cells(struct grid *g, int n_cells)
+static void join_cells(struct rf_grid *g, int n_cells)
 {
     size_t n = (size_t)g->width * (size_t)g->height;
     for (size_t i = n; i < n * (size_t)n_cells; i++) {
@@ -296,14 +271,14 @@ static int padded(int n)
 
 /* The weight that mirrors that of column x and row y: in the other half of its row, or
  * of its column. */
-static double *mirrored(const struct grid *g, int x, int y, bool is_in_row)
+static double *mirrored(const struct rf_grid *g, int x, int y, bool is_in_row)
 {
-    return is_in_row ? &grid_row(g, 0, y)[g->width - 1 - x]
-                     : &grid_row(g, 0, g->height - 1 - y)[x];
+    return is_in_row ? &rf_grid_row(g, 0, y)[g->width - 1 - x]
+                     : &rf_grid_row(g, 0, g->height - 1 - y)[x];
 }
 
 /* Do the weights mirror each other? Then they become the same numbers. */
-static bool mirror(struct grid *g, bool is_in_row)
+static bool mirror(struct rf_grid *g, bool is_in_row)
 {
     int width = is_in_row ? g->width / 2 : g->width;
     int height = is_in_row ? g->height : g->height / 2;
@@ -312,19 +287,19 @@ static bool mirror(struct grid *g, bool is_in_row)
         peak = fmax(peak, g->weight[i]);
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++)
-            if (fabs(grid_row(g, 0, y)[x] - *mirrored(g, x, y, is_in_row)) >
+            if (fabs(rf_grid_row(g, 0, y)[x] - *mirrored(g, x, y, is_in_row)) >
                 SAME * peak)
                 return false;
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++) {
-            double *a = &grid_row(g, 0, y)[x], *b = mirrored(g, x, y, is_in_row);
+            double *a = &rf_grid_row(g, 0, y)[x], *b = mirrored(g, x, y, is_in_row);
             *a = *b = 0.5 * (*a + *b);
         }
     return true;
 }
 
 /* Turns the grid into segments; one block of memory holds all of it. */
-static struct rf_footprint *pack(struct grid *g, const struct rf_context *context,
+static struct rf_footprint *pack(struct rf_grid *g, const struct rf_context *context,
                                  int n_cells, bool is_common)
 {
     bool is_mirrored = (n_cells == 1 || is_common) && mirror(g, false);
@@ -332,7 +307,7 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_context *contex
     int n_segments = 0, n_weights = 0, first, last, n_spare = RF_MAX_SIDE_BY_SIDE - 1;
     for (int y = 0; y < g->height; y++)
         for (int c = 0; c < n_cells; c++)
-            if (row_extent(grid_row(g, c, y), g->width, &first, &last)) {
+            if (row_extent(rf_grid_row(g, c, y), g->width, &first, &last)) {
                 int n = last - first + 1;
                 n_segments++;
                 n_weights += padded(n);
@@ -357,7 +332,7 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_context *contex
     n_weights = 0;
     for (int y = 0; y < g->height; y++)
         for (int c = 0; c < n_cells; c++) {
-            const double *row = grid_row(g, c, y);
+            const double *row = rf_grid_row(g, c, y);
             if (!row_extent(row, g->width, &first, &last))
                 continue;
             int dx = first - g->reach_x, dy = y - g->reach_y;
@@ -384,7 +359,7 @@ static struct rf_footprint *pack(struct grid *g, const struct rf_context *contex
 }
 
 /* Variances of a grid's weights along x and y, px^2. */
-static void grid_variance(const struct grid *g, int n_cells, double variance[2])
+static void grid_variance(const struct rf_grid *g, int n_cells, double variance[2])
 {
     double sum[3] = {0}, square[2] = {0};
     for (int i = 0; i < n_cells * g->height; i++)
@@ -407,17 +382,19 @@ static void grid_variance(const struct grid *g, int n_cells, double variance[2])
  * is narrow, which the secant method finds. Up to 1 px at full resolution the box is
  * left alone: it is the pixel. False: out of memory.
  */
-static bool fill_level(struct grid *g, const struct rf_footprints *f,
-                       const struct request *q, const double phase[2])
+static bool fill_level(struct rf_grid *g, const struct rf_footprints *f,
+                       struct lines *lines, const struct request *q,
+                       const double phase[2])
 {
     const struct rf_zone *zone = q->zone;
-    const bool is_coarse = q->is_coarse;
+    const bool is_coarse = q->level > 0;
     double aspect = zone->shape->pixel_aspect, r = q->r;
     double unit[2] = {zone->variance[0], zone->variance[1] * aspect * aspect};
     double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
     double radii[2], variance[2], before[2] = {0}, step[2] = {0};
     size_t n = (size_t)g->width * (size_t)g->height * (size_t)zone->cells.n;
-    bool is_tried = q->kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
+    bool is_tried =
+        q->kind == RF_POSITIVE && (is_coarse || fabs(r) > 1) && f->spherical == 0;
     if (is_tried && !is_coarse)
         loss -= fmax(2 - fabs(r), 0) / 12;
     for (int k = 0; k < 2; k++) {
@@ -430,7 +407,9 @@ static bool fill_level(struct grid *g, const struct rf_footprints *f,
         for (int k = 0; k < 2; k++)
             radii[k] = copysign(sqrt(square[k]), r);
         memset(g->weight, 0, n * sizeof *g->weight);
-        if (!fill_grid(g, f, zone, radii, phase))
+        if (!(f->bokeh || f->spherical != 0
+                  ? fill_light(g, f, lines, q, radii, phase)
+                  : fill_grid(g, f, lines, zone, radii, phase)))
             return false;
         if (!is_tried || trial == N_TRIALS)
             break;
@@ -456,12 +435,13 @@ static bool fill_level(struct grid *g, const struct rf_footprints *f,
 static struct request request_of(const struct rf_footprints *f, size_t slot)
 {
     size_t n_phases = (size_t)(f->n_phases * f->n_phases);
-    size_t rest = slot / RF_N_LEVEL_CLASSES, n_radii = 2 * (size_t)f->max_index + 1;
+    size_t n_levels = (size_t)f->n_levels;
+    size_t rest = slot / n_levels, n_radii = 2 * (size_t)f->max_index + 1;
     size_t radius = rest / RF_N_KINDS / n_phases;
     return (struct request){
         .zone = &f->zones.at[radius / n_radii],
         .r = rf_radius_of_index((int)(radius % n_radii) - f->max_index),
-        .is_coarse = slot % RF_N_LEVEL_CLASSES > 0,
+        .level = (int)(slot % n_levels),
         .kind = (enum rf_footprint_kind)(rest % RF_N_KINDS),
         .phase = (int)(rest / RF_N_KINDS % n_phases),
     };
@@ -474,12 +454,13 @@ static void middle_of(const struct rf_footprints *f, const struct request *q,
     for (int k = 0; k < 2; k++) {
         double beside = f->drift.slope[k] * q->r;
         int phase = k ? q->phase / f->n_phases : q->phase % f->n_phases;
-        if (!q->is_coarse)
+        if (!(q->level > 0))
             beside += f->drift.base[k];
         double aspect = k ? q->zone->shape->pixel_aspect : 1;
         beside += (k ? -aspect : 1) * q->zone->centroid[k] * q->r;
         at[k] = (phase + 0.5) / f->n_phases + beside;
-        reach[k] = fabs(q->r) * q->zone->shape->size[k] * aspect + fabs(beside);
+        reach[k] = fabs(q->r) * q->zone->shape->size[k] * aspect + fabs(beside) +
+                   fabs(glow_of(f, q->level)) * (f->bokeh ? 3 : 1) * fmax(aspect, 1);
     }
 }
 
@@ -489,10 +470,9 @@ static struct rf_footprint *build_request(const struct rf_footprints *f,
     int n_cells = q->zone->cells.n;
     double at[2], reach[2];
     middle_of(f, q, at, reach);
-    struct grid g = {.kernel = &kernels[q->kind],
-                     .lines = lines,
-                     .reach_x = (int)ceil(reach[0]) + 3,
-                     .reach_y = (int)ceil(reach[1]) + 3};
+    struct rf_grid g = {.kernel = &rf_footprint_kernels[q->kind],
+                        .reach_x = (int)ceil(reach[0]) + 3,
+                        .reach_y = (int)ceil(reach[1]) + 3};
     g.width = 2 * g.reach_x + 1;
     g.height = 2 * g.reach_y + 1;
     size_t n = (size_t)g.width * (size_t)g.height * (size_t)n_cells;
@@ -500,14 +480,14 @@ static struct rf_footprint *build_request(const struct rf_footprints *f,
     if (!g.weight)
         return NULL;
     g.line = g.weight + n;
-    if (q->r == 0)
+    if (q->r == 0 && f->spherical == 0)
         fill_point(&g, n_cells, at);
-    else if (!fill_level(&g, f, q, at)) {
+    else if (!fill_level(&g, f, lines, q, at)) {
         rf_free(f->context, g.weight);
         return NULL;
     }
     normalise(&g, &q->zone->cells, dust_of(q));
-    bool is_common = n_cells > 1 && !q->is_coarse && fabs(q->r) < RF_COMMON_PX;
+    bool is_common = n_cells > 1 && !(q->level > 0) && fabs(q->r) < RF_COMMON_PX;
     if (is_common)
         join_cells(&g, n_cells);
     struct rf_footprint *built = pack(&g, f->context, n_cells, is_common);
@@ -524,7 +504,9 @@ static struct rf_footprint *build_listed(const struct rf_footprints *f,
     struct lines lines = {.n = 0};
     double r = rf_radius_of_index(l->index);
     rf_zone_make(&zone, &shape, f->shape, &f->zones.look, l->q, r);
-    struct request q = {&zone, r, false, RF_POSITIVE, l->phase};
+    if (f->bokeh)
+        rf_zone_weigh(&zone, f->bokeh, f->bokeh_plane);
+    struct request q = {&zone, r, 0, RF_POSITIVE, l->phase};
     struct rf_footprint *built = build_request(f, &q, &lines);
     rf_free(f->context, lines.part);
     return built;
@@ -595,7 +577,7 @@ int rf_footprints_reach(const struct rf_footprints *f, double r)
     double most = 0;
     for (int k = 0; k < 2; k++)
         most = fmax(most, f->extent[k][0] + (r + RADIUS_STEP) * f->extent[k][1]);
-    return (int)ceil(most + KERNEL_REACH + within_px - 0.5) - 1;
+    return (int)ceil(most + RF_KERNEL_REACH + within_px - 0.5) - 1;
 }
 
 /* ---- the table ----------------------------------------------------------------- */
@@ -607,13 +589,17 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
                                 .shape = use->shape,
                                 .drift = use->drift,
                                 .n_phases = use->n_phases,
+                                .bokeh = use->bokeh,
+                                .bokeh_plane = use->bokeh_plane,
+                                .spherical = use->spherical,
+                                .is_boundless = use->is_boundless,
+                                .n_levels = use->spherical != 0 ? RF_N_LEVELS : 2,
                                 .list = use->list,
                                 .n_listed = use->n_listed};
     if (use->list)
         f->zones.look = use->look; /* each has a zone of its own */
-    rf_result result = use->list ? RF_OK
-                                 : rf_zones_init(&f->zones, context, use->shape,
-                                                 &use->look, use->n_cells, error);
+    rf_result result =
+        use->list ? RF_OK : rf_zones_init(&f->zones, context, use, error);
     measure_extent(f);
     f->max_index = INT32_MAX;
     f->max_index = rf_radius_index(f, (float)use->max_radius) + 1;

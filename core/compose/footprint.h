@@ -9,18 +9,15 @@
 #include "base/context.h"
 #include "base/math.h"
 #include "base/task.h"
+#include "compose/footprint_grid.h"
 #include "compose/zones.h"
 #include "kernels/data.h"
 #include "lens/aperture.h"
 #include "lens/look.h"
 #include "rackfocus/rackfocus.h"
 
-/*
- * Footprints by quantised radius, sub-pixel phase and kind, built when first asked for.
- * RF_SHARP keeps the negative weights of the cubic, which keep an in-focus texture
- * sharp; RF_POSITIVE clips them, for samples so bright that they would show.
+/* Footprints by quantised radius, sub-pixel phase and kind, built when first asked for.
  */
-enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
 
 /*
  * Averaging down to level l = 1, 2, .. and magnifying again widen a footprint by 4^l /
@@ -28,15 +25,13 @@ enum rf_footprint_kind { RF_SHARP, RF_POSITIVE, RF_N_KINDS };
  * The footprints of a coarse level are narrower by as much, 1/4 in pixels of the level,
  * so that the second moments come out right.
  */
-enum { RF_N_LEVEL_CLASSES = 2 }; /* full resolution, and all others */
+enum { RF_N_LEVELS = 13 }; /* that footprints differ for: 2 without aberration */
 
 /*
- * Where footprints lie beside their sample: px right and down per px of radius, and px
- * of full resolution. (0, 0) for a lens whose middle the view was taken from.
+ * Spherical aberration reaches so far beyond the radius at the most, px of the level,
+ * but of highlights: what a tile may hold (RF_TILE_HALO) less the radius and kernel.
  */
-struct rf_drift {
-    double slope[2], base[2];
-};
+#define RF_MOST_GLOW 5.5
 
 /* One of the footprints of a list: of a place and a radius, both rounded. */
 struct rf_listed {
@@ -50,29 +45,18 @@ struct rf_footprints {
     const struct rf_shape *shape;
     struct rf_drift drift;
     struct rf_zones zones;
-    int max_index; /* radii from -max_index to max_index, in steps */
-    int n_phases;  /* per axis: 1 puts every sample on its pixel's centre */
+    const struct rf_bokeh *bokeh; /* light of the aperture; NULL: even */
+    int bokeh_plane;
+    double spherical;  /* aberration, px */
+    bool is_boundless; /* no tile limits it */
+    int n_levels;      /* that footprints differ for; the last: and above */
+    int max_index;     /* radii from -max_index to max_index, in steps */
+    int n_phases;      /* per axis: 1 puts every sample on its pixel's centre */
     double extent[2]
                  [2]; /* of the drifting aperture along x and y: px, px per px of r */
     const struct rf_listed *list; /* not NULL: slots are its indices */
     size_t n_listed;
     struct rf_footprint **table;
-};
-
-/* What footprints are asked for. */
-struct rf_footprint_use {
-    const struct rf_shape *shape;
-    struct rf_drift drift;
-    struct rf_look look; /* all zeros: none */
-    int n_cells;
-    double max_radius;
-    int n_phases;
-    /*
-     * Instead of all: RF_POSITIVE ones of full resolution, of one cell, each with the
-     * looks of its own place and radius. NULL: all.
-     */
-    const struct rf_listed *list;
-    size_t n_listed;
 };
 
 rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *context,
@@ -127,7 +111,7 @@ static inline size_t rf_footprint_count(const struct rf_footprints *f)
     if (f->list)
         return f->n_listed;
     return (size_t)f->zones.n * (size_t)(2 * f->max_index + 1) *
-           (size_t)(f->n_phases * f->n_phases) * RF_N_KINDS * RF_N_LEVEL_CLASSES;
+           (size_t)(f->n_phases * f->n_phases) * RF_N_KINDS * (size_t)f->n_levels;
 }
 
 /* Radii up to here have no shape: all zones share their footprints. 1/4 px. */
@@ -139,12 +123,12 @@ static inline size_t rf_footprint_slot(const struct rf_footprints *f, int zone,
                                        enum rf_footprint_kind kind, int level)
 {
     int n_phases = f->n_phases * f->n_phases;
-    int level_class = rf_min_int(level, RF_N_LEVEL_CLASSES - 1);
+    int level_class = rf_min_int(level, f->n_levels - 1);
     if (index <= RF_SHAPELESS_INDEX && index >= -RF_SHAPELESS_INDEX)
         zone = rf_zone_middle(&f->zones);
     size_t row = (size_t)zone * (size_t)(2 * f->max_index + 1);
     size_t slot = (row + (size_t)(index + f->max_index)) * (size_t)n_phases;
-    return ((slot + (size_t)phase) * RF_N_KINDS + (size_t)kind) * RF_N_LEVEL_CLASSES +
+    return ((slot + (size_t)phase) * RF_N_KINDS + (size_t)kind) * (size_t)f->n_levels +
            (size_t)level_class;
 }
 

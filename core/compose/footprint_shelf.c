@@ -62,6 +62,7 @@ static bool serves(const struct kept *k, const struct rf_footprint_use *use)
     return f->zones.at->cells.n == use->n_cells && f->n_phases == use->n_phases &&
            rf_radius_of_index(f->max_index) > use->max_radius &&
            memcmp(&f->drift, &use->drift, sizeof f->drift) == 0 &&
+           f->spherical == use->spherical && f->is_boundless == use->is_boundless &&
            memcmp(&f->zones.look, &use->look, sizeof use->look) == 0 &&
            memcmp(&k->shape, use->shape, sizeof k->shape) == 0;
 }
@@ -127,7 +128,8 @@ rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
     own->table = NULL;
     *f = own;
     rf_shape_extent(shape, extent);
-    if (use->list || use->max_radius * fmax(extent[0], extent[1]) > MOST_PX)
+    if (use->list || use->bokeh ||
+        use->max_radius * fmax(extent[0], extent[1]) > MOST_PX)
         return rf_footprints_init(own, context, use, error);
     lock(shelf);
     struct kept *k = find(shelf, use), *excess = NULL;

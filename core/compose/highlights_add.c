@@ -716,6 +716,10 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     struct rf_footprints own = {.table = NULL};
     struct rf_footprint_use use = {.shape = shape,
                                    .look = rf_frame_look(scene->frame),
+                                   .bokeh = rf_frame_bokeh(scene->frame),
+                                   .bokeh_plane = rf_frame_bokeh_plane(scene->frame),
+                                   .spherical = scene->frame->params.spherical,
+                                   .is_boundless = scene->frame->params.spherical != 0,
                                    .n_cells = 1,
                                    .max_radius = most,
                                    .n_phases = scene->n_phases};

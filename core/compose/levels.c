@@ -21,8 +21,9 @@ float rf_level_split(const struct rf_shape *shape)
     double extent[2];
     /* An ellipse that is wider than its radius must not outgrow the tile's halo. */
     rf_shape_extent(shape, extent);
-    return (float)(REACH_PX / fmax(fmax(extent[0], extent[1]),
-                                   fmax(shape->size[0], shape->size[1])));
+    double glow = fmin(shape->glow_px, REACH_PX / 2); /* rf_footprints has the rest */
+    return (float)((REACH_PX - glow) / fmax(fmax(extent[0], extent[1]),
+                                            fmax(shape->size[0], shape->size[1])));
 }
 
 int rf_level_of(float split, float r)

@@ -20,6 +20,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "compose/lens_cells.h"
+#include "input/bokeh.h"
 #include "lens/aperture.h"
 #include "lens/look.h"
 #include "rackfocus/rackfocus.h"
@@ -30,6 +31,9 @@
  */
 static const double SHIFT = 0.04;
 static const double LEAST_STEP = 1.0 / 24, MOST_STEP = 0.5;
+
+/* Of the light of a picture that is a point, per unit radius: nothing is so small. */
+static const double LEAST_VARIANCE = 1e-4;
 
 /* How fast an edge of the footprint moves with the place. */
 static double speed_of(const struct rf_look *look)
@@ -54,14 +58,79 @@ static void set_grid(struct rf_zones *zones)
     zones->n = (2 * zones->n_x + 1) * (2 * zones->n_y + 1);
 }
 
-static void set_plain(struct rf_zone *zone, const struct rf_shape *shape, int n_cells)
+double rf_zone_light(const struct rf_zone *zone, const struct rf_bokeh *bokeh,
+                     int plane, const struct rf_piece *piece)
 {
-    *zone = (struct rf_zone){.shape = shape};
-    rf_lens_cells_init(&zone->cells, shape, n_cells);
-    rf_shape_line_variance(shape, zone->variance);
+    const struct rf_shape *shape = zone->shape;
+    double at[2][2], longer;
+    if (!bokeh)
+        return (piece->to[0] - piece->from[0]) * (piece->to[1] - piece->from[1]);
+    longer = rf_max_int(bokeh->width, bokeh->height) / 2.0;
+    for (int i = 0; i < 2; i++) {
+        const double *u = i ? piece->to : piece->from;
+        double beside[2] = {zone->centroid[0] + shape->origin[0],
+                            zone->centroid[1] + shape->origin[1]};
+        at[i][0] = bokeh->width / 2.0 + (u[0] + beside[0]) * shape->ratio * longer;
+        at[i][1] = bokeh->height / 2.0 - (u[1] + beside[1]) * longer;
+    }
+    return rf_bokeh_sum(bokeh, plane, at[1][0], at[0][1]) -
+           rf_bokeh_sum(bokeh, plane, at[0][0], at[0][1]) -
+           rf_bokeh_sum(bokeh, plane, at[1][0], at[1][1]) +
+           rf_bokeh_sum(bokeh, plane, at[0][0], at[1][1]);
 }
 
-static void set_zone(const struct rf_zones *zones, const struct rf_shape *whole, int i)
+double rf_zone_height2(const struct rf_zone *zone, const double u[2])
+{
+    double x = (u[0] + zone->centroid[0] + zone->shape->origin[0]) * zone->shape->ratio;
+    double y = u[1] + zone->centroid[1] + zone->shape->origin[1];
+    return x * x + y * y;
+}
+
+double rf_zone_weigh(struct rf_zone *zone, const struct rf_bokeh *bokeh, int plane)
+{
+    enum { N = 256 };
+    struct rf_interval range = rf_shape_v_range(zone->shape);
+    double sum = 0, at[2] = {0}, square[2] = {0}, share[RF_MAX_CELLS] = {0};
+    double step = (range.to - range.from) / N;
+    for (int i = 0; i < N * zone->cells.n; i++) {
+        double v = range.from + (i / zone->cells.n + 0.5) * step;
+        int cell = i % zone->cells.n;
+        struct rf_interval part =
+            rf_lens_cell_line(&zone->cells, cell, v, rf_shape_line(zone->shape, v));
+        int n = (int)ceil(fmax(part.to - part.from, 0) / step);
+        for (int k = 0; k < n; k++) {
+            double wide = (part.to - part.from) / n, from = part.from + wide * k;
+            const struct rf_piece piece = {{from, v - step / 2},
+                                           {from + wide, v + step / 2}};
+            double w = rf_zone_light(zone, bokeh, plane, &piece);
+            double u[2] = {from + wide / 2, v};
+            sum += w;
+            share[cell] += w;
+            for (int c = 0; c < 2; c++) {
+                at[c] += w * u[c];
+                square[c] += w * u[c] * u[c];
+            }
+        }
+    }
+    for (int c = 0; c < 2 && sum > 0; c++)
+        zone->variance[c] =
+            fmax(square[c] / sum - at[c] * at[c] / sum / sum, LEAST_VARIANCE);
+    for (int c = 0; c < zone->cells.n && sum > 0; c++)
+        zone->cells.share[c] = share[c] / sum;
+    return sum;
+}
+
+static void set_plain(struct rf_zone *zone, const struct rf_footprint_use *use)
+{
+    *zone = (struct rf_zone){.shape = use->shape};
+    rf_lens_cells_init(&zone->cells, use->shape, use->n_cells);
+    rf_shape_line_variance(use->shape, zone->variance);
+    if (use->bokeh)
+        rf_zone_weigh(zone, use->bokeh, use->bokeh_plane);
+}
+
+static void set_zone(const struct rf_zones *zones, const struct rf_shape *whole,
+                     const struct rf_bokeh *bokeh, int i)
 {
     const struct rf_zone *plain = &zones->at[rf_zone_middle(zones)];
     struct rf_zone *zone = &zones->at[i];
@@ -69,6 +138,10 @@ static void set_zone(const struct rf_zones *zones, const struct rf_shape *whole,
     const double q[2] = {(i % n_row - zones->n_x) * zones->step,
                          (i / n_row - zones->n_y) * zones->step};
     rf_zone_make(zone, &zones->shapes[i], whole, &zones->look, q, 0);
+    if (bokeh) { /* by light they have other shares anyway */
+        zone->cells = plain->cells;
+        return;
+    }
     double variance[2][2] = {{plain->variance[0], plain->variance[1]},
                              {zone->variance[0], zone->variance[1]}};
     rf_lens_cells_follow(&zone->cells, zone->shape, &plain->cells, variance);
@@ -76,7 +149,7 @@ static void set_zone(const struct rf_zones *zones, const struct rf_shape *whole,
 
 struct setting {
     const struct rf_zones *zones;
-    const struct rf_shape *whole;
+    const struct rf_footprint_use *use;
 };
 
 static void set_zones(void *data, int64_t begin, int64_t end, int thread)
@@ -85,22 +158,21 @@ static void set_zones(void *data, int64_t begin, int64_t end, int thread)
     (void)thread;
     for (int i = (int)begin; i < (int)end; i++)
         if (i != rf_zone_middle(s->zones))
-            set_zone(s->zones, s->whole, i);
+            set_zone(s->zones, s->use->shape, s->use->bokeh, i);
 }
 
 rf_result rf_zones_init(struct rf_zones *zones, const struct rf_context *context,
-                        const struct rf_shape *shape, const struct rf_look *look,
-                        int n_cells, struct rf_error *error)
+                        const struct rf_footprint_use *use, struct rf_error *error)
 {
-    *zones = (struct rf_zones){.look = *look};
+    *zones = (struct rf_zones){.look = use->look};
     set_grid(zones);
     zones->at = rf_alloc(context, (size_t)zones->n, sizeof *zones->at);
     if (zones->n > 1)
         zones->shapes = rf_alloc(context, (size_t)zones->n, sizeof *zones->shapes);
     if (!zones->at || (zones->n > 1 && !zones->shapes))
         return rf_fail_memory(error, (size_t)zones->n, sizeof *zones->shapes);
-    set_plain(&zones->at[rf_zone_middle(zones)], shape, n_cells);
-    struct setting s = {zones, shape};
+    set_plain(&zones->at[rf_zone_middle(zones)], use);
+    struct setting s = {zones, use};
     rf_parallel(context, zones->n, 1, set_zones, &s);
     return RF_OK;
 }

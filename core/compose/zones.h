@@ -3,8 +3,11 @@
 #ifndef RF_COMPOSE_ZONES_H
 #define RF_COMPOSE_ZONES_H
 
+#include <stdbool.h>
+
 #include "base/context.h"
 #include "compose/lens_cells.h"
+#include "input/bokeh.h"
 #include "lens/aperture.h"
 #include "lens/look.h"
 #include "rackfocus/rackfocus.h"
@@ -30,11 +33,57 @@ struct rf_zones {
     struct rf_shape *shapes;
 };
 
-/* Zones of a shape; n_cells is of the lens cells of each. rf_zones_free() in any case.
+/*
+ * Where footprints lie beside their sample: px right and down per px of radius, and px
+ * of full resolution. (0, 0) for a lens whose middle the view was taken from.
  */
+struct rf_drift {
+    double slope[2], base[2];
+};
+
+struct rf_listed;
+
+/* What footprints are asked for. */
+struct rf_footprint_use {
+    const struct rf_shape *shape;
+    struct rf_drift drift;
+    struct rf_look look;          /* all zeros: none */
+    const struct rf_bokeh *bokeh; /* light of the aperture; NULL: even */
+    int bokeh_plane;
+    double spherical;  /* aberration, px */
+    bool is_boundless; /* no tile limits the aberration */
+    int n_cells;
+    double max_radius;
+    int n_phases;
+    /*
+     * Instead of all: RF_POSITIVE ones of full resolution, of one cell, each with the
+     * looks of its own place and radius. NULL: all.
+     */
+    const struct rf_listed *list;
+    size_t n_listed;
+};
+
+/* Zones of what is asked for. rf_zones_free() in any case. */
 rf_result rf_zones_init(struct rf_zones *zones, const struct rf_context *context,
-                        const struct rf_shape *shape, const struct rf_look *look,
-                        int n_cells, struct rf_error *error);
+                        const struct rf_footprint_use *use, struct rf_error *error);
+
+/* A part of a zone's shape. */
+struct rf_piece {
+    double from[2], to[2]; /* u, v */
+};
+
+/* The light that comes through a piece: of an even lens, its area. */
+double rf_zone_light(const struct rf_zone *zone, const struct rf_bokeh *bokeh,
+                     int plane, const struct rf_piece *piece);
+
+/*
+ * The shares of a zone's cells and its variances by light, as sums over small squares;
+ * returns its light, in parts of the picture's.
+ */
+double rf_zone_weigh(struct rf_zone *zone, const struct rf_bokeh *bokeh, int plane);
+
+/* |p|^2 of the zone's point u, in the whole lens. */
+double rf_zone_height2(const struct rf_zone *zone, const double u[2]);
 
 void rf_zones_free(struct rf_zones *zones, const struct rf_context *context);
 

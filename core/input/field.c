@@ -36,10 +36,15 @@ bool rf_field_is_on(const struct rf_params *p)
             p->split_diopter > 0);
 }
 
+bool rf_field_is_used(const struct rf_frame *frame)
+{
+    return rf_field_is_on(&frame->params) || frame->radius_shift != 0;
+}
+
 struct rf_lens rf_field_lens(const struct rf_frame *frame)
 {
     struct rf_lens lens = frame->lens;
-    if (rf_field_is_on(&frame->params))
+    if (rf_field_is_used(frame))
         lens.max_radius_px = INFINITY;
     return lens;
 }
@@ -47,6 +52,7 @@ struct rf_lens rf_field_lens(const struct rf_frame *frame)
 /* What the place adds to a radius, in parts of K. */
 struct field {
     double k, most;                          /* px times scene units; px */
+    double shift;                            /* px, of a colour everywhere */
     double principal[2];                     /* px of the whole picture */
     double tilt[2];                          /* of 1/s per px */
     double curvature;                        /* b */
@@ -63,7 +69,8 @@ static struct field field_of(const struct rf_frame *f)
     const double degree = RF_PI / 180;
     double per_px = 1 / (f->lens.focal_length * f->lens.focal_length_px);
     struct field field = {
-        .k = -f->lens.scale,
+        .k = rf_field_is_on(p) ? -f->lens.scale : 0,
+        .shift = f->radius_shift,
         .most = f->lens.max_radius_px,
         .principal = {f->lens.principal_px[0], f->lens.principal_px[1]},
         .tilt = {sin(p->tilt_x * degree) * per_px,
@@ -102,7 +109,7 @@ static double shift_at(const struct field *f, int x, int y)
                  f->curvature * (q[0] * q[0] + q[1] * q[1]);
     if (f->split != 0)
         sum += f->split * split_share(f, q);
-    return f->k * sum;
+    return f->k != 0 ? f->k * sum + f->shift : f->shift;
 }
 
 static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
@@ -130,7 +137,7 @@ static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
 
 void rf_field_apply(const struct rf_frame *frame, float *radius, float *largest)
 {
-    if (!rf_field_is_on(&frame->params))
+    if (!rf_field_is_used(frame))
         return;
     struct field field = field_of(frame);
     field.radius = radius;

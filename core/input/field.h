@@ -11,6 +11,9 @@
 /* Does the focus depend on the place? */
 bool rf_field_is_on(const struct rf_params *params);
 
+/* Does rf_field_apply() change radii? */
+bool rf_field_is_used(const struct rf_frame *frame);
+
 /*
  * The lens that depths become radii with: that of the frame but, where the focus
  * depends on the place, without a limit of the radius, which rf_field_apply() sets.

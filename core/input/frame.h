@@ -4,11 +4,10 @@
 #define RF_INPUT_FRAME_H
 
 #include "base/context.h"
+#include "input/bokeh.h"
 #include "lens/aperture.h"
 #include "lens/look.h"
 #include "rackfocus/rackfocus.h"
-
-struct rf_bokeh; /* methods/scatter/distribution.h */
 
 /* Where the pixels at hand lie in the whole picture; of a whole one (0, 0). */
 struct rf_place {
@@ -27,7 +26,19 @@ struct rf_frame {
     int width, height; /* of the pixels at hand */
     struct rf_place place;
     const struct rf_bokeh *bokeh; /* of the distribution image; NULL: none */
+    /* Of a picture that is made colour by colour: 1 to 3, red to blue; 0: all at once.
+     */
+    int colour;
+    double radius_shift; /* of that colour, px: axial chroma */
 };
+
+/* The plane of a picture of the aperture that the blur is to have. */
+static inline int rf_frame_bokeh_plane(const struct rf_frame *f)
+{
+    return f->bokeh && f->bokeh->n_planes > 1 && f->colour > 0 ? f->colour - 1
+           : f->bokeh                                          ? f->bokeh->n_planes - 1
+                                                               : 0;
+}
 
 /* The looks of a frame that depend on the place; all zeros where there are none. */
 static inline struct rf_look rf_frame_look(const struct rf_frame *f)
@@ -35,6 +46,12 @@ static inline struct rf_look rf_frame_look(const struct rf_frame *f)
     struct rf_look look =
         rf_look_make(&f->params, f->place.whole_width, f->place.whole_height);
     return rf_look_is_on(&look) ? look : (struct rf_look){.cat_eye = 0};
+}
+
+/* The picture of the aperture that the blur is to have; NULL: its light is even. */
+static inline const struct rf_bokeh *rf_frame_bokeh(const struct rf_frame *f)
+{
+    return f->params.aperture == RF_APERTURE_IMAGE ? f->bokeh : NULL;
 }
 
 #endif

@@ -93,6 +93,7 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
             return result;
         w->radius = radius;
         rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
+        w->shift_bias -= w->shift_scale * (float)f->radius_shift; /* no colour moves */
     }
     work->radius = work->memory;
     return RF_OK;
@@ -101,7 +102,7 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
 bool rf_work_is_sharp(const struct rf_work *work)
 {
     return work->n_views == 1 && work->views->largest_radius < RF_SHARP_PX &&
-           !rf_field_is_on(&work->frame->params);
+           !rf_field_is_used(work->frame);
 }
 
 /* What is partly transparent and has no depth. */

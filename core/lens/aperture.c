@@ -82,10 +82,21 @@ static void shape_auto(struct rf_shape *shape, const struct rf_params *params)
     (params->blades >= 3 ? shape_polygon : shape_disc)(shape, params);
 }
 
+/* The square that the longer side of a picture of the aperture fills. */
+static void shape_image(struct rf_shape *shape, const struct rf_params *params)
+{
+    shape->n_corners = 4;
+    for (int i = 0; i < 4; i++) {
+        shape->corner[i][0] = i == 0 || i == 3 ? 1 : -1;
+        shape->corner[i][1] = i < 2 ? 1 : -1;
+    }
+}
+
 static const shape_fn shapes[] = {
     [RF_APERTURE_AUTO] = shape_auto,
     [RF_APERTURE_DISC] = shape_disc,
     [RF_APERTURE_POLYGON] = shape_polygon,
+    [RF_APERTURE_IMAGE] = shape_image,
 };
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)

@@ -28,6 +28,7 @@ struct rf_shape {
     double pixel_aspect; /* v is multiplied by it to get pixel rows */
     int min_lines;       /* v = const that a footprint is summed over */
     double origin[2];    /* of a part, in the whole lens */
+    double glow_px;      /* spherical aberration makes it larger by this */
     double growth;       /* looks make it larger by this at the most */
 };
 

@@ -351,6 +351,13 @@ static const char *read_vignette(const struct rf_params *p)
                                                     : NULL;
 }
 
+static const char *read_chroma(const struct rf_params *p)
+{
+    return method_of(p)->has_layers || p->method == RF_METHOD_SCATTER
+               ? NULL
+               : "read only by the methods layered, views and scatter";
+}
+
 static const char *read_exposure(const struct rf_params *p)
 {
     bool is_dark = p->cat_eye > 0 || p->barn_left > 0 || p->barn_right > 0 ||

@@ -115,6 +115,9 @@ static const struct param_case cases[] = {
     {"barn-right", PICTURE, "", "1", "barn-right=0", "", 0},
     {"barn-top", PICTURE, "", "1.5", "barn-top=0", "", 0},
     {"barn-bottom", PICTURE, "", "1.5", "barn-bottom=0", "", 0},
+    {"spherical", PICTURE, "", "1", "spherical=0", "", 0},
+    {"axial-chroma", PICTURE, "", "1", "axial-chroma=0", "", 0},
+    {"lateral-chroma", PICTURE, "", "0.02", "lateral-chroma=0", "", 0},
     {"tilt-x", PICTURE, "", "10", "tilt-x=0", "", 0},
     {"tilt-y", PICTURE, "", "10", "tilt-y=0", "", 0},
     {"field-curvature", RADIUS, "", "0.1", "field-curvature=0", "", 0},
@@ -347,8 +350,9 @@ static void the_neutral_value_is_the_identity(void)
 static bool moves_focus(const char *key)
 {
     static const char *const keys[] = {
-        "tilt-x",      "tilt-y",       "field-curvature", "split-diopter",
-        "split-angle", "split-offset", "split-softness"};
+        "tilt-x",       "tilt-y",        "field-curvature", "split-diopter",
+        "split-angle",  "split-offset",  "split-softness",  "spherical",
+        "axial-chroma", "lateral-chroma"};
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
         if (!strcmp(key, keys[i]))
             return true;

@@ -218,6 +218,159 @@ static void blades_and_ratio(void)
     check_look(&look, RF_METHOD_LAYERED, 40);
 }
 
+enum { SIDE = 221, MIDDLE = SIDE / 2 };
+
+/* The share of a lamp's light that lands within `distance` px, in one channel. */
+static double within_px(const struct frame *f, int channel, double distance)
+{
+    double sum = 0, inside = 0;
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++) {
+            double v = (double)frame_at(f, f->out, x, y)[channel];
+            double d = hypot(x - MIDDLE, y - MIDDLE) - distance;
+            sum += v;
+            inside += v * fmin(fmax(0.5 - d, 0), 1);
+        }
+    CHECK_NEAR(sum / LAMP, 1, 1e-4);
+    return inside / sum;
+}
+
+/* A lamp in the middle of a picture of radius r, through a lens with a picture or not.
+ */
+static struct frame lone_lamp(const struct rf_params *p, double r,
+                              const struct rf_image *aperture)
+{
+    struct rf_context *context = NULL;
+    struct rf_filter *filter = NULL;
+    struct frame f = frame_make(SIDE, SIDE, 3);
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        f.depth[i] = plain_depth(r);
+    for (int c = 0; c < 3; c++)
+        frame_at(&f, f.colour, MIDDLE, MIDDLE)[c] = (float)LAMP;
+    struct rf_view view = {.colour = rf_image_packed(f.colour, SIDE, SIDE, 3),
+                           .depth = rf_image_packed(f.depth, SIDE, SIDE, 1)};
+    struct rf_image out = rf_image_packed(f.out, SIDE, SIDE, 3);
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create_with(&filter, context, p, SIDE, SIDE, aperture, NULL) ==
+          RF_OK);
+    CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_OK);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return f;
+}
+
+/* The light within the distance d lies where |r rho + a rho^3| <= d on the lens. */
+static double aberrant(double r, double a, double d)
+{
+    enum { N = 20000 };
+    int n = 0;
+    for (int i = 0; i < N; i++) {
+        double rho = sqrt((i + 0.5) / N);
+        n += fabs(r * rho + a * rho * rho * rho) <= d;
+    }
+    return n / (double)N;
+}
+
+static void spherical_aberration(void)
+{
+    static const double cases[][2] = {{40, 12},  {40, -12}, {-40, 12},
+                                      {-25, -9}, {12, 4},   {0.5, 8}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        double r = cases[i][0], a = cases[i][1];
+        struct rf_params p;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.spherical = a;
+        struct frame f = lone_lamp(&p, r, NULL);
+        double rim = fmax(fabs(r + a), fabs(r));
+        for (double d = 3; d < rim + 2; d += rim / 7)
+            if (fabs(r) > 1) /* smaller ones are no highlights */
+                CHECK_NEAR(within_px(&f, 1, d), aberrant(r, a, d), 0.02);
+        CHECK(within_px(&f, 1, fabs(r + a) * 0.6) < 0.999);
+        frame_free(&f);
+    }
+}
+
+/* A ring of red light around a disc of blue, and green everywhere. */
+static void picture_of_the_aperture(void)
+{
+    enum { N = 200 };
+    static float picture[N * N * 3];
+    for (int i = 0; i < N * N; i++) {
+        double rho = hypot(i % N + 0.5 - N / 2, i / N + 0.5 - N / 2) / (N / 2);
+        picture[3 * i] = rho < 1 && rho > 0.5;
+        picture[3 * i + 1] = rho < 1;
+        picture[3 * i + 2] = rho < 0.5;
+    }
+    const struct rf_image aperture = rf_image_packed(picture, N, N, 3);
+    for (double r = -40; r <= 40; r += 80) {
+        struct rf_params p;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.aperture = RF_APERTURE_IMAGE;
+        struct frame f = lone_lamp(&p, r, &aperture);
+        CHECK_NEAR(within_px(&f, 0, 20), 0, 0.02);
+        CHECK_NEAR(within_px(&f, 0, 30), (0.5625 - 0.25) / 0.75, 0.02);
+        CHECK_NEAR(within_px(&f, 0, 41), 1, 0.005);
+        CHECK_NEAR(within_px(&f, 1, 20), 0.25, 0.02);
+        CHECK_NEAR(within_px(&f, 2, 10), 0.25, 0.02);
+        CHECK_NEAR(within_px(&f, 2, 21), 1, 0.01);
+        frame_free(&f);
+    }
+}
+
+static void a_missing_picture_is_said(void)
+{
+    struct rf_params p;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_error error;
+    plain_params(&p, RF_METHOD_LAYERED);
+    p.aperture = RF_APERTURE_IMAGE;
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &p, 8, 8, &error) == RF_ERROR_PARAMETER);
+    CHECK_STR(error.field, "aperture");
+    rf_context_destroy(context);
+}
+
+static void longitudinal_colour(void)
+{
+    static const double size[3] = {36, 30, 24};
+    for (double r = -30; r <= 30; r += 60) {
+        struct rf_params p;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.axial_chroma = r > 0 ? 6 : -6;
+        struct frame f = lone_lamp(&p, r, NULL);
+        for (int c = 0; c < 3; c++) {
+            double half = size[c] / 2;
+            CHECK_NEAR(within_px(&f, c, half), 0.25, 0.01);
+            CHECK_NEAR(within_px(&f, c, size[c] + 1), 1, 0.005);
+        }
+        frame_free(&f);
+    }
+}
+
+/* An edge 60 px from the middle lies 3 px farther in red and as much nearer in blue. */
+static void lateral_colour(void)
+{
+    struct rf_params p;
+    struct frame f = frame_make(SIDE, SIDE, 3);
+    plain_params(&p, RF_METHOD_LAYERED);
+    p.lateral_chroma = 0.05;
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        f.depth[i] = PLAIN_FOCUS;
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++)
+            for (int c = 0; c < 3; c++)
+                frame_at(&f, f.colour, x, y)[c] = x < MIDDLE + 60;
+    CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+    for (int c = 0; c < 3; c++) {
+        double lit = 0;
+        for (int x = MIDDLE; x < SIDE; x++)
+            lit += (double)frame_at(&f, f.out, x, MIDDLE)[c];
+        CHECK_NEAR(lit, 60 + 3 * (1 - c), 0.1);
+    }
+    frame_free(&f);
+}
+
 /* The radius that a flat depth has at a place, of the focus that `key` bends. */
 static void check_focus(const char *key, double value, double shift(double x, double y))
 {
@@ -281,6 +434,11 @@ int main(int argc, char **argv)
     TEST(swirl);
     TEST(doors);
     TEST(blades_and_ratio);
+    TEST(spherical_aberration);
+    TEST(picture_of_the_aperture);
+    TEST(a_missing_picture_is_said);
+    TEST(longitudinal_colour);
+    TEST(lateral_colour);
     TEST(the_surface_in_focus);
     return testing_end();
 }

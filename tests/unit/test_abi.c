@@ -94,6 +94,9 @@ static const struct {
     {"split_angle", 480},
     {"split_offset", 488},
     {"split_softness", 496},
+    {"spherical", 504},
+    {"axial_chroma", 512},
+    {"lateral_chroma", 520},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 

@@ -24,7 +24,8 @@
 #define RF_LIST_APERTURE(X)                                                            \
     X(RF_APERTURE_AUTO, "auto", "polygon where blades are given, else disc")           \
     X(RF_APERTURE_DISC, "disc", "circle")                                              \
-    X(RF_APERTURE_POLYGON, "polygon", "regular polygon of 3 to 16 blades")
+    X(RF_APERTURE_POLYGON, "polygon", "regular polygon of 3 to 16 blades")             \
+    X(RF_APERTURE_IMAGE, "image", "a picture of it, which the filter is given")
 
 #define RF_LIST_ORIENTATION(X)                                                         \
     X(RF_ORIENTATION_CYCLES, "cycles", "middle of an edge to the right")               \

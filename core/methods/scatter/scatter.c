@@ -46,7 +46,7 @@
 #include "input/frame.h"
 #include "input/views_in.h"
 #include "lens/look.h"
-#include "methods/scatter/distribution.h"
+#include "input/bokeh.h"
 #include "rackfocus/rackfocus.h"
 
 enum { BAND_ROWS = 32, ROWS_TO_POLL = 8 };

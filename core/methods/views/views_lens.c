@@ -15,6 +15,7 @@
 #include "base/math.h"
 #include "base/pool.h"
 #include "compose/levels.h"
+#include "compose/zones.h"
 #include "input/frame.h"
 #include "input/views_in.h"
 #include "lens/aperture.h"
@@ -197,6 +198,13 @@ static void set_grid(struct rf_view_cell *cell)
         memset(&cell->drift, 0, sizeof cell->drift);
 }
 
+/* The light that comes through a part of the lens. */
+static double light_of(const struct rf_shape *part, const struct rf_frame *frame)
+{
+    struct rf_zone zone = {.shape = part, .cells = {.n = 1}};
+    return rf_zone_weigh(&zone, rf_frame_bokeh(frame), rf_frame_bokeh_plane(frame));
+}
+
 static struct rf_view_cell whole_lens(struct rf_views *v)
 {
     struct rf_view_cell cell = {.v = v,
@@ -228,6 +236,8 @@ int rf_views_make_cells(struct rf_views *v, struct rf_view_cell *cells, double *
         cells[n] = (struct rf_view_cell){.v = v, .own = own, .frame = *work->frame};
         area[n] = rf_shape_part(&work->frame->shape, site, n_sites, i,
                                 &cells[n].frame.shape, centroid);
+        if (area[n] > 0 && rf_frame_bokeh(work->frame))
+            area[n] = light_of(&cells[n].frame.shape, work->frame);
         if (!own || !(area[n] > 0))
             continue;
         cells[n].middle = nearest_view(work, own, centroid);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* An image as the distribution of light in a circle of confusion. */
-#ifndef RF_METHODS_SCATTER_DISTRIBUTION_H
-#define RF_METHODS_SCATTER_DISTRIBUTION_H
+#ifndef RF_INPUT_BOKEH_H
+#define RF_INPUT_BOKEH_H
 
 #include "base/context.h"
 #include "rackfocus/rackfocus.h"

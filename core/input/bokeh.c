@@ -8,7 +8,7 @@
  * as W x H even squares, so that the share of any rectangle is exact (Crow 1984,
  * summed-area tables).
  */
-#include "methods/scatter/distribution.h"
+#include "input/bokeh.h"
 
 #include <math.h>
 #include <stdbool.h>
