@@ -93,7 +93,8 @@ int main(int argc, char **argv)
     /* Whoever ends the program: no half files. */
     atexit(os_clean_up);
     const int code = run(argc, argv);
-    const bool is_pipe_closed = fflush(stdout) != 0 && errno == EPIPE;
+    const bool is_pipe_closed =
+        fflush(stdout) != 0 && os_interrupt_is_reader_gone(errno);
     if (ferror(stdout) && !is_pipe_closed && code == EXIT_DONE) {
         message("standard output: %s", strerror(errno));
         return EXIT_FAILED;

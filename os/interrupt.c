@@ -72,6 +72,11 @@ void os_interrupt_not_by_writing(void)
     signal(SIGXFSZ, SIG_IGN);
 }
 
+bool os_interrupt_is_reader_gone(int number)
+{
+    return number == EPIPE;
+}
+
 bool os_is_interrupted(void)
 {
     return caught_signal != 0;

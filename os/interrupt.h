@@ -19,6 +19,9 @@ void os_interrupt_catch(void);
  * on, not an end of the process. For a main(). */
 void os_interrupt_not_by_writing(void);
 
+/* Is this the errno of a write whose reader has gone? */
+bool os_interrupt_is_reader_gone(int number);
+
 /* Was there a signal? */
 bool os_is_interrupted(void);
 

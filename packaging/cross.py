@@ -139,6 +139,8 @@ def configure(platform):
     if not (folder / "build.ninja").exists():
         shutil.rmtree(folder, ignore_errors=True)
         options = ["--buildtype=release", "-Dpython=enabled", "-Dview=disabled"]
+        # Not the zlib that this machine may have for the other system.
+        options.append("-Dforce_fallback_for=zlib,libpng")
         # Where meson looks at the compiler, zig leaves a file beside.
         run("meson", "setup", folder, ROOT, *options, "--cross-file", cross, cwd=BUILD)
     return folder

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "interrupt.h"
 
-#include <signal.h>
+#include <errno.h>
 
 #include "clean_up.h"
 #include "clock.h"
@@ -31,6 +31,12 @@ void os_interrupt_catch(void)
 void os_interrupt_not_by_writing(void)
 {
     /* Here such a write fails and no more. */
+}
+
+/* Microsoft's C library says EINVAL for a pipe that is being closed. */
+bool os_interrupt_is_reader_gone(int number)
+{
+    return number == EPIPE || number == EINVAL;
 }
 
 bool os_is_interrupted(void)

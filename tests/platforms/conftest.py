@@ -4,7 +4,7 @@
 import os
 
 import pytest
-from systems import BUILD, WINE, programs_for_tests, run
+from systems import BUILD, OS_PROGRAMS, WINE, programs_for_tests, run
 
 import cross
 
@@ -12,7 +12,8 @@ import cross
 @pytest.fixture(scope="session")
 def windows():
     """The build for Windows: extension, command and the tests of the library."""
-    targets = [*cross.programs_of("windows-x64"), *programs_for_tests(".exe")]
+    ours = [f"tests/os/test_{name}.exe" for name in OS_PROGRAMS]
+    targets = [*ours, *cross.programs_of("windows-x64"), *programs_for_tests(".exe")]
     return cross.build("windows-x64", targets)
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
 WINE = "/usr/lib/wine/wine64"  # Debian's package wine64 has it there
+# Of tests/os, for Windows, and which of their tests: wine makes no links.
+OS_PROGRAMS = {"thread": "", "process_windows": "", "folder": "only_folders"}
 LEVELS = ("generic", "sse4", "avx2", "avx512")
 
 sys.path.insert(0, str(ROOT / "packaging"))

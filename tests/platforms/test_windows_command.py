@@ -8,7 +8,7 @@ import shutil
 import subprocess
 
 import pytest
-from systems import BUILD, ROOT, WINE, run
+from systems import BUILD, OS_PROGRAMS, ROOT, WINE, run
 
 REFERENCES = ROOT / "tests" / "quality" / "references"
 LINUX = BUILD / "cli" / "rackfocus"
@@ -44,6 +44,13 @@ def scene(tmp_path):
 def same_bits(one, other):
     """The pictures have the same samples, whatever their compression."""
     return json.loads(native("compare", "--json", one, other))["identical"]
+
+
+@pytest.mark.parametrize("name", OS_PROGRAMS)
+def test_os(name, windows, wine):
+    """Threads, processes and folders as the command uses them."""
+    said = wine(windows / "tests" / "os" / f"test_{name}.exe", OS_PROGRAMS[name])
+    assert "ok 1" in said and "not ok" not in said, said
 
 
 LENS = ("--focus-distance", 3, "--lens-radius", 0.02)
