@@ -88,6 +88,26 @@ static int64_t query_size(exr_const_context_t context, void *user)
     return ((const struct image_input *)user)->size_bytes;
 }
 
+/* What people have instead of an EXR file, by its first bytes. */
+static bool fail_kind(const struct image_input *input, const unsigned char magic[4],
+                      struct image_error *error)
+{
+    static const struct {
+        const char *bytes, *name;
+    } others[] = {{"\x89PNG", "a PNG"},       {"\xff\xd8\xff", "a JPEG"},
+                  {"II*", "a TIFF"},          {"MM", "a TIFF"},
+                  {"#?RA", "a Radiance HDR"}, {"8BPS", "a Photoshop"},
+                  {"RIFF", "a WebP"}};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
+        if (memcmp(magic, others[i].bytes, strlen(others[i].bytes)) == 0)
+            return image_fail(
+                error, input->path,
+                "is %s file; colour and depth are read from OpenEXR files, as "
+                "renderers write them",
+                others[i].name);
+    return image_fail(error, input->path, "is not an OpenEXR file");
+}
+
 static bool open_file(struct image_input *input, struct image_error *error)
 {
     struct os_file_facts facts;
@@ -107,7 +127,7 @@ static bool open_file(struct image_input *input, struct image_error *error)
     if (os_file_read_at(input->fd, magic, sizeof magic, 0) == 0 && errno != 0)
         return image_fail(error, input->path, "%s", strerror(errno));
     if (memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
-        return image_fail(error, input->path, "is not an OpenEXR file");
+        return fail_kind(input, magic, error);
     return true;
 }
 

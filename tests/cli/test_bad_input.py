@@ -277,7 +277,10 @@ def test_no_output_and_no_input(rackfocus, scene):
 
 
 def test_unknown_kind_of_output(fails, scene):
-    texts = ["out.jpg: pictures are written as EXR or PNG, not as JPEG", "end the name in .png"]
+    texts = [
+        "out.jpg: pictures are written as EXR or PNG, not as JPEG",
+        "end the name in .png",
+    ]
     fails(scene(), code=2, texts=texts, output="out.jpg")
     texts = ["--output-coc: ", ".exr"]
     fails(scene(), "--output-coc", "c.png", code=2, texts=texts)

@@ -283,7 +283,9 @@ def test_compare_reads_a_pipe(binary, run, scene, tmp_path, kind):
     run(scene(), name=f"a.{kind}")
     path = tmp_path / f"a.{kind}"
     with open(path, "rb") as file:
-        done = subprocess.run([binary, "compare", "-", path], stdin=file, capture_output=True)
+        done = subprocess.run(
+            [binary, "compare", "-", path], stdin=file, capture_output=True
+        )
     assert done.returncode == 0 and b"tPSNR inf dB" in done.stdout
 
 
@@ -462,6 +464,25 @@ def test_the_largest_values_stay_finite(run, scene, tmp_path, value):
     run(path, "--method", "recursive-offset", "--type", "float")
     channels, _ = plainexr.read(tmp_path / "out.exr")
     assert all(numpy.isfinite(channels[name]).all() for name in "RGB")
+
+
+@pytest.mark.parametrize(
+    "data, kind",
+    [
+        (b"\x89PNG\r\n\x1a\n", "a PNG"),
+        (b"\xff\xd8\xff\xe0", "a JPEG"),
+        (b"II*\0", "a TIFF"),
+        (b"MM\0*", "a TIFF"),
+        (b"#?RADIANCE", "a Radiance HDR"),
+    ],
+)
+def test_other_kinds_of_input_are_named(rackfocus, scene, tmp_path, data, kind):
+    path, out = tmp_path / "picture", tmp_path / "o.exr"
+    path.write_bytes(data + bytes(100))
+    words = ["filter", path, "-o", out]
+    assert f"{path}: is {kind} file; colour" in rackfocus(*words, code=1).stderr
+    words = ["filter", scene(), path, "-o", out]
+    assert f"{path}: is {kind} file; colour" in rackfocus(*words, code=1).stderr
 
 
 # ---- headers of 25 MB ----------------------------------------------------------------
