@@ -51,7 +51,17 @@ static const struct {
 };
 
 static const char *const library_names[] = {
-    "libOpenImageDenoise.so.2", "libOpenImageDenoise.so.1", "libOpenImageDenoise.so"};
+#ifdef _WIN32
+    "OpenImageDenoise.dll",
+#elif defined(__APPLE__)
+    "libOpenImageDenoise.2.dylib",
+    "libOpenImageDenoise.dylib",
+#else
+    "libOpenImageDenoise.so.2",
+    "libOpenImageDenoise.so.1",
+    "libOpenImageDenoise.so",
+#endif
+};
 
 enum { N_LIBRARY_NAMES = sizeof(library_names) / sizeof(library_names[0]) };
 

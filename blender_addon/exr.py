@@ -17,6 +17,7 @@ MAGIC, VERSION = 20000630, 2
 LONG_NAMES_FLAG, MULTIPART_FLAG = 0x400, 0x1000
 FLOAT = 2
 SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), FLOAT: np.dtype("<f4")}
+CAN_MAP = os.name == "posix"  # Windows removes no file that is mapped
 
 
 class ExrError(Exception):
@@ -118,7 +119,10 @@ def read_file(path):
     parts the part's name stands before channel names that lack it.
     """
     with open(path, "rb") as file:
-        mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        if CAN_MAP:
+            mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        else:
+            mapped = file.read()
     data = np.frombuffer(mapped, np.uint8)
     cursor = _Cursor(mapped)
     magic, version = cursor.unpack("<2i")

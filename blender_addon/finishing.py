@@ -61,6 +61,12 @@ def samples_of(scene):
 
 # ---- the denoiser -----------------------------------------------------------------
 
+# Of builds of blender.org and of PyPI's bpy, from the folder above that of the version.
+OWN_DENOISER = (
+    "lib/libOpenImageDenoise.so*",
+    "lib/libOpenImageDenoise*.dylib",
+    "blender.shared/OpenImageDenoise.dll",
+)
 DENOISER = "RACKFOCUS_OIDN"  # names it, before the preferences
 FAILED = 3  # exit status of BESIDE that goes with a message
 # Finishes in a process of its own; see clean().
@@ -86,8 +92,8 @@ def library():
     chosen = os.environ.get(DENOISER) or preferences.get("denoiser", "")
     if chosen:
         return bpy.path.abspath(chosen), False
-    folder = Path(bpy.utils.resource_path("LOCAL")).parent / "lib"
-    found = sorted(folder.glob("libOpenImageDenoise.so*")) if folder.exists() else []
+    home = Path(bpy.utils.resource_path("LOCAL")).parent
+    found = [path for place in OWN_DENOISER for path in sorted(home.glob(place))]
     return (str(found[0]), True) if found else (None, False)
 
 

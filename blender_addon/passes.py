@@ -7,7 +7,6 @@ channel in place (exr.py).
 """
 
 import contextlib
-import fcntl
 import functools
 import os
 import shutil
@@ -22,6 +21,13 @@ import numpy as np
 from . import exr, main_thread, printed, sharp
 from .compat import MultilayerExr
 from .lens import picture_size
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    import msvcrt
+
+    fcntl = None
 
 SHARED_MEMORY = "/dev/shm"
 FOLDER, LOCK = "rack_focus_", "lock"
@@ -95,25 +101,33 @@ def memory_folder(n_bytes):
     return bpy.app.tempdir
 
 
+def _lock(file):
+    """Locks an open file for as long as it is open; OSError where another one does."""
+    if fcntl is not None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    else:
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+
+
 @contextlib.contextmanager
 def own_folder(parent):
     """A folder for a while. Its locked file tells that its Blender is alive."""
     folder = Path(tempfile.mkdtemp(prefix=f"{FOLDER}{os.getpid()}_", dir=parent))
-    with open(folder / LOCK, "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        try:
+    try:
+        with open(folder / LOCK, "w") as lock:
+            _lock(lock)
             yield folder
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+    finally:  # Windows removes no file that is open
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_dead(folder):
     """Has the Blender that made a folder ended? False where that cannot be told."""
     try:
-        if folder.stat().st_uid != os.getuid():
+        if hasattr(os, "getuid") and folder.stat().st_uid != os.getuid():
             return False
         with open(folder / LOCK) as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(lock)
         return True
     except FileNotFoundError:  # just being made, or of a version without locks
         return time.time() - folder.stat().st_mtime > WITHOUT_LOCK_S

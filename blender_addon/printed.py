@@ -10,11 +10,12 @@ import tempfile
 import bpy
 
 STDOUT = 1
+C_LIBRARY = None if os.name == "posix" else "ucrtbase"  # the process's own
 
 
 def _flush():
     sys.stdout.flush()
-    ctypes.CDLL(None).fflush(None)
+    ctypes.CDLL(C_LIBRARY).fflush(None)
 
 
 @contextlib.contextmanager

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels and preferences."""
 
+import itertools
+
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
@@ -157,7 +159,7 @@ def draw_finish(layout, scene, settings):
     row.operator("rack_focus.finish", icon="SHADERFX")
     row.prop(settings, "finish_samples", text="Samples")
     row.prop(settings, "use_finish", text="", icon="RENDER_ANIMATION")
-    if reason and settings.use_finish:
+    if reason:
         layout.label(text=reason, icon="INFO")
 
 
@@ -186,8 +188,11 @@ class LookPanel(InCamera):
         layout.use_property_split = True
         settings = context.camera.rack_focus
         layout.active = settings.enabled
-        for field in look_fields(settings):
-            layout.prop(settings, field)
+        # Fields of one thing, tilt_x and tilt_y, stand together.
+        for _, fields in itertools.groupby(look_fields(settings), first_word):
+            column = layout.column(align=True)
+            for field in fields:
+                column.prop(settings, field)
         column = layout.column(align=True)
         column.prop(settings, "front_blur", slider=True)
         column.prop(settings, "back_blur", slider=True)
@@ -228,6 +233,11 @@ class AdvancedPanel(InCamera):
                 layout.prop(settings, "lens_seed")
         layout.prop(settings, "coc_limit")
         layout.prop(settings, "passes_folder")
+
+
+def first_word(field):
+    """Of the name of a field."""
+    return field.split("_")[0]
 
 
 def look_fields(settings):

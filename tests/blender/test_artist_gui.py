@@ -51,6 +51,7 @@ def test_the_node_filters_in_a_job(found):
 # What docs/blender.md shows: the Blenders, and left, right, top, bottom in px.
 SHOWN = {
     "box": ("35", 30, 1040, 60, 800),
+    "gizmo": ("5", 380, 680, 200, 640),
     "box_custom": ("5", 30, 1040, 120, 800),
     "out_of_date": ("5", 0, 1060, 25, 820),
     "node": ("3", 0, 1060, 25, 620),

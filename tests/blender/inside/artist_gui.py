@@ -86,6 +86,7 @@ def open_parts():
             cls = getattr(bpy.types, name)
             bpy.utils.unregister_class(cls)
             cls.bl_options = set()
+            cls.bl_idname = f"{name}_open"  # Blender remembers that the other is closed
             bpy.utils.register_class(cls)
 
 
@@ -96,7 +97,6 @@ def show_panels():
         bpy.context.view_layer.objects.active = scene.camera
         scene.camera.select_set(True)
     yield 0.4
-    open_parts()
     large = area_of("VIEW_3D")
     large.type = "PROPERTIES"
     yield 0.5
@@ -107,6 +107,7 @@ def show_panels():
     yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
     yield 0.6
     yield from screenshot("box")
+    open_parts()
     settings.quality = "custom"
     settings.has_max_radius = True
     settings.use_highlight_clamp = True

@@ -499,4 +499,43 @@ def folders_of_dead_blenders():
     assert not alive.exists()
 
 
+class Locks:
+    """Stands for Windows's msvcrt: one process at a time holds a file's first byte."""
+
+    LK_NBLCK = 2
+    held = {}
+
+    def locking(self, number, how, n_bytes):
+        assert (how, n_bytes) == (self.LK_NBLCK, 1)
+        inode, owner = os.fstat(number).st_ino, self.held.get(os.fstat(number).st_ino)
+        if owner is not None and Path(f"/proc/self/fd/{owner}").exists():
+            raise PermissionError
+        self.held[inode] = number
+
+
+@check
+def folders_on_windows():
+    """Without fcntl and mapped files: locked, cleared, removed all the same."""
+    passes, exr, parent = addon("passes"), addon("exr"), OUT / "shm"
+    shutil.rmtree(parent, ignore_errors=True)
+    parent.mkdir()
+    kept = passes.fcntl, exr.CAN_MAP
+    passes.fcntl, passes.msvcrt, exr.CAN_MAP = None, Locks(), False
+    try:
+        with passes.own_folder(parent) as alive:
+            passes.clear_dead_folders(parent)
+            assert alive.exists()
+            path = alive / "a.exr"
+            plane = np.arange(6, dtype=np.float32).reshape(2, 3)
+            exr.write_exr(path, {"Z": plane}, b"")
+            read = next(iter(exr.read_exr(path).values()))
+        assert np.array_equal(read, plane) and not alive.exists()
+        scene, _ = start()
+        made = rgba(render(scene, OUT / "w.exr"))
+        assert not last_message(scene), last_message(scene)
+    finally:
+        passes.fcntl, exr.CAN_MAP = kept
+    same(made, expected(scene))
+
+
 checking.run(check, "farm_results.json")
