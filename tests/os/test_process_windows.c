@@ -59,6 +59,21 @@ static int tick(char **arguments)
     return 0;
 }
 
+/* Has a file open as most programs of Windows do, so that nobody can replace it, until
+ * another one appears. */
+static int hold(char **arguments)
+{
+    FILE *file = fopen(arguments[0], "rb");
+    puts(file ? "open" : "not open");
+    fflush(stdout);
+    for (int i = 0; i < 1200; i++) {
+        if (os_file_facts(arguments[1]).kind == OS_FILE_REGULAR)
+            break;
+        os_sleep_s(0.1);
+    }
+    return file ? fclose(file) : 1;
+}
+
 /* ---- the tests ------------------------------------------------------------------ */
 
 static void arguments_arrive_as_they_are(void)
@@ -135,6 +150,8 @@ int main(int argc, char **argv)
         return start_another(argv + 2);
     if (argc > 2 && strcmp(argv[1], "tick") == 0)
         return tick(argv + 2);
+    if (argc > 3 && strcmp(argv[1], "hold") == 0) /* for tests/platforms */
+        return hold(argv + 2);
     testing_begin(argc, argv);
     snprintf(prefix, sizeof prefix, "%s/rf-test-os-", os_folder_for_temporary());
     if (os_folder_make_temporary(prefix, folder, sizeof folder) != 0)

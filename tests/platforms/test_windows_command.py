@@ -5,7 +5,9 @@ and takes the names and line ends that Windows has."""
 import json
 import os
 import shutil
+import signal
 import subprocess
+import time
 
 import pytest
 from systems import BUILD, OS_PROGRAMS, ROOT, WINE, run
@@ -158,3 +160,46 @@ def test_errors_name_the_file(windows, wine_environment, tmp_path):
     )
     assert done.returncode == 1
     assert missing in done.stderr and "No such file" in done.stderr
+
+
+def test_a_file_that_is_open_elsewhere_stays(
+    windows, wine_environment, scene, tmp_path
+):
+    """The command says what holds it up, and leaves nothing beside."""
+    old = tmp_path / "out.exr"
+    old.write_bytes(b"old")
+    holder = windows / "tests" / "os" / "test_process_windows.exe"
+    words = [WINE, holder, "hold", on_windows(old), on_windows(tmp_path / "end")]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, env=wine_environment) as held:
+        assert held.stdout.readline().strip() == b"open"
+        program = windows / "cli" / "rackfocus.exe"
+        words = [WINE, program, "filter", "-q", scene, "-o", old, *map(str, LENS)]
+        done = subprocess.run(
+            words, capture_output=True, text=True, env=wine_environment, timeout=300
+        )
+        assert old.read_bytes() == b"old"
+        (tmp_path / "end").write_text("")
+        assert held.wait(timeout=200) == 0
+    assert done.returncode == 1
+    assert "another program has it open" in done.stderr, done.stderr
+    assert not list(tmp_path.glob("*.part*"))
+    done = subprocess.run(words, capture_output=True, env=wine_environment, timeout=300)
+    assert done.returncode == 0 and old.read_bytes()[:4] == b"v/1\x01"
+
+
+def test_ctrl_c_leaves_nothing(windows, wine_environment, scene, tmp_path):
+    """wine makes a CTRL_C_EVENT of SIGINT."""
+    for i in range(300):
+        os.link(scene, tmp_path / f"in_{i:04}.exr")
+    program = windows / "cli" / "rackfocus.exe"
+    pattern = [tmp_path / "in_####.exr", "-o", tmp_path / "out_####.exr"]
+    words = [WINE, program, "filter", "-q", *pattern, "-j1", *map(str, LENS)]
+    with subprocess.Popen(words, env=wine_environment) as process:
+        while not (tmp_path / "out_0001.exr").exists():
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=100) == 130
+    made = list(tmp_path.glob("out_*"))
+    assert 1 <= len(made) < 300
+    assert not list(tmp_path.glob("*.part*"))
