@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "clock.h"
 
+#include <stdint.h>
+
 #include "wide.h"
 
 double os_clock_s(void)
