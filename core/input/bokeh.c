@@ -18,7 +18,7 @@
 #include "base/error.h"
 #include "base/math.h"
 #include "base/pool.h"
-#include "input/pixels.h"
+#include "input/image.h"
 #include "rackfocus/rackfocus.h"
 
 static double value_at(const struct rf_image *image, int x, int y, int plane)

@@ -8,19 +8,8 @@
 
 #include "base/context.h"
 #include "input/frame.h"
+#include "input/image.h"
 #include "rackfocus/rackfocus.h"
-
-/* Checks one view; `name` is the field in errors. */
-rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
-                         int height, struct rf_error *error);
-
-static inline const float *rf_image_at(const struct rf_image *image, int x, int y,
-                                       int c)
-{
-    return (const float *)((const char *)image->data + (ptrdiff_t)y * image->row_bytes +
-                           (ptrdiff_t)x * image->pixel_bytes +
-                           (ptrdiff_t)c * image->channel_bytes);
-}
 
 /* Are the pixels RGBA quadruples, in the space that light is summed in? */
 bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image);

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The caller's pixels where they lie. */
+#ifndef RF_INPUT_IMAGE_H
+#define RF_INPUT_IMAGE_H
+
+#include <stddef.h>
+
+#include "rackfocus/rackfocus.h"
+
+/* Checks one view; `name` is the field in errors. */
+rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
+                         int height, struct rf_error *error);
+
+static inline const float *rf_image_at(const struct rf_image *image, int x, int y,
+                                       int c)
+{
+    return (const float *)((const char *)image->data + (ptrdiff_t)y * image->row_bytes +
+                           (ptrdiff_t)x * image->pixel_bytes +
+                           (ptrdiff_t)c * image->channel_bytes);
+}
+
+#endif
