@@ -25,6 +25,9 @@ PLAIN_LOOK = (0.0, 1.0, 1.0)  # clamp, gain, and both blurs: as the camera's own
 _kept = {}  # scene name: (key, passes.RenderedPasses) of the last render of its lens
 
 
+_found = set()  # what library() gave, of libraries that have worked
+
+
 class FinishError(Exception):
     """The picture is filtered, not finished; the message is for the user."""
 
@@ -137,7 +140,9 @@ def _clean_beside(own, ours, normal, path):
 
 def need_denoiser():
     """FinishError where there is none: better known before a render than after it."""
-    clean(*np.zeros((2, 16, 16, 3), np.float32))
+    if library() not in _found:
+        clean(*np.zeros((2, 16, 16, 3), np.float32))
+        _found.add(library())
 
 
 # ---- the render -------------------------------------------------------------------

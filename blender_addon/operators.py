@@ -62,11 +62,8 @@ def refocus_later(scene_name):
     return None
 
 
-class RACK_FOCUS_OT_refocus(bpy.types.Operator):
-    """Filter the last render again with the present focus, f-stop and blades"""
-
-    bl_idname = "rack_focus.refocus"
-    bl_label = "Refocus"
+class Composites:
+    """An operator that ends with a new composite of a scene that is set up."""
 
     @classmethod
     def poll(cls, context):
@@ -81,6 +78,13 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
         """Runs as a job, with progress and Esc."""
         return self._run(context, "INVOKE_DEFAULT")
 
+
+class RACK_FOCUS_OT_refocus(Composites, bpy.types.Operator):
+    """Filter the last render again with the present focus, f-stop and blades"""
+
+    bl_idname = "rack_focus.refocus"
+    bl_label = "Refocus"
+
     def _run(self, context, call):
         scene = scene_of(context)
         if not setup.can_mute_sources(scene):
@@ -92,7 +96,7 @@ class RACK_FOCUS_OT_refocus(bpy.types.Operator):
             return {"CANCELLED"}
 
 
-class RACK_FOCUS_OT_finish(bpy.types.Operator):
+class RACK_FOCUS_OT_finish(Composites, bpy.types.Operator):
     """Render some samples with the camera's own lens, and clean them with the picture \
 that is there: mirrors, glass and smoke come out as the renderer sees them"""
 
@@ -106,19 +110,6 @@ that is there: mirrors, glass and smoke come out as the renderer sees them"""
         default=0,
         options={"SKIP_SAVE"},
     )
-
-    @classmethod
-    def poll(cls, context):
-        """Only where Rack Focus is set up."""
-        return setup.filter_scene_of(scene_of(context)) is not None
-
-    def execute(self, context):
-        """Waits for the picture."""
-        return self._run(context, "EXEC_DEFAULT")
-
-    def invoke(self, context, _event):
-        """Runs as a job, with progress and Esc."""
-        return self._run(context, "INVOKE_DEFAULT")
 
     def _run(self, context, call):
         scene = scene_of(context)

@@ -12,8 +12,9 @@ from conftest import get_blender
 
 
 @pytest.fixture(scope="module", params=("3.4", "newest"))
-def found(request, dist):
+def found(request, dist, oidn):
     """(what the session found, its folder) for one Blender."""
+    os.environ["RACKFOCUS_OIDN"] = str(oidn)  # Debian's Blenders have no denoiser
     blender = get_blender(request.param)
     out = blender.out / "artist_gui"
     return session.run(blender, "artist_gui.py", dist, out, (1280, 900)), out
@@ -37,6 +38,15 @@ def test_the_focus_is_dragged_in_the_3d_view(found):
     assert after > before + 0.1
     shots = [session.shot(folder, name) for name in ("gizmo_off", "gizmo")]
     assert 20 < (abs(shots[0] - shots[1]).max(-1) > 0.2).sum() < 20000
+
+
+def test_finish_is_a_job(found):
+    """The own lens is rendered and cleaned beside the window; nothing is left."""
+    values, _ = found
+    assert values["finish_done"] == ["RUNNING_MODAL"] and not values["finish_message"]
+    assert "finish" in values["finish_steps"] and values["finish_changes"] > 0.01
+    assert values["finish_scenes"] == ["Scene", "Scene Rack Focus"]
+    assert not values["finish_muted"]
 
 
 def test_the_node_filters_in_a_job(found):

@@ -42,10 +42,7 @@ def passes_of(scene):
 
 def result(scene):
     """The picture as it stands."""
-    path = OUT / "a_result.exr"
-    common.set_output(scene, path)
-    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
-    return rgba(common.read(path))
+    return common.result(scene, OUT / "a_result.exr")
 
 
 # ---- words ------------------------------------------------------------------------

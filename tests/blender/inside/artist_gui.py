@@ -186,6 +186,23 @@ def by_itself():
     FOUND["itself_changes"] = float(np.abs(first - result("itself_second")).max())
 
 
+def finish():
+    """As a job: another picture of the same lens, and nothing left."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 360, 240
+    yield from render()
+    first = result("finish_first")
+    FOUND["finish_done"] = list(bpy.ops.rack_focus.finish("INVOKE_DEFAULT", samples=2))
+    yield 0.3
+    yield from until(is_quiet, "the finish")
+    yield 0.5
+    run = addon("engine").last_run[scene.name]
+    FOUND["finish_message"], FOUND["finish_steps"] = run["message"], run["seconds"]
+    FOUND["finish_changes"] = float(np.abs(first - result("finish_second")).max())
+    FOUND["finish_scenes"] = sorted(s.name for s in bpy.data.scenes)
+    FOUND["finish_muted"] = scene.rack_focus.muted
+
+
 def node():
     """The node with sockets, behind a Denoise node, as a job; in its editor."""
     scene = bpy.context.scene
@@ -245,6 +262,7 @@ def steps():
     yield from show_panels()
     yield from drag_the_focus()
     yield from by_itself()
+    yield from finish()
     yield from node()
 
 

@@ -168,6 +168,13 @@ def render(scene, path, multilayer=False):
     return read(path)
 
 
+def result(scene, path):
+    """(height, width, 4) of the Render Result as it stands, by way of a file."""
+    set_output(scene, path)
+    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    return rgba(read(path))
+
+
 def read(path):
     """{channel: (height, width) float32 copy} of an EXR; plain RGBA without a dot."""
     found = addon("exr").read_exr(path)

@@ -40,10 +40,7 @@ check = Checks(prepare)
 
 def result(scene):
     """The picture as it stands."""
-    path = OUT / "f_result.exr"
-    common.set_output(scene, path)
-    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
-    return rgba(common.read(path))
+    return common.result(scene, OUT / "f_result.exr")
 
 
 def tpsnr(a, b):

@@ -253,14 +253,14 @@ def objects_that_stay_sharp():
     assert away[0] < 0.3 * away[1], away
     data.dof.aperture_fstop = 0.3
     bpy.ops.rack_focus.refocus()
-    again = result_of(scene)
+    again = common.result(scene, OUT / "s_result.exr")
     same(again, filtered(scene, colour, wanted))
     path = str(OUT / "sharp.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     scene = bpy.context.scene
     bpy.ops.rack_focus.refocus()  # from the files
-    same(result_of(scene), again)
+    same(common.result(scene, OUT / "s_result.exr"), again)
     data = scene.camera.data
     data.rack_focus.supersample = 2
     large = rgba(render(scene, OUT / "s.exr"))
@@ -277,11 +277,3 @@ def objects_that_stay_sharp():
     data.rack_focus.enabled = False
     assert not getattr(scene.view_layers[0], module.PASS)
     assert snapshot(scene)[1:4] == before  # meshes without users were not saved
-
-
-def result_of(scene):
-    """The picture as it stands."""
-    path = OUT / "s_result.exr"
-    common.set_output(scene, path)
-    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
-    return rgba(common.read(path))
