@@ -195,6 +195,7 @@ KILLERS = [
     "unit/test_aperture",
     "unit/test_split",
     "unit/test_sample_lists",
+    "unit/test_parallel",
     "reference/test_optics",
     "reference/test_layered",
     "physics/test_identity",

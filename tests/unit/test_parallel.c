@@ -102,27 +102,50 @@ static void a_pool_begins_and_ends(void)
     free_pool(pool); /* that was never started */
 }
 
-/* Waits until a second thread is inside, so that the loop needs two. */
+/* Threads that wait for each other in a loop. */
+struct meeting {
+    int n_wanted, n_inside, n_met;
+    int n_of[MOST_THREADS]; /* parts that a thread has run */
+    bool is_over;           /* set by the last to leave, after a while */
+};
+
+/* Waits until as many threads are inside as are wanted, so that the loop needs them. */
 static void meet(void *data, int64_t begin, int64_t end, int thread)
 {
-    int *n_inside = data;
-    __atomic_fetch_add(n_inside, 1, __ATOMIC_RELAXED);
+    struct meeting *m = data;
+    __atomic_fetch_add(&m->n_of[thread], 1, __ATOMIC_RELAXED);
+    __atomic_fetch_add(&m->n_inside, 1, __ATOMIC_RELAXED);
     time_t start = time(NULL);
-    while (__atomic_load_n(n_inside, __ATOMIC_RELAXED) < 2 && time(NULL) - start < 60)
-        rf_system_pause();
+    while (__atomic_load_n(&m->n_inside, __ATOMIC_RELAXED) < m->n_wanted)
+        if (time(NULL) - start > 20)
+            return;
+    __atomic_fetch_add(&m->n_met, 1, __ATOMIC_RELAXED);
+    if (thread > 0) {
+        usleep(2000); /* the caller waits for this, too */
+        __atomic_store_n(&m->is_over, true, __ATOMIC_RELAXED);
+    }
 }
 
-static void two_threads_take_part(void)
+/* Do n threads run a loop of n parts together, each with a number of its own? */
+static bool do_meet(struct rf_threads *pool, int n)
 {
-    struct rf_threads *pool = make_pool(2);
+    struct meeting m = {.n_wanted = n};
+    struct rf_loop loop = rf_loop_make(n, 1, n, meet, &m);
+    rf_threads_run(pool, n, &loop);
+    bool is_good = m.n_met == n && m.is_over;
+    for (int i = 0; i < n; i++)
+        is_good = is_good && m.n_of[i] == 1;
+    return is_good;
+}
+
+static void threads_take_part(void)
+{
+    struct rf_threads *pool = make_pool(5);
     REQUIRE(pool);
     for (int i = 0; i < 20; i++) {
-        int n_inside = 0;
-        struct rf_loop loop = rf_loop_make(2, 1, 2, meet, &n_inside);
-        rf_threads_run(pool, 2, &loop);
-        CHECK(n_inside == 2);
+        CHECK(do_meet(pool, 2 + i % 4));
         if (i % 5 == 0)
-            usleep(5000); /* long enough for the other to sleep */
+            usleep(5000); /* long enough for the others to sleep */
     }
     free_pool(pool);
 }
@@ -183,11 +206,8 @@ static void a_forked_child_has_threads_of_its_own(void)
     pid_t child = fork();
     REQUIRE(child >= 0);
     if (child == 0) {
-        int n_inside = 0;
-        struct rf_loop loop = rf_loop_make(2, 1, 2, meet, &n_inside);
         alarm(90);
-        rf_threads_run(pool, 2, &loop);
-        bool is_good = n_inside == 2 && runs_all(pool, 2, 100, 1);
+        bool is_good = do_meet(pool, 2) && runs_all(pool, 2, 100, 1);
         free_pool(pool);
         _exit(is_good ? 0 : 1);
     }
@@ -231,7 +251,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(every_step_once);
     TEST(a_pool_begins_and_ends);
-    TEST(two_threads_take_part);
+    TEST(threads_take_part);
     TEST(a_loop_in_a_loop);
     TEST(many_callers);
 #ifndef _WIN32
