@@ -25,6 +25,9 @@
 #include "compose/scene.h"
 #include "kernels/data.h"
 
+/* Ours. Half or twice of what each leaves open: no scene of tests/quality changes by
+ * more than 0.01 dB; that gaps are filled at all is worth 0.5 dB on wires before checks
+ * (docs/algorithm.md). */
 static const float MOST = 0.9f, LEAST = 0.7f; /* coverage */
 /* Where less of what is around is finished, by weight, k is less, down to nothing in
  * the middle of what is wider. */

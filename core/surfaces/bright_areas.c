@@ -28,6 +28,12 @@
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
 
+/*
+ * Ours. Half or twice of each of the five changes no scene of tests/quality by more
+ * than 0.01 dB, but twice the radius foliage by -0.03 (docs/notebook/thresholds.md):
+ * lamps there are far above them. They bound the time, and keep what is bright all
+ * over, as snow and windows, from being spread pixel by pixel.
+ */
 static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
 static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
 static const float HIGHLIGHT_RADIUS_PX = 1;

@@ -14,6 +14,7 @@
 #include "surfaces/split_pixels.h"
 #include "surfaces/surfaces.h"
 
+/* Ours. Half or twice: no scene of tests/quality changes by more than 0.02 dB. */
 static const float FRINGE_RATIO = 2;       /* fringe over the surroundings */
 static const float SAME_SURFACE_PX = 0.3f; /* radii of one surface */
 

@@ -28,7 +28,8 @@
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
-/* Of an estimated hidden sample, against those that another view shows. */
+/* Of an estimated hidden sample, against those that another view shows. Ours: small;
+ * half or twice changes no picture of tests/quality by 0.01 dB. */
 static const float ESTIMATE_WEIGHT = 0.1f;
 
 /* What collects the samples of one row of view `view` for a cell. */
