@@ -56,18 +56,28 @@ static const double WIDE_DUST = 4e-3, WIDE_PX = 1;
 /* Of a part of the lens: most of its rim is inside, where the next part makes up. */
 static const double PART_DUST = 5e-2;
 
+static const double CORNER = 2.83; /* |p|^3 in the corner of a picture */
+
+/* What a px of aberration is at the most, px right or down. */
+static double glow_size(const struct rf_footprints *f)
+{
+    const struct rf_shape *shape = f->shape;
+    double stretched = shape->growth * shape->growth * shape->growth;
+    return stretched * fmax(shape->pixel_aspect, 1) * fmax(1 / shape->ratio, 1) *
+           (f->bokeh ? CORNER : 1);
+}
+
 /* The spherical aberration of a level's footprints, px of the level. */
 static double glow_of(const struct rf_footprints *f, int level)
 {
-    double most = f->is_boundless ? INFINITY : RF_MOST_GLOW;
+    double most = f->is_boundless ? INFINITY : RF_MOST_GLOW / glow_size(f);
     return fmin(fmax(ldexp(f->spherical, -level), -most), most);
 }
 
 /* How far beyond the radius they reach at the most. */
 static double most_glow(const struct rf_footprints *f)
 {
-    static const double CORNER = 2.83; /* |p|^3 in the corner of a picture */
-    return fabs(glow_of(f, 0)) * (f->bokeh ? CORNER : 1);
+    return fabs(glow_of(f, 0)) * glow_size(f);
 }
 
 static void measure_extent(struct rf_footprints *f)
@@ -460,7 +470,7 @@ static void middle_of(const struct rf_footprints *f, const struct request *q,
         beside += (k ? -aspect : 1) * q->zone->centroid[k] * q->r;
         at[k] = (phase + 0.5) / f->n_phases + beside;
         reach[k] = fabs(q->r) * q->zone->shape->size[k] * aspect + fabs(beside) +
-                   fabs(glow_of(f, q->level)) * (f->bokeh ? 3 : 1) * fmax(aspect, 1);
+                   fabs(glow_of(f, q->level)) * glow_size(f);
     }
 }
 

@@ -106,6 +106,7 @@ void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
         .size = {1 / params->aperture_ratio, 1},
         .pixel_aspect = params->pixel_aspect,
         .min_lines = MIN_LINES,
+        .glow_px = fabs(params->spherical),
         .growth = 1 + fmax(fmax(params->astigmatism, params->swirl), 0)};
     shapes[params->aperture](shape, params);
     for (int i = 0; i < shape->n_corners; i++)

@@ -290,6 +290,29 @@ static void spherical_aberration(void)
     }
 }
 
+/* Every radius and level of a picture that is all texture, with the widest footprints:
+ * they stay within what a tile holds. */
+static void aberration_keeps_within_its_tiles(void)
+{
+    static const char *const settings[][2] = {{"swirl", "1"},
+                                              {"pixel-aspect", "2"},
+                                              {"aperture-ratio", "0.5"},
+                                              {"cat-eye", "1"}};
+    struct frame f = frame_make(200, 160, 3);
+    frame_fill_scene(&f, 30);
+    for (int i = 0; i < 16; i++) {
+        struct rf_params p;
+        scene_params(&p, RF_METHOD_LAYERED);
+        p.spherical = i % 2 ? 60 : -7;
+        p.sub_apertures = i % 4 < 2 ? 1 : 4;
+        CHECK(rf_params_set(&p, settings[i / 4][0], settings[i / 4][1], NULL) == RF_OK);
+        CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+        for (size_t k = 0; k < 3 * frame_pixels(&f); k++)
+            REQUIRE(isfinite(f.out[k]));
+    }
+    frame_free(&f);
+}
+
 /* A ring of red light around a disc of blue, and green everywhere. */
 static void picture_of_the_aperture(void)
 {
@@ -435,6 +458,7 @@ int main(int argc, char **argv)
     TEST(doors);
     TEST(blades_and_ratio);
     TEST(spherical_aberration);
+    TEST(aberration_keeps_within_its_tiles);
     TEST(picture_of_the_aperture);
     TEST(a_missing_picture_is_said);
     TEST(longitudinal_colour);
