@@ -292,7 +292,6 @@ static int add_line(struct journal *journal, const char *line)
 {
     os_lock_take(&journal->lock);
     const int reason = os_file_append(journal->own_path, line, strlen(line));
-    journal->is_written |= reason == 0;
     os_lock_release(&journal->lock);
     return reason;
 }
@@ -395,22 +394,37 @@ bool journal_fold(struct journal *journal, struct image_error *error)
     return is_good;
 }
 
-/* Two that end at once leave both files: each sees the other's. */
-static void fold_own(const struct journal *journal)
+/* Of this process, or of one of this machine that is no more? The name says it. */
+static bool is_over(const struct journal *journal, const char *path)
+{
+    const size_t n = strlen(journal->path), n_host = strlen(journal->host);
+    const char *host = path + n + 1;
+    if (strcmp(path, journal->own_path) == 0)
+        return true;
+    if (strncmp(host, journal->host, n_host) != 0 || host[n_host] != '-')
+        return false;
+    return !os_process_exists(strtoll(host + n_host + 1, NULL, 10));
+}
+
+/* Folds where nobody else is at work. Two that end at once leave both files: each sees
+ * the other's. */
+static void fold_at_end(const struct journal *journal)
 {
     struct paths paths;
-    struct image_error ignored; /* then the file stays, and is read as well */
+    struct image_error ignored; /* then the files stay, and are read as well */
     if (!paths_find(&paths, journal->path, &ignored))
         return;
-    if (paths.n == 1 && strcmp(paths.items[0], journal->own_path) == 0)
+    bool is_alone = paths.n > 0;
+    for (int i = 0; i < paths.n && is_alone; i++)
+        is_alone = is_over(journal, paths.items[i]);
+    if (is_alone)
         fold_paths(journal->path, &paths, &ignored);
     paths_free(&paths);
 }
 
 void journal_close(struct journal *journal)
 {
-    if (journal->is_written)
-        fold_own(journal);
+    fold_at_end(journal);
     unload(journal);
     os_lock_destroy(&journal->lock);
     free(journal->path);

@@ -5,9 +5,10 @@
  * Many processes on many machines write at once, in a folder that they share and whose
  * locks and appends may not reach the others (NFS). So each process has a file of its
  * own, PATTERN.frames.HOST-PROCESS-TIME, to which nobody else writes, and reads those
- * of all. Where a process finds at its end that no other is at work it folds its file
- * into PATTERN.frames, as journal_fold() does for all of them: the new one is written
- * beside it and renamed, and only then are the folded ones removed.
+ * of all. Where a process finds at its end that no other is at work (those of its own
+ * machine may be dead) it folds the files into PATTERN.frames, as journal_fold() does
+ * whoever is at work: the new one is written beside it and renamed, and only then are
+ * the folded ones removed.
  *
  * Lines, each in one write that begins and ends with an end of line:
  *
@@ -61,7 +62,7 @@ struct journal {
     int n_buffers;
     struct journal_line *lines; /* by number, then as read */
     int n_lines;
-    bool is_loaded, is_written;
+    bool is_loaded;
     struct os_lock lock;
 };
 
@@ -70,7 +71,7 @@ struct journal {
 bool journal_open(struct journal *journal, const char *pattern,
                   struct image_error *error);
 
-/* Folds this process's file where no other is at work, and frees. */
+/* Folds the files where no other process is at work, and frees. */
 void journal_close(struct journal *journal);
 
 /* Reads all files, once; may be called on several threads. False where there is no

@@ -52,6 +52,7 @@ struct command {
     X(compare_methods)                                                                 \
     X(accumulate)                                                                      \
     X(frames)                                                                          \
+    X(submit)                                                                          \
     X(methods)                                                                         \
     X(povray)                                                                          \
     X(view)

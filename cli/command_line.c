@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "command_line.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
@@ -8,8 +9,7 @@
 
 bool command_line_open(struct command_line *line, int argc, char **argv, const char *of)
 {
-    static const struct command *const able[] = {&command_filter, &command_povray,
-                                                 &command_accumulate};
+    static const struct command *const able[] = {&command_filter, &command_povray};
     *line = (struct command_line){.argc = argc, .argv = argv};
     if (argc == 0) {
         message("%s needs a command line after --, such as: -- filter 'in.####.exr' -o "
@@ -22,7 +22,7 @@ bool command_line_open(struct command_line *line, int argc, char **argv, const c
             line->command = able[i];
     if (!line->command)
         message("'%s' makes no sequence; after -- goes the command line of filter, "
-                "povray or accumulate",
+                "or povray",
                 argv[0]);
     return line->command != NULL;
 }
@@ -160,20 +160,37 @@ static void print_words(FILE *file, char *const *words, int n)
     }
 }
 
-void command_line_print(FILE *file, const struct command_line *line,
-                        const char *left_out, const char *added)
+int command_line_words(const struct command_line *line, const char *left_out,
+                       char **words, int *n_head)
 {
-    int at = 1;
-    print_words(file, line->argv, 1);
+    int at = 1, n = 0;
+    words[n++] = line->argv[0];
     while (at < line->argc) {
         const struct word word = read_word(line, at);
         if (word.is_end)
             break;
-        if (!left_out || strcmp(word.name, left_out) != 0)
-            print_words(file, line->argv + at, word.n);
+        for (int i = 0; i < word.n; i++)
+            if (!left_out || strcmp(word.name, left_out) != 0)
+                words[n++] = line->argv[at + i];
         at += word.n;
     }
+    *n_head = n;
+    while (at < line->argc)
+        words[n++] = line->argv[at++];
+    return n;
+}
+
+void command_line_print(FILE *file, const struct command_line *line,
+                        const char *left_out, const char *added)
+{
+    int n_head;
+    char **words = app_memory((size_t)line->argc, sizeof(*words), NULL);
+    if (!words)
+        return;
+    const int n = command_line_words(line, left_out, words, &n_head);
+    print_words(file, words, n_head);
     if (added)
         fprintf(file, " %s", added);
-    print_words(file, line->argv + at, line->argc - at);
+    print_words(file, words + n_head, n - n_head);
+    free(words);
 }

@@ -26,8 +26,13 @@ const char *command_line_value(const struct command_line *line, const char *name
  * "--"; -1: there is none. */
 int command_line_operand(const struct command_line *line, int i);
 
-/* Writes its words for a shell, each after a blank, without the option `left_out` (may
- * be NULL), and `added` (may be NULL), as it is, before "--". */
+/* Its words without the option `left_out` (may be NULL) into `words`, which has room for
+ * argc. Returns how many; *n_head of them stand before "--". */
+int command_line_words(const struct command_line *line, const char *left_out,
+                       char **words, int *n_head);
+
+/* Writes them for a shell, each after a blank, and `added` (may be NULL), as it is,
+ * before "--". */
 void command_line_print(FILE *file, const struct command_line *line,
                         const char *left_out, const char *added);
 

@@ -185,6 +185,11 @@ int64_t os_process_number(void)
     return getpid();
 }
 
+bool os_process_exists(int64_t number)
+{
+    return number > 0 && (kill((pid_t)number, 0) == 0 || errno == EPERM);
+}
+
 /* Other characters do not belong into names of files. */
 static void keep_plain(char *name)
 {

@@ -51,6 +51,9 @@ int os_process_become(const char *program, char *const *arguments);
 /* The number of this process, which no other on this machine has now. */
 int64_t os_process_number(void);
 
+/* Is there a process of this number on this machine, whoever's it is? */
+bool os_process_exists(int64_t number);
+
 /* The name of this machine, cut to fit, "" where the system has none: for messages and
  * names of files; letters, digits, '-', '_' and '.' only. */
 void os_machine_name(char *name, size_t n_bytes);

@@ -338,6 +338,18 @@ int64_t os_process_number(void)
     return GetCurrentProcessId();
 }
 
+bool os_process_exists(int64_t number)
+{
+    DWORD code = 0;
+    HANDLE process =
+        OpenProcess(PROCESS_QUERY_LIMITED_INFORMATION, FALSE, (DWORD)number);
+    if (!process)
+        return GetLastError() == ERROR_ACCESS_DENIED;
+    const bool is_running = !GetExitCodeProcess(process, &code) || code == STILL_ACTIVE;
+    CloseHandle(process);
+    return is_running;
+}
+
 /* Other characters do not belong into names of files. */
 static void keep_plain(char *name)
 {

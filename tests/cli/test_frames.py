@@ -192,3 +192,16 @@ def test_wrong_usage(binary, tmp_path, arguments, reason):
         [binary, "frames", *arguments], cwd=tmp_path, capture_output=True, text=True
     )
     assert done.returncode in (1, 2) and reason in done.stderr
+
+
+def test_what_the_killed_left_is_folded(run, shot, tmp_path):
+    """The journal of a process of this machine that is no more, with the next run's."""
+    run(*shot, "--frames", "1-3")
+    journal = tmp_path / "out.####.exr.frames"
+    journal.rename(f"{journal}.{os.uname().nodename}-{2**22 + 5}-1f")
+    assert "3 filtered, 3 skipped" in last(run(*shot))
+    assert journals(tmp_path) == [journal.name]
+    # Who is on another machine may still be at work.
+    journal.rename(f"{journal}.elsewhere-{2**22 + 5}-1f")
+    run(*shot, "--anew")
+    assert len(journals(tmp_path)) == 2

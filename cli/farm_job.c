@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "farm_job.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "rackfocus/rackfocus.h"
+#include "replace.h"
+#include "report.h"
+
+/* ---- shell ---------------------------------------------------------------------- */
+
+static void print_chunks(FILE *file, const struct farm_job *job)
+{
+    fprintf(file, "list_chunks() {\n    cat <<'END'\n");
+    for (int i = 0; i < job->n_chunks; i++)
+        fprintf(file, "%s\n", job->chunks[i]);
+    fprintf(file, "END\n}\n");
+}
+
+/* The functions that make a chunk, whose list is $1, and check all frames. */
+static void print_functions(FILE *file, const struct farm_job *job)
+{
+    char added[80], *frames = app_memory(strlen(job->frames) + 10, 1, NULL);
+    const bool has_threads = command_line_value(&job->line, "threads") != NULL;
+    fprintf(file, "cd ");
+    command_line_print_word(file, job->folder);
+    fprintf(file, " || exit 1\nprogram=");
+    command_line_print_word(file, job->program);
+    snprintf(added, sizeof(added), "--frames \"$1\"%s",
+             has_threads ? "" : " -j \"$threads\"");
+    fprintf(file, "\nmake_frames() {\n    exec \"$program\"");
+    command_line_print(file, &job->line, "frames", added);
+    fprintf(file, "\n}\ncheck_frames() {\n    exec \"$program\" frames");
+    if (job->html) {
+        fprintf(file, " --html ");
+        command_line_print_word(file, job->html);
+    }
+    fprintf(file, " --");
+    if (frames)
+        sprintf(frames, "--frames %s", job->frames);
+    command_line_print(file, &job->line, "frames", frames);
+    fprintf(file, "\n}\n");
+    free(frames);
+}
+
+static void print_head(FILE *file, const struct farm_job *job)
+{
+    /* The name may hold anything but an end of line, which would end the comment. */
+    fprintf(file, "# Frames of ");
+    for (const char *at = job->name; *at; at++)
+        fputc(*at == '\n' || *at == '\r' ? ' ' : *at, file);
+    fprintf(file, ", by rackfocus %s. Again: makes what is not finished.\n",
+            rf_version());
+}
+
+static void print_slurm(FILE *file, const struct farm_job *job)
+{
+    fprintf(file, "#!/bin/sh\n#SBATCH --job-name=rackfocus\n#SBATCH --requeue\n"
+                  "#SBATCH --open-mode=append\n");
+    print_head(file, job);
+    fprintf(file,
+            "#   sh FILE [options of sbatch, for both steps]\n"
+            "threads=${SLURM_CPUS_PER_TASK:-%d}\n",
+            (int)job->n_threads);
+    fprintf(file, "self=$(CDPATH= cd -- \"$(dirname -- \"$0\")\" && pwd)/"
+                  "$(basename -- \"$0\")\n");
+    print_functions(file, job);
+    print_chunks(file, job);
+    fprintf(
+        file,
+        "case ${SLURM_JOB_ID:+${1-}} in\n"
+        "frames) make_frames \"$(list_chunks | sed -n "
+        "\"${SLURM_ARRAY_TASK_ID}p\")\" ;;\n"
+        "check) check_frames ;;\n"
+        "esac\n"
+        "command -v sbatch >/dev/null || {\n"
+        "    echo \"rackfocus: sbatch: not found; submit where Slurm is: sh "
+        "$self\" >&2\n"
+        "    exit 1\n}\n"
+        "mkdir -p \"$self.logs\" || exit 1\n"
+        "id=$(sbatch --parsable --array=1-%d --cpus-per-task=%d \\\n"
+        "    --output=\"$self.logs/%%A_%%a.log\" \"$@\" \"$self\" frames) || exit\n"
+        "id=${id%%%%;*}\n"
+        "check=$(sbatch --parsable --dependency=\"afterany:$id\" \\\n"
+        "    --output=\"$self.logs/%%j_check.log\" \"$@\" \"$self\" check) || exit\n"
+        "echo \"frames: job $id, %d tasks; check: job ${check%%%%;*}; "
+        "logs: $self.logs\"\n",
+        job->n_chunks, (int)job->n_threads > 0 ? (int)job->n_threads : 1,
+        job->n_chunks);
+}
+
+static void print_script(FILE *file, const struct farm_job *job)
+{
+    fprintf(file, "#!/bin/sh\n");
+    print_head(file, job);
+    fprintf(file,
+            "#   sh FILE [WORKERS]\n"
+            "threads=%d\n"
+            "self=$(CDPATH= cd -- \"$(dirname -- \"$0\")\" && pwd)/"
+            "$(basename -- \"$0\")\n",
+            (int)job->n_threads);
+    print_functions(file, job);
+    print_chunks(file, job);
+    fprintf(file,
+            "case ${1-} in\n"
+            "frames) make_frames \"$2\" ;;\n"
+            "check) check_frames ;;\n"
+            "esac\n"
+            "processors=$(getconf _NPROCESSORS_ONLN)\n"
+            "workers=${1:-$((threads > 0 ? (processors + threads - 1) / threads : "
+            "1))}\n"
+            "if parallel --version 2>/dev/null | grep -q GNU; then\n"
+            "    list_chunks | parallel -q --will-cite -j \"$workers\" sh \"$self\" "
+            "frames {}\n"
+            "else\n"
+            "    list_chunks | xargs -n 1 -P \"$workers\" sh \"$self\" frames\n"
+            "fi\n"
+            "check_frames\n");
+}
+
+/* ---- Open Job Description ------------------------------------------------------- */
+
+/* Counts the frames that a task says it has done with, and tells why it failed. Values
+ * come as words: in the text of the script a shell would read them again. */
+static const char openjd_frames[] =
+    "cd \"$1\" || exit 1\n"
+    "program=$2 frames=$3 n=0 done=0 failed= status=1\n"
+    "shift 3\n"
+    "for range in ${frames//,/ }; do\n"
+    "    n=$((n + ${range#*-} - ${range%-*} + 1))\n"
+    "done\n"
+    "while IFS= read -r line; do\n"
+    "    case $line in\n"
+    "    'exit status '*) status=${line#exit status }; continue ;;\n"
+    "    'frame '* | 'rackfocus: frame '*)\n"
+    "        done=$((done + 1))\n"
+    "        echo \"openjd_progress: $((done < n ? 100 * done / n : 100))\" ;;\n"
+    "    'rackfocus: '*) failed=${line#rackfocus: } ;;\n"
+    "    esac\n"
+    "    printf '%s\\n' \"$line\"\n"
+    "done < <(\"$program\" \"$@\" 2>&1; echo \"exit status $?\")\n"
+    "[ \"$status\" = 0 ] || echo \"openjd_fail: frames $frames: $failed\"\n"
+    "exit \"$status\"\n";
+
+static const char openjd_check[] =
+    "cd \"$1\" || exit 1\n"
+    "program=$2\n"
+    "shift 2\n"
+    "\"$program\" \"$@\" && exit\n"
+    "status=$?\n"
+    "echo 'openjd_fail: frames are not finished; submit the job again'\n"
+    "exit \"$status\"\n";
+
+static void print_text(FILE *file, const char *text)
+{
+    fputc('"', file);
+    for (; *text; text++) {
+        const unsigned char c = (unsigned char)*text;
+        if (c == '"' || c == '\\')
+            fprintf(file, "\\%c", c);
+        else if (c == '\n')
+            fputs("\\n", file);
+        else if (c < 0x20)
+            fprintf(file, "\\u%04x", c);
+        else
+            fputc(c, file);
+    }
+    fputc('"', file);
+}
+
+static void print_member(FILE *file, const char *before, const char *text)
+{
+    fputs(before, file);
+    print_text(file, text);
+}
+
+/* The words of the line, with "--frames" and a list before "--". */
+static void print_args(FILE *file, const struct farm_job *job, char *const *words,
+                       const int n[2], const char *frames)
+{
+    for (int i = 0; i < n[0]; i++)
+        print_member(file, ",\n            ", words[i]);
+    print_member(file, ",\n            \"--frames\", ", frames);
+    if (!command_line_value(&job->line, "threads"))
+        fputs(", \"-j\", \"{{Param.Threads}}\"", file);
+    for (int i = n[0]; i < n[1]; i++)
+        print_member(file, ",\n            ", words[i]);
+}
+
+static void print_script_of_step(FILE *file, const char *script)
+{
+    print_member(file,
+                 "      \"script\": {\n        \"embeddedFiles\": [{\"name\": \"Run\", "
+                 "\"type\": \"TEXT\",\n          \"data\": ",
+                 script);
+    fputs("}],\n        \"actions\": {\"onRun\": {\"command\": \"bash\", \"args\": [\n"
+          "            \"{{Task.File.Run}}\", \"{{Param.Folder}}\", "
+          "\"{{Param.Program}}\"",
+          file);
+}
+
+static void print_openjd_head(FILE *file, const struct farm_job *job)
+{
+    char name[64]; /* the specification allows 128 characters */
+    snprintf(name, sizeof(name), "rackfocus %.50s", job->name);
+    print_member(
+        file,
+        "{\n  \"specificationVersion\": \"jobtemplate-2023-09\",\n  \"name\": ", name);
+    print_member(file,
+                 ",\n  \"parameterDefinitions\": [\n"
+                 "    {\"name\": \"Program\", \"type\": \"STRING\", \"description\": "
+                 "\"rackfocus on the worker\",\n     \"default\": ",
+                 job->program);
+    print_member(
+        file,
+        "},\n    {\"name\": \"Folder\", \"type\": \"STRING\", \"description\": "
+        "\"from where names of files are seen\",\n     \"default\": ",
+        job->folder);
+    fprintf(file,
+            "},\n    {\"name\": \"Threads\", \"type\": \"INT\", \"minValue\": 0, "
+            "\"description\": \"of a task; 0: one per processor\", \"default\": %d}\n"
+            "  ],\n  \"steps\": [\n    {\n      \"name\": \"Frames\",\n"
+            "      \"parameterSpace\": {\"taskParameterDefinitions\": [{\"name\": "
+            "\"Frames\", \"type\": \"STRING\",\n        \"range\": [",
+            (int)job->n_threads);
+    for (int i = 0; i < job->n_chunks; i++)
+        print_member(file, i > 0 ? ", " : "", job->chunks[i]);
+    fputs("]}]},\n", file);
+}
+
+static void print_openjd(FILE *file, const struct farm_job *job)
+{
+    int n[2];
+    char **words = app_memory((size_t)job->line.argc, sizeof(*words), NULL);
+    if (!words)
+        return;
+    n[1] = command_line_words(&job->line, "frames", words, &n[0]);
+    print_openjd_head(file, job);
+    print_script_of_step(file, openjd_frames);
+    fputs(", \"{{Task.Param.Frames}}\"", file);
+    print_args(file, job, words, n, "{{Task.Param.Frames}}");
+    fputs("]}}}\n    },\n    {\n      \"name\": \"Check\",\n"
+          "      \"dependencies\": [{\"dependsOn\": \"Frames\"}],\n",
+          file);
+    print_script_of_step(file, openjd_check);
+    fputs(", \"frames\"", file);
+    if (job->html)
+        print_member(file, ", \"--html\", ", job->html);
+    fputs(", \"--\"", file);
+    print_args(file, job, words, n, job->frames);
+    fputs("]}}}\n    }\n  ]\n}\n", file);
+    free(words);
+}
+
+/* ---- the file ------------------------------------------------------------------- */
+
+bool farm_job_write(const struct farm_job *job, enum farm_kind kind, const char *path,
+                    struct image_error *error)
+{
+    static void (*const printers[FARM_N_KINDS])(FILE *, const struct farm_job *) = {
+        print_slurm, print_openjd, print_script};
+    struct os_replace file;
+    int reason = os_replace_open(&file, path);
+    if (reason == 0) {
+        FILE *stream = os_replace_stream(&file);
+        errno = 0;
+        if (stream)
+            printers[kind](stream, job);
+        const bool is_good = stream && !ferror(stream);
+        if (stream && fclose(stream) == 0 && is_good) {
+            reason = os_replace_commit(&file);
+        } else {
+            reason = errno ? errno : EIO;
+            os_replace_abort(&file);
+        }
+    }
+    return reason == 0 || set_error(error, "%s: %s", path,
+                                    reason > 0 ? strerror(reason) : "is no file");
+}

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sequences through real schedulers that lose tasks: the frames are those of one machine."""
+
+import json
+import os
+import random
+import subprocess
+import time
+
+import pytest
+from conftest import LENS, frames_of
+
+WORDS = ["filter", "shot.####.exr", "-o", "out.####.exr", *LENS]
+
+
+@pytest.fixture
+def submit(binary):
+    def run(folder, *arguments, env=None, code=0, words=WORDS):
+        done = subprocess.run(
+            [binary, "submit", *arguments, "--", *words],
+            cwd=folder,
+            env=env,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == code, done.stdout + done.stderr
+        return done
+
+    return run
+
+
+def same(folder, want):
+    made = frames_of(folder)
+    assert sorted(made) == sorted(want)
+    return all(made[i] == want[i] for i in want)
+
+
+# ---- Slurm ---------------------------------------------------------------------------
+
+
+def wrap(folder, binary):
+    """rackfocus on a disk that is full while the file `full` is there, and slow enough
+    that a task can be hit."""
+    program = folder / "rack focus"
+    program.write_text(
+        "#!/bin/sh\n"
+        f"[ ! -e '{folder.parent}/full' ] || {{ trap '' XFSZ; ulimit -f 4; }}\n"
+        f"sleep 0.2\nexec '{binary}' \"$@\"\n"
+    )
+    program.chmod(0o755)
+    return program
+
+
+def hurt(farm, folder, seed):
+    """Kills tasks, takes the machine away and gives it back, while a job runs."""
+    dice, n_killed = random.Random(seed), 0
+    full = folder.parent / "full"
+    for step in range(12):
+        time.sleep(0.3)
+        if step == 3:
+            full.touch()
+        elif step == 5:
+            full.unlink()
+        if step == 8:
+            farm.kill("slurmd")
+            time.sleep(1)
+            farm.start_node()
+        running = farm.tasks()
+        if running:
+            farm.ask("scancel", "--full", "--signal=KILL", dice.choice(running))
+            n_killed += 1
+    full.unlink(missing_ok=True)
+    return n_killed
+
+
+def test_slurm_with_losses(farm, submit, binary, shot, alone):
+    folder = shot(200)
+    want = alone(folder)
+    assert len(want) == 200
+    damaged = folder / "shot.0017.exr"
+    data = damaged.read_bytes()
+    time_ns = damaged.stat().st_mtime_ns
+    damaged.write_bytes(data[: len(data) // 2])
+    program = ["--program", wrap(folder, binary)]
+    submit(folder, "--to", "slurm", "--chunk", "5", *program, env=farm.env)
+    n_killed = hurt(farm, folder, 1)
+    farm.wait_for_jobs()
+    assert n_killed >= 4
+    first = frames_of(folder)
+    assert 100 < len(first) < 200 and 17 not in first
+    checks = sorted((folder / "out.####.exr.slurm.sh.logs").glob("*_check.log"))
+    text = checks[-1].read_text()
+    assert "frame 17: missing" in text and "to make them: rackfocus filter" in text
+    made = {p: p.stat().st_mtime_ns for p in folder.glob("out.0*.exr")}
+
+    damaged.write_bytes(data)
+    os.utime(damaged, ns=(time_ns, time_ns))
+    done = submit(folder, "--to", "slurm", "--chunk", "5", *program, env=farm.env)
+    n_finished = int(done.stdout.split()[0])
+    # What was renamed before its line was written is made again, of each kill one.
+    assert len(first) - 2 * n_killed <= n_finished <= len(first)
+    farm.wait_for_jobs()
+    assert same(folder, want)
+    again = sum(p.stat().st_mtime_ns != t for p, t in made.items())
+    assert again == len(first) - n_finished
+    done = submit(folder, "--to", "slurm", env=farm.env)
+    assert done.stdout == "200 of 200 frames are finished\n"
+    # The last check has joined the journals of all tasks.
+    assert [p.name for p in folder.glob("out.*.frames*")] == ["out.####.exr.frames"]
+    print(f"{n_killed} tasks killed; {200 - n_finished} frames resubmitted")
+
+
+def test_slurm_requeues(farm, submit, shot, alone):
+    """A task that the scheduler starts again goes on where it was."""
+    folder = shot(12)
+    want = alone(folder)
+    submit(folder, "--to", "slurm", "--chunk", "6", "-j", "1", env=farm.env)
+    time.sleep(0.5)
+    for task in farm.tasks("RUNNING,COMPLETING"):
+        farm.ask("scontrol", "requeue", task)
+    farm.wait_for_jobs()
+    assert same(folder, want)
+
+
+def test_where_there_is_no_slurm(submit, shot, tmp_path):
+    folder = shot(2)
+    for name in ("sh", "dirname", "basename", "cat", "sed"):
+        (tmp_path / name).symlink_to(
+            f"/bin/{name}" if name == "sh" else f"/usr/bin/{name}"
+        )
+    env = {**os.environ, "PATH": str(tmp_path)}
+    done = submit(folder, "--to", "slurm", env=env, code=1)
+    assert "sbatch: not found; submit where Slurm is: sh " in done.stderr
+    assert (folder / "out.####.exr.slurm.sh").exists()
+
+
+# ---- Open Job Description ------------------------------------------------------------
+
+
+def test_openjd(submit, shot, alone, openjd_env):
+    folder = shot(40)
+    want = alone(folder)
+    damaged = folder / "shot.0017.exr"
+    data, time_ns = damaged.read_bytes(), damaged.stat().st_mtime_ns
+    damaged.write_bytes(data[:300])
+    chunk = ["--to", "openjd", "--chunk", "10"]
+    done = submit(folder, *chunk, env=openjd_env, code=1)
+    assert "openjd_fail: frames 11-20: failed: frame 17: " in done.stdout
+    assert 10 < len(frames_of(folder)) < 40
+    damaged.write_bytes(data)
+    os.utime(damaged, ns=(time_ns, time_ns))
+    done = submit(folder, *chunk, env=openjd_env)
+    assert same(folder, want)
+    assert (
+        "openjd_progress: 50" in done.stdout and "openjd_progress: 100" in done.stdout
+    )
+    assert "40 frames: 40 finished" in done.stdout
+
+
+def test_openjd_template(submit, shot, openjd_env):
+    folder = shot(12)
+    file = folder / "job.json"
+    submit(folder, "--to", "openjd", "--dry-run", "--job", file, "--chunk", "5")
+    job = json.loads(file.read_text())
+    assert job["specificationVersion"] == "jobtemplate-2023-09"
+    tasks = job["steps"][0]["parameterSpace"]["taskParameterDefinitions"]
+    assert tasks[0]["range"] == ["1-5", "6-10", "11-12"]
+    checked = subprocess.run(["openjd", "check", file], env=openjd_env)
+    assert checked.returncode == 0
+    assert frames_of(folder) == {}
+
+
+# ---- scripts -------------------------------------------------------------------------
+
+
+def test_script(submit, shot, alone, tmp_path):
+    """With GNU parallel, and without."""
+    folder = shot(20)
+    want = alone(folder)
+    done = submit(folder, "--to", "script", "--chunk", "3", "--html", "r.html")
+    assert same(folder, want) and "20 frames: 20 finished" in done.stdout
+    assert (folder / "r.html").read_text().count("<img") == 20
+    for i in (3, 4, 11):
+        (folder / f"out.{i:04d}.exr").unlink()
+    bare = tmp_path / "bin"
+    bare.mkdir()
+    for name in ("sh", "dirname", "basename", "cat", "xargs", "getconf", "grep"):
+        (bare / name).symlink_to(f"/usr/bin/{name}")
+    done = submit(
+        folder, "--to", "script", "--chunk", "1", env={**os.environ, "PATH": str(bare)}
+    )
+    assert "17 of 20 frames are finished" in done.stdout
+    assert "3 tasks of 1 frame" in done.stdout
+    assert same(folder, want)
+
+
+def test_a_failure_is_not_lost(submit, shot):
+    folder = shot(4)
+    (folder / "shot.0002.exr").write_bytes(b"no picture")
+    done = submit(folder, "--to", "script", "--chunk", "2", code=1)
+    assert "frame 2: missing" in done.stderr
+    assert sorted(frames_of(folder)) == [1, 3, 4]
+
+
+def test_chunks(submit, shot):
+    folder = shot(40)
+
+    def tasks(*arguments, words=WORDS):
+        done = submit(folder, "--to", "script", "--dry-run", *arguments, words=words)
+        return done.stdout.splitlines()[-1].split(": ", 1)[1]
+
+    assert tasks("--chunk", "7") == "6 tasks of 7 frames"
+    assert tasks("--chunk", "1000") == "1 task of 1000 frames"
+    assert "guessed by their size" in tasks()
+    some = [*WORDS, "--frames", "1-9x2,20-24"]
+    text = tasks("--chunk", "4", "--job", folder / "j.sh", words=some)
+    assert text == "3 tasks of 4 frames"
+    job = (folder / "j.sh").read_text()
+    assert "\n1,3,5,7\n9,20-22\n23-24\n" in job
+    assert frames_of(folder) == {}
+    assert "one was made now" in tasks("--measure")
+    assert sorted(frames_of(folder)) == [1]
+    assert "as those that are there took" in tasks()
+
+
+def test_too_many_tasks(submit, shot):
+    folder = shot(1)
+    words = [*WORDS, "--frames", "1-2500"]
+    done = submit(folder, "--to", "openjd", "--dry-run", "--chunk", "1", words=words)
+    assert "834 tasks of 3 frames, so that there are 1000 tasks at most" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments, words, reason",
+    [
+        ([], WORDS, "submit needs --to"),
+        (["--to", "slurm"], [], "needs a command line after --"),
+        (["--to", "slurm", "x"], WORDS, "follows --"),
+        (["--to", "slurm"], ["info", "x"], "makes no sequence"),
+        (["--to", "slurm"], ["filter", "s.#.exr"], "has no output"),
+        (["--to", "slurm"], ["filter", "s.#.exr", "-o", "o.exr"], "has no ####"),
+        (["--to", "slurm"], ["filter", "s.#.exr", "-oo.#.exr"], "no such frames"),
+        (["--to", "openjd"], ["filter", "{{s}}.#.exr", "-oo.#.exr"], "{{, which"),
+        (["--to", "lsf"], WORDS, "is none of slurm|openjd|script"),
+        (["--to", "script", "--measure", "--chunk=2"], WORDS, "leave one out"),
+        (["--to", "script"], ["povray", "s.pov", "-oo.#.png"], "give --frames A-B"),
+    ],
+)
+def test_wrong_usage(submit, tmp_path, arguments, words, reason):
+    done = submit(tmp_path, *arguments, words=words, code=2)
+    assert reason in done.stderr
