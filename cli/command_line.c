@@ -21,7 +21,7 @@ bool command_line_open(struct command_line *line, int argc, char **argv, const c
         if (strcmp(argv[0], able[i]->name) == 0)
             line->command = able[i];
     if (!line->command)
-        message("'%s' makes no sequence; after -- goes the command line of filter, "
+        message("'%s' makes no sequence; after -- goes the command line of filter "
                 "or povray",
                 argv[0]);
     return line->command != NULL;
