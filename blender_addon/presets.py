@@ -15,7 +15,7 @@ FOLDER = "rack_focus"  # of the artist's presets
 # name: (tooltip, values of camera.dof, values of camera.rack_focus)
 ROUND = {"aperture_blades": 0, "aperture_rotation": 0.0, "aperture_ratio": 1.0}
 PLAIN = {"highlight_gain": 1.0, "use_highlight_clamp": False, "front_blur": 1.0}
-PLAIN["back_blur"] = 1.0
+PLAIN.update(back_blur=1.0, use_aperture_image=False)
 PLAIN.update(props.plain_look())
 LOOKS = {
     "Portrait f/1.4": (

@@ -64,6 +64,8 @@ def plain_look():
 
 def has_look(settings):
     """Has the lens a look that its method reads?"""
+    if settings.use_aperture_image and settings.takes_aperture_image():
+        return True
     plain = plain_look()
     set_here = [f for f, value in plain.items() if getattr(settings, f) != value]
     return any(is_read(settings, field) for field in set_here)
@@ -243,10 +245,15 @@ class CameraSettings(bpy.types.PropertyGroup):
         description="Each view has its own moment of the shutter's time, which gives "
         "motion blur. The views are then rendered one after another",
     )
+    use_aperture_image: BoolProperty(
+        override=OVERRIDABLE,
+        name="Aperture Image",
+        description="Highlights take the shape of a picture, in its colours",
+    )
     distribution_image: PointerProperty(
         override=OVERRIDABLE,
-        name="Distribution Image",
-        description="Picture of the aperture, as the camera sees it",
+        name="Picture of the Aperture",
+        description="As the camera sees it: light passes where it is bright",
         type=bpy.types.Image,
     )
     passes_folder: StringProperty(
@@ -317,17 +324,30 @@ class CameraSettings(bpy.types.PropertyGroup):
         """Where on the lens the views are taken, as keywords of rackfocus."""
         return {name: getattr(self, name) for name in LENS_POINTS}
 
+    def takes_aperture_image(self):
+        """Has the aperture's picture an effect with the method?"""
+        if self.method == "scatter":
+            return True
+        return not rackfocus.why_not_read(
+            "aperture", **{**values_of(self), "aperture": "image"}
+        )
+
     def light_keywords(self):
-        """Keyword of rackfocus.Filter: the picture that light is spread by; or {}."""
+        """Keywords of rackfocus.Filter: the picture that light is spread by; or {}."""
         params = self.method_parameters()
-        wanted = params["method"], params.get("distribution")
-        if wanted != ("scatter", "image"):
+        spread = params["method"], params.get("distribution")
+        is_distribution = spread == ("scatter", "image")
+        is_aperture = self.use_aperture_image and self.takes_aperture_image()
+        if not is_distribution and not is_aperture:
             return {}
         if self.distribution_image is None:
+            what = "Distribution “Image”" if is_distribution else "Aperture Image"
             raise pictures.PictureError(
-                "Distribution “Image” needs a picture: choose a Distribution Image"
+                f"{what} needs a picture: choose a Picture of the Aperture"
             )
-        return {"distribution_image": pictures.read(self.distribution_image)}
+        picture = {"distribution_image": pictures.read(self.distribution_image)}
+        is_scatter = self.method == "scatter"
+        return picture if is_scatter else {"aperture": "image", **picture}
 
     def method_parameters(self):
         """The fields as keywords of rackfocus.Filter."""

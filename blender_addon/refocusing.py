@@ -41,7 +41,8 @@ def key_of(scene):
         except (lens.CameraError, rackfocus.Error):
             params = {}
         found.append((camera.name, tuple(sorted(params.items())), look.of(settings)))
-        found.append((settings.enabled, settings.distribution_image))
+        picture = settings.use_aperture_image, settings.distribution_image
+        found.append((settings.enabled, *picture))
     masks = [n.inputs["Mask"].default_value for n in group.nodes_of(scene)]
     return (*found, tuple(masks))
 

@@ -188,6 +188,10 @@ class LookPanel(InCamera):
         layout.use_property_split = True
         settings = context.camera.rack_focus
         layout.active = settings.enabled
+        if settings.takes_aperture_image():
+            layout.prop(settings, "use_aperture_image")
+            if settings.use_aperture_image:
+                layout.template_ID(settings, "distribution_image", open="image.open")
         # Fields of one thing, tilt_x and tilt_y, stand together.
         for _, fields in itertools.groupby(look_fields(settings), first_word):
             column = layout.column(align=True)

@@ -148,6 +148,19 @@ FIELDS = {
     "barn_right": ("Barn Door Right", "Discs are cut straight at the right"),
     "barn_top": ("Barn Door Top", "Discs are cut straight at the top"),
     "barn_bottom": ("Barn Door Bottom", "Discs are cut straight at the bottom"),
+    "spherical": (
+        "Spherical",
+        "What the rim of the lens adds to the blur. Below 0, discs behind the focus "
+        "have bright rims; above, soft ones",
+    ),
+    "axial_chroma": (
+        "Axial Colour",
+        "Red is blurred so much more and blue less: coloured rims",
+    ),
+    "lateral_chroma": (
+        "Lateral Colour",
+        "Red is magnified and blue made smaller: fringes towards the corners",
+    ),
     "tilt_x": (
         "Tilt X",
         "Tilts the lens: what is in focus comes nearer at the right (Scheimpflug)",

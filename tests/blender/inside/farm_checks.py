@@ -279,7 +279,7 @@ def library_overrides():
         assert found == values, (kind, found, values)
         data.rack_focus.quality, data.rack_focus.method = "normal", "layered"
         data.rack_focus.views = data.rack_focus.supersample = 1
-        data.rack_focus.use_finish = False
+        data.rack_focus.use_finish = data.rack_focus.use_aperture_image = False
         data.rack_focus.use_highlight_clamp = False
         for name in ("highlight_gain", "front_blur", "back_blur"):
             setattr(data.rack_focus, name, 1)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of the user's own nodes with ours: File Output, node groups."""
 
+import contextlib
 import shutil
 
 import bpy
@@ -166,8 +167,8 @@ def scatter_spreads_light_by_an_image():
         common.set_output(scene, OUT / "n_light.exr")
         bpy.ops.render.render(write_still=True)
     except RuntimeError as error:
-        assert "Distribution Image" in str(error), error
-    assert "Distribution Image" in last_message(scene), last_message(scene)
+        assert "Picture of the Aperture" in str(error), error
+    assert "Picture of the Aperture" in last_message(scene), last_message(scene)
     light = np.zeros((12, 10, 4), np.float32)
     light[2:9, 1:4] = light[7:9, 1:8] = (1, 0.5, 0.25, 1)
     image = bpy.data.images.new("light", 10, 12, float_buffer=True)
@@ -185,6 +186,42 @@ def scatter_spreads_light_by_an_image():
     same(made, wanted)
     data.rack_focus.distribution = "uniform"
     assert np.abs(made - rgba(render(scene, OUT / "n_light.exr"))).max() > 0.01
+
+
+@check
+def an_aperture_of_an_image():
+    """Final, Views and Scatter take its shape; what is missing is said."""
+    scene, data = start()
+    settings = data.rack_focus
+    sharp = pinhole(scene, OUT / "n_passes.exr")
+    colour = np.ascontiguousarray(rgba(sharp, "ViewLayer"))
+    depth, library = common.depth_of(sharp), addon("library").rackfocus
+    plain = rgba(render(scene, OUT / "n.exr"))
+    assert settings.light_keywords() == {}
+    settings.use_aperture_image = True
+    common.set_output(scene, OUT / "n.exr")
+    with contextlib.suppress(RuntimeError):  # of some Blenders, for the report
+        bpy.ops.render.render()
+    assert "choose a Picture" in last_message(scene)
+    pixels = np.ones((16, 16, 4), np.float32)
+    pixels[:, 6:10, :3], pixels[:, 10:, :3], pixels[:, :6, :3] = 1, 0, 0
+    image = bpy.data.images.new("slit", 16, 16, float_buffer=True)
+    image.pixels.foreach_set(pixels.ravel())
+    settings.distribution_image = image
+    for method in ("layered", "scatter"):
+        settings.method = method
+        made = rgba(render(scene, OUT / "n.exr"))
+        assert not last_message(scene), last_message(scene)
+        params = addon("lens").frame_parameters(
+            scene.camera, settings, scene.render, (72, 48)
+        )
+        picture = np.ascontiguousarray(pixels[..., :3])
+        about = {"distribution_image": picture}
+        about |= {"aperture": "image"} if method == "layered" else {}
+        same(made, library.apply(colour, depth, **params, **about))
+        assert np.abs(made - plain).max() > 0.05
+    settings.method = "box"
+    assert settings.light_keywords() == {}
 
 
 @check
