@@ -94,11 +94,17 @@ def is_angle(p):
 
 
 def values_of(settings):
-    """{field: value} of the properties that come from the table, in its units."""
+    """{field: value} of the properties that come from the table, in its units.
+
+    Blender's floats have fewer bits: the ends of a range may lie outside of it.
+    """
     found = {}
     for p in method_table():
         value = getattr(settings, p.field)
-        found[p.field] = math.degrees(value) if is_angle(p) else value
+        if p.type == "float":
+            value = math.degrees(value) if is_angle(p) else value
+            value = min(max(value, p.min), p.max)
+        found[p.field] = value
     return found
 
 

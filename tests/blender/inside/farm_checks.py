@@ -268,6 +268,8 @@ def library_overrides():
         values = changed_values(data.rack_focus)
         for name, value in values.items():
             setattr(data.rack_focus, name, value)
+        # Of two bits more than a property has, the property's.
+        values = {name: getattr(data.rack_focus, name) for name in values}
         data.override_library.operations_update()
         for name in values:
             assert data.rack_focus.is_property_overridable_library(name), name
@@ -304,8 +306,8 @@ def changed_values(settings):
             values[name] = items[(items.index(now) + 1) % len(items)]
         elif about.type in ("INT", "FLOAT"):
             step = 1 if about.type == "INT" else 0.25
-            up = now + step <= about.hard_max
-            values[name] = now + step if up else now - step
+            low = max(now - step, about.hard_min)
+            values[name] = now + step if now + step <= about.hard_max else low
         elif about.type == "STRING":
             values[name] = "//somewhere"
     assert len(values) > 20

@@ -310,6 +310,24 @@ def properties_come_from_the_table():
 
 
 @check
+def ends_of_ranges():
+    """Floats of Blender at both ends of each range are within the core's."""
+    scene, data = start()
+    settings, lens = data.rack_focus, addon("lens")
+    table = [p for p in addon("props").method_table() if p.type == "float"]
+    library = addon("library").rackfocus
+    for end in ("hard_min", "hard_max"):
+        for p in table:
+            about = settings.bl_rna.properties[p.field]
+            before = getattr(settings, p.field)
+            setattr(settings, p.field, getattr(about, end))
+            params = lens.camera_parameters(scene.camera, scene.render)
+            params.update(addon("props").values_of(settings))
+            library.Lens(72, 48, **params)
+            setattr(settings, p.field, before)
+
+
+@check
 def preferences_show_version_and_cpu_level():
     """What the panel of the preferences draws."""
     drawn = []
