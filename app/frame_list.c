@@ -13,7 +13,7 @@
 #include "rackfocus/rackfocus.h"
 #include "report.h"
 
-enum { MAX_FRAMES = 1000000, MAX_LINE = 4096 };
+enum { MAX_FRAMES = 1000000 };
 
 /* ---- lists ---------------------------------------------------------------------- */
 
@@ -61,6 +61,11 @@ static bool take_number(const char **text, int32_t *number)
     *number = (int32_t)v;
     *text = end;
     return true;
+}
+
+bool frame_number_parse(const char *text, int32_t *number)
+{
+    return take_number(&text, number) && *text == '\0';
 }
 
 static bool take_range(const char **text, int32_t *first, int32_t *last, int32_t *step)
@@ -343,131 +348,4 @@ bool frame_list_find(struct frame_list *list, const char *pattern,
     }
     sort_once(list);
     return true;
-}
-
-/* ---- CSV ------------------------------------------------------------------------ */
-
-static char *trim(char *text)
-{
-    while (isspace((unsigned char)*text))
-        text++;
-    char *end = text + strlen(text);
-    while (end > text && isspace((unsigned char)end[-1]))
-        *--end = '\0';
-    return text;
-}
-
-static bool grow(void **memory, size_t n_old, size_t n, size_t item_bytes,
-                 struct image_error *error)
-{
-    void *grown = app_memory(n, item_bytes, error);
-    if (!grown)
-        return false;
-    if (n_old)
-        memcpy(grown, *memory, n_old * item_bytes);
-    free(*memory);
-    *memory = grown;
-    return true;
-}
-
-static bool copy_text(char **copy, const char *text, struct image_error *error)
-{
-    *copy = app_memory(strlen(text) + 1, 1, error);
-    if (*copy)
-        strcpy(*copy, text);
-    return *copy != NULL;
-}
-
-static bool read_keys(struct frame_table *table, char *line, const char *path,
-                      struct image_error *error)
-{
-    char *rest = line, *word = trim(strsep(&rest, ","));
-    if (strcmp(word, "frame") != 0 || !rest)
-        return set_error(error,
-                         "%s:1: the first line names the columns: frame, then "
-                         "parameters, as in frame,focus-distance",
-                         path);
-    while (rest) {
-        word = trim(strsep(&rest, ","));
-        if (!rf_param_find(word))
-            return set_error(error, "%s:1: there is no parameter '%s'", path, word);
-        const size_t n = (size_t)table->n_keys;
-        if (!grow((void **)&table->keys, n, n + 1, sizeof(*table->keys), error) ||
-            !copy_text(&table->keys[n], word, error))
-            return false;
-        table->n_keys++;
-    }
-    return true;
-}
-
-static bool read_row(struct frame_table *table, char *line, const char *path,
-                     int number, struct image_error *error)
-{
-    const size_t n_rows = (size_t)table->n_rows, n_keys = (size_t)table->n_keys;
-    char *rest = line;
-    const char *word = trim(strsep(&rest, ","));
-    int32_t frame;
-    bool is_good = take_number(&word, &frame) && *word == '\0';
-    if (!grow((void **)&table->frames, n_rows, n_rows + 1, sizeof(*table->frames),
-              error) ||
-        !grow((void **)&table->values, n_rows * n_keys, (n_rows + 1) * n_keys,
-              sizeof(*table->values), error))
-        return false;
-    table->frames[n_rows] = is_good ? frame : 0;
-    table->n_rows++;
-    for (size_t i = 0; i < n_keys && is_good; i++) {
-        char *value = rest ? trim(strsep(&rest, ",")) : NULL;
-        is_good = value && *value;
-        if (is_good && !copy_text(&table->values[n_rows * n_keys + i], value, error))
-            return false;
-    }
-    return (is_good && !rest) ||
-           set_error(error, "%s:%d: a row is a frame and %d value%s", path, number,
-                     table->n_keys, table->n_keys == 1 ? "" : "s");
-}
-
-bool frame_table_read(struct frame_table *table, const char *path,
-                      struct image_error *error)
-{
-    char line[MAX_LINE];
-    *table = (struct frame_table){0};
-    FILE *file = fopen(path, "r");
-    if (!file)
-        return set_error(error, "%s: %s", path, strerror(errno));
-    bool is_good = true;
-    int number = 0;
-    while (is_good && fgets(line, sizeof(line), file)) {
-        char *text = trim(line);
-        number++;
-        if (*text == '\0' || *text == '#')
-            continue;
-        is_good = table->keys ? read_row(table, text, path, number, error)
-                              : read_keys(table, text, path, error);
-    }
-    if (is_good && table->n_rows == 0)
-        is_good = set_error(error, "%s: has no rows", path);
-    fclose(file);
-    if (!is_good)
-        frame_table_free(table);
-    return is_good;
-}
-
-int frame_table_row(const struct frame_table *table, int32_t frame)
-{
-    for (int i = 0; i < table->n_rows; i++)
-        if (table->frames[i] == frame)
-            return i;
-    return -1;
-}
-
-void frame_table_free(struct frame_table *table)
-{
-    for (int i = 0; i < table->n_keys; i++)
-        free(table->keys[i]);
-    for (int i = 0; i < table->n_keys * table->n_rows; i++)
-        free(table->values[i]);
-    free(table->keys);
-    free(table->frames);
-    free(table->values);
-    *table = (struct frame_table){0};
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Numbers of frames: from the command line, from the files that there are, from CSV. */
+/* Numbers of frames: from the command line and from the files that there are. */
 #ifndef APP_FRAME_LIST_H
 #define APP_FRAME_LIST_H
 
@@ -13,6 +13,9 @@ struct frame_list {
     int32_t *numbers; /* rising, each once */
     int n;
 };
+
+/* The number of a frame and nothing else. */
+bool frame_number_parse(const char *text, int32_t *number);
 
 /* "1-240x2,300": from 1 to 240 in steps of 2, and 300. */
 bool frame_list_parse(struct frame_list *list, const char *text,
@@ -48,20 +51,5 @@ bool frame_guess_sequence(char *const *names, int n, char *pattern, size_t n_byt
 /* The name of a frame: the last such place becomes its number, padded with zeros. The
  * caller frees; NULL without memory. */
 char *frame_name(const char *pattern, int32_t number, struct image_error *error);
-
-/* Parameters per frame: a table whose first column is `frame`, the others parameters.
- */
-struct frame_table {
-    char **keys; /* of the columns behind the first */
-    int n_keys, n_rows;
-    int32_t *frames;
-    char **values; /* n_keys per row */
-};
-
-bool frame_table_read(struct frame_table *table, const char *path,
-                      struct image_error *error);
-/* The row of a frame, -1: none. */
-int frame_table_row(const struct frame_table *table, int32_t frame);
-void frame_table_free(struct frame_table *table);
 
 #endif

@@ -9,6 +9,7 @@
 #include "file.h"
 #include "filter_many.h"
 #include "frame_list.h"
+#include "frame_table.h"
 #include "interrupt.h"
 #include "frames_check.h"
 #include "journal.h"
@@ -86,14 +87,15 @@ static bool set_row(const struct sequence *sequence, struct job *job,
                     struct frame *frame)
 {
     const struct frame_table *table = &sequence->table;
-    if (table->n_keys == 0)
-        return true;
-    const int row = frame_table_row(table, frame->number);
-    if (row < 0)
-        return set_error(&frame->error, "%s has no row for it",
-                         sequence->how->parameters);
     for (int i = 0; i < table->n_keys; i++) {
-        const char *value = table->values[row * table->n_keys + i];
+        char value[FRAME_VALUE];
+        if (i == table->easing_key)
+            continue;
+        if (!frame_table_value(table, i, frame->number, value))
+            return set_error(&frame->error,
+                             "%s has no row for it; give it one, or let the column "
+                             "'easing' say how values go from row to row",
+                             sequence->how->parameters);
         struct rf_error error;
         if (settings_set(&job->settings, table->keys[i], value, &error) != RF_OK)
             return set_error(&frame->error, "%s: %s", sequence->how->parameters,

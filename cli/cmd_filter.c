@@ -100,7 +100,8 @@ static const struct option options[] = {
                     "[default those that there are]"),
     OPTION_FILE_ROW("frame-parameters", AT_SEQUENCE(parameters), "FILE.csv",
                     "Sequence: parameters per frame; the first line names the columns, "
-                    "as in frame,focus-distance."),
+                    "as in frame,focus-distance. With a column easing (hold, linear, "
+                    "ease-in, ease-out, ease-in-out) rows are key frames."),
     OPTION_FLAG_ROW("anew", AT_SEQUENCE(is_anew),
                     "Sequence: also make the frames that are finished."),
     OPTION_INT_ROW("jobs", AT_SEQUENCE(n_jobs), "N", 1, 16,

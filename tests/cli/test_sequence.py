@@ -123,6 +123,39 @@ def test_parameters_per_frame(run, shot, rackfocus, tmp_path):
     assert "2 filtered, 2 skipped" in summary(done)
 
 
+def focus_of(path):
+    text = plainexr.read_header(path.read_bytes())[0]["rackfocus:filtered"]
+    return {
+        k: text.split(f"--{k} ")[1].split()[0] for k in ("focus-distance", "blades")
+    }
+
+
+@pytest.mark.parametrize(
+    "easing, low, last, high, want",
+    [
+        ("hold", 2, 4, 4, 2),
+        ("linear", 2, 4, 4, 3),
+        ("ease-in", 2, 4, 3, 2.25),
+        ("ease-out", 3, 4, 4, 3.75),
+        ("ease-in-out", 2, 6, 6, 2.625),
+    ],
+)
+def test_focus_pulls(run, shot, tmp_path, easing, low, last, high, want):
+    """Key frames 2 and `last`, in any order; where the focus of frame 3 is then."""
+    pattern, table, first = shot(8), tmp_path / "focus.csv", 2
+    table.write_text(
+        "frame,easing,focus-distance,blades\n"
+        f"{last},linear,{high},7\n{first},{easing},{low},5\n"
+    )
+    run(pattern, "--frame-parameters", table)
+    out = {i: focus_of(tmp_path / f"out.{i:04d}.exr") for i in range(1, 9)}
+    assert float(out[3]["focus-distance"]) == want
+    assert float(out[1]["focus-distance"]) == low  # before the first
+    assert float(out[8]["focus-distance"]) == high  # behind the last
+    assert (out[3]["blades"], out[last]["blades"]) == ("5", "7")
+    assert "8 skipped" in summary(run(pattern, "--frame-parameters", table))
+
+
 @pytest.mark.parametrize(
     "text, reason",
     [
@@ -132,6 +165,7 @@ def test_parameters_per_frame(run, shot, rackfocus, tmp_path):
         ("frame,f-stop\n1,2,3\n", "csv:2: a row is"),
         ("frame,f-stop\none,2\n", "csv:2: a row is"),
         ("frame,f-stop\n", "has no rows"),
+        ("frame,f-stop,easing\n1,2,slow\n", "csv:2: 'slow' is no easing; there are"),
     ],
 )
 def test_bad_tables(run, shot, tmp_path, text, reason):

@@ -152,7 +152,15 @@ class Slurm:
         return self.ask("squeue", "-h", "-r", "-o", "%i", "-t", states).split()
 
     def wait_for_jobs(self, seconds=120):
-        self.wait(lambda: not self.ask("squeue", "-h", "-r"), "jobs", seconds)
+        """None left; a controller that does not answer has not said so."""
+
+        def is_empty():
+            done = subprocess.run(
+                ["squeue", "-h", "-r"], env=self.env, capture_output=True, text=True
+            )
+            return done.returncode == 0 and not done.stdout.strip()
+
+        self.wait(is_empty, "jobs", seconds)
 
     def stop(self):
         self.ask("scancel", "--user", getpass.getuser())
