@@ -20,6 +20,8 @@
 
 enum { N_KEPT = 24, MOST_PX = 9 };
 
+static const double ROUNDED = 1e-3; /* px: a radius from a float */
+
 struct kept {
     struct rf_shape shape; /* what footprints.shape points to */
     struct rf_footprints footprints;
@@ -128,8 +130,10 @@ rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
     own->table = NULL;
     *f = own;
     rf_shape_extent(shape, extent);
+    /* Footprints of level 0 and 1 px of radius more, which a tile holds, are kept. */
+    double wide = fmax(extent[0], extent[1]);
     if (use->list || use->bokeh ||
-        use->max_radius * fmax(extent[0], extent[1]) > MOST_PX)
+        use->max_radius * wide > MOST_PX + fmax(wide - 1, 0) + ROUNDED)
         return rf_footprints_init(own, context, use, error);
     lock(shelf);
     struct kept *k = find(shelf, use), *excess = NULL;

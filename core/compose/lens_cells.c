@@ -27,15 +27,19 @@ struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
         const double *a = shape->corner[i];
         const double *b = shape->corner[(i + 1) % shape->n_corners];
         double du = b[0] - a[0], dv = b[1] - a[1];
+        if (shape->is_cut && (v - a[1]) * (v - b[1]) > 0)
+            continue; /* there are many, and two of them count */
         /* Inside: du (v - a1) - dv (u - a0) >= 0. */
         double rest = du * (v - a[1]);
         if (fabs(dv) < 1e-12) {
             if (rest < 0)
                 return (struct rf_interval){0, 0};
         } else if (dv > 0) {
-            cut.to = fmin(cut.to, a[0] + rest / dv);
+            double at = a[0] + rest / dv;
+            cut.to = at < cut.to ? at : cut.to;
         } else {
-            cut.from = fmax(cut.from, a[0] + rest / dv);
+            double at = a[0] + rest / dv;
+            cut.from = at > cut.from ? at : cut.from;
         }
     }
     return cut;

@@ -22,6 +22,7 @@ struct rf_shape {
     int n_corners;
     double corner[RF_MAX_CORNERS][2];
     bool is_disc; /* an ellipse with semi-axes 1/ratio and 1 */
+    bool is_cut;  /* by looks, from rf_look_shape() */
     bool is_part; /* of an aperture, cut out by rf_shape_part() */
     double ratio;
     double size[2];      /* half width and half height of a box around it */

@@ -207,6 +207,7 @@ static double cut_all(const struct rf_look *look, const struct rf_shape *whole,
     double middle[2];
     *shape = *whole;
     shape->is_disc = false;
+    shape->is_cut = true;
     for (int i = 0; i < shape->n_corners; i++)
         for (int k = 0; k < 2; k++)
             shape->corner[i][k] += whole->origin[k];
