@@ -51,6 +51,7 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(NUMBER, bool, pass_through)                                                      \
     X(NUMBER, bool, denoise)                /* see denoise.h */                        \
     X(ASIDE, const char *, params)          /* its values are in the settings */       \
+    X(ASIDE, const char *, look)            /* likewise */                             \
     X(ASIDE, const char *, shown_output)    /* its name for the user; NULL: output */  \
     X(ASIDE, int32_t, n_threads)            /* 0: one per processor */                 \
     X(ASIDE, int32_t, max_memory_mib)       /* 0: no bound */                          \

@@ -12,6 +12,7 @@
 #include "filter_many.h"
 #include "filter_run.h"
 #include "frame_list.h"
+#include "looks.h"
 #include "params_file.h"
 #include "picture.h"
 #include "pipes.h"
@@ -50,6 +51,9 @@ static const struct option options[] = {
         "aperture-image", AT(aperture_image), "FILE",
         "Picture of the aperture for layered, views and scatter, EXR or "
         "PNG of any size, as the camera sees it; implies --aperture image."),
+    OPTION_TEXT_ROW("look", AT(look), "NAME",
+                    "Look of a kind of lens: " LOOK_NAMES ", or your own; options "
+                    "and --params win over it."),
     OPTION_FILE_ROW("params", AT(params), "FILE",
                     "Parameters, a line 'key value' each, as rackfocus view saves "
                     "them; options win over them."),
@@ -297,6 +301,8 @@ static int run(struct options *all, struct settings *settings,
     }
     if (tool->params && !params_file_read(tool->params, settings, error))
         return app_code_of(error);
+    if (tool->look && !look_read(tool->look, settings, error))
+        return APP_USAGE;
     const int code = warn_of_kind(tool, all->pipes.has_output, operands, error);
     if (code != APP_DONE)
         return code;

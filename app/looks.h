@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Looks: parameters of kinds of lenses under a name. */
+#ifndef APP_LOOKS_H
+#define APP_LOOKS_H
+
+#include <stdbool.h>
+
+#include "image.h"
+#include "settings.h"
+
+/* The looks that come with the program, separated by commas. */
+#define LOOK_NAMES "vintage, anamorphic, fast, bubble, miniature"
+
+/*
+ * Sets what the look says, as if typed; what was typed before stays. A look of the
+ * user's, NAME.params in rackfocus/looks of the folder for settings, wins over one of
+ * that name that comes with the program. A message names those that there are.
+ */
+bool look_read(const char *name, struct settings *settings, struct image_error *error);
+
+#endif
