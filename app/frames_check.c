@@ -20,6 +20,17 @@ const char *frame_verdict_word(enum frame_verdict verdict)
     return words[verdict];
 }
 
+bool frames_report_start(struct frames_report *report, const struct frame_list *list,
+                         struct image_error *error)
+{
+    *report = (struct frames_report){
+        .frames = app_memory((size_t)list->n, sizeof(*report->frames), error)};
+    for (; report->frames && report->n < list->n; report->n++)
+        report->frames[report->n] = (struct frame_check){
+            .number = list->numbers[report->n], .verdict = FRAME_UNKNOWN};
+    return report->frames != NULL;
+}
+
 void frames_report_free(struct frames_report *report)
 {
     for (int i = 0; i < report->n; i++)
@@ -86,6 +97,28 @@ bool frame_sum_files(const struct frame_files *files, char sums[FRAME_SUMS])
                       n ? " " : "", sum, size);
     }
     return true;
+}
+
+void frame_hash_bytes(uint64_t *hash, const void *data, size_t n)
+{
+    const unsigned char *bytes = data;
+    for (size_t i = 0; i < n; i++)
+        *hash = (*hash ^ bytes[i]) * 0x100000001b3u;
+}
+
+void frame_hash_text(uint64_t *hash, const char *text)
+{
+    frame_hash_bytes(hash, text ? text : "", text ? strlen(text) + 1 : 1);
+}
+
+void frame_hash_file(uint64_t *hash, const char *path)
+{
+    frame_hash_text(hash, path);
+    const struct os_file_facts facts =
+        path ? os_file_facts(path) : (struct os_file_facts){.kind = OS_FILE_NONE};
+    const int64_t numbers[3] = {facts.n_bytes, facts.changed_s, facts.changed_ns};
+    if (facts.kind != OS_FILE_NONE)
+        frame_hash_bytes(hash, numbers, sizeof(numbers));
 }
 
 /* ---- verdicts ------------------------------------------------------------------- */

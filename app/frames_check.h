@@ -45,6 +45,9 @@ struct frames_report {
     int n;
 };
 
+/* Room for the frames of a list, of which nothing is known yet. False without memory. */
+bool frames_report_start(struct frames_report *report, const struct frame_list *list,
+                         struct image_error *error);
 void frames_report_free(struct frames_report *report);
 int frames_report_count(const struct frames_report *report, enum frame_verdict verdict);
 
@@ -61,6 +64,16 @@ struct frame_files {
 /* "SUM:BYTES ...", CRC-32 and size of the files; false where one cannot be read. */
 enum { FRAME_SUMS = 128 };
 bool frame_sum_files(const struct frame_files *files, char sums[FRAME_SUMS]);
+
+/*
+ * What a frame is made of and with, as one number (FNV-1a) to which each of these adds:
+ * bytes, a text or none, and a file by its name, size and time, not by what it holds,
+ * which would cost reading it.
+ */
+#define FRAME_HASH_START UINT64_C(0xcbf29ce484222325)
+void frame_hash_bytes(uint64_t *hash, const void *data, size_t n);
+void frame_hash_text(uint64_t *hash, const char *text);
+void frame_hash_file(uint64_t *hash, const char *path);
 
 /* Does a line of the journal say that the frame was made so (its hash), and are the
  * files as it says? Reads the journal and the files only where that may be. */

@@ -50,30 +50,6 @@ bool sequence_is_pattern(const char *name)
 
 /* ---- what a frame is made of and with ------------------------------------------- */
 
-/* FNV-1a. */
-static void hash_bytes(uint64_t *hash, const void *data, size_t n)
-{
-    const unsigned char *bytes = data;
-    for (size_t i = 0; i < n; i++)
-        *hash = (*hash ^ bytes[i]) * 0x100000001b3u;
-}
-
-static void hash_text(uint64_t *hash, const char *text)
-{
-    hash_bytes(hash, text ? text : "", text ? strlen(text) + 1 : 1);
-}
-
-/* A file by name, size and time. */
-static void hash_file(uint64_t *hash, const char *path)
-{
-    hash_text(hash, path);
-    const struct os_file_facts facts =
-        path ? os_file_facts(path) : (struct os_file_facts){.kind = OS_FILE_NONE};
-    const int64_t numbers[3] = {facts.n_bytes, facts.changed_s, facts.changed_ns};
-    if (facts.kind != OS_FILE_NONE)
-        hash_bytes(hash, numbers, sizeof(numbers));
-}
-
 /* The names and settings of one frame, out of those of the sequence. */
 struct job {
     struct filter_options tool;
@@ -109,28 +85,29 @@ static void hash_params(uint64_t *hash, const struct rf_params *params)
     size_t n;
     const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n; i++)
-        hash_bytes(hash, (const char *)params + list[i].offset,
-                   list[i].type == RF_TYPE_FLOAT ? sizeof(double) : sizeof(int32_t));
+        frame_hash_bytes(hash, (const char *)params + list[i].offset,
+                         list[i].type == RF_TYPE_FLOAT ? sizeof(double)
+                                                       : sizeof(int32_t));
 }
 
 /* How each kind of FILTER_OPTIONS counts. */
-#define HASH_OUTPUT(name) hash_text(&hash, tool->name)
-#define HASH_INPUT(name) hash_file(&hash, tool->name)
-#define HASH_TEXT(name) hash_text(&hash, tool->name)
-#define HASH_NUMBER(name) hash_bytes(&hash, &tool->name, sizeof(tool->name))
+#define HASH_OUTPUT(name) frame_hash_text(&hash, tool->name)
+#define HASH_INPUT(name) frame_hash_file(&hash, tool->name)
+#define HASH_TEXT(name) frame_hash_text(&hash, tool->name)
+#define HASH_NUMBER(name) frame_hash_bytes(&hash, &tool->name, sizeof(tool->name))
 #define HASH_ASIDE(name)
 #define HASH_OPTION(kind, type, name) HASH_##kind(name);
 
 static void hash_job(const struct sequence *sequence, struct job *job)
 {
-    uint64_t hash = 0xcbf29ce484222325u;
+    uint64_t hash = FRAME_HASH_START;
     const struct filter_options *tool = &job->tool;
-    hash_text(&hash, rf_version());
+    frame_hash_text(&hash, rf_version());
     hash_params(&hash, &job->settings.params);
-    hash_bytes(&hash, job->settings.origins, sizeof(job->settings.origins));
+    frame_hash_bytes(&hash, job->settings.origins, sizeof(job->settings.origins));
     FILTER_OPTIONS(HASH_OPTION)
     for (int i = 0; i < sequence->n_paths; i++)
-        hash_file(&hash, job->paths[i]);
+        frame_hash_file(&hash, job->paths[i]);
     job->hash = hash;
 }
 
@@ -396,18 +373,6 @@ static bool check_inputs(const struct sequence *sequence)
     return true;
 }
 
-static int make_report(const struct sequence *sequence)
-{
-    struct frames_report *report = sequence->how->report;
-    report->frames = app_memory((size_t)sequence->n_frames, sizeof(*report->frames),
-                                sequence->error);
-    for (int i = 0; report->frames && i < sequence->n_frames; i++)
-        report->frames[i] = (struct frame_check){.number = sequence->frames[i].number,
-                                                 .verdict = FRAME_UNKNOWN};
-    report->n = report->frames ? sequence->n_frames : 0;
-    return report->frames ? APP_DONE : APP_NO_MEMORY;
-}
-
 static int list_frames(struct sequence *sequence, const char *pattern)
 {
     struct frame_list list;
@@ -423,10 +388,12 @@ static int list_frames(struct sequence *sequence, const char *pattern)
         app_memory((size_t)list.n, sizeof(*sequence->frames), sequence->error);
     for (int i = 0; sequence->frames && i < list.n; i++)
         sequence->frames[i].number = list.numbers[i];
+    const bool has_memory =
+        sequence->frames &&
+        (!sequence->how->report ||
+         frames_report_start(sequence->how->report, &list, sequence->error));
     frame_list_free(&list);
-    if (!sequence->frames || !sequence->how->report)
-        return sequence->frames ? APP_DONE : APP_NO_MEMORY;
-    return make_report(sequence);
+    return has_memory ? APP_DONE : APP_NO_MEMORY;
 }
 
 /* Every output needs a place for the number, or frames would write over each other. */

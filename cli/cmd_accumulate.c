@@ -5,18 +5,22 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accumulate_command.h"
 #include "cli.h"
+#include "clock.h"
+#include "frames_check.h"
 #include "interrupt.h"
 #include "picture.h"
 #include "progress.h"
 #include "rackfocus/rackfocus.h"
+#include "sequence.h"
 #include "source.h"
 
 struct accumulate_options {
-    const char *output, *layer;
+    const char *output, *layer, *frames;
     double blend_gamma; /* NAN: from the header */
     int32_t n_threads;
-    bool is_quiet;
+    bool is_quiet, is_anew;
 };
 
 #define AT(member) offsetof(struct accumulate_options, member)
@@ -29,6 +33,11 @@ static const struct option options[] = {
         "blend-gamma", AT(blend_gamma), "GAMMA", 0.1, 10,
         "Gamma of the space in which light is summed: 1 is physically linear. [default "
         "rackfocus:blendGamma of the first view, else 1]"),
+    OPTION_TEXT_ROW("frames", AT(frames), "LIST",
+                    "Sequence (names with ####): these frames, such as 1-240x2,300. "
+                    "[default those that there are of the first view]"),
+    OPTION_FLAG_ROW("anew", AT(is_anew),
+                    "Sequence: also make the frames that are finished."),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,
@@ -206,7 +215,172 @@ static int accumulate(const struct accumulate_options *tool,
     return code;
 }
 
-static int cmd_accumulate(int argc, char **argv)
+/* ---- sequences ------------------------------------------------------------------ */
+
+/* The names of one frame. */
+struct frame {
+    struct accumulate_options tool;
+    struct operands views;
+    uint64_t hash; /* of what it is made of and with */
+};
+
+static void frame_free(struct frame *frame)
+{
+    for (int i = 0; i < frame->views.n; i++)
+        free(frame->views.items[i]);
+    free(frame->views.items);
+    free((char *)frame->tool.output);
+}
+
+/* False without memory; to be freed in either case. */
+static bool frame_make(struct frame *frame, const struct accumulate_options *tool,
+                       const struct operands *views, int32_t number,
+                       struct image_error *error)
+{
+    *frame = (struct frame){.tool = *tool, .hash = FRAME_HASH_START};
+    frame->tool.output = frame_name(tool->output, number, error);
+    frame->views.items = app_memory((size_t)views->n, sizeof(char *), error);
+    frame_hash_text(&frame->hash, rf_version());
+    frame_hash_text(&frame->hash, tool->layer);
+    frame_hash_bytes(&frame->hash, &tool->blend_gamma, sizeof(tool->blend_gamma));
+    frame_hash_text(&frame->hash, frame->tool.output);
+    if (!frame->tool.output || !frame->views.items)
+        return false;
+    for (int i = 0; i < views->n; i++) {
+        char *name = frame_name(views->items[i], number, error);
+        if (!name)
+            return false;
+        frame->views.items[frame->views.n++] = name;
+        frame_hash_file(&frame->hash, name);
+    }
+    return true;
+}
+
+/* How many frames ended how. */
+struct tally {
+    int n_made, n_skipped, n_failed;
+};
+
+static int make_frame(const struct frame *frame, int32_t number,
+                      struct journal *journal, struct tally *tally)
+{
+    char sums[FRAME_SUMS];
+    const struct frame_files files = {{frame->tool.output}};
+    if (!frame->tool.is_anew &&
+        frame_is_finished(journal, number, frame->hash, &files)) {
+        tally->n_skipped++;
+        return EXIT_DONE;
+    }
+    const double started_s = os_clock_s();
+    const int code = accumulate(&frame->tool, &frame->views);
+    const double seconds = os_clock_s() - started_s;
+    if (code == EXIT_FAILED) {
+        message("failed: frame %d", (int)number);
+        journal_add_note(journal, number, JOURNAL_FAILED, "the views, see the log");
+        tally->n_failed++;
+    } else if (code == EXIT_DONE) {
+        tally->n_made++;
+        if (!frame_sum_files(&files, sums) ||
+            journal_add_finished(journal, number, frame->hash, sums, seconds) != 0)
+            warning(frame->tool.is_quiet,
+                    "%s: cannot be written; frame %d will not be "
+                    "skipped",
+                    journal->path, (int)number);
+        if (!frame->tool.is_quiet) {
+            printf("frame %d: %s, %.1f s\n", (int)number, frame->tool.output, seconds);
+            fflush(stdout);
+        }
+    }
+    return code;
+}
+
+static int check_frame(const struct frame *frame, struct frame_check *check,
+                       struct journal *journal)
+{
+    struct image_error error;
+    const struct frame_files files = {{frame->tool.output}};
+    check->path = frame_name(frame->tool.output, check->number, NULL);
+    if (check->path && frame_check_files(check, journal, &frame->hash, &files, &error))
+        return EXIT_DONE;
+    return exit_without_memory();
+}
+
+/* Frames that fail do not stop the others. */
+static int run_frames(const struct accumulate_options *tool,
+                      const struct operands *views, const struct frame_list *list,
+                      struct frames_report *report)
+{
+    struct journal journal;
+    struct image_error error;
+    struct tally tally = {0};
+    int code = EXIT_DONE;
+    if (!journal_open(&journal, tool->output, &error))
+        return exit_without_memory();
+    for (int i = 0; i < list->n && !os_is_interrupted(); i++) {
+        struct frame frame;
+        const bool is_good = frame_make(&frame, tool, views, list->numbers[i], &error);
+        if (!is_good)
+            code = exit_without_memory();
+        else if (report)
+            code = check_frame(&frame, &report->frames[i], &journal);
+        else
+            make_frame(&frame, list->numbers[i], &journal, &tally);
+        frame_free(&frame);
+        if (code != EXIT_DONE)
+            break;
+    }
+    journal_close(&journal);
+    if (!report && !tool->is_quiet)
+        printf("%d frame%s: %d averaged, %d skipped, %d failed, %d left\n", list->n,
+               list->n == 1 ? "" : "s", tally.n_made, tally.n_skipped, tally.n_failed,
+               list->n - tally.n_made - tally.n_skipped - tally.n_failed);
+    if (os_is_interrupted())
+        return os_interrupt_code();
+    return tally.n_failed ? EXIT_FAILED : code;
+}
+
+static int accumulate_sequence(const struct accumulate_options *tool,
+                               const struct operands *views,
+                               struct frames_report *report)
+{
+    struct frame_list list;
+    struct image_error error;
+    if (!frame_is_pattern(tool->output)) {
+        message("--output: '%s' has no #### for the number of the frame, as the views "
+                "have",
+                tool->output);
+        return EXIT_USAGE;
+    }
+    if (!(tool->frames ? frame_list_parse(&list, tool->frames, &error)
+                       : frame_list_find(&list, views->items[0], &error))) {
+        message("%s%s", tool->frames ? "--frames: " : "", error.message);
+        return EXIT_USAGE;
+    }
+    int code = EXIT_DONE;
+    if (report)
+        code = frames_report_start(report, &list, &error) ? EXIT_DONE
+                                                          : exit_without_memory();
+    if (code == EXIT_DONE)
+        code = run_frames(tool, views, &list, report);
+    frame_list_free(&list);
+    return code;
+}
+
+/* What only a sequence has means nothing elsewhere. */
+static int accumulate_any(const struct accumulate_options *tool,
+                          const struct operands *views, struct frames_report *report)
+{
+    if (sequence_is_pattern(views->items[0]))
+        return accumulate_sequence(tool, views, report);
+    if (!report && !tool->frames && !tool->is_anew)
+        return accumulate(tool, views);
+    message("'%s' is no sequence, for which --frames, --anew and submit are; name its "
+            "frames with # for the digits of the number, as in 'view_0.####.exr'",
+            views->items[0]);
+    return EXIT_USAGE;
+}
+
+int accumulate_command_run(int argc, char **argv, struct frames_report *report)
 {
     struct accumulate_options tool = {.blend_gamma = NAN};
     struct image_error error;
@@ -223,21 +397,32 @@ static int cmd_accumulate(int argc, char **argv)
     else if (!picture_check_kind(tool.output, &error))
         message("%s", error.message);
     else
-        code = accumulate(&tool, &operands);
+        code = accumulate_any(&tool, &operands, report);
     operands_free(&operands);
     return code;
+}
+
+static int cmd_accumulate(int argc, char **argv)
+{
+    return accumulate_command_run(argc, argv, NULL);
 }
 
 const struct command command_accumulate = {
     .name = "accumulate",
     .summary = "average views from points of the lens",
-    .usage = "VIEW.exr ... -o OUT [options]",
+    .usage =
+        "VIEW.exr ... -o OUT [options]\n"
+        "       rackfocus accumulate VIEW_0.####.exr ... -o OUT.####.exr [options]",
     .description =
         "Writes the mean of any number of pictures of one size: renders from points of "
         "the lens, each with the frustum sheared so that the plane in focus stays, "
         "give the lens's picture. Needs no depth. One view is in memory at a time; "
-        "sums are in double precision.",
-    .examples = "rackfocus accumulate view_*.exr -o out.exr",
+        "sums are in double precision.\n\n"
+        "Names with #### are sequences, #### the number of the frame: frame by frame, "
+        "those that are finished are skipped.",
+    .examples = "rackfocus accumulate view_*.exr -o out.exr\n"
+                "rackfocus accumulate 'left.####.exr' 'right.####.exr' -o "
+                "'out.####.exr' --frames 1-240",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),
     .run = cmd_accumulate,

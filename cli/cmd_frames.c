@@ -6,7 +6,6 @@
 
 #include "cli.h"
 #include "command_line.h"
-#include "filter_command.h"
 #include "frames_check.h"
 #include "frames_print.h"
 #include "interrupt.h"
@@ -85,8 +84,8 @@ static int check(const struct frames_options *tool, const struct operands *opera
     }
     if (!command_line_open(line, operands->n_rest, operands->rest, "frames"))
         return EXIT_USAGE;
-    if (strcmp(line->argv[0], "filter") == 0)
-        return filter_command_run(line->argc, line->argv, report);
+    if (command_line_has_journal(line))
+        return command_line_run(line, line->argc, line->argv, report);
     return check_other(report, line);
 }
 

@@ -11,7 +11,6 @@
 #include "command_line.h"
 #include "farm_job.h"
 #include "file.h"
-#include "filter_command.h"
 #include "frames_check.h"
 #include "povray.h"
 #include "process.h"
@@ -123,44 +122,34 @@ static double guessed_frame_s(const struct command_line *line,
 
 /* ---- which frames ---------------------------------------------------------------- */
 
-static bool is_filter(const struct command_line *line)
-{
-    return strcmp(line->argv[0], "filter") == 0;
-}
-
-/* All frames of a command that keeps no journal: each is to be made. */
+/* Of POV-Ray, whose frames no journal knows: each is to be made. */
 static int list_all(const struct command_line *line, struct frames_report *report)
 {
     struct frame_list list;
     struct image_error error;
     const char *frames = command_line_value(line, "frames");
-    const int at = command_line_operand(line, 0);
-    if (!frames && strcmp(line->argv[0], "povray") == 0) {
+    if (!frames) {
         message("povray: the frames are not known; give --frames A-B behind --");
         return EXIT_USAGE;
     }
-    if (at < 0) {
-        message("%s: has no input; see rackfocus %s --help", line->argv[0],
-                line->argv[0]);
+    if (command_line_operand(line, 0) < 0) {
+        message("povray: has no scene; see rackfocus povray --help");
         return EXIT_USAGE;
     }
-    if (!(frames ? frame_list_parse(&list, frames, &error)
-                 : frame_list_find(&list, line->argv[at], &error))) {
-        message("%s", error.message);
+    if (!frame_list_parse(&list, frames, &error)) {
+        message("--frames: %s", error.message);
         return EXIT_USAGE;
     }
-    report->frames = app_memory((size_t)list.n, sizeof(*report->frames), NULL);
-    for (int i = 0; report->frames && i < list.n; i++)
-        report->frames[report->n++] =
-            (struct frame_check){.number = list.numbers[i], .verdict = FRAME_UNKNOWN};
+    const bool is_good = frames_report_start(report, &list, NULL);
     frame_list_free(&list);
-    return report->frames ? EXIT_DONE : exit_without_memory();
+    return is_good ? EXIT_DONE : exit_without_memory();
 }
 
 static int find_frames(const struct command_line *line, struct frames_report *report)
 {
-    return is_filter(line) ? filter_command_run(line->argc, line->argv, report)
-                           : list_all(line, report);
+    return command_line_has_journal(line)
+               ? command_line_run(line, line->argc, line->argv, report)
+               : list_all(line, report);
 }
 
 /* Makes the first frame that is not finished; its time. */
@@ -185,7 +174,7 @@ static int measure_frame(const struct submit_options *tool,
         words[n_head++] = threads;
     }
     const double started_s = os_clock_s();
-    const int code = filter_command_run(n_head, words, NULL);
+    const int code = command_line_run(line, n_head, words, NULL);
     *frame_s = os_clock_s() - started_s;
     free(words);
     if (code == EXIT_DONE)
@@ -435,7 +424,7 @@ static int submit(const struct submit_options *tool, struct command_line *line,
         return EXIT_DONE;
     code = choose_chunk(tool, line, report, &chunks, how, sizeof(how));
     if (code == EXIT_DONE && frames_report_count(report, FRAME_FINISHED) < report->n) {
-        code = chunks_make(&chunks, report, !is_filter(line))
+        code = chunks_make(&chunks, report, !command_line_has_journal(line))
                    ? submit_chunks(tool, line, report, &chunks, how)
                    : exit_without_memory();
     }
@@ -461,8 +450,8 @@ static bool check_usage(const struct submit_options *tool,
         return fail_usage("the command line that makes the frames follows --");
     if (tool->is_measured && tool->n_chunk)
         return fail_usage("--measure chooses what --chunk says; leave one out");
-    if (tool->is_measured && !is_filter(line))
-        return fail_usage("--measure is for filter; give --chunk");
+    if (tool->is_measured && !command_line_has_journal(line))
+        return fail_usage("--measure is not for povray; give --chunk");
     const char *output = command_line_value(line, "output");
     if (!output)
         return fail_usage("the command line behind -- has no output, -o");
@@ -516,7 +505,7 @@ const struct command command_submit = {
     .description =
         "Cuts the frames of a command line into tasks, writes the job, and submits it: "
         "a Slurm array, an Open Job Description template, or a shell script for this "
-        "machine. What follows -- is a command line of filter or povray as "
+        "machine. What follows -- is a command line of filter, povray or accumulate as "
         "it would run here.\n\n"
         "Frames that are finished are left out. A task that was killed, or failed, "
         "costs the frame it was at: the same command again submits what is missing, "

@@ -4,12 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accumulate_command.h"
 #include "cli.h"
+#include "filter_command.h"
 #include "rackfocus/rackfocus.h"
 
 bool command_line_open(struct command_line *line, int argc, char **argv, const char *of)
 {
-    static const struct command *const able[] = {&command_filter, &command_povray};
+    static const struct command *const able[] = {&command_filter, &command_povray,
+                                                 &command_accumulate};
     *line = (struct command_line){.argc = argc, .argv = argv};
     if (argc == 0) {
         message("%s needs a command line after --, such as: -- filter 'in.####.exr' -o "
@@ -21,10 +24,23 @@ bool command_line_open(struct command_line *line, int argc, char **argv, const c
         if (strcmp(argv[0], able[i]->name) == 0)
             line->command = able[i];
     if (!line->command)
-        message("'%s' makes no sequence; after -- goes the command line of filter "
-                "or povray",
+        message("'%s' makes no sequence; after -- goes the command line of filter, "
+                "povray or accumulate",
                 argv[0]);
     return line->command != NULL;
+}
+
+bool command_line_has_journal(const struct command_line *line)
+{
+    return line->command != &command_povray;
+}
+
+int command_line_run(const struct command_line *line, int argc, char **argv,
+                     struct frames_report *report)
+{
+    return line->command == &command_filter
+               ? filter_command_run(argc, argv, report)
+               : accumulate_command_run(argc, argv, report);
 }
 
 /* One word of the line and what belongs to it. */

@@ -54,7 +54,7 @@ def by_slurm(farm, folder, n):
     farm.wait_for_jobs(1200)
     end = time.time()
     times = [p.stat().st_mtime for p in folder.glob("out.[0-9]*.exr")]
-    assert len(times) == n
+    assert len(times) == n, done.stdout
     return max(times) - start, end - start, done.stdout.splitlines()[0]
 
 

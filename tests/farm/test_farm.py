@@ -194,6 +194,54 @@ def test_script(submit, shot, alone, tmp_path):
     assert same(folder, want)
 
 
+def test_accumulate(rackfocus, submit, shot):
+    folder = shot(8)
+    words = ["accumulate", "shot.####.exr", "shot.0001.exr", "-o", "out.####.exr"]
+    done = rackfocus(*words, "-q", "--frames", "2-8", cwd=folder)
+    want = frames_of(folder)
+    assert sorted(want) == list(range(2, 9)) and done.stdout == ""
+    rackfocus(*words[:2], words[2], "-o", "one.exr", cwd=folder, code=2)
+    one = ["accumulate", "shot.0004.exr", "shot.0001.exr", "-o", "one.exr"]
+    rackfocus(*one, cwd=folder)
+    assert (folder / "one.exr").read_bytes() == want[4]
+    (folder / "out.0003.exr").unlink()
+    (folder / "out.0005.exr").write_bytes(b"damaged")
+    done = submit(folder, "--to", "script", "--chunk", "1", words=words)
+    assert "5 of 8 frames are finished" in done.stdout
+    assert "8 frames: 8 finished" in done.stdout
+    made = frames_of(folder)
+    assert {i: made[i] for i in want} == want
+    (folder / "shot.0006.exr").unlink()
+    done = rackfocus(*words, "--anew", "--frames", "5-7", cwd=folder, code=1)
+    assert "3 frames: 2 averaged, 0 skipped, 1 failed, 0 left" in done.stdout
+    assert "failed: frame 6" in done.stderr
+    done = rackfocus(*one, "--frames", "1", cwd=folder, code=2)
+    assert "is no sequence" in done.stderr
+
+
+SCENE = """
+camera { location <0, 1, -5> look_at <0, 1, 0> aperture 0.4 focal_point <0, 1, 0> }
+light_source { <5, 9, -9> rgb 1 }
+plane { y, 0 pigment { checker rgb 1 rgb 0.2 } }
+sphere { <clock - 0.5, 1, 2 * clock>, 0.7 pigment { rgb <1, 0.3, 0.1> } }
+"""
+
+
+def test_povray(rackfocus, submit, tmp_path):
+    """Tasks know the whole animation: the clock of a frame is that of one run."""
+    (tmp_path / "scene.pov").write_text(SCENE)
+    words = ["povray", "scene.pov", "--frames", "1-4", "--supersample", "1", "-q"]
+    size = ["--", "+W48", "+H32"]
+    rackfocus(*words, "-o", "alone.####.exr", *size, cwd=tmp_path)
+    want = frames_of(tmp_path, "alone")
+    assert len(set(want.values())) == 4
+    words = [*words, "-o", "out.####.exr", *size]
+    done = submit(tmp_path, "--to", "script", "--chunk", "3", words=words)
+    assert "2 tasks of 3 frames" in done.stdout
+    assert "4 frames: 4 finished" in done.stdout
+    assert same(tmp_path, want)
+
+
 def test_a_failure_is_not_lost(submit, shot):
     folder = shot(4)
     (folder / "shot.0002.exr").write_bytes(b"no picture")
