@@ -39,6 +39,7 @@ enum {
     LINES_PER_PX = 16,
     LIGHT_PER_PX = 4, /* lines of uneven light: they are pieces of even ones */
     LEAST_LIGHT = 24,
+    LIGHT_FINE_PX = 24, /* of radius, up to which pieces are so small */
     MAX_LINES = 4096,
     N_TRIALS = 3 /* until the variance of a footprint is right within 1 % */
 };
@@ -180,8 +181,10 @@ static bool fill_light(struct rf_grid *g, const struct rf_footprints *f,
     double glow = glow_of(f, q->level), aspect = shape->pixel_aspect;
     double size =
         fmax(fabs(r[0]) * shape->size[0], fabs(r[1]) * shape->size[1]) + fabs(glow);
-    int n_lines =
-        rf_min_int(rf_max_int((int)(size * 2 * LIGHT_PER_PX), LEAST_LIGHT), MAX_LINES);
+    /* Wide ones are smooth but for their rims: coarser pieces do. */
+    double wide = fmax(size - LIGHT_FINE_PX, 0), fine = size - wide;
+    int n_lines = (int)(2 * (fine * LIGHT_PER_PX + wide));
+    n_lines = rf_min_int(rf_max_int(n_lines, LEAST_LIGHT), MAX_LINES);
     double step_v = (range.to - range.from) / n_lines;
     if (!cut_lines(lines, f->context, zone, range, n_lines))
         return false;
