@@ -182,8 +182,8 @@ static bool fill_light(struct rf_grid *g, const struct rf_footprints *f,
     double size =
         fmax(fabs(r[0]) * shape->size[0], fabs(r[1]) * shape->size[1]) + fabs(glow);
     /* Wide ones are smooth but for their rims: coarser pieces do. */
-    double wide = fmax(size - LIGHT_FINE_PX, 0), fine = size - wide;
-    int n_lines = (int)(2 * (fine * LIGHT_PER_PX + wide));
+    double rest = fmax(size - LIGHT_FINE_PX, 0), fine = size - rest;
+    int n_lines = (int)(2 * (fine * LIGHT_PER_PX + rest));
     n_lines = rf_min_int(rf_max_int(n_lines, LEAST_LIGHT), MAX_LINES);
     double step_v = (range.to - range.from) / n_lines;
     if (!cut_lines(lines, f->context, zone, range, n_lines))
