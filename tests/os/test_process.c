@@ -54,6 +54,25 @@ static void what_cannot_be_started_is_said(void)
     CHECK(os_process_start(&process, &nowhere) == ENOENT && process.id == 0);
 }
 
+static void processes_and_the_machine_have_names(void)
+{
+    char name[40], cut[3];
+    char *arguments[] = {"sh", "-c", "exit 0", NULL};
+    struct os_process process;
+    os_machine_name(name, sizeof(name));
+    os_machine_name(cut, sizeof(cut));
+    CHECK(strlen(cut) <= 2 && strncmp(name, cut, strlen(cut)) == 0);
+    CHECK(strpbrk(name, "/\\ :") == NULL);
+    CHECK(os_process_number() > 0 && os_process_exists(os_process_number()));
+    const struct os_process_request request = {.arguments = arguments, .log = log_file};
+    CHECK(os_process_start(&process, &request) == 0);
+    const int64_t number = process.id;
+    CHECK(os_process_exists(number));
+    os_process_wait(&process);
+    CHECK(!os_process_exists(number) && !os_process_exists(0));
+    CHECK(os_clock_date_s() > 1.7e9 && os_clock_date_s() < 1e11);
+}
+
 static void a_child_is_killed_with_its_children(void)
 {
     char *arguments[] = {"sh", "-c", "sleep 60 & echo $!; wait", NULL};
@@ -84,6 +103,7 @@ int main(int argc, char **argv)
     remove(log_file);
     TEST(what_cannot_be_started_is_said);
     remove(log_file);
+    TEST(processes_and_the_machine_have_names);
     TEST(a_child_is_killed_with_its_children);
     os_clean_up();
     return testing_end();
