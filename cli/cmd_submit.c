@@ -65,9 +65,10 @@ static const struct option options[] = {
 static const double TASK_S = 60, LEAST_TASK_S = 5;
 enum { LEAST_CHUNKS = 16 };
 
-/* A frame on one thread where nothing has been measured: 480 x 270 took 0.05 s, 1080p
- * 0.9 s (radii up to 20 px). */
-static const double GUESSED_S_PER_MEGAPIXEL = 0.4;
+/* A frame on one thread where nothing has been measured: 0.04 s for 480 x 270, 0.63 s for
+ * 1080p, 2.1 s for 4K and 8.8 s for 8K with radii up to 1 % of the width
+ * (tests/farm/measure_sizes.py). */
+static const double GUESSED_S_PER_MEGAPIXEL = 0.3;
 
 static int chunk_for(double frame_s, int n_frames)
 {
