@@ -125,10 +125,27 @@ class Slurm:
                 raise TimeoutError("\n".join([what, *logs]))
             time.sleep(0.1)
 
+    def wake(self):
+        """What an operator does after losses: gives back a node that Slurm has set
+        aside, and jobs that it holds because their start failed."""
+        if "drain" in self.ask("sinfo", "-h", "-o", "%T") or "down" in self.ask(
+            "sinfo", "-h", "-o", "%T"
+        ):
+            self.ask("scontrol", "update", "nodename=ALL", "state=resume")
+        for line in self.ask("squeue", "-h", "-r", "-o", "%i %r").splitlines():
+            # Slurm lets what it starts again wait for two minutes.
+            if "BeginTime" in line:
+                self.ask(
+                    "scontrol", "update", f"jobid={line.split()[0]}", "starttime=now"
+                )
+            elif "held" in line.lower():
+                self.ask("scontrol", "release", line.split()[0])
+
     def start_node(self):
         self.start("slurmd", "-D")
         self.wait(
-            lambda: self.ask("sinfo", "-h", "-o", "%t") in ("idle", "mix", "alloc"),
+            lambda: self.wake()
+            or self.ask("sinfo", "-h", "-o", "%t") in ("idle", "mix", "alloc"),
             "slurmd",
         )
 
@@ -155,6 +172,7 @@ class Slurm:
         """None left; a controller that does not answer has not said so."""
 
         def is_empty():
+            self.wake()
             done = subprocess.run(
                 ["squeue", "-h", "-r"], env=self.env, capture_output=True, text=True
             )

@@ -45,7 +45,7 @@ def wrap(folder, binary):
     program.write_text(
         "#!/bin/sh\n"
         f"[ ! -e '{folder.parent}/full' ] || {{ trap '' XFSZ; ulimit -f 4; }}\n"
-        f"sleep 0.2\nexec '{binary}' \"$@\"\n"
+        f"sleep 0.6\nexec '{binary}' \"$@\"\n"
     )
     program.chmod(0o755)
     return program
