@@ -48,6 +48,7 @@
 #include "compose/footprint.h"
 #include "compose/footprint_shelf.h"
 #include "compose/light_list.h"
+#include "compose/occluder_layers.h"
 #include "compose/scene.h"
 #include "input/frame.h"
 #include "kernels/data.h"
@@ -56,7 +57,7 @@
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
-enum { BLOCK = 16, BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
+enum { BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
 
 /*
  * Ours. Behind each: tPSNR in dB of scenes of tests/quality with half of it and with
@@ -73,19 +74,6 @@ static const float JOIN_PX = 1;
 static const float WHOLE = 0.8f;
 static const size_t BATCH_BYTES = 64u << 20;
 
-/* The near surfaces of a view or those behind them, and what helps to find them. */
-struct occluder_layer {
-    const struct rf_occluders *occluders;
-    int view;            /* its index */
-    const float *share;  /* of each pixel that is covered; NULL: all of it */
-    const float *radius; /* per pixel: of an occluder, or INFINITY */
-    size_t stride;       /* of its rows; floats */
-    float *own;          /* whole blocks, where the radii are not at hand; or NULL */
-    float *nearest;      /* per block of 16 x 16: the least of them */
-    float least;         /* of all blocks */
-    double extent[2];    /* of u - a u_j over its part of the lens */
-};
-
 /* The highlights from `first` to end - 1, which share the mask of the first. */
 struct shade {
     size_t first, end;
@@ -101,15 +89,7 @@ struct highlights {
     struct rf_light_list list; /* of their footprints, where each place has its own */
     struct shade *shades;
     size_t n_shades;
-    struct occluder_layer
-        *layers; /* near surfaces of each view, then those behind them */
-    int n_layers;
-    float *whole;                                /* a row of shares of 1 */
-    float *memory;                               /* of theirs */
-    int n_x, n_y;                                /* blocks */
-    size_t stride;                               /* px in whole blocks */
-    unsigned char view_at[LENS_GRID][LENS_GRID]; /* the view to ask, over [-e, e]^2 */
-    double lens_extent[2];
+    struct rf_occluder_layers layers;
 };
 
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
@@ -128,89 +108,17 @@ static const struct rf_footprint *footprint_of(const struct highlights *h,
 
 /* ---- what stands in the way ---------------------------------------------------- */
 
-/* The radii of a row's occluders, where they are not at hand. */
-static void find_occluders(const struct highlights *h,
-                           const struct occluder_layer *view, int y)
-{
-    const struct rf_surfaces *s = view->occluders->surfaces;
-    const struct rf_surface *near = s->near + (size_t)y * (size_t)s->width;
-    const float *share = s->share + (size_t)y * (size_t)s->width;
-    float *radius = view->own + h->stride * (size_t)y;
-    for (int x = 0; x < s->width; x++)
-        radius[x] = share[x] > RF_OCCLUDER_SHARE ? near[x].r : INFINITY;
-    for (size_t x = (size_t)s->width; x < h->stride; x++)
-        radius[x] = INFINITY;
-}
-
-static void build_blocks(const struct highlights *h, const struct occluder_layer *view,
-                         int row)
-{
-    const struct rf_surfaces *s = view->occluders->surfaces;
-    float *nearest = view->nearest + (size_t)row * (size_t)h->n_x;
-    for (int i = 0; i < h->n_x; i++)
-        nearest[i] = INFINITY;
-    for (int y = row * BLOCK; y < rf_min_int((row + 1) * BLOCK, s->height); y++) {
-        if (view->own)
-            find_occluders(h, view, y);
-        const float *radius = view->radius + view->stride * (size_t)y;
-        int n_whole = s->width / BLOCK;
-        for (int b = 0; b < n_whole; b++, radius += BLOCK) {
-            float least[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
-            for (int i = 0; i < BLOCK; i++)
-                least[i % 4] = rf_min_float(radius[i], least[i % 4]);
-            nearest[b] = rf_min_float(rf_min_float(least[0], least[1]), nearest[b]);
-            nearest[b] = rf_min_float(rf_min_float(least[2], least[3]), nearest[b]);
-        }
-        for (int i = 0; i < s->width % BLOCK; i++)
-            nearest[n_whole] = rf_min_float(radius[i], nearest[n_whole]);
-    }
-}
-
-/* Which view answers for which part of the lens, and how wide its cones are. */
-static void assign_lens(struct highlights *h)
-{
-    const double *e = h->lens_extent;
-    for (int row = 0; row < LENS_GRID; row++)
-        for (int column = 0; column < LENS_GRID; column++) {
-            double u = ((column + 0.5) / LENS_GRID * 2 - 1) * e[0];
-            double v = ((row + 0.5) / LENS_GRID * 2 - 1) * e[1]; /* down */
-            int best = 0;
-            double least = INFINITY;
-            for (int j = 0; j < h->scene->n_views; j++) {
-                const float *lens = h->scene->occluders[j].lens;
-                double d = rf_length(u - lens[0], v + lens[1]);
-                if (d < least) {
-                    least = d;
-                    best = j;
-                }
-            }
-            h->view_at[row][column] = (unsigned char)best;
-            struct occluder_layer *view = &h->layers[best];
-            const struct rf_occluders *o = view->occluders;
-            view->extent[0] =
-                fmax(view->extent[0], fabs(u - o->shift_scale * o->lens[0]));
-            view->extent[1] =
-                fmax(view->extent[1], fabs(v + o->shift_scale * o->lens[1]));
-        }
-    for (int j = 0; j < h->scene->n_views; j++)
-        for (int k = 0; k < 2; k++)
-            h->layers[j].extent[k] += 2 * e[k] / LENS_GRID;
-    for (int j = h->scene->n_views; j < h->n_layers; j++)
-        memcpy(h->layers[j].extent, h->layers[h->layers[j].view].extent,
-               sizeof h->layers[j].extent);
-}
-
 /* Distance in px from v to block b. */
 static float block_gap(float v, int b)
 {
-    float low = (float)(b * BLOCK), high = low + BLOCK;
+    float low = (float)(b * RF_OCCLUDER_BLOCK), high = low + RF_OCCLUDER_BLOCK;
     return v < low ? low - v : v > high ? v - high : 0;
 }
 
 /* Is the pixel's surface inside the cone of light from l to the view's part of the
  * lens? */
-static bool is_in_cone(const struct occluder_layer *view, const struct rf_sample *light,
-                       float dx, float dy, float q)
+static bool is_in_cone(const struct rf_occluder_layer *view,
+                       const struct rf_sample *light, float dx, float dy, float q)
 {
     float room = light->r - q;
     return room >= NEARER_PX && fabsf(dx) <= room * (float)view->extent[0] + 1 &&
@@ -220,24 +128,24 @@ static bool is_in_cone(const struct occluder_layer *view, const struct rf_sample
 /* The blocks that lie within `reach` px of v. */
 static void blocks_within(float v, float reach, int n, int *first, int *last)
 {
-    *first = (int)rf_max_float(floorf((v - reach) / BLOCK), 0);
-    *last = (int)rf_min_float(floorf((v + reach) / BLOCK), (float)(n - 1));
+    *first = (int)rf_max_float(floorf((v - reach) / RF_OCCLUDER_BLOCK), 0);
+    *last = (int)rf_min_float(floorf((v + reach) / RF_OCCLUDER_BLOCK), (float)(n - 1));
 }
 
 static bool is_block_in_cone(const struct highlights *h,
-                             const struct occluder_layer *view,
+                             const struct rf_occluder_layer *view,
                              const struct rf_sample *light, float lx, float ly, int bx,
                              int by)
 {
     return is_in_cone(view, light, block_gap(lx, bx), block_gap(ly, by),
-                      view->nearest[by * h->n_x + bx]);
+                      view->nearest[by * h->layers.n_x + bx]);
 }
 
 /* Rows ahead whose radii and shares are asked for, as rows lie far apart. */
 enum { ROWS_AHEAD = 6 };
 
 static inline __attribute__((always_inline)) void
-prefetch_row(const struct occluder_layer *view, int x0, int x1, int y)
+prefetch_row(const struct rf_occluder_layer *view, int x0, int x1, int y)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     const float *radius = view->radius + view->stride * (size_t)y;
@@ -247,24 +155,25 @@ prefetch_row(const struct occluder_layer *view, int x0, int x1, int y)
 }
 
 /* Draws the occluders of the blocks from bx to end - 1 of a row of blocks, or asks. */
-static bool cast_blocks(const struct highlights *h, const struct occluder_layer *view,
-                        struct rf_shadows *m, int bx, int end, int by)
+static bool cast_blocks(const struct highlights *h,
+                        const struct rf_occluder_layer *view, struct rf_shadows *m,
+                        int bx, int end, int by)
 {
     const struct rf_surfaces *s = view->occluders->surfaces;
     const struct rf_kernels *kernels = h->scene->frame->context->kernels;
-    int x1 = rf_min_int(end * BLOCK, s->width);
-    int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+    int x1 = rf_min_int(end * RF_OCCLUDER_BLOCK, s->width);
+    int y1 = rf_min_int((by + 1) * RF_OCCLUDER_BLOCK, s->height);
     bool is_found = false;
-    for (int y = by * BLOCK; y < y1; y++) {
+    for (int y = by * RF_OCCLUDER_BLOCK; y < y1; y++) {
         const float *row = view->radius + view->stride * (size_t)y;
         m->above = y > 0 ? row - view->stride : NULL;
         m->below = y + 1 < s->height ? row + view->stride : NULL;
         m->row = s->width;
         if (y + ROWS_AHEAD < s->height)
-            prefetch_row(view, bx * BLOCK, x1, y + ROWS_AHEAD);
+            prefetch_row(view, bx * RF_OCCLUDER_BLOCK, x1, y + ROWS_AHEAD);
         const float *share =
-            view->share ? view->share + (size_t)s->width * (size_t)y : h->whole;
-        is_found |= kernels->cast_shadows(m, row, share, y, bx * BLOCK, x1);
+            view->share ? view->share + (size_t)s->width * (size_t)y : h->layers.whole;
+        is_found |= kernels->cast_shadows(m, row, share, y, bx * RF_OCCLUDER_BLOCK, x1);
         if (is_found && !m->blocked)
             return true;
     }
@@ -276,7 +185,7 @@ static bool cast_blocks(const struct highlights *h, const struct occluder_layer 
 static bool draw_occluders(const struct highlights *h, const struct rf_sample *light,
                            int j, struct rf_shadows *m)
 {
-    const struct occluder_layer *view = &h->layers[j];
+    const struct rf_occluder_layer *view = &h->layers.at[j];
     const struct rf_occluders *o = view->occluders;
     float shift = o->shift_scale * light->r + o->shift_bias;
     float lx = light->x + rf_snap_px(o->lens[0] * shift);
@@ -294,8 +203,8 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     m->shift_scale = o->shift_scale;
     m->shift_bias = o->shift_bias;
     m->view = view->view;
-    blocks_within(lx, room * m->extent_x + 1, h->n_x, &first[0], &last[0]);
-    blocks_within(ly, room * m->extent_y + 1, h->n_y, &first[1], &last[1]);
+    blocks_within(lx, room * m->extent_x + 1, h->layers.n_x, &first[0], &last[0]);
+    blocks_within(ly, room * m->extent_y + 1, h->layers.n_y, &first[1], &last[1]);
     bool is_found = false;
     for (int by = first[1]; by <= last[1]; by++)
         for (int bx = first[0], end; bx <= last[0]; bx = end) {
@@ -314,7 +223,7 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
 static bool is_free(const struct highlights *h, const struct rf_sample *light,
                     struct rf_shadows *m)
 {
-    for (int j = 0; j < h->n_layers; j++)
+    for (int j = 0; j < h->layers.n; j++)
         if (draw_occluders(h, light, j, m))
             return false;
     return true;
@@ -348,15 +257,16 @@ static void find_views(const struct highlights *h, float r, struct rf_shadows *m
     unsigned char *columns = rows + m->height;
     m->views = at;
     m->views_row = rows;
-    find_cells((float)m->left + 0.5f - m->light_x, r, (float)h->lens_extent[0],
+    find_cells((float)m->left + 0.5f - m->light_x, r, (float)h->layers.lens_extent[0],
                m->width, columns);
-    find_cells((float)m->top + 0.5f - m->light_y, r, (float)h->lens_extent[1],
+    find_cells((float)m->top + 0.5f - m->light_y, r, (float)h->layers.lens_extent[1],
                m->height, rows);
     for (int y = 0, n = 0, last = -1; y < m->height; y++) {
         if (rows[y] != last) {
             last = rows[y];
             for (int x = 0; x < m->width; x++)
-                at[stride * (size_t)n + (size_t)x] = h->view_at[last][columns[x]];
+                at[stride * (size_t)n + (size_t)x] =
+                    h->layers.view_at[last][columns[x]];
             n++;
         }
         rows[y] = (unsigned char)(n - 1);
@@ -421,7 +331,7 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
     if (h->scene->n_views > 1)
         find_views(h, light->r, &m,
                    (unsigned char *)(m.blocked + n + RF_SHADOW_MARGIN));
-    for (int j = 0; j < h->n_layers; j++)
+    for (int j = 0; j < h->layers.n; j++)
         draw_occluders(h, light, j, &m);
     return true;
 }
@@ -597,92 +507,11 @@ static rf_result build_footprints(struct highlights *h, double progress_to,
     return result;
 }
 
-/* The near surfaces of the views; `own` has room for their radii or is NULL. */
-static void set_near_layers(struct highlights *h, float *nearest, float *own)
-{
-    size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y;
-    for (int j = 0; j < h->scene->n_views; j++) {
-        const struct rf_occluders *o = &h->scene->occluders[j];
-        struct occluder_layer *layer = &h->layers[h->n_layers++];
-        *layer = (struct occluder_layer){.occluders = o,
-                                         .view = j,
-                                         .share = o->surfaces->share,
-                                         .radius = o->radius,
-                                         .stride = o->radius_stride,
-                                         .nearest = nearest + n_blocks * (size_t)j};
-        if (!own)
-            continue;
-        layer->radius = layer->own = own + n_blocks * BLOCK * BLOCK * (size_t)j;
-        layer->stride = h->stride;
-    }
-}
-
-/* What lies behind them, where that is known. */
-static void set_layers_behind(struct highlights *h, float *nearest)
-{
-    size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y;
-    for (int j = 0; j < h->scene->n_views; j++) {
-        const struct rf_occluders *o = &h->scene->occluders[j];
-        if (o->behind)
-            h->layers[h->n_layers++] =
-                (struct occluder_layer){.occluders = o,
-                                        .view = j,
-                                        .radius = o->behind,
-                                        .stride = o->behind_stride,
-                                        .nearest = nearest + n_blocks * (size_t)j};
-    }
-}
-
-/* Memory of the layers: nearest radii of blocks, a row of shares, radii not at hand. */
-static rf_result set_layers(struct highlights *h, struct rf_error *error)
-{
-    const struct rf_context *context = h->scene->frame->context;
-    size_t n_views = (size_t)h->scene->n_views;
-    size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y * n_views;
-    bool has_radii = h->scene->occluders->radius != NULL;
-    size_t n = 2 * n_blocks + h->stride + (has_radii ? 0 : n_blocks * BLOCK * BLOCK);
-    h->layers = rf_calloc(context, 2 * n_views, sizeof *h->layers);
-    h->memory = rf_alloc(context, n, sizeof *h->memory);
-    if (!h->layers || !h->memory)
-        return rf_fail_memory(error, n, sizeof *h->memory);
-    h->whole = h->memory + 2 * n_blocks;
-    for (size_t i = 0; i < h->stride; i++)
-        h->whole[i] = 1;
-    set_near_layers(h, h->memory, has_radii ? NULL : h->whole + h->stride);
-    set_layers_behind(h, h->memory + n_blocks);
-    return RF_OK;
-}
-
-static void build_some_blocks(void *data, int64_t begin, int64_t end, int thread)
-{
-    struct highlights *h = data;
-    for (int i = (int)begin; i < (int)end; i++)
-        build_blocks(h, &h->layers[i / h->n_y], i % h->n_y);
-}
-
-static rf_result build_layers(struct highlights *h, struct rf_error *error)
-{
-    size_t n_blocks = (size_t)h->n_x * (size_t)h->n_y;
-    rf_result result = set_layers(h, error);
-    if (result != RF_OK)
-        return result;
-    rf_parallel(h->scene->frame->context, (int64_t)h->n_layers * h->n_y, 4,
-                build_some_blocks, h);
-    for (int j = 0; j < h->n_layers; j++) {
-        struct occluder_layer *layer = &h->layers[j];
-        layer->least = INFINITY;
-        for (size_t i = 0; i < n_blocks; i++)
-            layer->least = rf_min_float(layer->nearest[i], layer->least);
-    }
-    assign_lens(h);
-    return RF_OK;
-}
-
 static rf_result run(struct highlights *h, struct rf_error *error)
 {
     struct rf_task *task = h->scene->task;
     double progress_to = h->scene->progress_to;
-    rf_result result = build_layers(h, error);
+    rf_result result = rf_occluder_layers_build(&h->layers, error);
     rf_task_poll(task);
     if (result == RF_OK)
         result = build_footprints(h, task->to + 0.2 * (progress_to - task->to), error);
@@ -709,13 +538,13 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         return RF_OK;
     const struct rf_context *context = scene->frame->context;
     const struct rf_shape *shape = &scene->frame->shape;
-    struct highlights h = {.scene = scene,
-                           .out = out,
-                           .samples = samples,
-                           .n_x = (scene->width + BLOCK - 1) / BLOCK,
-                           .n_y = (scene->height + BLOCK - 1) / BLOCK};
-    h.stride = (size_t)h.n_x * BLOCK;
-    rf_shape_extent(shape, h.lens_extent);
+    struct highlights h = {.scene = scene, .out = out, .samples = samples};
+    struct rf_occluder_layers *layers = &h.layers;
+    layers->scene = scene;
+    layers->n_x = (scene->width + RF_OCCLUDER_BLOCK - 1) / RF_OCCLUDER_BLOCK;
+    layers->n_y = (scene->height + RF_OCCLUDER_BLOCK - 1) / RF_OCCLUDER_BLOCK;
+    layers->stride = (size_t)layers->n_x * RF_OCCLUDER_BLOCK;
+    rf_shape_extent(shape, layers->lens_extent);
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(samples->at[i].r));
@@ -738,8 +567,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         result = rf_fail_memory(error, samples->n, sizeof *h.shades);
     if (result == RF_OK)
         result = run(&h, error);
-    rf_free(context, h.memory);
-    rf_free(context, h.layers);
+    rf_occluder_layers_free(layers);
     rf_free(context, h.shades);
     rf_footprints_put(h.footprints, &own);
     rf_light_list_free(&h.list, context);

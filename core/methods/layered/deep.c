@@ -53,238 +53,11 @@
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
+#include "methods/layered/deep_pieces.h"
 #include "surfaces/hidden.h"
 #include "surfaces/picture.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
-
-enum { MAX_SLICES = 16 };
-
-static const float SLICE_PX = 1;
-static const float OPAQUE = 0.999f;
-static const float LEAST_OPACITY = 1e-6f; /* below, colour / opacity means nothing */
-
-/* A sample or a slice of one, with its place. */
-struct piece {
-    double z;    /* planar distance */
-    float r;     /* signed radius, px */
-    float a;     /* opacity */
-    float c[4];  /* premultiplied, blend space */
-    float value; /* of the depth channel */
-};
-
-struct deep {
-    const struct rf_frame *frame;
-    const struct rf_deep *deep;
-    int n_planes;
-    size_t most_samples;       /* in one pixel */
-    struct piece *scratch;     /* per thread, most_samples * MAX_SLICES + 1 */
-    float *planes[4], *radius; /* the flat picture */
-    float empty_radius;        /* of what is infinitely far */
-    struct rf_picture picture;
-    struct rf_estimates hidden;
-    size_t *row_start;
-    struct rf_samples samples;
-};
-
-/* ---- the pieces of a pixel ----------------------------------------------------- */
-
-static int compare_pieces(const void *a, const void *b)
-{
-    const struct piece *p = a, *q = b;
-    if (p->z != q->z)
-        return p->z < q->z ? -1 : 1;
-    /* A total order, so that equal depths give the same picture for any sort. */
-    for (int n = 0; n < 4; n++)
-        if (p->c[n] != q->c[n])
-            return p->c[n] < q->c[n] ? -1 : 1;
-    return (p->a > q->a) - (p->a < q->a);
-}
-
-static void sort_pieces(struct piece *pieces, int n)
-{
-    if (n > 32) {
-        qsort(pieces, (size_t)n, sizeof *pieces, compare_pieces);
-        return;
-    }
-    for (int i = 1; i < n; i++) {
-        struct piece p = pieces[i];
-        int k = i;
-        for (; k > 0 && compare_pieces(&pieces[k - 1], &p) > 0; k--)
-            pieces[k] = pieces[k - 1];
-        pieces[k] = p;
-    }
-}
-
-static struct piece whole_piece(const struct deep *d, const struct rf_deep_sample *s)
-{
-    struct piece p = {.a = rf_clamp01(s->opacity), .value = s->depth};
-    if (p.a < LEAST_OPACITY)
-        p.a = 0;
-    const struct rf_params *params = &d->frame->params;
-    for (int n = 0; n < 3; n++)
-        p.c[n] = s->colour[d->n_planes == 1 ? 0 : n];
-    /* The gamma belongs to the light, not to light times coverage. */
-    if (params->blend_gamma != 1)
-        for (int n = 0; n < 3; n++)
-            p.c[n] = p.a > 0 ? rf_to_blend_space(params, p.c[n] / p.a) * p.a
-                             : rf_to_blend_space(params, p.c[n]);
-    p.c[3] = d->n_planes == 4 ? rf_clamp01(s->colour[3]) : p.a;
-    return p;
-}
-
-/* One sample as slices, from the front; returns how many. */
-static int slice_sample(const struct deep *d, const struct rf_deep_sample *s, int x,
-                        int y, struct piece *out)
-{
-    const struct rf_frame *f = d->frame;
-    struct piece p = whole_piece(d, s);
-    p.z = rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &p.r);
-    out[0] = p;
-    if (s->depth_back == s->depth || !isfinite(s->depth_back) || p.a >= OPAQUE)
-        return 1;
-    float back_r;
-    double back = rf_depth_of_value(&f->params, &f->lens, s->depth_back, x, y, &back_r);
-    if (!isfinite(p.z) || !isfinite(back) || !(back > p.z))
-        return 1;
-    float slices = ceilf(fabsf(back_r - p.r) / SLICE_PX);
-    int n = slices < MAX_SLICES ? rf_max_int((int)slices, 1) : MAX_SLICES;
-    float a = (float)-expm1(log1p(-(double)p.a) / n);
-    float share = p.a > 0 ? a / p.a : 1 / (float)n;
-    for (int k = 0; k < n; k++) {
-        float at = ((float)k + 0.5f) / (float)n;
-        struct piece *q = &out[k];
-        *q = p;
-        q->value = s->depth + at * (s->depth_back - s->depth);
-        q->z = rf_depth_of_value(&f->params, &f->lens, q->value, x, y, &q->r);
-        q->a = a;
-        for (int i = 0; i < 4; i++)
-            q->c[i] *= share;
-    }
-    return n;
-}
-
-/* The pieces of pixel (x, y), near to far. */
-static int pieces_of(const struct deep *d, int x, int y, struct piece *pieces)
-{
-    size_t i = (size_t)y * (size_t)d->deep->width + (size_t)x;
-    int n = 0;
-    for (size_t k = d->deep->first[i]; k < d->deep->first[i + 1]; k++)
-        n += slice_sample(d, &d->deep->samples[k], x, y, pieces + n);
-    sort_pieces(pieces, n);
-    return n;
-}
-
-static struct piece *thread_scratch(const struct deep *d, int thread)
-{
-    return d->scratch + (d->most_samples * MAX_SLICES + 1) * (size_t)thread;
-}
-
-/* ---- checks -------------------------------------------------------------------- */
-
-struct tally {
-    int64_t n_depth, n_pixel;
-    int x_depth, x_pixel;
-    float depth;
-};
-
-static bool is_colour_good(const struct deep *d, const struct rf_deep_sample *s)
-{
-    struct piece p = whole_piece(d, s);
-    bool is_good = s->opacity >= 0;
-    for (int n = 0; n < 4; n++)
-        is_good &= isfinite(s->colour[n]) && rf_is_light(&d->frame->params, p.c[n]);
-    return is_good;
-}
-
-static void check_row(const struct deep *d, int y, struct tally *t)
-{
-    const struct rf_frame *f = d->frame;
-    const struct rf_deep *deep = d->deep;
-    for (int x = 0; x < deep->width; x++) {
-        size_t i = (size_t)y * (size_t)deep->width + (size_t)x;
-        for (size_t k = deep->first[i]; k < deep->first[i + 1]; k++) {
-            const struct rf_deep_sample *s = &deep->samples[k];
-            float r;
-            if (isnan(rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &r))) {
-                if (t->n_depth++ == 0) {
-                    t->x_depth = x;
-                    t->depth = s->depth;
-                }
-            }
-            if (!is_colour_good(d, s) && t->n_pixel++ == 0)
-                t->x_pixel = x;
-        }
-    }
-}
-
-static rf_result report_tallies(const struct tally *rows, int height,
-                                struct rf_error *error)
-{
-    int64_t n_depth = 0, n_pixel = 0;
-    int y_depth = -1, y_pixel = -1;
-    for (int y = 0; y < height; y++) {
-        y_depth = rows[y].n_depth && y_depth < 0 ? y : y_depth;
-        y_pixel = rows[y].n_pixel && y_pixel < 0 ? y : y_pixel;
-        n_depth += rows[y].n_depth;
-        n_pixel += rows[y].n_pixel;
-    }
-    if (n_depth)
-        return rf_fail(error, RF_ERROR_DEPTH, "depth",
-                       "%lld deep sample%s with a bad depth, the first is %g at pixel "
-                       "(%d, %d): NaN, negative or out of its range; check which kind "
-                       "of depth it is",
-                       (long long)n_depth, n_depth == 1 ? "" : "s",
-                       (double)rows[y_depth].depth, rows[y_depth].x_depth, y_depth);
-    if (n_pixel)
-        return rf_fail(error, RF_ERROR_PIXEL, "colour",
-                       "%lld deep sample%s with NaN, infinite colour or negative "
-                       "alpha, the first at pixel (%d, %d): repair the render, the "
-                       "blur would spread them",
-                       (long long)n_pixel, n_pixel == 1 ? "" : "s",
-                       rows[y_pixel].x_pixel, y_pixel);
-    return RF_OK;
-}
-
-/* What the threads share that check samples. */
-struct checking {
-    const struct deep *d;
-    struct tally *rows;
-};
-
-static void check_rows(void *data, int64_t begin, int64_t end, int thread)
-{
-    const struct checking *c = data;
-    for (int y = (int)begin; y < (int)end; y++)
-        check_row(c->d, y, &c->rows[y]);
-}
-
-static rf_result check_samples(struct deep *d, struct rf_error *error)
-{
-    const struct rf_context *context = d->frame->context;
-    const struct rf_deep *deep = d->deep;
-    size_t n = (size_t)deep->width * (size_t)deep->height;
-    if (deep->first[0] != 0)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "deep", "first[0] must be 0");
-    for (size_t i = 0; i < n; i++) {
-        if (deep->first[i + 1] < deep->first[i] ||
-            deep->first[i + 1] - deep->first[i] > INT32_MAX / MAX_SLICES / 2)
-            return rf_fail(error, RF_ERROR_ARGUMENT, "deep",
-                           "the offsets fall, or a pixel has too many samples, at "
-                           "pixel %zu",
-                           i);
-        size_t n_samples = deep->first[i + 1] - deep->first[i];
-        d->most_samples = n_samples > d->most_samples ? n_samples : d->most_samples;
-    }
-    struct tally *rows = rf_calloc(context, (size_t)deep->height, sizeof *rows);
-    if (!rows)
-        return rf_fail_memory(error, (size_t)deep->height, sizeof *rows);
-    struct checking checking = {d, rows};
-    rf_parallel(context, deep->height, 8, check_rows, &checking);
-    rf_result result = report_tallies(rows, deep->height, error);
-    rf_free(context, rows);
-    return result;
-}
 
 /* ---- the flat picture ---------------------------------------------------------- */
 
@@ -312,7 +85,8 @@ struct flat {
     float value, r; /* depth as in the channel, and radius */
 };
 
-static struct flat flatten(const struct deep *d, const struct piece *pieces, int n)
+static struct flat flatten(const struct rf_deep_work *d,
+                           const struct rf_deep_piece *pieces, int n)
 {
     struct flat flat = {{0}, no_hit_value(&d->frame->params), d->empty_radius};
     float left = 1;
@@ -330,17 +104,17 @@ static struct flat flatten(const struct deep *d, const struct piece *pieces, int
     return flat;
 }
 
-static rf_result allocate_scratch(struct deep *d, struct rf_error *error)
+static rf_result allocate_scratch(struct rf_deep_work *d, struct rf_error *error)
 {
     const struct rf_context *context = d->frame->context;
-    size_t n = (d->most_samples * MAX_SLICES + 1) * (size_t)context->n_threads;
+    size_t n = (d->most_samples * RF_DEEP_SLICES + 1) * (size_t)context->n_threads;
     d->scratch = rf_alloc(context, n, sizeof *d->scratch);
     return d->scratch ? RF_OK : rf_fail_memory(error, n, sizeof *d->scratch);
 }
 
 /* What the threads share that flatten pixels. */
 struct flattening {
-    struct deep *d;
+    struct rf_deep_work *d;
     bool lock; /* of the largest radius, without sign, of any sample */
     float largest;
 };
@@ -348,21 +122,21 @@ struct flattening {
 static void flatten_rows(void *data, int64_t begin, int64_t end, int thread)
 {
     struct flattening *f = data;
-    struct deep *d = f->d;
+    struct rf_deep_work *d = f->d;
     const struct rf_deep *deep = d->deep;
-    struct piece *pieces = thread_scratch(d, thread);
+    struct rf_deep_piece *pieces = rf_deep_scratch(d, thread);
     float largest = 0;
     for (int y = (int)begin; y < (int)end; y++)
         for (int x = 0; x < deep->width; x++) {
             size_t i = (size_t)y * (size_t)deep->width + (size_t)x;
-            int n = pieces_of(d, x, y, pieces);
+            int n = rf_deep_pieces_of(d, x, y, pieces);
             struct flat flat = flatten(d, pieces, n);
             for (int k = 0; k < d->n_planes; k++)
                 d->planes[k][i] = flat.c[k];
             d->radius[i] = flat.r;
             for (int k = 0; k < n; k++)
                 largest = fmaxf(largest, fabsf(pieces[k].r));
-            bool is_open = n == 0 || pieces[n - 1].a < OPAQUE;
+            bool is_open = n == 0 || pieces[n - 1].a < RF_DEEP_OPAQUE;
             if (is_open && n > 0)
                 largest = fmaxf(largest, fabsf(d->empty_radius));
         }
@@ -372,7 +146,7 @@ static void flatten_rows(void *data, int64_t begin, int64_t end, int thread)
 }
 
 /* Fills planes and radius; returns the largest radius, without sign, of any sample. */
-static float flatten_all(struct deep *d)
+static float flatten_all(struct rf_deep_work *d)
 {
     struct flattening f = {.d = d};
     rf_parallel(d->frame->context, d->deep->height, 8, flatten_rows, &f);
@@ -382,11 +156,12 @@ static float flatten_all(struct deep *d)
 /* ---- samples ------------------------------------------------------------------- */
 
 struct collector {
-    struct deep *d;
+    struct rf_deep_work *d;
     struct rf_samples out;
 };
 
-static struct rf_sample sample_of(const struct piece *p, float left, int x, int y)
+static struct rf_sample sample_of(const struct rf_deep_piece *p, float left, int x,
+                                  int y)
 {
     struct rf_surface s = {.r = p->r};
     if (p->a <= 0) {
@@ -398,7 +173,7 @@ static struct rf_sample sample_of(const struct piece *p, float left, int x, int 
     }
     for (int n = 0; n < 4; n++)
         s.c[n] = p->c[n] / p->a;
-    return rf_sample_make(&s, x, y, p->a >= OPAQUE ? 1 : p->a * left);
+    return rf_sample_make(&s, x, y, p->a >= RF_DEEP_OPAQUE ? 1 : p->a * left);
 }
 
 /* Light that continues the picture beyond its border is no brighter than white. */
@@ -410,17 +185,18 @@ static void dim(struct rf_sample *s)
             s->c[n] /= l;
 }
 
-static void collect_pixel(struct collector *c, int x, int y, struct piece *pieces)
+static void collect_pixel(struct collector *c, int x, int y,
+                          struct rf_deep_piece *pieces)
 {
-    struct deep *d = c->d;
+    struct rf_deep_work *d = c->d;
     int border = d->picture.border;
     int sx = rf_min_int(rf_max_int(x - border, 0), d->deep->width - 1);
     int sy = rf_min_int(rf_max_int(y - border, 0), d->deep->height - 1);
     bool is_beyond = sx != x - border || sy != y - border, is_open = true;
-    int n = pieces_of(d, sx, sy, pieces);
+    int n = rf_deep_pieces_of(d, sx, sy, pieces);
     float left = 1;
     for (int i = 0; i < n; i++) {
-        const struct piece *p = &pieces[i];
+        const struct rf_deep_piece *p = &pieces[i];
         struct rf_sample s = sample_of(p, left, x, y);
         if (is_beyond)
             dim(&s);
@@ -428,9 +204,9 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
             rf_samples_put(&c->out, &s);
         else if (s.w > 0)
             rf_picture_emit(&d->picture, s, x, y, &c->out);
-        if (p->a < OPAQUE)
+        if (p->a < RF_DEEP_OPAQUE)
             left *= 1 - p->a;
-        is_open = p->a < OPAQUE;
+        is_open = p->a < RF_DEEP_OPAQUE;
     }
     if (is_open) {
         struct rf_surface nothing = {.r = d->empty_radius};
@@ -441,7 +217,7 @@ static void collect_pixel(struct collector *c, int x, int y, struct piece *piece
 
 /* What the threads share that collect samples. */
 struct collecting {
-    struct deep *d;
+    struct rf_deep_work *d;
     struct rf_task *task;
     bool is_counted; /* how many each row has */
 };
@@ -449,20 +225,20 @@ struct collecting {
 static void collect_rows(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct collecting *all = data;
-    struct deep *d = all->d;
+    struct rf_deep_work *d = all->d;
     for (int y = (int)begin; y < (int)end && !rf_task_is_cancelled(all->task); y++) {
         struct collector c = {.d = d};
         if (all->is_counted)
             c.out.at = d->samples.at + d->row_start[y];
         for (int x = 0; x < d->picture.width; x++)
-            collect_pixel(&c, x, y, thread_scratch(d, thread));
+            collect_pixel(&c, x, y, rf_deep_scratch(d, thread));
         if (!all->is_counted)
             d->row_start[y + 1] = c.out.n;
         rf_task_step(all->task);
     }
 }
 
-static rf_result collect_samples(struct deep *d, struct rf_task *task,
+static rf_result collect_samples(struct rf_deep_work *d, struct rf_task *task,
                                  struct rf_error *error)
 {
     const struct rf_context *context = d->frame->context;
@@ -496,13 +272,14 @@ struct pixel {
 };
 
 /* The nearest and the next sample of a pixel; returns the share of the nearest. */
-static float find_parts(struct deep *d, struct pixel at, struct rf_surface found[2])
+static float find_parts(struct rf_deep_work *d, struct pixel at,
+                        struct rf_surface found[2])
 {
-    struct piece *pieces = thread_scratch(d, at.thread);
+    struct rf_deep_piece *pieces = rf_deep_scratch(d, at.thread);
     int sx = rf_max_int(at.x - d->picture.border, 0);
     int sy = rf_max_int(at.y - d->picture.border, 0);
-    int n = pieces_of(d, rf_min_int(sx, d->deep->width - 1),
-                      rf_min_int(sy, d->deep->height - 1), pieces);
+    int n = rf_deep_pieces_of(d, rf_min_int(sx, d->deep->width - 1),
+                              rf_min_int(sy, d->deep->height - 1), pieces);
     float share = 1;
     int n_found = 0;
     found[0] = found[1] = (struct rf_surface){.r = d->empty_radius};
@@ -513,13 +290,13 @@ static float find_parts(struct deep *d, struct pixel at, struct rf_surface found
             found[n_found].c[k] = pieces[i].c[k] / pieces[i].a;
         found[n_found].r = pieces[i].r;
         if (n_found++ == 0)
-            share = pieces[i].a >= OPAQUE ? 1 : pieces[i].a;
+            share = pieces[i].a >= RF_DEEP_OPAQUE ? 1 : pieces[i].a;
     }
     return share;
 }
 
 /* Notes the nearest sample of a pixel and whether there is a farther part. */
-static void set_nearest(struct deep *d, struct pixel at)
+static void set_nearest(struct rf_deep_work *d, struct pixel at)
 {
     struct rf_surfaces *s = &d->picture.surfaces;
     struct rf_surface found[2];
@@ -529,7 +306,7 @@ static void set_nearest(struct deep *d, struct pixel at)
         rf_far_mark(s, at.i);
 }
 
-static void set_next(struct deep *d, struct pixel at)
+static void set_next(struct rf_deep_work *d, struct pixel at)
 {
     struct rf_surfaces *s = &d->picture.surfaces;
     struct rf_surface found[2];
@@ -541,8 +318,8 @@ static void set_next(struct deep *d, struct pixel at)
 
 /* What the threads share that visit pixels. */
 struct visiting {
-    struct deep *d;
-    void (*visit)(struct deep *d, struct pixel at);
+    struct rf_deep_work *d;
+    void (*visit)(struct rf_deep_work *d, struct pixel at);
 };
 
 static void visit_rows(void *data, int64_t begin, int64_t end, int thread)
@@ -555,14 +332,15 @@ static void visit_rows(void *data, int64_t begin, int64_t end, int thread)
                                           (size_t)y * (size_t)width + (size_t)x});
 }
 
-static void visit_pixels(struct deep *d, void (*visit)(struct deep *d, struct pixel at))
+static void visit_pixels(struct rf_deep_work *d,
+                         void (*visit)(struct rf_deep_work *d, struct pixel at))
 {
     struct visiting v = {d, visit};
     rf_parallel(d->frame->context, d->picture.surfaces.height, 8, visit_rows, &v);
 }
 
 /* The pixels' nearest and next samples take the place of split edges. */
-static rf_result set_surfaces(struct deep *d, struct rf_error *error)
+static rf_result set_surfaces(struct rf_deep_work *d, struct rf_error *error)
 {
     const struct rf_context *context = d->frame->context;
     struct rf_surfaces *s = &d->picture.surfaces;
@@ -577,7 +355,7 @@ static rf_result set_surfaces(struct deep *d, struct rf_error *error)
     return result;
 }
 
-static rf_result find_hidden(struct deep *d, struct rf_task *task,
+static rf_result find_hidden(struct rf_deep_work *d, struct rf_task *task,
                              struct rf_error *error)
 {
     rf_result result = set_surfaces(d, error);
@@ -589,7 +367,7 @@ static rf_result find_hidden(struct deep *d, struct rf_task *task,
 }
 
 /* The estimates as samples; the array has room for one per pixel. */
-static void collect_hidden(const struct deep *d, struct rf_samples *out)
+static void collect_hidden(const struct rf_deep_work *d, struct rf_samples *out)
 {
     const struct rf_surface *at = d->hidden.at;
     for (int y = 0; y < d->picture.height; y++)
@@ -599,7 +377,7 @@ static void collect_hidden(const struct deep *d, struct rf_samples *out)
 }
 
 /* The radii of pixels that one sample covers, INFINITY elsewhere; NULL: no memory. */
-static float *find_whole(const struct deep *d)
+static float *find_whole(const struct rf_deep_work *d)
 {
     size_t width = (size_t)d->picture.width, n = width * (size_t)d->picture.height;
     float *radius = rf_alloc(d->frame->context, n, sizeof *radius);
@@ -615,7 +393,8 @@ static float *find_whole(const struct deep *d)
 
 /* ---- all ----------------------------------------------------------------------- */
 
-static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error *error)
+static rf_result composite(struct rf_deep_work *d, struct rf_work *work,
+                           struct rf_error *error)
 {
     const struct rf_context *context = d->frame->context;
     struct rf_samples hidden = {0};
@@ -653,8 +432,8 @@ static rf_result composite(struct deep *d, struct rf_work *work, struct rf_error
     return result;
 }
 
-static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image *out,
-                     struct rf_error *error)
+static rf_result run(struct rf_deep_work *d, struct rf_work *work,
+                     const struct rf_image *out, struct rf_error *error)
 {
     const struct rf_frame *f = d->frame;
     work->largest_radius = flatten_all(d);
@@ -686,11 +465,11 @@ static rf_result run(struct deep *d, struct rf_work *work, const struct rf_image
 }
 
 /* Checks, and takes the memory that flattening needs. */
-static rf_result begin(struct deep *d, struct rf_error *error)
+static rf_result begin(struct rf_deep_work *d, struct rf_error *error)
 {
     const struct rf_frame *f = d->frame;
     d->empty_radius = (float)rf_lens_radius_px(&f->lens, INFINITY);
-    rf_result result = check_samples(d, error);
+    rf_result result = rf_deep_check(d, error);
     if (result == RF_OK)
         result = allocate_scratch(d, error);
     if (result != RF_OK)
@@ -704,7 +483,7 @@ static rf_result begin(struct deep *d, struct rf_error *error)
     return RF_OK;
 }
 
-static void end(struct deep *d)
+static void end(struct rf_deep_work *d)
 {
     const struct rf_context *context = d->frame->context;
     rf_free(context, d->samples.at);
@@ -718,7 +497,7 @@ rf_result rf_deep_run(const struct rf_frame *frame, const struct rf_deep *deep,
                       const struct rf_image *out, struct rf_task *task,
                       struct rf_error *error)
 {
-    struct deep d = {.frame = frame, .deep = deep, .n_planes = out->channels};
+    struct rf_deep_work d = {.frame = frame, .deep = deep, .n_planes = out->channels};
     struct rf_work work = {
         .frame = frame, .n_planes = d.n_planes, .n_views = 1, .task = task};
     rf_result result = begin(&d, error);
@@ -737,11 +516,12 @@ rf_result rf_deep_flatten_to(const struct rf_frame *frame, const struct rf_deep 
     /* Light is flattened as it is, whatever space a lens would sum it in. */
     struct rf_frame linear = *frame;
     linear.params.blend_gamma = 1;
-    struct deep d = {.frame = &linear, .deep = deep, .n_planes = colour->channels};
+    struct rf_deep_work d = {
+        .frame = &linear, .deep = deep, .n_planes = colour->channels};
     rf_result result = begin(&d, error);
     for (int y = 0; y < frame->height && result == RF_OK; y++)
         for (int x = 0; x < frame->width; x++) {
-            int n = pieces_of(&d, x, y, d.scratch);
+            int n = rf_deep_pieces_of(&d, x, y, d.scratch);
             struct flat flat = flatten(&d, d.scratch, n);
             for (int k = 0; k < d.n_planes; k++)
                 *(float *)rf_image_at(colour, x, y, k) = flat.c[k];
