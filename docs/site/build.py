@@ -70,6 +70,13 @@ KINDS = {
     "foliage": "Leaves at all depths",
     "ortho": "An orthographic camera",
 }
+LOOKS = {
+    "vintage": "A portrait lens of the nineteenth century: swirl and curved field",
+    "anamorphic": "Anamorphic: oval footprints",
+    "fast": "A fast lens wide open: cat's eyes",
+    "bubble": "Soap bubbles: rims brighter than the middle",
+    "miniature": "A tilted lens: the world as a model",
+}
 
 
 def page(path, title, description, body, head="", at=""):
@@ -233,6 +240,12 @@ def make_gallery():
             "Posts: what one view cannot know, eight see",
         )
     )
+    for look, caption in LOOKS.items():
+        made = f"gallery/portrait_{look}.png"
+        pinhole = REFERENCES / "portrait_pinhole.exr"
+        rackfocus("filter", "-q", pinhole, "-o", OUT / made, "--look", look)
+        plain = ("gallery/portrait_ours.png", "plain lens")
+        figures.append(pair(look, plain, (made, f"--look {look}"), caption))
     body = (
         "<h1>Gallery</h1><p class='lead'>Drag in a picture, or use the arrow keys.</p>"
         f"<div class='pairs'>{''.join(figures)}</div>"

@@ -24,7 +24,7 @@ class Parameters(TypedDict, total=False):
     screen_position: float
     aperture_coefficient: float
     coc_limit: float
-    aperture: Literal["auto", "disc", "polygon"]
+    aperture: Literal["auto", "disc", "polygon", "image"]
     blades: int
     blade_rotation: float
     blade_orientation: Literal["cycles", "povray"]
@@ -83,6 +83,24 @@ class Parameters(TypedDict, total=False):
     lens_seed: int
     quality: Literal["preview", "normal", "best"]
     blade_curvature: float
+    cat_eye: float
+    cat_eye_exposure: Literal["fall", "keep"]
+    astigmatism: float
+    swirl: float
+    barn_left: float
+    barn_right: float
+    barn_top: float
+    barn_bottom: float
+    tilt_x: float
+    tilt_y: float
+    field_curvature: float
+    split_diopter: float
+    split_angle: float
+    split_offset: float
+    split_softness: float
+    spherical: float
+    axial_chroma: float
+    lateral_chroma: float
 
 
 class FilterParameters(Parameters, total=False):

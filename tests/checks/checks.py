@@ -202,6 +202,7 @@ KILLERS = [
     "physics/test_shape",
     "physics/test_alpha",
     "methods/test_depth_routes",
+    "behaviour/test_reads",
     "physics/test_energy",
     "methods/test_artefacts",
 ]
