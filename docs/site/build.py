@@ -306,7 +306,7 @@ def render_page(name):
     text = (ROOT / "docs" / f"{name}.md").read_text()
     text = re.sub(r"^```(\w+) .*$", r"```\1", text, flags=re.M)  # "sh run"
     made = markdown.markdown(
-        text, extensions=["tables", "fenced_code", "toc", "sane_lists"]
+        text, extensions=["tables", "pymdownx.superfences", "toc", "sane_lists"]
     )
     made = re.sub(r' style="text-align: (\w+);"', r' class="\1"', made)
     made = re.sub(r'(href)="([^"]*)"', local_link, made)

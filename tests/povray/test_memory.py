@@ -111,4 +111,5 @@ def test_any_allocation_may_fail(run, tmp_path, job):
         else:
             assert not out.exists(), where
         n_failed += done.returncode != 0
-    assert n_failed > 10
+    # Most moments are those of zlib, which goes on without.
+    assert n_failed > 2
