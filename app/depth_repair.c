@@ -90,3 +90,57 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
              found->stats.kind_reason, guess);
     return true;
 }
+
+bool depth_undo(const struct depth_findings *found, double infinity,
+                const struct rf_view *views, int n, struct depth_repaired *repaired)
+{
+    for (int i = 0; i < n; i++) {
+        const struct rf_image *colour = &views[i].colour, *depth = &views[i].depth;
+        struct rf_depth_channel channel = {
+            .depth = depth->data,
+            .alpha = colour->channels == 4 ? (const float *)colour->data + 3 : NULL,
+            .alpha_step = 4,
+            .width = depth->width,
+            .height = depth->height,
+            .infinity = infinity};
+        if (found->is_premultiplied)
+            repaired->n_divided += rf_depth_divide_by_alpha(&channel);
+        if (found->is_mixed &&
+            rf_depth_snap(NULL, &channel, &repaired->n_snapped, NULL) != RF_OK)
+            return false;
+    }
+    return true;
+}
+
+bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_bytes,
+                struct image_error *error)
+{
+    const struct source *source = picture->source;
+    const struct rf_image *colour = &picture->views->colour;
+    const float *alpha = colour->channels == 4 ? (const float *)colour->data + 3 : NULL;
+    struct depth_findings found;
+    struct depth_repaired repaired = {0};
+    struct rf_lens lens;
+    struct rf_error core_error;
+    char text[400];
+    remark[0] = 0;
+    if (!rf_method_find(picture->params->method)->needs_depth)
+        return true;
+    if (rf_lens_init(&lens, picture->params, source->width, source->height,
+                     &core_error) != RF_OK)
+        return set_error(error, "%s: %s", image_path(source->colour),
+                         core_error.message);
+    if (!depth_find(&found, source, picture->settings, &lens,
+                    picture->views->depth.data, alpha, 4))
+        return set_error(error, "%s: out of memory", image_path(source->depth));
+    if (depth_is_refused(&found, text, sizeof(text)))
+        return set_error(error, "%s: the depth %s", image_path(source->depth), text);
+    if (!depth_undo(&found, picture->params->depth_infinity, picture->views,
+                    picture->n_views, &repaired))
+        return set_error(error, "%s: out of memory", image_path(source->depth));
+    if (repaired.n_divided + repaired.n_snapped > 0)
+        snprintf(remark, n_bytes, "the depth was %s; %zu pixels were mended",
+                 found.is_premultiplied ? "multiplied by alpha" : "anti-aliased",
+                 repaired.n_divided + repaired.n_snapped);
+    return true;
+}

@@ -40,4 +40,31 @@ void depth_judge(struct depth_findings *found, const struct source *source,
 /* Why the depth cannot be used as it is, into `text`; false: it can. */
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes);
 
+/* Pixels that were divided by alpha, and that were given the depth of one side. */
+struct depth_repaired {
+    size_t n_divided, n_snapped;
+};
+
+/*
+ * Undoes in the depths of n views what was found in the first of them; `infinity` is
+ * params.depth_infinity. What is divided by alpha has colour of four channels. Adds to
+ * *repaired. False without memory.
+ */
+bool depth_undo(const struct depth_findings *found, double infinity,
+                const struct rf_view *views, int n, struct depth_repaired *repaired);
+
+/* Views in memory as they were read, and what is known of them. */
+struct depth_picture {
+    const struct source *source; /* of the first */
+    const struct settings *settings;
+    const struct rf_params *params; /* fitted to its window */
+    const struct rf_view *views;
+    int n_views;
+};
+
+/* Does with their depth what `rackfocus filter` does: refuses what cannot be meant,
+ * undoes what can be and says so in `remark`, "" for nothing. */
+bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_bytes,
+                struct image_error *error);
+
 #endif

@@ -26,7 +26,7 @@ int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats
 }
 
 int filter_say_repaired(const struct run *run, const struct depth_findings *found,
-                        const struct repaired *repaired)
+                        const struct depth_repaired *repaired)
 {
     const char *path = image_path(run->source.depth);
     const struct app_host *host = run->tool->host;
@@ -58,25 +58,16 @@ static float *depth_of(const struct run *run, int view)
 
 /* What was found in the first view's depth, in all of them. False without memory. */
 static bool undo(const struct run *run, const struct depth_findings *found,
-                 struct repaired *repaired)
+                 struct depth_repaired *repaired)
 {
     const struct source *source = &run->source;
-    for (int i = 0; i < filter_n_views(run); i++) {
-        const float *colour =
-            run->has_views ? run->views.views[i].colour.data : run->colour;
-        struct rf_depth_channel channel = {.depth = depth_of(run, i),
-                                           .alpha = colour + 3,
-                                           .alpha_step = 4,
-                                           .width = source->width,
-                                           .height = source->height,
-                                           .infinity = run->params.depth_infinity};
-        if (found->is_premultiplied)
-            repaired->n_divided += rf_depth_divide_by_alpha(&channel);
-        if (found->is_mixed &&
-            rf_depth_snap(NULL, &channel, &repaired->n_snapped, NULL) != RF_OK)
-            return false;
-    }
-    return true;
+    const struct rf_view alone = {
+        .colour = rf_image_packed(run->colour, source->width, source->height,
+                                  source->n_channels),
+        .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
+    return depth_undo(found, run->params.depth_infinity,
+                      run->has_views ? run->views.views : &alone, filter_n_views(run),
+                      repaired);
 }
 
 int filter_repair_depth(struct run *run)
@@ -89,7 +80,7 @@ int filter_repair_depth(struct run *run)
         run->depth,    alpha,          4,
         source->width, source->height, run->settings->params.depth_infinity};
     struct depth_findings found;
-    struct repaired repaired = {0};
+    struct depth_repaired repaired = {0};
     for (int i = 0; i < filter_n_views(run); i++)
         rf_depth_undo_mist(depth_of(run, i), n, (enum rf_mist)run->tool->mist_falloff);
     if (!filter_needs_depth(run))

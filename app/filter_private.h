@@ -66,14 +66,9 @@ bool filter_needs_depth(const struct run *run);
 int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats,
                        struct depth_findings *found);
 
-/* Pixels that were divided by alpha, and that were given the depth of one side. */
-struct repaired {
-    size_t n_divided, n_snapped;
-};
-
 /* Says what was undone; `repaired` NULL: nobody counted. */
 int filter_say_repaired(const struct run *run, const struct depth_findings *found,
-                        const struct repaired *repaired);
+                        const struct depth_repaired *repaired);
 
 /* All of it, on pictures in memory. */
 int filter_repair_depth(struct run *run);

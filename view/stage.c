@@ -12,6 +12,7 @@
 #include "file.h"
 #include "filter_run.h"
 #include "folder.h"
+#include "input_read.h"
 #include "picture.h"
 #include "povray_files.h"
 #include "report.h"
@@ -128,99 +129,33 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
 
 /* ---- files ----------------------------------------------------------------------- */
 
-static void take_view(struct input *input, int i, struct rf_view *view)
-{
-    input->views[i] = *view;
-    view->colour.data = view->depth.data = NULL;
-}
-
-static bool read_views(struct stage *stage, const struct view_list *list,
-                       const struct source_request *request, struct image_error *error)
-{
-    const struct source *source = &stage->source;
-    struct views views;
-    const bool is_read = views_read(&views, source, list, request,
-                                    thread_count(stage->options->n_threads), error);
-    if (is_read) {
-        stage->input =
-            input_create(source->width, source->height, source->n_channels, views.n);
-        for (int i = 0; stage->input && i < views.n; i++)
-            take_view(stage->input, i, &views.views[i]);
-        if (!stage->input)
-            set_error(error, "out of memory");
-    }
-    views_free(&views);
-    return is_read && stage->input;
-}
-
-/* As `rackfocus filter` does: undoes what can be, refuses what cannot be meant. */
-static bool repair_depth(struct stage *stage, const struct settings *typed,
-                         const float *colour, float *depth, struct image_error *error)
+/* The depth of all views, as `rackfocus filter` takes it. */
+static bool mend_depth(struct stage *stage, const struct settings *typed,
+                       struct image_error *error)
 {
     const struct view_options *options = stage->options;
-    const struct source *source = &stage->source;
-    const size_t n = (size_t)source->width * (size_t)source->height;
-    const float *alpha = source->n_channels == 4 ? colour + 3 : NULL;
-    struct depth_findings found;
+    const struct input *input = stage->input;
+    const size_t n = (size_t)input->width * (size_t)input->height;
     struct settings settings;
     struct rf_params params;
-    struct rf_lens lens;
-    struct rf_error core_error;
-    char text[400];
-    size_t n_changed = 0;
-    rf_depth_undo_mist(depth, n, (enum rf_mist)options->mist_falloff);
+    char mended[200], text[300];
+    for (int i = 0; i < input->n_views; i++)
+        rf_depth_undo_mist(input->views[i].depth.data, n,
+                           (enum rf_mist)options->mist_falloff);
     if (options->depth_repair == DEPTH_REPAIR_OFF)
         return true;
     if (!stage_resolve(stage, typed, &settings, &params, error->message,
                        sizeof(error->message)))
         return false;
-    if (rf_lens_init(&lens, &params, source->width, source->height, &core_error) !=
-        RF_OK)
-        return set_error(error, "%s: %s", image_path(source->colour),
-                         core_error.message);
-    if (!depth_find(&found, source, &settings, &lens, depth, alpha, 4))
-        return set_error(error, "%s: out of memory", image_path(source->depth));
-    if (depth_is_refused(&found, text, sizeof(text)))
-        return set_error(error, "%s: the depth %s", image_path(source->depth), text);
-    struct rf_depth_channel channel = {
-        depth, alpha, 4, source->width, source->height, params.depth_infinity};
-    if (found.is_premultiplied)
-        n_changed += rf_depth_divide_by_alpha(&channel);
-    if (found.is_mixed && rf_depth_snap(NULL, &channel, &n_changed, NULL) != RF_OK)
-        return set_error(error, "%s: out of memory", image_path(source->depth));
-    if (n_changed > 0) {
-        snprintf(text, sizeof(text),
-                 "the depth was %s; %zu pixels were mended (--depth-repair off takes "
-                 "it as it is)",
-                 found.is_premultiplied ? "multiplied by alpha" : "anti-aliased",
-                 n_changed);
+    const struct depth_picture picture = {&stage->source, &settings, &params,
+                                          input->views, input->n_views};
+    if (!depth_mend(&picture, mended, sizeof(mended), error))
+        return false;
+    if (mended[0]) {
+        snprintf(text, sizeof(text), "%s (--depth-repair off takes it as it is)",
+                 mended);
         add_remark(stage, text);
     }
-    return true;
-}
-
-static bool read_single(struct stage *stage, const struct settings *typed,
-                        struct image_error *error)
-{
-    const struct source *source = &stage->source;
-    const int n_threads = thread_count(stage->options->n_threads);
-    float *colour = source_read_colour(source, n_threads, error);
-    float *depth = colour ? source_read_depth(source, n_threads, error) : NULL;
-    if (!depth || !repair_depth(stage, typed, colour, depth, error)) {
-        free(colour);
-        free(depth);
-        return false;
-    }
-    stage->input = input_create(source->width, source->height, source->n_channels, 1);
-    if (!stage->input) {
-        free(colour);
-        free(depth);
-        return set_error(error, "out of memory");
-    }
-    stage->input->views[0] = (struct rf_view){
-        .colour =
-            rf_image_packed(colour, source->width, source->height, source->n_channels),
-        .depth = rf_image_packed(depth, source->width, source->height, 1)};
     return true;
 }
 
@@ -265,9 +200,12 @@ static bool read_files(struct stage *stage, const struct settings *typed,
             "; view takes one file of colour and one of depth, or only views",
             other);
     is_good = is_good && open_source(stage, &request, &list, error);
+    const int n_threads = thread_count(stage->options->n_threads);
     if (is_good)
-        is_good = stage->has_views ? read_views(stage, &list, &request, error)
-                                   : read_single(stage, typed, error);
+        stage->input = stage->has_views ? input_read_views(&stage->source, &list,
+                                                           &request, n_threads, error)
+                                        : input_read(&stage->source, n_threads, error);
+    is_good = is_good && stage->input && mend_depth(stage, typed, error);
     views_list_free(&list);
     return is_good;
 }

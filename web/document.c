@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "depth_repair.h"
+#include "input_read.h"
 #include "maps.h"
 #include "picture.h"
 #include "quick.h"
@@ -32,86 +33,15 @@ bool document_resolve(struct document *document, struct image_error *error)
     return true;
 }
 
-/* As `rackfocus filter` does: undoes what can be, refuses what cannot be meant. */
-static bool mend_depth(struct document *document, const float *colour, float *depth,
-                       struct image_error *error)
+/* The depth of all views, as `rackfocus filter` takes it. */
+static bool mend_depth(struct document *document, struct image_error *error)
 {
-    const struct source *source = &document->source;
-    const char *path = image_path(source->depth);
-    const float *alpha = source->n_channels == 4 ? colour + 3 : NULL;
-    struct depth_findings found;
-    struct rf_lens lens;
-    struct rf_error core_error;
-    char text[400];
-    size_t n_changed = 0;
     if (!document_resolve(document, error))
         return false;
-    if (rf_lens_init(&lens, &document->params, source->width, source->height,
-                     &core_error) != RF_OK)
-        return set_error(error, "%s: %s", path, core_error.message);
-    if (!depth_find(&found, source, &document->settings, &lens, depth, alpha, 4))
-        return set_error(error, "%s: out of memory", path);
-    if (depth_is_refused(&found, text, sizeof text))
-        return set_error(error, "%s: the depth %s", path, text);
-    struct rf_depth_channel channel = {
-        depth,         alpha,          4,
-        source->width, source->height, document->params.depth_infinity};
-    if (found.is_premultiplied)
-        n_changed += rf_depth_divide_by_alpha(&channel);
-    if (found.is_mixed &&
-        rf_depth_snap(document->context, &channel, &n_changed, &core_error) != RF_OK)
-        return set_error(error, "%s: %s", path, core_error.message);
-    if (n_changed > 0)
-        snprintf(document->remark, sizeof document->remark,
-                 "the depth was %s; %zu pixels were mended",
-                 found.is_premultiplied ? "multiplied by alpha" : "anti-aliased",
-                 n_changed);
-    return true;
-}
-
-static bool read_single(struct document *document, struct image_error *error)
-{
-    const struct source *source = &document->source;
-    float *colour = source_read_colour(source, 1, error);
-    float *depth = colour ? source_read_depth(source, 1, error) : NULL;
-    struct input *input = NULL;
-    if (depth && mend_depth(document, colour, depth, error)) {
-        input = input_create(source->width, source->height, source->n_channels, 1);
-        if (!input)
-            set_error(error, "out of memory");
-    }
-    if (!input) {
-        free(colour);
-        free(depth);
-        return false;
-    }
-    input->views[0] = (struct rf_view){
-        .colour =
-            rf_image_packed(colour, source->width, source->height, source->n_channels),
-        .depth = rf_image_packed(depth, source->width, source->height, 1)};
-    document->input = input;
-    return true;
-}
-
-static bool read_views(struct document *document, const struct view_list *list,
-                       const struct source_request *request, struct image_error *error)
-{
-    const struct source *source = &document->source;
-    struct views views;
-    const bool is_read = views_read(&views, source, list, request, 1, error) &&
-                         document_resolve(document, error);
-    if (is_read) {
-        document->input =
-            input_create(source->width, source->height, source->n_channels, views.n);
-        if (!document->input)
-            set_error(error, "out of memory");
-    }
-    for (int i = 0; document->input && i < views.n; i++) {
-        document->input->views[i] = views.views[i];
-        views.views[i].colour.data = views.views[i].depth.data = NULL;
-    }
-    views_free(&views);
-    return document->input != NULL;
+    const struct depth_picture picture = {&document->source, &document->settings,
+                                          &document->params, document->input->views,
+                                          document->input->n_views};
+    return depth_mend(&picture, document->remark, sizeof document->remark, error);
 }
 
 static bool open_source(struct document *document, const struct source_request *request,
@@ -149,9 +79,13 @@ static bool read_files(struct document *document, char *const *paths, int n_path
             "%s: is no view from a point of the lens, its header has no " VIEWS_OFFSET
             "; open one file of colour and one of depth, or views",
             other);
-    is_good = is_good && open_source(document, &request, &list, error) &&
-              (document->has_views ? read_views(document, &list, &request, error)
-                                   : read_single(document, error));
+    is_good = is_good && open_source(document, &request, &list, error);
+    if (is_good)
+        document->input =
+            document->has_views
+                ? input_read_views(&document->source, &list, &request, 1, error)
+                : input_read(&document->source, 1, error);
+    is_good = is_good && document->input && mend_depth(document, error);
     views_list_free(&list);
     if (is_good && !input_prepare(document->input, document->context, &document->params,
                                   &core_error))

@@ -336,9 +336,10 @@ CAMERA = {
 
 @pytest.fixture
 def passes(tmp_path):
-    """Makes an EXR of a near disc before a far striped wall."""
+    """Makes an EXR of a near disc before a far striped wall; is_soft: its depth is
+    averaged over three pixels, as a pixel filter does."""
 
-    def make(name="passes.exr", shift=0.0, attributes=None):
+    def make(name="passes.exr", shift=0.0, attributes=None, is_soft=False):
         y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH].astype(numpy.float32)
         near = (x - DISC[0] + 4 * shift) ** 2 + (y - DISC[1]) ** 2 < 45**2
         stripes = (((x + shift) // 7 + y // 11) % 2).astype(numpy.float32)
@@ -348,6 +349,9 @@ def passes(tmp_path):
             "B": numpy.where(near, 0.1, 0.9 - 0.5 * stripes).astype(numpy.float32),
             "Z": numpy.where(near, NEAR, FAR).astype(numpy.float32),
         }
+        if is_soft:
+            sides = [numpy.roll(channels["Z"], by, 1) for by in (-1, 0, 1)]
+            channels["Z"] = numpy.mean(sides, axis=0)
         channels = {k: v.astype(numpy.float32) for k, v in channels.items()}
         return plainexr.write(
             tmp_path / name, channels, {**CAMERA, **(attributes or {})}

@@ -11,7 +11,7 @@ from conftest import HEIGHT, WIDTH, read_exr, read_png
 OFFSETS = [(0.0, 0.0), (0.108, 0.0), (-0.108, 0.0)]
 
 
-def make_views(passes, n=3):
+def make_views(passes, n=3, is_soft=False):
     """Views whose disc and wall are where parallel cameras would see them."""
     paths = []
     for i, (u, v) in enumerate(OFFSETS[:n]):
@@ -21,6 +21,7 @@ def make_views(passes, n=3):
                 f"passes_v{i:02}.exr",
                 shift=round(u * 320 * 50 / 36 / 12),
                 attributes={"rackfocus:lensOffset": (u, v)},
+                is_soft=is_soft,
             )
         )
     return paths
@@ -35,6 +36,18 @@ def test_views_are_merged(view, passes, rackfocus, tmp_path):
     out = tmp_path / "want.png"
     rackfocus("filter", *paths, "-o", out)
     assert window.sees(read_png(out))
+
+
+def test_anti_aliased_depth_of_views(view, passes, rackfocus, tmp_path):
+    """Mended in every view as the command mends it, and said."""
+    paths = make_views(passes, is_soft=True)
+    window = view(*paths)
+    assert "anti-aliased" in window.wait_text("said")
+    window.wait_open()
+    out = tmp_path / "want.png"
+    rackfocus("filter", *paths, "-o", out)
+    assert window.sees(read_png(out))
+    window.quit()
 
 
 def test_the_eye_moves_among_the_views(view, passes):
