@@ -9,6 +9,7 @@
 #include "filter_run.h"
 #include "settings.h"
 #include "source.h"
+#include "temporal.h"
 #include "views.h"
 
 /* Everything that one run holds. */
@@ -27,7 +28,8 @@ struct run {
     struct aovs aovs;
     bool is_deep;
     struct deep_frame deep;
-    float *colour, *depth; /* of the first view; colour becomes the result */
+    float *colour, *depth;          /* of the first view; colour becomes the result */
+    struct temporal_behind *behind; /* of each view; NULL: not asked for */
     struct rf_context *context;
     struct rf_filter *filter;
     struct windows *windows; /* NULL: the picture is in memory as a whole (windows.h) */

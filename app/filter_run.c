@@ -333,10 +333,15 @@ static int read_pixels(struct run *run)
 static int make_picture(struct run *run, float *samples)
 {
     const struct source *source = &run->source;
-    const struct rf_view view = {
+    struct rf_view view = {
         .colour = rf_image_packed(run->colour, source->width, source->height,
                                   source->n_channels),
         .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
+    if (run->has_views)
+        for (int i = 0; i < run->views.n; i++)
+            temporal_set_behind(run, i, &run->views.views[i]);
+    else
+        temporal_set_behind(run, 0, &view);
     const struct rf_image out =
         rf_image_packed(samples, source->width, source->height, source->n_channels);
     struct rf_error error;
@@ -425,8 +430,8 @@ static int do_step(struct run *run, int (*step)(struct run *))
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
-        find_layers, read_facts, make_filter,   open_views,   read_pixels,
-        warn_facts,  process,    filter_layers, write_output, say_done};
+        find_layers,   read_facts, make_filter,   open_views,   read_pixels, warn_facts,
+        temporal_find, process,    filter_layers, write_output, say_done};
     if (!source_check(&run->source, run->error) ||
         !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&
@@ -443,6 +448,7 @@ static int run_steps(struct run *run)
 static void free_run(struct run *run)
 {
     windows_free(run);
+    temporal_free(run);
     rf_filter_destroy(run->filter);
     rf_context_destroy(run->context);
     if (!run->has_views) {

@@ -31,11 +31,38 @@ static struct image_attribute text_attribute(const char *key, const char *text)
                                     .text = text};
 }
 
-enum { MAX_FACTS = 12 };
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
-/* The facts of the camera for the header; returns their number. */
+/*
+ * The camera's place as worldToCamera, by rows: x to the right, y up, z along the axis.
+ * False where its axes are not at right angles, which no matrix of turns says.
+ */
+static bool find_matrix(const struct povray_camera *camera, double matrix[16])
+{
+    const double *const axes[3] = {camera->right, camera->up, camera->direction};
+    for (int k = 0; k < 3; k++) {
+        const double *axis = axes[k], *next = axes[(k + 1) % 3];
+        if (!(length(axis) > 0) ||
+            fabs(dot(axis, next)) > 1e-6 * length(axis) * length(next))
+            return false;
+        for (int row = 0; row < 3; row++)
+            matrix[4 * row + k] = axis[row] / length(axis);
+        matrix[12 + k] = -dot(camera->location, axis) / length(axis);
+        matrix[4 * k + 3] = 0;
+    }
+    matrix[15] = 1;
+    return true;
+}
+
+enum { MAX_FACTS = 13 };
+
+/* The facts of the camera for the header; returns their number. `matrix` is for one of
+ * them. */
 static int list_facts(const struct povray_passes *passes, enum povray_file kind,
-                      const char *made, struct image_attribute *list)
+                      const char *made, double matrix[16], struct image_attribute *list)
 {
     const struct povray_camera *camera = &passes->camera;
     int n = 0;
@@ -53,6 +80,9 @@ static int list_facts(const struct povray_passes *passes, enum povray_file kind,
             "focal-length-px", passes->supersample * povray_picture_width(passes) *
                                    length(camera->direction) / length(camera->right));
     }
+    if (find_matrix(camera, matrix))
+        list[n++] = (struct image_attribute){
+            .name = "worldToCamera", .type = IMAGE_ATTRIBUTE_M44F, .matrix = matrix};
     if (kind == POVRAY_FILE_VIEW || kind == POVRAY_FILE_COLOUR)
         list[n++] = (struct image_attribute){
             .name = VIEWS_OFFSET,
@@ -112,6 +142,7 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         types[c] = c < n_colours && kind != POVRAY_FILE_RESULT ? IMAGE_SAMPLE_HALF
                                                                : IMAGE_SAMPLE_FLOAT;
     struct image_attribute facts[MAX_FACTS];
+    double matrix[16];
     const double pixel_width =
         length(passes->camera.right) / povray_picture_width(passes);
     const double pixel_height =
@@ -128,7 +159,7 @@ bool povray_file_write(const char *path, const struct povray_passes *passes,
         .types = types,
         .samples = samples,
         .attributes = facts,
-        .n_attributes = list_facts(passes, kind, made, facts)};
+        .n_attributes = list_facts(passes, kind, made, matrix, facts)};
     const bool is_written = samples && image_write(path, &output, n_threads, error);
     free(samples);
     return is_written;

@@ -15,6 +15,7 @@
 #include "journal.h"
 #include "rackfocus/rackfocus.h"
 #include "report.h"
+#include "temporal.h"
 #include "thread.h"
 
 enum state { WAITING, MADE, SKIPPED, FAILED, CANCELLED };
@@ -56,6 +57,7 @@ struct job {
     struct settings settings;
     char *paths[RF_MAX_VIEWS];
     int n_paths;
+    struct temporal_frames beside; /* of --temporal */
     uint64_t hash;
 };
 
@@ -98,6 +100,14 @@ static void hash_params(uint64_t *hash, const struct rf_params *params)
 #define HASH_ASIDE(name)
 #define HASH_OPTION(kind, type, name) HASH_##kind(name);
 
+static void hash_beside(uint64_t *hash, const struct temporal_frame *frame)
+{
+    frame_hash_bytes(hash, &frame->offset, sizeof(frame->offset));
+    for (int i = 0; i < frame->n_paths; i++)
+        frame_hash_file(hash, frame->paths[i]);
+    frame_hash_file(hash, frame->depth_file);
+}
+
 static void hash_job(const struct sequence *sequence, struct job *job)
 {
     uint64_t hash = FRAME_HASH_START;
@@ -108,6 +118,8 @@ static void hash_job(const struct sequence *sequence, struct job *job)
     FILTER_OPTIONS(HASH_OPTION)
     for (int i = 0; i < sequence->n_paths; i++)
         frame_hash_file(&hash, job->paths[i]);
+    for (int k = 0; k < job->beside.n; k++)
+        hash_beside(&hash, &job->beside.at[k]);
     job->hash = hash;
 }
 
@@ -127,6 +139,60 @@ static bool expand(const char **name, struct frame *frame)
 #define EXPAND_ASIDE(name)
 #define EXPAND_OPTION(kind, type, name) EXPAND_##kind(name);
 
+static void free_beside(struct temporal_frame *frame)
+{
+    for (int i = 0; i < frame->n_paths; i++)
+        free(frame->paths[i]);
+    free(frame->depth_file);
+}
+
+/* Adds the frame that lies so far away, if all its files are there; false on failure.
+ */
+static bool add_beside(const struct sequence *sequence, struct job *job,
+                       struct frame *frame, int32_t offset)
+{
+    struct temporal_frame *beside = &job->beside.at[job->beside.n];
+    const char *depth_file = sequence->tool->depth_file;
+    bool is_there = true, is_good = true;
+    *beside = (struct temporal_frame){.offset = offset};
+    if (offset < 0 && frame->number < -offset)
+        return true;
+    for (int i = 0; i < sequence->n_paths && is_good; i++) {
+        char *path =
+            frame_name(sequence->paths[i], frame->number + offset, &frame->error);
+        is_good = path != NULL;
+        beside->paths[beside->n_paths] = path;
+        beside->n_paths += is_good;
+        is_there = is_there && is_good && os_file_facts(path).kind != OS_FILE_NONE;
+    }
+    if (is_good && depth_file) {
+        beside->depth_file =
+            frame_name(depth_file, frame->number + offset, &frame->error);
+        is_good = beside->depth_file != NULL;
+        is_there = is_there && is_good &&
+                   os_file_facts(beside->depth_file).kind != OS_FILE_NONE;
+    }
+    if (is_good && is_there)
+        job->beside.n++;
+    else
+        free_beside(beside);
+    return is_good;
+}
+
+/* Those on both sides that there are, the nearest first. */
+static bool find_beside(const struct sequence *sequence, struct job *job,
+                        struct frame *frame)
+{
+    job->beside.settings = sequence->settings;
+    for (int32_t k = 1; k <= job->tool.temporal; k++)
+        if (!add_beside(sequence, job, frame, -k) ||
+            !add_beside(sequence, job, frame, k))
+            return false;
+    if (job->tool.temporal > 0)
+        job->tool.beside = &job->beside;
+    return true;
+}
+
 static bool job_make(const struct sequence *sequence, struct job *job,
                      struct frame *frame)
 {
@@ -139,7 +205,8 @@ static bool job_make(const struct sequence *sequence, struct job *job,
         is_good = is_good && job->paths[i];
     }
     job->n_paths = sequence->n_paths;
-    if (!is_good || !set_row(sequence, job, frame))
+    if (!is_good || !set_row(sequence, job, frame) ||
+        !find_beside(sequence, job, frame))
         return false;
     hash_job(sequence, job);
     return true;
@@ -157,6 +224,8 @@ static void job_free(struct job *job)
     FILTER_OPTIONS(FREE_OPTION)
     for (int i = 0; i < job->n_paths; i++)
         free(job->paths[i]);
+    for (int i = 0; i < job->beside.n; i++)
+        free_beside(&job->beside.at[i]);
 }
 
 /* ---- what is finished ----------------------------------------------------------- */

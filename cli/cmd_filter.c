@@ -20,6 +20,7 @@
 #include "sequence.h"
 #include "settings.h"
 #include "source.h"
+#include "temporal.h"
 
 struct options {
     struct filter_options filter;
@@ -111,6 +112,10 @@ static const struct option options[] = {
     OPTION_INT_ROW("jobs", AT_SEQUENCE(n_jobs), "N", 1, 16,
                    "Sequence: frames at a time, so that files are read and written "
                    "while others are filtered. [default 2]"),
+    OPTION_INT_ROW("temporal", AT(temporal), "N", 0, TEMPORAL_MOST,
+                   "Sequence: what a frame hides is taken from so many frames before "
+                   "and after it, by the camera in their headers (worldToCamera) or a "
+                   "pass of motion vectors; 2 do for most shots. [default 0]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(offsetof(struct options, is_quiet)),
     OPTION_STRICT_ROW(offsetof(struct options, is_strict)),
@@ -138,6 +143,9 @@ static bool check_many(const struct filter_options *tool, int n)
     if (tool->pass_through || tool->output_coc || tool->flattened)
         return fail_usage("--pass-through, --output-coc and --flattened are of one "
                           "picture; leave out --over and --stereo");
+    if (tool->temporal)
+        return fail_usage("--temporal is of one picture; leave out --over and "
+                          "--stereo, and filter the eyes one by one with --layer");
     if (tool->is_over && tool->filter_layers)
         return fail_usage("--filter-layers is of one picture; leave out --over");
     if (tool->is_stereo && tool->output && !filter_has_view_mark(tool->output) &&
@@ -249,6 +257,7 @@ static bool check_sequence(const struct options *all, const struct operands *ope
                         : sequence->parameters ? "frame-parameters"
                         : sequence->is_anew    ? "anew"
                         : sequence->n_jobs     ? "jobs"
+                        : all->filter.temporal ? "temporal"
                                                : NULL;
     if (given)
         message(

@@ -144,6 +144,12 @@ static exr_result_t set_attribute(exr_context_t to, int part,
         v.y = (float)a->number[1];
         return exr_attr_set_v2f(to, part, a->name, &v);
     }
+    case IMAGE_ATTRIBUTE_M44F: {
+        exr_attr_m44f_t m;
+        for (int i = 0; i < 16; i++)
+            m.m[i] = (float)a->matrix[i];
+        return exr_attr_set_m44f(to, part, a->name, &m);
+    }
     }
     return EXR_ERR_INVALID_ARGUMENT;
 }

@@ -101,3 +101,17 @@ bool image_attribute_v2f(const struct image_input *input, const char *name, doub
             return true;
     return false;
 }
+
+bool image_attribute_matrix(const struct image_input *input, const char *name,
+                            double m[16])
+{
+    for (int part = 0; part < input->n_parts; part++) {
+        const exr_attribute_t *a = attribute_of(input, part, name);
+        if (!a || (a->type != EXR_ATTR_M44F && a->type != EXR_ATTR_M44D))
+            continue;
+        for (int i = 0; i < 16; i++)
+            m[i] = a->type == EXR_ATTR_M44F ? (double)a->m44f->m[i] : a->m44d->m[i];
+        return true;
+    }
+    return false;
+}

@@ -68,6 +68,9 @@ bool image_attribute_string(const struct image_input *input, const char *name,
                             const char **text);
 bool image_attribute_v2f(const struct image_input *input, const char *name,
                          double v[2]);
+/* Of 4 x 4 numbers, by rows. */
+bool image_attribute_matrix(const struct image_input *input, const char *name,
+                            double m[16]);
 
 /*
  * The views of a file after OpenEXR's multi-view convention, the first being the one to
@@ -168,16 +171,18 @@ void image_deep_free(struct image_deep *deep);
 /* The ZBack that belongs to depth channel z (same part and layer), -1: none. */
 int image_find_z_back(const struct image_input *input, int z);
 
-struct image_attribute { /* a number, a string or a v2f to add to a header */
+struct image_attribute { /* a number, a string, a v2f or an m44f for a header */
     const char *name;
     enum {
         IMAGE_ATTRIBUTE_FLOAT,
         IMAGE_ATTRIBUTE_INT,
         IMAGE_ATTRIBUTE_STRING,
-        IMAGE_ATTRIBUTE_V2F
+        IMAGE_ATTRIBUTE_V2F,
+        IMAGE_ATTRIBUTE_M44F
     } type;
     double number[2];
     const char *text;
+    const double *matrix; /* 16, by rows */
 };
 
 /* One picture to write. */

@@ -156,6 +156,22 @@ static rf_result run(struct rf_work *work, const struct rf_view *views,
     return result;
 }
 
+static rf_result check_behind(const struct rf_frame *f, const struct rf_view *view,
+                              struct rf_error *error)
+{
+    rf_result result = rf_image_check(&view->behind_colour, "behind_colour", f->width,
+                                      f->height, error);
+    if (result == RF_OK)
+        result = rf_image_check(&view->behind_depth, "behind_depth", f->width,
+                                f->height, error);
+    if (result == RF_OK && view->behind_colour.channels != view->colour.channels)
+        result = rf_fail(error, RF_ERROR_ARGUMENT, "behind_colour",
+                         "behind_colour has %d channels and colour %d: give both the "
+                         "same",
+                         view->behind_colour.channels, view->colour.channels);
+    return result;
+}
+
 static rf_result check_view(const struct rf_frame *f, const struct rf_view *view,
                             const struct rf_image *out, struct rf_error *error)
 {
@@ -167,6 +183,8 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
         result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
                          "out has %d channels and colour %d: give both the same",
                          out->channels, view->colour.channels);
+    if (result == RF_OK && view->behind_colour.data)
+        result = check_behind(f, view, error);
     return result == RF_OK ? rf_view_check_place(view, error) : result;
 }
 

@@ -188,6 +188,7 @@ rf_result rf_picture_take_highlights(struct rf_picture *picture,
         view->survey ? *view->survey : survey_lights(picture, view, n_planes);
     const struct lights lights = {
         .view = view, .n_planes = n_planes, .factor = rf_survey_factor(&survey)};
+    picture->highlight_factor = lights.factor;
     rf_result result = collect_lights(picture, &lights, start, error);
     rf_free(f->context, start);
     return result;

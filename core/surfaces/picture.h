@@ -44,6 +44,7 @@ struct rf_picture {
     /* Their light, once it is taken out of the surfaces (highlights_find.c). */
     struct rf_sample *highlights;
     size_t n_highlights;
+    float highlight_factor; /* as in rf_is_highlight(); 0: they were not looked for */
 };
 
 /*

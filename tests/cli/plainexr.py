@@ -34,6 +34,8 @@ def _value(name, value):
         texts = [text.encode() for text in value]
         packed = b"".join(struct.pack("<i", len(text)) + text for text in texts)
         return _attribute(name, "stringvector", packed)
+    if len(value) == 16:
+        return _attribute(name, "m44f", struct.pack("<16f", *value))
     return _attribute(name, "v2f", struct.pack("<2f", *value))
 
 

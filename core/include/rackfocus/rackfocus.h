@@ -478,6 +478,16 @@ struct rf_view {
     double lens_offset[2];
     /** Distance of the plane that the view's shear keeps fixed; 0: parallel cameras. */
     double shear_distance;
+    /**
+     * What lies behind the visible surfaces, as other frames or a second layer show it:
+     * colours like `colour`, and planar distances in scene units, whatever
+     * params.depth says; NAN or 0 where nothing is known. It takes the place of
+     * estimates (fill_hidden) where the lens looks behind something. data NULL: nothing
+     * is known. Read by `layered` and `views` of whole pictures; not by quality
+     * preview. Since 0.1.
+     */
+    struct rf_image behind_colour;
+    struct rf_image behind_depth; /**< see behind_colour */
 };
 
 /** Builds a filter for pictures of width x height; checks every parameter. */

@@ -26,6 +26,7 @@
 #include "compose/composite.h"
 #include "compose/emit.h"
 #include "compose/highlights_find.h"
+#include "compose/known_hidden.h"
 #include "compose/scene.h"
 #include "input/frame.h"
 #include "input/views_in.h"
@@ -89,6 +90,8 @@ static rf_result run(struct layered *state, struct rf_work *work,
     rf_task_poll(work->task);
     if (result == RF_OK && params->fill_hidden)
         result = find_hidden(state, work->task, error);
+    if (result == RF_OK && state->hidden.at && !rf_task_is_cancelled(work->task))
+        result = rf_known_hidden_put(&state->picture, view, &state->hidden, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
     const struct rf_pixels *pixels = &state->picture.pixels;

@@ -16,6 +16,7 @@
 #include "compose/composite.h"
 #include "compose/emit.h"
 #include "compose/footprint.h"
+#include "compose/known_hidden.h"
 #include "compose/scene.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
@@ -510,9 +511,14 @@ static rf_result find_hidden(struct rf_view_cell *cell, double progress_to,
     /* The other views are asked what they show, not this one, while its radii change.
      */
     struct rf_radii radii = {rf_plane_row(pixels, pixels->radius, 0), pixels->stride};
-    return rf_find_hidden(&cell->frame, &picture->surfaces, &radii,
-                          cell->is_whole ? NULL : &known, &cell->hidden,
-                          cell->v->work->task, error);
+    rf_result result = rf_find_hidden(&cell->frame, &picture->surfaces, &radii,
+                                      cell->is_whole ? NULL : &known, &cell->hidden,
+                                      cell->v->work->task, error);
+    if (result == RF_OK && !rf_task_is_cancelled(cell->v->work->task))
+        result = rf_known_hidden_put(&cell->v->pictures[cell->middle],
+                                     &cell->v->work->views[cell->middle], &cell->hidden,
+                                     error);
+    return result;
 }
 
 static bool is_opaque(const struct rf_views *v)

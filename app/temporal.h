@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Neighbouring frames as further evidence: what one frame hides, those before and after
+ * may show. Their pixels are moved to where they lie in the frame, by the cameras'
+ * matrices (worldToCamera in the headers) or by a pass of motion vectors, and those
+ * behind its surfaces are handed to the core as known (rf_view.behind_colour).
+ */
+#ifndef APP_TEMPORAL_H
+#define APP_TEMPORAL_H
+
+#include <stdint.h>
+
+#include "rackfocus/rackfocus.h"
+
+struct settings;
+struct run;
+
+/* Frames on each side of one, at most. */
+enum { TEMPORAL_MOST = 8 };
+
+/* A frame that is there beside the one that is made. */
+struct temporal_frame {
+    int32_t offset; /* of its number: 1 is the next */
+    char *paths[RF_MAX_VIEWS];
+    int n_paths;      /* as many as the frame has */
+    char *depth_file; /* or NULL */
+};
+
+struct temporal_frames {
+    int n;
+    struct temporal_frame at[2 * TEMPORAL_MOST]; /* nearest first */
+    const struct settings *settings;             /* as typed, without any header */
+};
+
+/*
+ * Finds what the views of a run hide, once their pixels are read: sets
+ * run->behind. APP_DONE where --temporal is off. An enum app_code.
+ */
+int temporal_find(struct run *run);
+
+/* What view i hides, for the core; `view` is left as it is where nothing is known. */
+void temporal_set_behind(const struct run *run, int i, struct rf_view *view);
+
+void temporal_free(struct run *run);
+
+#endif

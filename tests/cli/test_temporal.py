@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""--temporal: what a frame hides is taken from those beside it.
+
+A camera moves past thin blurred posts before a pattern in focus, so every frame's true
+picture is a mean over the lens that can be computed.
+"""
+
+import os
+
+import numpy
+import plainexr
+import pytest
+
+SIZE = WIDTH, HEIGHT = 96, 48
+FOCAL_PX, RADIUS, FOCUS, NEAR = 100, 0.2, 8.0, 2.0
+STEP_PX = 3  # that the pattern moves from frame to frame, and the posts 4 times as far
+CAMERA = STEP_PX * FOCUS / FOCAL_PX  # scene units, from frame to frame
+N_FRAMES = 7
+POSTS = [-40.0, -15.0, 10.0, 35.0, 60.0, 85.0, 110.0, 135.0]
+LENS = ["--lens-radius", RADIUS, "--focal-length-px", FOCAL_PX]
+LENS += ["--focus-distance", FOCUS]
+
+PATTERN = numpy.random.default_rng(5).uniform(0.1, 0.9, (HEIGHT, 8 * WIDTH))
+
+
+def is_post(x, frame):
+    """Does a post cover x, px, of a frame? 5 px wide."""
+    x = x + frame * STEP_PX * FOCUS / NEAR
+    return numpy.any([abs(x - 72 - post) < 2.5 for post in POSTS], axis=0)
+
+
+def pattern(frame):
+    left = 2 * WIDTH + frame * STEP_PX
+    return PATTERN[:, left : left + WIDTH]
+
+
+def pinhole(frame):
+    x = numpy.arange(WIDTH) + 0.5
+    post = numpy.broadcast_to(is_post(x, frame), (HEIGHT, WIDTH))
+    return numpy.where(post, 0.3, pattern(frame)), post
+
+
+def truth(frame):
+    x = numpy.arange(WIDTH) + 0.5
+    reach = FOCAL_PX * RADIUS * (1 / NEAR - 1 / FOCUS)
+    u = numpy.linspace(-1, 1, 129)[1:-1]
+    share = numpy.sqrt(1 - u**2)
+    covered = sum(w * is_post(x + reach * a, frame) for a, w in zip(u, share))
+    covered = covered / share.sum()
+    return covered * 0.3 + (1 - covered) * pattern(frame)
+
+
+def matrix(frame, up=1, ahead=-1):
+    """worldToCamera of a camera at x = frame CAMERA, turned and scaled arbitrarily by
+    the world's own axes."""
+    camera = numpy.diag([1.0, up, ahead, 1.0])
+    place = numpy.eye(4)
+    place[3, 0] = -frame * CAMERA
+    angle = 0.7
+    turn = numpy.eye(4)
+    turn[0, 0] = turn[1, 1] = numpy.cos(angle)
+    turn[0, 1] = numpy.sin(angle)
+    turn[1, 0] = -turn[0, 1]
+    return tuple((turn @ place @ camera).ravel())
+
+
+def vectors(frame, names):
+    """How far what is seen moves, by the names of the channels; px, y is up."""
+    _, post = pinhole(frame)
+    px = numpy.where(post, STEP_PX * FOCUS / NEAR, STEP_PX).astype(numpy.float32)
+    zero = numpy.zeros_like(px)
+    if names == "blender":  # to before, and from after to here
+        of = {"X": px, "Y": zero, "Z": px, "W": zero}
+        return {f"View.Vector.{name}": value for name, value in of.items()}
+    return {
+        "forward.u": -px,
+        "forward.v": zero,
+        "backward.u": px,
+        "backward.v": zero,
+    }
+
+
+@pytest.fixture
+def shot(tmp_path):
+    def make(attributes=None, channels=None, numbers=range(1, N_FRAMES + 1)):
+        for i in numbers:
+            grey, post = pinhole(i)
+            all_channels = {name: grey.astype(numpy.float32) for name in "RGB"}
+            all_channels["Z"] = numpy.where(post, NEAR, FOCUS).astype(numpy.float32)
+            all_channels.update(channels(i) if channels else {})
+            path = tmp_path / f"shot.{i:04d}.exr"
+            plainexr.write(path, all_channels, attributes(i) if attributes else None)
+        return tmp_path / "shot.####.exr"
+
+    return make
+
+
+@pytest.fixture
+def run(rackfocus, tmp_path):
+    def filter_shot(pattern, *arguments, name="out", code=0):
+        return rackfocus(
+            "filter",
+            pattern,
+            "-o",
+            tmp_path / f"{name}.####.exr",
+            "--type",
+            "float",
+            *LENS,
+            *arguments,
+            code=code,
+        )
+
+    return filter_shot
+
+
+def with_camera(frame, **axes):
+    return {"worldToCamera": matrix(frame, **axes)}
+
+
+def error_of(tmp_path, frame, name="out"):
+    """Root mean square, away from the border."""
+    import OpenImageIO
+
+    file = OpenImageIO.ImageInput.open(str(tmp_path / f"{name}.{frame:04d}.exr"))
+    got = file.read_image(format="float")[..., 1]
+    file.close()
+    inner = numpy.s_[8:-8, 16:-16]
+    return numpy.sqrt(((got - truth(frame))[inner] ** 2).mean())
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [{"up": 1, "ahead": -1}, {"up": 1, "ahead": 1}, {"up": -1, "ahead": 1}],
+    ids=["back", "ahead", "down"],
+)
+def test_cameras_say_what_is_hidden(run, shot, tmp_path, axes):
+    pattern = shot(lambda i: with_camera(i, **axes))
+    run(pattern, name="alone")
+    run(pattern, "--temporal", 2)
+    for i in (3, 4, 5):
+        alone, together = error_of(tmp_path, i, "alone"), error_of(tmp_path, i)
+        assert together < alone / 3, f"frame {i}: {alone:.4f}, {together:.4f}"
+
+
+@pytest.mark.parametrize("names", ["blender", "nuke"])
+def test_vectors_say_it_too(run, shot, tmp_path, names):
+    pattern = shot(channels=lambda i: vectors(i, names))
+    run(pattern, name="alone")
+    run(pattern, "--temporal", 1)
+    for i in (3, 4, 5):
+        alone, together = error_of(tmp_path, i, "alone"), error_of(tmp_path, i)
+        assert together < alone / 3, f"frame {i}: {alone:.4f}, {together:.4f}"
+
+
+def test_a_frame_does_not_depend_on_which_are_made(run, shot, tmp_path):
+    pattern = shot(with_camera)
+    run(pattern, "--temporal", 2)
+    run(pattern, "--temporal", 2, "--frames", "4", "-j", 1, name="one")
+    whole = (tmp_path / "out.0004.exr").read_bytes()
+    assert (tmp_path / "one.0004.exr").read_bytes() == whole
+
+
+def test_frames_beside_are_inputs(run, shot, tmp_path):
+    """A frame is made again when one beside it has changed, and only then."""
+    pattern = shot(with_camera)
+    run(pattern, "--temporal", 1)
+    assert "7 skipped" in run(pattern, "--temporal", 1).stdout
+    os.utime(tmp_path / "shot.0004.exr", (1, 1))
+    assert "3 filtered, 4 skipped" in run(pattern, "--temporal", 1).stdout
+    assert "7 filtered" in run(pattern, "--temporal", 2).stdout
+
+
+def test_ends_have_one_side(run, shot, tmp_path):
+    done = run(shot(with_camera), "--temporal", 2, "--frames", "1,7")
+    assert done.stderr == ""
+    assert error_of(tmp_path, 7) < 0.1
+
+
+def test_a_frame_alone_is_told(run, shot, tmp_path):
+    done = run(shot(with_camera, numbers=[4]), "--temporal", 2)
+    assert "there is no frame beside it" in done.stderr
+    run(tmp_path / "shot.####.exr", name="alone")
+    same = (tmp_path / "alone.0004.exr").read_bytes()
+    assert (tmp_path / "out.0004.exr").read_bytes() == same
+
+
+def test_frames_without_a_camera_are_told(run, shot, tmp_path):
+    done = run(shot(), "--temporal", 1, "--frames", "4")
+    assert "neither worldToCamera" in done.stderr
+    run(tmp_path / "shot.####.exr", "--temporal", 1, "--strict", name="no", code=1)
+    assert not list(tmp_path.glob("no.0*"))
+
+
+def test_wrong_cameras_are_told(run, shot):
+    """Matrices by which hardly anything lies where it is seen are not believed."""
+    pattern = shot(lambda i: {"worldToCamera": matrix(i * i * 90)})
+    assert "fits" in run(pattern, "--temporal", 1, "--frames", "4").stderr
+
+
+def test_damaged_frames_beside_fail(run, shot, tmp_path):
+    pattern = shot(with_camera)
+    data = (tmp_path / "shot.0005.exr").read_bytes()
+    (tmp_path / "shot.0005.exr").write_bytes(data[: len(data) // 2])
+    done = run(pattern, "--temporal", 1, "--frames", "4", code=1)
+    assert "frame 4: " in done.stderr and "shot.0005.exr" in done.stderr
+    assert not (tmp_path / "out.0004.exr").exists()
+
+
+def test_what_would_not_read_it_is_told(run, shot):
+    pattern = shot(with_camera, numbers=[1, 2])
+    for option in (["--method", "box"], ["--quality", "preview"], ["--no-fill-hidden"]):
+        assert (
+            "--temporal: has no effect" in run(pattern, "--temporal", 1, *option).stderr
+        )
+
+
+def test_no_sequence_no_neighbours(rackfocus, shot, tmp_path):
+    shot(with_camera, numbers=[1])
+    done = rackfocus(
+        "filter",
+        tmp_path / "shot.0001.exr",
+        "-o",
+        tmp_path / "x.exr",
+        *LENS,
+        "--temporal",
+        1,
+        code=2,
+    )
+    assert "--temporal: is for sequences" in done.stderr
