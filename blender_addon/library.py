@@ -4,10 +4,9 @@
 import sys
 import warnings
 
-if sys.version_info < (3, 11):
+if sys.version_info < (3, 10):
     raise ImportError(
-        "Rack Focus needs a Blender with Python 3.11 or newer: 4.1 and later, or "
-        "Debian's 3.4"
+        "Rack Focus needs a Blender with Python 3.10 or newer: 3.4 and later"
     )
 
 try:

@@ -26,7 +26,8 @@ sys.path.append(str(ROOT / "packaging"))
 import wheels  # noqa: E402
 from wheels import version, write_zip  # noqa: E402
 
-# Blender 3.4 for arm64 and for macOS was not tried.
+# Blender 3.4 for arm64 and for macOS was not tried. blender.org's 3.4 to 4.0 have Python
+# 3.10, Debian's 3.4 and 4.1 have 3.11.
 WITH_ADDON = ("linux-x64", "windows-x64")
 
 
@@ -103,8 +104,9 @@ def make_for(platform, build, dist):
     """Wheel and zips for a platform."""
     package = wheels.package_files(build)
     files = {**package, **wheels.command_files(build)}
-    made = dist / wheels.make_wheel(dist, files, wheels.TAGS[platform])
-    print(made)
+    tag = wheels.TAGS[platform]
+    made, old = (dist / wheels.make_wheel(dist, files, tag, p) for p in ("3.11", "3.10"))
+    print(made, old, sep="\n")
     stem = f"rack_focus-{version()}-{platform}"
     if platform in WITH_ADDON:
         make_addon(dist / f"{stem}-addon.zip", package)

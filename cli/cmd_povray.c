@@ -79,6 +79,9 @@ static const struct option options[] = {
     OPTION_FLAG_ROW(
         "linear-light", AT(is_linear),
         "Sum light physically, not in the scene's assumed_gamma as POV-Ray does."),
+    OPTION_FILE_ROW("povray", AT(program), "PROGRAM",
+                    "POV-Ray to start. [default povray on the PATH; on Windows also "
+                    "pvengine64 and pvengine, there or where they are installed]"),
     OPTION_FLAG_ROW("camera", AT(is_camera_only),
                     "Print the scene's camera, checked by a small render, and stop."),
     OPTION_THREADS_ROW(AT(n_threads)),

@@ -146,6 +146,7 @@ bool povray_command_plan(const struct povray_tool *tool,
 {
     *made = (struct povray_options){
         .scene = plan->scene,
+        .program = tool->program,
         .args = plan->args,
         .n_args = plan->n_args,
         .frame = -1,

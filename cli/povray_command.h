@@ -11,7 +11,8 @@
 #include "settings.h"
 
 struct povray_tool {
-    const char *output, *keep, *reference, *focal_point, *frames, *distribution_image;
+    const char *program, *output, *keep, *reference, *focal_point, *frames,
+        *distribution_image;
     double aperture, shutter;
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
     int32_t n_samples, overscan_px;

@@ -129,7 +129,7 @@ endian = 'little'
 
 def configure(platform):
     """The folder of the build, ready for ninja."""
-    for name in ("openexr", "png"):
+    for name in ("openexr", "libraries"):
         run(sys.executable, HERE / name / "get.py")
     folder = BUILD / platform
     if platform in BY_ZIG:
@@ -138,9 +138,11 @@ def configure(platform):
         cross = HERE / "windows-x86_64.ini"
     if not (folder / "build.ninja").exists():
         shutil.rmtree(folder, ignore_errors=True)
-        options = ["--buildtype=release", "-Dpython=enabled", "-Dview=disabled"]
-        # Not the zlib that this machine may have for the other system.
-        options.append("-Dforce_fallback_for=zlib,libpng")
+        # The window wants a display's libraries, which only Windows brings.
+        view = "enabled" if platform == "windows-x64" else "disabled"
+        options = ["--buildtype=release", "-Dpython=enabled", f"-Dview={view}"]
+        # Not what this machine may have for the other system.
+        options.append("-Dforce_fallback_for=zlib,libpng,freetype2,sdl2")
         # Where meson looks at the compiler, zig leaves a file beside.
         run("meson", "setup", folder, ROOT, *options, "--cross-file", cross, cwd=BUILD)
     return folder
@@ -149,7 +151,12 @@ def configure(platform):
 def programs_of(platform):
     """What a package carries: extension and command, below the folder of the build."""
     if platform == "windows-x64":
-        return ["plugin/_core.pyd", "cli/rackfocus.exe"]
+        return [
+            "plugin/_core.pyd",
+            "plugin/_core310.pyd",
+            "cli/rackfocus.exe",
+            "view/rackfocus-view.exe",
+        ]
     return ["plugin/_core.abi3.so", "cli/rackfocus"]
 
 

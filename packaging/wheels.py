@@ -20,11 +20,25 @@ TAGS = {
     "macos-arm64": "macosx_11_0_arm64",
     "windows-x64": "win_amd64",
 }
+# Names of the module in the package, and as it is built. Python 3.10 looks for its own
+# first; on Linux and macOS it takes the one of all.
+MODULE_310 = "_core.cp310-win_amd64.pyd"
+MODULES = {
+    "_core.pyd": "_core.pyd",
+    "_core.abi3.so": "_core.abi3.so",
+    MODULE_310: "_core310.pyd",
+}
+PYTHON_TAGS = {"3.11": "cp311-abi3", "3.10": "cp310-cp310"}
 # Licences of what is linked into the command, where it brings its own libraries.
 PARTS = {
     "OpenEXR": ROOT / "subprojects" / "openexr" / "LICENSE.md",
     "libpng": ROOT / "subprojects" / "libpng" / "LICENSE",
     "zlib": ROOT / "subprojects" / "zlib" / "LICENSE",
+}
+# And into the window.
+WINDOW_PARTS = {
+    "FreeType": ROOT / "subprojects" / "freetype2" / "docs" / "FTL.TXT",
+    "SDL": ROOT / "subprojects" / "sdl2" / "LICENSE.txt",
 }
 CLASSIFIERS = (
     "Development Status :: 4 - Beta",
@@ -66,29 +80,43 @@ def package_files(build):
         for path in SOURCES.iterdir()
         if path.suffix in kinds
     }
-    for name in ("_core.pyd", "_core.abi3.so"):
-        path = build / "plugin" / name
+    for name, made in MODULES.items():
+        path = build / "plugin" / made
         if path.exists():
             files[f"rackfocus/{name}"] = path.read_bytes()
     return files
 
 
+def files_for(python, files):
+    """Those of `files` that a Python takes, "3.10" or "3.11" for that and later ones."""
+    specific = f"rackfocus/{MODULE_310}"
+    if specific not in files:
+        return files
+    left_out = "rackfocus/_core.pyd" if python == "3.10" else specific
+    return {name: data for name, data in files.items() if name != left_out}
+
+
 def command_files(build):
-    """{name: bytes} of the command of a build, and the licences of what is in it."""
+    """{name: bytes} of the command of a build, of its window where there is one, and the
+    licences of what is in them."""
+    parts, files = dict(PARTS), {}
     for name, ending in (("rackfocus", ""), ("rackfocus.exe", ".exe")):
         path = build / "cli" / name
         if path.exists():
-            files = {f"rackfocus/rackfocus-command{ending}": path.read_bytes()}
-            files.update(
-                (f"rackfocus/licences/{part}.txt", text.read_bytes())
-                for part, text in PARTS.items()
-            )
-            return files
-    raise FileNotFoundError(f"{build}: the command was not built")
+            files[f"rackfocus/rackfocus-command{ending}"] = path.read_bytes()
+    if not files:
+        raise FileNotFoundError(f"{build}: the command was not built")
+    window = build / "view" / "rackfocus-view.exe"
+    if window.exists():
+        files["rackfocus/rackfocus-view.exe"] = window.read_bytes()
+        parts.update(WINDOW_PARTS)
+    for part, text in parts.items():
+        files[f"rackfocus/licences/{part}.txt"] = text.read_bytes()
+    return files
 
 
-def metadata():
-    """What the wheel says of itself."""
+def metadata(python):
+    """What the wheel for that Python says of itself."""
     # The page of an index shows no picture that only the repository has.
     text = (ROOT / "README.md").read_text()
     text = re.sub(r"!\[[^]]*\]\([^)]*\)\n", "", text)
@@ -101,7 +129,7 @@ def metadata():
         "License-File: Apache-2.0.txt",
         "Keywords: depth of field,bokeh,rendering,OpenEXR,Blender,POV-Ray",
         *(f"Classifier: {name}" for name in CLASSIFIERS),
-        "Requires-Python: >=3.11",
+        f"Requires-Python: >={python}",
         "Provides-Extra: numpy",
         'Requires-Dist: numpy; extra == "numpy"',
         "Description-Content-Type: text/markdown",
@@ -109,15 +137,16 @@ def metadata():
     return "\n".join(lines) + "\n\n" + text
 
 
-def make_wheel(folder, files, tag):
+def make_wheel(folder, files, tag, python="3.11"):
     """Writes the wheel into `folder`; returns its name. `tag` is one of TAGS' values, or
-    like them."""
-    tag = f"cp311-abi3-{tag}"
+    like them, `python` one of PYTHON_TAGS."""
+    tag = f"{PYTHON_TAGS[python]}-{tag}"
+    files = files_for(python, files)
     info = f"rackfocus-{version()}.dist-info"
     files = dict(files)
     licence = ROOT / "LICENSES" / "Apache-2.0.txt"
     files[f"{info}/licenses/Apache-2.0.txt"] = licence.read_bytes()
-    files[f"{info}/METADATA"] = metadata().encode()
+    files[f"{info}/METADATA"] = metadata(python).encode()
     files[
         f"{info}/entry_points.txt"
     ] = b"[console_scripts]\nrackfocus = rackfocus.__main__:main\n"
@@ -132,6 +161,6 @@ def make_wheel(folder, files, tag):
     lines.append(f"{info}/RECORD,,\n")
     files[f"{info}/RECORD"] = "\n".join(lines).encode()
     name = f"rackfocus-{version()}-{tag}.whl"
-    programs = [name for name in files if "/rackfocus-command" in name]
+    programs = [name for name in files if name.startswith("rackfocus/rackfocus-")]
     write_zip(folder / name, files, programs)
     return name

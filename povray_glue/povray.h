@@ -55,7 +55,8 @@ void povray_plan_free(struct povray_plan *plan);
 
 struct povray_options {
     const char *scene;
-    char *const *args; /* options for POV-Ray */
+    const char *program; /* POV-Ray; NULL: povray on the PATH, or Windows' pvengine */
+    char *const *args;   /* options for POV-Ray */
     int n_args;
     int32_t frame;                   /* of an animation; -1 for a still */
     int32_t first_frame, last_frame; /* of the whole animation, which set the clock */

@@ -10,6 +10,7 @@
 #include "file.h"
 #include "folder.h"
 #include "ini.h"
+#include "program.h"
 #include "text.h"
 
 /* ---- folders ------------------------------------------------------------------- */
@@ -146,7 +147,6 @@ static void make_arguments(struct argument_list *list, const struct run *run,
                            const struct run_request *request)
 {
     const struct povray_options *options = request->options;
-    add_argument(list, text_format("povray"));
     add_words(list, request->before);
     if (options->frame >= 0) { /* the user's own +KFI and +KFF win */
         add_argument(list, text_format("+KFI%d", options->first_frame));
@@ -162,6 +162,14 @@ static void make_arguments(struct argument_list *list, const struct run *run,
     add_argument(list, text_format("+I%s%s", request->temp_folder, request->scene));
     add_argument(list, text_format("+O%so.exr", run->folder));
     add_words(list, "+FE -D -P -C -GA +GDdebug +GFfatal +GWwarning");
+}
+
+static void free_arguments(struct argument_list *list)
+{
+    for (int i = 0; i < list->n; i++)
+        free(list->items[i]);
+    free(list->items);
+    *list = (struct argument_list){0};
 }
 
 /* Where POV-Ray works: NULL for the current folder, which its own file may stand in. */
@@ -234,6 +242,7 @@ static int make_sandbox(struct place *place, const struct run *run,
 static int start(struct run *run, const struct run_request *request,
                  struct argument_list *list, struct place *place)
 {
+    const char *chosen = request->options->program;
     if (!run->folder)
         return ENOMEM;
     os_folder_remove(run->folder); /* of an earlier run of this name */
@@ -242,8 +251,17 @@ static int start(struct run *run, const struct run_request *request,
         reason = make_sandbox(place, run, request->sandbox);
     if (reason != 0)
         return reason;
-    make_arguments(list, run, request);
-    return list->is_lost ? ENOMEM : spawn(run, list->items, place);
+    const char *program;
+    reason = ENOENT;
+    for (int i = 0; reason == ENOENT && (program = program_name(chosen, i)); i++) {
+        free_arguments(list);
+        add_argument(list, text_format("%s", program));
+        make_arguments(list, run, request);
+        if (program_has_window(program))
+            add_words(list, "/EXIT");
+        reason = list->is_lost ? ENOMEM : spawn(run, list->items, place);
+    }
+    return reason;
 }
 
 bool run_start(struct run *run, const struct run_request *request,
@@ -254,16 +272,19 @@ bool run_start(struct run *run, const struct run_request *request,
     struct argument_list list = {0};
     struct place place = {0};
     const int reason = start(run, request, &list, &place);
-    if (reason == ENOENT)
+    const char *chosen = request->options->program;
+    if (reason == ENOENT && chosen)
+        snprintf(error->message, sizeof error->message,
+                 "%s: there is no such program; --povray names that of POV-Ray 3.7",
+                 chosen);
+    else if (reason == ENOENT)
         snprintf(error->message, sizeof error->message,
                  "povray was not found; install POV-Ray 3.7 (Debian: apt-get install "
-                 "povray) or put it on the PATH");
+                 "povray), put it on the PATH, or name it with --povray FILE");
     else if (reason != 0)
-        snprintf(error->message, sizeof error->message, "povray cannot be started: %s",
-                 strerror(reason));
-    for (int i = 0; i < list.n; i++)
-        free(list.items[i]);
-    free(list.items);
+        snprintf(error->message, sizeof error->message, "%s cannot be started: %s",
+                 chosen ? chosen : "povray", strerror(reason));
+    free_arguments(&list);
     free(place.folder);
     free(place.ini);
     return reason == 0;

@@ -159,8 +159,14 @@ static void explain_log(const struct povray_scene *scene, const char *log,
     char *renamed = sources_original_names(&scene->sources, from);
     char *text = joined(renamed);
     const size_t n = strlen(or_nothing(text)), n_shown = 500;
-    snprintf(error->message, sizeof error->message, "%s: POV-Ray says: %s",
-             scene->options.scene, or_nothing(n > n_shown ? text + n - n_shown : text));
+    if (n == 0)
+        snprintf(error->message, sizeof error->message,
+                 "%s: POV-Ray made no picture and said nothing; does it render the "
+                 "scene by itself, with the same options?",
+                 scene->options.scene);
+    else
+        snprintf(error->message, sizeof error->message, "%s: POV-Ray says: %s",
+                 scene->options.scene, n > n_shown ? text + n - n_shown : text);
     free(renamed);
     free(text);
 }

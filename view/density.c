@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "density.h"
 
-#include <SDL_syswm.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -11,6 +10,7 @@ static bool is_likely(double dpi)
 }
 
 #if defined(HAVE_X11) && defined(SDL_VIDEO_DRIVER_X11)
+#include <SDL_syswm.h>
 #include <X11/Xlib.h>
 
 /* SDL asks XRandR alone, which some servers have no answer for. */

@@ -38,6 +38,7 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
 {
     struct povray_options *o = &stage->povray_options;
     *o = (struct povray_options){.scene = stage->files->paths[0],
+                                 .program = stage->options->povray,
                                  .args = stage->povray_args,
                                  .n_args = stage->n_povray_args,
                                  .frame = -1,

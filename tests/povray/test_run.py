@@ -3,6 +3,7 @@
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -328,6 +329,23 @@ def test_povray_missing(rackfocus):
         "povray", "macro.pov", "-o", "o.exr", code=1, PATH="/nowhere"
     ).stderr
     assert "povray was not found; install" in text
+
+
+def test_another_povray(rackfocus, tmp_path):
+    """--povray names the program, which need not be on the PATH."""
+    words = ("povray", "macro.pov", "-o", "o.exr", "--povray")
+    text = rackfocus(*words, "elsewhere/povray", code=1).stderr
+    assert "elsewhere/povray: there is no such program" in text
+    program, said = tmp_path / "my povray", tmp_path / "said"
+    program.write_text(
+        f"#!/bin/sh\ntouch '{said}'\nexec {shutil.which('povray')} \"$@\"\n"
+    )
+    program.chmod(0o755)
+    rackfocus(*words, program, "--", *SIZE, PATH="/usr/bin:/bin")
+    assert said.exists()
+    program.write_text("#!/bin/sh\nexit 1\n")
+    text = rackfocus(*words, program, code=1).stderr
+    assert "made no picture and said nothing" in text
 
 
 def test_interruption_leaves_nothing(binary, tmp_path):

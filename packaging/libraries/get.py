@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lays zlib and libpng out as subprojects of meson, for systems without a package.
+"""Lays libraries out as subprojects of meson, for systems without packages of them.
 
 Usage: get.py
 
@@ -16,7 +16,23 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 SUBPROJECTS = HERE.parents[1] / "subprojects"
 # Package of Debian, folder of the subproject.
-PACKAGES = {"zlib": "zlib", "libpng1.6": "libpng"}
+PACKAGES = {
+    "zlib": "zlib",
+    "libpng1.6": "libpng",
+    "freetype": "freetype2",
+    "libsdl2": "sdl2",
+}
+# Files of ours in the folders; FreeType has a meson.build.
+OWN = {
+    "zlib": {"meson.build": "zlib.build"},
+    "libpng": {"meson.build": "libpng.build"},
+    "freetype2": {},
+    "sdl2": {"meson.build": "sdl2.build", "include/SDL_config.h": "SDL_config.h"},
+}
+# Not needed to build them.
+LEFT_OUT = shutil.ignore_patterns(
+    "debian", "ft2demos", "ft2docs", "test", "Xcode*", "android-*"
+)
 SOURCES = (
     "deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] "
     "http://deb.debian.org/debian bookworm main\n"
@@ -41,19 +57,22 @@ def fetch(folder):
 
 def main():
     """Lays out what is not there, and our files beside it."""
-    if not all((SUBPROJECTS / name / "README").exists() for name in PACKAGES.values()):
+    if not all((SUBPROJECTS / name / "done").exists() for name in OWN):
         with tempfile.TemporaryDirectory() as scratch:
             folder = pathlib.Path(scratch)
             fetch(folder)
             for package, name in PACKAGES.items():
                 found = next(p for p in folder.glob(f"{package}-*") if p.is_dir())
                 shutil.rmtree(SUBPROJECTS / name, ignore_errors=True)
-                shutil.copytree(found, SUBPROJECTS / name, symlinks=True)
-    for name in PACKAGES.values():
-        own = (HERE / f"{name}.build").read_bytes()
-        there = SUBPROJECTS / name / "meson.build"
-        if not there.exists() or there.read_bytes() != own:
-            there.write_bytes(own)
+                shutil.copytree(
+                    found, SUBPROJECTS / name, symlinks=True, ignore=LEFT_OUT
+                )
+                (SUBPROJECTS / name / "done").touch()
+    for name, files in OWN.items():
+        for path, ours in files.items():
+            own, there = (HERE / ours).read_bytes(), SUBPROJECTS / name / path
+            if not there.exists() or there.read_bytes() != own:
+                there.write_bytes(own)
 
 
 main()
