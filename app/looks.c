@@ -30,7 +30,7 @@ static const struct look {
     {"fast", /* wide open: lemons towards the corners, coloured rims */
      {{"cat-eye", "0.8"}, {"axial-chroma", "0.7"}}},
     {"bubble", /* a triplet: bright rims behind the focus */
-     {{"spherical", "-3"}, {"cat-eye", "0.4"}}},
+     {{"spherical", "3"}, {"cat-eye", "0.4"}}},
     {"miniature", /* a tilted lens, that makes a town a toy */
      {{"tilt-y", "8"}}},
 };

@@ -150,8 +150,8 @@ FIELDS = {
     "barn_bottom": ("Barn Door Bottom", "Discs are cut straight at the bottom"),
     "spherical": (
         "Spherical",
-        "What the rim of the lens adds to the blur. Below 0, discs behind the focus "
-        "have bright rims; above, soft ones",
+        "What the rim of the lens takes off the blur. Above 0, discs behind the focus "
+        "have bright rims; below, soft ones",
     ),
     "axial_chroma": (
         "Axial Colour",

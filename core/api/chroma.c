@@ -28,7 +28,7 @@
 #include "base/pool.h"
 #include "input/bokeh.h"
 #include "input/frame.h"
-#include "input/pixels.h"
+#include "input/image.h"
 #include "rackfocus/rackfocus.h"
 
 enum { N_COLOURS = 3 };
@@ -57,70 +57,155 @@ static bool report_part(void *user, double fraction)
     return part->whole->report(part->whole->user, (part->i + fraction) / part->n);
 }
 
+/* Copies a channel. */
+struct copying {
+    const struct rf_image *from, *to;
+    int channel;
+};
+
+static void copy_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct copying *c = data;
+    ptrdiff_t step_in = c->from->pixel_bytes / (ptrdiff_t)sizeof(float);
+    ptrdiff_t step_out = c->to->pixel_bytes / (ptrdiff_t)sizeof(float);
+    (void)thread;
+    for (int y = (int)begin; y < (int)end; y++) {
+        const float *in = rf_image_at(c->from, 0, y, c->channel);
+        float *out = (float *)rf_image_at(c->to, 0, y, c->channel);
+        for (int x = 0; x < c->to->width; x++)
+            out[x * step_out] = in[x * step_in];
+    }
+}
+
+/* A place between pixels i and i + 1, and the weights of pixels i - 1 to i + 2. */
+struct tap {
+    int i;
+    float weight[4];
+};
+
+/* Pixels beyond an edge that taps may ask for: all have the value of the edge. */
+enum { BEYOND = 4 };
+
+static struct tap tap_at(double at, int n)
+{
+    int i = (int)floor(at);
+    double t = at - i;
+    return (struct tap){
+        .i = rf_min_int(rf_max_int(i, 1 - BEYOND), n + BEYOND - 3),
+        .weight = {(float)(((-0.5 * t + 1) * t - 0.5) * t),
+                   (float)((1.5 * t - 2.5) * t * t + 1),
+                   (float)(((-1.5 * t + 2) * t + 0.5) * t),
+                   (float)((0.5 * t - 0.5) * t * t)},
+    };
+}
+
+/* A place of the output in the input, of n pixels. */
+static struct tap tap_of(int x, int n, double scale)
+{
+    double middle = n / 2.0 - 0.5;
+    return tap_at(middle + (x - middle) * scale, n);
+}
+
+/* A row between four rows: interpolated, and the range of the two next to it. */
+struct row {
+    float *value, *least, *most; /* from -BEYOND to width + BEYOND - 1 */
+};
+
 struct magnifying {
     const struct rf_image *from, *to;
     int channel;
-    double scale; /* pixels of `from` per pixel of `to` */
+    double scale;           /* pixels of `from` per pixel of `to` */
+    const struct tap *taps; /* of the columns */
+    const struct row *rows; /* of the threads */
 };
 
-static void weigh(double t, double w[4])
+static void interpolate_row(const struct magnifying *m, int y, const struct row *row)
 {
-    w[0] = ((-0.5 * t + 1) * t - 0.5) * t;
-    w[1] = (1.5 * t - 2.5) * t * t + 1;
-    w[2] = ((-1.5 * t + 2) * t + 0.5) * t;
-    w[3] = (0.5 * t - 0.5) * t * t;
-}
-
-static int within(int i, int n)
-{
-    return rf_min_int(rf_max_int(i, 0), n - 1);
-}
-
-static float interpolate(const struct magnifying *m, double x, double y)
-{
-    const struct rf_image *from = m->from;
-    double wx[4], wy[4], sum = 0;
-    int i = (int)floor(x), j = (int)floor(y);
-    float least = INFINITY, most = -INFINITY;
-    weigh(x - i, wx);
-    weigh(y - j, wy);
-    for (int k = 0; k < 16; k++) {
-        int column = k % 4, row = k / 4;
-        float v = *rf_image_at(from, within(i - 1 + column, from->width),
-                               within(j - 1 + row, from->height), m->channel);
-        sum += wx[column] * wy[row] * (double)v;
-        if ((column == 1 || column == 2) && (row == 1 || row == 2)) {
-            least = rf_min_float(v, least);
-            most = rf_max_float(v, most);
-        }
+    const struct tap tap = tap_of(y, m->from->height, m->scale);
+    ptrdiff_t step = m->from->pixel_bytes / (ptrdiff_t)sizeof(float);
+    const float *in[4];
+    int width = m->from->width;
+    for (int k = 0; k < 4; k++) {
+        int j = rf_min_int(rf_max_int(tap.i - 1 + k, 0), m->from->height - 1);
+        in[k] = rf_image_at(m->from, 0, j, m->channel);
     }
-    return rf_min_float(rf_max_float((float)sum, least), most);
+    for (int x = 0; x < width; x++) {
+        float a = in[1][x * step], b = in[2][x * step];
+        row->value[x] = tap.weight[0] * in[0][x * step] + tap.weight[1] * a +
+                        tap.weight[2] * b + tap.weight[3] * in[3][x * step];
+        row->least[x] = rf_min_float(a, b);
+        row->most[x] = rf_max_float(a, b);
+    }
+    float *const all[] = {row->value, row->least, row->most};
+    for (int k = 0; k < 3; k++)
+        for (int i = 1; i <= BEYOND; i++) {
+            all[k][-i] = all[k][0];
+            all[k][width - 1 + i] = all[k][width - 1];
+        }
 }
 
 static void magnify_rows(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct magnifying *m = data;
-    double middle[2] = {m->to->width / 2.0 - 0.5, m->to->height / 2.0 - 0.5};
-    (void)thread;
-    for (int y = (int)begin; y < (int)end; y++)
+    const struct row *row = &m->rows[thread];
+    ptrdiff_t step = m->to->pixel_bytes / (ptrdiff_t)sizeof(float);
+    for (int y = (int)begin; y < (int)end; y++) {
+        float *out = (float *)rf_image_at(m->to, 0, y, m->channel);
+        interpolate_row(m, y, row);
         for (int x = 0; x < m->to->width; x++) {
-            float *out = (float *)rf_image_at(m->to, x, y, m->channel);
-            *out = m->scale == 1
-                       ? *rf_image_at(m->from, x, y, m->channel)
-                       : interpolate(m, middle[0] + (x - middle[0]) * m->scale,
-                                     middle[1] + (y - middle[1]) * m->scale);
+            const struct tap *tap = &m->taps[x];
+            const float *v = &row->value[tap->i - 1];
+            const float *least = &row->least[tap->i], *most = &row->most[tap->i];
+            float sum = tap->weight[0] * v[0] + tap->weight[1] * v[1] +
+                        tap->weight[2] * v[2] + tap->weight[3] * v[3];
+            sum = rf_max_float(sum, rf_min_float(least[0], least[1]));
+            out[x * step] = rf_min_float(sum, rf_max_float(most[0], most[1]));
         }
+    }
+}
+
+static rf_result magnify(const struct rf_context *context, struct magnifying *m,
+                         struct rf_error *error)
+{
+    size_t width = (size_t)m->to->width, n_threads = (size_t)context->n_threads;
+    size_t n_row = width + 2 * BEYOND;
+    struct tap *taps = rf_alloc(context, width, sizeof *taps);
+    struct row *rows = rf_alloc(context, n_threads, sizeof *rows);
+    float *memory = rf_alloc(context, 3 * n_row * n_threads, sizeof *memory);
+    m->taps = taps;
+    m->rows = rows;
+    for (int x = 0; taps && x < m->to->width; x++)
+        taps[x] = tap_of(x, m->from->width, m->scale);
+    for (size_t i = 0; rows && memory && i < n_threads; i++) {
+        float *at = memory + 3 * n_row * i + BEYOND;
+        rows[i] = (struct row){at, at + n_row, at + 2 * n_row};
+    }
+    bool is_made = taps && rows && memory;
+    if (is_made)
+        rf_parallel(context, m->to->height, RF_EQUAL_PARTS, magnify_rows, m);
+    rf_free(context, memory);
+    rf_free(context, rows);
+    rf_free(context, taps);
+    return is_made ? RF_OK
+                   : rf_fail_memory(error, 3 * n_row * n_threads, sizeof(float));
 }
 
 /* Keeps a colour of a picture, magnified; with green also what is no colour. */
-static void keep_colour(const struct rf_frame *frame, const struct rf_image *from,
-                        const struct rf_image *to, int colour)
+static rf_result keep_colour(const struct rf_frame *frame, const struct rf_image *from,
+                             const struct rf_image *to, int colour,
+                             struct rf_error *error)
 {
     double size = 1 + (1 - colour) * frame->params.lateral_chroma;
-    struct magnifying m = {from, to, colour, 1 / size};
-    rf_parallel(frame->context, to->height, RF_EQUAL_PARTS, magnify_rows, &m);
-    for (m.channel = N_COLOURS; colour == 1 && m.channel < to->channels; m.channel++)
-        rf_parallel(frame->context, to->height, RF_EQUAL_PARTS, magnify_rows, &m);
+    struct copying copy = {from, to, colour};
+    if (size != 1) {
+        struct magnifying m = {from, to, colour, 1 / size, NULL, NULL};
+        return magnify(frame->context, &m, error);
+    }
+    rf_parallel(frame->context, to->height, RF_EQUAL_PARTS, copy_rows, &copy);
+    copy.channel = N_COLOURS;
+    if (colour == 1 && to->channels > N_COLOURS)
+        rf_parallel(frame->context, to->height, RF_EQUAL_PARTS, copy_rows, &copy);
+    return RF_OK;
 }
 
 rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *views,
@@ -130,12 +215,15 @@ rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *
 {
     int n_parts = has_colours(frame) ? N_COLOURS : 1, n_channels = out->channels;
     size_t n = (size_t)frame->width * (size_t)frame->height * (size_t)n_channels;
-    float *memory = rf_alloc(frame->context, 2 * n, sizeof *memory);
-    rf_result result = memory ? RF_OK : rf_fail_memory(error, 2 * n, sizeof *memory);
+    /* What the caller takes may be its own input, as long as that is needed. */
+    size_t n_pictures = n_parts > 1 ? 2 : 1;
+    float *memory = rf_alloc(frame->context, n_pictures * n, sizeof *memory);
+    rf_result result = memory ? RF_OK : rf_fail_memory(error, n_pictures * n, sizeof n);
     struct rf_image made =
         rf_image_packed(memory, frame->width, frame->height, n_channels);
-    struct rf_image kept = made;
-    kept.data = memory ? memory + n : NULL; /* the caller's may be its own input */
+    struct rf_image kept = n_parts > 1 ? made : *out;
+    if (n_parts > 1)
+        kept.data = memory ? memory + n : NULL;
     for (int i = 0; i < n_parts && result == RF_OK; i++) {
         struct part part = {progress, i, n_parts};
         const struct rf_progress own = {report_part, &part};
@@ -147,10 +235,12 @@ rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *
         result = process(&one, views, n_views, &made, progress ? &own : NULL, error);
         for (int c = 0; c < N_COLOURS && result == RF_OK; c++)
             if (n_parts == 1 || c == i)
-                keep_colour(frame, &made, &kept, c);
+                result = keep_colour(frame, &made, &kept, c, error);
     }
-    if (result == RF_OK)
-        rf_image_copy(&kept, out);
+    for (int c = 0; c < n_channels && n_parts > 1 && result == RF_OK; c++) {
+        struct copying copy = {&kept, out, c};
+        rf_parallel(frame->context, out->height, RF_EQUAL_PARTS, copy_rows, &copy);
+    }
     rf_free(frame->context, memory);
     return result;
 }

@@ -115,12 +115,6 @@ struct request {
     int phase;
 };
 
-/* The middle of line i of n. */
-static double line_at(struct rf_interval range, int i, int n)
-{
-    return range.from + (range.to - range.from) * (i + 0.5) / n;
-}
-
 static bool cut_lines(struct lines *lines, const struct rf_context *context,
                       const struct rf_zone *zone, struct rf_interval range, int n)
 {
@@ -128,15 +122,19 @@ static bool cut_lines(struct lines *lines, const struct rf_context *context,
     if (lines->part && lines->n == n && lines->zone == zone)
         return true;
     rf_free(context, lines->part);
+    /* Room for the lines of the whole lens, behind those of the cells. */
+    size_t n_parts = (size_t)n * (size_t)n_cells;
     *lines = (struct lines){
-        n, zone, rf_alloc(context, (size_t)n * (size_t)n_cells, sizeof *lines->part)};
-    for (int i = 0; i < n && lines->part; i++) {
-        double v = line_at(range, i, n);
-        struct rf_interval cut = rf_shape_line(zone->shape, v);
+        n, zone, rf_alloc(context, n_parts + (size_t)n, sizeof *lines->part)};
+    if (!lines->part)
+        return false;
+    struct rf_interval *cut = lines->part + n_parts;
+    rf_shape_lines(zone->shape, range, n, cut);
+    for (int i = 0; i < n; i++)
         for (int c = 0; c < n_cells; c++)
-            lines->part[i * n_cells + c] = rf_lens_cell_line(&zone->cells, c, v, cut);
-    }
-    return lines->part != NULL;
+            lines->part[i * n_cells + c] =
+                rf_lens_cell_line(&zone->cells, c, rf_line_at(range, i, n), cut[i]);
+    return true;
 }
 
 /* False: out of memory. */
@@ -152,7 +150,8 @@ static bool fill_grid(struct rf_grid *g, const struct rf_footprints *f,
     if (!cut_lines(lines, f->context, zone, range, n_lines))
         return false;
     for (int i = 0; i < n_lines; i++) {
-        double y = phase[1] - line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
+        double y =
+            phase[1] - rf_line_at(range, i, n_lines) * r[1] * shape->pixel_aspect;
         for (int c = 0; c < zone->cells.n; c++) {
             struct rf_interval part = lines->part[i * zone->cells.n + c];
             if (part.to <= part.from)
@@ -168,7 +167,7 @@ static bool fill_grid(struct rf_grid *g, const struct rf_footprints *f,
 
 /*
  * The same of a lens whose light is not even: a picture of the aperture, or spherical
- * aberration, by which the lens point p lands at r u + a |p|^2 u. Lines are cut into
+ * aberration, by which the lens point p lands at r u - a |p|^2 u. Lines are cut into
  * pieces of half a pixel at the most, each with the light of its part of the lens.
  */
 static bool fill_light(struct rf_grid *g, const struct rf_footprints *f,
@@ -190,7 +189,7 @@ static bool fill_light(struct rf_grid *g, const struct rf_footprints *f,
         return false;
     for (int i = 0; i < n_lines * zone->cells.n; i++) {
         struct rf_interval part = lines->part[i];
-        double v = line_at(range, i / zone->cells.n, n_lines);
+        double v = rf_line_at(range, i / zone->cells.n, n_lines);
         double length = part.to - part.from, step_u = 2 * shape->size[0] / n_lines;
         int n = length > 0 ? (int)ceil(length / step_u) : 0;
         for (int k = 0; k < n; k++) {
@@ -199,7 +198,7 @@ static bool fill_light(struct rf_grid *g, const struct rf_footprints *f,
             struct rf_piece piece = {{u[0] - half, v - step_v / 2},
                                      {u[0] + half, v + step_v / 2}};
             double light = rf_zone_light(zone, f->bokeh, f->bokeh_plane, &piece);
-            double shift = glow * rf_zone_height2(zone, u);
+            double shift = -glow * rf_zone_height2(zone, u);
             for (int c = 0; c < 2; c++)
                 to[c] = u[c] * r[c] +
                         shift * (u[c] + zone->centroid[c] + zone->shape->origin[c]);

@@ -15,6 +15,24 @@
 
 enum { MAX_LINES = 4096 };
 
+/* What the edge from a to b leaves of the line v, if that reaches it. */
+static void cut_edge(const double a[2], const double b[2], double v,
+                     struct rf_interval *cut)
+{
+    double du = b[0] - a[0], dv = b[1] - a[1], rest = du * (v - a[1]);
+    if ((v - a[1]) * (v - b[1]) > 0)
+        return; /* there are many edges, and two of them count */
+    double at = a[0] + rest / dv;
+    if (fabs(dv) < 1e-12) {
+        if (rest < 0)
+            *cut = (struct rf_interval){0, 0};
+    } else if (dv > 0) {
+        cut->to = at < cut->to ? at : cut->to;
+    } else {
+        cut->from = at > cut->from ? at : cut->from;
+    }
+}
+
 /* Where the line v cuts the aperture. */
 struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
 {
@@ -26,9 +44,11 @@ struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
     for (int i = 0; i < shape->n_corners; i++) {
         const double *a = shape->corner[i];
         const double *b = shape->corner[(i + 1) % shape->n_corners];
+        if (shape->is_cut) {
+            cut_edge(a, b, v, &cut);
+            continue;
+        }
         double du = b[0] - a[0], dv = b[1] - a[1];
-        if (shape->is_cut && (v - a[1]) * (v - b[1]) > 0)
-            continue; /* there are many, and two of them count */
         /* Inside: du (v - a1) - dv (u - a0) >= 0. */
         double rest = du * (v - a[1]);
         if (fabs(dv) < 1e-12) {
@@ -43,6 +63,24 @@ struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
         }
     }
     return cut;
+}
+
+void rf_shape_lines(const struct rf_shape *shape, struct rf_interval range, int n,
+                    struct rf_interval *cut)
+{
+    double step = (range.to - range.from) / n;
+    for (int i = 0; i < n; i++)
+        cut[i] = shape->is_cut ? (struct rf_interval){-INFINITY, INFINITY}
+                               : rf_shape_line(shape, rf_line_at(range, i, n));
+    for (int k = 0, next = 1; shape->is_cut && k < shape->n_corners; k++, next++) {
+        const double *a = shape->corner[k];
+        const double *b = shape->corner[next < shape->n_corners ? next : 0];
+        /* The lines that the edge may reach, and one more for what rounds. */
+        double low = (fmin(a[1], b[1]) - range.from) / step - 1.5;
+        double high = (fmax(a[1], b[1]) - range.from) / step + 0.5;
+        for (int i = rf_max_int((int)low, 0); i < n && i <= high; i++)
+            cut_edge(a, b, rf_line_at(range, i, n), &cut[i]);
+    }
 }
 
 /* The part of `cut` that is nearer to site c than to the others. */

@@ -100,31 +100,65 @@ static double split_share(const struct field *f, const double q[2])
     return t * t * (3 - 2 * t);
 }
 
-static double shift_at(const struct field *f, int x, int y)
+/* The shift but for a split diopter's is a sum of one of the column and one of the
+ * row. `axis`: 0 for a column, 1 for a row. */
+static float shift_along(const struct field *f, int i, int axis)
 {
-    double q[2], at[2] = {f->x + x + 0.5, f->y + y + 0.5};
-    rf_look_place(&f->places, at[0], at[1], q);
-    double sum = (at[0] - f->principal[0]) * f->tilt[0] +
-                 (f->principal[1] - at[1]) * f->tilt[1] +
-                 f->curvature * (q[0] * q[0] + q[1] * q[1]);
-    if (f->split != 0)
-        sum += f->split * split_share(f, q);
-    return f->k != 0 ? f->k * sum + f->shift : f->shift;
+    double q[2], at = (axis ? f->y : f->x) + i + 0.5;
+    rf_look_place(&f->places, at, at, q);
+    double beside = axis ? f->principal[1] - at : at - f->principal[0];
+    double sum = beside * f->tilt[axis] + f->curvature * q[axis] * q[axis];
+    double everywhere = axis ? f->shift : 0;
+    return (float)(f->k != 0 ? f->k * sum + everywhere : everywhere);
+}
+
+/* Columns of a frame that are worked on together. */
+enum { N_COLUMNS = 256 };
+struct columns {
+    int from, n;
+    float shift[N_COLUMNS];
+};
+
+/* Adds the step of a split diopter to row y. */
+static void split_row(const struct field *f, const struct columns *c, int y,
+                      float *radius)
+{
+    for (int i = 0; i < c->n; i++) {
+        double q[2];
+        rf_look_place(&f->places, f->x + c->from + i + 0.5, f->y + y + 0.5, q);
+        double share = split_share(f, q);
+        if (share > 0)
+            radius[i] += (float)(f->k * f->split * share);
+    }
+}
+
+/* Returns the largest magnitude of a row's radii. */
+static float apply_row(const struct field *f, const struct columns *c, int y)
+{
+    float *radius = f->radius + (int64_t)y * f->width + c->from;
+    float most = 0, limit = (float)f->most, of_row = shift_along(f, y, 1);
+    for (int i = 0; i < c->n; i++)
+        radius[i] += c->shift[i] + of_row;
+    if (f->split != 0 && f->k != 0)
+        split_row(f, c, y, radius);
+    for (int i = 0; i < c->n; i++) {
+        radius[i] = rf_min_float(rf_max_float(radius[i], -limit), limit);
+        most = rf_max_float(fabsf(radius[i]), most);
+    }
+    return most;
 }
 
 static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
 {
     struct field *f = data;
-    float most = 0, limit = (float)f->most;
+    float most = 0;
     (void)thread;
-    for (int y = (int)begin; y < (int)end; y++) {
-        float *radius = f->radius + (int64_t)y * f->width;
-        for (int x = 0; x < f->width; x++) {
-            float r = (float)((double)radius[x] + shift_at(f, x, y));
-            r = rf_min_float(rf_max_float(r, -limit), limit);
-            most = rf_max_float(most, fabsf(r));
-            radius[x] = r;
-        }
+    for (int from = 0; from < f->width; from += N_COLUMNS) {
+        struct columns c = {from, rf_min_int(f->width - from, N_COLUMNS), {0}};
+        for (int i = 0; i < c.n; i++)
+            c.shift[i] = shift_along(f, from + i, 0);
+        for (int y = (int)begin; y < (int)end; y++)
+            most = rf_max_float(apply_row(f, &c, y), most);
     }
     /* The largest of all parts, whichever comes first; floats above 0 sort as bits. */
     uint32_t bits, seen = __atomic_load_n(&f->most_found, __ATOMIC_RELAXED);

@@ -259,33 +259,49 @@ static struct frame lone_lamp(const struct rf_params *p, double r,
     return f;
 }
 
-/* The light within the distance d lies where |r rho + a rho^3| <= d on the lens. */
+/* The light within the distance d lies where |r rho - a rho^3| <= d on the lens. */
 static double aberrant(double r, double a, double d)
 {
     enum { N = 20000 };
     int n = 0;
     for (int i = 0; i < N; i++) {
         double rho = sqrt((i + 0.5) / N);
-        n += fabs(r * rho + a * rho * rho * rho) <= d;
+        n += fabs(r * rho - a * rho * rho * rho) <= d;
     }
     return n / (double)N;
 }
 
 static void spherical_aberration(void)
 {
-    static const double cases[][2] = {{40, 12},  {40, -12}, {-40, 12},
-                                      {-25, -9}, {12, 4},   {0.5, 8}};
+    static const double cases[][2] = {{40, -12}, {40, 12}, {-40, -12},
+                                      {-25, 9},  {12, -4}, {0.5, -8}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         double r = cases[i][0], a = cases[i][1];
         struct rf_params p;
         plain_params(&p, RF_METHOD_LAYERED);
         p.spherical = a;
         struct frame f = lone_lamp(&p, r, NULL);
-        double rim = fmax(fabs(r + a), fabs(r));
+        double rim = fmax(fabs(r - a), fabs(r));
         for (double d = 3; d < rim + 2; d += rim / 7)
             if (fabs(r) > 1) /* smaller ones are no highlights */
                 CHECK_NEAR(within_px(&f, 1, d), aberrant(r, a, d), 0.02);
-        CHECK(within_px(&f, 1, fabs(r + a) * 0.6) < 0.999);
+        CHECK(within_px(&f, 1, fabs(r - a) * 0.6) < 0.999);
+        frame_free(&f);
+    }
+}
+
+/* Above 0 discs behind the focus have bright rims, and those before it soft ones: the
+ * outer half of an even disc's radius has three quarters of the light. */
+static void the_sign_of_the_rims(void)
+{
+    for (double r = -30; r <= 30; r += 60) {
+        struct rf_params p;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.spherical = 6;
+        struct frame f = lone_lamp(&p, r, NULL);
+        double rim = r > 0 ? 24 : 36;
+        double outer = 1 - within_px(&f, 1, rim / 2);
+        CHECK(r > 0 ? outer > 0.8 : outer < 0.7);
         frame_free(&f);
     }
 }
@@ -458,6 +474,7 @@ int main(int argc, char **argv)
     TEST(doors);
     TEST(blades_and_ratio);
     TEST(spherical_aberration);
+    TEST(the_sign_of_the_rims);
     TEST(aberration_keeps_within_its_tiles);
     TEST(picture_of_the_aperture);
     TEST(a_missing_picture_is_said);

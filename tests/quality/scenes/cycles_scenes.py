@@ -566,6 +566,9 @@ def set_up_render(facts):
     render.resolution_percentage = 100
     render.film_transparent = False
     render.use_file_extension = False
+    if hasattr(render.image_settings, "media_type"):  # Blender 5.0 and later
+        render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+        render.image_settings.use_exr_interleave = True  # one part
     render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
     render.image_settings.color_depth = "32"
     render.image_settings.exr_codec = "ZIP"
