@@ -35,6 +35,7 @@ struct options {
     int n_sizes, n_radii, n_variants, n_threads;
     int n_runs, n_views;
     double limit_s; /* CPU */
+    double slant_px;
     const char *dump;
 };
 
@@ -124,12 +125,23 @@ static void lens_point(int i, int n, double *u, double *v)
     *v = rho * sin(angle);
 }
 
+/* Adds to the radii what a tilted lens would: up to so many px, at the right edge. */
+static void slant(struct frame *f, double slant_px)
+{
+    for (size_t i = 0; slant_px != 0 && i < frame_pixels(f); i++) {
+        double x = (double)(i % (size_t)f->width) + 0.5 - f->width / 2.0;
+        double r = 400 - 40000 / (double)f->depth[i]; /* plain_depth() */
+        f->depth[i] = plain_depth(r + slant_px * x / (f->width / 2.0));
+    }
+}
+
 static void make_scene(struct scene *s, const struct options *o, int size)
 {
     s->size = o->sizes[size];
     for (int i = 0; i < o->n_radii; i++) {
         s->frames[i] = frame_make(s->size.width, s->size.height, 4);
         fill_frame(&s->frames[i], o->radii[i], 0, 0);
+        slant(&s->frames[i], o->slant_px);
     }
     for (int i = 0; i < o->n_views; i++) {
         double u, v;
@@ -385,6 +397,7 @@ static int usage(FILE *to)
             "Usage: bench [--sizes WxH,...] [--radii PX,...] [--methods "
             "NAME[:KEY=VALUE],...]\n"
             "             [--threads N,...] [--runs N] [--limit SECONDS] [--views N]\n"
+            "             [--slant PX]\n"
             "       bench --dump FILE --sizes WxH --radii PX\n\nMethods:");
     size_t n;
     const struct rf_method_info *methods = rf_method_list(&n);
@@ -455,6 +468,8 @@ static bool parse(struct options *o, int argc, char **argv)
             o->n_views = atoi(argv[i + 1]);
         else if (!strcmp(name, "--dump"))
             o->dump = argv[i + 1];
+        else if (!strcmp(name, "--slant"))
+            o->slant_px = atof(argv[i + 1]);
         else if (!parse_list(o, name, argv[i + 1]))
             return false;
     }
