@@ -78,6 +78,21 @@ def get_python(version, system, numpy_tag):
     return home
 
 
+def make_python3(home):
+    """That Python comes without python3.dll, which only points to python311.dll."""
+    if (home / "python3.dll").exists():
+        return
+    text = (ROOT / "packaging/python/windows/python3.def").read_text()
+    listed = text.split("EXPORTS\n")[1]
+    lines = ["LIBRARY python3.dll", "EXPORTS"]
+    for name, *data in (line.split() for line in listed.splitlines()):
+        lines.append(" ".join([f"{name}=python311.{name}", *data]))
+    definitions = home / "python3.def"
+    definitions.write_text("\n".join(lines) + "\n")
+    compiler = ["x86_64-w64-mingw32-gcc-posix", "-shared", "-nostdlib", "-Wl,-e,0"]
+    run(*compiler, "-o", home / "python3.dll", definitions)
+
+
 def unpack(archive, folder):
     """All of a zip."""
     with zipfile.ZipFile(archive) as opened:

@@ -17,6 +17,7 @@ from systems import (
     ROOT,
     get_python,
     has_level,
+    make_python3,
     names,
     run,
     unpack,
@@ -65,25 +66,9 @@ def dist(windows, tmp_path_factory):
 def python(request):
     """(version, folder of python.exe) of a Python of Windows with NumPy."""
     home = get_python(request.param, "windows-x86_64", "win_amd64")
-    if request.param == "3.11" and not (home / "python3.dll").exists():
+    if request.param == "3.11":
         make_python3(home)
     return request.param, home
-
-
-def make_python3(home):
-    """That Python comes without python3.dll, which only points to python311.dll."""
-    listed = (
-        (ROOT / "packaging/python/windows/python3.def")
-        .read_text()
-        .split("EXPORTS\n")[1]
-    )
-    lines = ["LIBRARY python3.dll", "EXPORTS"]
-    for name, *data in (line.split() for line in listed.splitlines()):
-        lines.append(" ".join([f"{name}=python311.{name}", *data]))
-    definitions = home / "python3.def"
-    definitions.write_text("\n".join(lines) + "\n")
-    compiler = ["x86_64-w64-mingw32-gcc-posix", "-shared", "-nostdlib", "-Wl,-e,0"]
-    run(*compiler, "-o", home / "python3.dll", definitions)
 
 
 @pytest.fixture(scope="session")
