@@ -12,6 +12,7 @@
 #include "interrupt.h"
 #include "picture.h"
 #include "report.h"
+#include "settings.h"
 
 const char *frame_verdict_word(enum frame_verdict verdict)
 {
@@ -119,6 +120,17 @@ void frame_hash_file(uint64_t *hash, const char *path)
     const int64_t numbers[3] = {facts.n_bytes, facts.changed_s, facts.changed_ns};
     if (facts.kind != OS_FILE_NONE)
         frame_hash_bytes(hash, numbers, sizeof(numbers));
+}
+
+void frame_hash_settings(uint64_t *hash, const struct settings *settings)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++)
+        frame_hash_bytes(hash, (const char *)&settings->params + list[i].offset,
+                         list[i].type == RF_TYPE_FLOAT ? sizeof(double)
+                                                       : sizeof(int32_t));
+    frame_hash_bytes(hash, settings->origins, sizeof(settings->origins));
 }
 
 /* ---- verdicts ------------------------------------------------------------------- */

@@ -74,6 +74,9 @@ bool frame_sum_files(const struct frame_files *files, char sums[FRAME_SUMS]);
 void frame_hash_bytes(uint64_t *hash, const void *data, size_t n);
 void frame_hash_text(uint64_t *hash, const char *text);
 void frame_hash_file(uint64_t *hash, const char *path);
+/* All parameters, and where each came from. */
+struct settings;
+void frame_hash_settings(uint64_t *hash, const struct settings *settings);
 
 /* Does a line of the journal say that the frame was made so (its hash), and are the
  * files as it says? Reads the journal and the files only where that may be. */

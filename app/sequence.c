@@ -82,16 +82,6 @@ static bool set_row(const struct sequence *sequence, struct job *job,
     return true;
 }
 
-static void hash_params(uint64_t *hash, const struct rf_params *params)
-{
-    size_t n;
-    const struct rf_param_info *list = rf_param_list(&n);
-    for (size_t i = 0; i < n; i++)
-        frame_hash_bytes(hash, (const char *)params + list[i].offset,
-                         list[i].type == RF_TYPE_FLOAT ? sizeof(double)
-                                                       : sizeof(int32_t));
-}
-
 /* How each kind of FILTER_OPTIONS counts. */
 #define HASH_OUTPUT(name) frame_hash_text(&hash, tool->name)
 #define HASH_INPUT(name) frame_hash_file(&hash, tool->name)
@@ -113,8 +103,7 @@ static void hash_job(const struct sequence *sequence, struct job *job)
     uint64_t hash = FRAME_HASH_START;
     const struct filter_options *tool = &job->tool;
     frame_hash_text(&hash, rf_version());
-    hash_params(&hash, &job->settings.params);
-    frame_hash_bytes(&hash, job->settings.origins, sizeof(job->settings.origins));
+    frame_hash_settings(&hash, &job->settings);
     FILTER_OPTIONS(HASH_OPTION)
     for (int i = 0; i < sequence->n_paths; i++)
         frame_hash_file(&hash, job->paths[i]);

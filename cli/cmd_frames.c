@@ -55,19 +55,6 @@ static int check_pattern(struct frames_report *report, const char *pattern,
     return EXIT_FAILED;
 }
 
-/* The frames of a command line that keeps no journal: those that it names, or those of
- * its input. */
-static int check_other(struct frames_report *report, const struct command_line *line)
-{
-    const char *output = command_line_value(line, "output");
-    const char *frames = command_line_value(line, "frames");
-    if (!output) {
-        message("%s: the command line after -- has no output, -o", line->argv[0]);
-        return EXIT_USAGE;
-    }
-    return check_pattern(report, output, frames);
-}
-
 static int check(const struct frames_options *tool, const struct operands *operands,
                  struct command_line *line, struct frames_report *report)
 {
@@ -84,9 +71,7 @@ static int check(const struct frames_options *tool, const struct operands *opera
     }
     if (!command_line_open(line, operands->n_rest, operands->rest, "frames"))
         return EXIT_USAGE;
-    if (command_line_has_journal(line))
-        return command_line_run(line, line->argc, line->argv, report);
-    return check_other(report, line);
+    return command_line_run(line, line->argc, line->argv, report);
 }
 
 /* The lines of all processes into one file: nobody needs to know how many there were. */

@@ -14,13 +14,14 @@
 #include "filter_run.h"
 #include "folder.h"
 #include "interrupt.h"
-#include "measure.h"
 #include "path.h"
 #include "picture.h"
 #include "povray.h"
 #include "povray_average.h"
 #include "povray_command.h"
 #include "povray_files.h"
+#include "povray_job.h"
+#include "povray_journal.h"
 #include "progress.h"
 #include "settings.h"
 
@@ -73,8 +74,11 @@ static const struct option options[] = {
         "Also render POV-Ray's own focal blur with so many samples, and compare."),
     OPTION_FILE_ROW("reference-output", AT(reference), "FILE.exr",
                     "Also write that focal blur; for rackfocus compare and view."),
-    OPTION_TEXT_ROW("frames", AT(frames), "A-B",
-                    "Frames of an animation: POV-Ray's +KFIA +KFFB, one picture each."),
+    OPTION_TEXT_ROW("frames", AT(frames), "LIST",
+                    "Frames of an animation, such as 1-240 or 1-9x2,20: POV-Ray's "
+                    "+KFI1 +KFF240, one picture each."),
+    OPTION_FLAG_ROW("anew", AT(is_anew),
+                    "Animation: also make the frames that are finished."),
     OPTION_DISTRIBUTION_ROW(AT(distribution_image)),
     OPTION_FLAG_ROW(
         "linear-light", AT(is_linear),
@@ -112,55 +116,20 @@ static char *format_text(const char *format, ...)
     return text;
 }
 
-/* "out.exr" becomes "out0012.exr", "out_##.exr" becomes "out_12.exr". */
-static char *frame_name(const char *name, int32_t frame)
-{
-    if (frame < 0)
-        return format_text("%s", name);
-    const char *hashes = strchr(name, '#');
-    if (hashes && hashes >= os_path_name(name)) {
-        const int n = (int)strspn(hashes, "#");
-        return format_text("%.*s%0*d%s", (int)(hashes - name), name, n, frame,
-                           hashes + n);
-    }
-    const char *dot = strrchr(name, '.');
-    return format_text("%.*s%04d%s", (int)(dot - name), name, frame, dot);
-}
-
 /* ---- the run -------------------------------------------------------------------- */
-
-struct job {
-    const struct povray_tool *tool;
-    struct settings settings;
-    struct povray_options options;
-    struct povray_scene *scene;
-    struct povray_passes passes;
-    struct rf_params used;     /* with the facts of the passes */
-    char *paths[RF_MAX_VIEWS]; /* of the passes, one per view */
-    double started_s;
-    int n_pictures; /* begun */
-};
-
-static int fail_povray(const struct povray_error *error)
-{
-    if (error->is_interrupted || os_is_interrupted())
-        return os_interrupt_code();
-    message("%s", error->message);
-    return EXIT_FAILED;
-}
 
 static void print_vector(const char *name, const double v[3])
 {
     printf("%s %.10g %.10g %.10g\n", name, v[0], v[1], v[2]);
 }
 
-static int print_camera(struct job *job)
+static int print_camera(struct povray_job *job)
 {
-    struct povray_error error;
+    struct povray_error error = {.is_interrupted = false};
     struct povray_camera camera;
     double gamma;
     if (!povray_find_camera(job->scene, &camera, &gamma, &error))
-        return fail_povray(&error);
+        return povray_fail(&error);
     printf("projection %s\n", camera.is_orthographic ? "orthographic" : "perspective");
     print_vector("location", camera.location);
     print_vector("direction", camera.direction);
@@ -176,7 +145,7 @@ static int print_camera(struct job *job)
 /* Says a sentence about the scene, which may be "". With --strict it is the error. */
 static bool warn_scene(void *user, const char *text, struct povray_error *error)
 {
-    const struct job *job = user;
+    const struct povray_job *job = user;
     if (text[0] && job->tool->is_strict) {
         snprintf(error->message, sizeof(error->message), "%s: %s", job->options.scene,
                  text);
@@ -197,7 +166,7 @@ static bool fail_memory(struct povray_error *error)
 static bool receive_view(void *user, int view, const struct povray_passes *passes,
                          struct povray_error *error)
 {
-    struct job *job = user;
+    struct povray_job *job = user;
     struct image_error image_error;
     if (view == 0 && !warn_scene(job, passes->warning, error))
         return false;
@@ -210,7 +179,7 @@ static bool receive_view(void *user, int view, const struct povray_passes *passe
     return false;
 }
 
-static bool render_one(struct job *job, struct povray_error *error)
+static bool render_one(struct povray_job *job, struct povray_error *error)
 {
     struct image_error image_error;
     if (!povray_render(job->scene, &job->passes, error) ||
@@ -223,7 +192,7 @@ static bool render_one(struct job *job, struct povray_error *error)
     return false;
 }
 
-static bool render_views(struct job *job, struct povray_error *error)
+static bool render_views(struct povray_job *job, struct povray_error *error)
 {
     double total_s;
     const bool is_good = povray_files_views(job->scene, job->tool->n_views,
@@ -238,7 +207,7 @@ static bool keeps_one_file(const struct povray_tool *tool)
     return tool->keep && picture_kind(tool->keep) == PICTURE_EXR;
 }
 
-static char *pass_path(const struct job *job, int view)
+static char *pass_path(const struct povray_job *job, int view)
 {
     const bool is_kept = job->tool->keep && !keeps_one_file(job->tool);
     char number[16] = "", frame[16] = "";
@@ -252,7 +221,7 @@ static char *pass_path(const struct job *job, int view)
 }
 
 /* Joins the files of all views to one, as compressed. */
-static bool join_views(const struct job *job, const char *path,
+static bool join_views(const struct povray_job *job, const char *path,
                        struct image_error *error)
 {
     struct image_input *inputs[RF_MAX_VIEWS] = {NULL};
@@ -272,12 +241,12 @@ static bool join_views(const struct job *job, const char *path,
     return is_good;
 }
 
-static int keep_passes(struct job *job)
+static int keep_passes(struct povray_job *job)
 {
     struct image_error error;
     if (!keeps_one_file(job->tool))
         return EXIT_DONE;
-    char *path = frame_name(job->tool->keep, job->options.frame);
+    char *path = povray_picture_name(job->tool->keep, job->options.frame);
     if (!path)
         return exit_without_memory();
     const bool is_good = job->tool->n_views > 1
@@ -291,7 +260,7 @@ static int keep_passes(struct job *job)
     return EXIT_FAILED;
 }
 
-static bool render_passes(struct job *job, struct povray_error *error)
+static bool render_passes(struct povray_job *job, struct povray_error *error)
 {
     for (int i = 0; i < job->tool->n_views; i++) {
         job->paths[i] = pass_path(job, i);
@@ -302,7 +271,7 @@ static bool render_passes(struct job *job, struct povray_error *error)
 }
 
 /* Renders and averages views, and writes the result. */
-static bool render_average(struct job *job, const char *output,
+static bool render_average(struct povray_job *job, const char *output,
                            struct povray_error *error)
 {
     const struct povray_tool *tool = job->tool;
@@ -331,9 +300,9 @@ static bool render_average(struct job *job, const char *output,
 }
 
 /* All that POV-Ray does for one picture: into files, or straight into the output. */
-static int render(struct job *job, const char *output)
+static int render(struct povray_job *job, const char *output)
 {
-    struct povray_error error;
+    struct povray_error error = {.is_interrupted = false};
     struct progress bar;
     progress_start(&bar, "rendering", job->tool->is_quiet);
     job->options.progress = show_progress;
@@ -345,7 +314,7 @@ static int render(struct job *job, const char *output)
         is_good = job->tool->is_average ? render_average(job, output, &error)
                                         : render_passes(job, &error);
     progress_end(&bar);
-    return is_good ? EXIT_DONE : fail_povray(&error);
+    return is_good ? EXIT_DONE : povray_fail(&error);
 }
 
 /* Parameters in pixels are those of the picture: the passes have more. */
@@ -365,7 +334,7 @@ static void scale_pixels(struct settings *settings, int32_t n_samples)
 }
 
 /* The picture of filtered passes that are larger than it. */
-static int reduce_passes(struct job *job, const char *from, const char *output)
+static int reduce_passes(struct povray_job *job, const char *from, const char *output)
 {
     struct image_error error;
     char used[1000], made[1100];
@@ -380,7 +349,7 @@ static int reduce_passes(struct job *job, const char *from, const char *output)
     return EXIT_FAILED;
 }
 
-static int filter_passes(struct job *job, const char *picture)
+static int filter_passes(struct povray_job *job, const char *picture)
 {
     const bool is_whole = povray_file_is_whole(&job->passes);
     char *output = is_whole ? format_text("%s", picture)
@@ -409,114 +378,10 @@ static int filter_passes(struct job *job, const char *picture)
     return code;
 }
 
-static const char *focus_source(const struct povray_camera *camera)
-{
-    switch (camera->focus) {
-    case POVRAY_FOCUS_LOOK_AT:
-        return " (on the camera's look_at; --focal-point or --focus-distance change "
-               "it)";
-    case POVRAY_FOCUS_DIRECTION:
-        return " (without focal_point POV-Ray takes the length of the camera's "
-               "direction; --focal-point or --focus-distance change it)";
-    default:
-        return "";
-    }
-}
-
-static void print_lens(const struct job *job)
-{
-    const struct povray_camera *camera = &job->passes.camera;
-    struct rf_lens lens;
-    struct rf_error error;
-    double radius = camera->aperture / 4;
-    if (camera->aperture == 0 && rf_lens_init(&lens, &job->used, job->passes.width,
-                                              job->passes.height, &error) == RF_OK)
-        radius = lens.lens_radius;
-    printf("lens radius %g, focus distance %g%s, light summed in %s\n", radius,
-           camera->focus_distance, focus_source(camera),
-           job->tool->is_linear     ? "linear light"
-           : job->passes.is_srgb    ? "the curve of sRGB (gamma 2.2)"
-           : job->passes.gamma == 1 ? "linear light"
-                                    : "the scene's assumed_gamma");
-}
-
-/* Writes POV-Ray's own focal blur, RGBA, where that is asked for. */
-static bool write_reference(const struct job *job, float *rgba,
-                            struct image_error *error)
-{
-    if (!job->tool->reference)
-        return true;
-    struct povray_passes passes = job->passes;
-    passes.width = povray_picture_width(&job->passes);
-    passes.height = povray_picture_height(&job->passes);
-    passes.supersample = 1;
-    passes.border_px = 0;
-    passes.colour = rgba;
-    char made[64];
-    snprintf(made, sizeof(made), "POV-Ray's focal blur, %d samples",
-             job->tool->n_reference);
-    char *path = frame_name(job->tool->reference, job->options.frame);
-    if (!path)
-        return set_error(error, "out of memory");
-    const bool is_good = povray_file_write(path, &passes, POVRAY_FILE_RESULT, made,
-                                           job->options.n_threads, error);
-    free(path);
-    return is_good;
-}
-
-static int compare_reference(struct job *job, const char *output, double own_s)
-{
-    struct povray_error error;
-    struct image_error file_error;
-    struct picture picture;
-    struct progress bar;
-    float *rgba = NULL;
-    double seconds = 0;
-    progress_start(&bar, "rendering the reference", job->tool->is_quiet);
-    const bool is_rendered = povray_render_reference(
-        job->scene, &job->passes, job->tool->n_reference, &rgba, &seconds, &error);
-    progress_end(&bar);
-    if (!is_rendered)
-        return fail_povray(&error);
-    if (!write_reference(job, rgba, &file_error) ||
-        !picture_read(output, NULL, job->options.n_threads, &picture, &file_error)) {
-        message("%s", file_error.message);
-        free(rgba);
-        return EXIT_FAILED;
-    }
-    const size_t n_pixels = (size_t)picture.width * (size_t)picture.height;
-    for (size_t i = 0; i < n_pixels; i++)
-        memmove(rgba + 3 * i, rgba + 4 * i, 3 * sizeof(float));
-    struct measures measures;
-    const bool is_measured = measure_pictures(picture.samples, rgba, picture.width,
-                                              picture.height, &measures);
-    printf("POV-Ray's focal blur, %d samples: %.2f s\n", job->tool->n_reference,
-           seconds);
-    printf("rackfocus: %.2f s, %.1f times faster\n", own_s, seconds / own_s);
-    if (is_measured)
-        printf("tPSNR %.2f dB\n", measures.tpsnr_db);
-    picture_free(&picture);
-    free(rgba);
-    return is_measured ? EXIT_DONE : exit_without_memory();
-}
-
-/* Where the time went, for those who would rather trade it. */
-static void explain_time(const struct job *job)
-{
-    enum { LONG_S = 20 };
-    const struct povray_passes *passes = &job->passes;
-    if (passes->total_s < LONG_S || passes->colour_s < 0.5 * passes->total_s)
-        return;
-    printf("%.0f s of it rendered the anti-aliased colour%s\n", passes->colour_s,
-           passes->supersample > 1
-               ? " with several samples in each pixel; --supersample 1 is faster"
-               : "; a milder anti-aliasing such as -- +A0.3 is faster");
-}
-
-static int make_picture(struct job *job)
+static int make_picture(struct povray_job *job)
 {
     job->started_s = os_clock_s();
-    char *output = frame_name(job->tool->output, job->options.frame);
+    char *output = povray_picture_name(job->tool->output, job->options.frame);
     int code = output ? render(job, output) : exit_without_memory();
     if (code == EXIT_DONE && !job->tool->is_average)
         code = keep_passes(job);
@@ -524,13 +389,13 @@ static int make_picture(struct job *job)
         code = filter_passes(job, output);
     const double own_s = os_clock_s() - job->started_s;
     if (code == EXIT_DONE && !job->tool->is_quiet) {
-        print_lens(job);
+        povray_print_lens(job);
         printf("%s: %.2f s, %.2f s of it POV-Ray's\n", output, own_s,
                job->passes.total_s);
-        explain_time(job);
+        povray_explain_time(job);
     }
     if (code == EXIT_DONE && job->tool->n_reference > 0)
-        code = compare_reference(job, output, own_s);
+        code = povray_compare_reference(job, output, own_s);
     free(output);
     return code;
 }
@@ -546,7 +411,8 @@ static bool prepare_output(const struct povray_tool *tool,
         if (!files[i])
             continue;
         struct image_error error;
-        char *name = frame_name(files[i], frames->is_animation ? frames->first : -1);
+        char *name = povray_picture_name(
+            files[i], frames->is_animation ? frames->list.numbers[0] : -1);
         const bool is_writable = name ? picture_check_writable(name, &error)
                                       : set_error(&error, "out of memory");
         free(name);
@@ -564,7 +430,7 @@ static bool prepare_output(const struct povray_tool *tool,
     return true;
 }
 
-static void set_frame(struct job *job, const struct povray_frames *frames,
+static void set_frame(struct povray_job *job, const struct povray_frames *frames,
                       int32_t frame)
 {
     if (!frames->is_animation)
@@ -574,52 +440,125 @@ static void set_frame(struct job *job, const struct povray_frames *frames,
     job->options.last_frame = frames->animation_last;
 }
 
-static int run_frames(struct job *job, const struct povray_frames *frames)
+/* What a frame writes: the picture, its passes (the first file of them), the reference.
+ */
+static bool name_files(const struct povray_job *job, struct frame_files *files)
 {
-    int code = EXIT_DONE;
-    for (int32_t f = frames->first; f <= frames->last && code == EXIT_DONE; f++) {
-        set_frame(job, frames, f);
-        code = make_picture(job);
-        for (int i = 0; i < RF_MAX_VIEWS; i++) {
-            free(job->paths[i]);
-            job->paths[i] = NULL;
-        }
-        povray_passes_free(&job->passes);
-        povray_close(job->scene);
-        job->scene = NULL;
+    const struct povray_tool *tool = job->tool;
+    const int32_t frame = job->options.frame;
+    const bool keeps_passes = tool->keep && !tool->is_average;
+    *files = (struct frame_files){
+        {povray_picture_name(tool->output, frame),
+         !keeps_passes          ? NULL
+         : keeps_one_file(tool) ? povray_picture_name(tool->keep, frame)
+                                : pass_path(job, 0),
+         tool->reference ? povray_picture_name(tool->reference, frame) : NULL}};
+    return files->paths[0] && (!keeps_passes || files->paths[1]) &&
+           (!tool->reference || files->paths[2]);
+}
+
+static void free_files(struct frame_files *files)
+{
+    for (int i = 0; i < FRAME_MAX_FILES; i++)
+        free((char *)files->paths[i]);
+}
+
+static void free_picture(struct povray_job *job)
+{
+    for (int i = 0; i < RF_MAX_VIEWS; i++) {
+        free(job->paths[i]);
+        job->paths[i] = NULL;
     }
+    povray_passes_free(&job->passes);
+    povray_close(job->scene);
+    job->scene = NULL;
+}
+
+/* Makes a frame that is not there, or looks at it. */
+static int run_frame(struct povray_job *job, const struct povray_frames *frames, int i)
+{
+    struct frame_files files;
+    const int32_t number = frames->list.numbers[i];
+    set_frame(job, frames, number);
+    int code = name_files(job, &files) ? EXIT_DONE : exit_without_memory();
+    if (code == EXIT_DONE && job->report)
+        code = povray_journal_check(&job->journal, &job->report->frames[i], &files);
+    else if (code == EXIT_DONE &&
+             (job->tool->is_anew ||
+              !povray_journal_has(&job->journal, number, &files))) {
+        code = make_picture(job);
+        if (code == EXIT_DONE)
+            povray_journal_add(&job->journal, number, &files,
+                               os_clock_s() - job->started_s);
+        free_picture(job);
+    }
+    free_files(&files);
     return code;
 }
 
-static int run_camera(struct job *job)
+static int run_frames(struct povray_job *job, const struct povray_frames *frames)
 {
-    struct povray_error error;
+    int code = EXIT_DONE;
+    if (!frames->is_animation) {
+        code = make_picture(job);
+        free_picture(job);
+    }
+    for (int i = 0; i < frames->list.n && code == EXIT_DONE; i++)
+        code = run_frame(job, frames, i);
+    return os_is_interrupted() ? os_interrupt_code() : code;
+}
+
+static int run_camera(struct povray_job *job)
+{
+    struct povray_error error = {.is_interrupted = false};
     if (!povray_open(&job->scene, &job->options, &error))
-        return fail_povray(&error);
+        return povray_fail(&error);
     const int code = print_camera(job);
     povray_close(job->scene);
     return code;
 }
 
-static int run_job(struct job *job, const struct povray_frames *frames)
+static int run_job(struct povray_job *job, const struct povray_frames *frames)
 {
     if (job->tool->is_camera_only) {
         job->options.wants_lens = false;
-        set_frame(job, frames, frames->first);
+        if (frames->is_animation)
+            set_frame(job, frames, frames->list.numbers[0]);
         return run_camera(job);
     }
-    if (!prepare_output(job->tool, frames))
+    if (!job->report && !prepare_output(job->tool, frames))
         return EXIT_FAILED;
     return run_frames(job, frames);
 }
 
-static int run_tool(struct povray_tool *tool, struct settings *settings,
-                    const struct operands *operands)
+/* The frames with their journal, which a still has none of. */
+static int run_animation(struct povray_job *job, const struct povray_plan *plan,
+                         const struct povray_frames *frames)
 {
-    struct job job = {.tool = tool};
+    if (!frames->is_animation || job->tool->is_camera_only) {
+        if (!job->report)
+            return run_job(job, frames);
+        message("povray: the frames are not known; give --frames A-B behind --");
+        return EXIT_USAGE;
+    }
+    if (job->report && !frames_report_start(job->report, &frames->list, NULL))
+        return exit_without_memory();
+    int code =
+        povray_journal_open(&job->journal, job->tool, &job->settings, plan, frames);
+    if (code != EXIT_DONE)
+        return code;
+    code = run_job(job, frames);
+    povray_journal_close(&job->journal);
+    return code;
+}
+
+static int run_tool(struct povray_tool *tool, struct settings *settings,
+                    const struct operands *operands, struct frames_report *report)
+{
+    struct povray_job job = {.tool = tool, .report = report};
     struct povray_frames frames = {0};
     struct povray_plan plan;
-    struct povray_error error;
+    struct povray_error error = {.is_interrupted = false};
     int code = EXIT_USAGE;
     if (!povray_command_check(tool, settings, operands))
         return EXIT_USAGE;
@@ -632,13 +571,14 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
         code = EXIT_FAILED;
     } else if (povray_command_frames(tool->frames, &plan, &frames) &&
                povray_command_plan(tool, settings, &plan, &job.options)) {
-        code = run_job(&job, &frames);
+        code = run_animation(&job, &plan, &frames);
     }
+    frame_list_free(&frames.list);
     povray_plan_free(&plan);
     return code;
 }
 
-static int cmd_povray(int argc, char **argv)
+int povray_command_run(int argc, char **argv, struct frames_report *report)
 {
     struct povray_tool tool = {.aperture = NAN, .overscan_px = -1};
     struct settings settings;
@@ -646,9 +586,14 @@ static int cmd_povray(int argc, char **argv)
     int code = options_parse(&command_povray, argc, argv, &tool, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
-    code = run_tool(&tool, &settings, &operands);
+    code = run_tool(&tool, &settings, &operands, report);
     operands_free(&operands);
     return code;
+}
+
+static int cmd_povray(int argc, char **argv)
+{
+    return povray_command_run(argc, argv, NULL);
 }
 
 const struct command command_povray = {

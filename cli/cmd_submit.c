@@ -123,36 +123,6 @@ static double guessed_frame_s(const struct command_line *line,
 
 /* ---- which frames ---------------------------------------------------------------- */
 
-/* Of POV-Ray, whose frames no journal knows: each is to be made. */
-static int list_all(const struct command_line *line, struct frames_report *report)
-{
-    struct frame_list list;
-    struct image_error error;
-    const char *frames = command_line_value(line, "frames");
-    if (!frames) {
-        message("povray: the frames are not known; give --frames A-B behind --");
-        return EXIT_USAGE;
-    }
-    if (command_line_operand(line, 0) < 0) {
-        message("povray: has no scene; see rackfocus povray --help");
-        return EXIT_USAGE;
-    }
-    if (!frame_list_parse(&list, frames, &error)) {
-        message("--frames: %s", error.message);
-        return EXIT_USAGE;
-    }
-    const bool is_good = frames_report_start(report, &list, NULL);
-    frame_list_free(&list);
-    return is_good ? EXIT_DONE : exit_without_memory();
-}
-
-static int find_frames(const struct command_line *line, struct frames_report *report)
-{
-    return command_line_has_journal(line)
-               ? command_line_run(line, line->argc, line->argv, report)
-               : list_all(line, report);
-}
-
 /* Makes the first frame that is not finished; its time. */
 static int measure_frame(const struct submit_options *tool,
                          const struct command_line *line, struct frames_report *report,
@@ -200,48 +170,41 @@ static void chunks_free(struct chunks *chunks)
     free(chunks->numbers);
 }
 
-/* POV-Ray's frames go from one to another; a filter takes any list. An item may hold
- * 1024 characters (Open Job Description), 11 per number. */
-static int chunk_end(const struct chunks *chunks, int begin, bool is_range)
+/* An item may hold 1024 characters (Open Job Description), 11 per number. */
+static int chunk_end(const struct chunks *chunks, int begin)
 {
     enum { MAX_RANGES = 40 };
     int end = begin + 1, n_ranges = 1;
     while (end < chunks->n_numbers && end - begin < chunks->n_each) {
         if (chunks->numbers[end] != chunks->numbers[end - 1] + 1 &&
-            (is_range || ++n_ranges > MAX_RANGES))
+            ++n_ranges > MAX_RANGES)
             break;
         end++;
     }
     return end;
 }
 
-static bool chunks_cut(struct chunks *chunks, bool is_range)
+static bool chunks_cut(struct chunks *chunks)
 {
     chunks->items = app_memory((size_t)chunks->n_numbers, sizeof(char *), NULL);
     for (int begin = 0; chunks->items && begin < chunks->n_numbers;) {
-        const int end = chunk_end(chunks, begin, is_range);
+        const int end = chunk_end(chunks, begin);
         char *list = frame_list_text(chunks->numbers + begin, end - begin, NULL);
         if (!list)
             return false;
         chunks->items[chunks->n++] = list;
-        /* "3" is no range to POV-Ray's option. */
-        if (is_range && end - begin == 1) {
-            snprintf(list, 15, "%d-%d", (int)chunks->numbers[begin],
-                     (int)chunks->numbers[begin]);
-        }
         begin = end;
     }
     return chunks->items != NULL;
 }
 
-static bool chunks_make(struct chunks *chunks, const struct frames_report *report,
-                        bool is_range)
+static bool chunks_make(struct chunks *chunks, const struct frames_report *report)
 {
     chunks->numbers = app_memory((size_t)report->n, sizeof(int32_t), NULL);
     for (int i = 0; chunks->numbers && i < report->n; i++)
         if (report->frames[i].verdict != FRAME_FINISHED)
             chunks->numbers[chunks->n_numbers++] = report->frames[i].number;
-    return chunks->numbers && chunks_cut(chunks, is_range);
+    return chunks->numbers && chunks_cut(chunks);
 }
 
 /* ---- the job --------------------------------------------------------------------- */
@@ -251,7 +214,7 @@ static bool chunks_make(struct chunks *chunks, const struct frames_report *repor
 static bool complete_povray(struct command_line *line, char **words, char range[2][24])
 {
     struct povray_plan plan;
-    struct povray_error error;
+    struct povray_error error = {.is_interrupted = false};
     struct frame_list list;
     struct image_error list_error;
     int n_head;
@@ -415,7 +378,7 @@ static int submit(const struct submit_options *tool, struct command_line *line,
 {
     char how[160];
     struct chunks chunks = {0};
-    int code = find_frames(line, report);
+    int code = command_line_run(line, line->argc, line->argv, report);
     if (code != EXIT_DONE)
         return code;
     const int n_finished = frames_report_count(report, FRAME_FINISHED);
@@ -425,7 +388,7 @@ static int submit(const struct submit_options *tool, struct command_line *line,
         return EXIT_DONE;
     code = choose_chunk(tool, line, report, &chunks, how, sizeof(how));
     if (code == EXIT_DONE && frames_report_count(report, FRAME_FINISHED) < report->n) {
-        code = chunks_make(&chunks, report, !command_line_has_journal(line))
+        code = chunks_make(&chunks, report)
                    ? submit_chunks(tool, line, report, &chunks, how)
                    : exit_without_memory();
     }
@@ -451,8 +414,6 @@ static bool check_usage(const struct submit_options *tool,
         return fail_usage("the command line that makes the frames follows --");
     if (tool->is_measured && tool->n_chunk)
         return fail_usage("--measure chooses what --chunk says; leave one out");
-    if (tool->is_measured && !command_line_has_journal(line))
-        return fail_usage("--measure is not for povray; give --chunk");
     const char *output = command_line_value(line, "output");
     if (!output)
         return fail_usage("the command line behind -- has no output, -o");

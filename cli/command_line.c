@@ -7,6 +7,7 @@
 #include "accumulate_command.h"
 #include "cli.h"
 #include "filter_command.h"
+#include "povray_command.h"
 #include "rackfocus/rackfocus.h"
 
 bool command_line_open(struct command_line *line, int argc, char **argv, const char *of)
@@ -30,16 +31,12 @@ bool command_line_open(struct command_line *line, int argc, char **argv, const c
     return line->command != NULL;
 }
 
-bool command_line_has_journal(const struct command_line *line)
-{
-    return line->command != &command_povray;
-}
-
 int command_line_run(const struct command_line *line, int argc, char **argv,
                      struct frames_report *report)
 {
-    return line->command == &command_filter
-               ? filter_command_run(argc, argv, report)
+    return line->command == &command_filter ? filter_command_run(argc, argv, report)
+           : line->command == &command_povray
+               ? povray_command_run(argc, argv, report)
                : accumulate_command_run(argc, argv, report);
 }
 

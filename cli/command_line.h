@@ -19,12 +19,8 @@ struct command_line {
 bool command_line_open(struct command_line *line, int argc, char **argv,
                        const char *of);
 
-/* Keeps the command a journal, by which its frames are known (journal.h)? POV-Ray's do
- * not, whose inputs nobody knows all. */
-bool command_line_has_journal(const struct command_line *line);
-
 /* Runs it with these words; with a report (may be NULL) it makes nothing and fills that,
- * as filter_command_run() does. For those that have a journal. An exit code. */
+ * as filter_command_run() does. An exit code. */
 struct frames_report;
 int command_line_run(const struct command_line *line, int argc, char **argv,
                      struct frames_report *report);

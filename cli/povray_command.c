@@ -22,20 +22,23 @@ static bool fail_usage(const char *text)
 bool povray_command_frames(const char *text, const struct povray_plan *plan,
                            struct povray_frames *frames)
 {
-    int used = 0;
-    *frames = (struct povray_frames){plan->from, plan->to, plan->first, plan->last,
-                                     plan->is_animation};
-    if (!text)
+    char range[32];
+    struct image_error error;
+    *frames = (struct povray_frames){.animation_first = plan->first,
+                                     .animation_last = plan->last,
+                                     .is_animation = text || plan->is_animation};
+    if (!frames->is_animation)
         return true;
-    if (sscanf(text, "%d-%d%n", &frames->first, &frames->last, &used) != 2 ||
-        text[used] != 0 || frames->first < 0 || frames->last < frames->first)
-        return fail_usage("--frames takes two frame numbers such as 1-25");
+    snprintf(range, sizeof(range), "%d-%d", (int)plan->from, (int)plan->to);
+    if (!frame_list_parse(&frames->list, text ? text : range, &error)) {
+        message("--frames: %s", error.message);
+        return false;
+    }
     /* POV-Ray's own options win where they say how long the animation is. */
     if (!plan->is_animation) {
-        frames->animation_first = frames->first;
-        frames->animation_last = frames->last;
+        frames->animation_first = frames->list.numbers[0];
+        frames->animation_last = frames->list.numbers[frames->list.n - 1];
     }
-    frames->is_animation = true;
     return true;
 }
 

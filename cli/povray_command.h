@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "frame_list.h"
 #include "options.h"
 #include "povray.h"
 #include "settings.h"
@@ -19,10 +20,11 @@ struct povray_tool {
     int32_t move; /* enum povray_move */
     bool is_linear, is_camera_only, is_quiet, is_strict, has_subpixel;
     bool is_average; /* the method is accumulate */
+    bool is_anew;    /* frames that are finished are made again */
 };
 
 struct povray_frames {
-    int32_t first, last;                     /* to make */
+    struct frame_list list;                  /* to make; of a still none */
     int32_t animation_first, animation_last; /* of the whole, which set the clock */
     bool is_animation;
 };
@@ -32,9 +34,13 @@ bool povray_command_check(struct povray_tool *tool, const struct settings *setti
                           const struct operands *operands);
 
 /* What --frames says wins; else the frames of POV-Ray's own options. False with a
- * message. */
+ * message; the list is to be freed in any case. */
 bool povray_command_frames(const char *text, const struct povray_plan *plan,
                            struct povray_frames *frames);
+
+/* Runs the command, as filter_command_run() does (filter_command.h). */
+struct frames_report;
+int povray_command_run(int argc, char **argv, struct frames_report *report);
 
 /* What the glue needs to know of the command line. False with a message. */
 bool povray_command_plan(const struct povray_tool *tool,

@@ -53,6 +53,17 @@ bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const
                       int n_args, struct povray_error *error);
 void povray_plan_free(struct povray_plan *plan);
 
+/* An input of a plan: a file, or an option of POV-Ray. */
+typedef void (*povray_input_fn)(void *user, const char *text, bool is_file);
+
+/*
+ * Hands over what the pictures of a plan depend on, but which frames are made, in an
+ * order that stays. *has_computed: the scene puts names together (concat), and files
+ * that it so names are not among them. False where the scene cannot be read.
+ */
+bool povray_list_inputs(const struct povray_plan *plan, povray_input_fn receive,
+                        void *user, bool *has_computed);
+
 struct povray_options {
     const char *scene;
     const char *program; /* POV-Ray; NULL: povray on the PATH, or Windows' pvengine */

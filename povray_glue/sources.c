@@ -55,8 +55,7 @@ static void collect_folders(struct sources *sources, const char *scene,
     free(folder);
 }
 
-/* Where POV-Ray finds an include; NULL where nowhere. The caller frees. */
-static char *find_include(const struct sources *sources, const char *name)
+char *sources_find(const struct sources *sources, const char *name)
 {
     for (int i = 0; i < sources->n_folders; i++) {
         char *path = text_format(
@@ -113,7 +112,7 @@ static void load_includes(struct sources *sources, int k)
         if (!token_is_directive(tokens, i, "include"))
             continue;
         char *name = rewrite_include_name(tokens, i);
-        char *path = name ? find_include(sources, name) : NULL;
+        char *path = name ? sources_find(sources, name) : NULL;
         int child = path ? load_file(sources, path) : -1;
         if (child >= 0 && sources->items[child].needs_copy)
             sources->items[k].needs_copy = true;
@@ -178,7 +177,7 @@ static bool note_computed(struct sources *sources, const char *name)
 
 bool sources_add_computed(struct sources *sources, const char *name)
 {
-    char *path = find_include(sources, name);
+    char *path = sources_find(sources, name);
     int k = path ? load_file(sources, path) : -1;
     free(path);
     return k >= 0 && sources->items[k].needs_copy && note_computed(sources, name);
@@ -218,7 +217,7 @@ void sources_free(struct sources *sources)
 static const char *copy_of_include(void *user, const char *name)
 {
     struct sources *sources = user;
-    char *path = find_include(sources, name);
+    char *path = sources_find(sources, name);
     const char *copy = NULL;
     for (int i = 0; path && i < sources->n; i++)
         if (strcmp(sources->items[i].path, path) == 0)

@@ -45,6 +45,9 @@ bool sources_load(struct sources *sources, const char *scene, char *const *args,
                   int n_args, const char *temp_folder);
 void sources_free(struct sources *sources);
 
+/* Where POV-Ray finds a file of this name; NULL where nowhere. The caller frees. */
+char *sources_find(const struct sources *sources, const char *name);
+
 /* A name that a computed #include came to; true where its file needs copies that the
  * ones written so far do not have: forget these, and write them anew. */
 bool sources_add_computed(struct sources *sources, const char *name);

@@ -242,6 +242,48 @@ def test_povray(rackfocus, submit, tmp_path):
     assert same(tmp_path, want)
 
 
+def test_povray_makes_nothing_twice(rackfocus, submit, tmp_path):
+    """Its frames have a journal: what is finished stays, what it was made of counts."""
+    scene, include = tmp_path / "scene.pov", tmp_path / "colour.inc"
+    include.write_text("#declare Colour = rgb <1, 0.3, 0.1>;\n")
+    scene.write_text('#include "colour.inc"\n' + SCENE)
+    options = ["--supersample", "1", "-o", "out.####.exr"]
+    words = ["povray", "scene.pov", *options, "--frames", "1-4"]
+    size = ["--", "+W48", "+H32"]
+
+    def run():
+        done = rackfocus(*words, *size, cwd=tmp_path)
+        return done.stdout.count(" is there\n"), done.stdout.count("focus distance")
+
+    assert run() == (0, 4)
+    assert run() == (4, 0)
+    want = frames_of(tmp_path)
+    (tmp_path / "out.0003.exr").write_bytes(b"damaged")
+    done = rackfocus("frames", "--", *words, *size, cwd=tmp_path, code=1)
+    assert "frame 3: damaged" in done.stderr
+    done = submit(tmp_path, "--to", "script", "--chunk", "2", words=[*words, *size])
+    assert "3 of 4 frames are finished" in done.stdout
+    assert "1 task of" in done.stdout and "4 frames: 4 finished" in done.stdout
+    assert same(tmp_path, want)
+    include.write_text("#declare Colour = rgb <0.1, 0.3, 1>;\n")
+    done = rackfocus("frames", "--", *words, *size, cwd=tmp_path, code=1)
+    assert "frame 1: other" in done.stderr
+    assert run() == (0, 4)
+    words[-1] = "1,3"
+    assert run() == (0, 2)  # another animation: its clock is another
+    words += ["--anew"]
+    assert run() == (0, 2)
+
+
+def test_povray_frames_of_computed_names_are_told(rackfocus, tmp_path):
+    computed = '#declare Name = concat("a", str(1, 0, 0));\n'
+    (tmp_path / "scene.pov").write_text(computed + SCENE)
+    words = ["povray", "scene.pov", "--supersample", "1", "-o", "out.####.exr"]
+    words += ["--frames", "1-2", "--", "+W48", "+H32"]
+    assert "concat" not in rackfocus(*words, cwd=tmp_path).stderr
+    assert rackfocus(*words, cwd=tmp_path).stderr.count("concat") == 1
+
+
 def test_a_failure_is_not_lost(submit, shot):
     folder = shot(4)
     (folder / "shot.0002.exr").write_bytes(b"no picture")
