@@ -48,6 +48,7 @@ struct command {
     X(filter)                                                                          \
     X(finish)                                                                          \
     X(info)                                                                            \
+    X(focus)                                                                           \
     X(compare)                                                                         \
     X(compare_methods)                                                                 \
     X(accumulate)                                                                      \

@@ -23,6 +23,7 @@ static void hash_tool(uint64_t *hash, const struct povray_tool *tool)
     const int32_t integers[] = {tool->n_views,      tool->n_reference, tool->n_samples,
                                 tool->overscan_px,  tool->move,        tool->is_linear,
                                 tool->has_subpixel, tool->is_average};
+    frame_hash_text(hash, tool->program);
     frame_hash_text(hash, tool->output);
     frame_hash_text(hash, tool->keep);
     frame_hash_text(hash, tool->reference);

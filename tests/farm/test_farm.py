@@ -4,6 +4,7 @@
 import json
 import os
 import random
+import re
 import subprocess
 import time
 
@@ -311,6 +312,18 @@ def test_chunks(submit, shot):
     assert "one was made now" in tasks("--measure")
     assert sorted(frames_of(folder)) == [1]
     assert "as those that are there took" in tasks()
+
+
+def test_tasks_are_even(submit, shot):
+    """Where nobody says how many frames a task has; the last is no stub."""
+    folder = shot(1)
+    words = [*WORDS, "--frames", "1-10000"]
+    job = folder / "j.sh"
+    submit(folder, "--to", "script", "--dry-run", "--job", job, words=words)
+    lines = re.findall(r"^(\d+)-(\d+)$", job.read_text(), re.M)
+    sizes = [int(end) - int(begin) + 1 for begin, end in lines]
+    assert sum(sizes) == 10000 and len(sizes) > 2
+    assert max(sizes) - min(sizes) < len(sizes)
 
 
 def test_too_many_tasks(submit, shot):
