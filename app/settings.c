@@ -59,6 +59,19 @@ rf_result settings_set(struct settings *settings, const char *name, const char *
     return result;
 }
 
+void settings_take(struct settings *settings, const struct settings *from,
+                   const char *name)
+{
+    const struct rf_param_info *info = rf_param_find(name);
+    const size_t i = index_of(name);
+    const size_t n_bytes =
+        info->type == RF_TYPE_FLOAT ? sizeof(double) : sizeof(int32_t);
+    memcpy((char *)&settings->params + info->offset,
+           (const char *)&from->params + info->offset, n_bytes);
+    settings->origins[i] = from->origins[i];
+    memcpy(settings->sources[i], from->sources[i], sizeof(settings->sources[i]));
+}
+
 rf_result settings_set_header(struct settings *settings, const char *name, double value,
                               const char *source, struct rf_error *error)
 {

@@ -43,6 +43,10 @@ void settings_describe_origin(const struct settings *settings, const char *name,
 rf_result settings_set(struct settings *settings, const char *name, const char *text,
                        struct rf_error *error);
 
+/* Takes one value of others, with where it came from. `name`: key or field, known. */
+void settings_take(struct settings *settings, const struct settings *from,
+                   const char *name);
+
 /* What some of the typed values say beside themselves: --ortho-scale that the camera is
  * orthographic. settings_read_header() does it too. */
 void settings_imply(struct settings *settings);

@@ -161,6 +161,55 @@ static void step(struct app *app, double n, double unused)
     step_picture(app, (int)n);
 }
 
+static void apply_look(struct app *app, const struct look *look, const char *what)
+{
+    if (!look)
+        view_say(app, "there is nothing to %s", what);
+    else if (!state_apply(&app->state, look))
+        view_say(app, "%.500s", app->state.problem);
+    app->ui.is_editing = false;
+}
+
+static void undo(struct app *app)
+{
+    view_note_change(app);
+    apply_look(app, undo_back(&app->undo), "undo");
+}
+
+static void redo(struct app *app)
+{
+    apply_look(app, undo_forth(&app->undo), "redo");
+}
+
+void view_note_change(struct app *app)
+{
+    static struct look look; /* too large for the stack; of this thread alone */
+    if (!app->has_stage || ui_is_dragging(&app->ui))
+        return;
+    state_look(&app->state, &look);
+    if (app->undo.n == 0)
+        undo_start(&app->undo, &look, sizeof(look));
+    else
+        undo_note(&app->undo, &look);
+}
+
+static void toggle_full_screen(struct app *app)
+{
+    int *size = app->window_size;
+    const bool was_full = size[0] > 0;
+    if (!was_full)
+        SDL_GetWindowSize(app->window, &size[0], &size[1]);
+    if (SDL_SetWindowFullscreen(app->window,
+                                was_full ? 0 : SDL_WINDOW_FULLSCREEN_DESKTOP) != 0) {
+        view_say(app, "no full screen: %s", SDL_GetError());
+        size[0] = was_full ? size[0] : 0;
+    } else if (was_full) { /* where there is no window manager nobody else does it */
+        SDL_SetWindowSize(app->window, size[0], size[1]);
+        size[0] = 0;
+    }
+    view_measure(app);
+}
+
 /* ---- the table ------------------------------------------------------------------- */
 
 /* One of the two functions, the second with its numbers. */
@@ -202,6 +251,10 @@ static const struct {
     [ACTION_NEXT] = {.with = step, .a = 1},
     [ACTION_PREVIOUS] = {.with = step, .a = -1},
     [ACTION_RELOAD] = {.plain = reload},
+    [ACTION_UNDO] = {.plain = undo},
+    [ACTION_REDO] = {.plain = redo},
+    [ACTION_REDO_SHIFT] = {.plain = redo},
+    [ACTION_FULL] = {.plain = toggle_full_screen},
     [ACTION_SAVE] = {.plain = save_picture},
     [ACTION_SAVE_PARAMS] = {.plain = save_params},
     [ACTION_SAVE_PASSES] = {.plain = save_passes},

@@ -18,53 +18,62 @@
 #include "stats.h"
 #include "thread.h"
 #include "ui.h"
+#include "undo.h"
 #include "view_options.h"
 #include "worker.h"
 
 #define MAX_PATH 4096
 
-/* X(NAME, key, modifiers, "key as help shows it", "what it does") */
+/* X(NAME, "subject in help", key, modifiers, "key as help shows it", "what it does") */
 #define ACTIONS(X)                                                                     \
-    X(HELP, SDLK_F1, 0, "F1", "show or hide the keys")                                 \
-    X(STATS, SDLK_F2, 0, "F2", "show or hide how long things take")                    \
-    X(PANEL, SDLK_p, 0, "P", "show or hide the controls")                              \
-    X(FILTER, SDLK_f, 0, "F", "filter off and on")                                     \
-    X(SPLIT, SDLK_s, 0, "S", "split: pinhole left, filtered right")                    \
-    X(DEPTH, SDLK_d, 0, "D", "depth map, lighter = farther")                           \
-    X(COC, SDLK_c, 0, "C", "circle of confusion, orange before, blue behind")          \
-    X(BAND, SDLK_b, 0, "B", "what is in focus, in colour")                             \
-    X(DIFFERENCE, SDLK_x, 0, "X", "difference to the reference")                       \
-    X(CENTRE, SDLK_SPACE, 0, "Space", "focus on the middle of the window")             \
-    X(NEARER, SDLK_LEFTBRACKET, 0, "[", "focus nearer")                                \
-    X(FARTHER, SDLK_RIGHTBRACKET, 0, "]", "focus farther")                             \
-    X(NEAREST, SDLK_n, 0, "N", "focus on the nearest thing")                           \
-    X(INFINITY, SDLK_i, 0, "I", "focus at infinity")                                   \
-    X(WIDER, SDLK_COMMA, 0, ",", "open the aperture by a third of a stop")             \
-    X(NARROWER, SDLK_PERIOD, 0, ".", "close the aperture by a third of a stop")        \
-    X(BRIGHTER, SDLK_e, 0, "E", "brighter view, half a stop")                          \
-    X(DARKER, SDLK_e, KMOD_SHIFT, "Shift+E", "darker view, half a stop")               \
-    X(FIT, SDLK_0, 0, "0", "fit the picture to the window")                            \
-    X(ACTUAL, SDLK_1, 0, "1", "one picture px is one of the screen")                   \
-    X(ZOOM_IN, SDLK_PLUS, 0, "+", "larger")                                            \
-    X(ZOOM_OUT, SDLK_MINUS, 0, "-", "smaller")                                         \
-    X(EYE_LEFT, SDLK_LEFT, KMOD_SHIFT, "Shift+arrows", "move the eye on the lens")     \
-    X(EYE_RIGHT, SDLK_RIGHT, KMOD_SHIFT, "", "")                                       \
-    X(EYE_UP, SDLK_UP, KMOD_SHIFT, "", "")                                             \
-    X(EYE_DOWN, SDLK_DOWN, KMOD_SHIFT, "", "")                                         \
-    X(LEFT, SDLK_LEFT, 0, "arrows", "pan; turn the demo's scene")                      \
-    X(RIGHT, SDLK_RIGHT, 0, "", "")                                                    \
-    X(UP, SDLK_UP, 0, "", "")                                                          \
-    X(DOWN, SDLK_DOWN, 0, "", "")                                                      \
-    X(HOME, SDLK_HOME, 0, "Home", "eye, scene and picture back in their places")       \
-    X(NEXT, SDLK_PAGEDOWN, 0, "Page Down", "next picture of the folder")               \
-    X(PREVIOUS, SDLK_PAGEUP, 0, "Page Up", "previous picture of the folder")           \
-    X(RELOAD, SDLK_r, 0, "R", "read the files again")                                  \
-    X(SAVE, SDLK_s, KMOD_CTRL, "Ctrl+S", "save the picture")                           \
-    X(SAVE_PARAMS, SDLK_p, KMOD_CTRL, "Ctrl+P", "save the parameters")                 \
-    X(SAVE_PASSES, SDLK_e, KMOD_CTRL, "Ctrl+E", "demo: save colour and depth")         \
-    X(COPY, SDLK_c, KMOD_CTRL, "Ctrl+C", "copy the command line")                      \
-    X(QUIT, SDLK_q, KMOD_CTRL, "Ctrl+Q", "quit")
-#define ACTION_ENUM(name, key, modifiers, shown, help) ACTION_##name,
+    X(CENTRE, "Lens", SDLK_SPACE, 0, "Space", "focus on the middle of the window")     \
+    X(NEARER, "Lens", SDLK_LEFTBRACKET, 0, "[", "focus nearer")                        \
+    X(FARTHER, "Lens", SDLK_RIGHTBRACKET, 0, "]", "focus farther")                     \
+    X(NEAREST, "Lens", SDLK_n, 0, "N", "focus on the nearest thing")                   \
+    X(INFINITY, "Lens", SDLK_i, 0, "I", "focus at infinity")                           \
+    X(WIDER, "Lens", SDLK_COMMA, 0, ",", "open the aperture by a third of a stop")     \
+    X(NARROWER, "Lens", SDLK_PERIOD, 0, ".",                                           \
+      "close the aperture by a third of a stop")                                       \
+    X(FILTER, "Show", SDLK_f, 0, "F", "filter off and on")                             \
+    X(SPLIT, "Show", SDLK_s, 0, "S", "split: pinhole left, filtered right")            \
+    X(DEPTH, "Show", SDLK_d, 0, "D", "depth map, lighter = farther")                   \
+    X(COC, "Show", SDLK_c, 0, "C", "circle of confusion, orange before, blue behind")  \
+    X(BAND, "Show", SDLK_b, 0, "B", "what is in focus, in colour")                     \
+    X(DIFFERENCE, "Show", SDLK_x, 0, "X", "difference to the reference")               \
+    X(BRIGHTER, "Show", SDLK_e, 0, "E", "brighter view, half a stop")                  \
+    X(DARKER, "Show", SDLK_e, KMOD_SHIFT, "Shift+E", "darker view, half a stop")       \
+    X(FIT, "Place", SDLK_0, 0, "0", "fit the picture to the window")                   \
+    X(ACTUAL, "Place", SDLK_1, 0, "1", "one picture px is one of the screen")          \
+    X(ZOOM_IN, "Place", SDLK_PLUS, 0, "+", "larger")                                   \
+    X(ZOOM_OUT, "Place", SDLK_MINUS, 0, "-", "smaller")                                \
+    X(LEFT, "Place", SDLK_LEFT, 0, "arrows", "pan; turn the demo's scene")             \
+    X(RIGHT, "Place", SDLK_RIGHT, 0, "", "")                                           \
+    X(UP, "Place", SDLK_UP, 0, "", "")                                                 \
+    X(DOWN, "Place", SDLK_DOWN, 0, "", "")                                             \
+    X(EYE_LEFT, "Place", SDLK_LEFT, KMOD_SHIFT, "Shift+arrows",                        \
+      "move the eye on the lens")                                                      \
+    X(EYE_RIGHT, "Place", SDLK_RIGHT, KMOD_SHIFT, "", "")                              \
+    X(EYE_UP, "Place", SDLK_UP, KMOD_SHIFT, "", "")                                    \
+    X(EYE_DOWN, "Place", SDLK_DOWN, KMOD_SHIFT, "", "")                                \
+    X(HOME, "Place", SDLK_HOME, 0, "Home", "eye, scene and picture in their places")   \
+    X(UNDO, "Settings", SDLK_z, KMOD_CTRL, "Ctrl+Z", "take the last change back")      \
+    X(REDO, "Settings", SDLK_y, KMOD_CTRL, "Ctrl+Y",                                   \
+      "make it again; Ctrl+Shift+Z too")                                               \
+    X(REDO_SHIFT, "Settings", SDLK_z, KMOD_CTRL | KMOD_SHIFT, "", "")                  \
+    X(SAVE_PARAMS, "Settings", SDLK_p, KMOD_CTRL, "Ctrl+P", "save the parameters")     \
+    X(COPY, "Settings", SDLK_c, KMOD_CTRL, "Ctrl+C", "copy the command line")          \
+    X(SAVE, "Files", SDLK_s, KMOD_CTRL, "Ctrl+S", "save the picture")                  \
+    X(SAVE_PASSES, "Files", SDLK_e, KMOD_CTRL, "Ctrl+E",                               \
+      "demo: save colour and depth")                                                   \
+    X(NEXT, "Files", SDLK_PAGEDOWN, 0, "Page Down", "next picture of the folder")      \
+    X(PREVIOUS, "Files", SDLK_PAGEUP, 0, "Page Up", "previous picture of the folder")  \
+    X(RELOAD, "Files", SDLK_r, 0, "R", "read the files again")                         \
+    X(HELP, "Window", SDLK_F1, 0, "F1", "show or hide the keys")                       \
+    X(STATS, "Window", SDLK_F2, 0, "F2", "show or hide how long things take")          \
+    X(PANEL, "Window", SDLK_p, 0, "P", "show or hide the controls")                    \
+    X(FULL, "Window", SDLK_F11, 0, "F11", "full screen and back")                      \
+    X(QUIT, "Window", SDLK_q, KMOD_CTRL, "Ctrl+Q", "quit")
+#define ACTION_ENUM(name, subject, key, modifiers, shown, help) ACTION_##name,
 enum action { ACTIONS(ACTION_ENUM) N_ACTIONS };
 #undef ACTION_ENUM
 
@@ -98,6 +107,7 @@ struct app {
     SDL_GLContext context;
     Uint32 event_type;     /* from other threads: see enum app_event */
     int32_t width, height; /* drawable, px */
+    int window_size[2];    /* before it was made as large as the screen; 0: it is not */
     double density;        /* drawable px per px of the mouse */
     double scale;          /* of the controls */
     char font_path[MAX_PATH];
@@ -106,6 +116,8 @@ struct app {
     struct ui ui;
     struct ui_input input;
     bool has_panel, has_help, has_stats;
+    int help_scroll, help_height; /* px */
+    uint32_t traced_tip;          /* what was written of tips and errors */
 
     struct playlist playlist;
     int picture; /* of the playlist */
@@ -120,6 +132,7 @@ struct app {
     struct rf_image light;
 
     struct state state;
+    struct undo undo;   /* of struct look */
     uint64_t asked_id;  /* of the newest job */
     double radius_base; /* lens radius when the picture was opened */
     bool is_demo_due;   /* the scene was turned */
@@ -160,6 +173,9 @@ void view_say(struct app *app, const char *format, ...)
 
 void view_act(struct app *app, enum action action);
 
+/* A step of undo, where something has changed and nothing is held. */
+void view_note_change(struct app *app);
+
 /* The job that makes what is set; `reference` may be NULL. */
 void view_job(const struct app *app, const struct picture *reference, struct job *job);
 
@@ -189,7 +205,10 @@ bool view_depth_at(const struct app *app, double x, double y, double *depth,
 /* One pass of the controls over what was put into `input`, which is then used up; does
  * what they ask, and asks the worker for what changed. */
 void panel_pass(struct app *app);
-void panel_overlay(struct app *app); /* help, statistics, the line at the bottom */
+
+/* overlay.c: help, statistics, the line at the bottom. */
+void overlay_draw(struct app *app);
+void overlay_scroll_help(struct app *app, double lines);
 
 /* save.c */
 void save_picture(struct app *app);
@@ -203,6 +222,7 @@ bool trace_open(struct app *app); /* false with a message */
 void trace_layout(struct app *app);
 void trace_shown(struct app *app, bool is_pinhole);
 void trace_text(struct app *app, const char *event, const char *text);
+void trace_tip(struct app *app); /* the tip or the error that is shown at a control */
 
 /* bench.c */
 void bench_step(struct app *app); /* moves the mouse for --benchmark */

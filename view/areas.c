@@ -3,6 +3,8 @@
 #include "app.h"
 
 #define PANEL_EMS 23
+#define LEAST_EMS 14    /* narrower, labels cannot be read */
+#define MOST_SHARE 0.55 /* of the window */
 
 int view_panel_width(const struct app *app)
 {
@@ -11,8 +13,9 @@ int view_panel_width(const struct app *app)
 
 static int panel_width(const struct app *app)
 {
-    const int width = view_panel_width(app);
-    return app->has_panel && app->width >= 2 * width ? width : 0;
+    const int width = view_panel_width(app), most = (int)(MOST_SHARE * app->width);
+    const int narrow = width < most ? width : most;
+    return app->has_panel && narrow >= LEAST_EMS * app->font.size_px ? narrow : 0;
 }
 
 static int status_height(const struct app *app)

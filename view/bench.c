@@ -89,8 +89,11 @@ void bench_print(const struct app *app)
     printf("picture %d x %d px, window %d x %d px, %s\n", app->state.width,
            app->state.height, app->width, app->height, app->renderer);
     printf("updates %d, %.1f a second\n", s->n, stats_rate(s));
-    printf("input to picture: median %.1f ms, 95 %% within %.1f ms, longest %.1f ms\n",
-           stats_latency_ms(s, 0.5), stats_latency_ms(s, 0.95), stats_latency_ms(s, 1));
+    if (s->n > 0)
+        printf(
+            "input to picture: median %.1f ms, 95 %% within %.1f ms, longest %.1f ms\n",
+            stats_latency_ms(s, 0.5), stats_latency_ms(s, 0.95),
+            stats_latency_ms(s, 1));
     printf("frames drawn %d, %.1f ms each\n", s->n_draws,
            s->n_draws ? s->draw_ms / s->n_draws : 0);
     printf("previews %d, %d of them made smaller\n", s->n_previews, s->n_small);

@@ -15,7 +15,7 @@ static const struct {
     SDL_Keycode key;
     int modifiers;
 } keys[N_ACTIONS] = {
-#define ACTION_KEY(name, code, mods, shown, help) {code, mods},
+#define ACTION_KEY(name, subject, code, mods, shown, help) {code, mods},
     ACTIONS(ACTION_KEY)
 #undef ACTION_KEY
 };
@@ -69,6 +69,36 @@ static enum ui_key key_of_ui(SDL_Keycode key, int modifiers)
     }
 }
 
+/* Ctrl with a letter while a text is typed. */
+static bool edit_by_command(struct app *app, SDL_Keycode key)
+{
+    char *text = NULL;
+    if (key == SDLK_v) {
+        text = SDL_GetClipboardText();
+        for (char *c = text; c && *c; c++)
+            *c = (unsigned char)*c < ' ' ? ' ' : *c;
+        snprintf(app->input.text, sizeof(app->input.text), "%s", text ? text : "");
+        SDL_free(text);
+    } else if (key == SDLK_c) {
+        SDL_SetClipboardText(app->ui.edit);
+    } else if (key == SDLK_a) {
+        app->ui.is_selected = app->ui.edit[0] != 0;
+    } else {
+        return key == SDLK_z || key == SDLK_y;
+    }
+    panel_pass(app);
+    return true;
+}
+
+/* Keys that move the help while it is shown. */
+static bool scroll_help(struct app *app, SDL_Keycode key)
+{
+    if (!app->has_help || (key != SDLK_PAGEDOWN && key != SDLK_PAGEUP))
+        return false;
+    overlay_scroll_help(app, key == SDLK_PAGEDOWN ? 12 : -12);
+    return true;
+}
+
 static void press_key(struct app *app, const SDL_KeyboardEvent *event)
 {
     const SDL_Keycode key = event->keysym.sym;
@@ -77,6 +107,9 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     const enum ui_key ui_key = key_of_ui(key, modifiers);
     const bool is_tab = ui_key == UI_KEY_TAB || ui_key == UI_KEY_BACK_TAB;
     app->input.is_fine = modifiers & KMOD_SHIFT;
+    if ((app->ui.is_editing && is_command && edit_by_command(app, key)) ||
+        scroll_help(app, key))
+        return;
     if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
         app->input.key = ui_key;
         panel_pass(app);
@@ -97,10 +130,10 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
 
 static void type_text(struct app *app, const char *text)
 {
-    const bool is_for_ui = app->ui.is_editing ||
-                           (ui_has_keyboard(&app->ui) && strchr("0123456789.-", *text));
+    const bool is_for_ui = app->ui.is_editing || (ui_has_keyboard(&app->ui) &&
+                                                  strchr("0123456789.-(", *text));
     if (is_for_ui) {
-        snprintf(app->input.text, sizeof(app->input.text), "%.15s", text);
+        snprintf(app->input.text, sizeof(app->input.text), "%s", text);
     } else if (is_sign((SDL_Keycode)*text)) {
         for (int i = 0; i < N_ACTIONS; i++)
             if (keys[i].key == *text)
@@ -141,6 +174,7 @@ static void press_button(struct app *app, const SDL_MouseButtonEvent *event)
     app->drag_y = y;
     if (event->button == SDL_BUTTON_LEFT) {
         app->input.is_down = app->input.is_pressed = true;
+        app->input.is_double = event->clicks >= 2;
         if (app->has_stage && is_on_picture(app, x, y))
             app->drag = is_on_split(app, x) ? DRAG_SPLIT : DRAG_CLICK;
     } else if (!app->has_stage || !is_on_picture(app, x, y)) {
@@ -215,7 +249,9 @@ static void turn_wheel(struct app *app, const SDL_MouseWheelEvent *event)
 {
     const double turns = event->preciseY != 0 ? event->preciseY : event->y;
     const struct area area = view_picture_area(app);
-    if (app->has_stage && is_on_picture(app, app->input.x, app->input.y)) {
+    if (app->has_help) {
+        overlay_scroll_help(app, -3 * turns);
+    } else if (app->has_stage && is_on_picture(app, app->input.x, app->input.y)) {
         zoom_by(&app->state.zoom, pow(2, turns / 4), app->input.x, app->input.y);
         zoom_settle(&app->state.zoom, &area, app->state.width, app->state.height);
     } else {

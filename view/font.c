@@ -10,7 +10,8 @@
 #include "report.h"
 
 /* Letters beyond ASCII that the window writes; they follow those in the table. */
-static const unsigned extra[] = {0x221e, 0xb0, 0xd7, 0x2026, 0x2192, 0x25b8, 0x2212};
+static const unsigned extra[] = {0x221e, 0xb0,   0xd7,   0x2026, 0x2192,
+                                 0x25b8, 0x25be, 0x2212, 0x2013};
 enum { FIRST = 32, N_ASCII = 95, N_EXTRA = sizeof(extra) / sizeof(extra[0]) };
 
 /* ---- drawing the letters -------------------------------------------------------- */

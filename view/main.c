@@ -58,12 +58,14 @@ static void show(struct app *app)
     if (!app->is_redraw_due)
         return;
     panel_pass(app);
+    view_note_change(app);
     view_ask(app);
     /* While pictures are on their way they bring the controls along. */
     if (!has_new && !has_pinhole && is_drawn_soon(app))
         return;
     window_draw(app);
     trace_layout(app);
+    trace_tip(app);
     const struct shot *shot = app->shot;
     if (has_new && shot)
         stats_shown(&app->stats, shot->id, os_clock_s(), shot->filter_ms,
@@ -89,7 +91,9 @@ static int wait_ms(const struct app *app)
         return 4;
     if (app->is_redraw_due)
         return (int)(1000 * DRAG_FRAME_S);
-    return app->loader.is_running ? 100 : 500;
+    const double tip_ms = 1000 * ui_waits_s(&app->ui, os_clock_s());
+    const int most_ms = app->loader.is_running ? 100 : 500;
+    return tip_ms < most_ms ? (int)tip_ms + 1 : most_ms;
 }
 
 static void run(struct app *app)
@@ -100,7 +104,8 @@ static void run(struct app *app)
             do {
                 events_take(app, &event);
             } while (!app->is_ending && SDL_PollEvent(&event));
-        } else if (app->loader.is_running || app->status[0]) {
+        } else if (app->loader.is_running || app->status[0] ||
+                   isfinite(ui_waits_s(&app->ui, os_clock_s()))) {
             app->is_redraw_due = true;
             if (os_clock_s() > app->status_until_s)
                 app->status[0] = 0;
@@ -160,6 +165,7 @@ static void close_app(struct app *app)
         stage_close(app->stage);
         free(app->stage);
     }
+    undo_free(&app->undo);
     picture_free(&app->reference);
     picture_free(&app->light_picture);
     playlist_close(&app->playlist);

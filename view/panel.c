@@ -1,124 +1,228 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The column of controls, the line at the bottom, and what lies above the picture. */
+/* The column of controls. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "app.h"
 #include "clock.h"
+#include "fields.h"
+#include "looks.h"
 
 /* ---- parameters ----------------------------------------------------------------- */
 
-static double number_of(const struct app *app, const char *key)
+static double number_of(const struct app *app, const struct rf_param_info *info)
 {
-    const struct rf_param_info *info = rf_param_find(key);
     const char *member = (const char *)&app->state.settings.params + info->offset;
     return info->type == RF_TYPE_FLOAT ? *(const double *)member
                                        : *(const int32_t *)member;
 }
 
-/* A slider of a parameter, from min to max; typing goes as far as the table allows. */
-static void number_row(struct app *app, const char *key, const char *label,
-                       const char *unit, double min, double max, bool is_log)
+/* What is said about a parameter; `tip` is room for its text. */
+static struct ui_about about_of(const struct app *app, const struct rf_param_info *info,
+                                char *tip, size_t n_bytes)
 {
-    const struct rf_param_info *info = rf_param_find(key);
-    const struct ui_number number = {.label = label,
-                                     .unit = unit,
-                                     .min = min,
-                                     .max = max,
-                                     .min_limit = info->min,
-                                     .max_limit = info->max,
-                                     .is_log = is_log,
-                                     .is_whole = info->type == RF_TYPE_INT};
-    double value = number_of(app, key);
-    if (ui_number(&app->ui, &number, &value))
-        state_set(&app->state, key, value);
+    char origin[160], fallback[64];
+    const struct state *state = &app->state;
+    const bool is_guess = state_is_guess(state, info->key);
+    settings_describe_origin(&state->settings, info->key, origin, sizeof(origin));
+    ui_format(info->def, fallback, sizeof(fallback));
+    if (info->choices)
+        snprintf(fallback, sizeof(fallback), "%s", info->choices[(int)info->def].name);
+    else if (info->type == RF_TYPE_BOOL)
+        snprintf(fallback, sizeof(fallback), "%s", info->def != 0 ? "on" : "off");
+    const bool has_unit = *info->unit && strcmp(info->unit, "1") != 0;
+    snprintf(tip, n_bytes, "%s\n--%s, default %s%s%s%s", info->help, info->key,
+             fallback, has_unit ? " " : "", has_unit ? info->unit : "",
+             is_guess ? "\nThe file does not say it: this is a guess." : "");
+    if (!is_guess && settings_origin(&state->settings, info->key) != ORIGIN_DEFAULT) {
+        const size_t n = strlen(tip);
+        snprintf(tip + n, n_bytes - n, "\nFrom the %s.", origin);
+    }
+    return (struct ui_about){.tip = tip,
+                             .why_off = state_why_off(state, info->key),
+                             .mark = is_guess ? "guess" : NULL};
 }
 
-static void choice_row(struct app *app, const char *key, const char *label)
+/* What the user did with the last control, which is that of a parameter. */
+static void take_change(struct app *app, const char *key, bool is_changed, double value)
 {
-    const struct rf_param_info *info = rf_param_find(key);
-    const char *names[32];
-    for (int i = 0; i < info->n_choices; i++)
-        names[i] = info->choices[i].name;
-    int index = (int)number_of(app, key);
-    if (ui_choice(&app->ui, label, names, info->n_choices, &index))
-        state_set(&app->state, key, index);
+    bool is_good = true;
+    if (ui_was_reset(&app->ui))
+        is_good = state_reset(&app->state, key);
+    else if (is_changed)
+        is_good = state_set(&app->state, key, value);
+    if (is_good)
+        return;
+    ui_fail(&app->ui, app->state.problem);
+    trace_text(app, "refused", app->state.problem);
 }
+
+/* How many scene units a millimetre is. */
+static double units_per_mm(const struct app *app)
+{
+    return app->state.settings.params.unit_scale / 1000;
+}
+
+static void choice_row(struct app *app, const struct rf_param_info *info,
+                       const char *label, struct ui_about *about)
+{
+    const char *names[32], *tips[32];
+    for (int i = 0; i < info->n_choices && i < 32; i++) {
+        names[i] = info->choices[i].name;
+        tips[i] = info->choices[i].help;
+    }
+    about->choice_tips = tips;
+    ui_about(&app->ui, about);
+    int index = (int)number_of(app, info);
+    const bool is_changed = ui_choice(&app->ui, label, names, info->n_choices, &index);
+    take_change(app, info->key, is_changed, index);
+}
+
+/* The row of a parameter, whatever it is, with the slider's range. */
+static void row_between(struct app *app, const char *key, double min, double max)
+{
+    char tip[512];
+    struct field field;
+    const struct rf_param_info *info = rf_param_find(key);
+    struct ui_about about = about_of(app, info, tip, sizeof(tip));
+    field_of(info, &field);
+    if (max > min) {
+        field.min = min;
+        field.max = max;
+    }
+    if (info->choices) {
+        choice_row(app, info, field.label, &about);
+        return;
+    }
+    ui_about(&app->ui, &about);
+    if (info->type == RF_TYPE_BOOL) {
+        bool is_on = number_of(app, info) != 0;
+        const bool is_changed = ui_toggle(&app->ui, field.label, &is_on);
+        take_change(app, key, is_changed, is_on);
+        return;
+    }
+    struct ui_number number;
+    field_number(info, &field, units_per_mm(app), &number);
+    double value = number_of(app, info);
+    const bool is_changed = ui_number(&app->ui, &number, &value);
+    take_change(app, key, is_changed, value);
+}
+
+static void row(struct app *app, const char *key)
+{
+    row_between(app, key, 0, 0);
+}
+
+/* All parameters of a section, in the order of params.def; of two kinds: those that are
+ * read, or those that are not. */
+static void rows_of(struct app *app, enum field_section section, bool wants_read,
+                    bool wants_unread)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++) {
+        struct field field;
+        field_of(&list[i], &field);
+        if (field.section != section)
+            continue;
+        if (state_why_off(&app->state, list[i].key) ? wants_unread : wants_read)
+            row(app, list[i].key);
+    }
+}
+
+static void section(struct app *app, const char *label, enum field_section section,
+                    bool is_open_at_first)
+{
+    if (ui_section(&app->ui, label, is_open_at_first))
+        rows_of(app, section, true, true);
+}
+
+/* ---- the lens -------------------------------------------------------------------- */
 
 /* From somewhat before the nearest thing to beyond the farthest. */
 static void focus_row(struct app *app)
 {
     const struct input *input = app->shot ? app->shot->input : NULL;
     const double near = input ? input->nearest : 1, far = input ? input->farthest : 100;
-    number_row(app, "focus-distance", "Focus distance", "", near * 0.7,
-               fmin(far, near * 1e5) * 1.4, true);
+    row_between(app, "focus-distance", near * 0.7, fmin(far, near * 1e5) * 1.4);
 }
 
 static void screen_row(struct app *app)
 {
     double position = state_screen(&app->state);
-    const double f = app->state.lens.focal_length;
-    if (isnan(position)) {
-        ui_readout(&app->ui, "Screen position", "needs a focal length");
-        return;
-    }
+    const bool is_known = !isnan(position);
+    const double f = is_known ? app->state.lens.focal_length : 1;
     const struct ui_number number = {.label = "Screen position",
                                      .unit = "",
                                      .min = f * (1 + 1e-6),
                                      .max = f * 1.1,
                                      .min_limit = f * (1 + 1e-9),
-                                     .max_limit = 1e9};
-    if (ui_number(&app->ui, &number, &position))
-        state_set_screen(&app->state, position);
+                                     .max_limit = 1e9,
+                                     .field = {.per_mm = units_per_mm(app)}};
+    ui_about(&app->ui,
+             &(struct ui_about){
+                 .tip = "Where the screen of a real lens stands for this focus "
+                        "distance, in scene units (Yu 2004); it sets the focus.",
+                 .why_off = is_known ? NULL : "it needs a focal length"});
+    const bool is_changed = ui_number(&app->ui, &number, &position);
+    if (ui_was_reset(&app->ui))
+        take_change(app, "focus-distance", false, 0);
+    else if (is_changed && !state_set_screen(&app->state, position))
+        ui_fail(&app->ui, app->state.problem);
 }
 
+/* Holds also where the lens was given by its radius. */
 static void f_stop_row(struct app *app)
 {
+    char tip[512];
+    struct field field;
+    struct ui_number number;
     double f_stop = state_f_stop(&app->state);
     const struct rf_param_info *info = rf_param_find("f-stop");
-    const struct ui_number number = {.label = "f-stop",
-                                     .unit = "",
-                                     .min = 0.5,
-                                     .max = 64,
-                                     .min_limit = info->min,
-                                     .max_limit = info->max,
-                                     .is_log = true};
-    if (isnan(f_stop))
-        return;
-    if (ui_number(&app->ui, &number, &f_stop))
-        state_set(&app->state, "f-stop", f_stop);
+    const struct ui_about about = about_of(app, info, tip, sizeof(tip));
+    field_of(info, &field);
+    field_number(info, &field, 0, &number);
+    ui_about(&app->ui, &about);
+    const bool is_changed = ui_number(&app->ui, &number, &f_stop);
+    take_change(app, "f-stop", is_changed, f_stop);
 }
 
 static void radius_row(struct app *app)
 {
+    char tip[512];
     double radius = app->state.lens.lens_radius;
     const double base = fmax(app->radius_base, 1e-9);
+    const struct rf_param_info *info = rf_param_find("lens-radius");
+    const struct ui_about about = about_of(app, info, tip, sizeof(tip));
     const struct ui_number number = {.label = "Lens radius",
                                      .unit = "",
                                      .min = base / 32,
                                      .max = base * 32,
-                                     .min_limit = 0,
-                                     .max_limit = 1e9,
-                                     .is_log = true};
-    if (ui_number(&app->ui, &number, &radius))
-        state_set(&app->state, "lens-radius", radius);
+                                     .min_limit = info->min,
+                                     .max_limit = info->max,
+                                     .is_log = true,
+                                     .field = {.per_mm = units_per_mm(app)}};
+    ui_about(&app->ui, &about);
+    const bool is_changed = ui_number(&app->ui, &number, &radius);
+    take_change(app, "lens-radius", is_changed, radius);
 }
 
+/* Is the focal length shown in its field invented? Then nothing is shown. */
 static void focal_length_row(struct app *app)
 {
-    number_row(app, "focal-length", "Focal length", "mm", 8, 400, true);
-}
-
-static void lens_rows(struct app *app)
-{
-    ui_heading(&app->ui, "Lens");
-    focus_row(app);
-    screen_row(app);
-    f_stop_row(app);
-    radius_row(app);
-    focal_length_row(app);
-    choice_row(app, "optics", "Optics");
+    if (!state_why_off(&app->state, "focal-length") ||
+        settings_origin(&app->state.settings, "focal-length") != ORIGIN_DEFAULT) {
+        row(app, "focal-length");
+        return;
+    }
+    double unknown = NAN;
+    const struct ui_number number = {
+        .label = "Focal length", .unit = "mm", .min = 8, .max = 400, .is_log = true};
+    ui_about(&app->ui,
+             &(struct ui_about){.tip = rf_param_find("focal-length")->help,
+                                .why_off = state_why_off(&app->state, "focal-length")});
+    ui_number(&app->ui, &number, &unknown);
 }
 
 static void limits_rows(struct app *app)
@@ -130,30 +234,86 @@ static void limits_rows(struct app *app)
     ui_format(near, a, sizeof(a));
     ui_format(far, b, sizeof(b));
     snprintf(text, sizeof(text), "%s to %s", a, b);
+    ui_about(&app->ui, &(struct ui_about){.tip = "Where the radius of the blur stays "
+                                                 "below the sharpness limit."});
     ui_readout(&app->ui, "In focus", text);
     ui_format(rf_lens_hyperfocal(lens), text, sizeof(text));
+    ui_about(&app->ui, &(struct ui_about){.tip = "The focus distance that brings "
+                                                 "infinity just into focus."});
     ui_readout(&app->ui, "Hyperfocal", text);
     ui_format(rf_lens_radius_px(lens, INFINITY), a, sizeof(a));
     snprintf(text, sizeof(text), "%s px at infinity", a);
     ui_readout(&app->ui, "Radius", text);
 }
 
-static void aperture_rows(struct app *app)
+/* Which parameters are guesses, in a sentence; false where none is. */
+static bool describe_guesses(const struct app *app, char *text, size_t n_bytes)
 {
-    ui_heading(&app->ui, "Aperture");
-    number_row(app, "blades", "Blades", "", 0, 16, false);
-    number_row(app, "blade-rotation", "Rotation", "°", -180, 180, false);
-    number_row(app, "aperture-ratio", "Ratio", "", 0.25, 4, true);
+    static const char *const keys[] = {"focus-distance", "f-stop", "focal-length",
+                                       "sensor-width"};
+    size_t n = 0;
+    *text = 0;
+    for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]) && n < n_bytes; i++)
+        if (state_is_guess(&app->state, keys[i]))
+            n += (size_t)snprintf(text + n, n_bytes - n, "%s%s",
+                                  n ? ", " : "The file says no ", keys[i]);
+    if (n > 0 && n < n_bytes)
+        snprintf(text + n, n_bytes - n, ": these are guesses.");
+    return n > 0;
 }
+
+static void lens_rows(struct app *app)
+{
+    char guesses[160];
+    if (!ui_section(&app->ui, "Lens", true))
+        return;
+    focus_row(app);
+    screen_row(app);
+    f_stop_row(app);
+    radius_row(app);
+    focal_length_row(app);
+    row(app, "optics");
+    limits_rows(app);
+    if (describe_guesses(app, guesses, sizeof(guesses)))
+        ui_note(&app->ui, guesses);
+}
+
+/* ---- method and looks ------------------------------------------------------------- */
 
 static void method_rows(struct app *app)
 {
-    ui_heading(&app->ui, "Method");
-    choice_row(app, "method", "Method");
-    if (rf_param_find("quality"))
-        choice_row(app, "quality", "Quality");
-    if (app->state.params.method == RF_METHOD_SCATTER)
-        choice_row(app, "distribution", "Light");
+    if (!ui_section(&app->ui, "Method", true))
+        return;
+    row(app, "method");
+    rows_of(app, FIELD_METHOD, true, false);
+    if (ui_section(&app->ui, "Not read by this method", false))
+        rows_of(app, FIELD_METHOD, false, true);
+}
+
+/* A look sets several parameters at once. */
+static void look_row(struct app *app)
+{
+    static const char *const names[] = {"set a look", "vintage", "anamorphic",
+                                        "fast",       "bubble",  "miniature"};
+    int index = 0;
+    ui_about(&app->ui,
+             &(struct ui_about){.tip = "Sets the parameters of a kind of lens, as "
+                                       "--look does: " LOOK_NAMES "."});
+    if (!ui_choice(&app->ui, "Look", names, sizeof(names) / sizeof(names[0]), &index) ||
+        index == 0)
+        return;
+    if (state_set_look(&app->state, names[index]))
+        view_say(app, "look %s is set", names[index]);
+    else
+        ui_fail(&app->ui, app->state.problem);
+}
+
+static void character_rows(struct app *app)
+{
+    if (!ui_section(&app->ui, "Character", false))
+        return;
+    look_row(app);
+    rows_of(app, FIELD_CHARACTER, true, true);
 }
 
 /* ---- the view ------------------------------------------------------------------- */
@@ -165,7 +325,8 @@ static void view_rows(struct app *app)
 #define MODE_NAME(constant, name, help) name,
     static const char *const names[] = {VIEW_MODES(MODE_NAME)};
 #undef MODE_NAME
-    ui_heading(ui, "View");
+    if (!ui_section(ui, "View", true))
+        return;
     bool is_on = state->is_filter_on;
     bool is_split = state->is_split;
     ui_columns(ui, 2);
@@ -196,7 +357,8 @@ static void view_rows(struct app *app)
 static void demo_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
-    ui_heading(ui, "Demo");
+    if (!ui_section(ui, "Demo", true))
+        return;
     ui_columns(ui, 2);
     if (ui_button(ui, "Focus near (N)"))
         view_act(app, ACTION_NEAREST);
@@ -209,7 +371,8 @@ static void demo_rows(struct app *app)
 static void save_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
-    ui_heading(ui, "Save");
+    if (!ui_section(ui, "Save", true))
+        return;
     ui_text_field(ui, "File", app->output, sizeof(app->output));
     if (ui_button(ui, "Save picture (Ctrl+S)"))
         view_act(app, ACTION_SAVE);
@@ -229,209 +392,26 @@ static void panel_build(struct app *app)
     ui_begin(&app->ui, &app->input, &panel);
     if (panel.width > 0 && app->has_stage && app->state.is_valid) {
         lens_rows(app);
-        limits_rows(app);
-        aperture_rows(app);
+        section(app, "Aperture", FIELD_APERTURE, true);
         method_rows(app);
         view_rows(app);
         if (app->options->is_demo)
             demo_rows(app);
         save_rows(app);
+        character_rows(app);
+        section(app, "Focus surface", FIELD_FOCUS_SURFACE, false);
+        section(app, "Camera", FIELD_CAMERA, false);
+        section(app, "Depth", FIELD_DEPTH, false);
     }
     ui_end(&app->ui);
 }
 
-/* ---- overlays ------------------------------------------------------------------- */
-
-#define GROUND 0x101014e6
-#define TEXT 0xecececff
-#define DIM 0xb8b8beff
-#define WARN 0xffc14dff
-
-static void draw_lines(struct app *app, int x, int y, const char *const (*lines)[2],
-                       int n, int left_width, int width)
-{
-    struct ui *ui = &app->ui;
-    const int line = app->font.line, pad = app->font.size_px / 2;
-    const struct area ground = {x, y, width + 2 * pad, n * line + 2 * pad};
-    ui_draw_box(ui, &ui->above, &ground, GROUND);
-    for (int i = 0; i < n; i++) {
-        const int top = y + pad + i * line;
-        ui_draw_text(ui, &ui->above, x + pad, top, left_width, lines[i][0], WARN);
-        ui_draw_text(ui, &ui->above, x + pad + left_width, top, width - left_width,
-                     lines[i][1], TEXT);
-    }
-}
-
-static void draw_help(struct app *app)
-{
-#define ACTION_ROW(name, key, modifiers, shown, help) {shown, help},
-    static const char *const actions[][2] = {ACTIONS(ACTION_ROW)};
-#undef ACTION_ROW
-    const char *lines[N_ACTIONS + 8][2];
-    int n = 0;
-    const char *const mouse[][2] = {
-        {"click", "focus there"},
-        {"wheel", "zoom"},
-        {"drag", app->options->is_demo ? "turn the scene" : "pan"},
-        {"middle drag", "pan"},
-        {"right drag", "move the eye on the lens"},
-        {"Tab", "go to the next control; arrows change, Enter types"}};
-    for (size_t i = 0; i < sizeof(mouse) / sizeof(mouse[0]); i++, n++)
-        memcpy(lines[n], mouse[i], sizeof(lines[n]));
-    for (int i = 0; i < N_ACTIONS; i++)
-        if (*actions[i][0]) {
-            memcpy(lines[n], actions[i], sizeof(lines[n]));
-            n++;
-        }
-    const int em = app->font.size_px;
-    draw_lines(app, em, em, (const char *const(*)[2])lines, n, 8 * em, 32 * em);
-}
-
-static void draw_stats(struct app *app)
-{
-    const struct stats *s = &app->stats;
-    struct worker_state worker;
-    char values[7][96];
-    const char *lines[7][2] = {{"updates"}, {"latency"},   {"filter"}, {"to 8 bit"},
-                               {"drawing"}, {"cancelled"}, {"shown"}};
-    worker_state(app->worker, &worker);
-    const int n = s->n > 0 ? s->n : 1, n_draws = s->n_draws > 0 ? s->n_draws : 1;
-    snprintf(values[0], 96, "%d, %.1f a second", s->n, stats_rate(s));
-    snprintf(values[1], 96, "%.0f ms in the middle, %.0f ms for 95 of 100",
-             stats_latency_ms(s, 0.5), stats_latency_ms(s, 0.95));
-    snprintf(values[2], 96, "%.1f ms an update", s->filter_ms / n);
-    snprintf(values[3], 96, "%.1f ms an update", s->display_ms / n);
-    snprintf(values[4], 96, "%.1f ms a frame", s->draw_ms / n_draws);
-    snprintf(values[5], 96, "%d, the slowest in %.0f ms", (int)worker.n_cancelled,
-             worker.cancel_ms);
-    snprintf(values[6], 96, "%s, %.1f ms, 1/%d", app->shot ? app->shot->method : "-",
-             app->shot ? app->shot->filter_ms : 0, app->shot ? app->shot->times : 1);
-    for (int i = 0; i < 7; i++)
-        lines[i][1] = values[i];
-    const int em = app->font.size_px;
-    draw_lines(app, em, em, (const char *const(*)[2])lines, 7, 6 * em, 30 * em);
-}
-
-/* "picture best layered 320 ms" at the right of the line at the bottom. */
-static void describe_shot(const struct app *app, char *text, size_t n_bytes)
-{
-    const struct shot *shot = app->shot;
-    struct worker_state worker;
-    char size[48] = "";
-    *text = 0;
-    if (!shot || !app->has_stage)
-        return;
-    worker_state(app->worker, &worker);
-    if (shot->times > 1)
-        snprintf(size, sizeof(size), " at 1/%d", shot->times);
-    if (worker.is_best && worker.fraction > 0.02)
-        snprintf(text, n_bytes, "best: %.0f %%  ", 100 * worker.fraction);
-    else if (!app->state.is_filter_on && app->state.mode == MODE_PICTURE)
-        snprintf(text, n_bytes, "filter off  ");
-    else if (app->state.mode == MODE_DIFFERENCE)
-        snprintf(text, n_bytes, "tPSNR %.2f dB  ", shot->tpsnr_db);
-    else
-        snprintf(text, n_bytes, "%s %s%s %.0f ms  ",
-                 shot->quality == SHOT_BEST ? "best" : "preview", shot->method, size,
-                 shot->filter_ms);
-    const size_t used = strlen(text);
-    snprintf(text + used, n_bytes - used, "%.4g %%", 100 * app->state.zoom.scale);
-}
-
-/* What lies below the mouse. */
-static void describe_place(const struct app *app, char *text, size_t n_bytes)
-{
-    double depth;
-    int32_t x, y;
-    char number[32];
-    *text = 0;
-    if (!view_depth_at(app, app->input.x, app->input.y, &depth, &x, &y))
-        return;
-    ui_format(depth, number, sizeof(number));
-    snprintf(text, n_bytes, "(%d, %d)  depth %s  blur %.2f px", x, y, number,
-             rf_lens_radius_px(&app->state.lens, depth));
-}
-
-static void draw_status(struct app *app)
-{
-    struct ui *ui = &app->ui;
-    const struct area area = view_status_area(app);
-    const int pad = app->font.size_px / 2,
-              top = area.y + (area.height - app->font.line) / 2;
-    char left[1200] = "", right[128];
-    uint32_t colour = TEXT;
-    describe_shot(app, right, sizeof(right));
-    if (app->loader.is_running)
-        snprintf(left, sizeof(left), "%s  %.0f %%", app->loader.stage->label,
-                 100 * app->loader.stage->fraction);
-    else if (app->state.problem[0])
-        snprintf(left, sizeof(left), "%s", app->state.problem);
-    else if (os_clock_s() < app->status_until_s)
-        snprintf(left, sizeof(left), "%s", app->status);
-    else if (app->has_stage)
-        describe_place(app, left, sizeof(left));
-    if (app->state.problem[0] || os_clock_s() < app->status_until_s)
-        colour = WARN;
-    const int right_width = font_width(&app->font, right, SIZE_MAX);
-    ui_draw_text(ui, &ui->above, area.x + pad, top, area.width - right_width - 3 * pad,
-                 left, colour);
-    if (right_width + 2 * pad < area.width)
-        ui_draw_text(ui, &ui->above, area.x + area.width - pad - right_width, top,
-                     right_width, right, DIM);
-}
-
-/* A bar across the picture while files are read or rendered. */
-static void draw_loading(struct app *app)
-{
-    struct ui *ui = &app->ui;
-    const struct area area = view_picture_area(app);
-    const int em = app->font.size_px;
-    const struct area whole = {area.x + area.width / 4, area.y + area.height / 2,
-                               area.width / 2, em};
-    struct area done = whole;
-    done.width = (int)(whole.width * app->loader.stage->fraction);
-    ui_draw_box(ui, &ui->above, &whole, GROUND);
-    ui_draw_box(ui, &ui->above, &done, 0x5a86c4ff);
-    ui_draw_text(ui, &ui->above, whole.x, whole.y - 2 * em, whole.width,
-                 app->loader.stage->label, TEXT);
-}
-
-static void draw_eye(struct app *app)
-{
-    char text[128];
-    struct ui *ui = &app->ui;
-    const struct area area = view_picture_area(app);
-    const int em = app->font.size_px;
-    const bool has_views = app->source && app->source->n_views > 1;
-    snprintf(text, sizeof(text), "eye at (%.2f, %.2f) of the lens, %s",
-             app->state.eye[0], app->state.eye[1],
-             has_views ? "from the views" : "relief from depth");
-    const int width = font_width(&app->font, text, SIZE_MAX) + em;
-    const struct area ground = {area.x + em, area.y + area.height - 3 * em, width,
-                                2 * em};
-    ui_draw_box(ui, &ui->above, &ground, GROUND);
-    ui_draw_text(ui, &ui->above, ground.x + em / 2,
-                 ground.y + (ground.height - app->font.line) / 2, width, text, TEXT);
-}
-
-void panel_overlay(struct app *app)
-{
-    draw_status(app);
-    if (app->loader.is_running)
-        draw_loading(app);
-    if (app->state.has_eye)
-        draw_eye(app);
-    if (app->has_help)
-        draw_help(app);
-    else if (app->has_stats)
-        draw_stats(app);
-}
-
 void panel_pass(struct app *app)
 {
+    app->input.now_s = os_clock_s();
     panel_build(app);
     struct ui_input *input = &app->input;
-    input->is_pressed = input->is_released = false;
+    input->is_pressed = input->is_released = input->is_double = false;
     input->key = UI_KEY_NONE;
     input->text[0] = 0;
     input->wheel = 0;

@@ -5,9 +5,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "looks.h"
+
 void state_init(struct state *state, const struct settings *typed, double exposure)
 {
-    *state = (struct state){.typed = *typed,
+    *state = (struct state){.started = *typed,
+                            .typed = *typed,
                             .is_filter_on = true,
                             .split = 0.5,
                             .exposure = exposure,
@@ -51,16 +54,53 @@ bool state_open(struct state *state, const struct resolver *resolver, int32_t wi
     return resolve(state, &typed);
 }
 
+static bool is_default(const struct state *state, const char *key)
+{
+    return settings_origin(&state->settings, key) == ORIGIN_DEFAULT;
+}
+
+/* Is it said how large the lens is in scene units, and nothing in millimetres? */
+static bool lacks_millimetres(const struct state *state)
+{
+    return state->settings.params.lens_radius > 0 && is_default(state, "focal-length");
+}
+
+/* Parameters that say the same: setting one takes the other back, or the new value
+ * would be hidden by the old one. */
+static const struct {
+    const char *a, *b;
+} same[] = {
+    {"f-stop", "lens-radius"},           {"focal-length", "focal-length-px"},
+    {"sensor-width", "focal-length-px"}, {"focus-distance", "screen-position"},
+    {"f-stop", "aperture-coefficient"},  {"lens-radius", "aperture-coefficient"},
+};
+
+/* Takes back what says the same as `key`. */
+static void take_back_others(const struct settings *from, struct settings *typed,
+                             const char *key)
+{
+    for (size_t i = 0; i < sizeof(same) / sizeof(same[0]); i++) {
+        if (strcmp(key, same[i].a) == 0)
+            settings_take(typed, from, same[i].b);
+        if (strcmp(key, same[i].b) == 0)
+            settings_take(typed, from, same[i].a);
+    }
+}
+
 bool state_set(struct state *state, const char *key, double value)
 {
-    struct settings typed = state->typed;
+    struct settings plain, typed = state->typed;
     struct rf_error error;
     char text[40];
     const struct rf_param_info *info = rf_param_find(key);
     if (!state->is_valid)
         return false;
+    settings_init(&plain);
+    take_back_others(&plain, &typed, key);
     if (info->choices)
         snprintf(text, sizeof(text), "%s", info->choices[(int)value].name);
+    else if (info->type == RF_TYPE_BOOL)
+        snprintf(text, sizeof(text), "%s", value != 0 ? "true" : "false");
     else
         snprintf(text, sizeof(text), "%.17g", fmin(fmax(value, info->min), info->max));
     if (settings_set(&typed, key, text, &error) != RF_OK) {
@@ -69,6 +109,95 @@ bool state_set(struct state *state, const char *key, double value)
     }
     return resolve(state, &typed);
 }
+
+bool state_reset(struct state *state, const char *key)
+{
+    struct settings typed = state->typed;
+    if (!state->is_valid)
+        return false;
+    settings_take(&typed, &state->started, key);
+    take_back_others(&state->started, &typed, key);
+    return resolve(state, &typed);
+}
+
+bool state_set_look(struct state *state, const char *name)
+{
+    struct settings plain, typed = state->typed, of_look;
+    struct image_error error;
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    settings_init(&plain);
+    of_look = plain;
+    if (!look_read(name, &of_look, &error)) {
+        snprintf(state->problem, sizeof(state->problem), "%.500s", error.message);
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        if (settings_origin(&of_look, list[i].key) != ORIGIN_COMMAND_LINE)
+            continue;
+        take_back_others(&plain, &typed, list[i].key);
+        settings_take(&typed, &of_look, list[i].key);
+    }
+    return resolve(state, &typed);
+}
+
+void state_look(const struct state *state, struct look *look)
+{
+    memset(look, 0, sizeof(*look)); /* its padding too */
+    memcpy(&look->typed, &state->typed, sizeof(look->typed));
+    look->exposure = state->exposure;
+}
+
+bool state_apply(struct state *state, const struct look *look)
+{
+    if (!state->is_valid || !resolve(state, &look->typed))
+        return false;
+    state->exposure = look->exposure;
+    return true;
+}
+
+/* ---- what has an effect ----------------------------------------------------------- */
+
+static const char *why_not_read(const struct rf_params *params, const char *key)
+{
+    const char *why;
+    rf_param_is_read(params, key, &why);
+    return why;
+}
+
+const char *state_why_off(const struct state *state, const char *key)
+{
+    static const char *const of_mm[] = {"f-stop", "focal-length", "unit-scale"};
+    struct rf_params params = state->settings.params;
+    const char *why = why_not_read(&params, key);
+    if (!why)
+        return NULL;
+    for (size_t i = 0; i < sizeof(of_mm) / sizeof(of_mm[0]); i++)
+        if (strcmp(key, of_mm[i]) == 0 && lacks_millimetres(state) &&
+            settings_origin(&state->settings, "lens-radius") == ORIGIN_HEADER)
+            return "the file gives the lens by its radius in scene units, without "
+                   "millimetres: set the lens radius";
+    if (settings_origin(&state->settings, "focal-length-px") == ORIGIN_HEADER &&
+        is_default(state, "focal-length") && is_default(state, "sensor-width") &&
+        strncmp(key, "sensor-", 7) == 0)
+        return "the file gives the focal length in pixels alone";
+    /* What the file says gives way to what is set. */
+    params.lens_radius = params.focal_length_px = params.screen_position = 0;
+    return why_not_read(&params, key) ? why : NULL;
+}
+
+bool state_is_guess(const struct state *state, const char *key)
+{
+    static const char *const facts[] = {"focus-distance", "f-stop", "focal-length",
+                                        "sensor-width", "unit-scale"};
+    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++)
+        if (strcmp(key, facts[i]) == 0)
+            return is_default(state, key) &&
+                   !why_not_read(&state->settings.params, key);
+    return false;
+}
+
+/* ---- the focus -------------------------------------------------------------------- */
 
 bool state_focus(struct state *state, double depth)
 {
@@ -96,7 +225,7 @@ double state_screen(const struct state *state)
 {
     if (state->lens.screen_position > 0)
         return state->lens.screen_position;
-    const double f = state->lens.focal_length;
+    const double f = lacks_millimetres(state) ? 0 : state->lens.focal_length;
     return f > 0 ? rf_screen_position(f, state->lens.focus_distance) : NAN;
 }
 
@@ -105,7 +234,9 @@ double state_f_stop(const struct state *state)
     const struct rf_lens *lens = &state->lens;
     if (state->params.lens_radius == 0)
         return state->params.f_stop;
-    return lens->focal_length > 0 ? lens->focal_length / (2 * lens->lens_radius) : NAN;
+    return lens->focal_length > 0 && !lacks_millimetres(state)
+               ? lens->focal_length / (2 * lens->lens_radius)
+               : NAN;
 }
 
 /* ---- the view ------------------------------------------------------------------- */

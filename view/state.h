@@ -21,8 +21,15 @@ struct resolver {
     void *user;
 };
 
+/* What the user can set and undo, and what a snapshot keeps. Compared byte by byte. */
+struct look {
+    struct settings typed;
+    double exposure; /* stops */
+};
+
 struct state {
     struct resolver resolver;
+    struct settings started;  /* the command line */
     struct settings typed;    /* the command line and what was changed since */
     struct settings settings; /* with the header's facts */
     struct rf_params params;  /* for the data window */
@@ -50,14 +57,33 @@ bool state_open(struct state *state, const struct resolver *resolver, int32_t wi
  * says why, and false is returned. */
 bool state_set(struct state *state, const char *key, double value);
 
+/* Puts a parameter, and what says the same, back to what command line, file or default
+ * give. As state_set(). */
+bool state_reset(struct state *state, const char *key);
+
+/* Why the parameter has no effect with this file, lens and method, a sentence without a
+ * full stop; NULL where it has, or would have if it were set. */
+const char *state_why_off(const struct state *state, const char *key);
+
+/* Has the parameter an effect though nobody gave it? Then the default is a guess. */
+bool state_is_guess(const struct state *state, const char *key);
+
+/* What is set now, and that again. state_apply(): false with `problem` where the file
+ * does not go with it; then nothing has changed. */
+void state_look(const struct state *state, struct look *look);
+bool state_apply(struct state *state, const struct look *look);
+
+/* Sets what a look of looks.h says, over what was set before. As state_set(). */
+bool state_set_look(struct state *state, const char *name);
+
 /* Puts the depth in focus: any above 0, INFINITY too. */
 bool state_focus(struct state *state, double depth);
 
 /* Yu's lens: the focus that a screen at this distance behind the lens gives. */
 bool state_set_screen(struct state *state, double position);
 
-/* Where the screen stands for the focus distance, scene units; NAN where there is no
- * focal length or the focus lies inside it. */
+/* Where the screen stands for the focus distance, scene units; NAN where no focal length
+ * is known or the focus lies inside it. */
 double state_screen(const struct state *state);
 
 /* The f-stop that holds, also where the lens was given by its radius; NAN if unknown.

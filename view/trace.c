@@ -28,6 +28,8 @@ static void print_text(FILE *file, const char *text)
             putc('\\', file);
         if ((unsigned char)*text >= ' ')
             putc(*text, file);
+        else if (*text == '\n')
+            fputs("\\n", file);
     }
     putc('"', file);
 }
@@ -60,6 +62,8 @@ void trace_layout(struct app *app)
                         (size_t)app->ui.n_controls * sizeof(*app->ui.controls));
     sum = hash(sum, &zoom->scale, 4 * sizeof(double));
     sum = hash(sum, &area, sizeof(area));
+    const struct area list = app->ui.popup ? app->ui.popup_area : (struct area){0};
+    sum = hash(sum, &list, sizeof(list));
     if (sum == app->traced_layout)
         return;
     app->traced_layout = sum;
@@ -76,8 +80,27 @@ void trace_layout(struct app *app)
         fprintf(app->trace, ": [%d, %d, %d, %d]", control->area.x, control->area.y,
                 control->area.width, control->area.height);
     }
-    fprintf(app->trace, "}}\n");
+    fprintf(app->trace, "}, \"off\": [");
+    for (int i = 0, n = 0; i < app->ui.n_controls; i++)
+        if (app->ui.controls[i].is_off) {
+            fprintf(app->trace, "%s", n++ ? ", " : "");
+            print_text(app->trace, app->ui.controls[i].label);
+        }
+    fprintf(app->trace, "], \"panel\": [%d, %d, %d, %d], \"list\": [%d, %d, %d, %d]}\n",
+            app->ui.panel.x, app->ui.panel.y, app->ui.panel.width, app->ui.panel.height,
+            list.x, list.y, list.width, list.height);
     fflush(app->trace);
+}
+
+void trace_tip(struct app *app)
+{
+    const struct ui *ui = &app->ui;
+    const char *text = ui->error_id ? ui->error : ui->is_tip_shown ? ui->tip : "";
+    const uint32_t sum = hash(2166136261u, text, strlen(text)) ^ (ui->error_id != 0);
+    if (!app->trace || sum == app->traced_tip)
+        return;
+    app->traced_tip = sum;
+    trace_text(app, ui->error_id ? "field error" : "tip", text);
 }
 
 static void print_number(FILE *file, const char *name, double number)

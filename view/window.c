@@ -84,9 +84,10 @@ bool window_open(struct app *app)
     /* Without any display SDL may draw to memory that nobody sees. */
     const bool is_started = SDL_Init(SDL_INIT_VIDEO) == 0;
     const char *driver = is_started ? SDL_GetCurrentVideoDriver() : NULL;
-    const bool is_seen =
-        driver && (getenv("SDL_VIDEODRIVER") ||
-                   (strcmp(driver, "offscreen") != 0 && strcmp(driver, "dummy") != 0));
+    const char *chosen = getenv("SDL_VIDEODRIVER");
+    const bool is_chosen = chosen && *chosen; /* set but empty names none */
+    const bool is_seen = driver && (is_chosen || (strcmp(driver, "offscreen") != 0 &&
+                                                  strcmp(driver, "dummy") != 0));
     if (!is_seen) {
         message("view: there is no display to open a window on: %s; run it in a "
                 "graphical session, over ssh -X, or under xvfb-run",
@@ -179,7 +180,7 @@ void window_draw(struct app *app)
     if (app->width < 1 || app->height < 1)
         return;
     draw_split(app);
-    panel_overlay(app);
+    overlay_draw(app);
     gl_begin(app->width, app->height);
     if (app->has_stage)
         draw_picture(app);

@@ -16,7 +16,8 @@ void zoom_fit(struct zoom *zoom, const struct area *area, int32_t width, int32_t
 {
     const double across = area->width / (width * zoom->aspect);
     const double down = area->height / (double)height;
-    zoom->scale = fmin(fmin(across, down), 1);
+    const double whole = fmin(across, down);
+    zoom->scale = whole > 1 ? fmin(floor(2 * whole) / 2, MAX_SCALE) : whole;
     zoom->scale = fmax(zoom->scale, 1e-6);
     zoom->x = area->x + (area->width - width * zoom->aspect * zoom->scale) / 2;
     zoom->y = area->y + (area->height - height * zoom->scale) / 2;

@@ -24,8 +24,8 @@ struct zoom {
 
 bool area_has(const struct area *area, double x, double y);
 
-/* The whole picture as large as the area allows; a picture that fits is not magnified.
- */
+/* The whole picture as large as the area allows; magnified in steps of a half, so that
+ * windows that are about as large as the picture show its px as they are. */
 void zoom_fit(struct zoom *zoom, const struct area *area, int32_t width,
               int32_t height);
 

@@ -16,7 +16,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "cli"))
 import plainexr  # noqa: E402
 
-WAIT_S = 90  # for what takes a second on an idle machine
+WAIT_S = int(os.environ.get("RACKFOCUS_WAIT", 90))  # for what takes a second on an idle machine
 
 
 class Display:
@@ -186,12 +186,47 @@ class Window:
     def release(self, button=1):
         self.tool("mouseup", button)
 
-    def control(self, label):
+    def box(self, label):
         controls = self.layout()["controls"]
         found = [box for name, box in controls.items() if name.startswith(label)]
         assert found, f"{label} is not among {list(controls)}"
-        x, y, width, height = found[0]
-        return x + width / 2, y + height / 2
+        return found[0]
+
+    def control(self, label):
+        """The middle of a control, which is scrolled into sight first."""
+        end = time.monotonic() + WAIT_S
+        while time.monotonic() < end:
+            x, y, width, height = self.box(label)
+            left, top, wide, tall = self.layout()["panel"]
+            if top <= y and y + height <= top + tall:
+                return x + width / 2, y + height / 2
+            self.click(left + 4, top + tall / 2, button=4 if y < top else 5)
+            time.sleep(0.1)
+        raise AssertionError(f"{label} cannot be scrolled to")
+
+    def open_section(self, name):
+        """Unfolds or folds a section; waits until the controls have changed."""
+        before = list(self.layout()["controls"])
+        self.click_control(f"Section {name}")
+        self.wait_until(lambda: list(self.layout()["controls"]) != before, name)
+
+    def choose(self, label, index):
+        """Opens the list of a choice and takes an item."""
+        self.click_control(label)
+        self.wait_until(lambda: self.layout()["list"][3] > 0, f"the list of {label}")
+        x, y, width, _ = self.layout()["list"]
+        row = self.box(label)[3]
+        self.click(x + width / 2, y + (index + 0.5) * row)
+
+    def wait_until(self, test, what="it"):
+        end = time.monotonic() + WAIT_S
+        while not test():
+            assert time.monotonic() < end, f"{what} did not come\n{self.printed()}"
+            time.sleep(0.02)
+
+    def double_click(self, label):
+        self.move(*self.control(label))
+        self.tool("click", "--repeat", 2, "--delay", 60, 1)
 
     def click_control(self, label):
         self.click(*self.control(label))

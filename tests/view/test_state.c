@@ -96,11 +96,97 @@ static void the_f_stop_of_a_radius_is_shown(void)
 {
     int yes;
     struct state state = open(&yes);
+    CHECK(state_set(&state, "focal-length", 50));
     CHECK_NEAR(state_f_stop(&state), 0.05 / 0.2, 1e-12);
     CHECK(state_set(&state, "lens-radius", 0.01));
     CHECK_NEAR(state_f_stop(&state), 2.5, 1e-12);
     state = open(NULL);
     CHECK(state_f_stop(&state) == 2.8);
+}
+
+/* A focal length that nobody gave is no reason to show an f-stop. */
+static void without_millimetres_nothing_is_invented(void)
+{
+    int yes;
+    struct state state = open(&yes);
+    CHECK(isnan(state_f_stop(&state)) && isnan(state_screen(&state)));
+    const char *const keys[] = {"f-stop", "unit-scale"};
+    for (int i = 0; i < 2; i++) {
+        const char *why = state_why_off(&state, keys[i]);
+        CHECK(why && strstr(why, "set the lens radius"));
+    }
+    CHECK(!state_why_off(&state, "lens-radius"));
+    CHECK(!state_is_guess(&state, "f-stop"));
+    state = open(NULL);
+    CHECK(!state_why_off(&state, "f-stop") && !state_why_off(&state, "unit-scale"));
+}
+
+static void what_is_not_read_says_why(void)
+{
+    struct state state = open(NULL);
+    CHECK(!state_why_off(&state, "blades"));
+    CHECK(strstr(state_why_off(&state, "copies"), "offset"));
+    state_set(&state, "method", RF_METHOD_BOX);
+    CHECK(state_why_off(&state, "blades") != NULL);
+    CHECK(strstr(state_why_off(&state, "slices"), "blend slices"));
+    state_set(&state, "blend", RF_BLEND_SLICES);
+    CHECK(!state_why_off(&state, "slices"));
+}
+
+static void a_guess_is_what_nobody_gave(void)
+{
+    struct state state = open(NULL);
+    CHECK(state_is_guess(&state, "f-stop") && state_is_guess(&state, "focal-length"));
+    CHECK(!state_is_guess(&state, "focus-distance")); /* the header gives it */
+    CHECK(!state_is_guess(&state, "blades"));
+    state_set(&state, "f-stop", 4);
+    CHECK(!state_is_guess(&state, "f-stop"));
+}
+
+static void the_last_of_two_that_say_the_same_counts(void)
+{
+    struct state state = open(NULL);
+    CHECK(state_set(&state, "lens-radius", 0.01));
+    CHECK(state_set(&state, "f-stop", 5));
+    CHECK_NEAR(state.lens.lens_radius, 0.005, 1e-12);
+    CHECK(state_set(&state, "lens-radius", 0.02));
+    CHECK_NEAR(state.lens.lens_radius, 0.02, 1e-12);
+}
+
+static void reset_goes_back_to_what_was_given(void)
+{
+    struct state state = open(NULL);
+    state_set(&state, "focus-distance", 3);
+    CHECK(state_reset(&state, "focus-distance"));
+    CHECK(state.lens.focus_distance == 8); /* the header's */
+    state_set(&state, "lens-radius", 0.02);
+    CHECK(state_reset(&state, "f-stop")); /* the radius says the same */
+    CHECK(state.params.f_stop == 2.8 && state.params.lens_radius == 0);
+    struct settings typed;
+    settings_init(&typed);
+    settings_set(&typed, "blades", "7", NULL);
+    const struct resolver resolver = state.resolver;
+    state_init(&state, &typed, 0);
+    state_open(&state, &resolver, 480, 270, 1);
+    state_set(&state, "blades", 5);
+    CHECK(state_reset(&state, "blades") && state.params.blades == 7);
+}
+
+static void a_look_is_taken_and_comes_back(void)
+{
+    static struct look before, again;
+    struct state state = open(NULL);
+    state_set(&state, "f-stop", 4);
+    state_set_exposure(&state, 1);
+    state_look(&state, &before);
+    CHECK(state_set_look(&state, "bubble") && state.params.spherical == -3);
+    CHECK(state.params.f_stop == 4);
+    CHECK(!state_set_look(&state, "nosuch") && strstr(state.problem, "nosuch"));
+    state_set_exposure(&state, 2);
+    CHECK(state_apply(&state, &before));
+    CHECK(state.params.spherical == 0 && state.exposure == 1);
+    state_look(&state, &again);
+    CHECK(memcmp(&before, &again, sizeof(before)) == 0);
 }
 
 static void modes_toggle(void)
@@ -153,6 +239,12 @@ int main(int argc, char **argv)
     TEST(the_screen_follows_the_focus);
     TEST(infinity_can_be_in_focus);
     TEST(the_f_stop_of_a_radius_is_shown);
+    TEST(without_millimetres_nothing_is_invented);
+    TEST(what_is_not_read_says_why);
+    TEST(a_guess_is_what_nobody_gave);
+    TEST(the_last_of_two_that_say_the_same_counts);
+    TEST(reset_goes_back_to_what_was_given);
+    TEST(a_look_is_taken_and_comes_back);
     TEST(modes_toggle);
     TEST(the_job_has_what_is_seen);
     TEST(the_eye_stays_on_the_lens);

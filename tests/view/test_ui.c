@@ -13,7 +13,8 @@ static double number;
 static int choice;
 static bool toggle;
 static char text[64];
-static int n_pressed, n_changed;
+static int n_pressed, n_changed, n_reset;
+static struct ui_about about;
 static const struct area panel = {100, 0, 300, 400};
 static const struct ui_number spec = {.label = "Number",
                                       .unit = "mm",
@@ -21,13 +22,16 @@ static const struct ui_number spec = {.label = "Number",
                                       .max = 100,
                                       .min_limit = 0.1,
                                       .max_limit = 1000,
-                                      .is_log = true};
+                                      .is_log = true,
+                                      .field = {.per_mm = 1}};
 static const char *const names[] = {"one", "two", "three"};
 
 static void frame(void)
 {
     ui_begin(&ui, &input, &panel);
+    ui_about(&ui, &about);
     n_changed += ui_number(&ui, &spec, &number);
+    n_reset += ui_was_reset(&ui);
     n_changed += ui_choice(&ui, "Choice", names, 3, &choice);
     n_changed += ui_toggle(&ui, "Toggle", &toggle);
     n_pressed += ui_button(&ui, "Button");
@@ -46,7 +50,8 @@ static void start(void)
     number = 10;
     choice = 0;
     toggle = false;
-    n_pressed = n_changed = 0;
+    n_pressed = n_changed = n_reset = 0;
+    about = (struct ui_about){0};
     strcpy(text, "old");
     frame();
 }
@@ -137,17 +142,174 @@ static void a_number_is_typed(void)
     key(UI_KEY_ENTER);
     CHECK(number == 2.5); /* 2.55 less the first 5 */
     click("Number");
-    write_text("9e9");
-    key(UI_KEY_ENTER);
-    CHECK(number == 1000);
-    click("Number");
-    write_text("nonsense");
-    key(UI_KEY_ENTER);
-    CHECK(number == 1000);
-    click("Number");
     write_text("7");
     key(UI_KEY_ESCAPE);
-    CHECK(number == 1000 && !ui_has_keyboard(&ui));
+    CHECK(number == 2.5 && !ui_has_keyboard(&ui));
+}
+
+static void expressions_are_typed(void)
+{
+    start();
+    click("Number");
+    write_text("2*3 + 1/4");
+    key(UI_KEY_ENTER);
+    CHECK(number == 6.25 && ui.error_id == 0);
+    click("Number");
+    write_text("8.5 cm");
+    key(UI_KEY_ENTER);
+    CHECK(number == 85);
+}
+
+static void what_cannot_be_says_so_at_the_field(void)
+{
+    static const char *const texts[] = {"9e9", "-3", "nonsense", "inf"};
+    for (size_t i = 0; i < sizeof(texts) / sizeof(texts[0]); i++) {
+        start();
+        click("Number");
+        write_text(texts[i]);
+        key(i % 2 ? UI_KEY_TAB : UI_KEY_ENTER);
+        CHECK(number == 10 && ui.error_id != 0 && ui.error[0]);
+        CHECK(ui.is_editing && ui.focus != 0); /* goes on typing */
+        write_text("5");
+        CHECK(ui.error_id == 0);
+        key(UI_KEY_ESCAPE);
+        CHECK(number == 10);
+    }
+}
+
+/* A press elsewhere takes what was typed, and does what it is for. */
+static void a_press_elsewhere_takes_what_was_typed(void)
+{
+    start();
+    click("Number");
+    write_text("12");
+    click("Button");
+    CHECK(number == 12 && n_pressed == 1 && !ui.is_editing);
+    click("Number");
+    write_text("abc");
+    press_at(5, 5);
+    release();
+    CHECK(number == 12 && ui.error_id != 0 && strstr(ui.error, "abc"));
+    press_at(5, 5);
+    CHECK(ui.error_id == 0);
+    release();
+    click("Text");
+    write_text("name");
+    click("Toggle");
+    CHECK_STR(text, "name");
+}
+
+static void a_double_click_puts_back(void)
+{
+    start();
+    click("Number");
+    CHECK(n_reset == 0 && ui.is_editing);
+    input.is_double = true;
+    click("Number");
+    input.is_double = false;
+    CHECK(n_reset == 1 && !ui.is_editing && number == 10);
+    click("Button"); /* the system calls two quick presses nearby a double click */
+    input.is_double = true;
+    click("Number");
+    input.is_double = false;
+    CHECK(n_reset == 1);
+    key(UI_KEY_ESCAPE);
+    CHECK(n_reset == 1);
+    key(UI_KEY_TAB);
+    key(UI_KEY_DELETE);
+    CHECK(n_reset == 2);
+}
+
+static void what_is_off_does_nothing_and_says_why(void)
+{
+    start();
+    about = (struct ui_about){.tip = "A number.", .why_off = "it is not read"};
+    frame();
+    const struct area area = area_of("Number");
+    press_at(area.x + 20, area.y + 5);
+    move_to(area.x + 200, area.y + 5);
+    release();
+    CHECK(number == 10 && n_changed == 0 && ui.focus == 0 && !ui.is_editing);
+    CHECK(ui.controls[0].is_off);
+    key(UI_KEY_TAB);
+    CHECK(ui.focus == ui.ids[1]); /* it is skipped */
+    move_to(area.x + 20, area.y + 5);
+    CHECK(!ui.is_tip_shown && ui_waits_s(&ui, input.now_s) <= UI_TIP_S);
+    input.now_s += UI_TIP_S;
+    frame();
+    CHECK(ui.is_tip_shown && strstr(ui.tip, "A number."));
+    CHECK(strstr(ui.tip, "it is not read"));
+    move_to(5, 5);
+    CHECK(!ui.is_tip_shown && isinf(ui_waits_s(&ui, input.now_s)));
+    about = (struct ui_about){0};
+}
+
+static bool is_open;
+
+static void folding_frame(void)
+{
+    ui_begin(&ui, &input, &panel);
+    is_open = ui_section(&ui, "Fold", true);
+    if (is_open)
+        ui_button(&ui, "Inside");
+    ui_end(&ui);
+    input.is_pressed = input.is_released = false;
+}
+
+static void a_section_folds(void)
+{
+    start();
+    for (int i = 0; i < 4; i++) {
+        folding_frame();
+        CHECK(is_open == (i % 2 == 0));
+        CHECK(ui.n_controls == (is_open ? 2 : 1));
+        const struct area area = area_of("Section Fold");
+        input.x = area.x + 5;
+        input.y = area.y + 5;
+        input.is_down = input.is_pressed = true;
+        folding_frame();
+        input.is_down = false;
+        input.is_released = true;
+        folding_frame();
+    }
+}
+
+static void the_scroll_bar_is_dragged(void)
+{
+    static const struct area low = {100, 0, 300, 120};
+    start();
+    input = (struct ui_input){.x = 398, .y = 5};
+    for (int pass = 0; pass < 4; pass++) {
+        input.is_pressed = pass == 1;
+        input.is_down = pass >= 1;
+        input.y = pass >= 2 ? 500 : 5;
+        ui_begin(&ui, &input, &low);
+        for (int i = 0; i < 20; i++) {
+            char label[20];
+            snprintf(label, sizeof(label), "Button %d", i);
+            CHECK(!ui_button(&ui, label));
+        }
+        ui_end(&ui);
+        CHECK(pass >= 2 || ui.scroll == 0);
+    }
+    const struct area *last = &ui.controls[19].area;
+    CHECK(last->y >= 0 && last->y + last->height <= 120);
+}
+
+static void long_text_is_wrapped(void)
+{
+    start();
+    const struct area at = {0, 0, 80, 0};
+    ui.flat.n = 0;
+    const int height = ui_draw_wrapped(&ui, &ui.flat, &at,
+                                       "some words\nthat go on and on", 0xffffffff);
+    CHECK(height >= 3 * font.line && height % font.line == 0);
+    CHECK(ui_draw_wrapped(&ui, NULL, &at, "some words\nthat go on and on", 0) ==
+          height);
+    for (size_t i = 0; i < ui.flat.n; i++)
+        CHECK(ui.flat.items[i].x <= 82);
+    const struct area narrow = {0, 0, 1, 0};
+    CHECK(ui_draw_wrapped(&ui, NULL, &narrow, "abc", 0) == 3 * font.line);
 }
 
 static void tab_goes_round(void)
@@ -273,6 +435,14 @@ int main(int argc, char **argv)
     }
     TEST(a_slider_is_dragged);
     TEST(a_number_is_typed);
+    TEST(expressions_are_typed);
+    TEST(what_cannot_be_says_so_at_the_field);
+    TEST(a_press_elsewhere_takes_what_was_typed);
+    TEST(a_double_click_puts_back);
+    TEST(what_is_off_does_nothing_and_says_why);
+    TEST(a_section_folds);
+    TEST(the_scroll_bar_is_dragged);
+    TEST(long_text_is_wrapped);
     TEST(tab_goes_round);
     TEST(keys_change_values);
     TEST(a_list_opens_above_the_rest);
