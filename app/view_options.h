@@ -14,6 +14,7 @@ struct view_options {
     const char *params;    /* file of parameters */
     const char *keep;      /* folder for the passes of a POV-Ray scene */
     const char *povray;    /* POV-Ray's program; NULL: as rackfocus povray finds it */
+    const char *ocio;      /* configuration of OpenColorIO */
     const char *font, *trace;
     double scale;                       /* of the controls; 0: from the display */
     double exposure;                    /* stops */

@@ -72,6 +72,12 @@ static const struct option options[] = {
      .min = -20,
      .max = 20,
      .help = "Brightness of the view; saved pictures do not change. [default 0]"},
+    {.name = "ocio",
+     .kind = OPTION_FILE,
+     .offset = AT(ocio),
+     .value = "FILE.ocio",
+     .help = "View transforms of this configuration of OpenColorIO. [default that of "
+             "$OCIO]"},
     {.name = "views",
      .kind = OPTION_INT,
      .offset = AT(n_views),

@@ -4,6 +4,7 @@
 
 #include "app.h"
 #include "clock.h"
+#include "report.h"
 
 /* ---- what is done ---------------------------------------------------------------- */
 
@@ -39,11 +40,11 @@ static void open_aperture(struct app *app, double factor)
 static void show_difference(struct app *app)
 {
     if (!app->has_reference)
-        view_say(app, "there is no reference; start with --reference FILE");
+        view_say(app, "there is no reference; name one under Compare, or drop a PNG");
     else if (app->reference.width != app->state.width ||
              app->reference.height != app->state.height)
         view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
-                 app->options->reference, app->reference.width, app->reference.height,
+                 app->reference_path, app->reference.width, app->reference.height,
                  app->state.width, app->state.height);
     else
         state_toggle_mode(&app->state, MODE_DIFFERENCE);
@@ -210,6 +211,77 @@ static void toggle_full_screen(struct app *app)
     view_measure(app);
 }
 
+void view_keep_look(struct app *app, int i)
+{
+    if (!app->looks[i])
+        app->looks[i] = app_memory(1, sizeof(*app->looks[i]), NULL);
+    if (app->looks[i])
+        state_look(&app->state, app->looks[i]);
+    view_say(app,
+             app->looks[i] ? "kept as %d: Shift+%d sets it again"
+                           : "out of memory for settings %d",
+             i, i);
+}
+
+void view_set_look(struct app *app, int i)
+{
+    if (!app->looks[i])
+        view_say(app, "nothing is kept as %d; Ctrl+%d keeps the settings", i, i);
+    else if (!state_apply(&app->state, app->looks[i]))
+        view_say(app, "%.500s", app->state.problem);
+    else
+        view_say(app, "settings %d", i);
+}
+
+static void toggle_scopes(struct app *app)
+{
+    app->has_scopes = !app->has_scopes;
+    app->state.id++; /* what is shown is counted when it comes again */
+}
+
+static void toggle_compare(struct app *app)
+{
+    struct state *state = &app->state;
+    if (!app->has_reference) {
+        view_say(app, "there is no reference; name one under Compare, or press K");
+        return;
+    }
+    state->compares_reference = !state->compares_reference;
+    state->id++;
+    view_say(app, "F and S compare with the %s",
+             state->compares_reference ? "reference" : "pinhole");
+}
+
+static void keep_as_reference(struct app *app)
+{
+    const struct shot *shot = app->shot;
+    struct picture *reference = &app->reference;
+    if (!shot || !shot->pixels || shot->id != app->state.id || shot->times > 1) {
+        view_say(app, "wait until the best picture is shown");
+        return;
+    }
+    const size_t n = (size_t)shot->width * (size_t)shot->height;
+    float *rgb = app_memory(n, 3 * sizeof(float), NULL);
+    if (!rgb) {
+        view_say(app, "out of memory for the reference");
+        return;
+    }
+    const size_t n_channels = (size_t)shot->pixels->n_channels;
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++)
+            rgb[3 * i + c] =
+                shot->pixels->values[i * n_channels + (n_channels > 1 ? c : 0)];
+    worker_drain(app->worker); /* it may be at work with the old one */
+    picture_free(reference);
+    *reference =
+        (struct picture){.samples = rgb, .width = shot->width, .height = shot->height};
+    app->has_reference = true;
+    app->reference_path[0] = 0;
+    app->state.compares_reference = true;
+    app->state.id++;
+    view_say(app, "kept as the reference: F flips, S wipes, X shows the difference");
+}
+
 /* ---- the table ------------------------------------------------------------------- */
 
 /* One of the two functions, the second with its numbers. */
@@ -226,6 +298,10 @@ static const struct {
     [ACTION_COC] = {.with = toggle_mode, .a = MODE_COC},
     [ACTION_BAND] = {.with = toggle_mode, .a = MODE_BAND},
     [ACTION_DIFFERENCE] = {.plain = show_difference},
+    [ACTION_EXPOSURE] = {.with = toggle_mode, .a = MODE_EXPOSURE},
+    [ACTION_SCOPES] = {.plain = toggle_scopes},
+    [ACTION_COMPARE] = {.plain = toggle_compare},
+    [ACTION_KEEP] = {.plain = keep_as_reference},
     [ACTION_CENTRE] = {.plain = focus_on_centre},
     [ACTION_NEARER] = {.with = scale_focus, .a = 1, .b = 1.05},
     [ACTION_FARTHER] = {.with = scale_focus, .a = 1.05, .b = 1},
@@ -255,6 +331,7 @@ static const struct {
     [ACTION_REDO] = {.plain = redo},
     [ACTION_REDO_SHIFT] = {.plain = redo},
     [ACTION_FULL] = {.plain = toggle_full_screen},
+    [ACTION_OPEN] = {.plain = open_list},
     [ACTION_SAVE] = {.plain = save_picture},
     [ACTION_SAVE_PARAMS] = {.plain = save_params},
     [ACTION_SAVE_PASSES] = {.plain = save_passes},

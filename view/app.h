@@ -8,11 +8,15 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "browser.h"
+#include "colour.h"
 #include "demo.h"
 #include "font.h"
 #include "gl.h"
 #include "operands.h"
 #include "picture.h"
+#include "remembered.h"
+#include "scopes.h"
 #include "stage.h"
 #include "state.h"
 #include "stats.h"
@@ -40,6 +44,11 @@
     X(COC, "Show", SDLK_c, 0, "C", "circle of confusion, orange before, blue behind")  \
     X(BAND, "Show", SDLK_b, 0, "B", "what is in focus, in colour")                     \
     X(DIFFERENCE, "Show", SDLK_x, 0, "X", "difference to the reference")               \
+    X(EXPOSURE, "Show", SDLK_g, 0, "G", "false colours of exposure, in stops")         \
+    X(SCOPES, "Show", SDLK_h, 0, "H", "histogram and waveform")                        \
+    X(COMPARE, "Show", SDLK_a, 0, "A",                                                 \
+      "F and S compare with the reference, the pinhole")                               \
+    X(KEEP, "Show", SDLK_k, 0, "K", "keep what is shown as the reference")             \
     X(BRIGHTER, "Show", SDLK_e, 0, "E", "brighter view, half a stop")                  \
     X(DARKER, "Show", SDLK_e, KMOD_SHIFT, "Shift+E", "darker view, half a stop")       \
     X(FIT, "Place", SDLK_0, 0, "0", "fit the picture to the window")                   \
@@ -62,6 +71,8 @@
     X(REDO_SHIFT, "Settings", SDLK_z, KMOD_CTRL | KMOD_SHIFT, "", "")                  \
     X(SAVE_PARAMS, "Settings", SDLK_p, KMOD_CTRL, "Ctrl+P", "save the parameters")     \
     X(COPY, "Settings", SDLK_c, KMOD_CTRL, "Ctrl+C", "copy the command line")          \
+    X(OPEN, "Files", SDLK_o, KMOD_CTRL, "Ctrl+O",                                      \
+      "open a file; files can be dropped, too")                                        \
     X(SAVE, "Files", SDLK_s, KMOD_CTRL, "Ctrl+S", "save the picture")                  \
     X(SAVE_PASSES, "Files", SDLK_e, KMOD_CTRL, "Ctrl+E",                               \
       "demo: save colour and depth")                                                   \
@@ -117,9 +128,18 @@ struct app {
     struct ui_input input;
     bool has_panel, has_help, has_stats;
     int help_scroll, help_height; /* px */
-    uint32_t traced_tip;          /* what was written of tips and errors */
+    uint32_t traced_place;
+    uint32_t traced_tip; /* what was written of tips and errors */
 
     struct playlist playlist;
+    struct playlist opening; /* takes its place when its first picture is read */
+    bool is_opening;
+    struct remembered remembered;
+    int fitted_size[2];     /* of the window as the program chose it; 0: it did not */
+    struct browser browser; /* of files to open */
+    bool has_browser;
+    char **dropped; /* paths that are being dropped */
+    int n_dropped;
     int picture; /* of the playlist */
     struct loader loader;
     struct stage *stage;
@@ -128,11 +148,22 @@ struct app {
     struct input *source; /* what is filtered, held */
     struct picture reference;
     bool has_reference;
-    struct picture light_picture; /* of --distribution-image */
+    char reference_path[MAX_PATH]; /* as shown in its field; "": none */
+    struct picture light_picture;  /* of --distribution-image */
     struct rf_image light;
 
     struct state state;
-    struct undo undo;   /* of struct look */
+    struct undo undo;       /* of struct look */
+    struct look *looks[10]; /* kept with Ctrl+1 to 9; NULL: not */
+    struct colour_list colours;
+    int colour_index;
+    bool has_scopes;
+    struct scopes scopes; /* of what is shown */
+    struct {
+        bool is_set;
+        int32_t x, y; /* px of the picture that was clicked to be in focus */
+        double focus; /* the distance that it gave */
+    } mark;
     uint64_t asked_id;  /* of the newest job */
     double radius_base; /* lens radius when the picture was opened */
     bool is_demo_due;   /* the scene was turned */
@@ -145,6 +176,8 @@ struct app {
     double drag_x, drag_y; /* where the mouse was, window px */
     bool is_input;         /* something came from the user since the last job */
     char output[MAX_PATH], status[1024];
+    char replacing[MAX_PATH]; /* a file that is replaced if it is saved once more */
+    double replacing_until_s;
     double status_until_s;
     bool is_missing; /* a file has gone */
     double looked_s; /* when it was last looked for */
@@ -197,6 +230,24 @@ void load_cancel(struct app *app);
 bool load_demo(struct app *app);
 void load_look_for_files(struct app *app);
 
+/* legend.c: what the colours mean, histogram, waveform, the mark of the focus. */
+void legend_draw(struct app *app);
+
+/* Ctrl+1 to 9 keep the settings, Shift+1 to 9 set them again. */
+void view_keep_look(struct app *app, int i);
+void view_set_look(struct app *app, int i);
+
+/* open.c: what the user opens, drops or chooses from the list of files. */
+/* EXR files and scenes are shown, a PNG becomes the reference, .params are set. */
+void open_files(struct app *app, char *const *paths, int n);
+bool open_reference(struct app *app, const char *path); /* false: said why */
+void open_drop(struct app *app, const SDL_DropEvent *event);
+void open_forget(struct app *app); /* what was dropped and not yet opened */
+void open_list(struct app *app);   /* shows or hides it */
+bool open_list_key(struct app *app, SDL_Keycode key); /* true: it took the key */
+bool open_list_click(struct app *app, double x, double y);
+void open_list_draw(struct app *app);
+
 /* The depth at a place of the window, scene units; false where there is no picture. */
 bool view_depth_at(const struct app *app, double x, double y, double *depth,
                    int32_t *px, int32_t *py);
@@ -222,6 +273,7 @@ bool trace_open(struct app *app); /* false with a message */
 void trace_layout(struct app *app);
 void trace_shown(struct app *app, bool is_pinhole);
 void trace_text(struct app *app, const char *event, const char *text);
+void trace_place(struct app *app, const char *text); /* what lies below the mouse */
 void trace_tip(struct app *app); /* the tip or the error that is shown at a control */
 
 /* bench.c */

@@ -197,6 +197,55 @@ void display_band(const struct tone *tone, const float *pixels, int n_channels,
     os_parallel(0, (int64_t)n, 0, paint_band, &p);
 }
 
+/* ---- false colours ---------------------------------------------------------------- */
+
+#define MIDDLE_GREY 0.18
+
+void display_exposure_colour(double stops, uint8_t rgb[3])
+{
+    static const uint8_t deep[3] = {96, 0, 128}, dark[3] = {24, 72, 200},
+                         middle[3] = {40, 170, 60}, bright[3] = {235, 205, 40},
+                         clipped[3] = {225, 30, 30};
+    const uint8_t *colour = NULL;
+    if (MIDDLE_GREY * exp2(stops) >= 1)
+        colour = clipped;
+    else if (stops >= 2)
+        colour = bright;
+    else if (stops >= -0.5 && stops <= 0.5)
+        colour = middle;
+    else if (!(stops >= -6)) /* black and NaN, too */
+        colour = deep;
+    else if (stops < -3)
+        colour = dark;
+    const uint8_t grey = (uint8_t)lrint(60 + 30 * (fmin(fmax(stops, -3), 2) + 3));
+    for (int c = 0; c < 3; c++)
+        rgb[c] = colour ? colour[c] : grey;
+}
+
+static void paint_exposure(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct painting *p = data;
+    const int green = p->n_channels > 1 ? 1 : 0, blue = p->n_channels > 1 ? 2 : 0;
+    for (int64_t i = begin; i < end; i++) {
+        const float *in = p->in + i * p->n_channels;
+        const double r = p->gain * in[0], g = p->gain * in[green],
+                     b = p->gain * in[blue];
+        const bool is_clipped = fmax(r, fmax(g, b)) >= 1;
+        const double y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        display_exposure_colour(is_clipped ? INFINITY : log2(fmax(y, 0) / MIDDLE_GREY),
+                                p->rgba + 4 * i);
+        p->rgba[4 * i + 3] = 255;
+    }
+}
+
+void display_exposure(const float *pixels, int n_channels, size_t n, double exposure,
+                      uint8_t *rgba)
+{
+    struct painting p = {
+        .in = pixels, .n_channels = n_channels, .gain = exp2(exposure), .rgba = rgba};
+    os_parallel(0, (int64_t)n, 0, paint_exposure, &p);
+}
+
 static void paint_encoded(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct painting *p = data;

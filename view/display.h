@@ -36,6 +36,15 @@ void display_band(const struct tone *tone, const float *pixels, int n_channels,
                   const float *radius, size_t n, double exposure, double limit,
                   uint8_t *rgba);
 
+/* False colours of luminance (Rec. 709) times 2^exposure, in stops from middle grey,
+ * 0.18: violet below -6, blue to -3, grey, green within half a stop of middle grey, grey,
+ * yellow from +2, red where a channel is clipped. */
+void display_exposure(const float *pixels, int n_channels, size_t n, double exposure,
+                      uint8_t *rgba);
+
+/* The false colour of grey so many stops from middle grey, RGB; for a legend. */
+void display_exposure_colour(double stops, uint8_t rgb[3]);
+
 /* sRGB encoded floats in [0, 1], packed RGB, as measure_heatmap makes them. */
 void display_encoded(const float *rgb, size_t n, uint8_t *rgba);
 

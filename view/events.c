@@ -108,7 +108,7 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     const bool is_tab = ui_key == UI_KEY_TAB || ui_key == UI_KEY_BACK_TAB;
     app->input.is_fine = modifiers & KMOD_SHIFT;
     if ((app->ui.is_editing && is_command && edit_by_command(app, key)) ||
-        scroll_help(app, key))
+        scroll_help(app, key) || open_list_key(app, key))
         return;
     if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
         app->input.key = ui_key;
@@ -122,6 +122,14 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     /* While a text is typed, letters are letters. */
     if (app->ui.is_editing && !is_command && key < 128)
         return;
+    if (app->has_stage && key >= SDLK_1 && key <= SDLK_9 &&
+        modifiers & (KMOD_CTRL | KMOD_SHIFT)) {
+        if (is_command)
+            view_keep_look(app, key - SDLK_0);
+        else
+            view_set_look(app, key - SDLK_0);
+        return;
+    }
     const int action = find_action(key, modifiers);
     if (action >= 0)
         view_act(app, (enum action)action);
@@ -172,6 +180,8 @@ static void press_button(struct app *app, const SDL_MouseButtonEvent *event)
     const double x = app->input.x, y = app->input.y;
     app->drag_x = x;
     app->drag_y = y;
+    if (open_list_click(app, x, y))
+        return;
     if (event->button == SDL_BUTTON_LEFT) {
         app->input.is_down = app->input.is_pressed = true;
         app->input.is_double = event->clicks >= 2;
@@ -195,7 +205,12 @@ static void click(struct app *app, double x, double y)
     if (!view_depth_at(app, x, y, &depth, &px, &py))
         return;
     ui_format(depth, number, sizeof(number));
-    if (state_focus(&app->state, depth))
+    const bool is_good = state_focus(&app->state, depth);
+    app->mark.is_set = is_good;
+    app->mark.x = px;
+    app->mark.y = py;
+    app->mark.focus = app->state.settings.params.focus_distance;
+    if (is_good)
         view_say(app, "focus at depth %s, px (%d, %d)", number, px, py);
 }
 
@@ -249,7 +264,9 @@ static void turn_wheel(struct app *app, const SDL_MouseWheelEvent *event)
 {
     const double turns = event->preciseY != 0 ? event->preciseY : event->y;
     const struct area area = view_picture_area(app);
-    if (app->has_help) {
+    if (app->has_browser) {
+        browser_move(&app->browser, turns > 0 ? -3 : 3);
+    } else if (app->has_help) {
         overlay_scroll_help(app, -3 * turns);
     } else if (app->has_stage && is_on_picture(app, app->input.x, app->input.y)) {
         zoom_by(&app->state.zoom, pow(2, turns / 4), app->input.x, app->input.y);
@@ -330,7 +347,13 @@ void events_take(struct app *app, const SDL_Event *event)
         press_key(app, &event->key);
         break;
     case SDL_TEXTINPUT:
-        type_text(app, event->text.text);
+        if (!app->has_browser)
+            type_text(app, event->text.text);
+        break;
+    case SDL_DROPBEGIN:
+    case SDL_DROPFILE:
+    case SDL_DROPCOMPLETE:
+        open_drop(app, &event->drop);
         break;
     default:
         if (event->type == app->event_type)

@@ -8,6 +8,7 @@
 #include "app.h"
 #include "cli.h"
 #include "clock.h"
+#include "file.h"
 #include "report.h"
 
 static void push_event(const struct app *app, enum app_event code, void *data)
@@ -34,10 +35,12 @@ void load_begin(struct app *app)
         view_say(app, "%s", loader->error.message);
         return;
     }
-    *loader->stage = (struct stage){.options = app->options,
-                                    .files = &app->playlist.pictures[app->picture],
-                                    .povray_args = app->operands->rest,
-                                    .n_povray_args = app->operands->n_rest};
+    *loader->stage =
+        (struct stage){.options = app->options,
+                       .files = app->is_opening ? &app->opening.pictures[0]
+                                                : &app->playlist.pictures[app->picture],
+                       .povray_args = app->operands->rest,
+                       .n_povray_args = app->operands->n_rest};
     loader->typed = app->state.typed;
     loader->is_running = true;
     if (os_thread_start(&loader->thread, load, app) != 0) {
@@ -118,8 +121,8 @@ static void name_window(struct app *app, const char *name)
     SDL_SetWindowTitle(app->window, title);
 }
 
-/* A new window is as large as its picture, the controls beside it, where there is room.
- */
+/* A new window is as large and stands where the user left the last one; else it is as
+ * large as its picture, the controls beside it, where there is room. */
 static void fit_window(struct app *app)
 {
     SDL_Rect usable = {0, 0, 1280, 720};
@@ -131,9 +134,22 @@ static void fit_window(struct app *app)
     const double width = (fmax(shown, 1.3 * panel) + panel) / app->density;
     const double height = (app->state.height + status.height) / app->density;
     const double least_height = 780 * app->scale / app->density;
-    SDL_SetWindowSize(app->window, (int)fmin(width, 0.9 * usable.w),
-                      (int)fmin(fmax(height, least_height), 0.9 * usable.h));
-    SDL_SetWindowPosition(app->window, SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED);
+    const struct remembered *last = &app->remembered;
+    int *size = app->fitted_size;
+    size[0] = (int)fmin(width, 0.9 * usable.w);
+    size[1] = (int)fmin(fmax(height, least_height), 0.9 * usable.h);
+    const bool is_seen = last->has_window && last->x < usable.x + usable.w - 50 &&
+                         last->y < usable.y + usable.h - 50 &&
+                         last->x + last->width > usable.x + 50 &&
+                         last->y >= usable.y - 50;
+    if (is_seen) {
+        SDL_SetWindowSize(app->window, last->width, last->height);
+        SDL_SetWindowPosition(app->window, last->x, last->y);
+    } else {
+        SDL_SetWindowSize(app->window, size[0], size[1]);
+        SDL_SetWindowPosition(app->window, SDL_WINDOWPOS_CENTERED,
+                              SDL_WINDOWPOS_CENTERED);
+    }
     SDL_ShowWindow(app->window);
     view_measure(app);
 }
@@ -171,14 +187,37 @@ static void check_reference(struct app *app)
                                 reference->height == app->state.height))
         return;
     view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
-             app->options->reference, reference->width, reference->height,
-             app->state.width, app->state.height);
+             app->reference_path, reference->width, reference->height, app->state.width,
+             app->state.height);
 }
 
 static double aspect_of(const struct stage *stage)
 {
     const double aspect = stage->source.info.pixel_aspect;
     return aspect > 0.05 && aspect < 20 ? aspect : 1;
+}
+
+/* What was being opened takes the place of what was there, or is forgotten. */
+static void end_opening(struct app *app, bool is_good)
+{
+    if (!app->is_opening)
+        return;
+    if (is_good) {
+        playlist_close(&app->playlist);
+        app->playlist = app->opening;
+        app->picture = 0;
+        app->opening = (struct playlist){0};
+    }
+    playlist_close(&app->opening);
+    app->is_opening = false;
+}
+
+static void remember_file(struct app *app, const char *path)
+{
+    char *full = os_file_full_path(path);
+    if (full)
+        remembered_add(&app->remembered, full);
+    free(full);
 }
 
 void load_end(struct app *app)
@@ -191,6 +230,7 @@ void load_end(struct app *app)
     if (!loader->is_good) {
         fail_to_show(app, loader->error.message);
         drop_stage(stage);
+        end_opening(app, false);
         return;
     }
     worker_drain(app->worker);
@@ -198,11 +238,14 @@ void load_end(struct app *app)
     if (!show_input(app, &resolver, stage->input, aspect_of(stage))) {
         fail_to_show(app, app->state.problem);
         drop_stage(stage);
+        end_opening(app, false);
         return;
     }
     app->stage = stage;
     app->is_missing = false;
     drop_stage(old);
+    end_opening(app, true);
+    remember_file(app, stage->files->paths[0]);
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
     if (stage->remark[0])

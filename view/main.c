@@ -33,6 +33,8 @@ static bool take_shot(struct app *app, bool is_pinhole)
     gl_picture_put(is_pinhole ? &app->before : &app->after, shot->rgba, shot->width,
                    shot->height);
     app->stats.draw_ms += 1000 * (os_clock_s() - start_s);
+    if (app->has_scopes && !is_pinhole)
+        scopes_count(&app->scopes, shot->rgba, shot->width, shot->height);
     free(shot->rgba);
     shot->rgba = NULL;
     if (is_pinhole && app->shot) {
@@ -135,6 +137,9 @@ static bool prepare(struct app *app)
         return false;
     }
     app->has_reference = options->reference != NULL;
+    if (options->reference)
+        snprintf(app->reference_path, sizeof(app->reference_path), "%s",
+                 options->reference);
     const char *light = options->distribution_image;
     if (light && !picture_read(light, NULL, thread_count(options->n_threads),
                                &app->light_picture, &error)) {
@@ -143,6 +148,9 @@ static bool prepare(struct app *app)
     }
     app->light = rf_image_packed(app->light_picture.samples, app->light_picture.width,
                                  app->light_picture.height, 3);
+    char text[512];
+    if (!colour_list_make(&app->colours, options->ocio, text, sizeof(text)))
+        message("view: %s", text);
     if (options->font)
         snprintf(app->font_path, sizeof(app->font_path), "%s", options->font);
     else if (!font_find(app->font_path, sizeof(app->font_path))) {
@@ -153,8 +161,31 @@ static bool prepare(struct app *app)
     return true;
 }
 
+/* Size and place, where the user changed them, and what was opened. */
+static void remember(struct app *app)
+{
+    char path[MAX_PATH];
+    struct remembered *r = &app->remembered;
+    if (!app->has_stage || app->options->benchmark_s > 0 ||
+        !remembered_path(path, sizeof(path)))
+        return;
+    int width, height;
+    SDL_GetWindowSize(app->window, &width, &height);
+    const bool is_usual = width == app->fitted_size[0] && height == app->fitted_size[1];
+    if (!is_usual && app->window_size[0] == 0) {
+        r->has_window = true;
+        r->width = width;
+        r->height = height;
+        SDL_GetWindowPosition(app->window, &r->x, &r->y);
+    } else if (is_usual) {
+        r->has_window = false;
+    }
+    remembered_write(r, path);
+}
+
 static void close_app(struct app *app)
 {
+    remember(app);
     load_cancel(app);
     if (app->worker)
         worker_stop(app->worker);
@@ -166,15 +197,24 @@ static void close_app(struct app *app)
         free(app->stage);
     }
     undo_free(&app->undo);
+    for (int i = 0; i < 10; i++)
+        free(app->looks[i]);
+    colour_list_free(&app->colours);
     picture_free(&app->reference);
     picture_free(&app->light_picture);
     playlist_close(&app->playlist);
+    playlist_close(&app->opening);
+    browser_free(&app->browser);
+    open_forget(app);
     if (app->trace)
         fclose(app->trace);
 }
 
 static int run_app(struct app *app)
 {
+    char path[MAX_PATH];
+    if (app->options->benchmark_s == 0 && remembered_path(path, sizeof(path)))
+        remembered_read(&app->remembered, path);
     if (!prepare(app) || !window_open(app))
         return EXIT_FAILED;
     if (!trace_open(app))

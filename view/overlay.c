@@ -60,7 +60,9 @@ static int list_help(const struct app *app, struct help_line *lines)
         {"Controls", NULL},
         {"drag, click", "change a number; type it: 2*3, 85mm, 3 m, inf"},
         {"double click", "back to what it was at first"},
-        {"Tab, arrows", "next control; change it"}};
+        {"Tab, arrows", "next control; change it"},
+        {"Ctrl+1 to 9", "keep the settings as 1 to 9"},
+        {"Shift+1 to 9", "set them again"}};
     int n = sizeof(mouse) / sizeof(mouse[0]);
     memcpy(lines, mouse, sizeof(mouse));
     for (size_t i = 0; i < sizeof(subjects) / sizeof(subjects[0]); i++)
@@ -177,6 +179,22 @@ static void describe_shot(const struct app *app, char *text, size_t n_bytes)
     snprintf(text + used, n_bytes - used, "%.4g %%", 100 * app->state.zoom.scale);
 }
 
+/* Linear light of the filtered picture, or of the pinhole's before that is there. */
+static void describe_colour(const struct app *app, int32_t x, int32_t y, char *text,
+                            size_t n_bytes)
+{
+    const struct shot *shot = app->shot;
+    const struct input *input = shot->input;
+    const bool is_filtered = shot->pixels && app->state.is_filter_on;
+    const float *pixels = is_filtered ? shot->pixels->values : input->colour;
+    if (!pixels || (is_filtered && (shot->width != input->width)))
+        return;
+    const size_t n = (size_t)input->n_channels;
+    const float *at = pixels + ((size_t)y * (size_t)input->width + (size_t)x) * n;
+    snprintf(text, n_bytes, "RGB %.3f %.3f %.3f  ", at[0], at[n > 1 ? 1 : 0],
+             at[n > 1 ? 2 : 0]);
+}
+
 /* What lies below the mouse. */
 static void describe_place(const struct app *app, char *text, size_t n_bytes)
 {
@@ -187,8 +205,14 @@ static void describe_place(const struct app *app, char *text, size_t n_bytes)
     if (!view_depth_at(app, app->input.x, app->input.y, &depth, &x, &y))
         return;
     ui_format(depth, number, sizeof(number));
-    snprintf(text, n_bytes, "(%d, %d)  depth %s  blur %.2f px", x, y, number,
-             rf_lens_radius_px(&app->state.lens, depth));
+    const double radius = rf_lens_radius_px(&app->state.lens, depth);
+    const char *where = fabs(radius) <= app->state.params.coc_limit ? "in focus"
+                        : radius < 0                                ? "before"
+                                                                    : "behind";
+    char rgb[96] = "";
+    describe_colour(app, x, y, rgb, sizeof(rgb));
+    snprintf(text, n_bytes, "(%d, %d)  %sdepth %s  blur %.2f px, %s", x, y, rgb, number,
+             fabs(radius), where);
 }
 
 static void draw_status(struct app *app)
@@ -211,6 +235,7 @@ static void draw_status(struct app *app)
         describe_place(app, left, sizeof(left));
     if (app->state.problem[0] || os_clock_s() < app->status_until_s)
         colour = WARN;
+    trace_place(app, left);
     const int right_width = font_width(&app->font, right, SIZE_MAX);
     ui_draw_text(ui, &ui->above, area.x + pad, top, area.width - right_width - 3 * pad,
                  left, colour);
@@ -260,6 +285,9 @@ void overlay_draw(struct app *app)
         draw_loading(app);
     if (app->state.has_eye)
         draw_eye(app);
+    if (app->has_stage)
+        legend_draw(app);
+    open_list_draw(app);
     if (app->has_help)
         draw_help(app);
     else if (app->has_stats)

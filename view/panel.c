@@ -318,6 +318,24 @@ static void character_rows(struct app *app)
 
 /* ---- the view ------------------------------------------------------------------- */
 
+/* The view transform: saved pictures do not change. */
+static void colour_row(struct app *app)
+{
+    const char *names[COLOUR_MAX_VIEWS];
+    const struct colour_list *list = &app->colours;
+    for (int i = 0; i < list->n; i++)
+        names[i] = list->names[i];
+    ui_about(&app->ui,
+             &(struct ui_about){
+                 .tip = "How the colours are looked at (OpenColorIO); saved pictures "
+                        "do not change.",
+                 .why_off = list->n > 1 ? NULL : "this build has no OpenColorIO"});
+    if (ui_choice(&app->ui, "Colours", names, list->n, &app->colour_index)) {
+        app->state.colour = list->views[app->colour_index];
+        app->state.id++;
+    }
+}
+
 static void view_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
@@ -336,8 +354,9 @@ static void view_rows(struct app *app)
         state_toggle_split(state);
     int mode = (int)state->mode;
     if (ui_choice(ui, "Show", names, N_MODES, &mode)) {
-        static const enum action actions[] = {ACTION_HELP, ACTION_DEPTH, ACTION_COC,
-                                              ACTION_BAND, ACTION_DIFFERENCE};
+        static const enum action actions[] = {ACTION_HELP,       ACTION_DEPTH,
+                                              ACTION_COC,        ACTION_BAND,
+                                              ACTION_DIFFERENCE, ACTION_EXPOSURE};
         if (mode == MODE_PICTURE)
             state_toggle_mode(state, state->mode);
         else
@@ -352,6 +371,42 @@ static void view_rows(struct app *app)
     double stops = state->exposure;
     if (ui_number(ui, &exposure, &stops))
         state_set_exposure(state, stops);
+    if (ui_was_reset(ui))
+        state_set_exposure(state, app->options->exposure);
+    colour_row(app);
+}
+
+/* What F, S and X compare with, and the kept settings. */
+static void compare_rows(struct app *app)
+{
+    static const char *const names[] = {"pinhole", "reference"};
+    struct ui *ui = &app->ui;
+    if (!ui_section(ui, "Compare", false))
+        return;
+    ui_about(ui, &(struct ui_about){.tip = "A picture of the same size, EXR or PNG."});
+    if (ui_text_field(ui, "Reference", app->reference_path,
+                      sizeof(app->reference_path)) &&
+        app->reference_path[0])
+        open_reference(app, app->reference_path);
+    int index = app->state.compares_reference;
+    ui_about(ui, &(struct ui_about){
+                     .tip = "What F flips to and S wipes with.",
+                     .why_off = app->has_reference ? NULL : "there is no reference"});
+    if (ui_choice(ui, "Compare with", names, 2, &index))
+        view_act(app, ACTION_COMPARE);
+    if (ui_button(ui, "Keep as reference (K)"))
+        view_act(app, ACTION_KEEP);
+    for (int i = 1; i <= 9; i++) {
+        char label[8], why[48];
+        snprintf(label, sizeof(label), "%d", i);
+        snprintf(why, sizeof(why), "Ctrl+%d keeps the settings here", i);
+        if (i == 1)
+            ui_columns(ui, 9);
+        ui_about(ui, &(struct ui_about){.tip = "Sets the settings that were kept.",
+                                        .why_off = app->looks[i] ? NULL : why});
+        if (ui_button(ui, label))
+            view_set_look(app, i);
+    }
 }
 
 static void demo_rows(struct app *app)
@@ -371,8 +426,10 @@ static void demo_rows(struct app *app)
 static void save_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
-    if (!ui_section(ui, "Save", true))
+    if (!ui_section(ui, "Files", true))
         return;
+    if (ui_button(ui, "Open (Ctrl+O)"))
+        view_act(app, ACTION_OPEN);
     ui_text_field(ui, "File", app->output, sizeof(app->output));
     if (ui_button(ui, "Save picture (Ctrl+S)"))
         view_act(app, ACTION_SAVE);
@@ -395,6 +452,7 @@ static void panel_build(struct app *app)
         section(app, "Aperture", FIELD_APERTURE, true);
         method_rows(app);
         view_rows(app);
+        compare_rows(app);
         if (app->options->is_demo)
             demo_rows(app);
         save_rows(app);

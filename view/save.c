@@ -5,8 +5,12 @@
 #include <string.h>
 
 #include "app.h"
+#include "clock.h"
+#include "file.h"
 #include "params_file.h"
 #include "report.h"
+
+#define REPLACE_S 8.0 /* the time to say yes to replacing a file */
 
 /* One saving on its way; the worker's thread ends it. */
 struct saving {
@@ -59,6 +63,21 @@ static void finish(void *user, float *pixels, const char *error)
     free(saving);
 }
 
+/* A file that is there is replaced when it is saved a second time at once. */
+static bool may_replace(struct app *app, const char *path)
+{
+    const double now_s = os_clock_s();
+    const bool is_asked =
+        strcmp(app->replacing, path) == 0 && now_s < app->replacing_until_s;
+    app->replacing[0] = 0;
+    if (is_asked || os_file_facts(path).kind == OS_FILE_NONE)
+        return true;
+    snprintf(app->replacing, sizeof(app->replacing), "%s", path);
+    app->replacing_until_s = now_s + REPLACE_S;
+    view_say(app, "%s is there: save once more to replace it", path);
+    return false;
+}
+
 void save_picture(struct app *app)
 {
     struct image_error error;
@@ -67,6 +86,8 @@ void save_picture(struct app *app)
         view_say(app, "%s", error.message);
         return;
     }
+    if (!may_replace(app, app->output))
+        return;
     struct saving *saving = app_memory(1, sizeof(*saving), &error);
     if (!saving) {
         view_say(app, "%s", error.message);
@@ -99,6 +120,8 @@ void save_params(struct app *app)
         snprintf(path, sizeof(path), "%.*s/%.255s", (int)(slash - app->output),
                  app->output, name);
     }
+    if (!may_replace(app, path))
+        return;
     if (params_file_write(path, &app->state.typed, &error))
         view_say(app, "saved %s", path);
     else
@@ -114,6 +137,8 @@ void save_passes(struct app *app)
     /* The pixels are there once something was shown. */
     if (!app->shot || app->shot->input != app->source)
         view_say(app, "wait until the picture is shown");
+    else if (!may_replace(app, "demo.exr"))
+        return;
     else if (demo_save_passes("demo.exr", app->source,
                               thread_count(app->options->n_threads), &error))
         view_say(app, "saved demo.exr: colour, depth buffer, near, far and lens");

@@ -120,25 +120,32 @@ bool state_reset(struct state *state, const char *key)
     return resolve(state, &typed);
 }
 
-bool state_set_look(struct state *state, const char *name)
+bool state_merge(struct state *state, const struct settings *over)
 {
-    struct settings plain, typed = state->typed, of_look;
-    struct image_error error;
+    struct settings plain, typed = state->typed;
     size_t n;
     const struct rf_param_info *list = rf_param_list(&n);
     settings_init(&plain);
-    of_look = plain;
-    if (!look_read(name, &of_look, &error)) {
-        snprintf(state->problem, sizeof(state->problem), "%.500s", error.message);
+    if (!state->is_valid)
         return false;
-    }
     for (size_t i = 0; i < n; i++) {
-        if (settings_origin(&of_look, list[i].key) != ORIGIN_COMMAND_LINE)
+        if (settings_origin(over, list[i].key) != ORIGIN_COMMAND_LINE)
             continue;
         take_back_others(&plain, &typed, list[i].key);
-        settings_take(&typed, &of_look, list[i].key);
+        settings_take(&typed, over, list[i].key);
     }
     return resolve(state, &typed);
+}
+
+bool state_set_look(struct state *state, const char *name)
+{
+    struct settings of_look;
+    struct image_error error;
+    settings_init(&of_look);
+    if (look_read(name, &of_look, &error))
+        return state_merge(state, &of_look);
+    snprintf(state->problem, sizeof(state->problem), "%.500s", error.message);
+    return false;
 }
 
 void state_look(const struct state *state, struct look *look)
@@ -288,7 +295,9 @@ void state_job(const struct state *state, struct input *input,
         .eye = {state->eye[0], state->eye[1]},
         .wants_filter = state->is_filter_on || !is_picture || state->has_eye,
         .wants_pinhole = state->is_split || (is_picture && !state->is_filter_on),
-        .reference = reference};
+        .reference = reference,
+        .compares_reference = state->compares_reference && reference,
+        .colour = state->colour};
     if (!job->has_eye)
         job->eye[0] = job->eye[1] = 0;
 }

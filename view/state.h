@@ -40,9 +40,11 @@ struct state {
 
     enum view_mode mode;
     bool is_filter_on, is_split, has_eye;
-    double split;    /* share of the picture that shows the pinhole */
-    double exposure; /* stops */
-    double eye[2];   /* lens radii, right and up, within the lens */
+    bool compares_reference;     /* `off` and `split` show it in place of the pinhole */
+    const struct colour *colour; /* view transform; NULL: sRGB */
+    double split;                /* share of the picture that shows the pinhole */
+    double exposure;             /* stops */
+    double eye[2];               /* lens radii, right and up, within the lens */
     struct zoom zoom;
     uint64_t id; /* grows with every change of what the worker makes */
 };
@@ -72,6 +74,9 @@ bool state_is_guess(const struct state *state, const char *key);
  * does not go with it; then nothing has changed. */
 void state_look(const struct state *state, struct look *look);
 bool state_apply(struct state *state, const struct look *look);
+
+/* Sets what `over` says as typed, over what was set before. As state_set(). */
+bool state_merge(struct state *state, const struct settings *over);
 
 /* Sets what a look of looks.h says, over what was set before. As state_set(). */
 bool state_set_look(struct state *state, const char *name);

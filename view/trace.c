@@ -103,6 +103,15 @@ void trace_tip(struct app *app)
     trace_text(app, ui->error_id ? "field error" : "tip", text);
 }
 
+void trace_place(struct app *app, const char *text)
+{
+    const uint32_t sum = hash(2166136261u, text, strlen(text));
+    if (!app->trace || sum == app->traced_place || text[0] != '(')
+        return;
+    app->traced_place = sum;
+    trace_text(app, "place", text);
+}
+
 static void print_number(FILE *file, const char *name, double number)
 {
     if (isfinite(number))

@@ -7,124 +7,17 @@
 #include <string.h>
 
 #include "clock.h"
-#include "difference.h"
-#include "display.h"
-#include "maps.h"
 #include "quick.h"
 #include "report.h"
 #include "shrink.h"
-#include "thread.h"
+#include "worker_parts.h"
 
 enum {
     SETTLE_MS = 120, /* without anything new before the best picture is begun */
     PREVIEW_MS = 24, /* what a preview may take; pictures are made smaller for it */
     MAX_SHRINK = 16,
-    MAX_SAVES = 8,
     WAKE_MS = 80, /* between two reports of progress */
 };
-
-/* The input made smaller for previews. */
-struct small {
-    struct input *input; /* NULL: none; held */
-    int times;
-    float *colour, *depth; /* depth as `is_planar` says */
-    bool is_planar;
-};
-
-/* A filtered picture that is kept, since exposure and mode change without it. */
-struct kept {
-    struct input *input; /* NULL: none; held */
-    struct rf_params params;
-    bool has_eye;
-    double eye[2];
-    int times, eye_view;
-    char method[32];
-    float *pixels; /* of shrink_side(width, times), ... */
-    double filter_ms;
-};
-
-struct worker {
-    struct os_thread thread;
-    struct os_lock lock;
-    struct os_condition changed;
-    void (*wake)(void *user);
-    void *user;
-    /* Under the lock. */
-    struct job asked; /* input NULL: nothing yet */
-    bool is_new, is_ending, is_draining, is_working;
-    struct save saves[MAX_SAVES];
-    int n_saves;
-    struct shot *shots[2];
-    struct worker_state state;
-    double asked_s; /* when the newest job came */
-    /* Of the thread alone. */
-    struct rf_context *context;
-    struct tone *tone;
-    struct small small;
-    struct kept preview, best;
-    double preview_ns_px, best_ns_px; /* measured; 0: not yet */
-    int32_t best_method;              /* that best_ns_px is of */
-    double woken_s;
-    struct input *pinhole_input; /* what the last pinhole shot showed; held */
-    double pinhole_exposure;
-    bool is_saving;
-};
-
-void shot_free(struct shot *shot)
-{
-    if (!shot)
-        return;
-    input_drop(shot->input);
-    free(shot->rgba);
-    free(shot);
-}
-
-/* ---- what has been made ---------------------------------------------------------- */
-
-static void publish(struct worker *w, struct shot *shot)
-{
-    os_lock_take(&w->lock);
-    struct shot *old = w->shots[shot->is_pinhole];
-    w->shots[shot->is_pinhole] = shot;
-    os_lock_release(&w->lock);
-    shot_free(old);
-    w->wake(w->user);
-}
-
-static void publish_error(struct worker *w, const struct job *job, const char *text)
-{
-    struct shot *shot = app_memory(1, sizeof(*shot), NULL);
-    if (!shot)
-        return; /* what is shown stays */
-    shot->id = job->id;
-    shot->quality = SHOT_BEST;
-    shot->input = input_hold(job->input);
-    snprintf(shot->error, sizeof(shot->error), "%s", text);
-    publish(w, shot);
-}
-
-/* NULL without memory, which is then what is shown. */
-static struct shot *new_shot(struct worker *w, const struct job *job, int times)
-{
-    const int32_t width = shrink_side(job->input->width, times);
-    const int32_t height = shrink_side(job->input->height, times);
-    struct shot *shot = app_memory(1, sizeof(*shot), NULL);
-    uint8_t *rgba = app_memory((size_t)width * (size_t)height, 4, NULL);
-    if (!shot || !rgba) {
-        free(shot);
-        free(rgba);
-        publish_error(w, job, "out of memory");
-        return NULL;
-    }
-    *shot = (struct shot){.id = job->id,
-                          .mode = job->mode,
-                          .times = times,
-                          .width = width,
-                          .height = height,
-                          .input = input_hold(job->input),
-                          .rgba = rgba};
-    return shot;
-}
 
 static rf_result fail_memory(struct rf_error *error)
 {
@@ -190,7 +83,7 @@ static rf_result run_filter(struct worker *w, const struct rf_params *params,
 static void forget(struct kept *kept)
 {
     input_drop(kept->input);
-    free(kept->pixels);
+    pixels_drop(kept->pixels);
     *kept = (struct kept){0};
 }
 
@@ -229,7 +122,7 @@ static bool begin_kept(struct kept *kept, const struct job *job, int times)
                           .has_eye = job->has_eye,
                           .eye = {job->eye[0], job->eye[1]},
                           .times = times};
-    kept->pixels = app_memory(n, (size_t)job->input->n_channels * sizeof(float), NULL);
+    kept->pixels = pixels_create(n, job->input->n_channels);
     if (!kept->pixels)
         forget(kept);
     return kept->pixels != NULL;
@@ -299,7 +192,7 @@ static rf_result make_preview(struct worker *w, const struct job *job,
         return fail_memory(error);
     }
     struct rf_image out = view.colour;
-    out.data = w->preview.pixels;
+    out.data = w->preview.pixels->values;
     result = run_filter(w, &params, job->light, &view, 1, &out, NULL,
                         &w->preview.filter_ms, error);
     w->preview_ns_px =
@@ -319,8 +212,8 @@ static rf_result make_best(struct worker *w, const struct job *job,
     const struct rf_progress progress = {report_best, w};
     if (!begin_kept(&w->best, job, 1))
         return fail_memory(error);
-    const struct rf_image out =
-        rf_image_packed(w->best.pixels, input->width, input->height, input->n_channels);
+    const struct rf_image out = rf_image_packed(w->best.pixels->values, input->width,
+                                                input->height, input->n_channels);
     os_lock_take(&w->lock);
     w->state.is_best = true;
     w->state.fraction = 0;
@@ -358,91 +251,14 @@ static rf_result see(struct worker *w, const struct job *job, struct rf_error *e
         return result;
     if (!begin_kept(&w->best, job, 1))
         return fail_memory(error);
-    if (!input_see(job->input, &lens, job->eye, w->best.pixels, &w->best.eye_view)) {
+    if (!input_see(job->input, &lens, job->eye, w->best.pixels->values,
+                   &w->best.eye_view)) {
         forget(&w->best);
         return fail_memory(error);
     }
     w->best.filter_ms = 1000 * (os_clock_s() - start_s);
     snprintf(w->best.method, sizeof(w->best.method), "eye");
     return RF_OK;
-}
-
-/* ---- showing --------------------------------------------------------------------- */
-
-static void show_kept(struct worker *w, const struct job *job, const struct kept *kept,
-                      enum shot_quality quality)
-{
-    const double start_s = os_clock_s();
-    struct shot *shot = new_shot(w, job, kept->times);
-    if (!shot)
-        return;
-    const size_t n = (size_t)shot->width * (size_t)shot->height;
-    shot->quality = quality;
-    shot->filter_ms = kept->filter_ms;
-    shot->eye_view = kept->eye_view;
-    snprintf(shot->method, sizeof(shot->method), "%s", kept->method);
-    if (job->mode == MODE_DIFFERENCE && job->reference)
-        difference_show(job, kept->pixels, shot);
-    else
-        display_picture(w->tone, kept->pixels, job->input->n_channels, n, job->exposure,
-                        shot->rgba);
-    shot->display_ms = 1000 * (os_clock_s() - start_s);
-    publish(w, shot);
-}
-
-/* Depth, radii, what is in focus: no filter is needed. */
-static bool show_map(struct worker *w, const struct job *job, struct rf_error *error)
-{
-    const struct input *input = job->input;
-    const double start_s = os_clock_s();
-    struct shot *shot = new_shot(w, job, 1);
-    if (!shot)
-        return true;
-    const size_t n = (size_t)shot->width * (size_t)shot->height;
-    shot->quality = SHOT_BEST;
-    snprintf(shot->method, sizeof(shot->method), "none");
-    if (job->mode == MODE_DEPTH) {
-        display_depth(input->planar, n, input->nearest, input->farthest, shot->rgba);
-    } else {
-        float *radius = app_memory(n, sizeof(float), NULL);
-        if (!radius)
-            fail_memory(error);
-        if (!radius || !maps_radius(w->context, job, radius, error)) {
-            free(radius);
-            shot_free(shot);
-            return false;
-        }
-        if (job->mode == MODE_COC)
-            display_coc(radius, n, maps_full_radius(radius, n), shot->rgba);
-        else
-            display_band(w->tone, input->colour, input->n_channels, radius, n,
-                         job->exposure, job->params.coc_limit, shot->rgba);
-        free(radius);
-    }
-    shot->display_ms = 1000 * (os_clock_s() - start_s);
-    publish(w, shot);
-    return true;
-}
-
-static void show_pinhole(struct worker *w, const struct job *job)
-{
-    const struct input *input = job->input;
-    if (w->pinhole_input == input && w->pinhole_exposure == job->exposure)
-        return;
-    const double start_s = os_clock_s();
-    struct shot *shot = new_shot(w, job, 1);
-    if (!shot)
-        return;
-    shot->is_pinhole = true;
-    shot->quality = SHOT_BEST;
-    display_picture(w->tone, input->colour, input->n_channels,
-                    (size_t)input->width * (size_t)input->height, job->exposure,
-                    shot->rgba);
-    shot->display_ms = 1000 * (os_clock_s() - start_s);
-    input_drop(w->pinhole_input);
-    w->pinhole_input = input_hold(job->input);
-    w->pinhole_exposure = job->exposure;
-    publish(w, shot);
 }
 
 /* ---- the thread ------------------------------------------------------------------ */
@@ -495,12 +311,12 @@ static void do_job(struct worker *w, const struct job *job)
 {
     struct rf_error error;
     if (!input_prepare(job->input, w->context, &job->params, &error)) {
-        publish_error(w, job, error.message);
+        show_error(w, job, error.message);
         return;
     }
     rf_result result = RF_OK;
     if (job->wants_pinhole)
-        show_pinhole(w, job);
+        show_before(w, job);
     if (!job->wants_filter)
         return;
     const bool is_map =
@@ -510,7 +326,7 @@ static void do_job(struct worker *w, const struct job *job)
     else
         result = show_filtered(w, job, &error);
     if (result != RF_OK && result != RF_ERROR_CANCELLED)
-        publish_error(w, job, error.message);
+        show_error(w, job, error.message);
 }
 
 static void do_save(struct worker *w, const struct save *save)
@@ -530,7 +346,7 @@ static void do_save(struct worker *w, const struct save *save)
     if (result == RF_OK) {
         pixels = app_memory(n, sizeof(float), NULL);
         if (pixels)
-            memcpy(pixels, w->best.pixels, n * sizeof(float));
+            memcpy(pixels, w->best.pixels->values, n * sizeof(float));
         else
             result = fail_memory(&error);
     }

@@ -11,6 +11,7 @@
 #define VIEW_WORKER_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "input.h"
@@ -23,10 +24,21 @@
     X(DEPTH, "depth", "depth, lighter = farther")                                      \
     X(COC, "blur", "circle of confusion: orange before, blue behind the focus")        \
     X(BAND, "in focus", "what is in focus in colour")                                  \
-    X(DIFFERENCE, "difference", "difference to the reference")
+    X(DIFFERENCE, "difference", "difference to the reference")                         \
+    X(EXPOSURE, "exposure", "false colours: how many stops from middle grey")
 #define MODE_ENUM(constant, name, help) MODE_##constant,
 enum view_mode { VIEW_MODES(MODE_ENUM) N_MODES };
 #undef MODE_ENUM
+
+/* Filtered pixels that several hold; never changed. */
+struct pixels {
+    int n_holders; /* changes with pixels_hold and pixels_drop only */
+    int n_channels;
+    float *values; /* packed, rows from the top */
+};
+struct pixels *pixels_create(size_t n, int n_channels); /* NULL: no memory */
+struct pixels *pixels_hold(struct pixels *pixels);
+void pixels_drop(struct pixels *pixels); /* may be NULL */
 
 struct job {
     uint64_t id; /* grows */
@@ -38,6 +50,8 @@ struct job {
     double eye[2];                    /* lens radii, right and up */
     bool wants_filter, wants_pinhole; /* which of the two pictures is looked at */
     const struct picture *reference;  /* NULL: none; outlives the worker */
+    bool compares_reference;          /* in place of the pinhole, if it has the size */
+    const struct colour *colour;      /* view transform; NULL: that of sRGB; the same */
     const struct rf_image *light;     /* for distribution = image; the same */
 };
 
@@ -52,7 +66,9 @@ struct shot {
     int32_t width, height; /* of rgba */
     int times;             /* the input's px per px of rgba */
     uint8_t *rgba;
-    struct input *input; /* what it shows, held */
+    struct input *input;   /* what it shows, held */
+    struct pixels *pixels; /* where it is the best picture, held; else NULL */
+    double full_px;        /* MODE_COC: the radius that has the full colour */
     double filter_ms, display_ms;
     double tpsnr_db; /* MODE_DIFFERENCE */
     int eye_view;    /* the view that the eye's picture came from */

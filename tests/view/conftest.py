@@ -7,6 +7,7 @@ import pathlib
 import shlex
 import subprocess
 import sys
+import tempfile
 import time
 
 import numpy
@@ -34,11 +35,13 @@ class Display:
         with os.fdopen(out) as pipe:
             self.name = ":" + pipe.readline().strip()
         assert self.name != ":", "Xvfb did not start"
+        self.state = tempfile.TemporaryDirectory()  # what windows remember
 
     def environment(self):
         about = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"}
         return {
             **about,
+            "XDG_STATE_HOME": self.state.name,
             "DISPLAY": self.name,
             "SDL_VIDEODRIVER": "x11",
             "LIBGL_ALWAYS_SOFTWARE": "1",
@@ -47,6 +50,7 @@ class Display:
     def close(self):
         self.server.terminate()
         self.server.wait(timeout=30)
+        self.state.cleanup()
 
 
 @pytest.fixture(scope="session")
@@ -211,11 +215,13 @@ class Window:
         self.wait_until(lambda: list(self.layout()["controls"]) != before, name)
 
     def choose(self, label, index):
-        """Opens the list of a choice and takes an item."""
+        """Opens the list of a choice and takes an item; -1 is the last one."""
         self.click_control(label)
         self.wait_until(lambda: self.layout()["list"][3] > 0, f"the list of {label}")
         x, y, width, _ = self.layout()["list"]
         row = self.box(label)[3]
+        if index < 0:
+            index += round(self.layout()["list"][3] / row)
         self.click(x + width / 2, y + (index + 0.5) * row)
 
     def wait_until(self, test, what="it"):
@@ -270,7 +276,11 @@ class Window:
         return read_png(path)
 
     def look_at_picture(self, width, height, name="shot"):
-        """The part of the window that shows the picture, where it is not scaled."""
+        """The part of the window that shows the picture, at one px a px."""
+        if self.layout()["scale"] > 1:
+            self.tool("mousemove", self.x + 20, self.y + 20)
+            self.key("1")
+            self.wait_until(lambda: self.layout()["scale"] == 1, "one to one")
         at = self.layout()
         assert at["scale"] == 1, at
         seen = self.look(name)

@@ -95,6 +95,23 @@ static void what_is_in_focus_keeps_its_colour(void)
     tone_destroy(tone);
 }
 
+static void exposure_is_counted_in_stops(void)
+{
+    static const uint8_t green[3] = {40, 170, 60}, red[3] = {225, 30, 30};
+    const float px[4][3] = {
+        {0.18f, 0.18f, 0.18f}, {2, 0, 0}, {0, 0, 0}, {0.045f, 0.045f, 0.045f}};
+    uint8_t rgba[4][4], want[3];
+    display_exposure(px[0], 3, 4, 0, rgba[0]);
+    CHECK(memcmp(rgba[0], green, 3) == 0 && rgba[0][3] == 255);
+    CHECK(memcmp(rgba[1], red, 3) == 0); /* one clipped channel is enough */
+    display_exposure_colour(-INFINITY, want);
+    CHECK(memcmp(rgba[2], want, 3) == 0 && want[2] > want[1]);
+    display_exposure_colour(-2, want);
+    CHECK(memcmp(rgba[3], want, 3) == 0 && want[0] == want[1]);
+    display_exposure(px[3], 3, 1, 2, rgba[3]); /* two stops brighter */
+    CHECK(memcmp(rgba[3], green, 3) == 0);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -104,5 +121,6 @@ int main(int argc, char **argv)
     TEST(farther_is_lighter);
     TEST(the_sign_of_the_blur_has_a_colour);
     TEST(what_is_in_focus_keeps_its_colour);
+    TEST(exposure_is_counted_in_stops);
     return testing_end();
 }

@@ -367,6 +367,15 @@ static void a_list_opens_above_the_rest(void)
     release();
     CHECK(choice == 2 && n_pressed == 0 && !toggle);
     CHECK(ui.popup == 0);
+    /* Nor is anything else that lies below an item. */
+    for (int i = 0; i < 3; i++) {
+        start();
+        click("Choice");
+        const struct area items = ui.popup_area;
+        press_at(items.x + 5, items.y + (i + 0.5) * ui.row_height);
+        release();
+        CHECK(choice == i && n_pressed == 0 && !toggle && !ui.is_editing);
+    }
     click("Choice");
     press_at(10, 10); /* elsewhere */
     release();

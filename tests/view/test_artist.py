@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files, comparing, reading the picture and its colours, as an artist does it."""
+
+import pathlib
+
+import numpy
+import pytest
+from conftest import DISC, FAR, HEIGHT, NEAR, WIDTH, read_exr
+
+
+@pytest.fixture
+def window(view, passes):
+    shown = view(passes())
+    shown.wait_open()
+    return shown
+
+
+def picture(window, name="shot"):
+    return window.look_at_picture(WIDTH, HEIGHT, name)
+
+
+def press(window, *keys):
+    window.move(20, 20)
+    window.key(*keys)
+
+
+def test_save_asks_before_it_replaces(window, tmp_path):
+    out = tmp_path / "passes_focus.exr"
+    out.write_text("not to be lost")
+    press(window, "ctrl+s")
+    window.wait_text("said", "save once more")
+    assert out.read_text() == "not to be lost"
+    press(window, "ctrl+s")
+    window.wait_text("saved", "saved")
+    assert read_exr(out).shape[:2] == (HEIGHT, WIDTH)
+    press(window, "ctrl+p")
+    window.wait_text("said", "saved")
+    before = (tmp_path / "passes_focus.params").read_text()
+    press(window, "ctrl+p")
+    window.wait_text("said", "save once more")
+    assert (tmp_path / "passes_focus.params").read_text() == before
+
+
+def test_open_from_the_list(window, passes, tmp_path, command_picture):
+    """Up and down, Enter; the file is shown, and is a recent one afterwards."""
+    other = passes("zz_other.exr", shift=9)
+    press(window, "ctrl+o")
+    window.wait_text("list")
+    window.key("Page_Down", "Page_Down", "Return")
+    window.wait_text("loaded", "zz_other.exr")
+    window.wait_best()
+    assert window.sees(command_picture(other))
+    window.quit()
+    kept = pathlib.Path(window.display.state.name) / "rackfocus/view.txt"
+    files = [f for f in kept.read_text().splitlines() if f.startswith("file ")]
+    assert files[0].endswith("zz_other.exr") and files[1].endswith("passes.exr")
+
+
+def test_what_cannot_be_opened_leaves_the_picture(window, tmp_path):
+    (tmp_path / "zz_broken.exr").write_text("nonsense")
+    press(window, "ctrl+o")
+    window.wait_text("list")
+    window.key("Page_Down", "Page_Down", "Return")
+    window.wait_text("said", "zz_broken.exr")
+    press(window, "d", "d")
+    assert window.wait_best(mode=0)["focus"] == FAR
+
+
+def test_the_window_comes_back_as_it_was_left(view, passes):
+    window = view(passes())
+    window.wait_open()
+    window.resize(900, 640)
+    window.wait(lambda e: e["event"] == "layout" and e["window"] == [900, 640])
+    window.quit()
+    window = view(passes())
+    window.wait_open()
+    assert window.layout()["window"] == [900, 640]
+    window.resize(740, 780)
+    window.wait(lambda e: e["event"] == "layout" and e["window"] == [740, 780])
+    window.quit()
+
+
+def test_compare_with_a_reference(
+    window, passes, command_picture, rackfocus, tmp_path
+):
+    """F flips to it, S wipes with it."""
+    other = command_picture(passes(), "--focus-distance", str(NEAR))
+    reference = tmp_path / "reference.exr"
+    assert not numpy.array_equal(picture(window), other)
+    options = ["--focus-distance", NEAR, "--type", "float"]
+    rackfocus("filter", passes(), "-o", reference, *options)
+    window.open_section("Compare")
+    window.click_control("Reference")
+    window.type(str(reference))
+    window.key("Return")
+    window.wait_text("said", "reference")
+    press(window, "a")
+    window.wait_text("said", "with the reference")
+    press(window, "f")
+    window.wait_shown(filter=False, pinhole=True)
+    assert window.sees(other)
+    press(window, "f", "s")
+    window.wait_shown(split=True, pinhole=False)
+
+    def is_wiped(seen):
+        half = WIDTH // 2
+        return numpy.array_equal(seen[:, : half - 2], other[:, : half - 2])
+
+    assert is_wiped(window.look_until(is_wiped, lambda: picture(window)))
+
+
+def test_keep_a_picture_and_compare(window):
+    """K keeps what is shown: no difference to itself, one to another focus."""
+    press(window, "k")
+    window.wait_text("said", "kept as the reference")
+    press(window, "x")
+    window.wait_best(mode=4)
+    assert picture(window).max() == 0
+    press(window, "x")
+    window.click(*window.on_picture(*DISC))
+    window.wait_best(mode=0, focus=NEAR)
+    press(window, "x")
+    window.wait_best(mode=4)
+    seen = window.look_until(
+        lambda seen: seen.max() > 100, lambda: picture(window, "difference")
+    )
+    assert seen.max() > 100
+
+
+def test_snapshots_of_settings(window):
+    press(window, "ctrl+1")
+    window.wait_text("said", "kept as 1")
+    window.set_number("Focus distance", "5")
+    window.wait_best(focus=5.0)
+    press(window, "ctrl+2", "shift+1")
+    window.wait_best(focus=FAR)
+    press(window, "shift+2")
+    window.wait_best(focus=5.0)
+    press(window, "shift+3")
+    window.wait_text("said", "nothing is kept as 3")
+
+
+def test_false_colours(window):
+    """Each px by its stops from middle grey; the disc is 0.8 in red."""
+    press(window, "g")
+    window.wait_best(mode=5)
+    seen = picture(window, "exposure")
+    colours = numpy.unique(seen.reshape(-1, 3), axis=0)
+    assert len(colours) < 200 and len(colours) > 3
+
+
+def test_histogram_and_legend_are_drawn(window):
+    plain = window.look()
+
+    def differs(seen):
+        return (seen[:250, :250] != plain[:250, :250]).any(axis=-1).mean() > 0.3
+
+    press(window, "h")
+    assert differs(window.look_until(differs, lambda: window.look("scopes")))
+    press(window, "h", "d")
+    window.wait_best(mode=1)
+
+    def has_legend(seen):
+        at = window.layout()["area"]
+        bottom = seen[at[3] - 60 : at[3] - 10, 10:200]
+        return len(numpy.unique(bottom.reshape(-1, 3), axis=0)) > 20
+
+    assert has_legend(window.look_until(has_legend, lambda: window.look("legend")))
+
+
+def test_what_lies_below_the_mouse(window, passes, rackfocus, tmp_path):
+    """RGB of the filtered picture, depth, blur and the side of the focus."""
+    out = tmp_path / "filtered.exr"
+    rackfocus("filter", passes(), "-o", out, "--type", "float")
+    window.move(*window.on_picture(*DISC))
+    text = window.wait_text("place", "RGB")
+    x, y = (int(v) for v in text[1 : text.index(")")].split(","))
+    assert abs(x - DISC[0]) <= 1 and abs(y - DISC[1]) <= 1
+    rgb = read_exr(out)[y, x]
+    assert f"RGB {rgb[0]:.3f} {rgb[1]:.3f} {rgb[2]:.3f}" in text
+    assert "depth 3" in text and "before" in text
+
+
+def test_the_mark_of_the_focus(window):
+    x, y = window.on_picture(*DISC)
+    before = window.look()
+    window.click(x, y)
+    window.wait_best(focus=NEAR)
+
+    def is_marked(seen):
+        arm = seen[round(y), round(x) - 14 : round(x) - 8].astype(int)
+        return (abs(arm - (255, 193, 77)).max(axis=-1) < 3).any()
+
+    assert not is_marked(before)
+    assert is_marked(window.look_until(is_marked, lambda: window.look("mark")))
+    window.set_number("Focus distance", "5")
+    window.wait_best(focus=5.0)
+    assert not is_marked(window.look_until(lambda seen: not is_marked(seen)))
+
+
+def test_view_transforms(window, passes, command_picture):
+    """Others than sRGB change what is seen, and not what is saved."""
+    if "Colours" in window.layout()["off"]:
+        pytest.skip("built without OpenColorIO")
+    plain = picture(window)
+    window.choose("Colours", -1)  # of ACES; Blender's first is sRGB, too
+    window.move(20, 20)
+
+    def differs(seen):
+        return (seen != plain).any(axis=-1).mean() > 0.5
+
+    assert differs(window.look_until(differs, lambda: picture(window, "ocio")))
+    press(window, "Escape", "ctrl+s")
+    window.wait_text("saved", "saved")
+    window.choose("Colours", 0)
+    window.move(20, 20)
+    assert window.sees(command_picture(passes()))
+
+
+def test_a_bad_configuration_is_said(view, passes, tmp_path):
+    (tmp_path / "bad.ocio").write_text("nonsense")
+    window = view(passes(), "--ocio", tmp_path / "bad.ocio")
+    window.wait_open()
+    assert "bad.ocio" in window.printed()
