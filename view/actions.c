@@ -53,12 +53,10 @@ static void show_difference(struct app *app)
 static void step_picture(struct app *app, int step)
 {
     const int next = app->picture + step;
-    if (app->loader.is_running || next < 0 || next >= app->playlist.n) {
+    if (app->loader.is_running || next < 0 || next >= app->playlist.n)
         view_say(app, "picture %d of %d", app->picture + 1, app->playlist.n);
-        return;
-    }
-    app->picture = next;
-    load_begin(app);
+    else
+        play_go(app, next);
 }
 
 static void zoom_in_window(struct app *app, double factor)
@@ -185,7 +183,7 @@ static void redo(struct app *app)
 void view_note_change(struct app *app)
 {
     static struct look look; /* too large for the stack; of this thread alone */
-    if (!app->has_stage || ui_is_dragging(&app->ui))
+    if (!app->has_stage || ui_is_dragging(&app->ui) || app->play.is_on)
         return;
     state_look(&app->state, &look);
     if (app->undo.n == 0)
@@ -326,6 +324,8 @@ static const struct {
     [ACTION_HOME] = {.plain = go_home},
     [ACTION_NEXT] = {.with = step, .a = 1},
     [ACTION_PREVIOUS] = {.with = step, .a = -1},
+    [ACTION_PLAY] = {.plain = play_toggle},
+    [ACTION_SET_KEY] = {.plain = play_set_key},
     [ACTION_RELOAD] = {.plain = reload},
     [ACTION_UNDO] = {.plain = undo},
     [ACTION_REDO] = {.plain = redo},

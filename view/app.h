@@ -12,9 +12,11 @@
 #include "colour.h"
 #include "demo.h"
 #include "font.h"
+#include "frames.h"
 #include "gl.h"
 #include "operands.h"
 #include "picture.h"
+#include "pull.h"
 #include "remembered.h"
 #include "scopes.h"
 #include "stage.h"
@@ -78,6 +80,8 @@
       "demo: save colour and depth")                                                   \
     X(NEXT, "Files", SDLK_PAGEDOWN, 0, "Page Down", "next picture of the folder")      \
     X(PREVIOUS, "Files", SDLK_PAGEUP, 0, "Page Up", "previous picture of the folder")  \
+    X(PLAY, "Files", SDLK_l, 0, "L", "play the frames of the folder, stop")            \
+    X(SET_KEY, "Files", SDLK_m, 0, "M", "key frame of focus and aperture here")        \
     X(RELOAD, "Files", SDLK_r, 0, "R", "read the files again")                         \
     X(HELP, "Window", SDLK_F1, 0, "F1", "show or hide the keys")                       \
     X(STATS, "Window", SDLK_F2, 0, "F2", "show or hide how long things take")          \
@@ -99,6 +103,15 @@ struct loader {
     struct settings typed;
     bool is_good; /* valid once the thread has ended */
     struct image_error error;
+};
+
+/* Frames that are played. */
+struct play {
+    bool is_on;
+    int at;       /* the picture that is shown */
+    int wanted;   /* the one to go to when what is read now is there */
+    double rate;  /* frames a second */
+    double due_s; /* when the next one is to be shown */
 };
 
 /* A run of --benchmark. */
@@ -132,6 +145,9 @@ struct app {
     uint32_t traced_tip; /* what was written of tips and errors */
 
     struct playlist playlist;
+    struct play play;
+    struct frames frames;
+    struct pull pull;
     struct playlist opening; /* takes its place when its first picture is read */
     bool is_opening;
     struct remembered remembered;
@@ -161,8 +177,9 @@ struct app {
     struct scopes scopes; /* of what is shown */
     struct {
         bool is_set;
-        int32_t x, y; /* px of the picture that was clicked to be in focus */
-        double focus; /* the distance that it gave */
+        int32_t x, y;   /* px of the picture that was clicked to be in focus */
+        double focus;   /* the distance that it gave */
+        double until_s; /* shown so long */
     } mark;
     uint64_t asked_id;  /* of the newest job */
     double radius_base; /* lens radius when the picture was opened */
@@ -248,6 +265,16 @@ bool open_list_key(struct app *app, SDL_Keycode key); /* true: it took the key *
 bool open_list_click(struct app *app, double x, double y);
 void open_list_draw(struct app *app);
 
+/* play.c: sequences. */
+void play_go(struct app *app, int picture); /* shows a picture of the playlist */
+void play_toggle(struct app *app);
+void play_step(struct app *app);                          /* of the main loop */
+double play_waits_s(const struct app *app);               /* until it is called again */
+bool play_keep(struct app *app, const struct shot *shot); /* true: it took the rgba */
+void play_set_key(struct app *app);
+void play_apply_pull(struct app *app); /* when a frame has been read */
+void play_rows(struct app *app);       /* of the panel */
+
 /* The depth at a place of the window, scene units; false where there is no picture. */
 bool view_depth_at(const struct app *app, double x, double y, double *depth,
                    int32_t *px, int32_t *py);
@@ -267,6 +294,10 @@ void save_params(struct app *app);
 void save_passes(struct app *app);
 void save_command(struct app *app); /* to the clipboard and to stdout */
 void save_default_name(struct app *app);
+/* A name like that of the picture, MAX_PATH bytes, and whether a file may be replaced:
+ * when it is saved a second time at once. */
+void save_name_beside(const struct app *app, const char *ending, char *path);
+bool save_may_replace(struct app *app, const char *path);
 
 /* trace.c: lines of JSON for tests; nothing where there is no --trace. */
 bool trace_open(struct app *app); /* false with a message */

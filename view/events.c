@@ -7,6 +7,7 @@
 #include "app.h"
 #include "clock.h"
 
+#define MARK_S 3.0 /* the mark of the focus hides no pixels for longer */
 #define CLICK_PX 4 /* a button that moved less is a click */
 
 /* ---- keys ----------------------------------------------------------------------- */
@@ -207,6 +208,7 @@ static void click(struct app *app, double x, double y)
     ui_format(depth, number, sizeof(number));
     const bool is_good = state_focus(&app->state, depth);
     app->mark.is_set = is_good;
+    app->mark.until_s = os_clock_s() + MARK_S;
     app->mark.x = px;
     app->mark.y = py;
     app->mark.focus = app->state.settings.params.focus_distance;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "app.h"
+#include "clock.h"
 #include "display.h"
 #include "measure.h"
 
@@ -218,7 +219,8 @@ static void draw_mark(struct app *app)
     const struct zoom *zoom = &app->state.zoom;
     const struct area area = view_picture_area(app);
     const double focus = app->state.settings.params.focus_distance;
-    if (!app->mark.is_set || app->mark.focus != focus)
+    if (!app->mark.is_set || app->mark.focus != focus ||
+        os_clock_s() > app->mark.until_s)
         return;
     const int x = (int)(zoom->x + (app->mark.x + 0.5) * zoom->scale * zoom->aspect);
     const int y = (int)(zoom->y + (app->mark.y + 0.5) * zoom->scale);

@@ -205,7 +205,10 @@ static void end_opening(struct app *app, bool is_good)
     if (is_good) {
         playlist_close(&app->playlist);
         app->playlist = app->opening;
-        app->picture = 0;
+        app->picture = app->play.wanted = 0;
+        app->play.is_on = false;
+        app->pull.n = 0;
+        frames_free(&app->frames);
         app->opening = (struct playlist){0};
     }
     playlist_close(&app->opening);
@@ -246,12 +249,15 @@ void load_end(struct app *app)
     drop_stage(old);
     end_opening(app, true);
     remember_file(app, stage->files->paths[0]);
+    play_apply_pull(app);
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
     if (stage->remark[0])
         view_say(app, "%s", stage->remark);
     check_reference(app);
     trace_text(app, "loaded", stage->files->paths[0]);
+    if (!app->play.is_on && app->play.wanted != app->picture)
+        play_go(app, app->play.wanted);
 }
 
 bool load_demo(struct app *app)

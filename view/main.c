@@ -35,7 +35,8 @@ static bool take_shot(struct app *app, bool is_pinhole)
     app->stats.draw_ms += 1000 * (os_clock_s() - start_s);
     if (app->has_scopes && !is_pinhole)
         scopes_count(&app->scopes, shot->rgba, shot->width, shot->height);
-    free(shot->rgba);
+    if (!play_keep(app, shot))
+        free(shot->rgba);
     shot->rgba = NULL;
     if (is_pinhole && app->shot) {
         app->pinhole_id = shot->id;
@@ -93,7 +94,8 @@ static int wait_ms(const struct app *app)
         return 4;
     if (app->is_redraw_due)
         return (int)(1000 * DRAG_FRAME_S);
-    const double tip_ms = 1000 * ui_waits_s(&app->ui, os_clock_s());
+    const double tip_ms =
+        1000 * fmin(ui_waits_s(&app->ui, os_clock_s()), play_waits_s(app));
     const int most_ms = app->loader.is_running ? 100 : 500;
     return tip_ms < most_ms ? (int)tip_ms + 1 : most_ms;
 }
@@ -106,13 +108,16 @@ static void run(struct app *app)
             do {
                 events_take(app, &event);
             } while (!app->is_ending && SDL_PollEvent(&event));
-        } else if (app->loader.is_running || app->status[0] ||
+        } else if (app->loader.is_running || app->status[0] || app->mark.is_set ||
                    isfinite(ui_waits_s(&app->ui, os_clock_s()))) {
             app->is_redraw_due = true;
             if (os_clock_s() > app->status_until_s)
                 app->status[0] = 0;
+            if (os_clock_s() > app->mark.until_s)
+                app->mark.is_set = false; /* from the next frame on */
         }
         load_look_for_files(app);
+        play_step(app);
         if (app->options->benchmark_s > 0)
             bench_step(app);
         show(app);
@@ -206,6 +211,7 @@ static void close_app(struct app *app)
     playlist_close(&app->opening);
     browser_free(&app->browser);
     open_forget(app);
+    frames_free(&app->frames);
     if (app->trace)
         fclose(app->trace);
 }
@@ -254,6 +260,7 @@ int main(int argc, char **argv)
                         .operands = &call.operands,
                         .typed = call.settings,
                         .has_panel = true,
+                        .play = {.rate = 24},
                         .density = 1};
     os_interrupt_catch();
     app->exit_code = run_app(app);

@@ -448,6 +448,7 @@ static void panel_build(struct app *app)
     const struct area panel = view_panel_area(app);
     ui_begin(&app->ui, &app->input, &panel);
     if (panel.width > 0 && app->has_stage && app->state.is_valid) {
+        play_rows(app);
         lens_rows(app);
         section(app, "Aperture", FIELD_APERTURE, true);
         method_rows(app);

@@ -64,7 +64,7 @@ static void finish(void *user, float *pixels, const char *error)
 }
 
 /* A file that is there is replaced when it is saved a second time at once. */
-static bool may_replace(struct app *app, const char *path)
+bool save_may_replace(struct app *app, const char *path)
 {
     const double now_s = os_clock_s();
     const bool is_asked =
@@ -86,7 +86,7 @@ void save_picture(struct app *app)
         view_say(app, "%s", error.message);
         return;
     }
-    if (!may_replace(app, app->output))
+    if (!save_may_replace(app, app->output))
         return;
     struct saving *saving = app_memory(1, sizeof(*saving), &error);
     if (!saving) {
@@ -108,19 +108,24 @@ void save_picture(struct app *app)
     worker_save(app->worker, &save);
 }
 
-void save_params(struct app *app)
+void save_name_beside(const struct app *app, const char *ending, char *path)
 {
-    char path[MAX_PATH];
-    struct image_error error;
-    make_name(path, app->output, ".params");
+    make_name(path, app->output, ending);
     const char *slash = strrchr(app->output, '/');
     if (slash) {
         char name[MAX_PATH];
         snprintf(name, sizeof(name), "%s", path);
-        snprintf(path, sizeof(path), "%.*s/%.255s", (int)(slash - app->output),
-                 app->output, name);
+        snprintf(path, MAX_PATH, "%.*s/%.255s", (int)(slash - app->output), app->output,
+                 name);
     }
-    if (!may_replace(app, path))
+}
+
+void save_params(struct app *app)
+{
+    char path[MAX_PATH];
+    struct image_error error;
+    save_name_beside(app, ".params", path);
+    if (!save_may_replace(app, path))
         return;
     if (params_file_write(path, &app->state.typed, &error))
         view_say(app, "saved %s", path);
@@ -137,7 +142,7 @@ void save_passes(struct app *app)
     /* The pixels are there once something was shown. */
     if (!app->shot || app->shot->input != app->source)
         view_say(app, "wait until the picture is shown");
-    else if (!may_replace(app, "demo.exr"))
+    else if (!save_may_replace(app, "demo.exr"))
         return;
     else if (demo_save_passes("demo.exr", app->source,
                               thread_count(app->options->n_threads), &error))

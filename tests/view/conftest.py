@@ -17,7 +17,9 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "cli"))
 import plainexr  # noqa: E402
 
-WAIT_S = int(os.environ.get("RACKFOCUS_WAIT", 90))  # for what takes a second on an idle machine
+WAIT_S = int(
+    os.environ.get("RACKFOCUS_WAIT", 90)
+)  # for what takes a second on an idle machine
 
 
 class Display:
