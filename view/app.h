@@ -272,7 +272,7 @@ void play_step(struct app *app);                          /* of the main loop */
 double play_waits_s(const struct app *app);               /* until it is called again */
 bool play_keep(struct app *app, const struct shot *shot); /* true: it took the rgba */
 void play_set_key(struct app *app);
-void play_apply_pull(struct app *app); /* when a frame has been read */
+void play_take_frame(struct app *app); /* when a frame has been read */
 void play_rows(struct app *app);       /* of the panel */
 
 /* The depth at a place of the window, scene units; false where there is no picture. */

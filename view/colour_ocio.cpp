@@ -113,7 +113,7 @@ struct showing {
     uint8_t *rgba;
 };
 
-enum { BLOCK = 256 };
+const int BLOCK = 256;
 
 void show_block(const struct showing *s, int64_t begin, int n)
 {
@@ -132,7 +132,7 @@ void show_block(const struct showing *s, int64_t begin, int n)
         uint8_t *out = s->rgba + 4 * (begin + i);
         for (int c = 0; c < 3; c++) {
             const float v = block[i][c];
-            out[c] = v > 0 ? (uint8_t)std::lrintf(255 * std::fmin(v, 1.0f)) : 0;
+            out[c] = (uint8_t)(v > 0 ? std::lrintf(255 * std::fmin(v, 1.0f)) : 0);
         }
         out[3] = 255;
     }

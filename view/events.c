@@ -304,8 +304,10 @@ static void take_window_event(struct app *app, const SDL_WindowEvent *event)
 
 static void take_user_event(struct app *app, const SDL_UserEvent *event)
 {
-    if (event->code == APP_LOADED)
+    if (event->code == APP_LOADED) {
         load_end(app);
+        play_take_frame(app);
+    }
     if (event->code == APP_SAVED) {
         view_say(app, "%s", (const char *)event->data1);
         trace_text(app, "saved", event->data1);

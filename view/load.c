@@ -249,15 +249,12 @@ void load_end(struct app *app)
     drop_stage(old);
     end_opening(app, true);
     remember_file(app, stage->files->paths[0]);
-    play_apply_pull(app);
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
     if (stage->remark[0])
         view_say(app, "%s", stage->remark);
     check_reference(app);
     trace_text(app, "loaded", stage->files->paths[0]);
-    if (!app->play.is_on && app->play.wanted != app->picture)
-        play_go(app, app->play.wanted);
 }
 
 bool load_demo(struct app *app)

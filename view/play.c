@@ -61,7 +61,7 @@ static void remove_key(struct app *app)
         view_say(app, "no key at frame %d any more", frame);
 }
 
-void play_apply_pull(struct app *app)
+static void apply_pull(struct app *app)
 {
     struct pull_key key;
     struct state *state = &app->state;
@@ -71,6 +71,15 @@ void play_apply_pull(struct app *app)
     if (state->settings.params.lens_radius > 0 || app->pull.is_radius ||
         fabs(state_f_stop(state) - key.aperture) > 1e-9)
         state_set(state, aperture_key(app), key.aperture);
+}
+
+void play_take_frame(struct app *app)
+{
+    if (!app->has_stage)
+        return;
+    apply_pull(app);
+    if (!app->play.is_on && app->play.wanted != app->picture)
+        play_go(app, app->play.wanted);
 }
 
 static void save_keys(struct app *app)
