@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory and processor time of a frame by its size, for docs/farm.md.
 
-    RACKFOCUS=build/cli/rackfocus python3 tests/farm/measure_sizes.py [WIDTH ...]
+    RACKFOCUS=build/cli/rackfocus python3 tests/farm/measure_sizes.py [--bounded] [WIDTH ...]
+
+With --bounded only with --max-memory 1024: 15360 takes 15 GiB without.
 
 One thread, one frame: read, filter, write (half, zip). The radius grows with the width:
 1 % of it. Time is of the processor, which other load changes less than the clock's.
@@ -49,7 +51,9 @@ def measure(folder, width, *more):
 
 
 def main():
-    widths = [int(w) for w in sys.argv[1:]] or [480, 960, 1920, 3840]
+    is_bounded = "--bounded" in sys.argv
+    widths = [int(w) for w in sys.argv[1:] if w != "--bounded"]
+    widths = widths or [480, 960, 1920, 3840]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for width in widths:
@@ -59,7 +63,8 @@ def main():
             )
             maker.start()
             maker.join()
-            for more in ([], ["--max-memory", "1024"]):
+            bound = ["--max-memory", "1024"]
+            for more in [bound] if is_bounded else [[], bound]:
                 seconds, mib = measure(folder, width, *more)
                 print(
                     f"{width} x {width * 9 // 16} {' '.join(more):18} "
