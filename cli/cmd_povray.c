@@ -69,6 +69,10 @@ static const struct option options[] = {
                     "on, or in one FILE.exr with all views, which rackfocus filter "
                     "refocuses without rendering. With --method accumulate the views, "
                     "DIR/view_0000.exr ..., for rackfocus accumulate."),
+    OPTION_TEXT_ROW("only-views", AT(only_views), "LIST",
+                    "With --views and --keep DIR: render these views, such as 0-3, and "
+                    "make no picture. The same command without it renders those that "
+                    "are missing, and merges."),
     OPTION_INT_ROW(
         "reference", AT(n_reference), "COUNT", 1, 100000,
         "Also render POV-Ray's own focal blur with so many samples, and compare."),
@@ -118,30 +122,6 @@ static char *format_text(const char *format, ...)
 
 /* ---- the run -------------------------------------------------------------------- */
 
-static void print_vector(const char *name, const double v[3])
-{
-    printf("%s %.10g %.10g %.10g\n", name, v[0], v[1], v[2]);
-}
-
-static int print_camera(struct povray_job *job)
-{
-    struct povray_error error = {.is_interrupted = false};
-    struct povray_camera camera;
-    double gamma;
-    if (!povray_find_camera(job->scene, &camera, &gamma, &error))
-        return povray_fail(&error);
-    printf("projection %s\n", camera.is_orthographic ? "orthographic" : "perspective");
-    print_vector("location", camera.location);
-    print_vector("direction", camera.direction);
-    print_vector("right", camera.right);
-    print_vector("up", camera.up);
-    printf("aperture %.10g\n", camera.aperture);
-    printf("focus_distance %.10g\n", camera.focus_distance);
-    printf("blur_samples %d\n", camera.blur_samples);
-    printf("gamma %.10g\n", gamma);
-    return EXIT_DONE;
-}
-
 /* Says a sentence about the scene, which may be "". With --strict it is the error. */
 static bool warn_scene(void *user, const char *text, struct povray_error *error)
 {
@@ -162,21 +142,36 @@ static bool fail_memory(struct povray_error *error)
     return false;
 }
 
+/* A view in the journal: each frame may have RF_MAX_VIEWS. */
+static int32_t number_of_view(const struct povray_job *job, int view)
+{
+    const int32_t frame = job->options.frame < 0 ? 0 : job->options.frame;
+    return frame * RF_MAX_VIEWS + view;
+}
+
 /* Writes a view as soon as it is rendered; keeps what the end needs to know. */
 static bool receive_view(void *user, int view, const struct povray_passes *passes,
                          struct povray_error *error)
 {
     struct povray_job *job = user;
     struct image_error image_error;
-    if (view == 0 && !warn_scene(job, passes->warning, error))
+    const bool is_first = job->passes.supersample == 0;
+    if (is_first && !warn_scene(job, passes->warning, error))
         return false;
     job->passes = *passes;
     job->passes.colour = job->passes.depth = NULL;
-    if (povray_file_write(job->paths[view], passes, POVRAY_FILE_VIEW, NULL,
-                          job->options.n_threads, &image_error))
-        return true;
-    snprintf(error->message, sizeof(error->message), "%s", image_error.message);
-    return false;
+    if (!povray_file_write(job->paths[view], passes, POVRAY_FILE_VIEW, NULL,
+                           job->options.n_threads, &image_error)) {
+        snprintf(error->message, sizeof(error->message), "%s", image_error.message);
+        return false;
+    }
+    const double now_s = os_clock_s();
+    if (job->keeps_views)
+        povray_journal_add(&job->views, number_of_view(job, view),
+                           &(struct frame_files){{job->paths[view]}},
+                           now_s - job->view_started_s);
+    job->view_started_s = now_s;
+    return true;
 }
 
 static bool render_one(struct povray_job *job, struct povray_error *error)
@@ -192,11 +187,37 @@ static bool render_one(struct povray_job *job, struct povray_error *error)
     return false;
 }
 
+/* Which views are not to be rendered: they are there, or others were asked for. */
+static bool find_views(struct povray_job *job)
+{
+    const struct povray_tool *tool = job->tool;
+    struct frame_list list = {0};
+    struct image_error error;
+    job->options.has_view = job->has_view;
+    if (tool->only_views && !frame_list_parse(&list, tool->only_views, &error))
+        return false;
+    for (int i = 0; i < tool->n_views; i++) {
+        bool is_wanted = !tool->only_views;
+        for (int k = 0; k < list.n; k++)
+            is_wanted |= list.numbers[k] == i;
+        job->has_view[i] =
+            !is_wanted ||
+            (job->keeps_views && !tool->is_anew &&
+             povray_journal_finds(&job->views, number_of_view(job, i),
+                                  &(struct frame_files){{job->paths[i]}}));
+    }
+    frame_list_free(&list);
+    return true;
+}
+
 static bool render_views(struct povray_job *job, struct povray_error *error)
 {
     double total_s;
+    job->view_started_s = os_clock_s();
     const bool is_good = povray_files_views(job->scene, job->tool->n_views,
                                             receive_view, job, &total_s, error);
+    if (is_good && job->passes.supersample == 0)
+        povray_describe(job->scene, &job->passes);
     job->passes.total_s = total_s;
     return is_good;
 }
@@ -260,13 +281,21 @@ static int keep_passes(struct povray_job *job)
     return EXIT_FAILED;
 }
 
-static bool render_passes(struct povray_job *job, struct povray_error *error)
+static bool name_passes(struct povray_job *job)
 {
     for (int i = 0; i < job->tool->n_views; i++) {
+        free(job->paths[i]);
         job->paths[i] = pass_path(job, i);
         if (!job->paths[i])
-            return fail_memory(error);
+            return false;
     }
+    return true;
+}
+
+static bool render_passes(struct povray_job *job, struct povray_error *error)
+{
+    if (!name_passes(job))
+        return fail_memory(error);
     return job->tool->n_views > 1 ? render_views(job, error) : render_one(job, error);
 }
 
@@ -307,7 +336,9 @@ static int render(struct povray_job *job, const char *output)
     progress_start(&bar, "rendering", job->tool->is_quiet);
     job->options.progress = show_progress;
     job->options.user = &bar;
-    bool is_good = povray_open(&job->scene, &job->options, &error);
+    bool is_good = !job->keeps_views || (name_passes(job) && find_views(job)) ||
+                   fail_memory(&error);
+    is_good = is_good && povray_open(&job->scene, &job->options, &error);
     if (is_good && job->n_pictures++ == 0)
         is_good = warn_scene(job, povray_remark(job->scene), &error);
     if (is_good)
@@ -378,12 +409,11 @@ static int filter_passes(struct povray_job *job, const char *picture)
     return code;
 }
 
-static int make_picture(struct povray_job *job)
+/* What the passes become, which have been rendered. */
+static int finish_picture(struct povray_job *job, const char *output)
 {
-    job->started_s = os_clock_s();
-    char *output = povray_picture_name(job->tool->output, job->options.frame);
-    int code = output ? render(job, output) : exit_without_memory();
-    if (code == EXIT_DONE && !job->tool->is_average)
+    int code = EXIT_DONE;
+    if (!job->tool->is_average)
         code = keep_passes(job);
     if (code == EXIT_DONE && !job->tool->is_average)
         code = filter_passes(job, output);
@@ -396,6 +426,19 @@ static int make_picture(struct povray_job *job)
     }
     if (code == EXIT_DONE && job->tool->n_reference > 0)
         code = povray_compare_reference(job, output, own_s);
+    return code;
+}
+
+static int make_picture(struct povray_job *job)
+{
+    job->started_s = os_clock_s();
+    char *output = povray_picture_name(job->tool->output, job->options.frame);
+    int code = output ? render(job, output) : exit_without_memory();
+    if (code == EXIT_DONE && !job->tool->only_views)
+        code = finish_picture(job, output);
+    else if (code == EXIT_DONE && !job->tool->is_quiet)
+        printf("views %s of %s: %.2f s\n", job->tool->only_views, output,
+               os_clock_s() - job->started_s);
     free(output);
     return code;
 }
@@ -487,7 +530,7 @@ static int run_frame(struct povray_job *job, const struct povray_frames *frames,
              (job->tool->is_anew ||
               !povray_journal_has(&job->journal, number, &files))) {
         code = make_picture(job);
-        if (code == EXIT_DONE)
+        if (code == EXIT_DONE && !job->tool->only_views)
             povray_journal_add(&job->journal, number, &files,
                                os_clock_s() - job->started_s);
         free_picture(job);
@@ -513,7 +556,7 @@ static int run_camera(struct povray_job *job)
     struct povray_error error = {.is_interrupted = false};
     if (!povray_open(&job->scene, &job->options, &error))
         return povray_fail(&error);
-    const int code = print_camera(job);
+    const int code = povray_print_camera(job);
     povray_close(job->scene);
     return code;
 }
@@ -543,12 +586,32 @@ static int run_animation(struct povray_job *job, const struct povray_plan *plan,
     }
     if (job->report && !frames_report_start(job->report, &frames->list, NULL))
         return exit_without_memory();
-    int code =
-        povray_journal_open(&job->journal, job->tool, &job->settings, plan, frames);
+    int code = povray_journal_open(&job->journal, job->tool->output, job->tool,
+                                   &job->settings, plan, frames);
     if (code != EXIT_DONE)
         return code;
     code = run_job(job, frames);
     povray_journal_close(&job->journal);
+    return code;
+}
+
+/* The same with the journal of views that are kept in a folder. */
+static int run_with_views(struct povray_job *job, const struct povray_plan *plan,
+                          const struct povray_frames *frames)
+{
+    const struct povray_tool *tool = job->tool;
+    if (tool->n_views < 2 || tool->is_average || !tool->keep || keeps_one_file(tool))
+        return run_animation(job, plan, frames);
+    char *pattern = format_text("%s/views", tool->keep);
+    int code = pattern ? povray_journal_open(&job->views, pattern, tool, &job->settings,
+                                             plan, frames)
+                       : exit_without_memory();
+    free(pattern);
+    if (code != EXIT_DONE)
+        return code;
+    job->keeps_views = true;
+    code = run_animation(job, plan, frames);
+    povray_journal_close(&job->views);
     return code;
 }
 
@@ -571,7 +634,7 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
         code = EXIT_FAILED;
     } else if (povray_command_frames(tool->frames, &plan, &frames) &&
                povray_command_plan(tool, settings, &plan, &job.options)) {
-        code = run_animation(&job, &plan, &frames);
+        code = run_with_views(&job, &plan, &frames);
     }
     frame_list_free(&frames.list);
     povray_plan_free(&plan);

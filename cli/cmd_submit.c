@@ -14,10 +14,11 @@
 #include "frames_check.h"
 #include "povray.h"
 #include "process.h"
+#include "rackfocus/rackfocus.h"
 
 struct submit_options {
     const char *job, *program, *html;
-    int32_t kind, n_chunk, n_threads;
+    int32_t kind, n_chunk, n_threads, n_views_each;
     bool is_dry, is_measured, is_quiet;
 };
 
@@ -32,6 +33,10 @@ static const struct option options[] = {
     OPTION_INT_ROW("chunk", AT(n_chunk), "FRAMES", 1, 1000000,
                    "Frames of a task. [default as many as take a minute, by the frames "
                    "that are there already, else by the size of the picture]"),
+    OPTION_INT_ROW("views-per-task", AT(n_views_each), "VIEWS", 1, RF_MAX_VIEWS,
+                   "povray with --views and --keep DIR: render so many views of the "
+                   "frames in tasks of their own, before those that merge them. "
+                   "[default all views of a frame in one task]"),
     OPTION_FLAG_ROW("measure", AT(is_measured),
                     "Make the first frame now, to know how long one takes."),
     OPTION_FILE_ROW(
@@ -163,14 +168,35 @@ struct chunks {
     int n;
     int32_t *numbers; /* of the frames to make */
     int n_numbers, n_each;
+    char *views[RF_MAX_VIEWS]; /* of each task of views; see farm_job.h */
+    int n_views;
 };
 
 static void chunks_free(struct chunks *chunks)
 {
     for (int i = 0; i < chunks->n; i++)
         free(chunks->items[i]);
+    for (int i = 0; i < chunks->n_views; i++)
+        free(chunks->views[i]);
     free(chunks->items);
     free(chunks->numbers);
+}
+
+/* Shares out the views of a frame. */
+static bool chunks_cut_views(struct chunks *chunks, int n_views, int n_each)
+{
+    for (int first = 0; first < n_views && n_each > 0; first += n_each) {
+        const int end = first + n_each < n_views ? first + n_each : n_views;
+        char *list = app_memory(16, 1, NULL);
+        if (!list)
+            return false;
+        if (end - first > 1)
+            snprintf(list, 16, "%d-%d", first, end - 1);
+        else
+            snprintf(list, 16, "%d", first);
+        chunks->views[chunks->n_views++] = list;
+    }
+    return true;
 }
 
 /* An item may hold 1024 characters (Open Job Description), 11 per number. */
@@ -327,6 +353,8 @@ static int submit_chunks(const struct submit_options *tool,
                                .frames = all,
                                .chunks = chunks->items,
                                .n_chunks = chunks->n,
+                               .views = chunks->views,
+                               .n_views = chunks->n_views,
                                .n_threads = tool->n_threads,
                                .html = tool->html},
             path, how);
@@ -360,20 +388,28 @@ static int choose_chunk(const struct submit_options *tool,
     chunks->n_each = tool->n_chunk ? tool->n_chunk
                      : frame_s > 0 ? chunk_for(frame_s, n_open)
                                    : 1;
-    const int least = (n_open + FARM_MAX_CHUNKS - 1) / FARM_MAX_CHUNKS;
+    const int most = FARM_MAX_CHUNKS / (chunks->n_views > 0 ? chunks->n_views : 1);
+    const int least = (n_open + most - 1) / most;
     const bool is_raised = chunks->n_each < least;
     if (is_raised)
         chunks->n_each = least;
     const int n = chunks->n_each;
     if (is_raised)
         snprintf(how, n_bytes, "%d frames, so that there are %d tasks at most", n,
-                 FARM_MAX_CHUNKS);
+                 most);
     else if (tool->n_chunk || frame_s == 0)
         snprintf(how, n_bytes, "%d frame%s", n, n == 1 ? "" : "s");
     else
         snprintf(how, n_bytes, "%d frame%s, %.3g s each (%s)", n, n == 1 ? "" : "s",
                  frame_s, source);
     return code;
+}
+
+static int number_of_views(const struct command_line *line)
+{
+    const char *text = command_line_value(line, "views");
+    const long n = text ? strtol(text, NULL, 10) : 1;
+    return n > 0 && n <= RF_MAX_VIEWS ? (int)n : 1;
 }
 
 static int submit(const struct submit_options *tool, struct command_line *line,
@@ -389,7 +425,9 @@ static int submit(const struct submit_options *tool, struct command_line *line,
         printf("%d of %d frames are finished\n", n_finished, report->n);
     if (n_finished == report->n)
         return EXIT_DONE;
-    code = choose_chunk(tool, line, report, &chunks, how, sizeof(how));
+    code = chunks_cut_views(&chunks, number_of_views(line), tool->n_views_each)
+               ? choose_chunk(tool, line, report, &chunks, how, sizeof(how))
+               : exit_without_memory();
     if (code == EXIT_DONE && frames_report_count(report, FRAME_FINISHED) < report->n) {
         code = chunks_make(&chunks, report)
                    ? submit_chunks(tool, line, report, &chunks, how)
@@ -417,6 +455,13 @@ static bool check_usage(const struct submit_options *tool,
         return fail_usage("the command line that makes the frames follows --");
     if (tool->is_measured && tool->n_chunk)
         return fail_usage("--measure chooses what --chunk says; leave one out");
+    const char *method = command_line_value(line, "method");
+    if (tool->n_views_each &&
+        (line->command != &command_povray || !command_line_value(line, "views") ||
+         !command_line_value(line, "keep") ||
+         (method && strcmp(method, "accumulate") == 0)))
+        return fail_usage("--views-per-task is for povray with --views and --keep DIR, "
+                          "where the views wait for each other");
     const char *output = command_line_value(line, "output");
     if (!output)
         return fail_usage("the command line behind -- has no output, -o");

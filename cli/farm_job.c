@@ -12,12 +12,19 @@
 
 /* ---- shell ---------------------------------------------------------------------- */
 
+static void print_list(FILE *file, const char *name, char *const *items, int n)
+{
+    fprintf(file, "%s() {\n    cat <<'END'\n", name);
+    for (int i = 0; i < n; i++)
+        fprintf(file, "%s\n", items[i]);
+    fprintf(file, "END\n}\n");
+}
+
 static void print_chunks(FILE *file, const struct farm_job *job)
 {
-    fprintf(file, "list_chunks() {\n    cat <<'END'\n");
-    for (int i = 0; i < job->n_chunks; i++)
-        fprintf(file, "%s\n", job->chunks[i]);
-    fprintf(file, "END\n}\n");
+    print_list(file, "list_chunks", job->chunks, job->n_chunks);
+    if (job->n_views > 0)
+        print_list(file, "list_views", job->views, job->n_views);
 }
 
 /* The functions that make a chunk, whose list is $1, and check all frames. */
@@ -33,6 +40,12 @@ static void print_functions(FILE *file, const struct farm_job *job)
              has_threads ? "" : " -j \"$threads\"");
     fprintf(file, "\nmake_frames() {\n    exec \"$program\"");
     command_line_print(file, &job->line, "frames", added);
+    if (job->n_views > 0) {
+        fprintf(file, "\n}\nmake_views() {\n    exec \"$program\"");
+        snprintf(added, sizeof(added), "--frames \"$1\" --only-views \"$2\"%s",
+                 has_threads ? "" : " -j \"$threads\"");
+        command_line_print(file, &job->line, "frames", added);
+    }
     fprintf(file, "\n}\ncheck_frames() {\n    exec \"$program\" frames");
     if (job->html) {
         fprintf(file, " --html ");
@@ -56,6 +69,32 @@ static void print_head(FILE *file, const struct farm_job *job)
             rf_version());
 }
 
+/* Hands over the array of the views, where there is one, that of the frames after it, and
+ * the check after that, each whatever became of the one before. */
+static void print_sbatch(FILE *file, const struct farm_job *job)
+{
+    const int n_threads = (int)job->n_threads > 0 ? (int)job->n_threads : 1;
+    if (job->n_views > 0)
+        fprintf(file,
+                "views=$(sbatch --parsable --array=1-%d --cpus-per-task=%d \\\n"
+                "    --output=\"$self.logs/%%A_%%a_views.log\" \"$@\" \"$self\" views) "
+                "|| exit\n"
+                "echo \"views: job ${views%%%%;*}, %d tasks\"\n",
+                job->n_chunks * job->n_views, n_threads, job->n_chunks * job->n_views);
+    fprintf(
+        file,
+        "id=$(sbatch --parsable --array=1-%d --cpus-per-task=%d%s \\\n"
+        "    --output=\"$self.logs/%%A_%%a.log\" \"$@\" \"$self\" frames) || exit\n"
+        "id=${id%%%%;*}\n"
+        "check=$(sbatch --parsable --dependency=\"afterany:$id\" \\\n"
+        "    --output=\"$self.logs/%%j_check.log\" \"$@\" \"$self\" check) || exit\n"
+        "echo \"frames: job $id, %d tasks; check: job ${check%%%%;*}; "
+        "logs: $self.logs\"\n",
+        job->n_chunks, n_threads,
+        job->n_views > 0 ? " --dependency=\"afterany:${views%%;*}\"" : "",
+        job->n_chunks);
+}
+
 static void print_slurm(FILE *file, const struct farm_job *job)
 {
     fprintf(file, "#!/bin/sh\n#SBATCH --job-name=rackfocus\n#SBATCH --requeue\n"
@@ -69,27 +108,52 @@ static void print_slurm(FILE *file, const struct farm_job *job)
                   "$(basename -- \"$0\")\n");
     print_functions(file, job);
     print_chunks(file, job);
-    fprintf(
-        file,
-        "case ${SLURM_JOB_ID:+${1-}} in\n"
-        "frames) make_frames \"$(list_chunks | sed -n "
-        "\"${SLURM_ARRAY_TASK_ID}p\")\" ;;\n"
-        "check) check_frames ;;\n"
-        "esac\n"
-        "command -v sbatch >/dev/null || {\n"
-        "    echo \"rackfocus: sbatch: not found; submit where Slurm is: sh "
-        "$self\" >&2\n"
-        "    exit 1\n}\n"
-        "mkdir -p \"$self.logs\" || exit 1\n"
-        "id=$(sbatch --parsable --array=1-%d --cpus-per-task=%d \\\n"
-        "    --output=\"$self.logs/%%A_%%a.log\" \"$@\" \"$self\" frames) || exit\n"
-        "id=${id%%%%;*}\n"
-        "check=$(sbatch --parsable --dependency=\"afterany:$id\" \\\n"
-        "    --output=\"$self.logs/%%j_check.log\" \"$@\" \"$self\" check) || exit\n"
-        "echo \"frames: job $id, %d tasks; check: job ${check%%%%;*}; "
-        "logs: $self.logs\"\n",
-        job->n_chunks, (int)job->n_threads > 0 ? (int)job->n_threads : 1,
-        job->n_chunks);
+    fputs("case ${SLURM_JOB_ID:+${1-}} in\n", file);
+    if (job->n_views > 0)
+        fprintf(file,
+                "views) i=$((SLURM_ARRAY_TASK_ID - 1))\n"
+                "    make_views \"$(list_chunks | sed -n \"$((i / %d + 1))p\")\" \\\n"
+                "        \"$(list_views | sed -n \"$((i %% %d + 1))p\")\" ;;\n",
+                job->n_views, job->n_views);
+    fputs("frames) make_frames \"$(list_chunks | sed -n "
+          "\"${SLURM_ARRAY_TASK_ID}p\")\" ;;\n"
+          "check) check_frames ;;\n"
+          "esac\n"
+          "command -v sbatch >/dev/null || {\n"
+          "    echo \"rackfocus: sbatch: not found; submit where Slurm is: sh "
+          "$self\" >&2\n"
+          "    exit 1\n}\n"
+          "mkdir -p \"$self.logs\" || exit 1\n",
+          file);
+    print_sbatch(file, job);
+}
+
+/* Views and then frames, each with as many workers, by what there is. */
+static void print_script_steps(FILE *file, const struct farm_job *job)
+{
+    const bool has_views = job->n_views > 0;
+    if (has_views)
+        fputs("list_tasks() {\n"
+              "    for chunk in $(list_chunks); do\n"
+              "        for views in $(list_views); do echo \"$chunk $views\"; done\n"
+              "    done\n"
+              "}\n",
+              file);
+    fputs("if parallel --version 2>/dev/null | grep -q GNU; then\n", file);
+    if (has_views)
+        fputs("    list_tasks | parallel -q --will-cite --colsep ' ' -j \"$workers\" "
+              "sh \"$self\" views {1} {2}\n",
+              file);
+    fputs("    list_chunks | parallel -q --will-cite -j \"$workers\" sh \"$self\" "
+          "frames {}\n"
+          "else\n",
+          file);
+    if (has_views)
+        fputs("    list_tasks | xargs -n 2 -P \"$workers\" sh \"$self\" views\n", file);
+    fputs("    list_chunks | xargs -n 1 -P \"$workers\" sh \"$self\" frames\n"
+          "fi\n"
+          "check_frames\n",
+          file);
 }
 
 static void print_script(FILE *file, const struct farm_job *job)
@@ -106,19 +170,15 @@ static void print_script(FILE *file, const struct farm_job *job)
     print_chunks(file, job);
     fprintf(file,
             "case ${1-} in\n"
+            "%s"
             "frames) make_frames \"$2\" ;;\n"
             "check) check_frames ;;\n"
             "esac\n"
             "processors=$(getconf _NPROCESSORS_ONLN)\n"
             "workers=${1:-$((threads > 0 ? (processors + threads - 1) / threads : "
-            "1))}\n"
-            "if parallel --version 2>/dev/null | grep -q GNU; then\n"
-            "    list_chunks | parallel -q --will-cite -j \"$workers\" sh \"$self\" "
-            "frames {}\n"
-            "else\n"
-            "    list_chunks | xargs -n 1 -P \"$workers\" sh \"$self\" frames\n"
-            "fi\n"
-            "check_frames\n");
+            "1))}\n",
+            job->n_views > 0 ? "views) make_views \"$2\" \"$3\" ;;\n" : "");
+    print_script_steps(file, job);
 }
 
 /* ---- Open Job Description ------------------------------------------------------- */
@@ -177,13 +237,16 @@ static void print_member(FILE *file, const char *before, const char *text)
     print_text(file, text);
 }
 
-/* The words of the line, with "--frames" and a list before "--". */
+/* The words of the line, with "--frames" and a list before "--", and which views alone
+ * where that is not NULL. */
 static void print_args(FILE *file, const struct farm_job *job, char *const *words,
-                       const int n[2], const char *frames)
+                       const int n[2], const char *frames, const char *views)
 {
     for (int i = 0; i < n[0]; i++)
         print_member(file, ",\n            ", words[i]);
     print_member(file, ",\n            \"--frames\", ", frames);
+    if (views)
+        print_member(file, ", \"--only-views\", ", views);
     if (!command_line_value(&job->line, "threads"))
         fputs(", \"-j\", \"{{Param.Threads}}\"", file);
     for (int i = n[0]; i < n[1]; i++)
@@ -222,13 +285,41 @@ static void print_openjd_head(FILE *file, const struct farm_job *job)
     fprintf(file,
             "},\n    {\"name\": \"Threads\", \"type\": \"INT\", \"minValue\": 0, "
             "\"description\": \"of a task; 0: one per processor\", \"default\": %d}\n"
-            "  ],\n  \"steps\": [\n    {\n      \"name\": \"Frames\",\n"
-            "      \"parameterSpace\": {\"taskParameterDefinitions\": [{\"name\": "
-            "\"Frames\", \"type\": \"STRING\",\n        \"range\": [",
+            "  ],\n  \"steps\": [\n",
             (int)job->n_threads);
-    for (int i = 0; i < job->n_chunks; i++)
-        print_member(file, i > 0 ? ", " : "", job->chunks[i]);
-    fputs("]}]},\n", file);
+}
+
+static void print_range(FILE *file, const char *name, char *const *items, int n)
+{
+    fprintf(file, "{\"name\": \"%s\", \"type\": \"STRING\",\n        \"range\": [",
+            name);
+    for (int i = 0; i < n; i++)
+        print_member(file, i > 0 ? ", " : "", items[i]);
+    fputs("]}", file);
+}
+
+/* The step that makes the frames or, before it, the one that renders their views. */
+static void print_step(FILE *file, const struct farm_job *job, char *const *words,
+                       const int n[2], bool is_of_views)
+{
+    fprintf(file,
+            "    {\n      \"name\": \"%s\",\n%s"
+            "      \"parameterSpace\": {\"taskParameterDefinitions\": [",
+            is_of_views ? "Views" : "Frames",
+            job->n_views > 0 && !is_of_views
+                ? "      \"dependencies\": [{\"dependsOn\": \"Views\"}],\n"
+                : "");
+    print_range(file, "Frames", job->chunks, job->n_chunks);
+    if (is_of_views) {
+        fputs(", ", file);
+        print_range(file, "Views", job->views, job->n_views);
+    }
+    fputs("]},\n", file);
+    print_script_of_step(file, openjd_frames);
+    fputs(", \"{{Task.Param.Frames}}\"", file);
+    print_args(file, job, words, n, "{{Task.Param.Frames}}",
+               is_of_views ? "{{Task.Param.Views}}" : NULL);
+    fputs("]}}}\n    },\n", file);
 }
 
 static void print_openjd(FILE *file, const struct farm_job *job)
@@ -239,10 +330,10 @@ static void print_openjd(FILE *file, const struct farm_job *job)
         return;
     n[1] = command_line_words(&job->line, "frames", words, &n[0]);
     print_openjd_head(file, job);
-    print_script_of_step(file, openjd_frames);
-    fputs(", \"{{Task.Param.Frames}}\"", file);
-    print_args(file, job, words, n, "{{Task.Param.Frames}}");
-    fputs("]}}}\n    },\n    {\n      \"name\": \"Check\",\n"
+    if (job->n_views > 0)
+        print_step(file, job, words, n, true);
+    print_step(file, job, words, n, false);
+    fputs("    {\n      \"name\": \"Check\",\n"
           "      \"dependencies\": [{\"dependsOn\": \"Frames\"}],\n",
           file);
     print_script_of_step(file, openjd_check);
@@ -250,7 +341,7 @@ static void print_openjd(FILE *file, const struct farm_job *job)
     if (job->html)
         print_member(file, ", \"--html\", ", job->html);
     fputs(", \"--\"", file);
-    print_args(file, job, words, n, job->frames);
+    print_args(file, job, words, n, job->frames, NULL);
     fputs("]}}}\n    }\n  ]\n}\n", file);
     free(words);
 }

@@ -25,6 +25,10 @@ struct farm_job {
     const char *frames;       /* all, as a list: what the last step checks */
     char *const *chunks;      /* lists, one per task; no blanks in them */
     int n_chunks;
+    /* Where the views of a frame are rendered by tasks of their own, before those that
+     * merge them: which each renders, "0-3"; 0 of them: the frames are made whole. */
+    char *const *views;
+    int n_views;
     int32_t n_threads; /* of a task; 0: one per processor of its machine */
     const char *html;  /* the report of the last step; NULL: none */
 };

@@ -174,8 +174,35 @@ bool povray_command_plan(const struct povray_tool *tool,
     made->has_focal_point = tool->focal_point != NULL;
     return !tool->focal_point || parse_point(tool->focal_point, made->focal_point);
 }
+
+/* Views that are rendered alone are kept, for who merges them. */
+static bool check_only_views(const struct povray_tool *tool)
+{
+    struct frame_list list;
+    struct image_error error;
+    if (!tool->only_views)
+        return true;
+    if (tool->is_average || tool->n_views < 2 || !tool->keep ||
+        picture_kind(tool->keep) == PICTURE_EXR)
+        return fail_usage("--only-views needs --views, and --keep with a folder, where "
+                          "the same command without it finds them");
+    if (!frame_list_parse(&list, tool->only_views, &error)) {
+        message("--only-views: '%s' is no list of views; write 0-3 or 0,2",
+                tool->only_views);
+        return false;
+    }
+    const int32_t last = list.numbers[list.n - 1];
+    frame_list_free(&list);
+    if (last < tool->n_views)
+        return true;
+    message("--only-views: the last of --views %d is %d", (int)tool->n_views,
+            (int)tool->n_views - 1);
+    return false;
+}
+
 bool povray_command_check(struct povray_tool *tool, const struct settings *settings,
                           const struct operands *operands)
 {
-    return check_usage(tool, operands) && check_views(tool, settings);
+    return check_usage(tool, operands) && check_views(tool, settings) &&
+           check_only_views(tool);
 }

@@ -19,8 +19,9 @@ struct povray_tool {
     int32_t n_samples, overscan_px;
     int32_t move; /* enum povray_move */
     bool is_linear, is_camera_only, is_quiet, is_strict, has_subpixel;
-    bool is_average; /* the method is accumulate */
-    bool is_anew;    /* frames that are finished are made again */
+    bool is_average;        /* the method is accumulate */
+    bool is_anew;           /* frames that are finished are made again */
+    const char *only_views; /* a list of views to render and keep, and no picture */
 };
 
 struct povray_frames {

@@ -23,7 +23,11 @@ struct povray_job {
     double started_s;
     int n_pictures;                /* begun */
     struct povray_journal journal; /* of an animation */
-    struct frames_report *report;  /* not NULL: nothing is made */
+    struct povray_journal views;   /* of those that are kept in a folder */
+    bool keeps_views;              /* which is open */
+    bool has_view[RF_MAX_VIEWS];   /* not to be rendered */
+    double view_started_s;
+    struct frames_report *report; /* not NULL: nothing is made */
 };
 
 /* "out.exr" becomes "out0012.exr", "out_##.exr" "out_12.exr"; a still (frame -1) keeps
@@ -32,6 +36,9 @@ char *povray_picture_name(const char *name, int32_t frame);
 
 /* Prints why; returns the exit code. */
 int povray_fail(const struct povray_error *error);
+
+/* Prints the scene's camera, checked by a small render. An exit code. */
+int povray_print_camera(struct povray_job *job);
 
 /* Says which lens it was and what it did. */
 void povray_print_lens(const struct povray_job *job);

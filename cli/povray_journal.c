@@ -33,8 +33,9 @@ static void hash_tool(uint64_t *hash, const struct povray_tool *tool)
     frame_hash_bytes(hash, integers, sizeof(integers));
 }
 
-int povray_journal_open(struct povray_journal *journal, const struct povray_tool *tool,
-                        const struct settings *settings, const struct povray_plan *plan,
+int povray_journal_open(struct povray_journal *journal, const char *pattern,
+                        const struct povray_tool *tool, const struct settings *settings,
+                        const struct povray_plan *plan,
                         const struct povray_frames *frames)
 {
     struct image_error error;
@@ -46,7 +47,7 @@ int povray_journal_open(struct povray_journal *journal, const struct povray_tool
     frame_hash_bytes(&journal->hash, range, sizeof(range));
     /* A scene that cannot be read is told of when it is rendered. */
     povray_list_inputs(plan, hash_input, &journal->hash, &journal->has_computed);
-    if (journal_open(&journal->journal, tool->output, &error))
+    if (journal_open(&journal->journal, pattern, &error))
         return EXIT_DONE;
     message("%s", error.message);
     return EXIT_FAILED;
@@ -64,11 +65,18 @@ static uint64_t hash_of(const struct povray_journal *journal, int32_t number)
     return hash;
 }
 
+bool povray_journal_finds(struct povray_journal *journal, int32_t number,
+                          const struct frame_files *files)
+{
+    return frame_is_finished(&journal->journal, number, hash_of(journal, number),
+                             files);
+}
+
 bool povray_journal_has(struct povray_journal *journal, int32_t number,
                         const struct frame_files *files)
 {
     const struct povray_tool *tool = journal->tool;
-    if (!frame_is_finished(&journal->journal, number, hash_of(journal, number), files))
+    if (!povray_journal_finds(journal, number, files))
         return false;
     if (journal->has_computed && !journal->has_said)
         warning(tool->is_quiet, "the scene puts names together (concat): whether files "

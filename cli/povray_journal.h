@@ -20,13 +20,18 @@ struct povray_journal {
     bool has_said;     /* which the user has been told */
 };
 
-/* Opens the journal of the output. An exit code; messages have been printed. */
-int povray_journal_open(struct povray_journal *journal, const struct povray_tool *tool,
-                        const struct settings *settings, const struct povray_plan *plan,
+/* Opens the journal of what `pattern` names. An exit code; messages have been printed.
+ */
+int povray_journal_open(struct povray_journal *journal, const char *pattern,
+                        const struct povray_tool *tool, const struct settings *settings,
+                        const struct povray_plan *plan,
                         const struct povray_frames *frames);
 void povray_journal_close(struct povray_journal *journal);
 
-/* Is the frame there, made as it would be now? Says so. `files`: all that it writes. */
+/* Is the frame there, made as it would be now? `files`: all that it writes. */
+bool povray_journal_finds(struct povray_journal *journal, int32_t number,
+                          const struct frame_files *files);
+/* The same, and says so. */
 bool povray_journal_has(struct povray_journal *journal, int32_t number,
                         const struct frame_files *files);
 

@@ -40,6 +40,30 @@ int povray_fail(const struct povray_error *error)
     return EXIT_FAILED;
 }
 
+static void print_vector(const char *name, const double v[3])
+{
+    printf("%s %.10g %.10g %.10g\n", name, v[0], v[1], v[2]);
+}
+
+int povray_print_camera(struct povray_job *job)
+{
+    struct povray_error error = {.is_interrupted = false};
+    struct povray_camera camera;
+    double gamma;
+    if (!povray_find_camera(job->scene, &camera, &gamma, &error))
+        return povray_fail(&error);
+    printf("projection %s\n", camera.is_orthographic ? "orthographic" : "perspective");
+    print_vector("location", camera.location);
+    print_vector("direction", camera.direction);
+    print_vector("right", camera.right);
+    print_vector("up", camera.up);
+    printf("aperture %.10g\n", camera.aperture);
+    printf("focus_distance %.10g\n", camera.focus_distance);
+    printf("blur_samples %d\n", camera.blur_samples);
+    printf("gamma %.10g\n", gamma);
+    return EXIT_DONE;
+}
+
 static const char *focus_source(const struct povray_camera *camera)
 {
     switch (camera->focus) {

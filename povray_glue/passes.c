@@ -152,6 +152,18 @@ bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
     return is_good;
 }
 
+void povray_describe(const struct povray_scene *scene, struct povray_passes *passes)
+{
+    const int32_t n = scene->supersample, border = scene->border_px;
+    *passes = (struct povray_passes){.width = n * (scene->width + 2 * border),
+                                     .height = n * (scene->height + 2 * border),
+                                     .supersample = n,
+                                     .border_px = border,
+                                     .camera = scene->camera,
+                                     .gamma = scene->space.gamma,
+                                     .is_srgb = scene->space.is_srgb};
+}
+
 /* ---- views --------------------------------------------------------------------- */
 
 /* A view on its way. */
@@ -210,26 +222,38 @@ static void stop_view(struct view_job *job)
     fogs_stop(&job->fogs);
 }
 
+/* The views that are wanted; returns how many. */
+static int list_views(const struct povray_scene *scene, int n_views, int *wanted)
+{
+    const bool *has_view = scene->options.has_view;
+    int n = 0;
+    for (int i = 0; i < n_views; i++)
+        if (!has_view || !has_view[i])
+            wanted[n++] = i;
+    return n;
+}
+
 static bool run_views(struct povray_scene *scene, const double (*places)[2],
-                      int n_views, povray_view_fn receive, void *user,
+                      const int *wanted, int n, povray_view_fn receive, void *user,
                       struct povray_error *error)
 {
     struct view_job jobs[VIEWS_AT_ONCE] = {0};
     bool is_good = true;
-    for (int i = 0; i < n_views + VIEWS_AT_ONCE - 1 && is_good; i++) {
+    for (int i = 0; i < n + VIEWS_AT_ONCE - 1 && is_good; i++) {
         int done = i - (VIEWS_AT_ONCE - 1);
-        if (i < n_views)
-            is_good = start_view(scene, &jobs[i % VIEWS_AT_ONCE], i, places[i], error);
-        if (done < 0 || !is_good)
+        if (i < n)
+            is_good = start_view(scene, &jobs[i % VIEWS_AT_ONCE], wanted[i],
+                                 places[wanted[i]], error);
+        if (done < 0 || done >= n || !is_good)
             continue;
         struct view_job *job = &jobs[done % VIEWS_AT_ONCE];
         struct povray_passes passes;
         is_good = finish_view(scene, job, &passes, error) && !glue_is_lost() &&
-                  receive(user, done, &passes, error);
+                  receive(user, wanted[done], &passes, error);
         povray_passes_free(&passes);
         stop_view(job);
         if (scene->options.progress)
-            scene->options.progress(scene->options.user, (done + 1.0) / n_views);
+            scene->options.progress(scene->options.user, (done + 1.0) / n);
     }
     for (int i = 0; i < VIEWS_AT_ONCE; i++)
         stop_view(&jobs[i]);
@@ -244,8 +268,14 @@ bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
     double started_s = os_clock_s(), gamma;
     bool is_good = povray_find_camera(scene, &camera, &gamma, error);
     if (is_good) {
+        int *wanted = calloc((size_t)n_views + 1, sizeof(*wanted));
         scene_choose_window(scene, false);
-        is_good = run_views(scene, places, n_views, receive, user, error);
+        is_good = wanted &&
+                  run_views(scene, places, wanted, list_views(scene, n_views, wanted),
+                            receive, user, error);
+        if (!wanted)
+            snprintf(error->message, sizeof error->message, "out of memory");
+        free(wanted);
     }
     *total_s = os_clock_s() - started_s;
     return glue_settle(is_good, error);

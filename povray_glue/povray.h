@@ -87,6 +87,9 @@ struct povray_options {
     void (*progress)(void *user, double fraction); /* may be NULL */
     void *user;
     int32_t n_threads; /* for the work outside POV-Ray */
+    /* Of povray_render_views: which views are there already, and not rendered; NULL:
+     * none. */
+    const bool *has_view;
 };
 
 struct povray_passes {
@@ -123,6 +126,10 @@ const char *povray_folder(const struct povray_scene *scene);
 bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
                    struct povray_error *error);
 void povray_passes_free(struct povray_passes *passes);
+
+/* What passes say beside their pixels: size, camera, space. After povray_render_views,
+ * which may have had nothing to render. */
+void povray_describe(const struct povray_scene *scene, struct povray_passes *passes);
 
 /* Size of the picture that the passes are for, px. */
 int32_t povray_picture_width(const struct povray_passes *passes);

@@ -276,6 +276,94 @@ def test_povray_makes_nothing_twice(rackfocus, submit, tmp_path):
     assert run() == (0, 2)
 
 
+VIEW_WORDS = ["povray", "scene.pov", "--frames", "1-2", "--views", "3", "-q"]
+VIEW_WORDS += ["--keep", "passes", "-o", "out.####.exr", "--", "+W48", "+H32"]
+
+
+@pytest.fixture
+def views_alone(rackfocus, tmp_path):
+    """The frames of one machine."""
+    (tmp_path / "scene.pov").write_text(SCENE)
+    words = [word.replace("out", "alone") for word in VIEW_WORDS]
+    words[words.index("passes")] = "alone_passes"
+    rackfocus(*words, cwd=tmp_path)
+    return frames_of(tmp_path, "alone")
+
+
+def rendered_views(folder):
+    """Views that a journal says were rendered, in order: frame 64 + view."""
+    numbers = []
+    for path in folder.glob("passes/views.frames*"):
+        lines = path.read_text().split("\n")
+        numbers += [int(line.split()[0]) for line in lines if line[:1].isdigit()]
+    return sorted(numbers)
+
+
+ALL_VIEWS = [64 * frame + view for frame in (1, 2) for view in range(3)]
+
+
+def test_views_are_tasks(submit, views_alone, tmp_path):
+    each = ["--chunk", "1", "--views-per-task", "2"]
+    submit(tmp_path, "--to", "script", *each, words=VIEW_WORDS)
+    assert same(tmp_path, views_alone)
+    assert rendered_views(tmp_path) == ALL_VIEWS  # each once
+
+
+def test_views_are_tasks_of_slurm(farm, submit, views_alone, tmp_path):
+    each = ["--chunk", "1", "--views-per-task", "2"]
+    done = submit(tmp_path, "--to", "slurm", *each, words=VIEW_WORDS, env=farm.env)
+    assert re.search("views: job [0-9]+, 4 tasks", done.stdout)
+    assert re.search("frames: job [0-9]+, 2 tasks", done.stdout)
+    farm.wait_for_jobs(120)
+    assert same(tmp_path, views_alone)
+    assert rendered_views(tmp_path) == ALL_VIEWS
+
+
+def test_views_are_a_step_of_openjd(submit, views_alone, openjd_env, tmp_path):
+    each = ["--chunk", "1", "--views-per-task", "2"]
+    submit(tmp_path, "--to", "openjd", *each, words=VIEW_WORDS, env=openjd_env)
+    job = json.loads((tmp_path / "out.####.exr.openjd.json").read_text())
+    assert [step["name"] for step in job["steps"]] == ["Views", "Frames", "Check"]
+    assert same(tmp_path, views_alone)
+    assert rendered_views(tmp_path) == ALL_VIEWS
+
+
+def test_killed_between_views(rackfocus, views_alone, tmp_path):
+    """What was rendered stays; the picture is that of one run."""
+    words = [word for word in VIEW_WORDS if word != "-q"]
+    some = [*words[:-3], "--only-views", "1", *words[-3:]]
+    rackfocus(*some, cwd=tmp_path)
+    assert frames_of(tmp_path) == {}
+    assert rendered_views(tmp_path) == [65, 129]
+    (tmp_path / "passes/passes0002_v01.exr").write_bytes(b"damaged")
+    rackfocus(*words, cwd=tmp_path)
+    assert same(tmp_path, views_alone)
+    assert rendered_views(tmp_path).count(65) == 1
+    assert rendered_views(tmp_path).count(129) == 2
+    (tmp_path / "out.0001.exr").unlink()
+    rackfocus(*words, cwd=tmp_path)  # merged of what is there
+    assert same(tmp_path, views_alone)
+    assert rendered_views(tmp_path).count(64) == 1
+
+
+@pytest.mark.parametrize(
+    "options, reason",
+    [
+        (["--views", "3", "--only-views", "0"], "needs --views, and --keep"),
+        (["--keep", "k", "--only-views", "0"], "needs --views, and --keep"),
+        (["--views", "3", "--keep", "k.exr", "--only-views", "0"], "with a folder"),
+        (["--views", "3", "--keep", "k", "--only-views", "3"], "the last of"),
+        (["--views", "3", "--keep", "k", "--only-views", "x"], "is no list of views"),
+    ],
+)
+def test_wrong_views(rackfocus, tmp_path, options, reason):
+    (tmp_path / "scene.pov").write_text(SCENE)
+    done = rackfocus(
+        "povray", "scene.pov", "-o", "o.exr", *options, cwd=tmp_path, code=2
+    )
+    assert reason in done.stderr
+
+
 def test_povray_frames_of_computed_names_are_told(rackfocus, tmp_path):
     computed = '#declare Name = concat("a", str(1, 0, 0));\n'
     (tmp_path / "scene.pov").write_text(computed + SCENE)
@@ -345,6 +433,7 @@ def test_too_many_tasks(submit, shot):
         (["--to", "slurm"], ["filter", "s.#.exr", "-oo.#.exr"], "no such frames"),
         (["--to", "openjd"], ["filter", "{{s}}.#.exr", "-oo.#.exr"], "{{, which"),
         (["--to", "lsf"], WORDS, "is none of slurm|openjd|script"),
+        (["--to", "slurm", "--views-per-task", "2"], WORDS, "is for povray"),
         (["--to", "script", "--measure", "--chunk=2"], WORDS, "leave one out"),
         (["--to", "script"], ["povray", "s.pov", "-oo.#.png"], "give --frames A-B"),
     ],
