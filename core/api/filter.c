@@ -15,6 +15,7 @@
 #include "base/task.h"
 #include "input/depth.h"
 #include "input/field.h"
+#include "input/field_views.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
@@ -31,7 +32,7 @@ enum { NORMAL_CELLS = 3 }; /* quality normal: 0.07 dB below 4 at the most */
  * scatter are a plain lens. */
 static void settle_looks(struct rf_params *params)
 {
-    if (rf_method_find(params->method)->max_views > 1) {
+    if (params->method == RF_METHOD_ACCUMULATE) {
         params->tilt_x = params->tilt_y = params->field_curvature = 0;
         params->split_diopter = 0;
     }
@@ -251,9 +252,15 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
         return result;
     const struct rf_frame *f = &filter->frame;
     rf_views_copy(known, views, n_views);
-    if (rf_chroma_is_on(f, out->channels))
-        return rf_chroma_process(f, known, n_views, out, progress, process, error);
-    return process(f, known, n_views, out, progress, error);
+    float *memory = NULL;
+    if (rf_field_moves_views(f, n_views))
+        result = rf_field_move_views(f, known, n_views, &memory, error);
+    if (result == RF_OK && rf_chroma_is_on(f, out->channels))
+        result = rf_chroma_process(f, known, n_views, out, progress, process, error);
+    else if (result == RF_OK)
+        result = process(f, known, n_views, out, progress, error);
+    rf_free(f->context, memory);
+    return result;
 }
 
 static rf_result convert(const struct rf_filter *filter, const struct rf_image *depth,

@@ -40,6 +40,7 @@
 #include "compose/levels.h"
 #include "compose/scene.h"
 #include "input/depth.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
@@ -75,6 +76,10 @@ static rf_result check_method(const struct rf_frame *f, struct rf_error *error)
         return rf_fail(error, RF_ERROR_PARAMETER, "axial_chroma",
                        "chroma and an aperture in colour need the whole picture at "
                        "once");
+    if (method->max_views > 1 && rf_field_is_on(&f->params))
+        return rf_fail(error, RF_ERROR_PARAMETER, "tilt_x",
+                       "views of a tilted or bent plane in focus need the whole "
+                       "picture at once");
     if (f->params.quality == RF_QUALITY_PREVIEW)
         return rf_fail(error, RF_ERROR_PARAMETER, "quality",
                        "preview needs the whole picture at once; take normal or best");

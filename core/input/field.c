@@ -169,6 +169,19 @@ static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
         ;
 }
 
+void rf_field_row(const struct rf_frame *frame, int y, float *shift)
+{
+    const struct field field = field_of(frame);
+    float of_row = shift_along(&field, y, 1);
+    for (int from = 0; from < frame->width; from += N_COLUMNS) {
+        struct columns c = {from, rf_min_int(frame->width - from, N_COLUMNS), {0}};
+        for (int i = 0; i < c.n; i++)
+            shift[from + i] = shift_along(&field, from + i, 0) + of_row;
+        if (field.split != 0 && field.k != 0)
+            split_row(&field, &c, y, shift + from);
+    }
+}
+
 void rf_field_apply(const struct rf_frame *frame, float *radius, float *largest)
 {
     if (!rf_field_is_used(frame))

@@ -20,6 +20,9 @@ bool rf_field_is_used(const struct rf_frame *frame);
  */
 struct rf_lens rf_field_lens(const struct rf_frame *frame);
 
+/* What rf_field_apply() adds to the radii of row y. */
+void rf_field_row(const struct rf_frame *frame, int y, float *shift);
+
 /*
  * Adds what the place makes of the radii of a frame's pixels, packed, and limits them;
  * *largest receives the largest magnitude. Nothing where the focus is the same

@@ -178,7 +178,7 @@ static bool has_rays(const struct rf_params *p)
 static bool is_tilted(const struct rf_params *p)
 {
     return is_perspective(p) && method_of(p)->needs_depth &&
-           method_of(p)->max_views == 1 && (p->tilt_x != 0 || p->tilt_y != 0);
+           (p->tilt_x != 0 || p->tilt_y != 0);
 }
 
 /* Does it matter where the optical axis meets the picture? */
@@ -371,8 +371,6 @@ static const char *read_field(const struct rf_params *p)
 {
     if (read_depth(p))
         return read_depth(p);
-    if (method_of(p)->max_views > 1)
-        return "not read by views, which share one plane of focus; layered does";
     return read_perspective(p);
 }
 

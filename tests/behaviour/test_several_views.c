@@ -101,6 +101,68 @@ static void a_plane_is_blurred_as_by_one_view(void)
     }
 }
 
+enum { N_TILTED = 5 };
+
+/* A plane whose radius grows by -SLOPE px per px to the right, where `views` of it were
+ * sheared to a plane that faces the camera. */
+static const double SLOPE = 0.1;
+
+static void make_tilted(struct frame *frames, struct rf_view *views)
+{
+    double middle = WIDTH / 2.0;
+    for (int j = 0; j < N_TILTED; j++) {
+        struct frame *f = &frames[j];
+        double u = points[j][0], v = points[j][1];
+        *f = frame_make(WIDTH, HEIGHT, 3);
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            double seen = i % WIDTH + 0.5;
+            double x = (seen - u * SLOPE * middle) / (1 - u * SLOPE);
+            double r = -SLOPE * (x - middle), y = i / WIDTH + 0.5 + v * r;
+            for (int c = 0; c < 3; c++)
+                f->colour[3 * i + c] =
+                    (float)(0.5 + 0.2 * sin(x * 0.35) + 0.2 * cos(y * 0.28));
+            f->depth[i] = plain_depth(r);
+        }
+        views[j] =
+            (struct rf_view){.colour = rf_image_packed(f->colour, WIDTH, HEIGHT, 3),
+                             .depth = rf_image_packed(f->depth, WIDTH, HEIGHT, 1),
+                             .lens_offset = {u * 40, v * 40},
+                             .shear_distance = PLAIN_FOCUS};
+    }
+}
+
+/* A plane in a tilted lens' focus is as sharp of several views as it is. */
+static void a_tilted_plane_is_in_focus(void)
+{
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_params params;
+    struct frame frames[N_TILTED];
+    struct rf_view views[N_TILTED];
+    static float made[WIDTH * HEIGHT * 3];
+    struct rf_image out = rf_image_packed(made, WIDTH, HEIGHT, 3);
+    make_tilted(frames, views);
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    for (int tilted = 0; tilted < 2; tilted++) {
+        double most = 0;
+        plain_params(&params, RF_METHOD_VIEWS);
+        /* 40000 px of radius per 1 / z, a lens of 0.05 and 1000 px */
+        params.tilt_x = tilted * asin(SLOPE * 0.05 * 1000 / 40000) * 180 / acos(-1);
+        REQUIRE(rf_filter_create(&filter, context, &params, WIDTH, HEIGHT, NULL) ==
+                RF_OK);
+        REQUIRE(rf_filter_process(filter, views, N_TILTED, &out, NULL, NULL) == RF_OK);
+        for (int y = MARGIN; y < HEIGHT - MARGIN; y++)
+            for (int x = MARGIN; x < WIDTH - MARGIN; x++)
+                most = fmax(most, fabs(made[3 * (y * WIDTH + x)] -
+                                       frames[0].colour[3 * (y * WIDTH + x)]));
+        CHECK(tilted ? most < 1e-3 : most > 0.02);
+        rf_filter_destroy(filter);
+    }
+    rf_context_destroy(context);
+    for (int j = 0; j < N_TILTED; j++)
+        frame_free(&frames[j]);
+}
+
 static void a_lamp_keeps_its_light(void)
 {
     struct rf_params params;
@@ -412,6 +474,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(a_plane_is_blurred_as_by_one_view);
+    TEST(a_tilted_plane_is_in_focus);
     TEST(a_lamp_keeps_its_light);
     TEST(grey_and_alpha);
     TEST(same_bits_for_any_threads);
