@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "clock.h"
+#include "lamps.h"
 #include "quick.h"
 #include "report.h"
 #include "shrink.h"
@@ -174,6 +175,39 @@ static bool small_view(struct worker *w, const struct job *job, int times,
     return true;
 }
 
+/* The preview of scatter with its lamps as discs. Without memory it has none. */
+struct bright {
+    struct lamps lamps;
+    float *colour; /* without them; NULL: there are none */
+};
+
+/* `lens` and view are of the small picture. */
+static void take_lamps(const struct job *job, const struct rf_lens *lens, int times,
+                       const struct rf_view *view, struct bright *bright)
+{
+    const struct input *input = job->input;
+    const int32_t width = view->colour.width, height = view->colour.height;
+    const size_t n = (size_t)width * (size_t)height;
+    const size_t n_bytes = n * (size_t)input->n_channels * sizeof(float);
+    *bright = (struct bright){.lamps = {.distribution = job->params.distribution}};
+    if (job->params.method != RF_METHOD_SCATTER || input->n_channels < 3)
+        return;
+    float *colour = app_memory(n_bytes, 1, NULL);
+    float *radius = app_memory(n, sizeof(float), NULL);
+    if (colour && radius) {
+        memcpy(colour, view->colour.data, n_bytes);
+        shrink_depth(input->planar, input->width, input->height, times, radius);
+        for (size_t i = 0; i < n; i++)
+            radius[i] = (float)rf_lens_radius_px(lens, radius[i]);
+        lamps_take(&bright->lamps, colour, input->n_channels, radius, width, height);
+    }
+    free(radius);
+    if (bright->lamps.n > 0)
+        bright->colour = colour;
+    else
+        free(colour);
+}
+
 static rf_result make_preview(struct worker *w, const struct job *job,
                               struct rf_error *error)
 {
@@ -193,8 +227,21 @@ static rf_result make_preview(struct worker *w, const struct job *job,
     }
     struct rf_image out = view.colour;
     out.data = w->preview.pixels->values;
+    const double start_s = os_clock_s();
+    struct bright bright;
+    if (times > 1 &&
+        rf_lens_init(&lens, &params, out.width, out.height, error) != RF_OK)
+        return error->code;
+    take_lamps(job, &lens, times, &view, &bright);
+    if (bright.colour)
+        view.colour.data = bright.colour;
     result = run_filter(w, &params, job->light, &view, 1, &out, NULL,
                         &w->preview.filter_ms, error);
+    if (result == RF_OK)
+        lamps_add(&bright.lamps, out.data, input->n_channels, out.width, out.height);
+    free(bright.colour);
+    lamps_free(&bright.lamps);
+    w->preview.filter_ms = 1000 * (os_clock_s() - start_s);
     w->preview_ns_px =
         1e6 * w->preview.filter_ms / ((double)out.width * (double)out.height);
     snprintf(w->preview.method, sizeof(w->preview.method), "%s",
