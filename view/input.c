@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "deep.h"
 #include "parallel.h"
 #include "relief.h"
 #include "report.h"
@@ -49,6 +50,9 @@ void input_drop(struct input *input)
     }
     free(input->view_planar);
     free(input->views);
+    if (input->deep)
+        deep_free(input->deep);
+    free(input->deep);
     free(input->frame_rgba);
     free(input->frame_depth);
     free(input->planar);

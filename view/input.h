@@ -16,6 +16,8 @@ struct input {
     int32_t width, height;
     int n_channels;
     int n_views;
+    struct deep_frame
+        *deep;             /* of a deep file, whose flat picture is views[0]; or NULL */
     struct rf_view *views; /* as the files have them; their memory belongs to this */
     /* Read back from a frame buffer, rows from the bottom; NULL where there is none.
      * Becomes views[0]. */

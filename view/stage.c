@@ -167,15 +167,18 @@ static bool open_source(struct stage *stage, const struct source_request *reques
     first.n_paths = stage->has_views ? 1 : request->n_paths;
     first.view = stage->has_views ? list->items[0].name : NULL;
     stage->is_open = source_open(&stage->source, &first, error);
-    if (!stage->is_open || !source_check(&stage->source, error))
-        return false;
-    if (!stage->source.info.is_deep)
-        return true;
-    return set_error(
-        error,
-        "%s: holds deep samples, which the window does not show; rackfocus "
-        "filter --flattened FILE.exr writes the flat picture and its depth",
-        request->paths[0]);
+    return stage->is_open && source_check(&stage->source, error);
+}
+
+static struct input *read_deep(const struct stage *stage, const struct settings *typed,
+                               int n_threads, struct image_error *error)
+{
+    struct settings settings;
+    struct rf_params params;
+    if (!stage_resolve(stage, typed, &settings, &params, error->message,
+                       sizeof(error->message)))
+        return NULL;
+    return input_read_deep(&stage->source, &params, n_threads, error);
 }
 
 static bool read_files(struct stage *stage, const struct settings *typed,
@@ -202,11 +205,14 @@ static bool read_files(struct stage *stage, const struct settings *typed,
             other);
     is_good = is_good && open_source(stage, &request, &list, error);
     const int n_threads = thread_count(stage->options->n_threads);
-    if (is_good)
+    const bool is_deep = is_good && stage->source.info.is_deep && !stage->has_views;
+    if (is_deep)
+        stage->input = read_deep(stage, typed, n_threads, error);
+    else if (is_good)
         stage->input = stage->has_views ? input_read_views(&stage->source, &list,
                                                            &request, n_threads, error)
                                         : input_read(&stage->source, n_threads, error);
-    is_good = is_good && stage->input && mend_depth(stage, typed, error);
+    is_good = is_good && stage->input && (is_deep || mend_depth(stage, typed, error));
     views_list_free(&list);
     return is_good;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "clock.h"
+#include "deep.h"
 #include "lamps.h"
 #include "quick.h"
 #include "report.h"
@@ -59,23 +60,38 @@ static bool report_best(void *user, double fraction)
     return w->is_saving ? !is_ending(w) : !is_newer_asked(w);
 }
 
-/* Runs the filter and measures it. `out` may be one of the views. */
-static rf_result run_filter(struct worker *w, const struct rf_params *params,
-                            const struct rf_image *light, const struct rf_view *views,
-                            int n_views, const struct rf_image *out,
-                            const struct rf_progress *progress, double *ms,
+/* What is filtered; `out` may be one of the views. */
+struct filtering {
+    const struct rf_params *params;
+    const struct rf_image *light;
+    const struct rf_view *views;
+    int n_views;
+    const struct deep_frame *deep; /* in place of the views; or NULL */
+    const struct rf_image *out;
+    const struct rf_progress *progress;
+};
+
+/* Runs the filter and measures it. */
+static rf_result run_filter(struct worker *w, const struct filtering *f, double *ms,
                             struct rf_error *error)
 {
+    const struct rf_params *params = f->params;
+    const struct rf_image *out = f->out;
     const double start_s = os_clock_s();
     struct rf_filter *filter;
-    const bool has_light = light && params->method == RF_METHOD_SCATTER &&
+    const bool has_light = f->light && params->method == RF_METHOD_SCATTER &&
                            params->distribution == RF_DISTRIBUTION_IMAGE;
     rf_result result =
         rf_filter_create_with(&filter, w->context, params, out->width, out->height,
-                              has_light ? light : NULL, error);
+                              has_light ? f->light : NULL, error);
     if (result != RF_OK)
         return result;
-    result = rf_filter_process(filter, views, n_views, out, progress, error);
+    if (f->deep)
+        result =
+            rf_filter_process_deep(filter, &f->deep->frame, out, f->progress, error);
+    else
+        result =
+            rf_filter_process(filter, f->views, f->n_views, out, f->progress, error);
     rf_filter_destroy(filter);
     *ms = 1000 * (os_clock_s() - start_s);
     return result;
@@ -235,8 +251,12 @@ static rf_result make_preview(struct worker *w, const struct job *job,
     take_lamps(job, &lens, times, &view, &bright);
     if (bright.colour)
         view.colour.data = bright.colour;
-    result = run_filter(w, &params, job->light, &view, 1, &out, NULL,
-                        &w->preview.filter_ms, error);
+    const struct filtering filtering = {.params = &params,
+                                        .light = job->light,
+                                        .views = &view,
+                                        .n_views = 1,
+                                        .out = &out};
+    result = run_filter(w, &filtering, &w->preview.filter_ms, error);
     if (result == RF_OK)
         lamps_add(&bright.lamps, out.data, input->n_channels, out.width, out.height);
     free(bright.colour);
@@ -265,9 +285,14 @@ static rf_result make_best(struct worker *w, const struct job *job,
     w->state.is_best = true;
     w->state.fraction = 0;
     os_lock_release(&w->lock);
-    const rf_result result =
-        run_filter(w, &job->params, job->light, input->views, input->n_views, &out,
-                   &progress, &w->best.filter_ms, error);
+    const struct filtering filtering = {.params = &job->params,
+                                        .light = job->light,
+                                        .views = input->views,
+                                        .n_views = input->n_views,
+                                        .deep = input->deep,
+                                        .out = &out,
+                                        .progress = &progress};
+    const rf_result result = run_filter(w, &filtering, &w->best.filter_ms, error);
     os_lock_take(&w->lock);
     w->state.is_best = false;
     if (result == RF_ERROR_CANCELLED) {

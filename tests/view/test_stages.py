@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be shown: views, folders, POV-Ray scenes."""
 
+import pathlib
 import shlex
 import subprocess
+import sys
 
 import numpy
 import pytest
@@ -171,3 +173,38 @@ def test_a_scene_with_an_error(view, tmp_path):
     window = view(scene)
     assert window.process.wait(timeout=90) == 1
     assert "broken.pov" in window.printed()
+
+
+def test_deep_samples_are_filtered_as_the_command_does(view, rackfocus, tmp_path):
+    """The best picture is of the samples; flattened, the file gives another one."""
+    sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "deep"))
+    import deepscene
+
+    camera = deepscene.Camera(120, 80, 130, 0.22, 6)
+    near = deepscene.Layer(
+        3,
+        lambda x, y: numpy.broadcast_to([0.8, 0.3, 0.1], x.shape + (3,)),
+        lambda x, y: 0.6 * (x**2 + y**2 < 0.2),
+    )
+    far = deepscene.Layer(
+        12,
+        lambda x, y: numpy.stack([x % 1, y % 1, 0 * x + 0.5], axis=-1),
+        lambda x, y: numpy.ones(x.shape),
+    )
+    path = tmp_path / "deep.exr"
+    samples = deepscene.deep_samples(camera, [near, far])
+    deepscene.write_deep(str(path), camera, samples)
+    lens = ["--focus-distance", 6, "--lens-radius", 0.22, "--focal-length-px", 130]
+    window = view(path, *lens)
+    window.wait_open()
+    out, flat = tmp_path / "out.png", tmp_path / "flat.exr"
+    rackfocus("filter", path, "-o", out, "--flattened", flat, *lens)
+    assert window.sees(read_png(out))
+    rackfocus("filter", flat, "-o", tmp_path / "of_flat.png", *lens)
+    assert not numpy.array_equal(read_png(out), read_png(tmp_path / "of_flat.png"))
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved")
+    rackfocus("filter", path, "-o", tmp_path / "out.exr", *lens)
+    saved = next(tmp_path.glob("deep_focus.exr"))
+    assert numpy.array_equal(read_exr(saved), read_exr(tmp_path / "out.exr"))
