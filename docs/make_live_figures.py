@@ -59,6 +59,10 @@ def show_posts(command, display, folder):
     window.click(x, y)  # the ball
     window.wait_best()
     write("view.png", window.look())
+    window.move(*window.control("Blades"))
+    window.wait_text("tip", "Blades")
+    time.sleep(0.5)
+    write("view-tip.png", window.look_still("tip")[290:420, 110:])
     seen = []
     for key, facts in (
         ("d", {"mode": 1}),

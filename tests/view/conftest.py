@@ -262,9 +262,13 @@ class Window:
 
     def look(self, name="shot"):
         """The window as it is on the display, uint8 RGB."""
-        path = self.folder / f"{name}.png"
         self.tool("mousemove", 2, 2)  # away from the controls
         time.sleep(0.2)
+        return self.look_still(name)
+
+    def look_still(self, name="shot"):
+        """The same with the mouse where it is."""
+        path = self.folder / f"{name}.png"
         subprocess.run(
             ["import", "-window", self.id(), f"png:{path}"],
             env=self.display.environment(),
