@@ -153,23 +153,48 @@ static PyObject *process(PyObject *object, const struct work *work,
     return Py_NewRef(Py_None);
 }
 
+/* What the view hides: None, or a tuple (colour, depth). 0, or -1 with an exception. */
+static int open_behind(PyObject *behind, struct plugin_image images[2], int *n_open,
+                       struct rf_view *view)
+{
+    static const char *const names[] = {"behind[0]", "behind[1]"};
+    if (behind == Py_None)
+        return 0;
+    if (!PyTuple_Check(behind) || PyTuple_Size(behind) != 2) {
+        PyErr_SetString(PyExc_TypeError, "behind: must be a tuple (colour, depth)");
+        return -1;
+    }
+    for (*n_open = 0; *n_open < 2; (*n_open)++)
+        if (plugin_open_image(&images[*n_open], PyTuple_GetItem(behind, *n_open),
+                              names[*n_open], false) < 0)
+            return -1;
+    view->behind_colour = images[0].image;
+    view->behind_depth = images[1].image;
+    return 0;
+}
+
 static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keywords)
 {
-    static char *names[] = {"colour", "depth", "out", "progress", NULL};
-    PyObject *objects[3], *function = Py_None, *answer = NULL;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|O:process", names,
-                                     &objects[0], &objects[1], &objects[2], &function))
+    static char *names[] = {"colour", "depth", "out", "progress", "behind", NULL};
+    PyObject *objects[3], *function = Py_None, *behind = Py_None, *answer = NULL;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OO:process", names,
+                                     &objects[0], &objects[1], &objects[2], &function,
+                                     &behind))
         return NULL;
-    struct plugin_image images[3];
-    int n_open = 0;
+    struct plugin_image images[3], hidden[2];
+    struct rf_view view = {.size = sizeof view};
+    int n_open = 0, n_hidden = 0;
     while (n_open < 3 && plugin_open_image(&images[n_open], objects[n_open],
                                            names[n_open], n_open == 2) == 0)
         n_open++;
-    if (n_open == 3) {
-        struct rf_view view = {.colour = images[0].image, .depth = images[1].image};
+    if (n_open == 3 && open_behind(behind, hidden, &n_hidden, &view) == 0) {
+        view.colour = images[0].image;
+        view.depth = images[1].image;
         const struct work work = {.views = &view, .n_views = 1};
         answer = process(object, &work, &images[2].image, function);
     }
+    while (n_hidden > 0)
+        plugin_close_image(&hidden[--n_hidden]);
     while (n_open > 0)
         plugin_close_image(&images[--n_open]);
     return answer;
@@ -488,13 +513,17 @@ static PyGetSetDef filter_getset[] = {
 
 static PyMethodDef filter_methods[] = {
     {"process", KEYWORDS(filter_process), METH_VARARGS | METH_KEYWORDS,
-     "process($self, /, colour, depth, out, progress=None)\n--\n\n"
+     "process($self, /, colour, depth, out, progress=None, behind=None)\n--\n\n"
      "Filters one frame.\n\n"
      "colour: (height, width, 1, 3 or 4) or (height, width) float32, scene-linear, "
      "alpha premultiplied.\n"
      "depth: (height, width) float32 in the convention of the parameter depth.\n"
      "out: writable, same shape as colour; may be the same memory.\n"
-     "progress: called with a fraction from 0 to 1; False cancels."},
+     "progress: called with a fraction from 0 to 1; False cancels.\n"
+     "behind: (colour, depth) of what lies behind the visible surfaces, as other "
+     "frames "
+     "or a second layer show it; depth is planar distance, NaN where nothing is known. "
+     "It takes the place of what layered and views estimate."},
     {"process_views", KEYWORDS(filter_process_views), METH_VARARGS | METH_KEYWORDS,
      "process_views($self, /, views, out, progress=None)\n--\n\n"
      "Filters one frame from several pinhole views; for the methods that take them "

@@ -88,6 +88,7 @@ class Filter:
         depth: _Pixels,
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
+        behind: tuple[_Pixels, _Pixels] | None = None,
     ) -> None: ...
     def process_views(
         self,

@@ -3,7 +3,7 @@
 
     RACKFOCUS=build/cli/rackfocus python3 tests/farm/measure_sizes.py [--bounded] [WIDTH ...]
 
-With --bounded only with --max-memory 1024: 15360 takes 15 GiB without.
+With --bounded only with --max-memory: 15360 takes 15 GiB without.
 
 One thread, one frame: read, filter, write (half, zip). The radius grows with the width:
 1 % of it. Time is of the processor, which other load changes less than the clock's.
@@ -63,7 +63,8 @@ def main():
             )
             maker.start()
             maker.join()
-            bound = ["--max-memory", "1024"]
+            # The rows of a strip need more where the picture is wider.
+            bound = ["--max-memory", "1024" if width <= 7680 else "2048"]
             for more in [bound] if is_bounded else [[], bound]:
                 seconds, mib = measure(folder, width, *more)
                 print(

@@ -40,6 +40,36 @@ def test_parameters_are_those_of_the_core(root):
     assert [p.key for p in rackfocus.parameters()] == keys
 
 
+def test_what_lies_behind_is_seen():
+    """A wall in focus behind a blurred post: known, its pixels come through."""
+    height, width = 40, 60
+    wall = np.random.default_rng(1).random((height, width, 3), np.float32)
+    post = np.s_[:, 27:33]
+    colour, depth = wall.copy(), np.full((height, width), 4, np.float32)
+    colour[post], depth[post] = 0.3, 1
+    behind = np.full((height, width), np.nan, np.float32)
+    made = rackfocus.Filter(
+        width, height, focus_distance=4.0, lens_radius=0.15, focal_length_px=100
+    )
+    alone, known = np.empty_like(wall), np.empty_like(wall)
+    made.process(colour, depth, alone, behind=(wall, behind))
+    made.process(colour, depth, known)
+    assert np.array_equal(alone, known)  # nothing was known
+    behind[post] = 4
+    made.process(colour, depth, known, behind=(wall, behind))
+    share = np.linalg.lstsq(
+        np.stack([(wall[post] - 0.3).ravel()], 1),
+        (known[post] - 0.3).ravel(),
+        rcond=None,
+    )
+    inner = known[12:-12, 27:33] - 0.3
+    fit = (wall[12:-12, 27:33] - 0.3) * share[0][0]
+    assert share[0][0] > 0.4 and np.abs(inner - fit).mean() < 0.02
+    for wrong in ((wall,), (wall, behind, 1), [wall, behind], (wall[:9], behind)):
+        with pytest.raises((TypeError, ValueError)):
+            made.process(colour, depth, known, behind=wrong)
+
+
 def test_parameters_are_complete():
     """Types, ranges, defaults and choices."""
     for p in rackfocus.parameters():

@@ -3,7 +3,7 @@
 """Gives many scenes a lens and compares with POV-Ray's own blur of the same file.
 
     tests/povray/survey_lenses.py [--program build/cli/rackfocus] [--jobs 2]
-        [--results FILE.jsonl] [--variants] [FOLDER...]
+        [--results FILE.jsonl] [--variants] [--skip N] [FOLDER...]
 
 Without a folder: POV-Ray's examples. Every scene that POV-Ray draws within 20 s as a
 pinhole gets one of five lenses (weak, middling, strong, near focus, and an aperture
@@ -36,14 +36,43 @@ BAR_DB, LOSS_DB = 34, 0.3
 #: 0: no focal_point.
 LENSES = [(0.5, 1), (1.5, 1), (4, 1), (3, 0.6), (2, 0)]
 
-WORLD = """
-sphere {{ <0,1,0>,1 pigment {{ checker rgb 1 rgb <0.6,0.2,0.1> scale 0.2 }} }}
-sphere {{ <0.9,0.4,-2>,0.4 pigment {{ rgb <0.2,0.5,0.9> }} finish {{ phong 0.8 }} }}
-plane {{ y,0 pigment {{ checker rgb 0.9 rgb 0.3 }} }}
-box {{ <-4,0,6>,<-2,4,7> pigment {{ bozo color_map {{ [0 rgb 0.2][1 rgb 0.9] }} }} }}
-sky_sphere {{ pigment {{ gradient y color_map {{ [0 rgb 0.8][1 rgb <0.2,0.4,0.9>] }} }} }}
-light_source {{ <5,9,-7> rgb {light} }}
-"""
+#: Things on a floor; posts, wires and lamps before a far wall; a room with a text, a torus
+#: and rough stone.
+WORLDS = [
+    """
+sphere { <0,1,0>,1 pigment { checker rgb 1 rgb <0.6,0.2,0.1> scale 0.2 } }
+sphere { <0.9,0.4,-2>,0.4 pigment { rgb <0.2,0.5,0.9> } finish { phong 0.8 } }
+plane { y,0 pigment { checker rgb 0.9 rgb 0.3 } }
+box { <-4,0,6>,<-2,4,7> pigment { bozo color_map { [0 rgb 0.2][1 rgb 0.9] } } }
+sky_sphere { pigment { gradient y color_map { [0 rgb 0.8][1 rgb <0.2,0.4,0.9>] } } }
+light_source { <5,9,-7> rgb 1 }
+""",
+    """
+#declare I = 0;
+#while (I < 9)
+  cylinder { <-4+I,0,0>,<-4+I,4,0>,0.02+0.01*I pigment { rgb <0.2,0.5,0.3> } }
+  cylinder { <-4+I,0.3*I,-2>,<-2+I,0.3*I,1>,0.012 pigment { rgb 0.1 } }
+  sphere { <-4+I,3-0.2*I,7>,0.06 pigment { rgb <30,20,10> } finish { ambient 1 } }
+  #declare I = I + 1;
+#end
+plane { z,9 pigment { brick rgb 0.8 rgb <0.6,0.3,0.2> scale 0.1 } finish { ambient 0.3 } }
+plane { y,0 pigment { rgb <0.5,0.5,0.4> } }
+light_source { <5,9,-7> rgb 1 }
+""",
+    """
+text { ttf "timrom.ttf" "Lens" 0.2, 0 translate <-1,0.8,-1> pigment { rgb <0.1,0.1,0.4> } }
+torus { 0.8,0.2 rotate x*70 translate <0.5,1.2,1> pigment { granite scale 0.4 } }
+difference {
+  box { <-5,-0.1,-9>,<5,4,6> hollow }
+  box { <-4.9,0,-10>,<4.9,3.9,5.9> hollow }
+  pigment { checker rgb <0.7,0.7,0.6> rgb <0.5,0.6,0.7> scale 0.5 }
+  normal { bumps 0.3 scale 0.2 }
+}
+height_field { function 40,40 { pattern { bumps scale 0.1 } } scale <2,0.4,2>
+  translate <-3,0,1> pigment { rgb <0.5,0.4,0.3> } }
+light_source { <0,3.5,-3> rgb 0.9 }
+""",
+]
 CAMERAS = [
     "location <0,1.5,-6> look_at <0,1,0>",
     "location <0,1.5,-6> angle 35 look_at <0,1,0>",
@@ -58,13 +87,13 @@ VERSIONS = ["3.7", "3.1"]
 
 
 def write_variants(folder):
-    """Scenes of one world under all cameras, gammas and versions."""
-    for i, (camera, gamma, version) in enumerate(
-        itertools.product(CAMERAS, GAMMAS, VERSIONS)
+    """Scenes of the worlds under all cameras, gammas and versions."""
+    for i, (world, camera, gamma, version) in enumerate(
+        itertools.product(WORLDS, CAMERAS, GAMMAS, VERSIONS)
     ):
         text = (
             f"#version {version};\nglobal_settings {{ assumed_gamma {gamma} }}\n"
-            f"camera {{ {camera} }}\n{WORLD.format(light=1)}"
+            f"camera {{ {camera} }}\n{world}"
         )
         (folder / f"variant{i:03}.pov").write_text(text)
 
@@ -165,8 +194,16 @@ def measure(program, path, lens, folder):
         lens, scene = "own", path.name
         text = re.sub(r"\baperture\b", "aperture 0*", path.read_text(errors="replace"))
         (folder / "pinhole.pov").write_text(text)
-        if not render(folder / "pinhole.pov", folder / "p.exr", cwd, "+A0.05", "+AM2",
-                      "+R3", "-J", f"+L{cwd}"):
+        if not render(
+            folder / "pinhole.pov",
+            folder / "p.exr",
+            cwd,
+            "+A0.05",
+            "+AM2",
+            "+R3",
+            "-J",
+            f"+L{cwd}",
+        ):
             return {"state": "no plain camera"}
     else:
         text = with_lens(path.read_text(errors="surrogateescape"), facts, lens)
@@ -218,6 +255,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--results")
     parser.add_argument("--variants", action="store_true")
+    parser.add_argument("--skip", type=int, default=0, help="scenes at the beginning")
     parser.add_argument("folders", nargs="*")
     arguments = parser.parse_args()
     program = str(pathlib.Path(arguments.program).resolve())
@@ -235,6 +273,7 @@ def main():
         jobs = [
             pool.submit(examine, program, scene, i % len(LENSES))
             for i, scene in enumerate(scenes)
+            if i >= arguments.skip
         ]
         for job in concurrent.futures.as_completed(jobs):
             rows.append(job.result())
