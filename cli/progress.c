@@ -32,18 +32,30 @@ static void format_left(char *text, size_t n_bytes, double elapsed_s, double fra
                  (int)left_s % 60);
 }
 
-static void draw(const struct progress *bar, double fraction, double now_s)
+/* At once, over what was drawn last: Windows' console takes a stream without a buffer
+ * letter by letter, and not every one knows the escape that wipes a line. */
+static void write_line(struct progress *bar, const char *line)
 {
-    char left[48], cells[MAX_CELLS + 1];
+    char text[256];
+    const int n = (int)strlen(line), n_blank = bar->n_drawn > n ? bar->n_drawn - n : 0;
+    snprintf(text, sizeof(text), "\r%s%*s%s", line, n_blank, "", n > 0 ? "" : "\r");
+    fputs(text, stderr);
+    fflush(stderr);
+    bar->n_drawn = n;
+}
+
+static void draw(struct progress *bar, double fraction, double now_s)
+{
+    char left[48], cells[MAX_CELLS + 1], line[200];
     format_left(left, sizeof(left), now_s - bar->started_s, fraction);
     int n = os_terminal_columns(stderr) - (int)strlen(bar->label) - 32;
     n = n > MAX_CELLS ? MAX_CELLS : n < 0 ? 0 : n;
     memset(cells, '.', sizeof(cells));
     memset(cells, '#', (size_t)(fraction * n));
     cells[n] = 0;
-    fprintf(stderr, "\r%s [%s] %3.0f %% %s\033[K", bar->label, cells, 100 * fraction,
-            left);
-    fflush(stderr);
+    snprintf(line, sizeof(line), "%s [%s] %3.0f %% %s", bar->label, cells,
+             100 * fraction, left);
+    write_line(bar, line);
 }
 
 bool progress_report(void *user, double fraction)
@@ -60,6 +72,6 @@ bool progress_report(void *user, double fraction)
 void progress_end(struct progress *bar)
 {
     if (bar->is_shown && bar->drawn_s > 0)
-        fputs("\r\033[K", stderr);
+        write_line(bar, "");
     bar->is_shown = false;
 }

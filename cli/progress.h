@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A progress bar with the time left, on stderr where that is a terminal that knows
- * escapes.
+ * A progress bar with the time left, on stderr where that is a terminal that moves its
+ * cursor.
  *
  *     struct progress bar;
  *     progress_start(&bar, "filtering", is_quiet);
@@ -17,6 +17,7 @@
 struct progress {
     const char *label;
     bool is_shown;
+    int n_drawn; /* letters on the line */
     double started_s, drawn_s; /* seconds of the monotonic clock */
 };
 

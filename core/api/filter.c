@@ -320,7 +320,7 @@ rf_result rf_apply(const struct rf_params *params, const struct rf_image *colour
     rf_result result = rf_context_create(&context, NULL, error);
     if (result != RF_OK)
         return result;
-    struct rf_filter *filter;
+    struct rf_filter *filter = NULL;
     result = rf_filter_create(&filter, context, params, colour->width, colour->height,
                               error);
     if (result == RF_OK) {

@@ -2,9 +2,11 @@
 """Builds for other systems and what runs their programs, once per session."""
 
 import os
+import shutil
+import sys
 
 import pytest
-from systems import BUILD, OS_PROGRAMS, WINE, programs_for_tests, run
+from systems import BEHAVIOUR, BUILD, OS_PROGRAMS, ROOT, WINE, programs_for_tests, run
 
 import cross
 
@@ -13,7 +15,11 @@ import cross
 def windows():
     """The build for Windows: extension, command and the tests of the library."""
     ours = [f"tests/os/test_{name}.exe" for name in OS_PROGRAMS]
-    targets = [*ours, *cross.programs_of("windows-x64"), *programs_for_tests(".exe")]
+    targets = [
+        *ours,
+        *cross.programs_of("windows-x64"),
+        *programs_for_tests(BEHAVIOUR, ".exe"),
+    ]
     return cross.build("windows-x64", targets)
 
 
@@ -40,3 +46,13 @@ def wine(wine_environment):
         return "".join(line for line in lines if not line.startswith("wine: "))
 
     return run_there
+
+
+@pytest.fixture(scope="session")
+def native(tmp_path_factory):
+    """What this machine's own package prints."""
+    package = tmp_path_factory.mktemp("native") / "rackfocus"
+    shutil.copytree(ROOT / "plugin" / "rackfocus", package)
+    script = ROOT / "tests" / "platforms" / "use_wheel.py"
+    shutil.copy(BUILD / "plugin" / "_core.abi3.so", package)
+    return run(sys.executable, script, package.parent).split()

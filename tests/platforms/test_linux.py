@@ -10,13 +10,15 @@ import sys
 
 import pytest
 from systems import (
+    BEHAVIOUR_BY_QEMU,
     BUILD,
     LEVELS,
+    PROGRAMS,
     PYTHONS,
     ROOT,
     get_python,
     has_level,
-    names,
+    program_path,
     programs_for_tests,
     run,
     unpack,
@@ -46,14 +48,14 @@ def x64():
 def arm64():
     """The build for arm64, with the tests of the library."""
     return cross.build(
-        "linux-arm64", [*cross.programs_of("linux-arm64"), *programs_for_tests()]
+        "linux-arm64",
+        [*cross.programs_of("linux-arm64"), *programs_for_tests(BEHAVIOUR_BY_QEMU)],
     )
 
 
-@pytest.mark.parametrize("name", names("unit") + names("kernels"))
+@pytest.mark.parametrize("name", [*PROGRAMS, *BEHAVIOUR_BY_QEMU])
 def test_program_passes_on_arm64(name, arm64):
-    suite = "unit" if name in names("unit") else "kernels"
-    said = run(*QEMU, arm64 / "tests" / suite / name)
+    said = run(*QEMU, arm64 / program_path(name))
     assert re.search(r"^ok ", said, re.M), said
     assert not re.search(r"^not ok ", said, re.M), said
 
@@ -121,8 +123,11 @@ def old_libc():
         ):
             apt += ["-o", option]
         run(*apt, "update")
-        names = ("libc6:amd64", "libgcc-s1:amd64", "libcrypt1:amd64", "zlib1g:amd64")
-        packages = ("libc6:arm64", *names)
+        packages = [
+            f"{name}:{processor}"
+            for name in ("libc6", "libgcc-s1", "libcrypt1", "zlib1g")
+            for processor in ("amd64", "arm64")
+        ]
         run(*apt, "download", *packages, cwd=folder)
         for path in folder.glob("*.deb"):
             run("dpkg", "-x", path, folder / path.stem.rsplit("_", 1)[1])
@@ -155,7 +160,7 @@ def test_command_with_an_old_libc(platform, request, old_libc, tmp_path):
 
 
 @pytest.mark.parametrize("version", PYTHONS)
-def test_wheel_in_a_python_with_an_old_libc(version, x64, old_libc, tmp_path):
+def test_wheel_in_a_python_with_an_old_libc(version, x64, old_libc, native, tmp_path):
     """The module finds the best level there, and gives this machine's bits."""
     home = get_python(version, "linux-x86_64", "manylinux2014_x86_64")
     run(sys.executable, ROOT / "blender_addon/package.py", x64, tmp_path, "linux-x64")
@@ -165,9 +170,21 @@ def test_wheel_in_a_python_with_an_old_libc(version, x64, old_libc, tmp_path):
     where = (tmp_path / "packages", home / "packages")
     environment = dict(os.environ, PYTHONHOME=str(home))
     said = run(*python, HERE / "use_wheel.py", *where, env=environment)
-    package = tmp_path / "native" / "rackfocus"
-    shutil.copytree(ROOT / "plugin" / "rackfocus", package)
-    shutil.copy(BUILD / "plugin" / "_core.abi3.so", package)
-    native = run(sys.executable, HERE / "use_wheel.py", package.parent)
-    assert said.split() == native.split()
-    assert said.split()[0] != "generic" or not has_level("sse4")
+    assert said.split() == native
+    assert native[0] != "generic" or not has_level("sse4")
+
+
+def test_wheel_in_a_python_on_arm64(arm64, old_libc, native, tmp_path):
+    """The module uses NEON, and gives this machine's bits."""
+    home = get_python("3.11", "linux-arm64", "manylinux2014_aarch64")
+    package = ROOT / "blender_addon/package.py"
+    run(sys.executable, package, arm64, tmp_path, "linux-arm64")
+    unpack(next(tmp_path.glob("*-cp311-*manylinux_2_28*")), tmp_path / "packages")
+    where = (tmp_path / "packages", home / "packages")
+    environment = dict(os.environ, PYTHONHOME=str(home), LD_LIBRARY_PATH=str(home))
+    said = run(
+        *("qemu-aarch64-static", "-L", old_libc / "arm64"),
+        *(home / "bin" / "python3.11", HERE / "use_wheel.py", *where),
+        env=environment,
+    )
+    assert said.split() == ["neon", native[1]]

@@ -1,24 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Windows x64: built by mingw-w64, run under wine. The programs of the unit and kernel
-suites pass, the pictures have the bits of Linux at every CPU level, and the wheel serves
+"""Windows x64: built by mingw-w64, run under wine. The programs of the unit, kernel and
+behaviour suites pass, the pictures have the bits of Linux at every CPU level, and the wheel serves
 a Windows Python. Wine is not Windows: what it shows is that the code is right.
 """
 
 import re
-import shutil
 import sys
 
 import pytest
 from systems import (
+    BEHAVIOUR,
     BUILD,
     LEVELS,
     LIBRARIES,
+    PROGRAMS,
     PYTHONS,
     ROOT,
     get_python,
     has_level,
     make_python3,
-    names,
+    program_path,
     run,
     unpack,
 )
@@ -28,10 +29,9 @@ import wheels
 HERE = ROOT / "tests" / "platforms"
 
 
-@pytest.mark.parametrize("name", names("unit") + names("kernels"))
+@pytest.mark.parametrize("name", [*PROGRAMS, *sorted(BEHAVIOUR)])
 def test_program_passes(name, windows, wine):
-    suite = "unit" if name in names("unit") else "kernels"
-    said = wine(windows / "tests" / suite / f"{name}.exe")
+    said = wine(windows / f"{program_path(name)}.exe")
     assert re.search(r"^ok ", said, re.M), said
     assert not re.search(r"^not ok ", said, re.M), said
 
@@ -69,15 +69,6 @@ def python(request):
     if request.param == "3.11":
         make_python3(home)
     return request.param, home
-
-
-@pytest.fixture(scope="session")
-def native(tmp_path_factory):
-    """What this machine's own package prints."""
-    package = tmp_path_factory.mktemp("native") / "rackfocus"
-    shutil.copytree(ROOT / "plugin" / "rackfocus", package)
-    shutil.copy(BUILD / "plugin" / "_core.abi3.so", package)
-    return run(sys.executable, HERE / "use_wheel.py", package.parent).split()
 
 
 def test_packages_in_a_windows_python(python, dist, native, wine, tmp_path):
