@@ -255,6 +255,18 @@ class Window:
         at = self.layout()
         return at["x"] + (x + 0.5) * at["scale"], at["y"] + (y + 0.5) * at["scale"]
 
+    def drop(self, *paths):
+        """Drops files on the window, as a file manager does."""
+        script = pathlib.Path(__file__).with_name("drop.py")
+        done = subprocess.run(
+            [sys.executable, script, self.id(), *map(str, paths)],
+            env=self.display.environment(),
+            capture_output=True,
+            text=True,
+            timeout=WAIT_S,
+        )
+        assert done.returncode == 0, done.stderr
+
     def resize(self, width, height):
         self.tool("windowsize", self.id(), width, height)
 

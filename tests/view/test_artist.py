@@ -56,6 +56,29 @@ def test_open_from_the_list(window, passes, tmp_path, command_picture):
     assert files[0].endswith("zz_other.exr") and files[1].endswith("passes.exr")
 
 
+def test_drop_files(window, passes, command_picture, rackfocus, tmp_path):
+    """An EXR is shown, a PNG becomes the reference, parameters are set."""
+    other = passes("other file.exr", shift=9)
+    window.drop(other)
+    window.wait_text("loaded", "other file.exr")
+    window.wait_best()
+    assert window.sees(command_picture(other))
+    png = tmp_path / "reference.png"
+    rackfocus("filter", other, "-o", png, "--focus-distance", NEAR)
+    window.drop(png)
+    window.wait_text("said", "reference")
+    press(window, "x")
+    window.wait_best(mode=4)
+    press(window, "x")
+    (tmp_path / "look.params").write_text("focus-distance 5\nblades 6\n")
+    window.drop(tmp_path / "look.params")
+    window.wait_best(focus=5.0)
+    words = window.copied()
+    assert words[words.index("--blades") + 1] == "6"
+    window.drop(passes("a.exr"), tmp_path / "missing.exr")
+    window.wait_text("said", "missing.exr")
+
+
 def test_what_cannot_be_opened_leaves_the_picture(window, tmp_path):
     (tmp_path / "zz_broken.exr").write_text("nonsense")
     press(window, "ctrl+o")
