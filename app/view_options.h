@@ -24,6 +24,7 @@ struct view_options {
     int32_t demo_width;                 /* px; the height follows */
     int32_t n_threads;
     bool is_demo, is_quiet, is_benchmark_turn;
+    bool is_over, is_stereo; /* as of filter */
 };
 
 #endif

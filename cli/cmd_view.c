@@ -72,6 +72,12 @@ static const struct option options[] = {
      .min = -20,
      .max = 20,
      .help = "Brightness of the view; saved pictures do not change. [default 0]"},
+    OPTION_FLAG_ROW("over", AT(is_over),
+                    "The inputs are layers with a depth each: filter each and put "
+                    "them over each other, the first on top."),
+    OPTION_FLAG_ROW("stereo", AT(is_stereo),
+                    "Filter both eyes of a multi-view file, or of two files, and show "
+                    "them for red and cyan glasses or side by side."),
     {.name = "ocio",
      .kind = OPTION_FILE,
      .offset = AT(ocio),
@@ -147,25 +153,20 @@ static bool fail_usage(const char *text)
     return false;
 }
 
-/* Options of rackfocus filter that have no place in a window. */
-static bool check_for_filter(int argc, char **argv)
+/* Layers and eyes, as rackfocus filter takes them. */
+static bool check_stack(const struct view_options *tool, int n)
 {
-    static const struct {
-        const char *option, *why;
-    } list[] = {
-        {"--over", "the window filters one picture; look at each layer alone, save its "
-                   "parameters with Ctrl+P, and put the layers over each other with "
-                   "rackfocus filter --over"},
-        {"--stereo", "the window shows one eye; look at one of them, save the "
-                     "parameters with Ctrl+P, and filter both with rackfocus filter "
-                     "--stereo --params FILE"},
-    };
-    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
-        for (size_t j = 0; j < sizeof(list) / sizeof(list[0]); j++)
-            if (strcmp(argv[i], list[j].option) == 0) {
-                message("%s: %s", list[j].option, list[j].why);
-                return false;
-            }
+    if (!tool->is_over && !tool->is_stereo)
+        return true;
+    if (tool->is_over && tool->is_stereo)
+        return fail_usage("--over and --stereo do not go together");
+    if (tool->is_over && (n < 2 || n > 8))
+        return fail_usage("--over takes two to eight layers, the first on top");
+    if (tool->is_stereo && n > 2)
+        return fail_usage("--stereo takes one multi-view file or two files");
+    if (tool->is_demo || tool->depth_file || tool->depth_channel || tool->layer)
+        return fail_usage("--over and --stereo take the depth from each input; leave "
+                          "out --demo, --depth-file, --depth-channel and --layer");
     return true;
 }
 
@@ -198,6 +199,8 @@ static bool check_usage(const struct view_options *tool,
         return fail_usage("view needs something to show: an EXR file with colour and "
                           "depth, a folder of kept passes, views, a POV-Ray scene, or "
                           "--demo");
+    if (!check_stack(tool, operands->n))
+        return false;
     if (tool->is_benchmark_turn && !(tool->is_demo && tool->benchmark_s > 0))
         return fail_usage("--benchmark-turn goes with --benchmark and --demo");
     if (tool->is_demo && operands->n > 1)
@@ -227,8 +230,6 @@ int view_parse(int argc, char **argv, struct view_call *call)
 {
     struct image_error error;
     *call = (struct view_call){.options = {.n_views = 1, .demo_width = 960}};
-    if (!check_for_filter(argc, argv))
-        return EXIT_USAGE;
     int code = options_parse(&command_view, argc, argv, &call->options, &call->settings,
                              &call->operands);
     if (code != OPTIONS_GO_ON)
@@ -286,6 +287,8 @@ const struct command command_view = {
     .usage = "IN.exr [DEPTH.exr] [options]\n"
              "       rackfocus view FOLDER [options]\n"
              "       rackfocus view VIEW.exr VIEW.exr ... [options]\n"
+             "       rackfocus view TOP.exr ... BOTTOM.exr --over [options]\n"
+             "       rackfocus view LEFT.exr RIGHT.exr --stereo [options]\n"
              "       rackfocus view SCENE.pov [options] [-- POV-Ray's options]\n"
              "       rackfocus view --demo [PICTURE] [options]",
     .description =

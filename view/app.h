@@ -174,6 +174,7 @@ struct app {
     struct colour_list colours;
     int colour_index;
     bool has_scopes;
+    int eyes;             /* of a stereo pair, enum stack_eyes */
     struct scopes scopes; /* of what is shown */
     struct {
         bool is_set;

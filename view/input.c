@@ -50,6 +50,8 @@ void input_drop(struct input *input)
     }
     free(input->view_planar);
     free(input->views);
+    for (int i = 0; i < input->n_others; i++)
+        input_drop(input->others[i]);
     if (input->deep)
         deep_free(input->deep);
     free(input->deep);

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "rackfocus/rackfocus.h"
+#include "stack.h"
 
 struct input {
     int n_holders; /* change with input_hold and input_drop only */
@@ -19,6 +20,8 @@ struct input {
     struct deep_frame
         *deep;             /* of a deep file, whose flat picture is views[0]; or NULL */
     struct rf_view *views; /* as the files have them; their memory belongs to this */
+    struct input *others[STACK_MOST]; /* of a stack; belong to this */
+    int n_others;
     /* Read back from a frame buffer, rows from the bottom; NULL where there is none.
      * Becomes views[0]. */
     uint8_t *frame_rgba;

@@ -6,6 +6,13 @@
 void view_job(const struct app *app, const struct picture *reference, struct job *job)
 {
     state_job(&app->state, app->source, reference, job);
+    char text[512];
+    job->stack.eyes = app->eyes;
+    if (app->stage && !stage_stack(app->stage, &app->state.typed, &job->params,
+                                   &job->stack, text, sizeof(text)))
+        job->stack = (struct stack){0}; /* the first alone */
+    if (!app->stage)
+        job->stack = (struct stack){0};
     job->light = app->light.data ? &app->light : NULL;
 }
 

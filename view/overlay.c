@@ -102,7 +102,8 @@ static void draw_help(struct app *app)
     struct area area = view_picture_area(app);
     area.width = area.width < 30 * em ? app->width : area.width;
     const int columns = area.width >= 90 * em ? 3 : area.width >= 60 * em ? 2 : 1;
-    const int step = app->font.line * 6 / 5, width = (area.width - 2 * em) / columns;
+    const int step = app->font.line * 6 / 5, share = (area.width - 2 * em) / columns;
+    const int width = share < 36 * em ? share : 36 * em;
     const int n_rows = (n + columns - 1) / columns + 2;
     app->help_height = n_rows * step + 2 * em;
     overlay_scroll_help(app, 0);

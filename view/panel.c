@@ -336,6 +336,17 @@ static void colour_row(struct app *app)
     }
 }
 
+static void eyes_row(struct app *app)
+{
+    static const char *const names[] = {"left", "right", "red and cyan",
+                                        "side by side"};
+    ui_about(&app->ui, &(struct ui_about){.tip = "Which eye of the pair is shown, or "
+                                                 "both: for red and cyan glasses, or "
+                                                 "side by side, half as wide."});
+    if (ui_choice(&app->ui, "Eyes", names, 4, &app->eyes))
+        app->state.id++;
+}
+
 static void view_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
@@ -374,6 +385,8 @@ static void view_rows(struct app *app)
     if (ui_was_reset(ui))
         state_set_exposure(state, app->options->exposure);
     colour_row(app);
+    if (app->options->is_stereo)
+        eyes_row(app);
 }
 
 /* What F, S and X compare with, and the kept settings. */

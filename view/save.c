@@ -86,6 +86,12 @@ void save_picture(struct app *app)
         view_say(app, "%s", error.message);
         return;
     }
+    if (app->options->is_stereo) {
+        view_say(app,
+                 "both eyes are written by rackfocus filter --stereo: Ctrl+C copies "
+                 "that line");
+        return;
+    }
     if (!save_may_replace(app, app->output))
         return;
     struct saving *saving = app_memory(1, sizeof(*saving), &error);

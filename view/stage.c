@@ -130,12 +130,29 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
 
 /* ---- files ----------------------------------------------------------------------- */
 
-/* The depth of all views, as `rackfocus filter` takes it. */
+/* What a source says of its camera, and what was typed. */
+static bool resolve_source(const struct stage *stage, const struct source *source,
+                           const struct settings *typed, struct settings *settings,
+                           struct rf_params *params, char *text, size_t n_bytes)
+{
+    struct rf_error error;
+    *settings = *typed;
+    if (!source_read_facts(source, settings, text, n_bytes))
+        return false;
+    if (stage->has_views)
+        settings_set_header(settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET, NULL);
+    if (settings_fit_window(settings, &source->info, params, &error) == RF_OK)
+        return true;
+    snprintf(text, n_bytes, "%s", error.message);
+    return false;
+}
+
+/* The depth of all views of a source, as `rackfocus filter` takes it. */
 static bool mend_depth(struct stage *stage, const struct settings *typed,
+                       const struct source *source, const struct input *input,
                        struct image_error *error)
 {
     const struct view_options *options = stage->options;
-    const struct input *input = stage->input;
     const size_t n = (size_t)input->width * (size_t)input->height;
     struct settings settings;
     struct rf_params params;
@@ -145,11 +162,11 @@ static bool mend_depth(struct stage *stage, const struct settings *typed,
                            (enum rf_mist)options->mist_falloff);
     if (options->depth_repair == DEPTH_REPAIR_OFF)
         return true;
-    if (!stage_resolve(stage, typed, &settings, &params, error->message,
-                       sizeof(error->message)))
+    if (!resolve_source(stage, source, typed, &settings, &params, error->message,
+                        sizeof(error->message)))
         return false;
-    const struct depth_picture picture = {&stage->source, &settings, &params,
-                                          input->views, input->n_views};
+    const struct depth_picture picture = {source, &settings, &params, input->views,
+                                          input->n_views};
     if (!depth_mend(&picture, mended, sizeof(mended), error))
         return false;
     if (mended[0]) {
@@ -212,9 +229,105 @@ static bool read_files(struct stage *stage, const struct settings *typed,
         stage->input = stage->has_views ? input_read_views(&stage->source, &list,
                                                            &request, n_threads, error)
                                         : input_read(&stage->source, n_threads, error);
-    is_good = is_good && stage->input && (is_deep || mend_depth(stage, typed, error));
+    is_good =
+        is_good && stage->input &&
+        (is_deep || mend_depth(stage, typed, &stage->source, stage->input, error));
     views_list_free(&list);
     return is_good;
+}
+
+/* ---- layers and eyes --------------------------------------------------------------- */
+
+/* One picture of a stack: its source and its pixels. */
+static struct input *read_one(struct stage *stage, const struct settings *typed,
+                              struct source_request *request, struct source *source,
+                              struct image_error *error)
+{
+    const int n_threads = thread_count(stage->options->n_threads);
+    if (!source_open(source, request, error))
+        return NULL;
+    struct input *input = NULL;
+    if (!source_check(source, error))
+        input = NULL;
+    else if (source->info.is_deep)
+        set_error(error, "%s: holds deep samples, which need no --over or --stereo",
+                  request->paths[0]);
+    else
+        input = input_read(source, n_threads, error);
+    if (input && !mend_depth(stage, typed, source, input, error)) {
+        input_drop(input);
+        input = NULL;
+    }
+    return input;
+}
+
+static bool add_other(struct stage *stage, const struct settings *typed,
+                      struct source_request *request, struct image_error *error)
+{
+    struct input *first = stage->input;
+    struct source *source = &stage->others[stage->n_others];
+    struct input *input = read_one(stage, typed, request, source, error);
+    if (source->colour)
+        stage->n_others++; /* to be closed */
+    if (!input)
+        return false;
+    first->others[first->n_others++] = input;
+    if (input->width != first->width || input->height != first->height)
+        return set_error(error, "%s: is %d x %d, the others %d x %d", request->paths[0],
+                         input->width, input->height, first->width, first->height);
+    if (stage->options->is_over ? input->n_channels != 4
+                                : input->n_channels != first->n_channels)
+        return set_error(error,
+                         stage->options->is_over
+                             ? "%s: has no alpha, so nothing below it would be seen"
+                             : "%s: has other channels than the left eye",
+                         request->paths[0]);
+    return true;
+}
+
+/* The first two views of a multi-view file. */
+static bool list_eyes(const char *path, char names[2][64], struct image_error *error)
+{
+    struct image_input *input;
+    if (!image_open(&input, path, error))
+        return false;
+    const int n = image_view_count(input);
+    for (int i = 0; i < 2 && n >= 2; i++)
+        snprintf(names[i], 64, "%s", image_view_name(input, i));
+    image_close(input);
+    return n >= 2 || set_error(error,
+                               "%s: holds one view; --stereo takes a file of two, or "
+                               "two files, left and right",
+                               path);
+}
+
+/* The i-th picture from the one that is read first: layers from below, eyes from the
+ * left. Views of one file have a name. */
+static bool read_stack(struct stage *stage, const struct settings *typed,
+                       struct image_error *error)
+{
+    char *const *paths = stage->files->paths;
+    const bool is_over = stage->options->is_over;
+    const bool is_inside = !is_over && stage->files->n_paths == 1;
+    const int n = is_inside ? 2 : stage->files->n_paths;
+    char names[2][64] = {"", ""};
+    snprintf(stage->label, sizeof(stage->label), "reading %.200s", paths[0]);
+    if (is_inside && !list_eyes(paths[0], names, error))
+        return false;
+    for (int i = 0; i < n; i++) {
+        char *path = paths[is_inside ? 0 : is_over ? n - 1 - i : i];
+        struct source_request request = {
+            .paths = &path, .n_paths = 1, .view = is_inside ? names[i] : NULL};
+        if (i > 0 && !add_other(stage, typed, &request, error))
+            return false;
+        if (i > 0)
+            continue;
+        stage->input = read_one(stage, typed, &request, &stage->source, error);
+        stage->is_open = stage->source.colour != NULL;
+        if (!stage->input)
+            return false;
+    }
+    return true;
 }
 
 bool stage_load(struct stage *stage, const struct settings *typed,
@@ -222,6 +335,8 @@ bool stage_load(struct stage *stage, const struct settings *typed,
 {
     stage->is_scene =
         stage->files->n_paths == 1 && picture_is_scene(stage->files->paths[0]);
+    if (stage->options->is_over || stage->options->is_stereo)
+        return read_stack(stage, typed, error);
     if (!stage->is_scene)
         return read_files(stage, typed, stage->files->paths, stage->files->n_paths,
                           error);
@@ -234,6 +349,8 @@ void stage_close(struct stage *stage)
     input_drop(stage->input);
     if (stage->is_open)
         source_close(&stage->source);
+    for (int i = 0; i < stage->n_others; i++)
+        source_close(&stage->others[i]);
     if (stage->scene)
         povray_close(stage->scene);
     for (int i = 0; i < stage->n_scene_paths; i++)
@@ -245,16 +362,31 @@ bool stage_resolve(const struct stage *stage, const struct settings *typed,
                    struct settings *settings, struct rf_params *params, char *text,
                    size_t n_bytes)
 {
-    struct rf_error error;
-    *settings = *typed;
-    if (!source_read_facts(&stage->source, settings, text, n_bytes))
-        return false;
-    if (stage->has_views)
-        settings_set_header(settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET, NULL);
-    if (settings_fit_window(settings, &stage->source.info, params, &error) == RF_OK)
+    return resolve_source(stage, &stage->source, typed, settings, params, text,
+                          n_bytes);
+}
+
+bool stage_stack(const struct stage *stage, const struct settings *typed,
+                 const struct rf_params *params, struct stack *stack, char *text,
+                 size_t n_bytes)
+{
+    struct settings settings;
+    const int32_t eyes = stack->eyes;
+    memset(stack, 0, sizeof(*stack)); /* compared byte by byte */
+    if (stage->n_others == 0)
         return true;
-    snprintf(text, n_bytes, "%s", error.message);
-    return false;
+    stack->kind = stage->options->is_over ? STACK_OVER : STACK_STEREO;
+    stack->eyes = eyes;
+    stack->n = stage->n_others;
+    for (int i = 0; i < stage->n_others; i++) {
+        /* A stereo pair has the lens of its first eye. */
+        if (stack->kind == STACK_STEREO)
+            stack->params[i] = *params;
+        else if (!resolve_source(stage, &stage->others[i], typed, &settings,
+                                 &stack->params[i], text, n_bytes))
+            return false;
+    }
+    return true;
 }
 
 /* ---- the command line ------------------------------------------------------------ */
@@ -378,6 +510,8 @@ void stage_command(const struct stage *stage, const struct settings *typed,
             append_word(&line, stage->files->paths[i]);
     append(&line, " -o");
     append_word(&line, output);
+    if (stage->options->is_over || stage->options->is_stereo)
+        append(&line, stage->options->is_over ? " --over" : " --stereo");
     append_input_options(&line, stage->options);
     if (stage->options->distribution_image && stage_uses_light(&typed->params)) {
         append(&line, " --distribution-image");

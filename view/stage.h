@@ -44,7 +44,9 @@ struct stage {
     char *scene_paths[RF_MAX_VIEWS]; /* passes that were rendered */
     int n_scene_paths;
     bool is_open, has_views;
-    struct source source; /* of the first view */
+    struct source source; /* of the first view; of the lowest layer, of the left eye */
+    struct source others[STACK_MOST]; /* of the layers above, of the right eye */
+    int n_others;
     struct input *input;
     /* For other threads. */
     volatile double fraction; /* of rendering */
@@ -66,6 +68,12 @@ void stage_close(struct stage *stage);
 bool stage_resolve(const struct stage *stage, const struct settings *typed,
                    struct settings *settings, struct rf_params *params, char *text,
                    size_t n_bytes);
+
+/* The others of --over and --stereo with their parameters; `params` are the first's.
+ * False with a message. */
+bool stage_stack(const struct stage *stage, const struct settings *typed,
+                 const struct rf_params *params, struct stack *stack, char *text,
+                 size_t n_bytes);
 
 /* Is the picture of --distribution-image used with these parameters? */
 bool stage_uses_light(const struct rf_params *params);

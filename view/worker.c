@@ -114,7 +114,8 @@ static void forget_small(struct small *small)
 
 static void forget_all(struct worker *w)
 {
-    forget_small(&w->small);
+    for (int i = 0; i <= STACK_MOST; i++)
+        forget_small(&w->small[i]);
     forget(&w->preview);
     forget(&w->best);
     input_drop(w->pinhole_input);
@@ -126,6 +127,7 @@ static bool is_kept(const struct kept *kept, const struct job *job)
 {
     return kept->input == job->input && kept->has_eye == job->has_eye &&
            memcmp(kept->eye, job->eye, sizeof(kept->eye)) == 0 &&
+           memcmp(&kept->stack, &job->stack, sizeof(kept->stack)) == 0 &&
            memcmp(&kept->params, &job->params, sizeof(kept->params)) == 0;
 }
 
@@ -136,6 +138,7 @@ static bool begin_kept(struct kept *kept, const struct job *job, int times)
                      (size_t)shrink_side(job->input->height, times);
     *kept = (struct kept){.input = input_hold(job->input),
                           .params = job->params,
+                          .stack = job->stack,
                           .has_eye = job->has_eye,
                           .eye = {job->eye[0], job->eye[1]},
                           .times = times};
@@ -156,12 +159,21 @@ static int choose_shrink(const struct worker *w, const struct input *input)
     return times;
 }
 
-/* The input `times` smaller, as a view. False without memory. */
-static bool small_view(struct worker *w, const struct job *job, int times,
+/* The job of one of the others, on its own. */
+static struct job job_of_other(const struct job *job, int i)
+{
+    struct job other = *job;
+    other.input = job->input->others[i];
+    other.params = job->stack.params[i];
+    other.stack = (struct stack){0};
+    return other;
+}
+
+/* The input `times` smaller, as a view, kept as `small`. False without memory. */
+static bool small_view(struct small *small, const struct job *job, int times,
                        struct rf_view *view)
 {
     const struct input *input = job->input;
-    struct small *small = &w->small;
     const int32_t width = shrink_side(input->width, times);
     const int32_t height = shrink_side(input->height, times);
     const size_t n = (size_t)width * (size_t)height;
@@ -224,30 +236,32 @@ static void take_lamps(const struct job *job, const struct rf_lens *lens, int ti
         free(colour);
 }
 
-static rf_result make_preview(struct worker *w, const struct job *job,
-                              struct rf_error *error)
+/* A preview of one input, `times` smaller, into `out`, which is the small picture's. */
+static rf_result preview_one(struct worker *w, const struct job *job, int times,
+                             struct small *small, struct rf_image *out,
+                             struct rf_error *error)
 {
     const struct input *input = job->input;
-    const int times = job->mode == MODE_DIFFERENCE ? 1 : choose_shrink(w, input);
     struct rf_params params = quick_params(job);
     struct rf_lens lens;
+    struct rf_view view;
+    struct bright bright;
+    double unused_ms;
     rf_result result = rf_lens_init(&lens, &params, input->width, input->height, error);
     if (result != RF_OK)
         return result;
     if (times > 1)
         shrink_params(&params, &lens, times);
-    struct rf_view view;
-    if (!begin_kept(&w->preview, job, times) || !small_view(w, job, times, &view)) {
-        forget(&w->preview);
+    if (!small_view(small, job, times, &view))
         return fail_memory(error);
-    }
-    struct rf_image out = view.colour;
-    out.data = w->preview.pixels->values;
-    const double start_s = os_clock_s();
-    struct bright bright;
-    if (times > 1 &&
-        rf_lens_init(&lens, &params, out.width, out.height, error) != RF_OK)
-        return error->code;
+    result = times > 1 ? rf_lens_init(&lens, &params, view.colour.width,
+                                      view.colour.height, error)
+                       : RF_OK;
+    if (result != RF_OK)
+        return result;
+    void *pixels = out->data;
+    *out = view.colour;
+    out->data = pixels;
     take_lamps(job, &lens, times, &view, &bright);
     if (bright.colour)
         view.colour.data = bright.colour;
@@ -255,36 +269,23 @@ static rf_result make_preview(struct worker *w, const struct job *job,
                                         .light = job->light,
                                         .views = &view,
                                         .n_views = 1,
-                                        .out = &out};
-    result = run_filter(w, &filtering, &w->preview.filter_ms, error);
+                                        .out = out};
+    result = run_filter(w, &filtering, &unused_ms, error);
     if (result == RF_OK)
-        lamps_add(&bright.lamps, out.data, input->n_channels, out.width, out.height);
+        lamps_add(&bright.lamps, out->data, input->n_channels, out->width, out->height);
     free(bright.colour);
     lamps_free(&bright.lamps);
-    w->preview.filter_ms = 1000 * (os_clock_s() - start_s);
-    w->preview_ns_px =
-        1e6 * w->preview.filter_ms / ((double)out.width * (double)out.height);
-    snprintf(w->preview.method, sizeof(w->preview.method), "%s",
-             rf_method_list(NULL)[params.method].name);
-    if (result != RF_OK)
-        forget(&w->preview);
     return result;
 }
 
-/* The picture itself, or what the eye sees. */
-static rf_result make_best(struct worker *w, const struct job *job,
-                           struct rf_error *error)
+static rf_result best_one(struct worker *w, const struct job *job, float *pixels,
+                          struct rf_error *error)
 {
     const struct input *input = job->input;
     const struct rf_progress progress = {report_best, w};
-    if (!begin_kept(&w->best, job, 1))
-        return fail_memory(error);
-    const struct rf_image out = rf_image_packed(w->best.pixels->values, input->width,
-                                                input->height, input->n_channels);
-    os_lock_take(&w->lock);
-    w->state.is_best = true;
-    w->state.fraction = 0;
-    os_lock_release(&w->lock);
+    const struct rf_image out =
+        rf_image_packed(pixels, input->width, input->height, input->n_channels);
+    double unused_ms;
     const struct filtering filtering = {.params = &job->params,
                                         .light = job->light,
                                         .views = input->views,
@@ -292,7 +293,82 @@ static rf_result make_best(struct worker *w, const struct job *job,
                                         .deep = input->deep,
                                         .out = &out,
                                         .progress = &progress};
-    const rf_result result = run_filter(w, &filtering, &w->best.filter_ms, error);
+    return run_filter(w, &filtering, &unused_ms, error);
+}
+
+/* The others of a stack, put over what is in `pixels` or joined with it; previews where
+ * `times` is not 0. */
+static rf_result add_others(struct worker *w, const struct job *job, int times,
+                            float *pixels, struct rf_error *error)
+{
+    const struct stack *stack = &job->stack;
+    const int side = times > 0 ? times : 1;
+    const int32_t width = shrink_side(job->input->width, side);
+    const int32_t height = shrink_side(job->input->height, side);
+    const size_t n = (size_t)width * (size_t)height;
+    rf_result result = RF_OK;
+    for (int i = 0; i < stack->n && result == RF_OK; i++) {
+        const struct job other = job_of_other(job, i);
+        float *own =
+            app_memory(n, (size_t)other.input->n_channels * sizeof(float), NULL);
+        struct rf_image out = {.data = own};
+        if (!own)
+            return fail_memory(error);
+        result = times > 0
+                     ? preview_one(w, &other, times, &w->small[1 + i], &out, error)
+                     : best_one(w, &other, own, error);
+        if (result == RF_OK && stack->kind == STACK_OVER)
+            stack_put_over(own, pixels, n, job->input->n_channels);
+        else if (result == RF_OK)
+            stack_join_eyes(pixels, own, width, height, job->input->n_channels,
+                            stack->eyes);
+        free(own);
+    }
+    return result;
+}
+
+static rf_result make_preview(struct worker *w, const struct job *job,
+                              struct rf_error *error)
+{
+    const double start_s = os_clock_s();
+    const struct input *input = job->input;
+    const int times = job->mode == MODE_DIFFERENCE ? 1 : choose_shrink(w, input);
+    if (!begin_kept(&w->preview, job, times)) {
+        forget(&w->preview);
+        return fail_memory(error);
+    }
+    struct rf_image out = {.data = w->preview.pixels->values};
+    rf_result result = preview_one(w, job, times, &w->small[0], &out, error);
+    if (result == RF_OK)
+        result = add_others(w, job, times, w->preview.pixels->values, error);
+    if (result != RF_OK) {
+        forget(&w->preview);
+        return result;
+    }
+    w->preview.filter_ms = 1000 * (os_clock_s() - start_s);
+    w->preview_ns_px =
+        1e6 * w->preview.filter_ms / ((double)out.width * (double)out.height);
+    snprintf(w->preview.method, sizeof(w->preview.method), "%s",
+             rf_method_list(NULL)[quick_params(job).method].name);
+    return RF_OK;
+}
+
+/* The picture itself, or what the eye sees. */
+static rf_result make_best(struct worker *w, const struct job *job,
+                           struct rf_error *error)
+{
+    const struct input *input = job->input;
+    const double start_s = os_clock_s();
+    if (!begin_kept(&w->best, job, 1))
+        return fail_memory(error);
+    os_lock_take(&w->lock);
+    w->state.is_best = true;
+    w->state.fraction = 0;
+    os_lock_release(&w->lock);
+    rf_result result = best_one(w, job, w->best.pixels->values, error);
+    if (result == RF_OK)
+        result = add_others(w, job, 0, w->best.pixels->values, error);
+    w->best.filter_ms = 1000 * (os_clock_s() - start_s);
     os_lock_take(&w->lock);
     w->state.is_best = false;
     if (result == RF_ERROR_CANCELLED) {
@@ -305,7 +381,8 @@ static rf_result make_best(struct worker *w, const struct job *job,
     snprintf(w->best.method, sizeof(w->best.method), "%s",
              rf_method_list(NULL)[job->params.method].name);
     if (result == RF_OK) {
-        w->best_ns_px = 1e6 * w->best.filter_ms / ((double)out.width * out.height);
+        w->best_ns_px =
+            1e6 * w->best.filter_ms / ((double)input->width * input->height);
         w->best_method = job->params.method;
     } else {
         forget(&w->best);
@@ -379,10 +456,19 @@ static rf_result show_filtered(struct worker *w, const struct job *job,
     return result;
 }
 
+static bool prepare(struct worker *w, const struct job *job, struct rf_error *error)
+{
+    bool is_good = input_prepare(job->input, w->context, &job->params, error);
+    for (int i = 0; i < job->stack.n && is_good; i++)
+        is_good = input_prepare(job->input->others[i], w->context,
+                                &job->stack.params[i], error);
+    return is_good;
+}
+
 static void do_job(struct worker *w, const struct job *job)
 {
     struct rf_error error;
-    if (!input_prepare(job->input, w->context, &job->params, &error)) {
+    if (!prepare(w, job, &error)) {
         show_error(w, job, error.message);
         return;
     }
@@ -407,7 +493,7 @@ static void do_save(struct worker *w, const struct save *save)
     const struct job *job = &save->job;
     rf_result result = RF_OK;
     w->is_saving = true;
-    if (!input_prepare(job->input, w->context, &job->params, &error))
+    if (!prepare(w, job, &error))
         result = error.code;
     else if (!is_kept(&w->best, job))
         result = make_best(w, job, &error);

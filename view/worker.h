@@ -52,6 +52,7 @@ struct job {
     const struct picture *reference;  /* NULL: none; outlives the worker */
     bool compares_reference;          /* in place of the pinhole, if it has the size */
     const struct colour *colour;      /* view transform; NULL: that of sRGB; the same */
+    struct stack stack;               /* with input->others */
     const struct rf_image *light;     /* for distribution = image; the same */
 };
 

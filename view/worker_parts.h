@@ -21,6 +21,7 @@ struct small {
 struct kept {
     struct input *input; /* NULL: none; held */
     struct rf_params params;
+    struct stack stack;
     bool has_eye;
     double eye[2];
     int times, eye_view;
@@ -46,7 +47,7 @@ struct worker {
     /* Of the thread alone. */
     struct rf_context *context;
     struct tone *tone;
-    struct small small;
+    struct small small[1 + STACK_MOST]; /* of the input, of the others */
     struct kept preview, best;
     double preview_ns_px, best_ns_px; /* measured; 0: not yet */
     int32_t best_method;              /* that best_ns_px is of */

@@ -119,8 +119,9 @@ def test_the_light_of_a_picture(view, rackfocus, files, command_picture):
 @pytest.mark.parametrize(
     "arguments, part, code",
     [
-        (["--over", "one.exr", "l.exr"], "rackfocus filter --over", 2),
-        (["one.exr", "--stereo"], "rackfocus filter --stereo", 2),
+        (["--over", "one.exr"], "two to eight layers", 2),
+        (["one.exr", "--stereo", "--over"], "do not go together", 2),
+        (["one.exr", "--stereo"], "holds one view", 1),
         (["one.exr", "--distribution-image", "l.exr"], "--method scatter", 2),
         (["one.exr", *SCATTER, "--distribution", "image"], "--distribution-image", 2),
         (["one.exr", *SCATTER, "--distribution-image", "none.exr"], "none.exr", 1),

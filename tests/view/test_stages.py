@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy
+import plainexr
 import pytest
 from conftest import HEIGHT, WIDTH, read_exr, read_png
 
@@ -208,3 +209,72 @@ def test_deep_samples_are_filtered_as_the_command_does(view, rackfocus, tmp_path
     rackfocus("filter", path, "-o", tmp_path / "out.exr", *lens)
     saved = next(tmp_path.glob("deep_focus.exr"))
     assert numpy.array_equal(read_exr(saved), read_exr(tmp_path / "out.exr"))
+
+
+def make_layer(tmp_path, name, z, colour, is_disc, attributes=()):
+    """A disc with alpha, or a whole picture with a slope of colour."""
+    y, x = numpy.mgrid[0:120, 0:160].astype(numpy.float32)
+    inside = (x - 80) ** 2 + (y - 60) ** 2 < 30**2
+    alpha = inside.astype(numpy.float32) if is_disc else numpy.ones_like(x)
+    channels = {c: (v * alpha * (0.5 + x / 320)) for c, v in zip("RGB", colour)}
+    channels |= {"A": alpha, "Z": numpy.full_like(x, z)}
+    channels = {k: v.astype(numpy.float32) for k, v in channels.items()}
+    lens = {"focusDistance": 8.0, "lensRadius": 0.1, "focalLengthPx": 200.0}
+    about = {f"rackfocus:{k}": v for k, v in lens.items()}
+    return plainexr.write(tmp_path / name, channels, about)
+
+
+def test_layers_are_shown_over_each_other(view, rackfocus, tmp_path):
+    """As filter --over makes them, with what is changed in the window."""
+    top = make_layer(tmp_path, "top.exr", 3, (0.9, 0.2, 0.1), True)
+    low = make_layer(tmp_path, "low.exr", 8, (0.1, 0.5, 0.8), False)
+    out = tmp_path / "out.png"
+    window = view("--over", top, low)
+    window.wait_open()
+    rackfocus("filter", top, low, "--over", "-o", out)
+    assert window.sees(read_png(out))
+    window.set_number("Focus distance", "3")
+    window.wait_best(focus=3.0)
+    rackfocus("filter", top, low, "--over", "-o", out, "--focus-distance", 3)
+    assert window.sees(read_png(out))
+    words = window.copied()
+    assert "--over" in words and words.index(str(top)) < words.index(str(low))
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved")
+
+
+def test_both_eyes_of_a_stereo_pair(view, rackfocus, tmp_path):
+    """Left, right, red and cyan, side by side: each eye as filter makes it."""
+    paths = [
+        make_layer(tmp_path, f"{name}.exr", 3 + i, (0.9, 0.5 - 0.3 * i, 0.4), False)
+        for i, name in enumerate(("left", "right"))
+    ]
+    eyes = []
+    rackfocus("filter", *paths, "--stereo", "-o", tmp_path / "eye_%V.png")
+    for name in ("left", "right"):
+        eyes.append(read_png(tmp_path / f"eye_{name}.png"))
+    window = view("--stereo", *paths)
+    window.wait_open()
+    assert window.sees(eyes[0])
+    window.choose("Eyes", 1)
+    window.move(20, 20)
+    assert window.sees(eyes[1])
+    window.choose("Eyes", 2)
+    window.move(20, 20)
+    both = numpy.concatenate([eyes[0][..., :1], eyes[1][..., 1:]], axis=-1)
+    assert window.sees(both)
+    window.choose("Eyes", 3)
+    window.move(20, 20)
+
+    def is_beside(seen):
+        left, right = seen[:, :80].astype(int), seen[:, 80:].astype(int)
+        halves = [eye[:, ::2].astype(int) for eye in eyes]
+        return abs(left - halves[0]).max() < 12 and abs(right - halves[1]).max() < 12
+
+    look = lambda: window.look_at_picture(160, 120)  # noqa: E731
+    assert is_beside(window.look_until(is_beside, look))
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("said", "--stereo")
+    assert "--stereo" in window.copied()
