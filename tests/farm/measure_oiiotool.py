@@ -27,18 +27,10 @@ WIDTH, RADIUS_PX = 1920, 32
 
 def make(folder):
     plain, path = folder / "plain.exr", folder / "in.exr"
-    width, height = WIDTH, WIDTH * 9 // 16
-    y, x = numpy.mgrid[0:height, 0:width].astype(numpy.float32) / width
-    near = (x * 7 % 1 - 0.5) ** 2 + (y * 7 % 1 - 0.5) ** 2 < 0.1
-    grain = numpy.random.default_rng(1).random((height, width), numpy.float32)
-    colour = {
-        "R": numpy.where(near, 0.8, 0.5 * grain),
-        "G": numpy.where(near, 0.4, x),
-        "B": numpy.where(near, 0.1, y + 0.1 * grain),
-        "A": numpy.ones_like(x),
-    }
-    channels = {k: v.astype(numpy.float16) for k, v in colour.items()}
-    channels["Z"] = numpy.where(near, 2, 6 + 3 * y).astype(numpy.float32)
+    made = measure_sizes.picture(WIDTH)
+    made["A"] = numpy.ones_like(made["G"])
+    channels = {k: v.astype(numpy.float16) for k, v in made.items()}
+    channels["Z"] = made["Z"].astype(numpy.float32)
     plainexr.write(plain, channels)
     subprocess.run(["oiiotool", plain, "--compression", "zip", "-o", path], check=True)
     plain.unlink()

@@ -25,17 +25,22 @@ import plainexr  # noqa: E402
 BINARY = os.path.abspath(os.environ["RACKFOCUS"])
 
 
-def make(path, width):
+def picture(width):
+    """R, G, B and Z of discs in focus before a grainy ground."""
     height = width * 9 // 16
     y, x = numpy.mgrid[0:height, 0:width].astype(numpy.float32) / width
     near = (x * 7 % 1 - 0.5) ** 2 + (y * 7 % 1 - 0.5) ** 2 < 0.1
     grain = numpy.random.default_rng(1).random((height, width), numpy.float32)
-    channels = {
+    return {
         "R": numpy.where(near, 0.8, 0.5 * grain),
         "G": numpy.where(near, 0.4, x),
         "B": numpy.where(near, 0.1, y + 0.1 * grain),
         "Z": numpy.where(near, 2, 6 + 3 * y),
     }
+
+
+def make(path, width):
+    channels = picture(width)
     plainexr.write(path, {k: v.astype(numpy.float32) for k, v in channels.items()})
 
 

@@ -193,6 +193,14 @@ static void wrong_shapes_are_refused(void)
     view.behind_depth = rf_image_packed(f.depth, 7, 8, 1);
     CHECK(rf_filter_process(filter, &view, 1, &out, NULL, &error) == RF_ERROR_ARGUMENT);
     CHECK_STR(error.field, "behind_depth");
+    view.behind_depth = view.depth;
+    struct rf_survey survey = {.size = sizeof survey};
+    const struct rf_window whole = {0, 0, 8, 8};
+    CHECK(rf_filter_survey(filter, &view, &whole, &whole, &survey, &error) ==
+          RF_ERROR_ARGUMENT);
+    CHECK_STR(error.field, "behind_colour");
+    CHECK(rf_filter_process_window(filter, &survey, &view, 1, &whole, &whole, &out,
+                                   NULL, &error) == RF_ERROR_ARGUMENT);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
     frame_free(&f);

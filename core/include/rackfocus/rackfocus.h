@@ -483,8 +483,8 @@ struct rf_view {
      * colours like `colour`, and planar distances in scene units, whatever
      * params.depth says; NAN or 0 where nothing is known. It takes the place of
      * estimates (fill_hidden) where the lens looks behind something. data NULL: nothing
-     * is known. Read by `layered` and `views` of whole pictures; not by quality
-     * preview. Since 0.1.
+     * is known. Read by `layered` and `views`, but not by quality preview; windows
+     * refuse it (RF_ERROR_ARGUMENT). Since 0.1.
      */
     struct rf_image behind_colour;
     struct rf_image behind_depth; /**< see behind_colour */
