@@ -38,6 +38,7 @@ struct run {
      * largest_radius alone. */
     double least_radius, most_radius, largest_radius;
     bool has_radii;
+    double shared_views; /* that show a pixel the same, on average; 0: nobody asked */
 };
 
 /* ---- filter_core.c ---------------------------------------------------------------- */

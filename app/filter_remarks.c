@@ -142,7 +142,12 @@ void filter_say_done(const struct run *run)
     else if (run->largest_radius > 0)
         snprintf(radii, sizeof(radii), ", radii up to %.1f px", run->largest_radius);
     const struct filter_options *tool = run->tool;
-    app_say(tool->host, "%s: focus %g, %s%s, method %s",
+    char shared[80] = "";
+    if (run->shared_views > 0)
+        snprintf(shared, sizeof(shared), ", grain: %.1f of %d views share a pixel",
+                 run->shared_views, run->views.n);
+    app_say(tool->host, "%s: focus %g, %s%s, method %s%s",
             tool->shown_output ? tool->shown_output : tool->output,
-            rf_filter_lens(run->filter)->focus_distance, aperture, radii, method);
+            rf_filter_lens(run->filter)->focus_distance, aperture, radii, method,
+            shared);
 }

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The comparison that counts: Cycles' own lens with its denoiser, at equal samples.
 
-    tests/quality/rivals.py RACKFOCUS FOLDER [SCENE ...] [--samples 64 16]
+    ./dev bench --rivals FOLDER [SCENE ...] [--samples 16 64 256]
+    tests/quality/rivals.py RACKFOCUS FOLDER [SCENE ...] [--samples 16 64 256]
 
 Renders what is missing in FOLDER (Blender 3.4 or later as `blender`, or --blender) with
-denoising data, and prints a Markdown table: tPSNR in dB against references/ of
+denoising data, and prints Markdown tables: tPSNR in dB, SSIM, FLIP, and seconds of what
+the command takes after the render, against references/ of
 
     own           Cycles' own depth of field, N samples
     own dn        the same denoised by albedo and normals: what people use
@@ -13,14 +15,15 @@ denoising data, and prints a Markdown table: tPSNR in dB against references/ of
     finish 8      8 views of N/2 samples in all and N/2 samples of the own lens
     finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top
 
-and the SSIM of the last column's rivals with --ssim. RACKFOCUS_OIDN names the folder of
-Open Image Denoise.
+RACKFOCUS_OIDN names the folder of Open Image Denoise. FLIP is measured where Python
+finds flip_evaluator (PyPI's flip-evaluator).
 """
 
 import argparse
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -29,6 +32,11 @@ sys.path.insert(0, str(HERE / "scenes"))
 import numpy as np  # noqa: E402
 import OpenImageIO as oiio  # noqa: E402
 from collect_references import VEC2, camera_header, round_depth  # noqa: E402
+
+try:
+    import flip_evaluator
+except ImportError:
+    flip_evaluator = None
 
 SCENES = ("posts", "portrait", "plane", "macro", "foliage")
 PARTS = {
@@ -46,7 +54,6 @@ class Bench:
         self.command = options.command
         self.folder = options.folder.resolve()
         self.blender = options.blender
-        self.measure = "ssim" if options.ssim else "tpsnr"
 
     def render(self, scene, kind, samples, count=1):
         """Folder of a pass of so many samples per pixel (and view)."""
@@ -83,17 +90,24 @@ class Bench:
         return self.render(scene, "dof", samples) / f"{scene}_dof.exr"
 
     def score(self, scene, *words):
-        """Figure of what a command makes; without words of the file given."""
-        out = self.folder / "out.exr"
+        """Figures of what a command makes; without words of the file given."""
+        out, seconds = self.folder / "out.exr", 0.0
         if len(words) == 1:
             out = words[0]
         else:
             line = [self.command, *words, "-o", out, "--type", "float", "-q"]
+            start = time.monotonic()
             subprocess.run([*map(str, line)], check=True)
+            seconds = time.monotonic() - start
         reference = HERE / "references" / f"{scene}_reference.exr"
         line = [self.command, "compare", out, reference, "--json"]
         done = subprocess.run([*map(str, line)], check=True, capture_output=True)
-        return json.loads(done.stdout)[self.measure]
+        figures = json.loads(done.stdout) | {"seconds": seconds}
+        if flip_evaluator:
+            pair = [np.clip(read_rgb(path), 0, 1) for path in (reference, out)]
+            about = {"inputsRGB": False, "applyMagma": False}
+            figures["flip"] = flip_evaluator.evaluate(*pair, "LDR", **about)[1]
+        return figures
 
     def row(self, scene, samples):
         """All figures of a scene at so many samples."""
@@ -111,6 +125,16 @@ class Bench:
             views = self.passes(scene, 64, n)
             figures[f"finish +{n}"] = self.score(scene, "finish", own, *views)
         return figures
+
+
+def read_rgb(path):
+    """Colour of a file, scene-linear, height x width x 3."""
+    source = oiio.ImageInput.open(str(path))
+    spec = source.spec()
+    names = [name.split(".")[-1] for name in spec.channelnames]
+    pixels = source.read_image(0, 0, 0, spec.nchannels, "float")
+    pixels = np.array(pixels).reshape(spec.height, spec.width, -1)
+    return np.ascontiguousarray(pixels[..., [names.index(c) for c in "RGB"]])
 
 
 def with_facts(path, facts):
@@ -146,14 +170,20 @@ def with_facts(path, facts):
     return out
 
 
-def print_table(rows, samples):
-    """Rows of one number of samples, and what they are above the denoised lens."""
+MEASURES = {"tpsnr": "tPSNR, dB", "ssim": "SSIM", "flip": "FLIP", "seconds": "s"}
+
+
+def print_table(rows, samples, measure):
+    """One measure of all at one number of samples, and against the denoised lens."""
     names = list(next(iter(rows.values())))
-    print(f"\n| {samples} samples | {' | '.join(names)} |")
+    print(f"\n| {samples} samples, {MEASURES[measure]} | {' | '.join(names)} |")
     print("| --- |" + " --- |" * len(names))
     for scene, row in rows.items():
-        print(f"| {scene} | {' | '.join(f'{row[n]:.4g}' for n in names)} |")
-    above = [[row[n] - row["own dn"] for n in names] for row in rows.values()]
+        print(f"| {scene} | {' | '.join(f'{row[n][measure]:.4g}' for n in names)} |")
+    above = [
+        [row[n][measure] - row["own dn"][measure] for n in names]
+        for row in rows.values()
+    ]
     for title, figures in (
         ("least above own dn", np.min(above, 0)),
         ("mean above own dn", np.mean(above, 0)),
@@ -167,14 +197,17 @@ def main():
     parser.add_argument("command", help="the built rackfocus")
     parser.add_argument("folder", type=Path, help="where renders are kept")
     parser.add_argument("scenes", nargs="*", default=SCENES)
-    parser.add_argument("--samples", type=int, nargs="+", default=(64, 16))
+    parser.add_argument("--samples", type=int, nargs="+", default=(16, 64, 256))
     parser.add_argument("--blender", default="blender")
-    parser.add_argument("--ssim", action="store_true", help="SSIM in place of tPSNR")
     options = parser.parse_args()
     bench = Bench(options)
     for samples in options.samples:
         rows = {scene: bench.row(scene, samples) for scene in options.scenes}
-        print_table(rows, samples)
+        for measure in MEASURES:
+            if measure == "flip" and not flip_evaluator:
+                print("\nFLIP: not measured; python3 -m pip install flip-evaluator")
+                continue
+            print_table(rows, samples, measure)
 
 
 if __name__ == "__main__":
