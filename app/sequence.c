@@ -61,23 +61,23 @@ struct job {
     uint64_t hash;
 };
 
-static bool set_row(const struct sequence *sequence, struct job *job,
-                    struct frame *frame)
+static bool set_row(const struct sequence *sequence, int32_t number,
+                    struct settings *settings, struct image_error *error)
 {
     const struct frame_table *table = &sequence->table;
     for (int i = 0; i < table->n_keys; i++) {
         char value[FRAME_VALUE];
         if (i == table->easing_key)
             continue;
-        if (!frame_table_value(table, i, frame->number, value))
-            return set_error(&frame->error,
+        if (!frame_table_value(table, i, number, value))
+            return set_error(error,
                              "%s has no row for it; give it one, or let the column "
                              "'easing' say how values go from row to row",
                              sequence->how->parameters);
-        struct rf_error error;
-        if (settings_set(&job->settings, table->keys[i], value, &error) != RF_OK)
-            return set_error(&frame->error, "%s: %s", sequence->how->parameters,
-                             error.message);
+        struct rf_error core_error;
+        if (settings_set(settings, table->keys[i], value, &core_error) != RF_OK)
+            return set_error(error, "%s: %s", sequence->how->parameters,
+                             core_error.message);
     }
     return true;
 }
@@ -96,6 +96,7 @@ static void hash_beside(uint64_t *hash, const struct temporal_frame *frame)
     for (int i = 0; i < frame->n_paths; i++)
         frame_hash_file(hash, frame->paths[i]);
     frame_hash_file(hash, frame->depth_file);
+    frame_hash_settings(hash, frame->settings);
 }
 
 static void hash_job(const struct sequence *sequence, struct job *job)
@@ -133,6 +134,22 @@ static void free_beside(struct temporal_frame *frame)
     for (int i = 0; i < frame->n_paths; i++)
         free(frame->paths[i]);
     free(frame->depth_file);
+    free(frame->settings);
+}
+
+/* The lens of a frame beside one; where the table has no row for it, that one's. */
+static bool set_beside(const struct sequence *sequence, const struct job *job,
+                       int32_t number, struct temporal_frame *beside,
+                       struct image_error *error)
+{
+    struct image_error ignored;
+    beside->settings = app_memory(1, sizeof(*beside->settings), error);
+    if (!beside->settings)
+        return false;
+    *beside->settings = *sequence->settings;
+    if (!set_row(sequence, number, beside->settings, &ignored))
+        *beside->settings = job->settings;
+    return true;
 }
 
 /* Adds the frame that lies so far away, if all its files are there; false on failure.
@@ -142,10 +159,12 @@ static bool add_beside(const struct sequence *sequence, struct job *job,
 {
     struct temporal_frame *beside = &job->beside.at[job->beside.n];
     const char *depth_file = sequence->tool->depth_file;
-    bool is_there = true, is_good = true;
+    bool is_there = true;
     *beside = (struct temporal_frame){.offset = offset};
     if (offset < 0 && frame->number < -offset)
         return true;
+    bool is_good =
+        set_beside(sequence, job, frame->number + offset, beside, &frame->error);
     for (int i = 0; i < sequence->n_paths && is_good; i++) {
         char *path =
             frame_name(sequence->paths[i], frame->number + offset, &frame->error);
@@ -172,7 +191,6 @@ static bool add_beside(const struct sequence *sequence, struct job *job,
 static bool find_beside(const struct sequence *sequence, struct job *job,
                         struct frame *frame)
 {
-    job->beside.settings = sequence->settings;
     for (int32_t k = 1; k <= job->tool.temporal; k++)
         if (!add_beside(sequence, job, frame, -k) ||
             !add_beside(sequence, job, frame, k))
@@ -194,7 +212,7 @@ static bool job_make(const struct sequence *sequence, struct job *job,
         is_good = is_good && job->paths[i];
     }
     job->n_paths = sequence->n_paths;
-    if (!is_good || !set_row(sequence, job, frame) ||
+    if (!is_good || !set_row(sequence, frame->number, &job->settings, &frame->error) ||
         !find_beside(sequence, job, frame))
         return false;
     hash_job(sequence, job);

@@ -273,7 +273,8 @@ static int mend_depth(const struct run *run, struct neighbour *from)
 }
 
 /* Planar distances in place of the depth, radii beside it, and the camera. */
-static int measure_neighbour(const struct run *run, int view, struct neighbour *from)
+static int measure_neighbour(const struct run *run, int view,
+                             const struct temporal_frame *frame, struct neighbour *from)
 {
     struct settings *settings = app_memory(1, sizeof(*settings), run->error);
     struct rf_filter *filter = NULL;
@@ -286,7 +287,7 @@ static int measure_neighbour(const struct run *run, int view, struct neighbour *
     const char *name = run->has_views ? run->list.items[view].name : run->tool->view;
     if (!settings)
         return APP_NO_MEMORY;
-    *settings = *run->tool->beside->settings;
+    *settings = *frame->settings;
     int code = APP_DONE;
     if (!source_read_facts(source, settings, text, sizeof(text)))
         code = app_fail(run->error, APP_FAILED, "%s", text);
@@ -326,7 +327,7 @@ static int read_neighbour(const struct run *run, int view, const struct target *
         return app_code_of(run->error);
     int code = mend_depth(run, from);
     if (code == APP_DONE)
-        code = measure_neighbour(run, view, from);
+        code = measure_neighbour(run, view, frame, from);
     for (size_t i = 0; i < n && code == APP_DONE; i++)
         from->radius[i] = radius_at(&target->lens, (double)from->depth[i]);
     return code;

@@ -22,14 +22,14 @@ enum { TEMPORAL_MOST = 8 };
 struct temporal_frame {
     int32_t offset; /* of its number: 1 is the next */
     char *paths[RF_MAX_VIEWS];
-    int n_paths;      /* as many as the frame has */
-    char *depth_file; /* or NULL */
+    int n_paths;               /* as many as the frame has */
+    char *depth_file;          /* or NULL */
+    struct settings *settings; /* as typed for that frame, without any header */
 };
 
 struct temporal_frames {
     int n;
     struct temporal_frame at[2 * TEMPORAL_MOST]; /* nearest first */
-    const struct settings *settings;             /* as typed, without any header */
 };
 
 /*

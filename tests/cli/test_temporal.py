@@ -110,6 +110,7 @@ def run(rackfocus, tmp_path):
             code=code,
         )
 
+    filter_shot.rackfocus = rackfocus
     return filter_shot
 
 
@@ -168,6 +169,21 @@ def test_frames_beside_are_inputs(run, shot, tmp_path):
     os.utime(tmp_path / "shot.0004.exr", (1, 1))
     assert "3 filtered, 4 skipped" in run(pattern, "--temporal", 1).stdout
     assert "7 filtered" in run(pattern, "--temporal", 2).stdout
+
+
+def test_frames_beside_have_their_own_lens(run, shot, tmp_path):
+    """Their focal length says where they lie; a table gives it for each frame."""
+    pattern = shot(with_camera)
+    wrong = [w for w in LENS if w not in ("--focal-length-px", FOCAL_PX)]
+    table = tmp_path / "lens.csv"
+    rows = [f"{i},{FOCAL_PX if i != 4 else FOCAL_PX + 0.001}" for i in range(1, 8)]
+    table.write_text("frame,focal-length-px\n" + "\n".join(rows) + "\n")
+    run(pattern, "--temporal", 2, name="typed")
+    from_table = ["filter", pattern, "-o", tmp_path / "out.####.exr", *wrong]
+    run.rackfocus(
+        *from_table, "--temporal", 2, "--frame-parameters", table, "--type", "float"
+    )
+    assert error_of(tmp_path, 4) < 1.1 * error_of(tmp_path, 4, "typed")
 
 
 def test_ends_have_one_side(run, shot, tmp_path):
