@@ -12,6 +12,7 @@
 #include "filter_run.h"
 #include "finish_mix.h"
 #include "folder.h"
+#include "leftovers.h"
 #include "interrupt.h"
 #include "picture.h"
 #include "report.h"
@@ -91,7 +92,7 @@ static int make_ours(struct finish *f, char *const *guides, int n)
     if (!are_passes)
         return read_ours(f, guides[0], guides[0]);
     snprintf(path, sizeof(path), "%.900s/rackfocus-", os_folder_for_temporary());
-    os_folder_remove_abandoned(path);
+    os_leftovers_remove(path);
     if (os_folder_make_temporary(path, folder, sizeof(folder)) != 0)
         return app_fail(f->error, APP_FAILED,
                         "%s: no temporary folder can be made there; name another in "

@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "folder.h"
+#include "leftovers.h"
 #include "report.h"
 #include "terminal.h"
 
@@ -70,7 +71,7 @@ bool pipes_open(struct pipes *pipes, struct operands *operands, const char **out
     if (!check(operands, output ? *output : NULL, error))
         return false;
     snprintf(prefix, sizeof(prefix), "%.200s/rackfocus-", os_folder_for_temporary());
-    os_folder_remove_abandoned(prefix);
+    os_leftovers_remove(prefix);
     const int reason =
         os_folder_make_temporary(prefix, pipes->folder, sizeof(pipes->folder));
     if (reason != 0) {

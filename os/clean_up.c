@@ -5,7 +5,7 @@
 #include <pthread.h>
 #include <stddef.h>
 
-#include "folder.h"
+#include "leftovers.h"
 #include "process.h"
 #include "replace.h"
 
@@ -33,5 +33,5 @@ void os_clean_up(void)
             others[i]();
     os_process_end_all(); /* first: they write into the folders */
     os_replace_remove_all();
-    os_folder_remove_all();
+    os_leftovers_remove_own();
 }

@@ -20,20 +20,12 @@ const char *os_folder_usual_temporary(void);
 int os_folder_make_temporary(const char *prefix, char *path, size_t n_bytes);
 #define OS_FOLDER_MARK ".alive"
 
-/* Removes this user's temporary folders of that prefix whose process is no more, as one
- * that was killed. Not for a folder that several machines share: locks may not reach
- * the other. */
-void os_folder_remove_abandoned(const char *prefix);
-
 /* A new folder, for this user alone or for whom the user's mask lets in. 0 or errno. */
 enum os_folder_access { OS_FOLDER_PRIVATE, OS_FOLDER_SHARED };
 int os_folder_make(const char *path, enum os_folder_access access);
 
 /* Removes a folder with all that is in it; links are not followed. */
 void os_folder_remove(const char *path);
-
-/* Removes all temporary folders that still exist. */
-void os_folder_remove_all(void);
 
 /* Calls `visit` with the name of each entry, in no order, . and .. left out, until it
  * returns false. 0 or errno. */

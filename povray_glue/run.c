@@ -9,6 +9,7 @@
 #include "clock.h"
 #include "file.h"
 #include "folder.h"
+#include "leftovers.h"
 #include "ini.h"
 #include "program.h"
 #include "text.h"
@@ -31,7 +32,7 @@ char *temp_folder_make(struct povray_error *error)
     char prefix[256], path[300];
     snprintf(prefix, sizeof prefix, "%s/rackfocus-",
              is_good_folder(wanted) ? wanted : os_folder_usual_temporary());
-    os_folder_remove_abandoned(prefix);
+    os_leftovers_remove(prefix);
     const int reason = os_folder_make_temporary(prefix, path, sizeof path);
     char *folder = reason == 0 ? text_format("%s/", path) : NULL;
     if (!folder)

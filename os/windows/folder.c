@@ -7,54 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "temporary.h"
 #include "wide.h"
-
-/* More at once are not known to os_folder_remove_all(). */
-enum { MOST_FOLDERS = 16, MOST_BYTES = 1024 };
-
-static SRWLOCK lock = SRWLOCK_INIT;
-static char folders[MOST_FOLDERS][MOST_BYTES];
-static HANDLE marks[MOST_FOLDERS]; /* open, and shared with nobody */
-
-static void remember(const char *path, HANDLE mark)
-{
-    AcquireSRWLockExclusive(&lock);
-    int i = 0;
-    while (i < MOST_FOLDERS && folders[i][0])
-        i++;
-    if (i < MOST_FOLDERS && strlen(path) < MOST_BYTES) {
-        strcpy(folders[i], path);
-        marks[i] = mark;
-    } /* else the mark stays until this process ends */
-    ReleaseSRWLockExclusive(&lock);
-}
-
-static bool is_slash(char c)
-{
-    return c == '/' || c == '\\';
-}
-
-static bool is_same_folder(const char *a, const char *b)
-{
-    size_t n_a = strlen(a), n_b = strlen(b);
-    while (n_a > 1 && is_slash(a[n_a - 1]))
-        n_a--;
-    while (n_b > 1 && is_slash(b[n_b - 1]))
-        n_b--;
-    return n_a == n_b && strncmp(a, b, n_a) == 0;
-}
-
-static void forget(const char *path)
-{
-    AcquireSRWLockExclusive(&lock);
-    for (int i = 0; i < MOST_FOLDERS; i++)
-        if (folders[i][0] && is_same_folder(folders[i], path)) {
-            folders[i][0] = 0;
-            if (marks[i] != INVALID_HANDLE_VALUE)
-                CloseHandle(marks[i]);
-        }
-    ReleaseSRWLockExclusive(&lock);
-}
 
 /* The user's own, by its short name where it has one: without blanks. */
 static void find_temporary(char *path)
@@ -65,7 +19,7 @@ static void find_temporary(char *path)
     char *found =
         n == 0 ? NULL
                : os_narrow_path(n_brief > 0 && n_brief <= MAX_PATH ? brief : wide);
-    snprintf(path, MOST_BYTES, "%s", found ? found : ".");
+    snprintf(path, OS_TEMPORARY_MOST_BYTES, "%s", found ? found : ".");
     const size_t length = strlen(path);
     if (length > 1 && path[length - 1] == '/')
         path[length - 1] = 0;
@@ -74,7 +28,8 @@ static void find_temporary(char *path)
 
 const char *os_folder_for_temporary(void)
 {
-    static char path[MOST_BYTES];
+    static SRWLOCK lock = SRWLOCK_INIT;
+    static char path[OS_TEMPORARY_MOST_BYTES];
     AcquireSRWLockExclusive(&lock);
     if (!path[0])
         find_temporary(path);
@@ -85,12 +40,6 @@ const char *os_folder_for_temporary(void)
 const char *os_folder_usual_temporary(void)
 {
     return os_folder_for_temporary();
-}
-
-static bool name_mark(const char *folder, char *path)
-{
-    const int n = snprintf(path, MOST_BYTES, "%s/" OS_FOLDER_MARK, folder);
-    return n > 0 && n < MOST_BYTES;
 }
 
 int os_folder_make(const char *path, enum os_folder_access access)
@@ -119,57 +68,11 @@ int os_folder_make_temporary(const char *prefix, char *path, size_t n_bytes)
         const int reason = os_folder_make(path, OS_FOLDER_PRIVATE);
         if (reason == EEXIST)
             continue;
-        char mark[MOST_BYTES];
         if (reason == 0)
-            remember(path, name_mark(path, mark)
-                               ? os_handle_open(mark, GENERIC_WRITE, 0, CREATE_NEW, 0)
-                               : INVALID_HANDLE_VALUE);
+            os_temporary_add(path);
         return reason;
     }
     return EEXIST;
-}
-
-/* Is there a mark that nobody has open? A folder without one is just being made. */
-static bool is_abandoned(const char *folder)
-{
-    char path[MOST_BYTES];
-    if (!name_mark(folder, path))
-        return false;
-    HANDLE mark = os_handle_open(path, GENERIC_WRITE, 0, OPEN_EXISTING, 0);
-    if (mark != INVALID_HANDLE_VALUE)
-        CloseHandle(mark);
-    return mark != INVALID_HANDLE_VALUE;
-}
-
-struct abandoned {
-    const char *prefix;
-    size_t n_base; /* bytes of the folder's name in it, with its slash */
-};
-
-static bool remove_if_abandoned(void *user, const char *name)
-{
-    const struct abandoned *abandoned = user;
-    const char *start = abandoned->prefix + abandoned->n_base;
-    char path[MOST_BYTES];
-    const int n = snprintf(path, sizeof(path), "%.*s%s", (int)abandoned->n_base,
-                           abandoned->prefix, name);
-    if (strncmp(name, start, strlen(start)) == 0 && n > 0 && n < MOST_BYTES &&
-        is_abandoned(path))
-        os_folder_remove(path);
-    return true;
-}
-
-void os_folder_remove_abandoned(const char *prefix)
-{
-    struct abandoned abandoned = {prefix, strlen(prefix)};
-    char base[MOST_BYTES] = ".";
-    while (abandoned.n_base > 0 && !is_slash(prefix[abandoned.n_base - 1]))
-        abandoned.n_base--;
-    if (abandoned.n_base >= sizeof(base))
-        return;
-    if (abandoned.n_base > 0)
-        snprintf(base, sizeof(base), "%.*s", (int)abandoned.n_base, prefix);
-    os_folder_list(base, remove_if_abandoned, &abandoned);
 }
 
 /* ---- what is in a folder --------------------------------------------------------- */
@@ -243,23 +146,11 @@ static void remove_tree(const wchar_t *folder)
 
 void os_folder_remove(const char *path)
 {
-    forget(path); /* first: an open mark cannot be removed */
+    os_temporary_forget(path); /* first: an open mark cannot be removed */
     wchar_t *wide = os_wide_path(path);
     if (wide)
         remove_tree(wide);
     free(wide);
-}
-
-void os_folder_remove_all(void)
-{
-    for (int i = 0; i < MOST_FOLDERS; i++) {
-        char path[MOST_BYTES];
-        AcquireSRWLockExclusive(&lock);
-        strcpy(path, folders[i]);
-        ReleaseSRWLockExclusive(&lock);
-        if (path[0])
-            os_folder_remove(path);
-    }
 }
 
 struct listing {

@@ -8,6 +8,7 @@
 #include "clean_up.h"
 #include "file.h"
 #include "folder.h"
+#include "leftovers.h"
 #include "testing.h"
 
 static char base[512], own[1024];
@@ -36,7 +37,7 @@ static void only_folders_of_the_dead_go(void)
     make_dead("job-abcdef", true, dead, sizeof(dead));
     make_dead("job-ghijkl", false, young, sizeof(young));
     make_dead("work-abcdef", true, other, sizeof(other));
-    os_folder_remove_abandoned(prefix);
+    os_leftovers_remove(prefix);
     CHECK(!is_there(dead));
     CHECK(is_there(own) && is_there(young) && is_there(other));
     os_folder_remove(own);

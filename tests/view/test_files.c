@@ -4,6 +4,7 @@
 
 #include "browser.h"
 #include "folder.h"
+#include "leftovers.h"
 #include "remembered.h"
 #include "testing.h"
 
@@ -117,6 +118,6 @@ int main(int argc, char **argv)
     TEST(what_is_broken_is_as_good_as_none);
     TEST(the_folder_for_state_is_found);
     TEST(a_folder_is_listed_and_entered);
-    os_folder_remove_all();
+    os_leftovers_remove_own();
     return testing_end();
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "folder.h"
+#include "leftovers.h"
 #include "frame_table.h"
 #include "pull.h"
 #include "testing.h"
@@ -72,7 +73,7 @@ static void the_file_says_the_same(void)
     }
     frame_table_free(&table);
     CHECK(!pull_write(&pull, "/nowhere/at/all.csv", &error));
-    os_folder_remove_all();
+    os_leftovers_remove_own();
 }
 
 static void names_have_numbers(void)
