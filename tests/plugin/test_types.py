@@ -2,11 +2,14 @@
 """The types of the package: as the table of parameters, and as the extension is."""
 
 import os
+import pathlib
+import re
 import shutil
 import subprocess
 import sys
 
 import pytest
+from conftest import BUILD
 
 WRONG = """
 import rackfocus
@@ -83,3 +86,23 @@ def test_misspelt_keywords_are_found_before_the_program_runs(mypy, package):
     (package / "right.py").write_text(RIGHT)
     done = run(mypy, package, "mypy", "--strict", "right.py")
     assert done.returncode == 0, done.stdout
+
+
+def test_windows_has_what_is_called(root):
+    """The import library for Windows is made of a list of names: all are in it."""
+    said = subprocess.run(
+        [
+            "nm",
+            "-D",
+            "--undefined-only",
+            pathlib.Path(BUILD, "plugin", "_core.abi3.so"),
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    called = set(re.findall(r" (_?Py\w+)", said))
+    text = (root / "packaging/python/windows/python3.def").read_text()
+    listed = set(re.findall(r"^    (_?Py\w+)", text, re.M))
+    assert called, "nothing was found"
+    assert listed == called, listed ^ called
