@@ -184,7 +184,7 @@ def test_reports(run, shot, tmp_path):
         (["--frames", "1", "--", "filter"], "give it behind --"),
         (["--", "info", "x.exr"], "makes no sequence"),
         (["--", "filter", "one.exr", "-o", "o.exr"], "is no sequence"),
-        (["--", "povray", "s.pov"], "has no output"),
+        (["--", "povray", "s.pov"], "povray needs an output"),
     ],
 )
 def test_wrong_usage(binary, tmp_path, arguments, reason):
