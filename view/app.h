@@ -227,8 +227,10 @@ void view_act(struct app *app, enum action action);
 /* A step of undo, where something has changed and nothing is held. */
 void view_note_change(struct app *app);
 
-/* The job that makes what is set; `reference` may be NULL. */
-void view_job(const struct app *app, const struct picture *reference, struct job *job);
+/* The job that makes what is set; `reference` may be NULL. `problem` says why layers or
+ * an eye are left out; "": none is. */
+void view_job(const struct app *app, const struct picture *reference, struct job *job,
+              char *problem, size_t n_bytes);
 
 /* Asks the worker for the picture, where anything has changed. */
 void view_ask(struct app *app);

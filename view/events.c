@@ -91,6 +91,15 @@ static bool edit_by_command(struct app *app, SDL_Keycode key)
     return true;
 }
 
+/* A command is about what was typed, too: as if Enter came before it. False where that
+ * cannot be. */
+static bool take_typed(struct app *app)
+{
+    app->input.key = UI_KEY_ENTER;
+    panel_pass(app);
+    return !app->ui.is_editing;
+}
+
 /* Keys that move the help while it is shown. */
 static bool scroll_help(struct app *app, SDL_Keycode key)
 {
@@ -110,6 +119,9 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     app->input.is_fine = modifiers & KMOD_SHIFT;
     if ((app->ui.is_editing && is_command && edit_by_command(app, key)) ||
         scroll_help(app, key) || open_list_key(app, key))
+        return;
+    if (app->ui.is_editing && is_command && find_action(key, modifiers) >= 0 &&
+        !take_typed(app))
         return;
     if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
         app->input.key = ui_key;

@@ -3,16 +3,15 @@
 #include "app.h"
 
 /* Tells the worker what is looked at now. */
-void view_job(const struct app *app, const struct picture *reference, struct job *job)
+void view_job(const struct app *app, const struct picture *reference, struct job *job,
+              char *problem, size_t n_bytes)
 {
     state_job(&app->state, app->source, reference, job);
-    char text[512];
     job->stack.eyes = app->eyes;
-    if (app->stage && !stage_stack(app->stage, &app->state.typed, &job->params,
-                                   &job->stack, text, sizeof(text)))
+    *problem = 0;
+    if (!app->stage || !stage_stack(app->stage, &app->state.typed, &job->params,
+                                    &job->stack, problem, n_bytes))
         job->stack = (struct stack){0}; /* the first alone */
-    if (!app->stage)
-        job->stack = (struct stack){0};
     job->light = app->light.data ? &app->light : NULL;
 }
 
@@ -36,6 +35,10 @@ void view_ask(struct app *app)
     }
     app->asked_id = app->state.id;
     stats_change(&app->stats, app->state.id);
-    view_job(app, app->has_reference ? &app->reference : NULL, &job);
+    char problem[512];
+    view_job(app, app->has_reference ? &app->reference : NULL, &job, problem,
+             sizeof(problem));
+    if (problem[0])
+        view_say(app, "%s", problem);
     worker_ask(app->worker, &job);
 }

@@ -215,6 +215,15 @@ static void end_opening(struct app *app, bool is_good)
     app->is_opening = false;
 }
 
+/* What was read cannot be shown. */
+static void give_up(struct app *app, struct stage *stage, const char *why)
+{
+    app->play.is_on = false;
+    fail_to_show(app, why);
+    drop_stage(stage);
+    end_opening(app, false);
+}
+
 static void remember_file(struct app *app, const char *path)
 {
     char *full = os_file_full_path(path);
@@ -231,17 +240,13 @@ void load_end(struct app *app)
     loader->stage = NULL;
     app->is_redraw_due = true;
     if (!loader->is_good) {
-        fail_to_show(app, loader->error.message);
-        drop_stage(stage);
-        end_opening(app, false);
+        give_up(app, stage, loader->error.message);
         return;
     }
     worker_drain(app->worker);
     const struct resolver resolver = {resolve_stage, stage};
     if (!show_input(app, &resolver, stage->input, aspect_of(stage))) {
-        fail_to_show(app, app->state.problem);
-        drop_stage(stage);
-        end_opening(app, false);
+        give_up(app, stage, app->state.problem);
         return;
     }
     app->stage = stage;

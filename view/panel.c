@@ -290,17 +290,33 @@ static void method_rows(struct app *app)
         rows_of(app, FIELD_METHOD, false, true);
 }
 
+/* The names of LOOK_NAMES behind the first item of a menu; returns how many. */
+static int list_looks(char *text, size_t n_bytes, const char **names, int most)
+{
+    int n = 0;
+    names[n++] = "set a look";
+    snprintf(text, n_bytes, "%s", LOOK_NAMES);
+    for (char *at = text; at && n < most;) {
+        names[n++] = at;
+        char *comma = strstr(at, ", ");
+        if (comma)
+            *comma = 0;
+        at = comma ? comma + 2 : NULL;
+    }
+    return n;
+}
+
 /* A look sets several parameters at once. */
 static void look_row(struct app *app)
 {
-    static const char *const names[] = {"set a look", "vintage", "anamorphic",
-                                        "fast",       "bubble",  "miniature"};
+    char text[256];
+    const char *names[24];
+    const int n = list_looks(text, sizeof(text), names, 24);
     int index = 0;
     ui_about(&app->ui,
              &(struct ui_about){.tip = "Sets the parameters of a kind of lens, as "
                                        "--look does: " LOOK_NAMES "."});
-    if (!ui_choice(&app->ui, "Look", names, sizeof(names) / sizeof(names[0]), &index) ||
-        index == 0)
+    if (!ui_choice(&app->ui, "Look", names, n, &index) || index == 0)
         return;
     if (state_set_look(&app->state, names[index]))
         view_say(app, "look %s is set", names[index]);

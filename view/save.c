@@ -106,7 +106,13 @@ void save_picture(struct app *app)
                               .height = app->state.height};
     snprintf(saving->path, sizeof(saving->path), "%s", app->output);
     struct save save = {.write = finish, .user = saving};
-    view_job(app, NULL, &save.job);
+    char problem[512];
+    view_job(app, NULL, &save.job, problem, sizeof(problem));
+    if (problem[0]) {
+        view_say(app, "not saved: %s", problem);
+        free(saving);
+        return;
+    }
     save.job.mode = MODE_PICTURE;
     save.job.has_eye = false;
     save.job.eye[0] = save.job.eye[1] = 0;

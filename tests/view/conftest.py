@@ -7,7 +7,6 @@ import pathlib
 import shlex
 import subprocess
 import sys
-import tempfile
 import time
 
 import numpy
@@ -37,13 +36,11 @@ class Display:
         with os.fdopen(out) as pipe:
             self.name = ":" + pipe.readline().strip()
         assert self.name != ":", "Xvfb did not start"
-        self.state = tempfile.TemporaryDirectory()  # what windows remember
 
     def environment(self):
         about = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"}
         return {
             **about,
-            "XDG_STATE_HOME": self.state.name,
             "DISPLAY": self.name,
             "SDL_VIDEODRIVER": "x11",
             "LIBGL_ALWAYS_SOFTWARE": "1",
@@ -52,7 +49,6 @@ class Display:
     def close(self):
         self.server.terminate()
         self.server.wait(timeout=30)
-        self.state.cleanup()
 
 
 @pytest.fixture(scope="session")
@@ -75,7 +71,8 @@ class Window:
             command,
             stdout=self.out,
             stderr=subprocess.STDOUT,
-            env=display.environment(),
+            # What it remembers is for the windows of this folder alone.
+            env={**display.environment(), "XDG_STATE_HOME": str(self.folder / "state")},
             cwd=self.folder,
         )
         self.n_read = 0  # events that were waited for

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files, comparing, reading the picture and its colours, as an artist does it."""
 
-import pathlib
-
 import numpy
 import pytest
 from conftest import DISC, FAR, HEIGHT, NEAR, WIDTH, read_exr
@@ -41,6 +39,15 @@ def test_save_asks_before_it_replaces(window, tmp_path):
     assert (tmp_path / "passes_focus.params").read_text() == before
 
 
+def test_a_name_that_is_being_typed_is_the_one(window, tmp_path):
+    """Ctrl+S without Enter before it."""
+    window.click_control("File")
+    window.type("typed.exr")
+    window.key("ctrl+s")
+    window.wait_text("saved", "typed.exr")
+    assert (tmp_path / "typed.exr").exists()
+
+
 def test_open_from_the_list(window, passes, tmp_path, command_picture):
     """Up and down, Enter; the file is shown, and is a recent one afterwards."""
     other = passes("zz_other.exr", shift=9)
@@ -51,7 +58,7 @@ def test_open_from_the_list(window, passes, tmp_path, command_picture):
     window.wait_best()
     assert window.sees(command_picture(other))
     window.quit()
-    kept = pathlib.Path(window.display.state.name) / "rackfocus/view.txt"
+    kept = tmp_path / "state/rackfocus/view.txt"
     files = [f for f in kept.read_text().splitlines() if f.startswith("file ")]
     assert files[0].endswith("zz_other.exr") and files[1].endswith("passes.exr")
 

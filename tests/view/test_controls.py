@@ -116,7 +116,7 @@ def test_guesses_are_marked(view, tmp_path):
     window.set_number("Focal length", "85mm")
     window.move(20, 20)
     window.move(*window.control("Focal length"))
-    assert "guess" not in window.wait_text("tip", "Focal length")
+    assert "guess" not in window.wait_text("tip", "From the command line")
 
 
 def test_a_lens_without_millimetres(view, tmp_path):
