@@ -23,6 +23,24 @@ static const char *const of_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
 static const char *const of_multi_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view",
                                             "multiView",      "name",          NULL};
 
+/* The same of what was larger: its focal length is counted in other pixels. */
+static const char *const of_large_view[] = {"rackfocus:focalLengthPx*",
+                                            VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
+static const char *const of_large_multi_view[] = {"rackfocus:focalLengthPx*",
+                                                  VIEWS_OFFSET "*",
+                                                  VIEWS_SHEAR "*",
+                                                  "view",
+                                                  "multiView",
+                                                  "name",
+                                                  NULL};
+
+static const char *const *dropped_of(const struct run *run, bool is_multi_view)
+{
+    if (run->tool->supersample > 1)
+        return is_multi_view ? of_large_multi_view : of_large_view;
+    return is_multi_view ? of_multi_view : of_view;
+}
+
 /* Of the view of a multi-view file that the result is like; else NULL. */
 static const char *view_name(const struct run *run)
 {
@@ -138,9 +156,10 @@ static bool write_channels(const struct run *run, int n_colours, const float *sa
     output.compression = filter_compression(run);
     output.attributes = filtered;
     output.n_attributes = 1;
-    output.dropped = view_name(run) ? of_multi_view : of_view;
+    output.dropped = dropped_of(run, view_name(run));
     output.like = run->source.colour;
     output.like_part = run->source.part;
+    output.has_own_windows = run->tool->supersample > 1;
     output.pass_through = run->tool->pass_through;
     return image_write(run->tool->output, &output, run->n_threads, error);
 }

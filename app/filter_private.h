@@ -98,6 +98,13 @@ void filter_say_done(const struct run *run);
 int denoise_and_filter(struct run *run,
                        int (*make_picture)(struct run *run, float *samples));
 
+/* ---- filter_shrink.c ------------------------------------------------------------- */
+
+/* Does --supersample divide the picture? Before anything is read. */
+int filter_check_supersample(const struct run *run);
+/* Brings the filtered colour, and what the source says of its size, to the output's. */
+int filter_shrink(struct run *run);
+
 /* ---- filter_output.c ------------------------------------------------------------- */
 
 /* Takes from a description what the lens's picture does not have: it is no view, and

@@ -430,8 +430,9 @@ static int do_step(struct run *run, int (*step)(struct run *))
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
-        find_layers,   read_facts, make_filter,   open_views,   read_pixels, warn_facts,
-        temporal_find, process,    filter_layers, write_output, say_done};
+        find_layers,   read_facts,    make_filter,   open_views,
+        read_pixels,   warn_facts,    temporal_find, process,
+        filter_layers, filter_shrink, write_output,  say_done};
     if (!source_check(&run->source, run->error) ||
         !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&
@@ -440,6 +441,8 @@ static int run_steps(struct run *run)
          !picture_check_writable(run->tool->flattened, run->error)))
         return fail_image(run);
     int code = check_deep(run);
+    if (code == APP_DONE)
+        code = filter_check_supersample(run);
     for (size_t i = 0; code == APP_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
         code = do_step(run, steps[i]);
     return code;

@@ -81,6 +81,9 @@ static const struct option options[] = {
                     "normals where the file has them; several views are denoised "
                     "before and after they are merged. RACKFOCUS_OIDN names the "
                     "library's folder where the system does not find it."),
+    OPTION_INT_ROW("supersample", AT(supersample), "N", 1, 16,
+                   "The input was rendered at N times the size, with an N^2-th of the "
+                   "samples: each N x N pixels of the result become one. [default 1]"),
     OPTION_FLAG_ROW("over", AT(is_over),
                     "The inputs are layers: filter each with its own depth and put "
                     "them over each other, the first on top."),
@@ -146,6 +149,9 @@ static bool check_many(const struct filter_options *tool, int n)
     if (tool->temporal)
         return fail_usage("--temporal is of one picture; leave out --over and "
                           "--stereo, and filter the eyes one by one with --layer");
+    if (tool->is_over && tool->supersample > 1)
+        return fail_usage("--supersample is of one picture; leave out --over, and "
+                          "put the results over each other");
     if (tool->is_over && tool->filter_layers)
         return fail_usage("--filter-layers is of one picture; leave out --over");
     if (tool->is_stereo && tool->output && !filter_has_view_mark(tool->output) &&

@@ -160,8 +160,11 @@ void writer_plan_windows(const struct image_output *output, struct out_part *par
 {
     if (output->like) {
         const struct image_part_info *info = &output->like->parts[part->like_part];
-        part->data_window = from_box(&info->data_window);
-        part->display_window = from_box(&info->display_window);
+        const bool is_own = output->has_own_windows;
+        part->data_window =
+            from_box(is_own ? &output->data_window : &info->data_window);
+        part->display_window =
+            from_box(is_own ? &output->display_window : &info->display_window);
         part->pixel_aspect = info->pixel_aspect;
     } else {
         const struct image_box data = window_of(output, output->data_window);
@@ -216,7 +219,8 @@ bool writer_check(const struct image_output *output, const char *path,
         if (output->like_part < 0 || output->like_part >= output->like->n_parts)
             return image_fail(error, path, "%s has no part %d",
                               image_path(output->like), output->like_part);
-        box = output->like->parts[output->like_part].data_window;
+        if (!output->has_own_windows)
+            box = output->like->parts[output->like_part].data_window;
         if (output->pass_through && output->like->parts[output->like_part].is_deep)
             return image_fail(error, path,
                               "the deep samples of %s cannot be kept beside the flat "

@@ -205,6 +205,9 @@ struct image_output {
      * from part `like_part` of this input where not NULL. */
     struct image_input *like;
     int like_part;
+    /* The windows are those above, not those of `like`: of another size, without
+     * pass_through. */
+    bool has_own_windows;
     /* Also write every other channel of `like` unchanged (bit for bit), in its parts;
      * channels of like_part with the names in channel_names are replaced. Parts other
      * than like_part are copied as compressed, tiled and deep ones included. */

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""filter --supersample: passes N times larger than the picture."""
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+
+REFERENCES = Path(__file__).resolve().parents[1] / "quality/references"
+POSTS = REFERENCES / "posts_pinhole.exr"
+
+
+def read(path):
+    source = oiio.ImageInput.open(str(path))
+    spec = source.spec()
+    pixels = source.read_image(0, 0, 0, spec.nchannels, "float")
+    return np.array(pixels).reshape(spec.height, spec.width, -1), spec
+
+
+def write(path, pixels, names, window=(0, 0), facts=()):
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
+    spec.channelnames = tuple(names)
+    spec.x, spec.y = window
+    for name, value in facts:
+        spec.attribute(name, value)
+    out = oiio.ImageOutput.create(str(path))
+    assert out.open(str(path), spec)
+    assert out.write_image(np.ascontiguousarray(pixels, np.float32))
+    out.close()
+    return path
+
+
+def doubled(path, n=2, window=(0, 0)):
+    """Posts with each pixel n x n times."""
+    pixels, spec = read(POSTS)
+    facts = [(f.name, f.value) for f in spec.extra_attribs if "rackfocus:" in f.name]
+    facts = [
+        (name, value * n if name == "rackfocus:focalLengthPx" else value)
+        for name, value in facts
+    ]
+    big = pixels.repeat(n, 0).repeat(n, 1)
+    return write(path, big, spec.channelnames, window, facts)
+
+
+def test_the_picture_is_the_mean_of_the_larger_one(rackfocus, tmp_path):
+    large, small = tmp_path / "large.exr", tmp_path / "small.exr"
+    passes = doubled(tmp_path / "in.exr")
+    rackfocus("filter", passes, "-o", large, "--type", "float")
+    rackfocus("filter", passes, "-o", small, "--type", "float", "--supersample", 2)
+    whole, part = read(large)[0], read(small)
+    height, width, n = part[0].shape
+    mean = whole.reshape(height, 2, width, 2, n).mean((1, 3))
+    assert np.allclose(part[0], mean, rtol=1e-6, atol=1e-7)
+    names = [fact.name for fact in part[1].extra_attribs]
+    assert "rackfocus:focalLengthPx" not in names
+    assert "rackfocus:focusDistance" in names
+
+
+def test_it_is_the_picture_of_the_asked_size(rackfocus, tmp_path):
+    """Pixels that are twice as large, whose lens is twice as large in px."""
+    once, twice = tmp_path / "once.exr", tmp_path / "twice.exr"
+    rackfocus("filter", POSTS, "-o", once, "--type", "float")
+    passes = doubled(tmp_path / "in.exr")
+    rackfocus("filter", passes, "-o", twice, "--type", "float", "--supersample", 2)
+    done = rackfocus("compare", twice, once)
+    assert float(done.stdout.split()[-2]) > 38
+
+
+def test_says_what_does_not_go(rackfocus, tmp_path):
+    out = tmp_path / "out.exr"
+    done = rackfocus("filter", POSTS, "-o", out, "--supersample", 7, code=1)
+    assert "posts_pinhole.exr" in done.stderr and "--supersample 7" in done.stderr
+    options = ["--supersample", 2, "--output-coc", tmp_path / "coc.exr"]
+    done = rackfocus("filter", POSTS, "-o", out, *options, code=2)
+    assert "--output-coc" in done.stderr
+    layers = [POSTS, POSTS, "--over", "--supersample", 2]
+    assert "--over" in rackfocus("filter", *layers, "-o", out, code=2).stderr
+    passes = doubled(tmp_path / "in.exr", window=(1, 0))
+    done = rackfocus("filter", passes, "-o", out, "--supersample", 2, code=1)
+    assert "(1, 0)" in done.stderr
+    assert not out.exists()
+
+
+def test_views_are_merged_at_their_size(rackfocus, tmp_path):
+    """Each with its header's place; the result has that of none."""
+    views = sorted(REFERENCES.glob("posts_view0[01].exr"))
+    out = tmp_path / "out.exr"
+    rackfocus("filter", *views, "-o", out, "--supersample", 2)
+    pixels, spec = read(out)
+    assert pixels.shape[:2] == tuple(n // 2 for n in read(views[0])[0].shape[:2])
+    assert "rackfocus:lensOffset" not in [fact.name for fact in spec.extra_attribs]
+
+
+def test_the_data_window_stays_in_place(rackfocus, tmp_path):
+    passes = doubled(tmp_path / "in.exr", window=(-4, 8))
+    out = tmp_path / "out.exr"
+    rackfocus("filter", passes, "-o", out, "--supersample", 2, "--max-memory", 2000)
+    spec = read(out)[1]
+    assert (spec.x, spec.y) == (-2, 4)
