@@ -37,6 +37,10 @@ bool colour_list_make(struct colour_list *list, const char *config, char *text,
                       size_t n_bytes);
 void colour_list_free(struct colour_list *list);
 
+/* Gets a transform ready, which takes a moment, before colour_show() has it; NULL is. False
+ * with a message where its files are missing. */
+bool colour_prepare(struct colour *colour, char *text, size_t n_bytes);
+
 /* n px of 1, 3 or 4 channels times 2^exposure to opaque 8 bit RGBA. Any thread. */
 void colour_show(const struct colour *colour, const float *pixels, int n_channels,
                  size_t n, double exposure, uint8_t *rgba);

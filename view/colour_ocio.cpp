@@ -19,21 +19,25 @@ extern "C" {
 }
 
 struct colour {
-    OCIO::ConstCPUProcessorRcPtr processor;
+    OCIO::ConstConfigRcPtr config;
+    OCIO::ConstTransformRcPtr transform;
+    OCIO::ConstCPUProcessorRcPtr processor; /* null until colour_prepare() */
 };
 
 namespace
 {
 
 void add(struct colour_list *list, const std::string &name,
-         const OCIO::ConstProcessorRcPtr &processor)
+         const OCIO::ConstConfigRcPtr &config,
+         const OCIO::ConstTransformRcPtr &transform)
 {
     if (list->n == COLOUR_MAX_VIEWS)
         return;
     struct colour *view = new (std::nothrow) colour;
     if (!view)
         return;
-    view->processor = processor->getDefaultCPUProcessor();
+    view->config = config;
+    view->transform = transform;
     std::snprintf(list->names[list->n], sizeof(list->names[0]), "%s", name.c_str());
     list->views[list->n++] = view;
 }
@@ -50,11 +54,7 @@ void add_config(struct colour_list *list, const OCIO::ConstConfigRcPtr &config,
         transform->setSrc(OCIO::ROLE_SCENE_LINEAR);
         transform->setDisplay(display.c_str());
         transform->setView(view.c_str());
-        try {
-            add(list, std::string(name) + " " + view, config->getProcessor(transform));
-        } catch (const OCIO::Exception &) {
-            /* a view whose files are missing: the others are still of use */
-        }
+        add(list, std::string(name) + " " + view, config, transform);
     }
 }
 
@@ -88,7 +88,7 @@ void add_aces(struct colour_list *list)
     group->appendTransform(matrix);
     group->appendTransform(output);
     group->appendTransform(screen);
-    add(list, "ACES 1.0 SDR", OCIO::Config::CreateRaw()->getProcessor(group));
+    add(list, "ACES 1.0 SDR", OCIO::Config::CreateRaw(), group);
 }
 
 /* False with a message. */
@@ -168,6 +168,20 @@ extern "C" bool colour_list_make(struct colour_list *list, const char *config,
         /* a library older than 2.1 has no such transform */
     }
     return is_good;
+}
+
+extern "C" bool colour_prepare(struct colour *colour, char *text, size_t n_bytes)
+{
+    if (!colour || colour->processor)
+        return true;
+    try {
+        colour->processor =
+            colour->config->getProcessor(colour->transform)->getDefaultCPUProcessor();
+        return true;
+    } catch (const std::exception &e) {
+        std::snprintf(text, n_bytes, "OpenColorIO cannot make it: %.300s", e.what());
+    }
+    return false;
 }
 
 extern "C" void colour_list_free(struct colour_list *list)

@@ -346,10 +346,17 @@ static void colour_row(struct app *app)
                  .tip = "How the colours are looked at (OpenColorIO); saved pictures "
                         "do not change.",
                  .why_off = list->n > 1 ? NULL : "this build has no OpenColorIO"});
-    if (ui_choice(&app->ui, "Colours", names, list->n, &app->colour_index)) {
-        app->state.colour = list->views[app->colour_index];
-        app->state.id++;
+    char problem[400];
+    int index = app->colour_index;
+    if (!ui_choice(&app->ui, "Colours", names, list->n, &index))
+        return;
+    if (!colour_prepare(list->views[index], problem, sizeof(problem))) {
+        ui_fail(&app->ui, problem);
+        return;
     }
+    app->colour_index = index;
+    app->state.colour = list->views[index];
+    app->state.id++;
 }
 
 static void eyes_row(struct app *app)
