@@ -50,6 +50,7 @@
 #include "compose/light_list.h"
 #include "compose/occluder_layers.h"
 #include "compose/scene.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
@@ -550,7 +551,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         most = rf_max_float(most, fabsf(samples->at[i].r));
     struct rf_footprints own = {.table = NULL};
     struct rf_footprint_use use = {.shape = shape,
-                                   .look = rf_frame_look(scene->frame),
+                                   .look = rf_field_look(scene->frame, (double)most),
                                    .bokeh = rf_frame_bokeh(scene->frame),
                                    .bokeh_plane = rf_frame_bokeh_plane(scene->frame),
                                    .spherical = scene->frame->params.spherical,

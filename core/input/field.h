@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "input/frame.h"
+#include "lens/look.h"
 #include "rackfocus/rackfocus.h"
 
 /* Does the focus depend on the place? */
@@ -19,6 +20,13 @@ bool rf_field_is_used(const struct rf_frame *frame);
  * depends on the place, without a limit of the radius, which rf_field_apply() sets.
  */
 struct rf_lens rf_field_lens(const struct rf_frame *frame);
+
+/*
+ * The looks of a frame for footprints of up to r px that have a place each: with the
+ * slope of the surface in focus where that changes their rims. A split diopter's
+ * border is left out.
+ */
+struct rf_look rf_field_look(const struct rf_frame *frame, double r);
 
 /* What rf_field_apply() adds to the radii of row y. */
 void rf_field_row(const struct rf_frame *frame, int y, float *shift);

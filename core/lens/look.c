@@ -15,6 +15,9 @@
  *
  *   a  astigmatism, along the line from the centre; s  swirl, across it
  *
+ * Where the surface in focus is tilted or bent, r is that of the pixel P, too: with g(q)
+ * what the surface adds to radii, r + g(q(P)) - g(q(x)) for a sample of radius r.
+ *
  * A sample knows x, not P: the corners of its footprint are where both hold, which
  * ROUNDS of putting P in on the right hand side find. A disc of the second kind stays a
  * disc, of radius 1 / (1 - c r / h) with h half of the diagonal in px.
@@ -62,9 +65,21 @@ bool rf_look_is_dark(const struct rf_look *look)
     return look->cat_eye > 0 || has_doors(look);
 }
 
+/* Does the radius depend on the pixel? */
+static bool is_bent(const struct rf_look *look)
+{
+    return look->slope[0] != 0 || look->slope[1] != 0 || look->bend != 0;
+}
+
+/* Are footprints the aperture, scaled, but for what is cut out of it? */
+static bool is_scaled(const struct rf_look *look)
+{
+    return look->astigmatism == 0 && look->swirl == 0 && !is_bent(look);
+}
+
 bool rf_look_is_on(const struct rf_look *look)
 {
-    return rf_look_is_dark(look) || look->astigmatism != 0 || look->swirl != 0;
+    return rf_look_is_dark(look) || !is_scaled(look);
 }
 
 double rf_look_growth(const struct rf_look *look)
@@ -89,14 +104,23 @@ static void stretch(const struct rf_look *look, const double q[2], const double 
     out[1] = along * q[1] + across * q[0];
 }
 
+/* The radius by which a sample at q of radius r reaches the pixel's place `to`. */
+static double radius_to(const struct rf_look *look, const double q[2], double r,
+                        const double to[2])
+{
+    double step = to[0] * to[0] + to[1] * to[1] - q[0] * q[0] - q[1] * q[1];
+    return r + look->slope[0] * (to[0] - q[0]) + look->slope[1] * (to[1] - q[1]) +
+           look->bend * step;
+}
+
 /* The pixel's place that a sample at q of radius r reaches through the lens point u. */
 static void reach(const struct rf_look *look, const double q[2], double r,
                   const double u[2], double out[2])
 {
-    double at[2];
+    double at[2], size = radius_to(look, q, r, out) / look->half_px;
     stretch(look, out, u, at);
     for (int k = 0; k < 2; k++)
-        out[k] = q[k] + at[k] * r / look->half_px;
+        out[k] = q[k] + at[k] * size;
 }
 
 /* Where the footprint of radius 1 has the lens point u. */
@@ -107,6 +131,8 @@ static void map_point(const struct rf_look *look, const double q[2], double r,
     for (int i = 0; i < ROUNDS && r != 0; i++)
         reach(look, q, r, u, to);
     stretch(look, to, u, out);
+    for (int k = 0; k < 2 && r != 0; k++)
+        out[k] *= radius_to(look, q, r, to) / r;
 }
 
 /*
@@ -122,7 +148,7 @@ static double eye_scale(const struct rf_look *look, double r, int axis)
 static void eye_point(const struct rf_look *look, const double q[2], double r,
                       const double rim[2], double out[2])
 {
-    bool is_plain = look->astigmatism == 0 && look->swirl == 0;
+    bool is_plain = is_scaled(look);
     double to[2] = {q[0], q[1]};
     for (int i = 0; i < (is_plain || r == 0 ? 1 : ROUNDS); i++) {
         if (i > 0)
@@ -176,7 +202,7 @@ static void cut_doors(const struct rf_look *look, const double q[2], double r,
 static void map_corners(const struct rf_look *look, const double q[2], double r,
                         struct rf_shape *shape)
 {
-    if (look->astigmatism == 0 && look->swirl == 0)
+    if (is_scaled(look))
         return;
     for (int i = 0; i < shape->n_corners; i++) {
         double u[2] = {shape->corner[i][0], shape->corner[i][1]};

@@ -20,6 +20,9 @@ struct rf_look {
     double pixel_aspect; /* rows per px of height */
     double ratio;        /* of the aperture */
     double cat_eye, astigmatism, swirl, door[RF_N_DOORS];
+    /* The surface in focus adds slope . q + bend |q|^2 px to a radius; see
+     * rf_field_look(). */
+    double slope[2], bend;
 };
 
 /* Of a whole picture of width x height px. */
