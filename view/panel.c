@@ -65,15 +65,16 @@ static double units_per_mm(const struct app *app)
 }
 
 static void choice_row(struct app *app, const struct rf_param_info *info,
-                       const char *label, struct ui_about *about)
+                       const char *label, const struct ui_about *about)
 {
     const char *names[32], *tips[32];
     for (int i = 0; i < info->n_choices && i < 32; i++) {
         names[i] = info->choices[i].name;
         tips[i] = info->choices[i].help;
     }
-    about->choice_tips = tips;
-    ui_about(&app->ui, about);
+    struct ui_about with_tips = *about;
+    with_tips.choice_tips = tips; /* the control has used them when this returns */
+    ui_about(&app->ui, &with_tips);
     int index = (int)number_of(app, info);
     const bool is_changed = ui_choice(&app->ui, label, names, info->n_choices, &index);
     take_change(app, info->key, is_changed, index);
@@ -85,7 +86,7 @@ static void row_between(struct app *app, const char *key, double min, double max
     char tip[512];
     struct field field;
     const struct rf_param_info *info = rf_param_find(key);
-    struct ui_about about = about_of(app, info, tip, sizeof(tip));
+    const struct ui_about about = about_of(app, info, tip, sizeof(tip));
     field_of(info, &field);
     if (max > min) {
         field.min = min;
