@@ -541,14 +541,15 @@ static int run_frame(struct povray_job *job, const struct povray_frames *frames,
 
 static int run_frames(struct povray_job *job, const struct povray_frames *frames)
 {
-    int code = EXIT_DONE;
+    int code = EXIT_DONE, i = 0;
     if (!frames->is_animation) {
         code = make_picture(job);
         free_picture(job);
     }
-    for (int i = 0; i < frames->list.n && code == EXIT_DONE; i++)
+    for (; i < frames->list.n && code == EXIT_DONE && !os_is_interrupted(); i++)
         code = run_frame(job, frames, i);
-    return os_is_interrupted() ? os_interrupt_code() : code;
+    /* Interrupted after the last one, all is done. */
+    return code == EXIT_DONE && i < frames->list.n ? os_interrupt_code() : code;
 }
 
 static int run_camera(struct povray_job *job)

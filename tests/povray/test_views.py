@@ -50,7 +50,7 @@ def views_of(rackfocus, tmp_path, name, n, *povray):
         "povray", name, "--views", n, "-o", "out.exr", "--keep", "kept", *SIZE,
         *povray, cwd=tmp_path,
     )  # fmt: skip
-    paths = sorted((tmp_path / "kept").iterdir())
+    paths = sorted((tmp_path / "kept").glob("*.exr"))
     assert [path.name for path in paths] == [f"passes_v{i:02}.exr" for i in range(n)]
     return [plainexr.read(path) for path in paths]
 
@@ -93,7 +93,7 @@ def test_points_lie_on_the_lens(rackfocus, scene, tmp_path):
 
 def test_kept_views_refocus(rackfocus, scene, tmp_path):
     views_of(rackfocus, tmp_path, scene[0], 4)
-    kept = sorted((tmp_path / "kept").iterdir())
+    kept = sorted((tmp_path / "kept").glob("*.exr"))
     rackfocus("filter", *kept, "-o", "same.exr", cwd=tmp_path)
     rackfocus("filter", *kept, "-o", "far.exr", "--focus-distance", FAR, cwd=tmp_path)
     whole, same, far = (
@@ -132,7 +132,7 @@ def test_one_file_keeps_all_views(rackfocus, scene, tmp_path):
     rackfocus("povray", scene[0], "--views", 3, "-o", "out.exr", "--keep", "all.exr",
               *SIZE, cwd=tmp_path)  # fmt: skip
     views_of(rackfocus, tmp_path, scene[0], 3)
-    kept = sorted((tmp_path / "kept").iterdir())
+    kept = sorted((tmp_path / "kept").glob("*.exr"))
     found = json.loads(rackfocus("info", "all.exr", "--json", cwd=tmp_path).stdout)
     assert [part["view"] for part in found["files"][0]["parts"]] == [
         "v00", "v01", "v02",
@@ -185,7 +185,7 @@ def focalblur_views(binary, tmp_path_factory):
          "--keep", folder / "kept", "--", "+W320", "+H240"],
         cwd=path.parent, check=True, stdout=subprocess.DEVNULL,
     )  # fmt: skip
-    return sorted((folder / "kept").iterdir())
+    return sorted((folder / "kept").glob("*.exr"))
 
 
 def score_at(rackfocus, views, focus, out):
