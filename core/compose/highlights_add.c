@@ -627,7 +627,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         most = rf_max_float(most, fabsf(samples->at[i].r));
     struct rf_footprints own = {.table = NULL};
     struct rf_footprint_use use = {.shape = shape,
-                                   .look = rf_field_look(scene->frame, (double)most),
+                                   .look = rf_field_look(scene->frame),
                                    .bokeh = rf_frame_bokeh(scene->frame),
                                    .bokeh_plane = rf_frame_bokeh_plane(scene->frame),
                                    .spherical = scene->frame->params.spherical,

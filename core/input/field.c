@@ -169,10 +169,11 @@ static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
         ;
 }
 
-struct rf_look rf_field_look(const struct rf_frame *frame, double r)
+struct rf_look rf_field_look(const struct rf_frame *frame)
 {
-    /* Of a rim, px: at 1/2 a lamp of 20 px is 1.5 dB worse (tests/quality). */
-    static const double RIM_PX = 1.0 / 3;
+    /* Of the radius per px: a third of a px of the rim at 32 px. Lamps of 20 px at 0.03
+     * are 2 dB worse without it (tests/quality/test_looks.py). */
+    static const double LEAST_SLOPE = 0.01;
     const struct rf_look plain = rf_frame_look(frame);
     if (!rf_field_is_on(&frame->params))
         return plain;
@@ -183,7 +184,7 @@ struct rf_look rf_field_look(const struct rf_frame *frame, double r)
     look.bend = f.k * f.curvature;
     double most =
         rf_length(look.slope[0], look.slope[1]) + 2 * fabs(look.bend); /* per q */
-    return most / look.half_px * r >= RIM_PX ? look : plain;
+    return most / look.half_px >= LEAST_SLOPE ? look : plain;
 }
 
 void rf_field_row(const struct rf_frame *frame, int y, float *shift)

@@ -22,11 +22,11 @@ bool rf_field_is_used(const struct rf_frame *frame);
 struct rf_lens rf_field_lens(const struct rf_frame *frame);
 
 /*
- * The looks of a frame for footprints of up to r px that have a place each: with the
- * slope of the surface in focus where that changes their rims. A split diopter's
- * border is left out.
+ * The looks of a frame for footprints that have a place each: with the slope of the
+ * surface in focus where that changes their rims, in all windows alike. A split
+ * diopter's border is left out.
  */
-struct rf_look rf_field_look(const struct rf_frame *frame, double r);
+struct rf_look rf_field_look(const struct rf_frame *frame);
 
 /* What rf_field_apply() adds to the radii of row y. */
 void rf_field_row(const struct rf_frame *frame, int y, float *shift);
