@@ -18,4 +18,18 @@
  */
 bool look_read(const char *name, struct settings *settings, struct image_error *error);
 
+struct look_about {
+    char name[64];
+    const char *about; /* which kind of lens */
+    bool is_own;
+};
+
+/* Fills `list` with the program's looks, then the user's by name, `most` at most; one of
+ * the user's that wins stands in the other's place. Returns how many. */
+int look_list(struct look_about *list, int most);
+
+/* Writes what was typed as a look of the user's, in place of an older one. */
+bool look_save(const char *name, const struct settings *settings,
+               struct image_error *error);
+
 #endif

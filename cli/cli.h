@@ -55,6 +55,7 @@ struct command {
     X(frames)                                                                          \
     X(submit)                                                                          \
     X(methods)                                                                         \
+    X(looks)                                                                           \
     X(povray)                                                                          \
     X(view)
 

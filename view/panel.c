@@ -291,32 +291,30 @@ static void method_rows(struct app *app)
         rows_of(app, FIELD_METHOD, false, true);
 }
 
-/* The names of LOOK_NAMES behind the first item of a menu; returns how many. */
-static int list_looks(char *text, size_t n_bytes, const char **names, int most)
+enum { MOST_LOOKS = 24 };
+
+/* The names of the looks behind the first item of a menu; returns how many. */
+static int list_looks(const char **names)
 {
-    int n = 0;
-    names[n++] = "set a look";
-    snprintf(text, n_bytes, "%s", LOOK_NAMES);
-    for (char *at = text; at && n < most;) {
-        names[n++] = at;
-        char *comma = strstr(at, ", ");
-        if (comma)
-            *comma = 0;
-        at = comma ? comma + 2 : NULL;
-    }
-    return n;
+    static struct look_about looks[MOST_LOOKS];
+    static int n_looks;
+    if (n_looks == 0) /* once: the menu is made for every picture */
+        n_looks = look_list(looks, MOST_LOOKS);
+    names[0] = "set a look";
+    for (int i = 0; i < n_looks; i++)
+        names[i + 1] = looks[i].name;
+    return n_looks + 1;
 }
 
 /* A look sets several parameters at once. */
 static void look_row(struct app *app)
 {
-    char text[256];
-    const char *names[24];
-    const int n = list_looks(text, sizeof(text), names, 24);
+    const char *names[MOST_LOOKS + 1];
+    const int n = list_looks(names);
     int index = 0;
     ui_about(&app->ui,
              &(struct ui_about){.tip = "Sets the parameters of a kind of lens, as "
-                                       "--look does: " LOOK_NAMES "."});
+                                       "--look does; rackfocus looks lists them."});
     if (!ui_choice(&app->ui, "Look", names, n, &index) || index == 0)
         return;
     if (state_set_look(&app->state, names[index]))

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """--look and --aperture-image: kinds of lenses, and pictures of the aperture."""
 
+import json
+
 import numpy
 import plainexr
 import pytest
@@ -42,7 +44,10 @@ def test_a_look_of_ones_own(rackfocus, scene, tmp_path, monkeypatch):
     [
         (["--look", "sharp"], "there are vintage, anamorphic"),
         (["--aperture", "image"], "--aperture-image FILE"),
-        (["--aperture-image", "a.exr", "--method", "box"], "layered, views and scatter"),
+        (
+            ["--aperture-image", "a.exr", "--method", "box"],
+            "layered, views and scatter",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(rackfocus, scene, tmp_path, options, part):
@@ -50,3 +55,34 @@ def test_what_is_wrong_is_said(rackfocus, scene, tmp_path, options, part):
     done = rackfocus("filter", scene(), "-o", out, *options, code=2)
     assert part in done.stderr
     assert not out.exists()
+
+
+def test_the_list_and_ones_own(rackfocus, scene, tmp_path, monkeypatch):
+    """Saved, listed with its parameters, used; wins over one of the program's."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new" / "config"))
+    given = json.loads(rackfocus("looks", "--json").stdout)
+    assert [look["name"] for look in given][:2] == ["vintage", "anamorphic"]
+    assert "--swirl 0.35" in given[0]["options"]
+    rackfocus("looks", "--save", "mine", "--blades", "5", "--swirl", "0.2")
+    rackfocus("looks", "--save", "fast", "--blades", "7")
+    looks = {x["name"]: x for x in json.loads(rackfocus("looks", "--json").stdout)}
+    assert len(looks) == len(given) + 1
+    assert "--blades 5" in looks["mine"]["options"]
+    assert looks["fast"]["about"] == "your own" and "7" in looks["fast"]["options"]
+    assert "mine: your own\n    " in rackfocus("looks").stdout
+    own = made(rackfocus, scene, tmp_path, "--look", "mine")
+    typed = made(rackfocus, scene, tmp_path, "--blades", "5", "--swirl", "0.2")
+    assert numpy.array_equal(own, typed)
+
+
+@pytest.mark.parametrize(
+    "options, part, code",
+    [
+        (["--save", "mine"], "nothing is to be kept; add parameters", 2),
+        (["--save", "a/b", "--blades", "5"], "'a/b' is no name of a look", 1),
+        (["--blades", "5"], "are kept with --save NAME", 2),
+        (["in.exr"], "looks takes no file", 2),
+    ],
+)
+def test_looks_that_cannot_be_kept(rackfocus, options, part, code):
+    assert part in rackfocus("looks", *options, code=code).stderr
