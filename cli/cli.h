@@ -54,6 +54,7 @@ struct command {
     X(accumulate)                                                                      \
     X(frames)                                                                          \
     X(submit)                                                                          \
+    X(aperture)                                                                        \
     X(methods)                                                                         \
     X(looks)                                                                           \
     X(povray)                                                                          \

@@ -86,3 +86,54 @@ def test_the_list_and_ones_own(rackfocus, scene, tmp_path, monkeypatch):
 )
 def test_looks_that_cannot_be_kept(rackfocus, options, part, code):
     assert part in rackfocus("looks", *options, code=code).stderr
+
+
+def halves(path):
+    """Light behind the focus and before it."""
+    channels = plainexr.read(path)[0]
+    light = channels["G"]
+    return light[: len(light) // 2], light[len(light) // 2 :]
+
+
+def test_aperture_draws_lamps(rackfocus, tmp_path):
+    """Discs of the radius asked for; cat's eyes cut those at the border, on another
+    side before the focus than behind it; a look is its options."""
+    out = tmp_path / "lamps.exr"
+    words = ("aperture", "-o", out, "--width", "480", "--radius", "20")
+    rackfocus(*words)
+    for half in halves(out):
+        height, width = half.shape
+        assert (width, height) == (480, 270)
+        lamp = half[
+            height // 2 - 30 : height // 2 + 30, width // 2 - 30 : width // 2 + 30
+        ]
+        assert abs((lamp > 0.25).sum() / (numpy.pi * 20**2) - 1) < 0.02
+        assert abs(lamp.sum() / (0.5 * numpy.pi * 20**2) - 1) < 0.01
+        plain = (half > 0.25).sum()
+    rackfocus(*words, "--cat-eye", "0.8")
+    behind, before = halves(out)
+    assert (behind > 0.25).sum() < 0.95 * plain
+    areas = [(half > 0.25).sum() for half in (behind, before)]
+    assert abs(areas[0] / areas[1] - 1) < 0.02
+    assert not numpy.array_equal(behind, before), "cut on the other side"
+    rackfocus(*words, "--look", "vintage")
+    look = halves(out)
+    rackfocus(*words, "--cat-eye", "0.6", "--swirl", "0.35", "--astigmatism", "-0.15")
+    assert numpy.array_equal(look, halves(out))
+    rackfocus("aperture", "-o", tmp_path / "lamps.png")
+    assert (tmp_path / "lamps.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    "options, part",
+    [
+        ([], "aperture needs an output"),
+        (["-o", "x.jpg"], "x.jpg"),
+        (["-o", "x.png", "in.exr"], "takes no file"),
+        (["-o", "x.png", "--f-stop", "2"], "--f-stop has no place here: --radius"),
+        (["-o", "x.png", "--look", "none"], "there is no such look"),
+        (["-o", "x.png", "--radius", "0.5"], "--radius"),
+    ],
+)
+def test_aperture_refuses(rackfocus, options, part):
+    assert part in rackfocus("aperture", *options, code=2).stderr
