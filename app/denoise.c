@@ -152,12 +152,43 @@ static void set_packed(struct denoiser *d, void *filter, const char *name,
                      (size_t)picture->height, 0, 0, 0);
 }
 
+/* Runs a filter that has its images, and releases it. */
+static bool execute(struct denoiser *d, void *filter,
+                    const struct denoise_picture *picture, struct image_error *error)
+{
+    const char *text = NULL;
+    d->commit_filter(filter);
+    d->execute_filter(filter);
+    d->release_filter(filter);
+    if (d->get_error(d->device, &text) == 0)
+        return true;
+    return set_error(error, "%s: Open Image Denoise failed: %s", picture->path,
+                     text ? text : "without a reason");
+}
+
+bool denoise_clean_guides(struct denoiser *d, const struct denoise_picture *picture,
+                          struct denoise_guides *guides, struct image_error *error)
+{
+    float *const samples[] = {guides->albedo, guides->normal};
+    static const char *const names[] = {"albedo", "normal"};
+    for (int i = 0; i < 2; i++) {
+        if (!samples[i])
+            continue;
+        void *filter = d->new_filter(d->device, "RT");
+        set_packed(d, filter, names[i], samples[i], picture);
+        set_packed(d, filter, "output", samples[i], picture);
+        if (!execute(d, filter, picture, error))
+            return false;
+    }
+    guides->are_clean = true;
+    return true;
+}
+
 /* Filters packed RGB in place. */
 static bool run_filter(struct denoiser *d, const struct denoise_picture *picture,
                        float *rgb, const struct denoise_guides *guides,
                        struct image_error *error)
 {
-    const char *text = NULL;
     void *filter = d->new_filter(d->device, "RT");
     set_packed(d, filter, "color", rgb, picture);
     set_packed(d, filter, "output", rgb, picture);
@@ -167,13 +198,7 @@ static bool run_filter(struct denoiser *d, const struct denoise_picture *picture
         d->set_bool(filter, "cleanAux", guides->are_clean);
     }
     d->set_bool(filter, "hdr", true);
-    d->commit_filter(filter);
-    d->execute_filter(filter);
-    d->release_filter(filter);
-    if (d->get_error(d->device, &text) == 0)
-        return true;
-    return set_error(error, "%s: Open Image Denoise failed: %s", picture->path,
-                     text ? text : "without a reason");
+    return execute(d, filter, picture, error);
 }
 
 bool denoise_picture(struct denoiser *d, const struct denoise_picture *picture,

@@ -51,6 +51,16 @@ struct denoise_picture {
 };
 
 /*
+ * Takes the grain out of the guides of a picture, in place, as Cycles does by default
+ * ("Prefilter: Accurate"). For the host's own lens, whose albedo and normals have the
+ * grain of the lens: worth 0 to 3 dB at 64 samples, 6 on a plain floor. Those of a
+ * pinhole are better left alone (docs/notebook/rivals.md).
+ */
+bool denoise_clean_guides(struct denoiser *denoiser,
+                          const struct denoise_picture *picture,
+                          struct denoise_guides *guides, struct image_error *error);
+
+/*
  * Takes the grain out of the colours of a picture, in place; alpha stays. One with NaN
  * or infinity is left as it is, for the filter to refuse. `guides` may be NULL.
  */

@@ -132,7 +132,7 @@ static bool denoise(struct denoiser *denoiser, const struct finish_picture *p,
 }
 
 /* The mean of what our picture alone and our picture with the normals guide, into
- * `guided`; `other` and `limited` are as large. */
+ * `guided`; `other` has three times its size. */
 static bool denoise_by_ours(struct denoiser *denoiser, const struct finish_picture *p,
                             float *guided, float *other, struct image_error *error)
 {
@@ -145,7 +145,12 @@ static bool denoise_by_ours(struct denoiser *denoiser, const struct finish_pictu
         return false;
     if (!p->normal)
         return true;
-    by.normal = p->normal;
+    const struct denoise_picture size = {NULL, p->width, p->height, 3, p->name};
+    struct denoise_guides clean = {.normal = limited + n};
+    memcpy(clean.normal, p->normal, n * sizeof(float));
+    if (!denoise_clean_guides(denoiser, &size, &clean, error))
+        return false;
+    by.normal = clean.normal;
     if (!denoise(denoiser, p, other, &by, error))
         return false;
     for (size_t i = 0; i < n; i++)
@@ -157,7 +162,7 @@ bool finish_mix(struct denoiser *denoiser, const struct finish_picture *p,
                 struct image_error *error)
 {
     const size_t n = 3 * n_pixels(p);
-    float *guided = app_memory(n, 3 * sizeof(float), error);
+    float *guided = app_memory(n, 4 * sizeof(float), error);
     if (!guided)
         return false;
     const bool is_done = denoise_by_ours(denoiser, p, guided, guided + n, error);
