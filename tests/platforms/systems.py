@@ -10,6 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
 WINE = "/usr/lib/wine/wine64"  # Debian's package wine64 has it there
+WINESERVER = "/usr/lib/wine/wineserver64"
 # What any Windows has.
 LIBRARIES = {"advapi32.dll", "kernel32.dll", "msvcrt.dll", "user32.dll"}
 # Of tests/os, for Windows, and which of their tests: wine makes no links.

@@ -5,9 +5,10 @@ of Linux makes, follows the mouse and saves."""
 import importlib.util
 import json
 import re
+import subprocess
 
 import pytest
-from systems import BUILD, LIBRARIES, ROOT, WINE, run
+from systems import BUILD, LIBRARIES, ROOT, WINE, WINESERVER, run
 
 # The window under Xvfb, with someone who clicks and looks.
 HERE = ROOT / "tests" / "view" / "conftest.py"
@@ -25,9 +26,10 @@ SYSTEM |= {f"{name}.dll" for name in "setupapi user32 version winmm ws2_32".spli
 
 
 @pytest.fixture
-def window(windows, wine_environment, wine, tmp_path):
+def window(windows, wine_environment, tmp_path):
     """Opens the window through the command of Windows."""
-    wine("cmd", "/c", "ver")  # its services may take their time to start
+    # What was started without a display makes no windows: its services begin anew.
+    subprocess.run([WINESERVER, "-k"], env=wine_environment, check=False)
     program = tmp_path / "rackfocus"
     words = ["unset SDL_VIDEODRIVER"]  # x11 means nothing to Windows
     words += [
@@ -46,6 +48,7 @@ def window(windows, wine_environment, wine, tmp_path):
     yield open_window
     for one in opened:
         one.close()
+    subprocess.run([WINESERVER, "-k"], env=wine_environment, check=False)
     display.close()
 
 
