@@ -30,11 +30,12 @@ def only(folder, pattern):
 
 
 @pytest.fixture(scope="session")
-def environment(installed):
+def environment(installed, tmp_path_factory):
     """Environment variables that make what was installed be found."""
     library = only(installed, "pkgconfig/rackfocus.pc").parents[1]
     return {
         **os.environ,
+        "XDG_CONFIG_HOME": str(tmp_path_factory.mktemp("config")),
         "PATH": f"{only(installed, 'bin/rackfocus').parent}:{os.environ['PATH']}",
         "PKG_CONFIG_PATH": str(library / "pkgconfig"),
         "PKG_CONFIG_SYSROOT_DIR": str(installed),
