@@ -218,7 +218,8 @@ rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *
     /* What the caller takes may be its own input, as long as that is needed. */
     size_t n_pictures = n_parts > 1 ? 2 : 1;
     float *memory = rf_alloc(frame->context, n_pictures * n, sizeof *memory);
-    rf_result result = memory ? RF_OK : rf_fail_memory(error, n_pictures * n, sizeof n);
+    rf_result result =
+        memory ? RF_OK : rf_fail_memory(error, n_pictures * n, sizeof *memory);
     struct rf_image made =
         rf_image_packed(memory, frame->width, frame->height, n_channels);
     struct rf_image kept = n_parts > 1 ? made : *out;

@@ -72,7 +72,8 @@ void rf_shape_lines(const struct rf_shape *shape, struct rf_interval range, int 
     for (int i = 0; i < n; i++)
         cut[i] = shape->is_cut ? (struct rf_interval){-INFINITY, INFINITY}
                                : rf_shape_line(shape, rf_line_at(range, i, n));
-    for (int k = 0, next = 1; shape->is_cut && k < shape->n_corners; k++, next++) {
+    bool has_edges = shape->is_cut && step > 0; /* else the doors left no area */
+    for (int k = 0, next = 1; has_edges && k < shape->n_corners; k++, next++) {
         const double *a = shape->corner[k];
         const double *b = shape->corner[next < shape->n_corners ? next : 0];
         /* The lines that the edge may reach, and one more for what rounds. */
