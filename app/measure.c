@@ -268,6 +268,40 @@ bool measure_pictures(const float *a, const float *b, int32_t width, int32_t hei
     return true;
 }
 
+struct toned_rows {
+    const float *a, *b;
+    int32_t width;
+    double *squares; /* of each row, so that the sum does not depend on the threads */
+};
+
+static void sum_toned_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct toned_rows *t = data;
+    const size_t n = 3 * (size_t)t->width;
+    for (int64_t y = begin; y < end; y++) {
+        double sum = 0;
+        for (size_t i = (size_t)y * n; i < (size_t)(y + 1) * n; i++) {
+            const double error =
+                (float)measure_tone(t->a[i]) - (double)(float)measure_tone(t->b[i]);
+            sum += error * error;
+        }
+        t->squares[y] = sum;
+    }
+}
+
+double measure_tpsnr(const float *a, const float *b, int32_t width, int32_t height)
+{
+    struct toned_rows t = {a, b, width, malloc((size_t)height * sizeof(double))};
+    double sum = 0;
+    if (!t.squares)
+        return NAN;
+    os_parallel(0, height, 0, sum_toned_rows, &t);
+    for (int32_t y = 0; y < height; y++)
+        sum += t.squares[y];
+    free(t.squares);
+    return decibel(sum / (3.0 * width * height));
+}
+
 /* ---- heat map -------------------------------------------------------------------- */
 
 static const float heat_colours[][3] = {
@@ -292,6 +326,7 @@ static void heat_colour(double heat, float *rgb)
 
 struct heating {
     const float *a, *b;
+    double full_scale;
     float *rgb;
 };
 
@@ -303,13 +338,19 @@ static void heat_some(void *data, int64_t begin, int64_t end, int thread)
         for (int64_t c = 3 * i; c < 3 * i + 3; c++)
             largest =
                 fmax(largest, fabs(measure_tone(h->a[c]) - measure_tone(h->b[c])));
-        heat_colour(largest / HEAT_FULL_SCALE, h->rgb + 3 * i);
+        heat_colour(largest / h->full_scale, h->rgb + 3 * i);
     }
 }
 
 void measure_heatmap(const float *a, const float *b, int32_t width, int32_t height,
                      float *rgb)
 {
-    struct heating h = {a, b, rgb};
+    measure_heatmap_to(a, b, width, height, HEAT_FULL_SCALE, rgb);
+}
+
+void measure_heatmap_to(const float *a, const float *b, int32_t width, int32_t height,
+                        double full_scale, float *rgb)
+{
+    struct heating h = {a, b, full_scale, rgb};
     os_parallel(0, (int64_t)width * height, 0, heat_some, &h);
 }

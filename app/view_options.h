@@ -21,7 +21,8 @@ struct view_options {
     double benchmark_s;                 /* 0: none */
     int32_t depth_repair, mist_falloff; /* as in depth_repair.h */
     int32_t n_views;                    /* of a POV-Ray scene */
-    int32_t demo_width;                 /* px; the height follows */
+    int32_t demo_width, demo_height;    /* px; height 0: 9/16 of the width */
+    int32_t demo_views;                 /* accumulated from the start; 0: none */
     int32_t n_threads;
     bool is_demo, is_quiet, is_benchmark_turn;
     bool is_over, is_stereo; /* as of filter */

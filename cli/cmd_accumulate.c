@@ -396,8 +396,15 @@ int accumulate_command_run(int argc, char **argv, struct frames_report *report)
                 "accumulate --help");
     else if (!picture_check_kind(tool.output, &error))
         message("%s", error.message);
-    else
+    else {
+        if (operands.n == 1)
+            warning(tool.is_quiet,
+                    "%s: one view is its own mean: nothing is blurred; give the views "
+                    "from all points of the lens, or blur this one by its depth with "
+                    "rackfocus filter",
+                    operands.items[0]);
         code = accumulate_any(&tool, &operands, report);
+    }
     operands_free(&operands);
     return code;
 }

@@ -39,15 +39,16 @@ static void open_aperture(struct app *app, double factor)
 
 static void show_difference(struct app *app)
 {
-    if (!app->has_reference)
-        view_say(app, "there is no reference; name one under Compare, or drop a PNG");
-    else if (app->reference.width != app->state.width ||
-             app->reference.height != app->state.height)
-        view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
-                 app->reference_path, app->reference.width, app->reference.height,
-                 app->state.width, app->state.height);
-    else
+    const struct reference *reference = app->reference;
+    if (app->accumulation.is_on ||
+        reference_fits(reference, app->state.width, app->state.height))
         state_toggle_mode(&app->state, MODE_DIFFERENCE);
+    else if (!reference)
+        view_say(app, "there is no reference; name one under Compare, or drop a PNG");
+    else
+        view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
+                 app->reference_path, reference->picture.width,
+                 reference->picture.height, app->state.width, app->state.height);
 }
 
 static void step_picture(struct app *app, int step)
@@ -240,7 +241,7 @@ static void toggle_scopes(struct app *app)
 static void toggle_compare(struct app *app)
 {
     struct state *state = &app->state;
-    if (!app->has_reference) {
+    if (!app->reference && !app->accumulation.is_on) {
         view_say(app, "there is no reference; name one under Compare, or press K");
         return;
     }
@@ -253,7 +254,6 @@ static void toggle_compare(struct app *app)
 static void keep_as_reference(struct app *app)
 {
     const struct shot *shot = app->shot;
-    struct picture *reference = &app->reference;
     if (!shot || !shot->pixels || shot->id != app->state.id || shot->times > 1) {
         view_say(app, "wait until the best picture is shown");
         return;
@@ -269,12 +269,9 @@ static void keep_as_reference(struct app *app)
         for (size_t c = 0; c < 3; c++)
             rgb[3 * i + c] =
                 shot->pixels->values[i * n_channels + (n_channels > 1 ? c : 0)];
-    worker_drain(app->worker); /* it may be at work with the old one */
-    picture_free(reference);
-    *reference =
-        (struct picture){.samples = rgb, .width = shot->width, .height = shot->height};
-    app->has_reference = true;
-    app->reference_path[0] = 0;
+    const struct picture kept = {
+        .samples = rgb, .width = shot->width, .height = shot->height};
+    view_set_reference(app, &kept, "");
     app->state.compares_reference = true;
     app->state.id++;
     view_say(app, "kept as the reference: F flips, S wipes, X shows the difference");
@@ -298,6 +295,7 @@ static const struct {
     [ACTION_DIFFERENCE] = {.plain = show_difference},
     [ACTION_EXPOSURE] = {.with = toggle_mode, .a = MODE_EXPOSURE},
     [ACTION_SCOPES] = {.plain = toggle_scopes},
+    [ACTION_VIEWS] = {.plain = accumulation_toggle},
     [ACTION_COMPARE] = {.plain = toggle_compare},
     [ACTION_KEEP] = {.plain = keep_as_reference},
     [ACTION_CENTRE] = {.plain = focus_on_centre},

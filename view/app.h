@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "accumulation.h"
 #include "browser.h"
 #include "colour.h"
 #include "demo.h"
@@ -48,6 +49,7 @@
     X(DIFFERENCE, "Show", SDLK_x, 0, "X", "difference to the reference")               \
     X(EXPOSURE, "Show", SDLK_g, 0, "G", "false colours of exposure, in stops")         \
     X(SCOPES, "Show", SDLK_h, 0, "H", "histogram and waveform")                        \
+    X(VIEWS, "Show", SDLK_v, 0, "V", "demo: accumulate views as the reference")        \
     X(COMPARE, "Show", SDLK_a, 0, "A",                                                 \
       "F and S compare with the reference, the pinhole")                               \
     X(KEEP, "Show", SDLK_k, 0, "K", "keep what is shown as the reference")             \
@@ -161,11 +163,11 @@ struct app {
     struct stage *stage;
     bool has_stage; /* or the demo: there is something to show */
     struct demo demo;
-    struct input *source; /* what is filtered, held */
-    struct picture reference;
-    bool has_reference;
+    struct input *source;          /* what is filtered, held */
+    struct reference *reference;   /* held; NULL: none */
     char reference_path[MAX_PATH]; /* as shown in its field; "": none */
-    struct picture light_picture;  /* of --distribution-image */
+    struct accumulation accumulation;
+    struct picture light_picture; /* of --distribution-image */
     struct rf_image light;
 
     struct state state;
@@ -229,7 +231,7 @@ void view_note_change(struct app *app);
 
 /* The job that makes what is set; `reference` may be NULL. `problem` says why layers or
  * an eye are left out; "": none is. */
-void view_job(const struct app *app, const struct picture *reference, struct job *job,
+void view_job(const struct app *app, struct reference *reference, struct job *job,
               char *problem, size_t n_bytes);
 
 /* Asks the worker for the picture, where anything has changed. */
@@ -261,6 +263,9 @@ void view_set_look(struct app *app, int i);
 /* EXR files and scenes are shown, a PNG becomes the reference, .params are set. */
 void open_files(struct app *app, char *const *paths, int n);
 bool open_reference(struct app *app, const char *path); /* false: said why */
+/* What is compared with from now on; takes the samples over. "": it is of no file. */
+void view_set_reference(struct app *app, const struct picture *picture,
+                        const char *path);
 void open_drop(struct app *app, const SDL_DropEvent *event);
 void open_forget(struct app *app); /* what was dropped and not yet opened */
 void open_list(struct app *app);   /* shows or hides it */

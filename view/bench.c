@@ -63,6 +63,7 @@ void bench_step(struct app *app)
     if (bench->started_s == 0) {
         bench->started_s = now_s;
         bench->cpu_s = os_process_cpu_s();
+        app->accumulation.n_drawn = app->accumulation.n_complete = 0;
         stats_start(&app->stats, now_s);
         push_mouse(app, SDL_MOUSEBUTTONDOWN, handle.x + handle.width * 0.5, y);
     }
@@ -96,6 +97,11 @@ void bench_print(const struct app *app)
             stats_latency_ms(s, 1));
     printf("frames drawn %d, %.1f ms each\n", s->n_draws,
            s->n_draws ? s->draw_ms / s->n_draws : 0);
+    const struct accumulation *views = &app->accumulation;
+    if (views->is_on)
+        printf("views drawn %d, %.1f a second; %d means of %d views, %.1f a second\n",
+               views->n_drawn, views->n_drawn / bench->wall_s, views->n_complete,
+               views->n, views->n_complete / bench->wall_s);
     printf("previews %d, %d of them made smaller\n", s->n_previews, s->n_small);
     printf("share of the time: filter %.1f %%, to 8 bit %.1f %%, drawing %.1f %%\n",
            100 * s->filter_ms / wall_ms, 100 * s->display_ms / wall_ms,

@@ -27,6 +27,18 @@ static const struct place {
 #define MIN_PITCH (-0.35)
 #define MAX_PITCH 1.05
 
+/* Of a quad's corner: place in the camera's frame, of the texture, colour. */
+struct demo_vertex {
+    float place[3], texture[2], colour[3];
+};
+
+enum {
+    FLOOR_ROWS = 44,
+    FLOOR_COLUMNS = 24,
+    N_FLOOR = 4 * FLOOR_ROWS * FLOOR_COLUMNS,
+    N_VERTICES = N_FLOOR + 4 * DEMO_N_PICTURES
+};
+
 /* ---- the picture ---------------------------------------------------------------- */
 
 /* A file's picture, as sRGB. */
@@ -78,11 +90,15 @@ static bool check_size(const char *path, int32_t width, int32_t height,
     return false;
 }
 
-bool demo_open(struct demo *demo, int32_t width, const char *path,
+bool demo_open(struct demo *demo, int32_t width, int32_t height, const char *path,
                struct image_error *error)
 {
     int32_t w = DEMO_PICTURE_SIDE, h = DEMO_PICTURE_SIDE;
-    *demo = (struct demo){.width = width, .height = (width * 9 + 8) / 16};
+    *demo = (struct demo){.width = width,
+                          .height = height > 0 ? height : (width * 9 + 8) / 16};
+    demo->vertices = app_memory(N_VERTICES, sizeof(*demo->vertices), error);
+    if (!demo->vertices)
+        return false;
     uint8_t *rgba;
     if (path) {
         rgba = read_picture(path, &w, &h, error);
@@ -113,6 +129,7 @@ void demo_close(struct demo *demo)
     if (demo->texture)
         glDeleteTextures(1, &demo->texture);
     gl_target_free(&demo->target);
+    free(demo->vertices);
     *demo = (struct demo){0};
 }
 
@@ -149,63 +166,123 @@ double demo_distance(const struct demo *demo, int i)
     return distances[i];
 }
 
-static void put_corner(const struct demo *demo, double x, double y, double z, double u,
-                       double v)
+static struct demo_vertex corner(const struct demo *demo, double x, double y, double z)
 {
     double p[3];
     to_camera(demo, (const double[3]){x, y, z}, p);
-    glTexCoord2d(u, v);
-    glVertex3d(p[0], p[1], -p[2]);
+    return (struct demo_vertex){.place = {(float)p[0], (float)p[1], (float)-p[2]}};
 }
 
-static void draw_picture(const struct demo *demo, const struct place *place)
+static void lay_picture(const struct demo *demo, const struct place *place,
+                        struct demo_vertex *to)
 {
+    static const float sides[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     const double h = PICTURE_HEIGHT / 2, w = h * demo->picture_aspect;
-    const double x = place->x, y = place->y, z = place->z;
-    glBegin(GL_QUADS);
-    put_corner(demo, x - w, y + h, z, 0, 0);
-    put_corner(demo, x + w, y + h, z, 1, 0);
-    put_corner(demo, x + w, y - h, z, 1, 1);
-    put_corner(demo, x - w, y - h, z, 0, 1);
-    glEnd();
+    for (int i = 0; i < 4; i++) {
+        to[i] = corner(demo, place->x + w * (2 * sides[i][0] - 1),
+                       place->y + h * (1 - 2 * sides[i][1]), place->z);
+        memcpy(to[i].texture, sides[i], sizeof(sides[i]));
+    }
 }
 
 /* A chequered floor that runs through all distances. */
-static void draw_floor(const struct demo *demo)
+static void lay_floor(const struct demo *demo, struct demo_vertex *to)
 {
+    static const int sides[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     const double step = 0.25;
+    for (int j = 0; j < FLOOR_ROWS; j++)
+        for (int i = 0; i < FLOOR_COLUMNS; i++)
+            for (int k = 0; k < 4; k++, to++) {
+                const int x = i - FLOOR_COLUMNS / 2;
+                const float grey = (x + j) % 2 ? 0.62f : 0.36f;
+                const float colour[3] = {grey, grey * 0.97f, grey * 0.9f};
+                *to = corner(demo, (x + sides[k][0]) * step, FLOOR_Y,
+                             1 + (j + sides[k][1]) * step);
+                memcpy(to->colour, colour, sizeof(colour));
+            }
+}
+
+void demo_lay(struct demo *demo)
+{
+    lay_floor(demo, demo->vertices);
+    for (int i = 0; i < DEMO_N_PICTURES; i++)
+        lay_picture(demo, &places[i], demo->vertices + N_FLOOR + 4 * i);
+}
+
+static void draw_scene(const struct demo *demo)
+{
+    const struct demo_vertex *first = demo->vertices;
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glClearColor(0.18f, 0.22f, 0.30f, 1);
+    glClearDepth(1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glEnableClientState(GL_VERTEX_ARRAY);
+    glVertexPointer(3, GL_FLOAT, sizeof(*first), first->place);
+    glDisable(GL_TEXTURE_2D);
+    glEnableClientState(GL_COLOR_ARRAY);
+    glColorPointer(3, GL_FLOAT, sizeof(*first), first->colour);
     /* Seen from above only: it must not hide the pictures from below. */
     glEnable(GL_CULL_FACE);
     glFrontFace(GL_CCW);
-    glBegin(GL_QUADS);
-    for (int j = 0; j < 44; j++)
-        for (int i = -12; i < 12; i++) {
-            const double x = i * step, z = 1 + j * step;
-            const float grey = (i + j) % 2 ? 0.62f : 0.36f;
-            glColor3f(grey, grey * 0.97f, grey * 0.9f);
-            put_corner(demo, x, FLOOR_Y, z, 0, 0);
-            put_corner(demo, x + step, FLOOR_Y, z, 0, 0);
-            put_corner(demo, x + step, FLOOR_Y, z + step, 0, 0);
-            put_corner(demo, x, FLOOR_Y, z + step, 0, 0);
-        }
-    glEnd();
+    glDrawArrays(GL_QUADS, 0, N_FLOOR);
     glDisable(GL_CULL_FACE);
+    glDisableClientState(GL_COLOR_ARRAY);
     glColor3f(1, 1, 1);
+    glEnable(GL_TEXTURE_2D);
+    glBindTexture(GL_TEXTURE_2D, demo->texture);
+    glTexEnvi(GL_TEXTURE_ENV, GL_TEXTURE_ENV_MODE, GL_REPLACE);
+    glEnableClientState(GL_TEXTURE_COORD_ARRAY);
+    glTexCoordPointer(2, GL_FLOAT, sizeof(*first), first->texture);
+    glDrawArrays(GL_QUADS, N_FLOOR, N_VERTICES - N_FLOOR);
+    glDisableClientState(GL_TEXTURE_COORD_ARRAY);
+    glDisableClientState(GL_VERTEX_ARRAY);
+    glDisable(GL_DEPTH_TEST);
 }
 
-/* Image plane of the focal length and the sensor, so that the lens fits the camera. */
-static void set_camera(const struct demo *demo)
+double demo_focal_px(const struct demo *demo)
+{
+    return demo->width * DEMO_FOCAL_LENGTH_MM / DEMO_SENSOR_MM;
+}
+
+/* What gluLookAt makes: from the eye to (0, 0, -focus), up is up. */
+static void look_at_middle(const struct demo_eye *eye)
+{
+    const double length =
+        sqrt(eye->x * eye->x + eye->y * eye->y + eye->focus * eye->focus);
+    const double back[3] = {eye->x / length, eye->y / length, eye->focus / length};
+    const double across = hypot(back[2], back[0]);
+    const double right[3] = {back[2] / across, 0, -back[0] / across};
+    const double up[3] = {back[1] * right[2], back[2] * right[0] - back[0] * right[2],
+                          -back[1] * right[0]};
+    const double turn[16] = {right[0], up[0], back[0], 0, right[1], up[1], back[1], 0,
+                             right[2], up[2], back[2], 0, 0,        0,     0,       1};
+    glLoadMatrixd(turn);
+}
+
+/*
+ * Image plane of the focal length and the sensor, so that the lens fits the camera. From
+ * another point of the lens the frustum is sheared by -x n / F, which keeps the plane at
+ * the distance F where it is, or the camera is turned.
+ */
+static void set_camera(const struct demo *demo, const struct demo_eye *eye)
 {
     const double right = DEMO_NEAR * DEMO_SENSOR_MM / 2 / DEMO_FOCAL_LENGTH_MM;
     const double top = right * demo->height / demo->width;
+    const bool is_sheared = eye->move == DEMO_SHIFT;
+    const double x = is_sheared ? eye->x * DEMO_NEAR / eye->focus : 0;
+    const double y = is_sheared ? eye->y * DEMO_NEAR / eye->focus : 0;
     glMatrixMode(GL_PROJECTION);
     glLoadIdentity();
-    glFrustum(-right, right, -top, top, DEMO_NEAR, DEMO_FAR);
+    glFrustum(-right - x, right - x, -top - y, top - y, DEMO_NEAR, DEMO_FAR);
     glMatrixMode(GL_MODELVIEW);
     glLoadIdentity();
+    if (!is_sheared)
+        look_at_middle(eye);
+    glTranslated(-eye->x, -eye->y, 0);
 }
 
-struct input *demo_draw(const struct demo *demo)
+struct input *demo_draw(struct demo *demo)
 {
     struct input *input = input_create(demo->width, demo->height, 3, 1);
     const size_t n = (size_t)demo->width * (size_t)demo->height;
@@ -217,23 +294,20 @@ struct input *demo_draw(const struct demo *demo)
         input_drop(input);
         return NULL;
     }
+    demo_lay(demo);
     gl_target_begin(&demo->target);
-    set_camera(demo);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
-    glClearColor(0.18f, 0.22f, 0.30f, 1);
-    glClearDepth(1);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glDisable(GL_TEXTURE_2D);
-    draw_floor(demo);
-    glEnable(GL_TEXTURE_2D);
-    glBindTexture(GL_TEXTURE_2D, demo->texture);
-    glTexEnvi(GL_TEXTURE_ENV, GL_TEXTURE_ENV_MODE, GL_REPLACE);
-    for (int i = 0; i < DEMO_N_PICTURES; i++)
-        draw_picture(demo, &places[i]);
-    glDisable(GL_DEPTH_TEST);
+    set_camera(demo, &(struct demo_eye){.focus = 1});
+    draw_scene(demo);
     gl_target_read(&demo->target, input->frame_rgba, input->frame_depth);
     return input;
+}
+
+void demo_draw_view(const struct demo *demo, const struct demo_eye *eye, uint8_t *rgba)
+{
+    gl_target_begin(&demo->target);
+    set_camera(demo, eye);
+    draw_scene(demo);
+    gl_target_read(&demo->target, rgba, NULL);
 }
 
 /* ---- facts and files ------------------------------------------------------------ */
@@ -305,20 +379,16 @@ bool demo_save_passes(const char *path, const struct input *input, int n_threads
     return is_written;
 }
 
-bool demo_save(const char *path, const float *pixels, int32_t width, int32_t height,
-               const struct settings *settings, int n_threads,
-               struct image_error *error)
+/* Three channels with what made them. */
+static bool write_rgb(const char *path, const float *pixels, int32_t width,
+                      int32_t height, const char *made, int n_threads,
+                      struct image_error *error)
 {
     static const char *const names[] = {"R", "G", "B"};
     static const enum image_sample_type types[] = {
         IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT, IMAGE_SAMPLE_FLOAT};
-    if (picture_kind(path) == PICTURE_PNG)
-        return image_write_png(path, pixels, width, height, 3, 8, false, error);
-    char used[4000], text[4096];
-    settings_print_options(&settings->params, used, sizeof(used));
-    snprintf(text, sizeof(text), "rackfocus %s %s", rf_version(), used);
     const struct image_attribute filtered = {
-        .name = "rackfocus:filtered", .type = IMAGE_ATTRIBUTE_STRING, .text = text};
+        .name = "rackfocus:filtered", .type = IMAGE_ATTRIBUTE_STRING, .text = made};
     const struct image_output output = {.width = width,
                                         .height = height,
                                         .n_channels = 3,
@@ -328,4 +398,26 @@ bool demo_save(const char *path, const float *pixels, int32_t width, int32_t hei
                                         .attributes = &filtered,
                                         .n_attributes = 1};
     return image_write(path, &output, n_threads, error);
+}
+
+bool demo_save(const char *path, const float *pixels, int32_t width, int32_t height,
+               const struct settings *settings, int n_threads,
+               struct image_error *error)
+{
+    if (picture_kind(path) == PICTURE_PNG)
+        return image_write_png(path, pixels, width, height, 3, 8, false, error);
+    char used[4000], text[4096];
+    settings_print_options(&settings->params, used, sizeof(used));
+    snprintf(text, sizeof(text), "rackfocus %s %s", rf_version(), used);
+    return write_rgb(path, pixels, width, height, text, n_threads, error);
+}
+
+bool demo_save_views(const char *path, const struct picture *mean, int n,
+                     enum demo_move move, int n_threads, struct image_error *error)
+{
+    char text[128];
+    snprintf(text, sizeof(text), "rackfocus %s view --demo, %d views, %s", rf_version(),
+             n, move == DEMO_SHIFT ? "shift" : "look-at");
+    return write_rgb(path, mean->samples, mean->width, mean->height, text, n_threads,
+                     error);
 }

@@ -16,6 +16,7 @@
 #include "image.h"
 #include "gl.h"
 #include "input.h"
+#include "picture.h"
 #include "settings.h"
 
 /* Scene units are metres. */
@@ -25,17 +26,32 @@
 #define DEMO_SENSOR_MM 36.0
 #define DEMO_N_PICTURES 3
 
+struct demo_vertex;
+
 struct demo {
     int32_t width, height; /* of the picture that is filtered */
     double yaw, pitch;     /* of the scene about its middle, radians */
     struct gl_target target;
     unsigned texture;
     double picture_aspect; /* width / height */
+    struct demo_vertex
+        *vertices; /* of the scene as it is turned, in the camera's frame */
 };
 
-/* The scene with the picture of a file, or with its own where `path` is NULL. Needs a
- * current OpenGL context. False with a message. */
-bool demo_open(struct demo *demo, int32_t width, const char *path,
+/* How the camera of a view moves: the axis stays parallel and the frustum is sheared, or
+ * the camera turns to the middle of the plane in focus. */
+enum demo_move { DEMO_SHIFT, DEMO_LOOK_AT };
+
+/* Where a view is seen from: scene units right and up of the middle of the lens. */
+struct demo_eye {
+    double x, y;
+    double focus; /* distance of the plane in focus */
+    enum demo_move move;
+};
+
+/* The scene with the picture of a file, or with its own where `path` is NULL; a height of
+ * 0 is 9/16 of the width. Needs a current OpenGL context. False with a message. */
+bool demo_open(struct demo *demo, int32_t width, int32_t height, const char *path,
                struct image_error *error);
 void demo_close(struct demo *demo);
 
@@ -44,7 +60,16 @@ void demo_close(struct demo *demo);
 void demo_turn(struct demo *demo, double dx, double dy);
 
 /* Draws the scene and reads it back; the caller holds the result. */
-struct input *demo_draw(const struct demo *demo);
+struct input *demo_draw(struct demo *demo);
+
+/* Lays out the scene as it is turned now, for demo_draw_view(). */
+void demo_lay(struct demo *demo);
+
+/* Draws what an eye on the lens sees: sRGB codes, RGBA, rows from the bottom. */
+void demo_draw_view(const struct demo *demo, const struct demo_eye *eye, uint8_t *rgba);
+
+/* Focal length of the demo's camera, px. */
+double demo_focal_px(const struct demo *demo);
 
 /* What a file of the scene would say in its header. */
 void demo_facts(struct settings *settings);
@@ -60,5 +85,9 @@ bool demo_save_passes(const char *path, const struct input *input, int n_threads
 bool demo_save(const char *path, const float *pixels, int32_t width, int32_t height,
                const struct settings *settings, int n_threads,
                struct image_error *error);
+
+/* Writes the mean of n views, float. */
+bool demo_save_views(const char *path, const struct picture *mean, int n,
+                     enum demo_move move, int n_threads, struct image_error *error);
 
 #endif

@@ -17,20 +17,33 @@ static float *first_three(const float *pixels, int n_channels, size_t n)
     return rgb;
 }
 
+double difference_full_scale(const struct job *job)
+{
+    return HEAT_FULL_SCALE / (job->gain > 0 ? job->gain : 1);
+}
+
 void difference_show(const struct job *job, const float *pixels, struct shot *shot)
 {
     const size_t n = (size_t)shot->width * (size_t)shot->height;
-    const struct picture *reference = job->reference;
+    const float *wanted = job->reference->picture.samples;
     float *rgb = first_three(pixels, job->input->n_channels, n);
     float *heat = app_memory(n, 3 * sizeof(float), NULL);
-    struct measures measures;
-    if (rgb && heat &&
-        measure_pictures(rgb, reference->samples, shot->width, shot->height,
-                         &measures)) {
-        measure_heatmap(rgb, reference->samples, shot->width, shot->height, heat);
+    if (rgb && heat) {
+        measure_heatmap_to(rgb, wanted, shot->width, shot->height,
+                           difference_full_scale(job), heat);
         display_encoded(heat, n, shot->rgba);
-        shot->tpsnr_db = measures.tpsnr_db;
     }
     free(heat);
+    free(rgb);
+}
+
+void difference_measure(const struct job *job, const float *pixels, struct shot *shot)
+{
+    const size_t n = (size_t)shot->width * (size_t)shot->height;
+    float *rgb = first_three(pixels, job->input->n_channels, n);
+    shot->n_views = job->reference->n_views;
+    if (rgb)
+        shot->tpsnr_db = measure_tpsnr(rgb, job->reference->picture.samples,
+                                       shot->width, shot->height);
     free(rgb);
 }

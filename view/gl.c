@@ -298,7 +298,8 @@ void gl_target_read(const struct gl_target *target, uint8_t *rgba, float *depth)
 {
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, target->width, target->height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
-    glReadPixels(0, 0, target->width, target->height, GL_DEPTH_COMPONENT, GL_FLOAT,
-                 depth);
+    if (depth)
+        glReadPixels(0, 0, target->width, target->height, GL_DEPTH_COMPONENT, GL_FLOAT,
+                     depth);
     gl.bind_framebuffer(GL_FRAMEBUFFER, 0);
 }

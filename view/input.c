@@ -64,8 +64,7 @@ void input_drop(struct input *input)
 
 /* ---- frame buffers -------------------------------------------------------------- */
 
-/* Linear light of the codes of sRGB. */
-static void fill_decoder(float *decoder)
+void input_fill_decoder(float decoder[256])
 {
     for (int i = 0; i < 256; i++) {
         const double v = i / 255.0;
@@ -107,7 +106,7 @@ static bool unpack_frame(struct input *input)
         free(depth);
         return false;
     }
-    fill_decoder(u.decoder);
+    input_fill_decoder(u.decoder);
     os_parallel(0, h, 0, unpack_rows, &u);
     input->views[0] = (struct rf_view){.colour = rf_image_packed(colour, w, h, 3),
                                        .depth = rf_image_packed(depth, w, h, 1)};

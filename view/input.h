@@ -48,6 +48,9 @@ void input_drop(struct input *input); /* may be NULL */
 bool input_prepare(struct input *input, const struct rf_context *context,
                    const struct rf_params *params, struct rf_error *error);
 
+/* Linear light of the codes of sRGB, as frame buffers have them. */
+void input_fill_decoder(float decoder[256]);
+
 /*
  * What an eye on the lens sees, `eye` in lens radii right and up; the plane in focus
  * stays. `out` is width * height * n_channels. Of several views that nearest to the eye

@@ -3,7 +3,7 @@
 #include "app.h"
 
 /* Tells the worker what is looked at now. */
-void view_job(const struct app *app, const struct picture *reference, struct job *job,
+void view_job(const struct app *app, struct reference *reference, struct job *job,
               char *problem, size_t n_bytes)
 {
     state_job(&app->state, app->source, reference, job);
@@ -36,8 +36,7 @@ void view_ask(struct app *app)
     app->asked_id = app->state.id;
     stats_change(&app->stats, app->state.id);
     char problem[512];
-    view_job(app, app->has_reference ? &app->reference : NULL, &job, problem,
-             sizeof(problem));
+    view_job(app, app->reference, &job, problem, sizeof(problem));
     if (problem[0])
         view_say(app, "%s", problem);
     worker_ask(app->worker, &job);

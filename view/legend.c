@@ -66,17 +66,19 @@ static double of_tone(double tone)
     return low;
 }
 
-static void make_difference(struct legend *legend)
+static void make_difference(double gain, struct legend *legend)
 {
+    const double full_scale = HEAT_FULL_SCALE / gain;
     float zero[3 * STEPS] = {0}, error[3 * STEPS], rgb[3 * STEPS];
     for (int i = 0; i < 3 * STEPS; i++)
-        error[i] = (float)of_tone(HEAT_FULL_SCALE * (i / 3) / (STEPS - 1.0));
-    measure_heatmap(error, zero, STEPS, 1, rgb);
+        error[i] = (float)of_tone(full_scale * (i / 3) / (STEPS - 1.0));
+    measure_heatmap_to(error, zero, STEPS, 1, full_scale, rgb);
     display_encoded(rgb, STEPS, legend->rgba[0]);
-    snprintf(legend->title, sizeof(legend->title), "difference, tone mapped");
+    snprintf(legend->title, sizeof(legend->title), "difference x%.3g, tone mapped",
+             gain);
     for (int i = 0; i < 3; i++)
         snprintf(legend->ticks[i], sizeof(legend->ticks[i]), "%.3g",
-                 HEAT_FULL_SCALE * i / 2);
+                 full_scale * i / 2);
 }
 
 static void make_exposure(struct legend *legend)
@@ -104,7 +106,7 @@ static bool make_legend(const struct app *app, struct legend *legend)
     else if (shot->mode == MODE_COC && shot->full_px > 0)
         make_coc(shot->full_px, legend);
     else if (shot->mode == MODE_DIFFERENCE)
-        make_difference(legend);
+        make_difference(app->state.gain, legend);
     else if (shot->mode == MODE_EXPOSURE)
         make_exposure(legend);
     else

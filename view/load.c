@@ -182,13 +182,12 @@ static bool show_input(struct app *app, const struct resolver *resolver,
 
 static void check_reference(struct app *app)
 {
-    const struct picture *reference = &app->reference;
-    if (!app->has_reference || (reference->width == app->state.width &&
-                                reference->height == app->state.height))
+    const struct reference *reference = app->reference;
+    if (!reference || reference_fits(reference, app->state.width, app->state.height))
         return;
     view_say(app, "%s: is %d x %d, the picture %d x %d: no difference can be shown",
-             app->reference_path, reference->width, reference->height, app->state.width,
-             app->state.height);
+             app->reference_path, reference->picture.width, reference->picture.height,
+             app->state.width, app->state.height);
 }
 
 static double aspect_of(const struct stage *stage)
@@ -266,7 +265,8 @@ bool load_demo(struct app *app)
 {
     struct image_error error;
     const char *path = app->operands->n > 0 ? app->operands->items[0] : NULL;
-    if (!demo_open(&app->demo, app->options->demo_width, path, &error)) {
+    if (!demo_open(&app->demo, app->options->demo_width, app->options->demo_height,
+                   path, &error)) {
         message("%s", error.message);
         return false;
     }
@@ -283,6 +283,12 @@ bool load_demo(struct app *app)
     name_window(app, "demo");
     save_default_name(app);
     trace_text(app, "loaded", "demo");
+    app->accumulation.n = DEMO_MOST_VIEWS;
+    if (is_good && app->options->demo_views > 0) {
+        app->accumulation.n = app->options->demo_views;
+        accumulation_switch(app, true);
+        app->state.is_filter_on = app->options->benchmark_s == 0;
+    }
     return is_good;
 }
 

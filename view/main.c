@@ -92,10 +92,11 @@ static int wait_ms(const struct app *app)
 {
     if (app->options->benchmark_s > 0)
         return 4;
+    const double views_ms = accumulation_waits_ms(app);
     if (app->is_redraw_due)
-        return (int)(1000 * DRAG_FRAME_S);
-    const double tip_ms =
-        1000 * fmin(ui_waits_s(&app->ui, os_clock_s()), play_waits_s(app));
+        return (int)fmin(1000 * DRAG_FRAME_S, views_ms);
+    const double tip_ms = fmin(
+        views_ms, 1000 * fmin(ui_waits_s(&app->ui, os_clock_s()), play_waits_s(app)));
     const int most_ms = app->loader.is_running ? 100 : 500;
     return tip_ms < most_ms ? (int)tip_ms + 1 : most_ms;
 }
@@ -120,6 +121,7 @@ static void run(struct app *app)
         play_step(app);
         if (app->options->benchmark_s > 0)
             bench_step(app);
+        accumulation_step(app);
         show(app);
     }
 }
@@ -129,6 +131,7 @@ static void run(struct app *app)
 static bool prepare(struct app *app)
 {
     struct image_error error;
+    struct picture reference;
     const struct view_options *options = app->options;
     if (!options->is_demo && !playlist_open(&app->playlist, app->operands->items,
                                             app->operands->n, &error)) {
@@ -137,14 +140,12 @@ static bool prepare(struct app *app)
     }
     if (options->reference &&
         !picture_read(options->reference, NULL, thread_count(options->n_threads),
-                      &app->reference, &error)) {
+                      &reference, &error)) {
         message("%s", error.message);
         return false;
     }
-    app->has_reference = options->reference != NULL;
     if (options->reference)
-        snprintf(app->reference_path, sizeof(app->reference_path), "%s",
-                 options->reference);
+        view_set_reference(app, &reference, options->reference);
     const char *light = options->distribution_image;
     if (light && !picture_read(light, NULL, thread_count(options->n_threads),
                                &app->light_picture, &error)) {
@@ -205,7 +206,7 @@ static void close_app(struct app *app)
     for (int i = 0; i < 10; i++)
         free(app->looks[i]);
     colour_list_free(&app->colours);
-    picture_free(&app->reference);
+    reference_drop(app->reference);
     picture_free(&app->light_picture);
     playlist_close(&app->playlist);
     playlist_close(&app->opening);

@@ -15,6 +15,19 @@ static bool ends_with(const char *path, const char *ending)
     return n > m && strcasecmp(path + n - m, ending) == 0;
 }
 
+void view_set_reference(struct app *app, const struct picture *picture,
+                        const char *path)
+{
+    accumulation_switch(app, false); /* what is named last counts */
+    reference_drop(app->reference);
+    app->reference = reference_create(picture, 0);
+    if (path != app->reference_path)
+        snprintf(app->reference_path, sizeof(app->reference_path), "%s", path);
+    if (!app->reference)
+        view_say(app, "out of memory for the reference");
+    app->state.id++;
+}
+
 bool open_reference(struct app *app, const char *path)
 {
     struct image_error error;
@@ -24,13 +37,7 @@ bool open_reference(struct app *app, const char *path)
         view_say(app, "%s", error.message);
         return false;
     }
-    worker_drain(app->worker); /* it may be at work with the old one */
-    picture_free(&app->reference);
-    app->reference = read;
-    app->has_reference = true;
-    if (path != app->reference_path)
-        snprintf(app->reference_path, sizeof(app->reference_path), "%s", path);
-    app->state.id++;
+    view_set_reference(app, &read, path);
     if (read.width != app->state.width || read.height != app->state.height)
         view_say(app, "%s: is %d x %d, the picture %d x %d: they cannot be compared",
                  path, read.width, read.height, app->state.width, app->state.height);

@@ -152,26 +152,44 @@ static void draw_stats(struct app *app)
     draw_lines(app, em, em, (const char *const(*)[2])lines, 7, 6 * em, 30 * em);
 }
 
+/* What is shown in place of the filtered picture. */
+static void describe_off(const struct app *app, char *text, size_t n_bytes)
+{
+    const struct demo_views *views = &app->accumulation.views;
+    if (accumulation_picture(app))
+        snprintf(text, n_bytes, "%d of %d views, %.0f ms  ", views->n_done, views->n,
+                 views->drawn_ms);
+    else
+        snprintf(text, n_bytes, "filter off  ");
+}
+
 /* "picture best layered 320 ms" at the right of the line at the bottom. */
 static void describe_shot(const struct app *app, char *text, size_t n_bytes)
 {
     const struct shot *shot = app->shot;
     struct worker_state worker;
-    char size[48] = "";
+    char size[48] = "", views[48] = "";
     *text = 0;
     if (!shot || !app->has_stage)
         return;
     worker_state(app->worker, &worker);
+    if (shot->n_views > 0)
+        snprintf(views, sizeof(views), " of %d view%s", shot->n_views,
+                 shot->n_views > 1 ? "s" : "");
     if (shot->times > 1)
         snprintf(size, sizeof(size), " at 1/%d", shot->times);
     if (worker.is_best && worker.fraction > 0.02)
         snprintf(text, n_bytes, "best: %.0f %%  ", 100 * worker.fraction);
     else if (!app->state.is_filter_on && app->state.mode == MODE_PICTURE)
-        snprintf(text, n_bytes, "filter off  ");
+        describe_off(app, text, n_bytes);
     else if (strcmp(shot->method, "none") == 0)
         *text = 0; /* a map: no method made it */
     else if (app->state.mode == MODE_DIFFERENCE)
-        snprintf(text, n_bytes, "tPSNR %.2f dB  ", shot->tpsnr_db);
+        snprintf(text, n_bytes, "%s tPSNR %.2f dB%s  ", shot->method, shot->tpsnr_db,
+                 views);
+    else if (!isnan(shot->tpsnr_db))
+        snprintf(text, n_bytes, "%s %.0f ms, %.2f dB%s  ", shot->method,
+                 shot->filter_ms, shot->tpsnr_db, views);
     else
         snprintf(text, n_bytes, "%s %s%s %.0f ms  ",
                  shot->quality == SHOT_BEST ? "best" : "preview", shot->method, size,

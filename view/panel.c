@@ -411,6 +411,29 @@ static void view_rows(struct app *app)
         eyes_row(app);
 }
 
+/* How much the difference is magnified. */
+static void gain_row(struct app *app)
+{
+    struct ui *ui = &app->ui;
+    const struct ui_number number = {.label = "Gain",
+                                     .unit = "x",
+                                     .min = 1,
+                                     .max = 64,
+                                     .min_limit = 1,
+                                     .max_limit = 64,
+                                     .is_log = true};
+    double gain = app->state.gain;
+    ui_about(ui, &(struct ui_about){.tip = "Magnifies the difference that X shows; the "
+                                           "legend has its scale.",
+                                    .why_off = app->state.mode == MODE_DIFFERENCE
+                                                   ? NULL
+                                                   : "X shows the difference"});
+    if (ui_number(ui, &number, &gain))
+        state_set_gain(&app->state, gain);
+    if (ui_was_reset(ui))
+        state_set_gain(&app->state, 1);
+}
+
 /* What F, S and X compare with, and the kept settings. */
 static void compare_rows(struct app *app)
 {
@@ -424,11 +447,13 @@ static void compare_rows(struct app *app)
         app->reference_path[0])
         open_reference(app, app->reference_path);
     int index = app->state.compares_reference;
-    ui_about(ui, &(struct ui_about){
-                     .tip = "What F flips to and S wipes with.",
-                     .why_off = app->has_reference ? NULL : "there is no reference"});
+    ui_about(ui, &(struct ui_about){.tip = "What F flips to and S wipes with.",
+                                    .why_off = app->reference || app->accumulation.is_on
+                                                   ? NULL
+                                                   : "there is no reference"});
     if (ui_choice(ui, "Compare with", names, 2, &index))
         view_act(app, ACTION_COMPARE);
+    gain_row(app);
     if (ui_button(ui, "Keep as reference (K)"))
         view_act(app, ACTION_KEEP);
     for (int i = 1; i <= 9; i++) {
@@ -456,6 +481,7 @@ static void demo_rows(struct app *app)
         view_act(app, ACTION_INFINITY);
     if (ui_button(ui, "Save colour and depth (Ctrl+E)"))
         view_act(app, ACTION_SAVE_PASSES);
+    accumulation_rows(app);
 }
 
 static void save_rows(struct app *app)

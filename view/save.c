@@ -146,6 +146,25 @@ void save_params(struct app *app)
     trace_text(app, "saved", app->status);
 }
 
+/* The views, too, where all of them are there. */
+static void say_passes(struct app *app)
+{
+    struct image_error error;
+    const struct accumulation *a = &app->accumulation;
+    const int n_threads = thread_count(app->options->n_threads);
+    if (!a->is_on || !app->reference || app->reference->n_views < a->n)
+        view_say(app, "saved demo.exr: colour, depth buffer, near, far and lens%s",
+                 a->is_on ? "; the views are not all drawn yet" : "");
+    else if (demo_save_views("demo_views.exr", &app->reference->picture, a->n, a->move,
+                             n_threads, &error))
+        view_say(app,
+                 "saved demo.exr: colour, depth buffer, near, far and lens; and "
+                 "demo_views.exr, the mean of %d views",
+                 a->n);
+    else
+        view_say(app, "saved demo.exr; %s", error.message);
+}
+
 void save_passes(struct app *app)
 {
     struct image_error error;
@@ -158,7 +177,7 @@ void save_passes(struct app *app)
         return;
     else if (demo_save_passes("demo.exr", app->source,
                               thread_count(app->options->n_threads), &error))
-        view_say(app, "saved demo.exr: colour, depth buffer, near, far and lens");
+        say_passes(app);
     else
         view_say(app, "%s", error.message);
     trace_text(app, "saved", app->status);

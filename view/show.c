@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Shots: from filtered pixels, depth and radii to what the window draws. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,6 +92,7 @@ static struct shot *new_shot(struct worker *w, const struct job *job, int times)
                           .times = times,
                           .width = width,
                           .height = height,
+                          .tpsnr_db = NAN,
                           .input = input_hold(job->input),
                           .rgba = rgba};
     return shot;
@@ -124,12 +126,18 @@ void show_kept(struct worker *w, const struct job *job, const struct kept *kept,
     if (quality == SHOT_BEST)
         shot->pixels = pixels_hold(kept->pixels);
     snprintf(shot->method, sizeof(shot->method), "%s", kept->method);
-    if (job->mode == MODE_DIFFERENCE && job->reference)
+    const bool is_compared =
+        kept->times == 1 && reference_fits(job->reference, shot->width, shot->height);
+    if (job->mode == MODE_DIFFERENCE && is_compared)
         difference_show(job, pixels, shot);
     else if (job->mode == MODE_EXPOSURE)
         display_exposure(pixels, n_channels, n, job->exposure, shot->rgba);
     else
         paint(w, job, pixels, n_channels, n, shot->rgba);
+    /* A scene's own reference follows every change: what is shown is always measured. */
+    if (is_compared && (job->mode == MODE_DIFFERENCE ||
+                        (quality == SHOT_BEST && job->reference->n_views > 0)))
+        difference_measure(job, pixels, shot);
     shot->display_ms = 1000 * (os_clock_s() - start_s);
     publish(w, shot);
 }
@@ -183,7 +191,7 @@ static bool is_before_shown(const struct worker *w, const struct job *job)
 void show_before(struct worker *w, const struct job *job)
 {
     const struct input *input = job->input;
-    const struct picture *reference = job->reference;
+    const struct reference *reference = job->reference;
     if (is_before_shown(w, job))
         return;
     const double start_s = os_clock_s();
@@ -193,14 +201,16 @@ void show_before(struct worker *w, const struct job *job)
     const size_t n = (size_t)input->width * (size_t)input->height;
     shot->is_pinhole = true;
     shot->quality = SHOT_BEST;
-    if (job->compares_reference && reference && reference->width == input->width &&
-        reference->height == input->height)
-        paint(w, job, reference->samples, 3, n, shot->rgba);
+    if (job->compares_reference &&
+        reference_fits(reference, input->width, input->height))
+        paint(w, job, reference->picture.samples, 3, n, shot->rgba);
     else
         paint(w, job, input->colour, input->n_channels, n, shot->rgba);
     shot->display_ms = 1000 * (os_clock_s() - start_s);
     input_drop(w->pinhole_input);
     w->pinhole_input = input_hold(job->input);
+    reference_drop(w->pinhole_job.reference);
+    reference_hold(job->reference);
     w->pinhole_job = *job;
     publish(w, shot);
 }

@@ -14,6 +14,7 @@ void state_init(struct state *state, const struct settings *typed, double exposu
                             .is_filter_on = true,
                             .split = 0.5,
                             .exposure = exposure,
+                            .gain = 1,
                             .zoom = {.scale = 1, .aspect = 1, .is_fitted = true}};
 }
 
@@ -177,6 +178,11 @@ const char *state_why_off(const struct state *state, const char *key)
     static const char *const of_mm[] = {"f-stop", "focal-length", "unit-scale"};
     struct rf_params params = state->settings.params;
     const char *why = why_not_read(&params, key);
+    if (why && state->draws_views) {
+        struct rf_params of_views = params;
+        of_views.method = RF_METHOD_ACCUMULATE;
+        why = why_not_read(&of_views, key) ? why : NULL;
+    }
     if (!why)
         return NULL;
     for (size_t i = 0; i < sizeof(of_mm) / sizeof(of_mm[0]); i++)
@@ -272,6 +278,12 @@ void state_set_exposure(struct state *state, double stops)
     state->id++;
 }
 
+void state_set_gain(struct state *state, double gain)
+{
+    state->gain = fmin(fmax(gain, 1), 64);
+    state->id++;
+}
+
 void state_set_eye(struct state *state, bool is_on, double right, double up)
 {
     const double r = hypot(right, up), scale = r > 1 ? 1 / r : 1;
@@ -282,7 +294,7 @@ void state_set_eye(struct state *state, bool is_on, double right, double up)
 }
 
 void state_job(const struct state *state, struct input *input,
-               const struct picture *reference, struct job *job)
+               struct reference *reference, struct job *job)
 {
     const bool is_picture = state->mode == MODE_PICTURE;
     *job = (struct job){
@@ -291,6 +303,7 @@ void state_job(const struct state *state, struct input *input,
         .params = state->params,
         .mode = state->mode,
         .exposure = state->exposure,
+        .gain = state->gain,
         .has_eye = state->has_eye && is_picture,
         .eye = {state->eye[0], state->eye[1]},
         .wants_filter = state->is_filter_on || !is_picture || state->has_eye,

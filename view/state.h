@@ -40,10 +40,12 @@ struct state {
 
     enum view_mode mode;
     bool is_filter_on, is_split, has_eye;
+    bool draws_views;            /* of the lens, beside the method's picture */
     bool compares_reference;     /* `off` and `split` show it in place of the pinhole */
     const struct colour *colour; /* view transform; NULL: sRGB */
     double split;                /* share of the picture that shows the pinhole */
     double exposure;             /* stops */
+    double gain;                 /* of the difference */
     double eye[2];               /* lens radii, right and up, within the lens */
     struct zoom zoom;
     uint64_t id; /* grows with every change of what the worker makes */
@@ -100,12 +102,13 @@ void state_toggle_mode(struct state *state, enum view_mode mode);
 void state_toggle_filter(struct state *state);
 void state_toggle_split(struct state *state);
 void state_set_exposure(struct state *state, double stops);
+void state_set_gain(struct state *state, double gain); /* 1 to 64 */
 
 /* The eye within the lens, in lens radii; `is_on` false shows the lens's picture. */
 void state_set_eye(struct state *state, bool is_on, double right, double up);
 
 /* What is looked at, as a job; `input` and `reference` are the caller's. */
 void state_job(const struct state *state, struct input *input,
-               const struct picture *reference, struct job *job);
+               struct reference *reference, struct job *job);
 
 #endif

@@ -147,6 +147,10 @@ void trace_shown(struct app *app, bool is_pinhole)
                 shot->quality == SHOT_BEST ? "best" : "preview", shot->method,
                 (int)shot->mode, shot->times, shot->filter_ms, shot->display_ms,
                 shot->eye_view);
+    if (shot)
+        print_number(app->trace, "tpsnr", shot->tpsnr_db);
+    if (shot)
+        fprintf(app->trace, ", \"views\": %d", shot->n_views);
     fprintf(app->trace, "}\n");
     fflush(app->trace);
 }

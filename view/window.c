@@ -113,6 +113,7 @@ void window_close(struct app *app)
     if (app->context) {
         gl_picture_free(&app->after);
         gl_picture_free(&app->before);
+        accumulation_close(app);
         demo_close(&app->demo);
         SDL_GL_DeleteContext(app->context);
     }
@@ -152,12 +153,14 @@ static void draw_picture(struct app *app)
     const bool is_off = is_plain && !state->is_filter_on;
     const double split = state->is_split ? state->split : is_off ? 1 : 0;
     const int times = app->shot ? app->shot->times : 1;
+    const struct gl_picture *views = accumulation_picture(app);
+    const struct gl_picture *before = views ? views : &app->before;
     const bool has_before =
-        app->before.width == state->width && app->before.height == state->height;
+        before->width == state->width && before->height == state->height;
     if (split < 1 || !has_before)
         draw_part(app, &app->after, times, has_before ? split : 0, 1);
     if (split > 0 && has_before)
-        draw_part(app, &app->before, 1, 0, split);
+        draw_part(app, before, 1, 0, split);
 }
 
 static void draw_split(struct app *app)

@@ -27,6 +27,19 @@ static rf_result fail_memory(struct rf_error *error)
     return RF_ERROR_MEMORY;
 }
 
+/* What a job points to, held as long as somebody works for it. */
+static void hold_job(const struct job *job)
+{
+    input_hold(job->input);
+    reference_hold(job->reference);
+}
+
+static void drop_job(const struct job *job)
+{
+    input_drop(job->input);
+    reference_drop(job->reference);
+}
+
 /* ---- filtering ------------------------------------------------------------------- */
 
 static bool is_newer_asked(struct worker *w)
@@ -120,6 +133,8 @@ static void forget_all(struct worker *w)
     forget(&w->best);
     input_drop(w->pinhole_input);
     w->pinhole_input = NULL;
+    reference_drop(w->pinhole_job.reference);
+    w->pinhole_job.reference = NULL;
 }
 
 /* Is that picture still what is asked for? */
@@ -531,7 +546,7 @@ static bool next_task(struct worker *w, struct job *job, struct save *save,
         memmove(w->saves, w->saves + 1, (size_t)w->n_saves * sizeof(*w->saves));
     } else if (goes_on) {
         *job = w->asked;
-        input_hold(job->input);
+        hold_job(job);
         w->is_new = false;
     }
     w->is_working = goes_on;
@@ -549,10 +564,10 @@ static void work(void *user)
     while (next_task(w, &job, &save, &is_save)) {
         if (is_save) {
             do_save(w, &save);
-            input_drop(save.job.input);
+            drop_job(&save.job);
         } else {
             do_job(w, &job);
-            input_drop(job.input);
+            drop_job(&job);
         }
     }
 }
@@ -597,8 +612,8 @@ void worker_stop(struct worker *w)
     os_lock_release(&w->lock);
     os_thread_join(&w->thread);
     for (int i = 0; i < w->n_saves; i++)
-        input_drop(w->saves[i].job.input);
-    input_drop(w->asked.input);
+        drop_job(&w->saves[i].job);
+    drop_job(&w->asked);
     shot_free(w->shots[0]);
     shot_free(w->shots[1]);
     worker_free(w);
@@ -607,14 +622,14 @@ void worker_stop(struct worker *w)
 void worker_ask(struct worker *w, const struct job *job)
 {
     os_lock_take(&w->lock);
-    struct input *old = w->asked.input;
+    const struct job old = w->asked;
     w->asked = *job;
-    input_hold(job->input);
+    hold_job(job);
     w->is_new = true;
     w->asked_s = os_clock_s();
     os_condition_wake_all(&w->changed);
     os_lock_release(&w->lock);
-    input_drop(old);
+    drop_job(&old);
 }
 
 struct shot *worker_take(struct worker *w, bool is_pinhole)
@@ -637,13 +652,14 @@ void worker_drain(struct worker *w)
     w->is_draining = false;
     struct shot *old[2] = {w->shots[0], w->shots[1]};
     w->shots[0] = w->shots[1] = NULL;
-    struct input *input = w->asked.input;
+    const struct job asked = w->asked;
     w->asked.input = NULL;
+    w->asked.reference = NULL;
     os_lock_release(&w->lock);
     forget_all(w); /* the thread is idle */
     shot_free(old[0]);
     shot_free(old[1]);
-    input_drop(input);
+    drop_job(&asked);
 }
 
 void worker_save(struct worker *w, const struct save *save)
@@ -652,7 +668,7 @@ void worker_save(struct worker *w, const struct save *save)
     const bool is_full = w->n_saves == MAX_SAVES;
     if (!is_full) {
         w->saves[w->n_saves++] = *save;
-        input_hold(save->job.input);
+        hold_job(&save->job);
         os_condition_wake_all(&w->changed);
     }
     os_lock_release(&w->lock);

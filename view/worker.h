@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 #include "input.h"
-#include "picture.h"
+#include "reference.h"
 #include "rackfocus/rackfocus.h"
 
 /* X(NAME, "name", "what it shows") */
@@ -46,10 +46,11 @@ struct job {
     struct rf_params params;
     enum view_mode mode;
     double exposure;                  /* stops */
+    double gain;                      /* of the difference; 0: 1 */
     bool has_eye;                     /* the pinhole picture from a point of the lens */
     double eye[2];                    /* lens radii, right and up */
     bool wants_filter, wants_pinhole; /* which of the two pictures is looked at */
-    const struct picture *reference;  /* NULL: none; outlives the worker */
+    struct reference *reference;      /* NULL: none */
     bool compares_reference;          /* in place of the pinhole, if it has the size */
     const struct colour *colour;      /* view transform; NULL: that of sRGB; the same */
     struct stack stack;               /* with input->others */
@@ -71,7 +72,8 @@ struct shot {
     struct pixels *pixels; /* where it is the best picture, held; else NULL */
     double full_px;        /* MODE_COC: the radius that has the full colour */
     double filter_ms, display_ms;
-    double tpsnr_db; /* MODE_DIFFERENCE */
+    double tpsnr_db; /* to the reference; NAN: it was not measured */
+    int n_views;     /* of the reference that this is to; 0: of a file */
     int eye_view;    /* the view that the eye's picture came from */
     char error[320]; /* instead of pixels; "" for none */
 };
@@ -92,7 +94,7 @@ struct worker;
 struct worker *worker_start(int n_threads, void (*wake)(void *user), void *user);
 void worker_stop(struct worker *worker); /* cancels; frees all */
 
-/* Takes a hold of job->input. */
+/* Takes a hold of what the job points to. */
 void worker_ask(struct worker *worker, const struct job *job);
 
 /* The newest shot, of the filter or of the pinhole, or NULL; the caller frees it. */

@@ -53,7 +53,7 @@ struct worker {
     int32_t best_method;              /* that best_ns_px is of */
     double woken_s;
     struct input *pinhole_input; /* what the last pinhole shot showed; held */
-    struct job pinhole_job;      /* that showed it */
+    struct job pinhole_job;      /* that showed it, its reference held */
     bool is_saving;
 };
 

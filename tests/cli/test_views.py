@@ -58,6 +58,15 @@ def test_views_can_be_averaged(rackfocus, views, tmp_path):
         assert a[name] == pytest.approx(b[name], rel=1e-6)
 
 
+def test_one_view_is_no_lens(rackfocus, views, tmp_path):
+    """Its mean is the pinhole picture, which would look like a broken command."""
+    path = views()[0]
+    out = tmp_path / "one.exr"
+    done = rackfocus("accumulate", path, "-o", out)
+    assert "nothing is blurred" in done.stderr and "views" in done.stderr
+    assert "blurred" not in rackfocus("accumulate", "-q", path, "-o", out).stderr
+
+
 def test_one_view_is_layered(rackfocus, views, tmp_path):
     first = views()[0]
     for method in ("views", "layered"):
