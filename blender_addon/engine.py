@@ -84,19 +84,19 @@ def with_some_depth(layer):
 
 
 def looked(layer, settings, params, kept_sharp=()):
-    """A passes.Layer with the highlights and the blur that the settings ask for.
+    """A passes.Layer with the blur that the settings ask for.
 
     kept_sharp: names of objects.
     """
     values, focus = look.of(settings), params["focus_distance"]
     is_flat = params["projection"] == "orthographic"
     covered = sharp.coverage(layer.mattes, kept_sharp)
-    if not is_flat and (covered is not None or values[3:5] != (1, 1)):
+    if not is_flat and (covered is not None or values != (1, 1)):
         focus = look.focus_of(layer.depth.shape, params)
     depth = look.depth(layer.depth, values, focus, is_flat)
     if covered is not None:
         depth = look.with_mask(depth, 1 - covered, focus, is_flat)
-    return passes.Layer(look.colour(layer.colour, values), depth)
+    return passes.Layer(layer.colour, depth)
 
 
 def cut_out(found, render):

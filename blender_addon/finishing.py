@@ -20,7 +20,6 @@ from .library import rackfocus
 
 NORMAL = "Denoising Normal"  # pass of Cycles, where denoising data is stored
 OTHER_SEED = 7919  # its noise is not that of the pinhole's samples
-PLAIN_LOOK = (0.0, 1.0, 1.0)  # clamp, gain, and both blurs: as the camera's own lens
 
 _kept = {}  # scene name: (key, passes.RenderedPasses) of the last render of its lens
 
@@ -46,8 +45,7 @@ def why_not(scene):
     if not setup.can_mute_sources(scene):
         return "Finish does not work where your nodes use other passes too"
     settings = scene.camera.data.rack_focus
-    clamp, _, gain, front, back = look.of(settings)
-    if (clamp, gain, front * back) != PLAIN_LOOK or props.has_look(settings):
+    if look.of(settings) != (1, 1) or props.has_look(settings):
         return "Finish follows the camera's own lens: set Look back to its defaults"
     if sharp.names_of(scene):
         return "Finish follows the camera's own lens: no object can be kept sharp"

@@ -19,7 +19,8 @@ from .library import rackfocus
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
 TIME = "rackfocus:shutterTime"
 SHARP = "sharp.coverage"  # channel: how much of a pixel stays sharp
-GROUPS = ("lens", "aperture", "depth")  # of parameters that say what the camera was
+# of parameters that say what the camera was, and what it makes of the light
+GROUPS = ("lens", "aperture", "depth", "highlights")
 
 
 class KeepError(Exception):

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What artists change of the light and the blur before the filter sees them.
+"""What artists change of the blur before the filter sees it.
 
-Highlights: the light of a pixel is its largest channel, L.
-    clamp      L = min(L, clamp): a firefly is one bright disc less
-    gain       L = t + (L - t) gain above the threshold t: brighter or softer bokeh
-Blur: the CoC before and behind the focus is a part of the lens's (nodes.with_mask()).
+The CoC before and behind the focus is a part of the lens's (nodes.with_mask()).
 """
 
 import numpy as np
@@ -18,30 +15,8 @@ FOCUS_BY_PLACE = ("tilt_x", "tilt_y", "field_curvature", "split_diopter")
 
 
 def of(settings):
-    """The values as a tuple, of a camera's settings."""
-    return (
-        settings.highlight_clamp if settings.use_highlight_clamp else 0.0,
-        settings.highlight_threshold,
-        settings.highlight_gain,
-        settings.front_blur,
-        settings.back_blur,
-    )
-
-
-def colour(picture, values):
-    """A (height, width, 4) picture with tamed or raised highlights; may be the same."""
-    clamp, threshold, gain = values[:3]
-    if not clamp and gain == 1:
-        return picture
-    light = picture[..., :3].max(-1)
-    new = np.minimum(light, np.float32(clamp)) if clamp else light.copy()
-    above = new > threshold
-    new[above] = threshold + (new[above] - threshold) * np.float32(gain)
-    factor = np.ones_like(light)
-    np.divide(new, light, out=factor, where=light > 0)
-    made = picture.copy()
-    made[..., :3] *= factor[..., None]
-    return made
+    """The parts before and behind the focus, of a camera's settings."""
+    return settings.front_blur, settings.back_blur
 
 
 def focus_of(shape, params):
@@ -67,7 +42,7 @@ def focus_of(shape, params):
 
 def depth(planar, values, focus, is_orthographic):
     """Depth for which the blur before and behind the focus is what the values say."""
-    front, back = values[3:5]
+    front, back = values
     if front == 1 and back == 1:
         return planar
     is_front = (planar < focus) | (np.asarray(focus) < 0)

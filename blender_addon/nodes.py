@@ -160,18 +160,17 @@ def _filter(scene, depsgraph, node, given, engine, seconds):
     is_flat = params["projection"] == "orthographic"
     focus, values = params["focus_distance"], look.of(seen.data.rack_focus)
     is_masked = not np.isscalar(tapped.mask) or tapped.mask < 1
-    if not is_flat and (is_masked or values[3:5] != (1, 1)):
+    if not is_flat and (is_masked or values != (1, 1)):
         focus = look.focus_of(depth.shape, params)
     used = look.with_mask(depth, tapped.mask, focus, is_flat)
     used = np.minimum(look.depth(used, values, focus, is_flat), FAR)
-    colour = look.colour(tapped.colour, values)
     started = time.perf_counter()
     made = rackfocus.Filter(
         width, height, threads=preferences.threads(), **params,
         **seen.data.rack_focus.light_keywords(),
     )  # fmt: skip
     picture = np.empty((height, width, 4), np.float32)
-    made.process(colour, used, picture, engine._report)
+    made.process(tapped.colour, used, picture, engine._report)
     coc = np.zeros((height, width, 1), np.float32)
     wanted = group.linked(node)
     if wanted & {"CoC", "Focus"}:

@@ -14,8 +14,7 @@ FOLDER = "rack_focus"  # of the artist's presets
 
 # name: (tooltip, values of camera.dof, values of camera.rack_focus)
 ROUND = {"aperture_blades": 0, "aperture_rotation": 0.0, "aperture_ratio": 1.0}
-PLAIN = {"highlight_gain": 1.0, "use_highlight_clamp": False, "front_blur": 1.0}
-PLAIN.update(back_blur=1.0, use_aperture_image=False)
+PLAIN = {"front_blur": 1.0, "back_blur": 1.0, "use_aperture_image": False}
 PLAIN.update(props.plain_look())
 LOOKS = {
     "Portrait f/1.4": (
@@ -46,7 +45,7 @@ LOOKS = {
     "Calm Bokeh f/1.8": (
         "Fireflies and sparkles are tamed before the blur",
         {**ROUND, "aperture_fstop": 1.8},
-        {**PLAIN, "use_highlight_clamp": True, "highlight_clamp": 4.0},
+        {**PLAIN, "highlight_clamp": 4.0},
     ),
     "Cat's Eyes f/1.4": (
         "Round in the middle, lemons in the corners, which grow darker",

@@ -166,11 +166,11 @@ def _method_changed(settings, _context):
 
 
 def _switch(field, start):
-    """The tick of a field whose 0 means automatic; it is the field itself."""
+    """The tick of a field whose 0 is no value; it is the field itself."""
     label, _ = words.FIELDS[field]
     return BoolProperty(
         name=f"Set {label}",
-        description=f"Off: {label} is chosen by Rack Focus",
+        description=words.OFF.get(field, f"Off: {label} is chosen by Rack Focus"),
         get=lambda self: getattr(self, field) > 0,
         set=lambda self, value: setattr(self, field, start if value else 0),
     )
@@ -269,38 +269,6 @@ class CameraSettings(bpy.types.PropertyGroup):
         "Refocus finds them when the file opens again. Empty: none",
         subtype="DIR_PATH",
         options=compat.PATH_OPTIONS,
-    )
-    use_highlight_clamp: BoolProperty(
-        override=OVERRIDABLE,
-        name="Clamp",
-        description="Limit the light of a pixel before it is blurred: a firefly would "
-        "become a bright disc",
-    )
-    highlight_clamp: FloatProperty(
-        override=OVERRIDABLE,
-        name="Brightest",
-        description="Light that a pixel may have at most. Lamps in the picture lose "
-        "light too",
-        min=0.01,
-        soft_max=100,
-        default=10,
-    )
-    highlight_threshold: FloatProperty(
-        override=OVERRIDABLE,
-        name="Threshold",
-        description="Light above which a pixel is a highlight",
-        min=0,
-        soft_max=10,
-        default=1,
-    )
-    highlight_gain: FloatProperty(
-        override=OVERRIDABLE,
-        name="Gain",
-        description="What is above the threshold is multiplied by this before it is "
-        "blurred. More makes the bokeh brighter",
-        min=0,
-        soft_max=10,
-        default=1,
     )
     front_blur: FloatProperty(
         override=OVERRIDABLE,

@@ -29,7 +29,7 @@ def draw_field(layout, settings, field):
     if getattr(settings, f"has_{field}"):
         row.prop(settings, field, text="")
     else:
-        row.label(text="Automatic")
+        row.label(text="None" if field in words.OFF else "Automatic")
 
 
 def draw_method(layout, settings):
@@ -196,18 +196,10 @@ class LookPanel(InCamera):
         for _, fields in itertools.groupby(look_fields(settings), first_word):
             column = layout.column(align=True)
             for field in fields:
-                column.prop(settings, field)
+                draw_field(column, settings, field)
         column = layout.column(align=True)
         column.prop(settings, "front_blur", slider=True)
         column.prop(settings, "back_blur", slider=True)
-        row = layout.row(heading="Clamp Highlights")
-        row.prop(settings, "use_highlight_clamp", text="")
-        row = row.row()
-        row.active = settings.use_highlight_clamp
-        row.prop(settings, "highlight_clamp", text="")
-        column = layout.column(align=True)
-        column.prop(settings, "highlight_gain", text="Highlight Gain")
-        column.prop(settings, "highlight_threshold", text="Above")
 
 
 class AdvancedPanel(InCamera):

@@ -665,10 +665,16 @@ def process(made, params, found, out, report):
         made.process(first.colour, first.depth, out, report)
 
 
+def lights_of(params):
+    """The parameters that a mean of pictures reads, of rackfocus.Filter's."""
+    groups = {p.field: p.group for p in rackfocus.parameters()}
+    is_read = {f: f == "blend_gamma" or groups.get(f) == "highlights" for f in params}
+    return {field: value for field, value in params.items() if is_read[field]}
+
+
 def _accumulate(found, params, out, report):
     height, width, channels = found[0][0].colour.shape
-    gamma = params.get("blend_gamma", 1)
-    total = rackfocus.Accumulator(width, height, channels, blend_gamma=gamma)
+    total = rackfocus.Accumulator(width, height, channels, **lights_of(params))
     for index, (layer, _) in enumerate(found):
         if not report(index / len(found)):
             raise rackfocus.CancelledError("cancelled")

@@ -161,6 +161,29 @@ FIELDS = {
         "Lateral Colour",
         "Red is magnified and blue made smaller: fringes towards the corners",
     ),
+    "obstruction": (
+        "Mirror",
+        "How much of the middle of the aperture is hidden, as in mirror lenses: discs "
+        "become rings",
+    ),
+    "highlight_clamp": (
+        "Highlight Clamp",
+        "Light that a pixel may have at most before it is blurred: a firefly would "
+        "become a bright disc. Lamps in the picture lose light too",
+    ),
+    "highlight_threshold": (
+        "Highlight Threshold",
+        "Light above which a pixel is a highlight",
+    ),
+    "highlight_gain": (
+        "Highlight Gain",
+        "What is above the threshold is multiplied by this before it is blurred. More "
+        "makes the bokeh brighter",
+    ),
+    "highlight_saturation": (
+        "Highlight Saturation",
+        "Saturation of what is above the threshold. Its luminance stays",
+    ),
     "tilt_x": (
         "Tilt X",
         "Tilts the lens: what is in focus comes nearer at the right (Scheimpflug)",
@@ -216,13 +239,16 @@ CHOICES = {
     ("lens_pattern", "grid"): "One point at a random place of each of equal cells",
 }
 
-# fields whose 0 means that the filter chooses: what a click on the tick starts with
+# fields whose 0 means that the filter chooses, or none: what a click on the tick starts with
 AUTOMATIC = {
     "max_radius": 64.0,
     "blur_radius": 16.0,
     "region_size": 1.0,
     "region_slope": 1.0,
+    "highlight_clamp": 10.0,
 }
+# those of them whose 0 means none
+OFF = {"highlight_clamp": "Off: the light of pixels has no limit"}
 
 
 def title(name):

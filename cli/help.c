@@ -21,7 +21,7 @@ bool help_has_option(const struct command *command, const char *name)
 const char *help_group_title(int group)
 {
     static const char *const titles[HELP_N_GROUPS] = {"Lens", "Aperture", "Depth",
-                                                      "Method"};
+                                                      "Method", "Highlights"};
     return titles[group];
 }
 

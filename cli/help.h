@@ -20,7 +20,7 @@ void help_print_command(const struct command *command);
  * is called the same. */
 bool help_has_option(const struct command *command, const char *name);
 
-#define HELP_N_GROUPS 4
+#define HELP_N_GROUPS 5
 
 /* Heading of a group of parameters, "Lens". */
 const char *help_group_title(int group);

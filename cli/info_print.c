@@ -224,10 +224,11 @@ static void print_param(const struct info *info, const struct rf_param_info *par
 
 static void print_params(const struct info *info)
 {
-    static const char *const titles[] = {"Lens", "Aperture", "Depth", "Method"};
+    static const char *const titles[] = {"Lens", "Aperture", "Depth", "Method",
+                                         "Highlights"};
     size_t n;
     const struct rf_param_info *params = rf_param_list(&n);
-    for (int group = 0; group < 4; group++) {
+    for (int group = 0; group < (int)(sizeof(titles) / sizeof(titles[0])); group++) {
         printf("\n%s\n", titles[group]);
         for (size_t i = 0; i < n; i++)
             if ((int)params[i].group == group)

@@ -14,6 +14,7 @@ static const char *const group_names[] = {
     [RF_GROUP_APERTURE] = "aperture",
     [RF_GROUP_DEPTH] = "depth",
     [RF_GROUP_METHOD] = "method",
+    [RF_GROUP_HIGHLIGHTS] = "highlights",
 };
 
 static PyObject *choices_of(const struct rf_param_info *info)

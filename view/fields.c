@@ -55,6 +55,11 @@ static const struct {
     {"spherical", NULL, FIELD_CHARACTER, -5, 5, false},
     {"axial-chroma", NULL, FIELD_CHARACTER, -3, 3, false},
     {"lateral-chroma", NULL, FIELD_CHARACTER, -0.005, 0.005, false},
+    {"obstruction", NULL, FIELD_CHARACTER, 0, 0.8, false},
+    {"highlight-clamp", NULL, FIELD_CHARACTER, 0, 100, false},
+    {"highlight-threshold", NULL, FIELD_CHARACTER, 0, 10, false},
+    {"highlight-gain", NULL, FIELD_CHARACTER, 0, 10, false},
+    {"highlight-saturation", NULL, FIELD_CHARACTER, 0, 2, false},
     {"depth-near", NULL, FIELD_DEPTH, 0, 10, false},
     {"depth-far", NULL, FIELD_DEPTH, 1, 1000, true},
     {"depth-scale", NULL, FIELD_DEPTH, -2, 2, false},
@@ -87,6 +92,7 @@ static enum field_section section_of(const struct rf_param_info *info)
     case RF_GROUP_LENS:
         return FIELD_CAMERA;
     case RF_GROUP_APERTURE:
+    case RF_GROUP_HIGHLIGHTS:
         return FIELD_CHARACTER;
     case RF_GROUP_DEPTH:
         return FIELD_DEPTH;

@@ -89,7 +89,8 @@ const char *EXPORT(rw_why_not_read)(const struct rf_params *params, const char *
 const char *EXPORT(rw_param_row)(int i)
 {
     static const char *const types[] = {"float", "int", "bool", "enum"};
-    static const char *const groups[] = {"lens", "aperture", "depth", "method"};
+    static const char *const groups[] = {"lens", "aperture", "depth", "method",
+                                         "highlights"};
     static char row[2048];
     const struct rf_param_info *p = rf_param_at((size_t)i);
     if (!p)

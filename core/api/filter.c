@@ -17,6 +17,7 @@
 #include "input/field.h"
 #include "input/field_views.h"
 #include "input/frame.h"
+#include "input/highlights.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
@@ -39,6 +40,7 @@ static void settle_looks(struct rf_params *params)
     if (rf_method_find(params->method)->has_layers)
         return;
     params->astigmatism = params->swirl = params->spherical = 0;
+    params->obstruction = 0;
     if (params->method == RF_METHOD_SCATTER &&
         params->distribution != RF_DISTRIBUTION_IMAGE) {
         params->aperture = RF_APERTURE_DISC;
@@ -50,6 +52,33 @@ static void settle_looks(struct rf_params *params)
     params->cat_eye = 0;
     params->barn_left = params->barn_right = 0;
     params->barn_top = params->barn_bottom = 0;
+}
+
+static void settle_params(struct rf_filter *f, const struct rf_params *params)
+{
+    struct rf_frame *frame = &f->frame;
+    rf_params_complete(&frame->params, params);
+    if (frame->params.quality == RF_QUALITY_NORMAL)
+        frame->params.sub_apertures =
+            rf_min_int(frame->params.sub_apertures, NORMAL_CELLS);
+    settle_looks(&frame->params);
+    rf_shape_init(&frame->shape, &frame->params);
+}
+
+/* Where the light of the aperture is not even: of its picture, of a mirror lens. */
+static rf_result make_bokeh(struct rf_filter *f, const struct rf_image *distribution,
+                            struct rf_error *error)
+{
+    struct rf_frame *frame = &f->frame;
+    rf_result result = RF_OK;
+    if (distribution)
+        result = rf_bokeh_make(&f->bokeh, frame->context, distribution, error);
+    if (result == RF_OK && frame->params.obstruction > 0)
+        result = rf_bokeh_make_ring(&f->ring, frame->context, frame->params.obstruction,
+                                    error);
+    frame->bokeh = f->bokeh;
+    frame->ring = f->ring;
+    return result;
 }
 
 rf_result rf_filter_create(struct rf_filter **filter, const struct rf_context *context,
@@ -79,35 +108,24 @@ rf_result rf_filter_create_with(struct rf_filter **filter,
     rf_result result = rf_lens_init(&lens, params, width, height, error);
     if (result != RF_OK)
         return result;
-    struct rf_bokeh *bokeh = NULL;
     if (!distribution && params->aperture == RF_APERTURE_IMAGE &&
         rf_method_find(params->method)->has_layers)
         return rf_fail(error, RF_ERROR_PARAMETER, "aperture",
                        "the aperture image needs its picture: none was given");
-    if (distribution)
-        result = rf_bokeh_make(&bokeh, context, distribution, error);
-    if (result != RF_OK)
-        return result;
-    struct rf_filter *f = rf_alloc(context, 1, sizeof *f);
-    if (!f) {
-        rf_bokeh_free(bokeh, context);
+    struct rf_filter *f = rf_calloc(context, 1, sizeof *f);
+    if (!f)
         return rf_fail_memory(error, 1, sizeof *f);
+    f->frame = (struct rf_frame){.context = context,
+                                 .lens = lens,
+                                 .width = width,
+                                 .height = height,
+                                 .place = {0, 0, width, height}};
+    settle_params(f, params);
+    result = make_bokeh(f, distribution, error);
+    if (result != RF_OK) {
+        rf_filter_destroy(f);
+        return result;
     }
-    *f = (struct rf_filter){.frame = {
-                                .context = context,
-                                .lens = lens,
-                                .width = width,
-                                .height = height,
-                                .place = {0, 0, width, height},
-                            }};
-    struct rf_frame *frame = &f->frame;
-    frame->bokeh = f->bokeh = bokeh;
-    rf_params_complete(&frame->params, params);
-    if (frame->params.quality == RF_QUALITY_NORMAL)
-        frame->params.sub_apertures =
-            rf_min_int(frame->params.sub_apertures, NORMAL_CELLS);
-    settle_looks(&frame->params);
-    rf_shape_init(&frame->shape, &frame->params);
     *filter = f;
     return RF_OK;
 }
@@ -118,6 +136,7 @@ void rf_filter_destroy(struct rf_filter *filter)
         return;
     const struct rf_context *context = filter->frame.context;
     rf_bokeh_free(filter->bokeh, context);
+    rf_bokeh_free(filter->ring, context);
     rf_free(context, filter);
 }
 
@@ -126,15 +145,16 @@ const struct rf_lens *rf_filter_lens(const struct rf_filter *filter)
     return &filter->frame.lens;
 }
 
-/* The picture as it came, all of it in focus: bit for bit. */
+/* The picture as it came, all of it in focus: bit for bit but for highlights. */
 static rf_result copy_sharp(const struct rf_frame *f, const struct rf_image *colour,
                             const struct rf_image *out, struct rf_error *error)
 {
-    if (rf_frame_copy(f->context, colour, out))
+    if (!rf_highlights_are_changed(&f->params) &&
+        rf_frame_copy(f->context, colour, out))
         return RF_OK;
     rf_result result = rf_frame_check(f, colour, error);
     if (result == RF_OK)
-        rf_image_copy(colour, out);
+        rf_frame_copy_light(&f->params, colour, out);
     return result;
 }
 

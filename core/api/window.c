@@ -435,7 +435,7 @@ static rf_result run(const struct job *job, struct rf_work *work,
     if (work->n_views == 1 && work->largest_radius < RF_SHARP_PX) {
         struct rf_image from = job->views->colour;
         from.data = (void *)rf_image_at(&job->views->colour, x, y, 0);
-        rf_image_copy(&from, job->out);
+        rf_frame_copy_light(&f->params, &from, job->out);
         return RF_OK;
     }
     rf_result result = rf_views_run(work, error); /* of one view: the method layered */

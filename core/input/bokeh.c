@@ -114,6 +114,40 @@ rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *contex
                    n_planes > 1 ? " in a channel" : "");
 }
 
+/* Pixels of the ring's picture: at 200 px of radius one is not half a pixel wide. */
+enum { RING_PX = 512, RING_PARTS = 4 };
+
+/* The share of a pixel of it that lies outside the hole, of squared radius. */
+static float share_outside(int x, int y, double hole2)
+{
+    double at[2], size = RING_PX / 2.0;
+    int n = 0;
+    for (int j = 0; j < RING_PARTS; j++)
+        for (int i = 0; i < RING_PARTS; i++) {
+            at[0] = (x + (i + 0.5) / RING_PARTS) / size - 1;
+            at[1] = (y + (j + 0.5) / RING_PARTS) / size - 1;
+            n += at[0] * at[0] + at[1] * at[1] >= hole2;
+        }
+    return (float)n / (RING_PARTS * RING_PARTS);
+}
+
+rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *context,
+                             double hole, struct rf_error *error)
+{
+    size_t n = (size_t)RING_PX * RING_PX;
+    float *light = rf_alloc(context, n, sizeof *light);
+    *bokeh = NULL;
+    if (!light)
+        return rf_fail_memory(error, n, sizeof *light);
+    for (int y = 0; y < RING_PX; y++)
+        for (int x = 0; x < RING_PX; x++)
+            light[y * RING_PX + x] = share_outside(x, y, hole * hole);
+    const struct rf_image picture = rf_image_packed(light, RING_PX, RING_PX, 1);
+    rf_result result = rf_bokeh_make(bokeh, context, &picture, error);
+    rf_free(context, light);
+    return result;
+}
+
 void rf_bokeh_free(struct rf_bokeh *bokeh, const struct rf_context *context)
 {
     if (bokeh)

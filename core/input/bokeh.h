@@ -18,6 +18,12 @@ double rf_bokeh_sum(const struct rf_bokeh *d, int plane, double x, double y);
 /* Checks a picture and makes a distribution of it, which is to be freed. */
 rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *context,
                         const struct rf_image *image, struct rf_error *error);
+
+/* That of a lens whose middle is hidden: dark within `hole`, in parts of the radius,
+ * and even around it, as far as the aperture reaches. */
+rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *context,
+                             double hole, struct rf_error *error);
+
 void rf_bokeh_free(struct rf_bokeh *bokeh, const struct rf_context *context);
 
 #endif

@@ -26,19 +26,12 @@ struct rf_frame {
     int width, height; /* of the pixels at hand */
     struct rf_place place;
     const struct rf_bokeh *bokeh; /* of the distribution image; NULL: none */
+    const struct rf_bokeh *ring;  /* what an obstruction leaves; NULL: there is none */
     /* Of a picture that is made colour by colour: 1 to 3, red to blue; 0: all at once.
      */
     int colour;
     double radius_shift; /* of that colour, px: axial chroma */
 };
-
-/* The plane of a picture of the aperture that the blur is to have. */
-static inline int rf_frame_bokeh_plane(const struct rf_frame *f)
-{
-    return f->bokeh && f->bokeh->n_planes > 1 && f->colour > 0 ? f->colour - 1
-           : f->bokeh                                          ? f->bokeh->n_planes - 1
-                                                               : 0;
-}
 
 /* The looks of a frame that depend on the place; all zeros where there are none. */
 static inline struct rf_look rf_frame_look(const struct rf_frame *f)
@@ -51,7 +44,16 @@ static inline struct rf_look rf_frame_look(const struct rf_frame *f)
 /* The picture of the aperture that the blur is to have; NULL: its light is even. */
 static inline const struct rf_bokeh *rf_frame_bokeh(const struct rf_frame *f)
 {
-    return f->params.aperture == RF_APERTURE_IMAGE ? f->bokeh : NULL;
+    return f->params.aperture == RF_APERTURE_IMAGE ? f->bokeh : f->ring;
+}
+
+/* The plane of that picture that the blur is to have. */
+static inline int rf_frame_bokeh_plane(const struct rf_frame *f)
+{
+    const struct rf_bokeh *bokeh = rf_frame_bokeh(f);
+    return bokeh && bokeh->n_planes > 1 && f->colour > 0 ? f->colour - 1
+           : bokeh                                       ? bokeh->n_planes - 1
+                                                         : 0;
 }
 
 #endif

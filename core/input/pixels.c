@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/system_threads.h"
 #include "input/frame.h"
+#include "input/highlights.h"
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
 
@@ -72,28 +73,43 @@ static bool has_gamma(const struct rf_params *params, int plane)
     return params->blend_gamma != 1 && plane < 3;
 }
 
+/* The pixel (x, y) of a view with its highlights as they are wanted. */
+static void read_pixel(const struct rf_params *params, const struct rf_image *colour,
+                       int x, int y, float c[4])
+{
+    for (int i = 0; i < colour->channels; i++)
+        c[i] = *rf_image_at(colour, x, y, i);
+    if (rf_highlights_are_changed(params))
+        rf_highlights_change(params, c, colour->channels);
+}
+
 /* Row y of a view to planes (NULL: only checks); how many values cannot be summed. */
 static int64_t load_row(const struct rf_params *params, const struct rf_image *colour,
                         int y, float *const planes[4], int *bad_x)
 {
     int64_t n_bad = 0;
     double power = 1 / params->blend_gamma;
-    for (int c = 0; c < colour->channels; c++) {
-        float *row = planes ? planes[c] + (size_t)y * (size_t)colour->width : NULL;
-        for (int x = 0; x < colour->width; x++) {
-            float v = *rf_image_at(colour, x, y, c);
+    for (int x = 0; x < colour->width; x++) {
+        float v[4];
+        read_pixel(params, colour, x, y, v);
+        for (int c = 0; c < colour->channels; c++) {
             if (has_gamma(params, c))
-                v = signed_power(v, power);
-            if (!rf_is_light(params, v)) {
-                if (n_bad++ == 0 || x < *bad_x)
+                v[c] = signed_power(v[c], power);
+            if (!rf_is_light(params, v[c])) {
+                if (n_bad++ == 0)
                     *bad_x = x;
-                v = 0;
+                v[c] = 0;
             }
-            if (row)
-                row[x] = v;
+            if (planes)
+                planes[c][(size_t)y * (size_t)colour->width + (size_t)x] = v[c];
         }
     }
     return n_bad;
+}
+
+bool rf_image_is_light(const struct rf_params *params, const struct rf_image *image)
+{
+    return rf_image_is_plain(params, image) && !rf_highlights_are_changed(params);
 }
 
 bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image)
@@ -147,6 +163,22 @@ bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colo
     return !c.is_bad;
 }
 
+void rf_frame_copy_light(const struct rf_params *params, const struct rf_image *from,
+                         const struct rf_image *out)
+{
+    if (!rf_highlights_are_changed(params)) {
+        rf_image_copy(from, out);
+        return;
+    }
+    for (int y = 0; y < out->height; y++)
+        for (int x = 0; x < out->width; x++) {
+            float c[4];
+            read_pixel(params, from, x, y, c);
+            for (int i = 0; i < out->channels; i++)
+                *(float *)rf_image_at(out, x, y, i) = c[i];
+        }
+}
+
 /* Values that cannot be summed: how many, and the first pixel that has one. */
 struct bad_values {
     bool lock;
@@ -197,7 +229,7 @@ static void load_rows(void *data, int64_t begin, int64_t end, int thread)
         float *rows[4];
         for (int c = 0; c < colour->channels && l->planes; c++)
             rows[c] = l->planes[c] + (size_t)y * l->stride;
-        if (l->planes && rf_image_is_plain(l->params, colour) &&
+        if (l->planes && rf_image_is_light(l->params, colour) &&
             l->kernels->unpack(rf_image_at(colour, 0, y, 0), colour->width, rows))
             continue;
         int64_t n = load_row(l->params, colour, y, l->planes, &bad_x);

@@ -14,6 +14,9 @@
 /* Are the pixels RGBA quadruples, in the space that light is summed in? */
 bool rf_image_is_plain(const struct rf_params *params, const struct rf_image *image);
 
+/* The same of an input: can its pixels be blurred as they are? */
+bool rf_image_is_light(const struct rf_params *params, const struct rf_image *image);
+
 /*
  * The colour of a view, unpacked to planes of width x height in the space in which
  * light is summed (blend gamma). Grey gives one plane, RGB three, RGBA four.
@@ -40,6 +43,11 @@ bool rf_is_light(const struct rf_params *params, float v);
  */
 bool rf_frame_copy(const struct rf_context *context, const struct rf_image *colour,
                    const struct rf_image *out);
+
+/* Copies pixels between two views of the same size and channel count, in no blend
+ * space; bit for bit but for highlights that are changed. */
+void rf_frame_copy_light(const struct rf_params *params, const struct rf_image *from,
+                         const struct rf_image *out);
 
 /* Writes planes, rows of `stride` floats, to an image, undoing the blend gamma. */
 void rf_frame_store(const struct rf_context *context, const struct rf_params *params,

@@ -153,7 +153,7 @@ rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
     bool is_plain = true;
     for (int j = 0; j < work->n_views; j++) {
         images[j] = &views[j].colour;
-        is_plain &= rf_image_is_plain(&work->frame->params, images[j]);
+        is_plain &= rf_image_is_light(&work->frame->params, images[j]);
     }
     rf_result result = is_plain ? RF_OK : load_planes(work, images, error);
     for (int j = 0; j < work->n_views && result == RF_OK; j++) {

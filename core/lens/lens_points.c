@@ -17,6 +17,9 @@
  *   h a  1/2 and 0; random per frame: h in [0, 1) and a in [0, 2 pi)
  *   C_k  corners of the aperture's polygon of N blades, rotation and ratio included
  *
+ * An obstruction of the share o of the radius leaves the ring outside of it: a radius
+ * rho is sqrt(o^2 + (1 - o^2) rho^2) then.
+ *
  * Curved blades are polygons of more corners. The polygon's map keeps shares of area: a
  * point's radius says how much of the triangle (centre, C_k, C_k+1) lies nearer to the
  * centre, t cuts it lengthwise. The random numbers make each point's place uniform over
@@ -73,12 +76,21 @@ struct pattern {
     struct rf_shape shape;
     struct random random;
     double half, turn; /* h and a */
+    double obstruction;
 };
+
+/* A radius of the whole lens to what an obstruction leaves, in equal shares of area. */
+static double open_radius(const struct pattern *p, double radius)
+{
+    double hidden = p->obstruction * p->obstruction;
+    return hidden > 0 ? sqrt(hidden + (1 - hidden) * radius * radius) : radius;
+}
 
 /* A point of the disc, radius and angle, to the lens. */
 static void put_on_disc(const struct pattern *p, double radius, double angle,
                         struct rf_lens_point *point)
 {
+    radius = open_radius(p, radius);
     point->u = radius * cos(angle) / p->shape.ratio;
     point->v = radius * sin(angle);
 }
@@ -87,6 +99,7 @@ static void put_on_polygon(const struct pattern *p, double radius, double angle,
                            struct rf_lens_point *point)
 {
     int n = p->shape.n_corners;
+    radius = open_radius(p, radius);
     double turns = angle / (2 * RF_PI);
     double along = (turns - floor(turns)) * n;
     int k = rf_min_int((int)along, n - 1);
@@ -240,7 +253,11 @@ rf_result rf_lens_points(const struct rf_params *params, int32_t n, int32_t fram
     if (own.aperture == RF_APERTURE_POLYGON && own.blades < 3)
         return rf_fail(error, RF_ERROR_PARAMETER, "blades",
                        "a polygon of %d blades: give 3 to 16", own.blades);
-    struct pattern p = {.n = n, .half = 0.5, .random = random_of(&own, frame)};
+    struct pattern p = {.n = n,
+                        .half = 0.5,
+                        .random = random_of(&own, frame),
+                        .obstruction =
+                            own.aperture == RF_APERTURE_IMAGE ? 0 : own.obstruction};
     rf_shape_init(&p.shape, &own);
     if (own.lens_random) {
         p.half = draw(&p.random);

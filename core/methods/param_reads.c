@@ -351,6 +351,13 @@ static const char *read_vignette(const struct rf_params *p)
                                                     : NULL;
 }
 
+static const char *read_obstruction(const struct rf_params *p)
+{
+    if (!method_of(p)->has_layers && !has_shaped_points(p))
+        return "read only by the methods layered, views and accumulate";
+    return p->aperture == RF_APERTURE_IMAGE ? "not read with aperture image" : NULL;
+}
+
 static const char *read_chroma(const struct rf_params *p)
 {
     return method_of(p)->has_layers || p->method == RF_METHOD_SCATTER
@@ -406,6 +413,15 @@ static const char *read_near(const struct rf_params *p)
                    p->depth == RF_DEPTH_BUFFER_REVERSED_INFINITE
                ? NULL
                : "read only with a depth buffer and with depth normalised";
+}
+
+/* ---- highlights ------------------------------------------------------------------ */
+
+static const char *read_threshold(const struct rf_params *p)
+{
+    return p->highlight_gain != 1 || p->highlight_saturation != 1
+               ? NULL
+               : "read only with a highlight-gain or highlight-saturation other than 1";
 }
 
 /* ---- all ------------------------------------------------------------------------- */

@@ -85,7 +85,7 @@ class Parameter(NamedTuple):
     unit: str  # "" for bool and enum
     help: str
     type: str  # "float", "int", "bool" or "enum"
-    group: str  # "lens", "aperture", "depth" or "method"
+    group: str  # "lens", "aperture", "depth", "method" or "highlights"
     min: Any
     max: Any
     default: Any  # enum: the name of the choice

@@ -101,6 +101,11 @@ class Parameters(TypedDict, total=False):
     spherical: float
     axial_chroma: float
     lateral_chroma: float
+    obstruction: float
+    highlight_clamp: float
+    highlight_threshold: float
+    highlight_gain: float
+    highlight_saturation: float
 
 
 class FilterParameters(Parameters, total=False):

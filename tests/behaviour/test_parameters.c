@@ -118,6 +118,14 @@ static const struct param_case cases[] = {
     {"spherical", PICTURE, "", "1", "spherical=0", "", 0},
     {"axial-chroma", PICTURE, "", "1", "axial-chroma=0", "", 0},
     {"lateral-chroma", PICTURE, "", "0.02", "lateral-chroma=0", "", 0},
+    {"obstruction", PICTURE, "", "0.6", "obstruction=0", "", 0},
+    {"highlight-clamp", PICTURE, "", "0.3", "highlight-clamp=1e6", "", 0},
+    {"highlight-threshold", PICTURE, "highlight-gain=3", "0.2",
+     "highlight-threshold=0.5 highlight-gain=1", "highlight-gain=1", 0},
+    {"highlight-gain", PICTURE, "highlight-threshold=0.2", "3", "highlight-gain=1",
+     "highlight-threshold=0.2", 0},
+    {"highlight-saturation", PICTURE, "highlight-threshold=0.2", "0",
+     "highlight-saturation=1", "", 0},
     {"tilt-x", PICTURE, "", "10", "tilt-x=0", "", 0},
     {"tilt-y", PICTURE, "", "10", "tilt-y=0", "", 0},
     {"field-curvature", RADIUS, "", "0.1", "field-curvature=0", "", 0},
@@ -367,6 +375,7 @@ static void in_focus_no_parameter_matters(void)
         struct frame f = scene;
         float depth[N], out[N * 3];
         if (!c || rows[i].group == RF_GROUP_DEPTH ||
+            rows[i].group == RF_GROUP_HIGHLIGHTS ||
             !strcmp(c->key, "screen-position") || moves_focus(c->key))
             continue;
         base_params(&p);

@@ -44,6 +44,7 @@ static const char *const setups[] = {
     "cat-eye=0.7",
     "tilt-x=5 lens-radius=0.1 focal-length-px=50",
     "split-diopter=0.3",
+    "highlight-gain=3",
 };
 enum { N_SETUPS = sizeof setups / sizeof *setups };
 

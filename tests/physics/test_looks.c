@@ -356,6 +356,28 @@ static void picture_of_the_aperture(void)
     }
 }
 
+/* A mirror lens: light between 0.5 and 1 of the radius, of a disc and of blades. */
+static void rings_of_a_mirror_lens(void)
+{
+    for (double r = -40; r <= 40; r += 80) {
+        struct rf_params p;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.obstruction = 0.5;
+        struct frame f = lone_lamp(&p, r, NULL);
+        CHECK_NEAR(within_px(&f, 0, 19), 0, 0.02);
+        CHECK_NEAR(within_px(&f, 0, 30), (0.5625 - 0.25) / 0.75, 0.02);
+        CHECK_NEAR(within_px(&f, 0, 41), 1, 0.005);
+        frame_free(&f);
+        p.blades = 6;
+        f = lone_lamp(&p, r, NULL);
+        CHECK_NEAR(within_px(&f, 0, 19), 0, 0.02);
+        double area = 1.5 * sqrt(3), hole = 0.25 * 3.14159265358979324;
+        double within = 0.5625 * 3.14159265358979324; /* 30 px: no corner cut yet */
+        CHECK_NEAR(within_px(&f, 0, 30), (within - hole) / (area - hole), 0.02);
+        frame_free(&f);
+    }
+}
+
 static void a_missing_picture_is_said(void)
 {
     struct rf_params p;
@@ -477,6 +499,7 @@ int main(int argc, char **argv)
     TEST(the_sign_of_the_rims);
     TEST(aberration_keeps_within_its_tiles);
     TEST(picture_of_the_aperture);
+    TEST(rings_of_a_mirror_lens);
     TEST(a_missing_picture_is_said);
     TEST(longitudinal_colour);
     TEST(lateral_colour);

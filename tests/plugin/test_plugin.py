@@ -74,7 +74,7 @@ def test_parameters_are_complete():
     """Types, ranges, defaults and choices."""
     for p in rackfocus.parameters():
         assert p.help and p.attribute.startswith("rackfocus:")
-        assert p.group in ("lens", "aperture", "depth", "method")
+        assert p.group in ("lens", "aperture", "depth", "method", "highlights")
         if p.type == "enum":
             assert p.default in [choice.name for choice in p.choices]
         else:

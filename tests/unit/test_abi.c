@@ -97,6 +97,11 @@ static const struct {
     {"spherical", 504},
     {"axial_chroma", 512},
     {"lateral_chroma", 520},
+    {"obstruction", 528},
+    {"highlight_clamp", 536},
+    {"highlight_threshold", 544},
+    {"highlight_gain", 552},
+    {"highlight_saturation", 560},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 

@@ -46,7 +46,7 @@ static void table_is_complete(void)
                   "range is not empty");
         check_row((row->type == RF_TYPE_ENUM) == (row->choices != NULL), row,
                   "choices for enum alone");
-        check_row(row->group <= RF_GROUP_METHOD, row, "group");
+        check_row(row->group <= RF_GROUP_HIGHLIGHTS, row, "group");
         check_row(strlen(row->field) < sizeof((struct rf_error *)0)->field, row,
                   "field fits rf_error");
         check_row(!strpbrk(row->key, "_ ") && !strpbrk(row->field, "- "), row,

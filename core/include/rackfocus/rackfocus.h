@@ -149,10 +149,11 @@ enum rf_param_type {
 
 /** Headings under which help and panels show parameters. */
 enum rf_param_group {
-    RF_GROUP_LENS,     /**< focus, f-stop, focal length, sensor, optics */
-    RF_GROUP_APERTURE, /**< shape of the bokeh */
-    RF_GROUP_DEPTH,    /**< what the depth channel holds */
-    RF_GROUP_METHOD,   /**< how the blur is made */
+    RF_GROUP_LENS,       /**< focus, f-stop, focal length, sensor, optics */
+    RF_GROUP_APERTURE,   /**< shape of the bokeh */
+    RF_GROUP_DEPTH,      /**< what the depth channel holds */
+    RF_GROUP_METHOD,     /**< how the blur is made */
+    RF_GROUP_HIGHLIGHTS, /**< light of the brightest, before the blur */
 };
 
 /** One choice of an enumerated parameter; its value is its index in the list. */

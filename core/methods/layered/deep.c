@@ -513,9 +513,11 @@ rf_result rf_deep_flatten_to(const struct rf_frame *frame, const struct rf_deep 
                              const struct rf_image *colour,
                              const struct rf_image *depth, struct rf_error *error)
 {
-    /* Light is flattened as it is, whatever space a lens would sum it in. */
+    /* Light is flattened as it is, whatever a lens would make of it. */
     struct rf_frame linear = *frame;
     linear.params.blend_gamma = 1;
+    linear.params.highlight_clamp = 0;
+    linear.params.highlight_gain = linear.params.highlight_saturation = 1;
     struct rf_deep_work d = {
         .frame = &linear, .deep = deep, .n_planes = colour->channels};
     rf_result result = begin(&d, error);

@@ -11,6 +11,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "input/depth.h"
+#include "input/highlights.h"
 #include "input/pixels.h"
 
 static const float SLICE_PX = 1;
@@ -54,6 +55,8 @@ static struct rf_deep_piece whole_piece(const struct rf_deep_work *d,
     const struct rf_params *params = &d->frame->params;
     for (int n = 0; n < 3; n++)
         p.c[n] = s->colour[d->n_planes == 1 ? 0 : n];
+    if (rf_highlights_are_changed(params))
+        rf_highlights_change(params, p.c, 3);
     /* The gamma belongs to the light, not to light times coverage. */
     if (params->blend_gamma != 1)
         for (int n = 0; n < 3; n++)

@@ -153,7 +153,7 @@ def highlights_are_changed_before_the_blur():
     scene, data = start()
     colour, depth = passes_of(scene)
     settings = data.rack_focus
-    settings.use_highlight_clamp, settings.highlight_clamp = True, 0.6
+    settings.highlight_clamp = 0.6
     settings.highlight_threshold, settings.highlight_gain = 0.3, 2.5
     wanted = colour.copy()
     light = colour[..., :3].max(-1, keepdims=True)
@@ -161,13 +161,14 @@ def highlights_are_changed_before_the_blur():
     new = np.where(new > 0.3, 0.3 + (new - 0.3) * 2.5, new)
     wanted[..., :3] *= np.where(light > 0, new / np.maximum(light, 1e-9), 1)
     made = rgba(render(scene, OUT / "a.exr"))
-    assert np.allclose(made, filtered(scene, wanted, depth), atol=2e-5)
+    same(made, filtered(scene, colour, depth))
+    assert settings.has_highlight_clamp
+    settings.has_highlight_clamp, settings.highlight_gain = False, 1
+    assert settings.highlight_clamp == 0
+    # A last bit decides here and there what is an edge or a highlight.
+    off = np.abs(made - filtered(scene, wanted, depth))
+    assert off.mean() < 1e-5 and off.max() < 0.005, (off.mean(), off.max())
     assert np.abs(made - filtered(scene, colour, depth)).max() > 0.05
-    look = addon("look")
-    hot = np.float32([[[100, 50, 0, 1], [0.2, 0.1, 0, 0.5]]])
-    tamed = look.colour(hot, (4.0, 1.0, 1.0, 1.0, 1.0))
-    assert np.allclose(tamed, [[[4, 2, 0, 1], [0.2, 0.1, 0, 0.5]]])
-    assert look.colour(hot, (0.0, 1.0, 1.0, 1.0, 1.0)) is hot
 
 
 @check
@@ -183,7 +184,7 @@ def front_and_back_blur():
     full, part = np.empty_like(depth), np.empty_like(depth)
     depth = np.minimum(depth, np.float32(1e8))
     made.coc(depth, full)
-    new = look.depth(depth, (0.0, 1.0, 1.0, 0.5, 0.25), focus, False)
+    new = look.depth(depth, (0.5, 0.25), focus, False)
     made.coc(np.ascontiguousarray(new), part)
     near, far = depth < focus - 0.01, depth > focus + 0.01
     assert near.any() and far.any()
@@ -243,7 +244,7 @@ def the_focus_of_a_tilted_lens():
     full, part = np.empty_like(depth), np.empty_like(depth)
     depth = np.minimum(depth, np.float32(1e8))
     made.coc(depth, full)
-    new = look.depth(depth, (0.0, 1.0, 1.0, 0.5, 0.25), focus, False)
+    new = look.depth(depth, (0.5, 0.25), focus, False)
     made.coc(np.ascontiguousarray(new), part)
     wanted = np.where(full > 0, 0.25, 0.5) * full
     limit = 0.9 * made.lens.max_radius_px
@@ -317,8 +318,7 @@ def an_asset_library():
     wanted = passes_of(scene)
     made = rgba(render(scene, OUT / "a.exr"))
     assert not common.last_message(scene), common.last_message(scene)
-    light = addon("look").colour(wanted[0], addon("look").of(bright.data.rack_focus))
-    same(made, filtered(scene, light, wanted[1]))
+    same(made, filtered(scene, *wanted))
     try:
         done = bpy.ops.rack_focus.make_assets(directory=str(checking.BASE))
         assert done == {"CANCELLED"}

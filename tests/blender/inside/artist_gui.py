@@ -110,14 +110,14 @@ def show_panels():
     open_parts()
     settings.quality = "custom"
     settings.has_max_radius = True
-    settings.use_highlight_clamp = True
+    settings.has_highlight_clamp = True
     settings.views = 8
     large.tag_redraw()
     yield 0.4
     yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
     yield 0.6
     yield from screenshot("box_custom")
-    settings.use_highlight_clamp, settings.views = False, 1
+    settings.has_highlight_clamp, settings.views = False, 1
     settings.quality, settings.has_max_radius = "best", False
     large.type = "VIEW_3D"
     yield 0.4

@@ -282,7 +282,7 @@ def library_overrides():
         data.rack_focus.quality, data.rack_focus.method = "normal", "layered"
         data.rack_focus.views = data.rack_focus.supersample = 1
         data.rack_focus.use_finish = data.rack_focus.use_aperture_image = False
-        data.rack_focus.use_highlight_clamp = False
+        data.rack_focus.highlight_clamp = 0
         for name in ("highlight_gain", "front_blur", "back_blur"):
             setattr(data.rack_focus, name, 1)
         assert addon("setup").filter_scene_of(scene) is not None
