@@ -232,9 +232,17 @@ void view_set_look(struct app *app, int i)
         view_say(app, "settings %d", i);
 }
 
+/* Both have the same place. */
+static void toggle_graphs(struct app *app)
+{
+    app->has_graphs = !app->has_graphs;
+    app->has_scopes = false;
+}
+
 static void toggle_scopes(struct app *app)
 {
     app->has_scopes = !app->has_scopes;
+    app->has_graphs = false;
     app->state.id++; /* what is shown is counted when it comes again */
 }
 
@@ -294,6 +302,7 @@ static const struct {
     [ACTION_BAND] = {.with = toggle_mode, .a = MODE_BAND},
     [ACTION_DIFFERENCE] = {.plain = show_difference},
     [ACTION_EXPOSURE] = {.with = toggle_mode, .a = MODE_EXPOSURE},
+    [ACTION_GRAPHS] = {.plain = toggle_graphs},
     [ACTION_SCOPES] = {.plain = toggle_scopes},
     [ACTION_VIEWS] = {.plain = accumulation_toggle},
     [ACTION_COMPARE] = {.plain = toggle_compare},

@@ -49,6 +49,7 @@
     X(DIFFERENCE, "Show", SDLK_x, 0, "X", "difference to the reference")               \
     X(EXPOSURE, "Show", SDLK_g, 0, "G", "false colours of exposure, in stops")         \
     X(SCOPES, "Show", SDLK_h, 0, "H", "histogram and waveform")                        \
+    X(GRAPHS, "Show", SDLK_y, 0, "Y", "graphs of the circle of confusion (Yu 2004)")   \
     X(VIEWS, "Show", SDLK_v, 0, "V", "demo: accumulate views as the reference")        \
     X(COMPARE, "Show", SDLK_a, 0, "A",                                                 \
       "F and S compare with the reference, the pinhole")                               \
@@ -145,6 +146,7 @@ struct app {
     int help_scroll, help_height; /* px */
     uint32_t traced_place;
     uint32_t traced_tip; /* what was written of tips and errors */
+    uint32_t traced_graphs;
 
     struct playlist playlist;
     struct play play;
@@ -175,9 +177,10 @@ struct app {
     struct look *looks[10]; /* kept with Ctrl+1 to 9; NULL: not */
     struct colour_list colours;
     int colour_index;
-    bool has_scopes;
-    int eyes;             /* of a stereo pair, enum stack_eyes */
-    struct scopes scopes; /* of what is shown */
+    bool has_scopes, has_graphs;
+    double graph_distance; /* of the thing that the graphs are of; 0: none yet */
+    int eyes;              /* of a stereo pair, enum stack_eyes */
+    struct scopes scopes;  /* of what is shown */
     struct {
         bool is_set;
         int32_t x, y;   /* px of the picture that was clicked to be in focus */
@@ -255,6 +258,9 @@ void load_look_for_files(struct app *app);
 /* legend.c: what the colours mean, histogram, waveform, the mark of the focus. */
 void legend_draw(struct app *app);
 
+/* graphs_show.c: the circle of confusion over what it depends on. */
+void graphs_draw(struct app *app);
+
 /* Ctrl+1 to 9 keep the settings, Shift+1 to 9 set them again. */
 void view_keep_look(struct app *app, int i);
 void view_set_look(struct app *app, int i);
@@ -312,6 +318,8 @@ bool trace_open(struct app *app); /* false with a message */
 void trace_layout(struct app *app);
 void trace_shown(struct app *app, bool is_pinhole);
 void trace_text(struct app *app, const char *event, const char *text);
+/* Writes a text when it is another than before; `traced` remembers it. */
+void trace_once(struct app *app, uint32_t *traced, const char *event, const char *text);
 void trace_place(struct app *app, const char *text); /* what lies below the mouse */
 void trace_tip(struct app *app); /* the tip or the error that is shown at a control */
 

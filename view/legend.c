@@ -246,4 +246,6 @@ void legend_draw(struct app *app)
         draw_legend(app, &legend);
     if (app->has_scopes)
         draw_scopes(app);
+    if (app->has_graphs)
+        graphs_draw(app);
 }

@@ -103,13 +103,19 @@ void trace_tip(struct app *app)
     trace_text(app, ui->error_id ? "field error" : "tip", text);
 }
 
-void trace_place(struct app *app, const char *text)
+void trace_once(struct app *app, uint32_t *traced, const char *event, const char *text)
 {
     const uint32_t sum = hash(2166136261u, text, strlen(text));
-    if (!app->trace || sum == app->traced_place || text[0] != '(')
+    if (!app->trace || sum == *traced)
         return;
-    app->traced_place = sum;
-    trace_text(app, "place", text);
+    *traced = sum;
+    trace_text(app, event, text);
+}
+
+void trace_place(struct app *app, const char *text)
+{
+    if (text[0] == '(')
+        trace_once(app, &app->traced_place, "place", text);
 }
 
 static void print_number(FILE *file, const char *name, double number)

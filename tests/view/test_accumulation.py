@@ -36,9 +36,7 @@ def demo(view, tmp_path):
             spot[30:34, 30:34] = 1
             path = plainexr.write(tmp_path / "spot.exr", dict.fromkeys("RGB", spot))
             arguments.append(path)
-        window = view(
-            *arguments, "--demo-width", SIZE[0], "--demo-views", n, *options
-        )
+        window = view(*arguments, "--demo-width", SIZE[0], "--demo-views", n, *options)
         window.wait_text("accumulated", f"{n} views")
         window.wait_best(views=n)
         window.place()
