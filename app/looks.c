@@ -8,70 +8,36 @@
 #include <string.h>
 
 #include "folder.h"
+#include "looks_given.h"
 #include "params_file.h"
 #include "report.h"
 
-struct look_value {
-    const char *key, *value;
-};
-
-enum { MOST_VALUES = 6 };
-
 #define ENDING ".params"
 
-/* Kinds of lenses, none of them one that is sold; docs/looks.md shows them. */
-static const struct look {
-    const char *name, *about;
-    struct look_value values[MOST_VALUES];
-} looks[] = {
-    {"vintage",
-     "a portrait lens of the nineteenth century: swirl, lemons",
-     {{"cat-eye", "0.6"}, {"swirl", "0.35"}, {"astigmatism", "-0.15"}}},
-    {"anamorphic",
-     "a scope lens: upright ovals, cut above and below",
-     {{"aperture-ratio", "1.8"},
-      {"barn-top", "0.6"},
-      {"barn-bottom", "0.6"},
-      {"lateral-chroma", "0.0008"}}},
-    {"fast",
-     "wide open: lemons towards the corners, coloured rims",
-     {{"cat-eye", "0.8"}, {"axial-chroma", "0.7"}}},
-    {"bubble",
-     "a triplet: bright rims behind the focus",
-     {{"spherical", "3"}, {"cat-eye", "0.4"}}},
-    {"miniature", "a tilted lens, which makes a town a toy", {{"tilt-y", "8"}}},
-};
-
-#define N_LOOKS (sizeof(looks) / sizeof(looks[0]))
-
-/* Applies a look that comes with the program; false: there is none of that name. */
-static bool apply(const char *name, struct settings *settings)
+/* A look that comes with the program; NULL: there is none of that name. */
+static const struct look_given *find_given(const char *name)
 {
-    struct rf_error unused;
-    for (size_t i = 0; i < N_LOOKS; i++) {
-        if (strcmp(looks[i].name, name) != 0)
-            continue;
-        const struct look_value *v = looks[i].values;
-        for (int k = 0; k < MOST_VALUES && v[k].key; k++)
-            if (settings_origin(settings, v[k].key) != ORIGIN_COMMAND_LINE)
-                settings_set(settings, v[k].key, v[k].value, &unused);
-        return true;
-    }
-    return false;
+    for (const struct look_given *look = looks_given; look->name; look++)
+        if (strcmp(look->name, name) == 0)
+            return look;
+    return NULL;
 }
 
 /* The folder of the user's looks, with its slash; false where there is none. */
 static bool find_folder(char *path, size_t n_bytes)
 {
-    const char *home = getenv("XDG_CONFIG_HOME"), *below = "";
-    if (!home || !*home) {
-        home = getenv("HOME");
-        below = "/.config";
+    static const struct {
+        const char *variable, *below;
+    } places[] = {{"XDG_CONFIG_HOME", ""}, {"APPDATA", ""}, {"HOME", "/.config"}};
+    for (size_t i = 0; i < sizeof(places) / sizeof(places[0]); i++) {
+        const char *home = getenv(places[i].variable);
+        if (!home || !*home)
+            continue;
+        const int n =
+            snprintf(path, n_bytes, "%s%s/rackfocus/looks/", home, places[i].below);
+        return n > 0 && (size_t)n < n_bytes;
     }
-    if (!home || !*home)
-        return false;
-    const int n = snprintf(path, n_bytes, "%s%s/rackfocus/looks/", home, below);
-    return n > 0 && (size_t)n < n_bytes;
+    return false;
 }
 
 /* The file of a look of the user's; false where there is no folder for it. */
@@ -92,12 +58,20 @@ bool look_read(const char *name, struct settings *settings, struct image_error *
         fclose(own);
         return params_file_read(path, settings, error);
     }
-    if (apply(name, settings))
-        return true;
+    const struct look_given *given = find_given(name);
+    if (given)
+        return params_text_read(name, given->text, settings, error);
     return set_error(error,
                      "--look %s: there is no such look; there are " LOOK_NAMES
                      ", and your own as rackfocus/looks/%s.params in ~/.config",
                      name, name);
+}
+
+/* The comment that a look's text begins with, and ends its line. */
+static void copy_about(const char *text, char *about, size_t n_bytes)
+{
+    text += strspn(text, "# ");
+    snprintf(about, n_bytes, "%.*s", (int)strcspn(text, "\n"), text);
 }
 
 /* ---- the list -------------------------------------------------------------------- */
@@ -136,10 +110,12 @@ int look_list(struct look_about *list, int most)
 {
     char folder[4096];
     struct listing listing = {.list = list, .most = most};
-    for (size_t i = 0; i < N_LOOKS && listing.n < most; i++) {
+    const struct look_given *look = looks_given;
+    for (; look->name && listing.n < most; look++) {
         struct look_about *about = &list[listing.n++];
-        *about = (struct look_about){.about = looks[i].about};
-        snprintf(about->name, sizeof(about->name), "%s", looks[i].name);
+        *about = (struct look_about){.is_own = false};
+        snprintf(about->name, sizeof(about->name), "%s", look->name);
+        copy_about(look->text, about->about, sizeof(about->about));
     }
     const int n_given = listing.n;
     if (find_folder(folder, sizeof(folder)))
@@ -178,8 +154,8 @@ bool look_save(const char *name, const struct settings *settings,
         return set_error(
             error, "'%s' is no name of a look; take letters, digits, - and _", name);
     if (!file_of(name, path, sizeof(path)))
-        return set_error(error, "neither XDG_CONFIG_HOME nor HOME says where looks "
-                                "are kept; set one of them");
+        return set_error(error, "none of XDG_CONFIG_HOME, APPDATA and HOME says where "
+                                "looks are kept; set one of them");
     make_folders(path);
     return params_file_write(path, settings, error);
 }

@@ -6,10 +6,8 @@
 #include <stdbool.h>
 
 #include "image.h"
+#include "looks_given.h" /* LOOK_NAMES */
 #include "settings.h"
-
-/* The looks that come with the program, separated by commas. */
-#define LOOK_NAMES "vintage, anamorphic, fast, bubble, miniature"
 
 /*
  * Sets what the look says, as if typed; what was typed before stays. A look of the
@@ -20,7 +18,7 @@ bool look_read(const char *name, struct settings *settings, struct image_error *
 
 struct look_about {
     char name[64];
-    const char *about; /* which kind of lens */
+    char about[96]; /* which kind of lens */
     bool is_own;
 };
 

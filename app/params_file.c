@@ -48,6 +48,21 @@ bool params_file_read(const char *path, struct settings *settings,
     return is_good;
 }
 
+bool params_text_read(const char *name, const char *text, struct settings *settings,
+                      struct image_error *error)
+{
+    char line[MAX_LINE];
+    const struct settings typed = *settings;
+    for (int number = 1; *text; number++) {
+        const size_t n = strcspn(text, "\n");
+        snprintf(line, sizeof(line), "%.*s", (int)n, text);
+        if (!read_line(name, number, line, &typed, settings, error))
+            return false;
+        text += n + (text[n] == '\n');
+    }
+    return true;
+}
+
 static bool write_lines(FILE *file, const struct settings *settings)
 {
     size_t n;

@@ -16,6 +16,10 @@
 bool params_file_read(const char *path, struct settings *settings,
                       struct image_error *error);
 
+/* The same of a text; `name` is the file's in messages. */
+bool params_text_read(const char *name, const char *text, struct settings *settings,
+                      struct image_error *error);
+
 /* Writes what was typed; beside its place and renamed. */
 bool params_file_write(const char *path, const struct settings *settings,
                        struct image_error *error);

@@ -8,7 +8,8 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 from bpy.props import StringProperty
 
-from . import props
+from . import props, words
+from .library import rackfocus
 
 FOLDER = "rack_focus"  # of the artist's presets
 
@@ -75,6 +76,36 @@ LOOKS = {
 }
 
 
+# fields of a look of the library that Blender's camera has itself: camera.dof's
+OF_CAMERA = {
+    "f_stop": "aperture_fstop",
+    "blades": "aperture_blades",
+    "aperture_ratio": "aperture_ratio",
+    "blade_rotation": "aperture_rotation",
+}
+
+
+def lenses():
+    """{name: rackfocus.Look}: the library's and those that `rackfocus looks` keeps.
+
+    ValueError names the file's line that is wrong.
+    """
+    return {one.name: one for one in rackfocus.looks()}
+
+
+def values_of_lens(look):
+    """(values of camera.dof, values of camera.rack_focus) of a rackfocus.Look."""
+    angles = {p.field for p in rackfocus.parameters() if props.is_angle(p)}
+    of_lens, of_settings = dict(ROUND), dict(PLAIN)
+    for field, value in look.parameters.items():
+        value = math.radians(value) if field in angles else value
+        if field in OF_CAMERA:
+            of_lens[OF_CAMERA[field]] = value
+        elif hasattr(props.CameraSettings, field) or field in of_settings:
+            of_settings[field] = value
+    return of_lens, of_settings
+
+
 class RACK_FOCUS_OT_look(bpy.types.Operator):
     """Set f-stop, blades and highlights of the camera"""
 
@@ -87,7 +118,10 @@ class RACK_FOCUS_OT_look(bpy.types.Operator):
     @classmethod
     def description(cls, _context, properties):
         """The tooltip of the entry."""
-        return LOOKS[properties.name][0] if properties.name in LOOKS else cls.__doc__
+        if properties.name in LOOKS:
+            return LOOKS[properties.name][0]
+        found = lenses().get(properties.name)
+        return f"As {found.about}" if found and not found.is_own else cls.__doc__
 
     @classmethod
     def poll(cls, context):
@@ -96,11 +130,14 @@ class RACK_FOCUS_OT_look(bpy.types.Operator):
 
     def execute(self, context):
         """Sets the values; the focus stays."""
-        if self.name not in LOOKS:
+        data = camera_of(context)
+        if self.name in LOOKS:
+            _, of_lens, of_settings = LOOKS[self.name]
+        elif self.name in lenses():
+            of_lens, of_settings = values_of_lens(lenses()[self.name])
+        else:
             self.report({"ERROR"}, f"There is no look “{self.name}”")
             return {"CANCELLED"}
-        data = camera_of(context)
-        _, of_lens, of_settings = LOOKS[self.name]
         for target, values in ((data.dof, of_lens), (data.rack_focus, of_settings)):
             for name, value in values.items():
                 setattr(target, name, value)
@@ -152,6 +189,12 @@ class VIEW3D_PT_rack_focus_presets(PresetPanel, bpy.types.Panel):
         column.emboss = "NONE"
         for name in LOOKS:
             column.operator("rack_focus.look", text=name).name = name
+        column.separator()
+        try:
+            for name in lenses():
+                column.operator("rack_focus.look", text=words.title(name)).name = name
+        except ValueError as error:
+            column.label(text=str(error), icon="ERROR")
         column.operator("rack_focus.make_assets", icon="ASSET_MANAGER")
         if bpy.utils.preset_paths(FOLDER):
             super().draw(context)

@@ -18,7 +18,8 @@
 
 struct accumulate_options {
     const char *output, *layer, *frames;
-    double blend_gamma; /* NAN: from the header */
+    double blend_gamma;                        /* NAN: from the header */
+    double clamp, threshold, gain, saturation; /* of highlights */
     int32_t n_threads;
     bool is_quiet, is_anew;
 };
@@ -33,6 +34,17 @@ static const struct option options[] = {
         "blend-gamma", AT(blend_gamma), "GAMMA", 0.1, 10,
         "Gamma of the space in which light is summed: 1 is physically linear. [default "
         "rackfocus:blendGamma of the first view, else 1]"),
+    OPTION_NUMBER_ROW("highlight-clamp", AT(clamp), "LIGHT", 0, 1e9,
+                      "Light that a pixel of a view may have at the most, against "
+                      "fireflies. [default 0, no limit]"),
+    OPTION_NUMBER_ROW("highlight-threshold", AT(threshold), "LIGHT", 0, 1e9,
+                      "Light above which a pixel is a highlight, for gain and "
+                      "saturation. [default 1]"),
+    OPTION_NUMBER_ROW("highlight-gain", AT(gain), "FACTOR", 0, 1000,
+                      "Multiplies what is above the threshold in each view, before the "
+                      "mean. [default 1]"),
+    OPTION_NUMBER_ROW("highlight-saturation", AT(saturation), "FACTOR", 0, 4,
+                      "Saturation of what is above the threshold. [default 1]"),
     OPTION_TEXT_ROW("frames", AT(frames), "LIST",
                     "Sequence (names with ####): these frames, such as 1-240x2,300. "
                     "[default those that there are of the first view]"),
@@ -108,6 +120,10 @@ static bool start_sum(struct sum *sum, struct image_error *error)
     struct rf_error core_error;
     struct rf_params params;
     rf_params_init(&params);
+    params.highlight_clamp = sum->tool->clamp;
+    params.highlight_threshold = sum->tool->threshold;
+    params.highlight_gain = sum->tool->gain;
+    params.highlight_saturation = sum->tool->saturation;
     if (!isnan(sum->tool->blend_gamma))
         params.blend_gamma = sum->tool->blend_gamma;
     else
@@ -243,6 +259,8 @@ static bool frame_make(struct frame *frame, const struct accumulate_options *too
     frame_hash_text(&frame->hash, rf_version());
     frame_hash_text(&frame->hash, tool->layer);
     frame_hash_bytes(&frame->hash, &tool->blend_gamma, sizeof(tool->blend_gamma));
+    const double light[] = {tool->clamp, tool->threshold, tool->gain, tool->saturation};
+    frame_hash_bytes(&frame->hash, light, sizeof(light));
     frame_hash_text(&frame->hash, frame->tool.output);
     if (!frame->tool.output || !frame->views.items)
         return false;
@@ -382,7 +400,8 @@ static int accumulate_any(const struct accumulate_options *tool,
 
 int accumulate_command_run(int argc, char **argv, struct frames_report *report)
 {
-    struct accumulate_options tool = {.blend_gamma = NAN};
+    struct accumulate_options tool = {
+        .blend_gamma = NAN, .threshold = 1, .gain = 1, .saturation = 1};
     struct image_error error;
     struct operands operands;
     int code = options_parse(&command_accumulate, argc, argv, &tool, NULL, &operands);

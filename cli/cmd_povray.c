@@ -14,6 +14,7 @@
 #include "filter_run.h"
 #include "folder.h"
 #include "interrupt.h"
+#include "looks.h"
 #include "path.h"
 #include "picture.h"
 #include "povray.h"
@@ -36,6 +37,9 @@ static const struct option options[] = {
                       "a quarter of it."),
     OPTION_TEXT_ROW("focal-point", AT(focal_point), "X,Y,Z",
                     "Point in focus, in place of the scene's."),
+    OPTION_TEXT_ROW("look", AT(look), "NAME",
+                    "Look of a kind of lens: " LOOK_NAMES ", or your own; options "
+                    "that are typed win."),
     OPTION_INT_ROW("views", AT(n_views), "COUNT", 1, RF_MAX_LENS_POINTS,
                    "Render so many views from points of the lens and merge them (64 at "
                    "most): real background behind near things. With --method "
@@ -650,7 +654,13 @@ int povray_command_run(int argc, char **argv, struct frames_report *report)
     int code = options_parse(&command_povray, argc, argv, &tool, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
-    code = run_tool(&tool, &settings, &operands, report);
+    struct image_error error;
+    if (!tool.look || look_read(tool.look, &settings, &error)) {
+        code = run_tool(&tool, &settings, &operands, report);
+    } else {
+        message("%s", error.message);
+        code = EXIT_USAGE;
+    }
     operands_free(&operands);
     return code;
 }

@@ -12,7 +12,7 @@
 #include "settings.h"
 
 struct povray_tool {
-    const char *program, *output, *keep, *reference, *focal_point, *frames,
+    const char *program, *output, *keep, *reference, *focal_point, *look, *frames,
         *distribution_image;
     double aperture, shutter;
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */

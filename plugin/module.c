@@ -2,6 +2,7 @@
 /* The extension module rackfocus._core: limited API of Python 3.11. */
 #include <stdlib.h>
 
+#include "looks_given.h"
 #include "module.h"
 
 static PyObject *version(PyObject *module, PyObject *unused)
@@ -22,6 +23,19 @@ static PyObject *cpu_level(PyObject *module, PyObject *unused)
     return name;
 }
 
+/* The looks that come with the program. */
+static PyObject *looks(PyObject *module, PyObject *unused)
+{
+    PyObject *list = PyList_New(0);
+    for (const struct look_given *look = looks_given; list && look->name; look++) {
+        PyObject *row = Py_BuildValue("(ss)", look->name, look->text);
+        if (!row || PyList_Append(list, row) < 0)
+            Py_CLEAR(list);
+        Py_XDECREF(row);
+    }
+    return list;
+}
+
 static PyMethodDef functions[] = {
     {"version", version, METH_NOARGS,
      "version($module, /)\n--\n\nVersion of the library, '0.1.0'."},
@@ -30,6 +44,9 @@ static PyMethodDef functions[] = {
      "use on "
      "this machine: 'generic', 'sse4', 'avx2' or 'avx512'. The environment variable "
      "RACKFOCUS_CPU chooses another; avx512 is only taken when asked for."},
+    {"looks", looks, METH_NOARGS,
+     "looks($module, /)\n--\n\nThe looks of lenses that come with the program, as "
+     "(name, text of its file)."},
     {"parameters", plugin_parameters, METH_NOARGS, NULL},
     {"methods", plugin_methods, METH_NOARGS, NULL},
     {"why_not_read", (PyCFunction)(void (*)(void))plugin_why_not_read,

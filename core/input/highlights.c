@@ -3,7 +3,7 @@
  * Highlights under the artist's control. With c a pixel's light, M its largest channel
  * and Y() luminance:
  *
- *   c  <- c min(1, k / M)                 clamp k, against fireflies; 0: none
+ *   c  <- c min(1, k / M)                 clamp k, for stray samples; 0: none
  *   x   = c max(0, 1 - t / M)             what is above the threshold t, in c's colour
  *   c  <- c - x + g (Y(x) + s (x - Y(x))) gain g and saturation s of that alone
  *

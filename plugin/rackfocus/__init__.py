@@ -16,7 +16,7 @@ anything, negative too; nothing is copied. Lengths are scene units, radii are pi
 
 from typing import Any, NamedTuple
 
-from . import _core
+from . import _core, _looks
 from ._core import (
     Accumulator,
     CancelledError,
@@ -44,6 +44,7 @@ __all__ = [
     "Filter",
     "Lens",
     "LensPoint",
+    "Look",
     "Method",
     "Parameter",
     "ParameterError",
@@ -57,6 +58,8 @@ __all__ = [
     "cpu_level",
     "finish",
     "lens_points",
+    "look",
+    "looks",
     "methods",
     "parameters",
     "version",
@@ -101,6 +104,15 @@ class Method(NamedTuple):
     source: str
 
 
+class Look(NamedTuple):
+    """The look of a kind of lens."""
+
+    name: str
+    about: str  # which kind of lens; "your own"
+    parameters: dict  # {field: value}
+    is_own: bool
+
+
 class LensPoint(NamedTuple):
     """A view to render: where on the lens, and when."""
 
@@ -139,6 +151,34 @@ def parameters():
 def methods():
     """All methods, a tuple of Method."""
     return tuple(Method(*row) for row in _core.methods())
+
+
+def looks():
+    """All looks of lenses, a tuple of Look: those that come with the program, then the
+    artist's own (`rackfocus looks --save`), which win where names are the same.
+    """
+    rows = _looks.texts().items()
+    table = parameters()
+    return tuple(
+        Look(
+            name,
+            "your own" if is_own else _looks.about(text),
+            _looks.parameters(name, text, table),
+            is_own,
+        )
+        for name, (text, is_own) in rows
+    )
+
+
+def look(name):
+    """The parameters of a look, as keywords: apply(..., **{**look("vintage"), ...}).
+
+    ValueError names the looks that there are.
+    """
+    texts = _looks.texts()
+    if name not in texts:
+        raise ValueError(f"there is no look {name!r}; there are {', '.join(texts)}")
+    return _looks.parameters(name, texts[name][0], parameters())
 
 
 def why_not_read(name, /, **params):

@@ -29,6 +29,7 @@ __all__ = [
     "Filter",
     "Lens",
     "LensPoint",
+    "Look",
     "Method",
     "Parameter",
     "ParameterError",
@@ -42,6 +43,8 @@ __all__ = [
     "cpu_level",
     "finish",
     "lens_points",
+    "look",
+    "looks",
     "methods",
     "parameters",
     "version",
@@ -74,6 +77,12 @@ class Method(NamedTuple):
     cost: str
     source: str
 
+class Look(NamedTuple):
+    name: str
+    about: str
+    parameters: dict[str, Any]
+    is_own: bool
+
 class LensPoint(NamedTuple):
     u: float
     v: float
@@ -93,6 +102,8 @@ class Window(NamedTuple):
 
 def parameters() -> tuple[Parameter, ...]: ...
 def methods() -> tuple[Method, ...]: ...
+def looks() -> tuple[Look, ...]: ...
+def look(name: str) -> dict[str, Any]: ...
 def why_not_read(name: str, /, **params: Unpack[Parameters]) -> str: ...
 def apply(
     colour: _Pixels,

@@ -2,6 +2,7 @@
 """--look and --aperture-image: kinds of lenses, and pictures of the aperture."""
 
 import json
+from pathlib import Path
 
 import numpy
 import plainexr
@@ -16,7 +17,9 @@ def made(rackfocus, scene, tmp_path, *options):
     return numpy.stack([plainexr.read(out)[0][name] for name in "RGB"])
 
 
-@pytest.mark.parametrize("name", "vintage anamorphic fast bubble miniature".split())
+@pytest.mark.parametrize(
+    "name", "vintage anamorphic mirror fast bubble miniature".split()
+)
 def test_looks_do_something(rackfocus, scene, tmp_path, name):
     plain = made(rackfocus, scene, tmp_path)
     assert not numpy.array_equal(
@@ -57,12 +60,35 @@ def test_what_is_wrong_is_said(rackfocus, scene, tmp_path, options, part):
     assert not out.exists()
 
 
+def test_accumulate_changes_highlights_in_each_view(rackfocus, scene, tmp_path):
+    """Before the mean: a lamp that half of the views see has half of its gain."""
+    bright, dark = scene(), tmp_path / "dark.exr"
+    rackfocus("accumulate", bright, bright, "-o", tmp_path / "same.exr")
+    light, _ = plainexr.read(tmp_path / "same.exr")
+    black = ("--highlight-threshold", "0", "--highlight-gain", "0")
+    rackfocus("accumulate", bright, bright, "-o", dark, *black)
+    assert not plainexr.read(dark)[0]["G"].any()
+    views = (bright, dark, "-o", tmp_path / "out.exr", "--highlight-threshold", "0")
+    rackfocus("accumulate", *views, "--highlight-gain", "3")
+    found = plainexr.read(tmp_path / "out.exr")[0]
+    assert numpy.allclose(found["G"], 1.5 * light["G"], rtol=2e-3)
+
+
+def test_povray_knows_looks(rackfocus, tmp_path):
+    """A name that there is none of, before anything is rendered."""
+    out = tmp_path / "out.exr"
+    done = rackfocus("povray", "a.pov", "-o", out, "--look", "sharp", code=2)
+    assert "there are vintage, anamorphic, mirror" in done.stderr
+
+
 def test_the_list_and_ones_own(rackfocus, scene, tmp_path, monkeypatch):
     """Saved, listed with its parameters, used; wins over one of the program's."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new" / "config"))
     given = json.loads(rackfocus("looks", "--json").stdout)
     assert [look["name"] for look in given][:2] == ["vintage", "anamorphic"]
     assert "--swirl 0.35" in given[0]["options"]
+    files = Path(__file__).parents[2].glob("looks/*.params")
+    assert {file.stem for file in files} == {look["name"] for look in given}
     rackfocus("looks", "--save", "mine", "--blades", "5", "--swirl", "0.2")
     rackfocus("looks", "--save", "fast", "--blades", "7")
     looks = {x["name"]: x for x in json.loads(rackfocus("looks", "--json").stdout)}

@@ -571,3 +571,26 @@ def test_what_is_not_read_says_why():
     assert rackfocus.why_not_read("no_such_field")
     with pytest.raises(rackfocus.ParameterError):
         rackfocus.why_not_read("copies", no_such_field=2)
+
+
+def test_looks(monkeypatch, tmp_path):
+    """Those of the program, and the artist's own, which win; as keywords they work."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    given = {look.name: look for look in rackfocus.looks()}
+    assert list(given)[:2] == ["vintage", "anamorphic"]
+    assert given["mirror"].parameters == {"obstruction": 0.45, "cat_eye": 0.25}
+    assert "portrait lens" in given["vintage"].about
+    own = tmp_path / "rackfocus" / "looks"
+    own.mkdir(parents=True)
+    (own / "fast.params").write_text("# mine\nblades 7  # odd\nexact-highlights off\n")
+    (own / "mine.params").write_text("method scatter\n")
+    found = {look.name: look for look in rackfocus.looks()}
+    assert list(found) == [*given, "mine"]
+    assert found["fast"].is_own and found["fast"].about == "your own"
+    assert rackfocus.look("fast") == {"blades": 7, "exact_highlights": False}
+    rackfocus.Filter(8, 8, **{**rackfocus.look("mine"), "focus_distance": 3})
+    with pytest.raises(ValueError, match="'nosuch'; there are vintage, "):
+        rackfocus.look("nosuch")
+    (own / "mine.params").write_text("method\n")
+    with pytest.raises(ValueError, match="look mine, line 1: 'method'"):
+        rackfocus.looks()

@@ -47,6 +47,22 @@ def test_the_reference_is_kept(rackfocus, tmp_path):
     assert tpsnr(found) == tpsnr(again)
 
 
+def test_a_look_is_its_parameters(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(SCENE)
+    for name, words in {
+        "plain": [],
+        "look": ["--look", "mirror", "--cat-eye", "0.5"],
+        "typed": ["--obstruction", "0.45", "--cat-eye", "0.5"],
+    }.items():
+        rackfocus("povray", "s.pov", "-o", f"{name}.exr", *words, "--", *SIZE,
+                  cwd=tmp_path)  # fmt: skip
+    plain, look, typed = (
+        read_exr(tmp_path / f"{name}.exr")["R"] for name in ("plain", "look", "typed")
+    )
+    assert numpy.array_equal(look, typed)
+    assert numpy.abs(look - plain).max() > 0.02
+
+
 def test_kept_passes_refocus(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(SCENE)
     rackfocus(

@@ -223,6 +223,23 @@ def the_lenss_own_look():
     assert "blade_curvature" not in ui.look_fields(settings)
     bpy.ops.rack_focus.look(name="Portrait f/1.4")
     assert settings.cat_eye == settings.swirl == settings.blade_curvature == 0
+    data.dof.aperture_fstop = 1.7
+    for name, one in addon("presets").lenses().items():
+        bpy.ops.rack_focus.look(name=name)
+        made = {
+            **settings.method_parameters(),
+            "aperture_ratio": data.dof.aperture_ratio,
+        }
+        off = {
+            f: made[f]
+            for f in one.parameters
+            if abs(made[f] - one.parameters[f]) > 1e-5
+        }
+        assert not off, (name, off)
+        assert abs(data.dof.aperture_fstop - 1.7) < 1e-6
+    assert {"vintage", "mirror"} <= set(addon("presets").lenses())
+    bpy.ops.rack_focus.look(name="Portrait f/1.4")
+    assert settings.obstruction == 0
     for p in looks:
         about = settings.bl_rna.properties[p.field]
         assert (about.subtype == "ANGLE") == (p.unit == "degrees"), p.field

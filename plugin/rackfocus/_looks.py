@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Looks of lenses: files of parameters under a name (looks/ of the sources).
+
+Those that come with the program are in the extension; the artist's own are files in
+rackfocus/looks of the folder for settings, which `rackfocus looks --save` writes.
+"""
+
+import os
+from pathlib import Path
+
+from . import _core
+
+PLACES = (("XDG_CONFIG_HOME", ""), ("APPDATA", ""), ("HOME", ".config"))
+
+
+def folder():
+    """Of the artist's own looks, as a Path; None where nothing says where it is."""
+    for variable, below in PLACES:
+        if os.environ.get(variable):
+            return Path(os.environ[variable], below, "rackfocus", "looks")
+    return None
+
+
+def texts():
+    """{name: (text of its file, is it the artist's own)}; theirs win."""
+    found = {name: (text, False) for name, text in _core.looks()}
+    home = folder()
+    for path in sorted(home.glob("*.params")) if home else ():
+        found[path.stem] = (path.read_text(encoding="utf-8"), True)
+    return found
+
+
+def about(text):
+    """The comment that the text of a look begins with."""
+    return text.split("\n", 1)[0].lstrip("# ")
+
+
+def parameters(name, text, table):
+    """{field: value} of a look's text. ValueError names the line that is wrong."""
+    by_key = {p.key: p for p in table} | {p.field: p for p in table}
+    found = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        key, *value = line.split("#")[0].split() or [""]
+        if not key:
+            continue
+        if key not in by_key or len(value) != 1:
+            raise ValueError(
+                f"look {name}, line {number}: {key!r} is not a parameter and its "
+                "value, such as 'swirl 0.3'"
+            )
+        found[by_key[key].field] = _value(by_key[key], *value)
+    return found
+
+
+def _value(parameter, text):
+    if parameter.type == "enum":
+        return text
+    if parameter.type == "bool":
+        return text.lower() in ("1", "true", "yes", "on")
+    return int(text) if parameter.type == "int" else float(text)
