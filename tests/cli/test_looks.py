@@ -60,6 +60,16 @@ def test_what_is_wrong_is_said(rackfocus, scene, tmp_path, options, part):
     assert not out.exists()
 
 
+def test_the_gallery_has_all_looks(rackfocus):
+    """docs/make_looks_gallery.py was run when a look came or changed."""
+    docs = Path(__file__).parents[2] / "docs"
+    page = (docs / "looks-gallery.md").read_text()
+    for look in json.loads(rackfocus("looks", "--json").stdout):
+        picture = docs / "images" / f"look-{look['name']}.png"
+        assert f"(images/{picture.name})" in page and f"`{look['options']}`" in page
+        assert 10_000 < picture.stat().st_size < 150_000
+
+
 def test_accumulate_changes_highlights_in_each_view(rackfocus, scene, tmp_path):
     """Before the mean: a lamp that half of the views see has half of its gain."""
     bright, dark = scene(), tmp_path / "dark.exr"
