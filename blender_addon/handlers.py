@@ -35,6 +35,8 @@ def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     engine.rendering.add(scene.name)
     failures.told.pop(scene.name, None)
+    if scene.rack_focus.muted:
+        return  # refocus() has prepared it; the main thread may be drawing
     try:
         main_thread.run(functools.partial(_begin, scene), BEGIN_S)
     except main_thread.BusyError as error:
@@ -44,7 +46,7 @@ def on_render_start(scene, *_):
 
 def _begin(scene):
     """In the main thread."""
-    if scene in setup.user_scenes() and not scene.rack_focus.muted:
+    if scene in setup.user_scenes():
         try:
             _prepare(scene)
         except Exception as error:
@@ -77,9 +79,8 @@ def _start(scene):
         setup.sync(source)
         engine.alone.add(source.name)
     elif setup.filter_scene_of(scene) is not None:
-        if not scene.rack_focus.muted:  # a render, not a refocus
-            passes.forget(scene)
-            finishing.forget(scene)
+        passes.forget(scene)
+        finishing.forget(scene)
         setup.sync(scene)
 
 
@@ -97,6 +98,8 @@ def on_render_end(scene, *_):
 
 
 def _finish(scene):
+    if scene.rack_focus.muted:
+        _draw_again()
     _end(scene)
     if not scene.rack_focus.is_tap:
         tap.clean_up()
@@ -134,6 +137,14 @@ def on_frame_change_post(scene, depsgraph=None):
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
+
+
+def _draw_again():
+    """Shows the new picture now: Blender looks for it every 0.2 s."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "IMAGE_EDITOR":
+                area.tag_redraw()
 
 
 def _end(scene):

@@ -28,6 +28,7 @@ def refocus(scene, call, own_samples=0):
     if own_samples:
         views.begin(scene, own_samples, is_refocus=True)
     setup.mute_sources(scene)
+    setup.sync(scene)
     is_job = False
     try:
         done = bpy.ops.render.render(call, scene=scene.name)

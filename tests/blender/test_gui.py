@@ -38,6 +38,11 @@ def test_refocus_changes_the_picture_and_leaves_the_nodes(found):
     assert not values["muted_left"]
 
 
+def test_a_refocus_does_not_wait_for_the_window(found):
+    """It filters while the main thread draws, or does anything else."""
+    assert found[0]["filters_beside"]
+
+
 def test_the_picker_sets_the_depth(found):
     """The distance is that of the pixel."""
     values, _ = found

@@ -9,6 +9,7 @@ import math
 import re
 import shutil
 import sys
+import types
 from pathlib import Path
 
 import bpy
@@ -409,6 +410,28 @@ def out_of_date():
         setattr(owner, name, value)
         bpy.ops.rack_focus.refocus()
         assert not is_old(scene), name
+
+
+@check
+def progress_is_drawn_now_and_then():
+    """Not at each step of a filter, whose cores the drawing takes; Esc at each."""
+    engine, drawn, asked = addon("engine"), [], []
+    about = types.SimpleNamespace(
+        doing="",
+        next_update_s=engine.UPDATE_S,
+        update_stats=lambda *_: None,
+        update_progress=drawn.append,
+        test_break=lambda: asked.append(1),
+    )
+    steps = range(1, 1001)  # a millisecond each
+    kept, now = engine.time, iter([step / 1000 for step in steps])
+    engine.time = types.SimpleNamespace(perf_counter=lambda: next(now))
+    try:
+        for step in steps:
+            engine.RackFocusEngine._report(about, step / 1000)
+    finally:
+        engine.time = kept
+    assert drawn == [0.5, 1.0] and len(asked) == 1000, (drawn, len(asked))
 
 
 @check

@@ -129,10 +129,8 @@ def steps():
     yield from screenshot("render")
     FOUND["dof_is_back"] = data.dof.use_dof
     data.dof.focus_distance = 1.5
-    started = time.monotonic()
-    bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+    FOUND["filters_beside"] = refocus_beside_a_busy_window()
     yield from wait_for_job()
-    FOUND["refocus_s"] = time.monotonic() - started
     second = result("second")
     yield from screenshot("refocus")
     FOUND["refocus_changes"] = float(np.abs(first - second).max())
@@ -142,6 +140,22 @@ def steps():
     yield from compositor()
     yield from cancel()
     FOUND["threads"] = THREADS
+
+
+def refocus_beside_a_busy_window():
+    """Starts a refocus; does it filter while the main thread does something else?"""
+    engine = addon("engine").RackFocusEngine
+    kept, begun = engine._filter, threading.Event()
+
+    def begin(*args):
+        begun.set()
+        return kept(*args)
+
+    engine._filter = begin
+    bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+    is_begun = begun.wait(10)
+    engine._filter = kept
+    return is_begun
 
 
 def pick():
