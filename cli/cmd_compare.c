@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "flip.h"
 #include "json.h"
 #include "measure.h"
 #include "picture.h"
@@ -31,10 +32,11 @@ static const struct option options[] = {
     OPTION_HELP_ROW,
 };
 
-static void print_text(const struct measures *m)
+static void print_text(const struct measures *m, double flip)
 {
     printf("PSNR %.2f dB\n", m->psnr_db);
     printf("SSIM %.6f\n", m->ssim);
+    printf("FLIP %.4f\n", flip);
     printf("RMSE %.6g\n", m->rmse);
     printf("energy ratio %.6f\n", m->energy_ratio);
     printf("maximum error %.6g at pixel (%d, %d), %s\n", m->max_error, m->max_x,
@@ -43,7 +45,7 @@ static void print_text(const struct measures *m)
 }
 
 static void print_json(const char *a, const char *b, const struct picture *picture,
-                       const struct measures *m)
+                       const struct measures *m, double flip)
 {
     struct json json = {0};
     json_open(&json, NULL, '{');
@@ -62,6 +64,7 @@ static void print_json(const char *a, const char *b, const struct picture *pictu
     json_close(&json, ']');
     json_bool(&json, "identical", m->max_error == 0);
     json_number(&json, "tpsnr", m->tpsnr_db);
+    json_number(&json, "flip", flip);
     json_close(&json, '}');
 }
 
@@ -122,7 +125,9 @@ static int compare(const struct compare_options *tool, const char *path_a,
         return EXIT_FAILED;
     }
     struct measures measures;
-    if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures))
+    double flip;
+    if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures) ||
+        !flip_measure(a->samples, b->samples, a->width, a->height, &flip))
         return exit_without_memory();
     measures.max_x += a->min_x;
     measures.max_y += a->min_y;
@@ -131,9 +136,9 @@ static int compare(const struct compare_options *tool, const char *path_a,
         return EXIT_FAILED;
     }
     if (tool->is_json)
-        print_json(path_a, path_b, a, &measures);
+        print_json(path_a, path_b, a, &measures, flip);
     else
-        print_text(&measures);
+        print_text(&measures, flip);
     return EXIT_DONE;
 }
 
@@ -185,14 +190,14 @@ const struct command command_compare = {
     .usage = "A B [options]",
     .description =
         "Compares picture A with the reference B, EXR or PNG (- is standard input): "
-        "PSNR, tPSNR, SSIM, RMSE, "
-        "energy ratio (sum of A / sum of B) and the largest error with its pixel. The "
-        "last line is the tPSNR: both pictures clipped to [0, 1], raised to 1/2.2, "
-        "mean "
-        "squared error over red, green and blue, in dB.\n\n"
+        "PSNR, tPSNR, SSIM, FLIP, RMSE, energy ratio (sum of A / sum of B) and the "
+        "largest error with its pixel. The last line is the tPSNR: both pictures "
+        "clipped to [0, 1], raised to 1/2.2, mean squared error over red, green and "
+        "blue, in dB.\n\n"
         "SSIM is measured on the same tone mapped values, per channel, and averaged. "
-        "PSNR is measured on the linear values clipped to [0, 1]; RMSE, energy ratio "
-        "and "
+        "FLIP is the mean of LDR-FLIP (Andersson et al. 2020), what an observer sees "
+        "who flips between both on a screen: 0 alike, 1 as far apart as can be. PSNR "
+        "is measured on the linear values clipped to [0, 1]; RMSE, energy ratio and "
         "largest error on the linear values as they are. Alpha is not compared.",
     .examples = "rackfocus compare out.exr reference.exr --side-by-side look.png",
     .options = options,

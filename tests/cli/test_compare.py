@@ -3,12 +3,16 @@
 
 import json
 import math
+import pathlib
 import struct
 import zlib
 
 import numpy
 import plainexr
 import pytest
+
+
+REFERENCES = pathlib.Path(__file__).parents[1] / "quality/references"
 
 
 def tone(image):
@@ -100,6 +104,21 @@ def test_ssim_of_scikit_image(pair, figures):
         data_range=1,
     )
     assert figures(*paths)["ssim"] == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "scene, expected", [("posts", 0.312573), ("portrait", 0.251311), ("macro", 0.396085)]
+)
+def test_flip_of_flip_evaluator(figures, scene, expected):
+    """What the paper's own program, flip-evaluator 1.7, says at its standard 67 pixels
+    per degree: evaluate(reference, pinhole, "LDR", inputsRGB=False) of clipped values.
+    """
+    stem = REFERENCES / scene
+    found = figures(f"{stem}_pinhole.exr", f"{stem}_reference.exr")
+    assert found["flip"] == pytest.approx(expected, abs=5e-6)
+    again = figures(f"{stem}_reference.exr", f"{stem}_pinhole.exr")
+    assert again["flip"] == pytest.approx(found["flip"], abs=1e-9)
+    assert figures(f"{stem}_pinhole.exr", f"{stem}_pinhole.exr")["flip"] == 0
 
 
 def test_small_pictures(scene, figures):
