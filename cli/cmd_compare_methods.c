@@ -8,22 +8,26 @@
 
 #include "cli.h"
 #include "clock.h"
+#include "flip.h"
 #include "folder.h"
 #include "interrupt.h"
 #include "json.h"
+#include "html.h"
 #include "measure.h"
+#include "methods_page.h"
+#include "methods_sheet.h"
 #include "parallel.h"
+#include "path.h"
 #include "picture.h"
 #include "progress.h"
 #include "settings.h"
-#include "sheet.h"
 #include "source.h"
 #include "views.h"
 
 enum { MAX_ENTRIES = 128 };
 
 struct compare_methods_options {
-    const char *reference, *sheet, *results, *depth_file, *depth_channel, *layer;
+    const char *reference, *sheet, *html, *results, *depth_file, *depth_channel, *layer;
     int32_t n_repeats, n_threads;
     bool is_json, is_quiet;
 };
@@ -35,8 +39,11 @@ static const struct option options[] = {
                     "The picture that all are compared with, EXR or PNG: the host's "
                     "own depth of field."),
     OPTION_FILE_ROW("sheet", AT(sheet), "FILE.png",
-                    "Write a contact sheet: every result, labelled, beside the picture "
-                    "of its error."),
+                    "Write a sheet of all results: a row for each generator, a column "
+                    "for each blend, with errors, details and figures."),
+    OPTION_FILE_ROW("html", AT(html), "FILE.html",
+                    "Write a page on which any two results can be wiped over each "
+                    "other; its pictures go into FILE_pictures."),
     OPTION_FILE_ROW("results", AT(results), "DIR",
                     "Keep every result, DIR/layered.exr, DIR/box_coc.exr and so on."),
     OPTION_DEPTH_FILE_ROW(AT(depth_file)),
@@ -48,16 +55,6 @@ static const struct option options[] = {
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(AT(is_quiet)),
     OPTION_HELP_ROW,
-};
-
-/* One line of the table. */
-struct entry {
-    char name[64];
-    int method; /* -1: the input as it is */
-    int blend;
-    double time_s;
-    struct measures measures;
-    double leak_percent; /* NAN where nothing can leak */
 };
 
 struct comparison {
@@ -72,10 +69,12 @@ struct comparison {
     float *rgb;                  /* the result without alpha */
     unsigned char *is_exposed;   /* pixels that sharp things can leak into */
     struct rf_context *context;
-    struct entry entries[MAX_ENTRIES];
+    struct methods_entry entries[MAX_ENTRIES];
     int n_entries;
-    struct sheet sheet;
-    float *heat;
+    struct methods_subject subject;
+    struct methods_sheet sheet;
+    char *page_folder; /* of the page's pictures; NULL: no page */
+    float *error_map;  /* for the page */
 };
 
 /* ---- the list ------------------------------------------------------------------- */
@@ -90,8 +89,8 @@ static void add_entry(struct comparison *c, int method, int blend, const char *n
 {
     if (c->n_entries == MAX_ENTRIES)
         return;
-    struct entry *e = &c->entries[c->n_entries++];
-    *e = (struct entry){.method = method, .blend = blend, .time_s = INFINITY};
+    struct methods_entry *e = &c->entries[c->n_entries++];
+    *e = (struct methods_entry){.method = method, .blend = blend, .time_s = INFINITY};
     snprintf(e->name, sizeof(e->name), "%s%s%s", name, *blend_name ? " " : "",
              blend_name);
 }
@@ -169,6 +168,26 @@ static void note_exposed(void *data, int64_t begin, int64_t end, int thread)
         }
 }
 
+/* The headings of sheet and page; radii are in c->out. */
+static void describe(struct comparison *c, const struct rf_lens *lens)
+{
+    struct methods_subject *subject = &c->subject;
+    double least = INFINITY, most = -INFINITY;
+    for (size_t i = 0; i < count_pixels(c); i++) {
+        least = fmin(least, c->out[i]);
+        most = fmax(most, c->out[i]);
+    }
+    subject->width = c->source.width;
+    subject->height = c->source.height;
+    snprintf(subject->title, sizeof subject->title, "%s, compared with %s",
+             os_path_name(image_path(c->source.colour)),
+             os_path_name(c->tool->reference));
+    snprintf(subject->about, sizeof subject->about,
+             "%d × %d, focus at %.4g, lens radius %.4g, blur radii %.1f to %.1f px",
+             (int)subject->width, (int)subject->height, lens->focus_distance,
+             lens->lens_radius, least, most);
+}
+
 /* Blurred by 2 px or more, and within that radius of something in focus. */
 static int find_exposed(struct comparison *c)
 {
@@ -181,6 +200,8 @@ static int find_exposed(struct comparison *c)
         RF_OK)
         return fail_core(c, &error);
     const rf_result result = rf_filter_coc(filter, &depth, &to, &error);
+    if (result == RF_OK)
+        describe(c, rf_filter_lens(filter));
     rf_filter_destroy(filter);
     if (result != RF_OK)
         return fail_core(c, &error);
@@ -218,7 +239,7 @@ static bool takes_views(const struct comparison *c, int method)
     return c->list.n > 0 && rf_method_find(method)->max_views > 1;
 }
 
-static rf_result run_method(struct comparison *c, struct entry *e,
+static rf_result run_method(struct comparison *c, struct methods_entry *e,
                             struct rf_error *error)
 {
     const struct source *s = &c->source;
@@ -249,17 +270,14 @@ static rf_result run_method(struct comparison *c, struct entry *e,
 }
 
 /* DIR/box_coc.exr */
-static bool keep_result(struct comparison *c, const struct entry *e,
+static bool keep_result(struct comparison *c, const struct methods_entry *e,
                         struct image_error *error)
 {
-    char path[4096];
+    char path[4096], name[sizeof e->name];
     const struct source *s = &c->source;
     const size_t n = count_pixels(c) * (size_t)s->n_channels;
-    const int n_folder = snprintf(path, sizeof(path), "%s/", c->tool->results);
-    snprintf(path + n_folder, sizeof(path) - (size_t)n_folder, "%s.exr", e->name);
-    for (char *at = path + n_folder; *at; at++)
-        if (*at == ' ')
-            *at = '_';
+    methods_file_name(e, name, sizeof name);
+    snprintf(path, sizeof(path), "%s/%s.exr", c->tool->results, name);
     float *samples = app_memory(n, sizeof(float), error); /* writing packs in place */
     if (!samples)
         return false;
@@ -272,28 +290,39 @@ static bool keep_result(struct comparison *c, const struct entry *e,
     return is_written;
 }
 
+/* What is made of the reference (a NULL entry) or of a result: on the sheet and beside
+ * the page. */
+static bool show(struct comparison *c, const struct methods_entry *e,
+                 const float *picture, struct image_error *error)
+{
+    if (c->tool->sheet)
+        methods_sheet_put(&c->sheet, e, picture, c->reference.samples);
+    if (!c->page_folder)
+        return true;
+    if (e)
+        measure_heatmap(picture, c->reference.samples, c->source.width,
+                        c->source.height, c->error_map);
+    return methods_page_put(c->page_folder, &c->subject, e, picture,
+                            e ? c->error_map : NULL, error);
+}
+
 static int run_entry(struct comparison *c, int index)
 {
-    struct entry *e = &c->entries[index];
+    struct methods_entry *e = &c->entries[index];
+    const int32_t width = c->source.width, height = c->source.height;
     struct rf_error error;
     if (e->method >= 0 && run_method(c, e, &error) != RF_OK)
         return fail_core(c, &error);
     take_rgb(c, e->method >= 0 ? c->out : c->colour);
-    if (!measure_pictures(c->rgb, c->reference.samples, c->source.width,
-                          c->source.height, &e->measures))
+    if (!measure_pictures(c->rgb, c->reference.samples, width, height, &e->measures) ||
+        !flip_measure(c->rgb, c->reference.samples, width, height, &e->flip))
         return exit_without_memory();
     e->leak_percent = measure_leak(c);
     struct image_error image_error;
-    if (c->tool->results && !keep_result(c, e, &image_error)) {
+    if ((c->tool->results && !keep_result(c, e, &image_error)) ||
+        !show(c, e, c->rgb, &image_error)) {
         message("%s", image_error.message);
         return EXIT_FAILED;
-    }
-    if (c->tool->sheet) {
-        char label[96];
-        measure_heatmap(c->rgb, c->reference.samples, c->source.width, c->source.height,
-                        c->heat);
-        snprintf(label, sizeof(label), "%s %.1f dB", e->name, e->measures.tpsnr_db);
-        sheet_put(&c->sheet, index + 1, c->rgb, c->heat, label);
     }
     return EXIT_DONE;
 }
@@ -315,17 +344,17 @@ static int run_entries(struct comparison *c)
 
 static void print_text(const struct comparison *c)
 {
-    printf("%-24s %10s %9s %8s %8s %7s\n", "method", "time ms", "tPSNR dB", "SSIM",
-           "energy %", "leak %");
+    printf("%-24s %10s %9s %8s %8s %8s %7s\n", "method", "time ms", "tPSNR dB", "SSIM",
+           "FLIP", "energy %", "leak %");
     for (int i = 0; i < c->n_entries; i++) {
-        const struct entry *e = &c->entries[i];
+        const struct methods_entry *e = &c->entries[i];
         char time[32] = "-", leak[32] = "-";
         if (e->method >= 0)
             snprintf(time, sizeof(time), "%.1f", e->time_s * 1e3);
         if (isfinite(e->leak_percent))
             snprintf(leak, sizeof(leak), "%.2f", e->leak_percent);
-        printf("%-24s %10s %9.2f %8.4f %+8.2f %7s\n", e->name, time,
-               e->measures.tpsnr_db, e->measures.ssim,
+        printf("%-24s %10s %9.2f %8.4f %8.4f %+8.2f %7s\n", e->name, time,
+               e->measures.tpsnr_db, e->measures.ssim, e->flip,
                100 * (e->measures.energy_ratio - 1), leak);
     }
 }
@@ -338,7 +367,7 @@ static void print_json(const struct comparison *c)
     struct json json = {0};
     json_open(&json, NULL, '[');
     for (int i = 0; i < c->n_entries; i++) {
-        const struct entry *e = &c->entries[i];
+        const struct methods_entry *e = &c->entries[i];
         json_open(&json, NULL, '{');
         json_text(&json, "name", e->name);
         if (e->method >= 0) {
@@ -348,6 +377,7 @@ static void print_json(const struct comparison *c)
         }
         json_number(&json, "tpsnr", e->measures.tpsnr_db);
         json_number(&json, "ssim", e->measures.ssim);
+        json_number(&json, "flip", e->flip);
         json_number(&json, "energy_ratio", e->measures.energy_ratio);
         json_number(&json, "leak_percent", e->leak_percent);
         json_close(&json, '}');
@@ -358,7 +388,10 @@ static void print_json(const struct comparison *c)
 static int finish(struct comparison *c)
 {
     struct image_error error;
-    if (c->tool->sheet && !sheet_write(&c->sheet, c->tool->sheet, &error)) {
+    if ((c->tool->sheet && !methods_sheet_write(&c->sheet, c->tool->sheet, &error)) ||
+        (c->page_folder &&
+         !methods_page_write(c->tool->html, c->page_folder, &c->subject, c->entries,
+                             c->n_entries, &error))) {
         message("%s", error.message);
         return EXIT_FAILED;
     }
@@ -425,6 +458,43 @@ static bool make_folder(const char *path, struct image_error *error)
            set_error(error, "%s: cannot make the folder: %s", path, strerror(reason));
 }
 
+/* Where the sheet looks from near. */
+static bool find_details(struct comparison *c, struct canvas_box details[N_DETAILS])
+{
+    int32_t width, height;
+    take_rgb(c, c->colour);
+    const struct canvas_picture pinhole = {c->rgb, c->source.width, c->source.height,
+                                           true};
+    const struct canvas_picture reference = {c->reference.samples, c->source.width,
+                                             c->source.height, true};
+    methods_sheet_detail_size(&c->subject, &width, &height);
+    return methods_find_details(c->is_exposed, &pinhole, &reference, width, height,
+                                details);
+}
+
+/* The sheet and the page's folder, with the reference. */
+static int begin_pictures(struct comparison *c)
+{
+    struct canvas_box details[N_DETAILS];
+    struct image_error error;
+    if (c->tool->sheet && (!find_details(c, details) ||
+                           !methods_sheet_make(&c->sheet, &c->subject, details,
+                                               c->entries, c->n_entries)))
+        return exit_without_memory();
+    if (c->tool->html) {
+        c->error_map = app_memory(3 * count_pixels(c), sizeof(float), NULL);
+        if (!c->error_map)
+            return exit_without_memory();
+        c->page_folder = html_make_folder(c->tool->html, "_pictures", &error);
+    }
+    if ((c->tool->html && !c->page_folder) ||
+        !show(c, NULL, c->reference.samples, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    return EXIT_DONE;
+}
+
 static int run_steps(struct comparison *c)
 {
     struct image_error error = {.message = ""};
@@ -440,14 +510,9 @@ static int run_steps(struct comparison *c)
     if (code != EXIT_DONE)
         return code;
     list_entries(c);
-    if (c->tool->sheet) {
-        c->heat = app_memory(3 * count_pixels(c), sizeof(float), NULL);
-        if (!c->heat ||
-            !sheet_make(&c->sheet, c->n_entries + 1, c->source.width, c->source.height))
-            return exit_without_memory();
-        sheet_put(&c->sheet, 0, c->reference.samples, NULL, "reference");
-    }
-    code = run_entries(c);
+    code = begin_pictures(c);
+    if (code == EXIT_DONE)
+        code = run_entries(c);
     return code == EXIT_DONE ? finish(c) : code;
 }
 
@@ -516,8 +581,9 @@ static int compare_methods(struct comparison *c, const struct operands *operands
     views_free(&c->views);
     views_list_free(&c->list);
     picture_free(&c->reference);
-    sheet_free(&c->sheet);
-    free(c->heat);
+    methods_sheet_free(&c->sheet);
+    free(c->page_folder);
+    free(c->error_map);
     free(c->is_exposed);
     free(c->rgb);
     free(c->out);
@@ -525,6 +591,12 @@ static int compare_methods(struct comparison *c, const struct operands *operands
     free(c->colour);
     source_close(&c->source);
     return code;
+}
+
+static bool ends_in_html(const char *path)
+{
+    const char *ending = strrchr(path, '.');
+    return ending && (!strcmp(ending, ".html") || !strcmp(ending, ".htm"));
 }
 
 static bool check_usage(const struct compare_methods_options *tool,
@@ -536,6 +608,8 @@ static bool check_usage(const struct compare_methods_options *tool,
     else if (!tool->reference)
         message("compare-methods needs --reference FILE, the picture to come near to; "
                 "see rackfocus compare-methods --help");
+    else if (tool->html && !ends_in_html(tool->html))
+        message("--html: '%s' does not end in .html", tool->html);
     else if (tool->sheet && picture_kind(tool->sheet) != PICTURE_PNG)
         message("--sheet: '%s' does not end in .png; it is written as PNG",
                 tool->sheet);
@@ -569,8 +643,9 @@ const struct command command_compare_methods = {
     .usage = "IN.exr [DEPTH.exr | VIEW.exr ...] --reference FILE [options]",
     .description =
         "Filters IN.exr with every method, the previews with every blend, and compares "
-        "each result with the reference: time of the filter alone, tPSNR and SSIM as "
-        "in rackfocus compare, energy (sum of the result over that of the reference, "
+        "each result with the reference: time of the filter alone, tPSNR, SSIM and "
+        "FLIP as in rackfocus compare, energy (sum of the result over that of the "
+        "reference, "
         "less 1) and leak. The first line is the pinhole itself. --method and --blend "
         "leave one. Views from points of the lens, where they are given behind the "
         "picture, go through the methods that take several.\n\n"
@@ -578,7 +653,9 @@ const struct command command_compare_methods = {
         "blurred by 2 px or more and have something in focus within that radius (32 px "
         "at most): where the colours of sharp things run out, and theirs run in.",
     .examples = "rackfocus compare-methods pinhole.exr --reference lens.exr --sheet "
-                "sheet.png",
+                "sheet.png\n"
+                "rackfocus compare-methods pinhole.exr --reference lens.exr --html "
+                "methods.html",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),
     .takes_params = true,

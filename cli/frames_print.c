@@ -1,20 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "frames_print.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
-#include "folder.h"
+#include "html.h"
 #include "interrupt.h"
 #include "json.h"
 #include "path.h"
 #include "picture.h"
 #include "rackfocus/rackfocus.h"
-#include "replace.h"
 
 /* ---- text ----------------------------------------------------------------------- */
 
@@ -105,19 +103,6 @@ void frames_print_json(const struct frames_report *report)
 
 /* ---- the page ------------------------------------------------------------------- */
 
-static void print_html(FILE *file, const char *text)
-{
-    for (; *text; text++)
-        if (*text == '<')
-            fputs("&lt;", file);
-        else if (*text == '&')
-            fputs("&amp;", file);
-        else if (*text == '"')
-            fputs("&quot;", file);
-        else
-            fputc(*text, file);
-}
-
 /* The mean of blocks of `step` x `step` pixels, in place. */
 static void shrink(struct picture *picture, int32_t step)
 {
@@ -166,7 +151,7 @@ static void print_cell(FILE *file, const struct frame_check *frame, const char *
     fprintf(file, "<figure class=\"%s\">", frame_verdict_word(frame->verdict));
     if (small) {
         fputs("<img loading=\"lazy\" alt=\"\" src=\"", file);
-        print_html(file, os_path_name(folder));
+        html_print(file, os_path_name(folder));
         fprintf(file, "/%s\">", small);
     }
     fprintf(file, "<figcaption><b>%d</b> %s", (int)frame->number,
@@ -175,19 +160,19 @@ static void print_cell(FILE *file, const struct frame_check *frame, const char *
         fprintf(file, ", %.2f s", frame->seconds);
     if (frame->host[0]) {
         fputs(" on ", file);
-        print_html(file, frame->host);
+        html_print(file, frame->host);
     }
     if (frame->has_radii)
         fprintf(file, "<br>radii %.1f to %.1f px", frame->least_radius_px,
                 frame->most_radius_px);
     if (frame->why[0]) {
         fputs("<br>", file);
-        print_html(file, frame->why);
+        html_print(file, frame->why);
     }
     if (frame->n_warnings) {
         fprintf(file, "<br>%d warning%s: ", (int)frame->n_warnings,
                 frame->n_warnings == 1 ? "" : "s");
-        print_html(file, frame->warning);
+        html_print(file, frame->warning);
     }
     fputs("</figcaption></figure>\n", file);
 }
@@ -217,65 +202,39 @@ static void print_head(FILE *file, const struct frames_report *report)
             total_s, longest_s, rf_version());
 }
 
+struct page {
+    const struct frames_report *report;
+    const char *folder; /* of the small pictures */
+};
+
 /* A picture that cannot be read has no place in the sheet; its words say why. */
-static void print_sheet(FILE *file, const struct frames_report *report,
-                        const char *folder, char *path, size_t n_bytes)
+static void print_page(FILE *file, void *data)
 {
-    for (int i = 0; i < report->n && !os_is_interrupted(); i++) {
-        const struct frame_check *frame = &report->frames[i];
+    const struct page *page = data;
+    print_head(file, page->report);
+    for (int i = 0; i < page->report->n && !os_is_interrupted(); i++) {
+        const struct frame_check *frame = &page->report->frames[i];
         struct image_error ignored;
         char small[32];
-        snprintf(small, sizeof(small), "%d.png", (int)frame->number);
-        snprintf(path, n_bytes, "%s/%s", folder, small);
-        const bool has_picture = frame->path && frame->verdict != FRAME_MISSING &&
-                                 write_small(frame, path, &ignored);
-        print_cell(file, frame, folder, has_picture ? small : NULL);
-    }
-}
-
-static bool write_page(const struct frames_report *report, const char *path,
-                       const char *folder, struct image_error *error)
-{
-    struct os_replace file;
-    const size_t n_bytes = strlen(folder) + 40;
-    char *small = app_memory(n_bytes, 1, error);
-    if (!small)
-        return false;
-    int reason = os_replace_open(&file, path);
-    if (reason == 0) {
-        FILE *stream = os_replace_stream(&file);
-        if (stream) {
-            print_head(stream, report);
-            print_sheet(stream, report, folder, small, n_bytes);
+        const size_t n_path = strlen(page->folder) + sizeof small + 1;
+        char *path = app_memory(n_path, 1, NULL);
+        snprintf(small, sizeof small, "%d.png", (int)frame->number);
+        bool has_picture = path && frame->path && frame->verdict != FRAME_MISSING;
+        if (has_picture) {
+            snprintf(path, n_path, "%s/%s", page->folder, small);
+            has_picture = write_small(frame, path, &ignored);
         }
-        const bool is_good = stream && !ferror(stream);
-        if (stream && fclose(stream) == 0 && is_good) {
-            reason = os_replace_commit(&file);
-        } else {
-            reason = errno ? errno : EIO;
-            os_replace_abort(&file);
-        }
+        print_cell(file, frame, page->folder, has_picture ? small : NULL);
+        free(path);
     }
-    free(small);
-    return reason == 0 || set_error(error, "%s: %s", path,
-                                    reason > 0 ? strerror(reason) : "is no file");
 }
 
 bool frames_write_html(const struct frames_report *report, const char *path,
                        struct image_error *error)
 {
-    const char *name = os_path_name(path), *dot = strrchr(name, '.');
-    const size_t n = dot ? (size_t)(dot - path) : strlen(path);
-    char *folder = app_memory(n + sizeof("_frames"), 1, error);
-    if (!folder)
-        return false;
-    memcpy(folder, path, n);
-    strcpy(folder + n, "_frames");
-    const int reason = os_folder_make(folder, OS_FOLDER_SHARED);
-    const bool is_good = (reason == 0 || reason == EEXIST ||
-                          set_error(error, "%s: cannot make the folder: %s", folder,
-                                    strerror(reason))) &&
-                         write_page(report, path, folder, error);
+    char *folder = html_make_folder(path, "_frames", error);
+    struct page page = {report, folder};
+    const bool is_good = folder && html_write(path, print_page, &page, error);
     free(folder);
     return is_good;
 }

@@ -6,6 +6,7 @@ import pathlib
 import sys
 
 import numpy
+import OpenImageIO as oiio
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "cli"))
@@ -95,6 +96,70 @@ def test_compare_methods_lists_all_of_them(rackfocus, tmp_path):
         assert row["tpsnr"] > by_name["pinhole"]["tpsnr"]
         assert row["time_s"] > 0
     assert sheet.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def pixels(path):
+    """Encoded 8 bit RGB of a PNG, as whole numbers with a sign."""
+    file = oiio.ImageInput.open(str(path))
+    read = file.read_image(oiio.UINT8)
+    file.close()
+    return read.astype(numpy.int16)[..., :3]
+
+
+def find(sheet, picture):
+    """Where the picture lies in the sheet, (x, y); it must be there once."""
+    height, width = picture.shape[:2]
+    room = [sheet.shape[i] - picture.shape[i] + 1 for i in (0, 1)]
+    is_like = numpy.ones(room, bool)
+    for y, x in ((0, 0), (height // 2, 7), (height - 1, width - 1), (33, width // 3)):
+        part = sheet[y : y + room[0], x : x + room[1]]
+        is_like &= (abs(part - picture[y, x]) <= 1).all(axis=-1)
+    found = [
+        (x, y)
+        for y, x in zip(*numpy.nonzero(is_like), strict=True)
+        if abs(sheet[y : y + height, x : x + width] - picture).max() <= 1
+    ]
+    assert len(found) == 1
+    return found[0]
+
+
+def test_the_sheet_has_a_row_per_generator_and_a_column_per_blend(rackfocus, tmp_path):
+    """Every picture of the page is found on the sheet, in its row and column."""
+    sheet = tmp_path / "sheet.png"
+    rackfocus("compare-methods", POSTS, "--reference", TRUTH, "--repeats", 1, "-q",
+              "--sheet", sheet, "--html", tmp_path / "page.html")  # fmt: skip
+    drawn, made = pixels(sheet), tmp_path / "page_pictures"
+    blends = ("coc", "region", "slices")
+    generators = ("box", "lowres", "mipmap", "offset")
+    place = {
+        name: find(drawn, pixels(made / f"{name}.png"))
+        for name in ["pinhole", "layered", "scatter"]
+        + [f"{generator}_{blend}" for generator in generators for blend in blends]
+    }
+    left = [place[f"box_{blend}"][0] for blend in blends]
+    assert left == sorted(left) and left[0] == place["pinhole"][0]
+    top = [place["pinhole"][1], place["layered"][1]]
+    for generator in generators:
+        cells = [place[f"{generator}_{blend}"] for blend in blends]
+        assert [x for x, _ in cells] == left
+        assert len({y for _, y in cells}) == 1
+        top.append(cells[0][1])
+    assert top == sorted(set(top)) and place["scatter"] == (left[1], top[1])
+    # The figures over a picture: letters, and others over another one.
+    over = [drawn[y - 48 : y, x : x + 400] for x, y in (place["box_coc"],
+                                                        place["box_region"])]
+    assert all((text > 150).sum() > 1000 for text in over)
+    assert (over[0] != over[1]).any()
+
+
+def test_a_page_says_where_it_cannot_be(rackfocus, tmp_path):
+    done = rackfocus("compare-methods", POSTS, "--reference", TRUTH, "--html",
+                     tmp_path / "page.png", code=2)  # fmt: skip
+    assert "does not end in .html" in done.stderr
+    (tmp_path / "page_pictures").write_text("a file")
+    done = rackfocus("compare-methods", POSTS, "--reference", TRUTH, "--html",
+                     tmp_path / "page.html", "-q", code=1)  # fmt: skip
+    assert "page_pictures" in done.stderr and not (tmp_path / "page.html").exists()
 
 
 def test_compare_methods_agrees_with_filter_and_compare(rackfocus, tmp_path):

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "html.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "folder.h"
+#include "path.h"
+#include "replace.h"
+
+void html_print(FILE *file, const char *text)
+{
+    for (; *text; text++)
+        if (*text == '<')
+            fputs("&lt;", file);
+        else if (*text == '&')
+            fputs("&amp;", file);
+        else if (*text == '"')
+            fputs("&quot;", file);
+        else
+            fputc(*text, file);
+}
+
+char *html_make_folder(const char *page, const char *ending, struct image_error *error)
+{
+    const char *name = os_path_name(page), *dot = strrchr(name, '.');
+    const size_t n = dot ? (size_t)(dot - page) : strlen(page);
+    char *folder = app_memory(n + strlen(ending) + 1, 1, error);
+    if (!folder)
+        return NULL;
+    memcpy(folder, page, n);
+    strcpy(folder + n, ending);
+    const int reason = os_folder_make(folder, OS_FOLDER_SHARED);
+    if (reason == 0 || reason == EEXIST)
+        return folder;
+    set_error(error, "%s: cannot make the folder: %s", folder, strerror(reason));
+    free(folder);
+    return NULL;
+}
+
+bool html_write(const char *page, void (*print)(FILE *file, void *data), void *data,
+                struct image_error *error)
+{
+    struct os_replace file;
+    int reason = os_replace_open(&file, page);
+    if (reason == 0) {
+        FILE *stream = os_replace_stream(&file);
+        if (stream)
+            print(stream, data);
+        const bool is_good = stream && !ferror(stream);
+        if (stream && fclose(stream) == 0 && is_good) {
+            reason = os_replace_commit(&file);
+        } else {
+            reason = errno ? errno : EIO;
+            os_replace_abort(&file);
+        }
+    }
+    return reason == 0 || set_error(error, "%s: %s", page,
+                                    reason > 0 ? strerror(reason) : "is no file");
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Pages that commands write, with a folder of pictures beside them. */
+#ifndef CLI_HTML_H
+#define CLI_HTML_H
+
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "image.h"
+
+/* Text with its <, & and " escaped. */
+void html_print(FILE *file, const char *text);
+
+/*
+ * The folder of the page's pictures, "shot_frames" for "shot.html" and "_frames", made
+ * if it is not there. NULL with an error; the caller frees it.
+ */
+char *html_make_folder(const char *page, const char *ending, struct image_error *error);
+
+/* Writes the page that `print` prints, beside its place, and renames. */
+bool html_write(const char *page, void (*print)(FILE *file, void *data), void *data,
+                struct image_error *error);
+
+#endif
