@@ -22,11 +22,16 @@
 #include "source.h"
 #include "temporal.h"
 
+/* As --preset names them. */
+enum preset { PRESET_STILL, PRESET_SHOT };
+#define PRESET_CHOICES "still|shot"
+
 struct options {
     struct filter_options filter;
     struct sequence_options sequence;
     struct pipes pipes;
     int32_t format; /* of standard output: 0 EXR, 1 PNG */
+    int32_t preset; /* enum preset */
     bool is_quiet, is_strict;
 };
 
@@ -119,6 +124,11 @@ static const struct option options[] = {
                    "Sequence: what a frame hides is taken from so many frames before "
                    "and after it, by the camera in their headers (worldToCamera) or a "
                    "pass of motion vectors; 2 do for most shots. [default 0]"),
+    OPTION_CHOICE_ROW("preset", offsetof(struct options, preset), "KIND",
+                      PRESET_CHOICES,
+                      "What the pictures are for: still, each by itself; shot, frames "
+                      "that are seen one after the other: --temporal 2. Options win "
+                      "over it. [default still]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(offsetof(struct options, is_quiet)),
     OPTION_STRICT_ROW(offsetof(struct options, is_strict)),
@@ -147,8 +157,9 @@ static bool check_many(const struct filter_options *tool, int n)
         return fail_usage("--pass-through, --output-coc and --flattened are of one "
                           "picture; leave out --over and --stereo");
     if (tool->temporal)
-        return fail_usage("--temporal is of one picture; leave out --over and "
-                          "--stereo, and filter the eyes one by one with --layer");
+        return fail_usage("--temporal and --preset shot are of one picture; leave out "
+                          "--over and --stereo, and filter the eyes one by one with "
+                          "--layer");
     if (tool->is_over && tool->supersample > 1)
         return fail_usage("--supersample is of one picture; leave out --over, and "
                           "put the results over each other");
@@ -263,6 +274,7 @@ static bool check_sequence(const struct options *all, const struct operands *ope
                         : sequence->parameters ? "frame-parameters"
                         : sequence->is_anew    ? "anew"
                         : sequence->n_jobs     ? "jobs"
+                        : all->preset          ? "preset shot"
                         : all->filter.temporal ? "temporal"
                                                : NULL;
     if (given)
@@ -342,6 +354,8 @@ int filter_command_run(int argc, char **argv, struct frames_report *report)
     int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
+    if (all.preset == PRESET_SHOT && !options_given(&operands, "temporal"))
+        all.filter.temporal = TEMPORAL_OF_SHOTS;
     if (pipes_are_named(&operands, tool->output) &&
         !pipes_open(&all.pipes, &operands, &all.filter.output, all.format == 1, &error))
         code = exit_code(APP_USAGE, &error);

@@ -161,6 +161,20 @@ def test_a_frame_does_not_depend_on_which_are_made(run, shot, tmp_path):
     assert (tmp_path / "one.0004.exr").read_bytes() == whole
 
 
+def test_a_shot_takes_two_on_each_side(run, shot, tmp_path, rackfocus):
+    """--preset shot is --temporal 2; what is typed wins; one picture is no shot."""
+    pattern = shot(with_camera)
+    run(pattern, "--preset", "shot")
+    assert "7 skipped" in run(pattern, "--temporal", 2).stdout
+    assert "7 filtered" in run(pattern, "--preset", "shot", "--temporal", 1).stdout
+    assert "7 filtered" in run(pattern, "--preset", "still").stdout
+    assert "7 skipped" in run(pattern).stdout
+    one = tmp_path / "shot.0004.exr"
+    done = rackfocus("filter", one, "-o", tmp_path / "one.exr", "--preset", "shot",
+                     code=2)  # fmt: skip
+    assert "--preset shot: is for sequences" in done.stderr
+
+
 def test_frames_beside_are_inputs(run, shot, tmp_path):
     """A frame is made again when one beside it has changed, and only then."""
     pattern = shot(with_camera)
