@@ -171,6 +171,15 @@ static bool write_mean(struct work *work, struct povray_error *error)
     return !what;
 }
 
+/* As the filter's tilt (docs/looks.md): 1 / s grows by sin A / f per unit of the tangent. */
+static void set_tilt(struct povray_lens *lens, const struct rf_params *params)
+{
+    const double focal_length = params->focal_length * 1e-3 * params->unit_scale;
+    const double degree = 3.14159265358979324 / 180;
+    lens->tilt[0] = sin(params->tilt_x * degree) / focal_length;
+    lens->tilt[1] = sin(params->tilt_y * degree) / focal_length;
+}
+
 bool povray_average_render(const struct povray_average *how,
                            struct povray_passes *facts, struct povray_error *error)
 {
@@ -181,12 +190,12 @@ bool povray_average_render(const struct povray_average *how,
     *error = (struct povray_error){.message = ""};
     if (!views)
         snprintf(error->message, sizeof(error->message), "%s", core_error.message);
-    const struct povray_lens lens = {.views = views,
-                                     .n_views = how->n_views,
-                                     .move = how->move,
-                                     .shutter = how->shutter,
-                                     .before =
-                                         how->has_subpixel ? SUBPIXEL_OPTIONS : NULL};
+    struct povray_lens lens = {.views = views,
+                               .n_views = how->n_views,
+                               .move = how->move,
+                               .shutter = how->shutter,
+                               .before = how->has_subpixel ? SUBPIXEL_OPTIONS : NULL};
+    set_tilt(&lens, &how->settings->params);
     bool is_good = views && povray_render_lens(how->scene, &lens, receive_view, &work,
                                                &total_s, error);
     is_good = is_good && write_mean(&work, error);

@@ -99,6 +99,42 @@ static bool check_average_only(const struct povray_tool *tool)
     return true;
 }
 
+/* The mean of views has what the views have: a plane in focus, tilted or not, and the
+ * lens' points. What else was asked for is refused, or said to be nothing. */
+static bool check_average_params(const struct povray_tool *tool,
+                                 const struct settings *settings)
+{
+    static const char *const other_planes[] = {"field-curvature", "split-diopter"};
+    static const char *const tilts[] = {"tilt-x", "tilt-y"};
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    bool is_tilted = false;
+    for (int i = 0; i < 2; i++) {
+        is_tilted |= is_typed(settings, tilts[i]);
+        if (!is_typed(settings, other_planes[i]))
+            continue;
+        message("--%s: the views of --method accumulate are rendered for a plane in "
+                "focus; take --method views, or --tilt-x and --tilt-y",
+                other_planes[i]);
+        return false;
+    }
+    if (is_tilted && tool->move == POVRAY_MOVE_LOOK_AT)
+        return fail_usage(
+            "--camera-move look-at has no plane in focus that --tilt-x and "
+            "--tilt-y could tilt; leave it out");
+    for (size_t i = 0; i < n; i++) {
+        const char *why;
+        if (strncmp(list[i].key, "tilt-", 5) == 0 || !is_typed(settings, list[i].key) ||
+            rf_param_is_read(&settings->params, list[i].key, &why))
+            continue;
+        warning(tool->is_quiet, "--%s has no effect with --method accumulate: %s",
+                list[i].key, why);
+        if (tool->is_strict)
+            return false;
+    }
+    return true;
+}
+
 /* Several views are merged by one method or averaged by another, and are taken over a
  * lens that is known. Completes the number of views. */
 static bool check_views(struct povray_tool *tool, const struct settings *settings)
@@ -112,7 +148,8 @@ static bool check_views(struct povray_tool *tool, const struct settings *setting
         return fail_number_of_views(tool->n_views, "accumulate", 2, RF_MAX_LENS_POINTS);
     if (!tool->is_average && tool->n_views > RF_MAX_VIEWS)
         return fail_number_of_views(tool->n_views, "views", 1, RF_MAX_VIEWS);
-    if (!tool->is_average && !check_average_only(tool))
+    if (!(tool->is_average ? check_average_params(tool, settings)
+                           : check_average_only(tool)))
         return false;
     if (tool->n_views == 1)
         return true;

@@ -3,6 +3,8 @@
  * Views from points of the lens, colour only, to be averaged.
  *
  *   shift     eye E + x R + y U, direction D - (|D| / F) (x R + y U)
+ *             right width - |right| a (x R + y U), up height likewise by b, where the plane
+ *             in focus is tilted: 1 / F + a t_x + b t_y at the tangents t_x and t_y
  *   look-at   eye the same, the axes turned as gluLookAt(eye, E + F D / |D|, up) does
  *
  *   x y   scene units right and up on the lens       R U   unit vectors right and up
@@ -87,20 +89,23 @@ static void shift_pixels(struct povray_camera *camera, const struct povray_view 
 }
 
 static void move_camera(struct povray_camera *camera, const double offset[2],
-                        enum povray_move move)
+                        const struct povray_lens *lens)
 {
-    double right = offset[0] / vector_length(camera->right);
-    double up = offset[1] / vector_length(camera->up);
+    double width = vector_length(camera->right), height = vector_length(camera->up);
+    double right = offset[0] / width, up = offset[1] / height;
     double reach = camera->focus_distance / vector_length(camera->direction);
     double target[3];
     for (int i = 0; i < 3; i++) {
         double moved = right * camera->right[i] + up * camera->up[i];
         target[i] = camera->location[i] + reach * camera->direction[i];
         camera->location[i] += moved;
-        if (move == POVRAY_MOVE_SHIFT)
-            camera->direction[i] -= moved / reach;
+        if (lens->move != POVRAY_MOVE_SHIFT)
+            continue;
+        camera->direction[i] -= moved / reach;
+        camera->right[i] -= width * lens->tilt[0] * moved;
+        camera->up[i] -= height * lens->tilt[1] * moved;
     }
-    if (move == POVRAY_MOVE_LOOK_AT)
+    if (lens->move == POVRAY_MOVE_LOOK_AT)
         turn_to(camera, target);
 }
 
@@ -163,7 +168,7 @@ static bool start_view(struct lens_work *work, struct lens_job *job, int i,
     struct povray_camera camera = scene->camera;
     *job = (struct lens_job){
         .offset = {view->u * camera.aperture / 4, view->v * camera.aperture / 4}};
-    move_camera(&camera, job->offset, lens->move);
+    move_camera(&camera, job->offset, lens);
     shift_pixels(&camera, view, scene->width, scene->height);
     struct text tail = {0};
     text_addf(&tail, "\n");

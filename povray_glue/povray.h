@@ -171,6 +171,9 @@ struct povray_lens {
     const struct povray_view *views;
     int n_views;
     enum povray_move move;
+    /* A plane in focus that is tilted, with POVRAY_MOVE_SHIFT: what 1 / its distance
+     * grows by per unit of the tangent to the right and up, 1 / scene units. */
+    double tilt[2];
     /* Time that the shutter is open about the clock of the picture: in frames of an
      * animation, in units of the clock for a still. 0: no motion. */
     double shutter;

@@ -321,3 +321,44 @@ def test_a_polygon_needs_blades(rackfocus, tmp_path):
         "--lens-pattern", "polygon", code=1,
     )  # fmt: skip
     assert "blades" in done.stderr
+
+
+TILTED = """
+#version 3.7;
+global_settings { assumed_gamma 1 }
+camera { location <0,1,-4> look_at <0,0.6,0> right x*4/3 aperture 0.25
+         focal_point <0,0,6> blur_samples 20 }
+plane { y, 0 pigment { checker rgb 0.9 rgb 0.2 scale 0.35 } finish { ambient 1 diffuse 0 } }
+"""
+
+
+def test_a_tilted_plane_is_in_focus(rackfocus, tmp_path):
+    """Its views are as the filter's tilted lens: the floor sharp from near to far."""
+    scene = tmp_path / "s.pov"
+    scene.write_text(TILTED)
+    # 1 below the camera the floor's 1 / z grows by 1 per tangent down, so sin A is f.
+    tilt = ("--tilt-y", "-2.87")
+    views = ("--views", "64", "--subpixel")
+    flat = accumulate(rackfocus, scene, tmp_path / "flat.exr", *views)
+    made = accumulate(rackfocus, scene, tmp_path / "tilted.exr", *views, *tilt)
+    rackfocus("povray", scene, "-o", tmp_path / "one.exr", *tilt, *SIZE)
+    one = rgb(tmp_path / "one.exr")
+    off = [((encoded(a) - encoded(one)) ** 2).mean() for a in (made, flat)]
+    assert off[0] < 0.1 * off[1], off
+    near = made[-20:]  # rows that the plane without a tilt blurs by several px
+    assert near.std() > 1.2 * flat[-20:].std()
+
+
+@pytest.mark.parametrize(
+    "words, said, code",
+    [
+        (["--field-curvature", "0.1"], "take --method views", 2),
+        (["--tilt-x", "3", "--camera-move", "look-at"], "look-at has no plane", 2),
+        (["--cat-eye", "0.5", "--strict"], "--cat-eye has no effect with", 2),
+    ],
+)
+def test_what_views_cannot_have_is_said(rackfocus, tmp_path, words, said, code):
+    (tmp_path / "s.pov").write_text(TILTED)
+    done = rackfocus("povray", tmp_path / "s.pov", "--method", "accumulate", "-o",
+                     tmp_path / "o.exr", *words, *SIZE, code=code)  # fmt: skip
+    assert said in done.stderr
