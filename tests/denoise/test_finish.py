@@ -112,6 +112,8 @@ def test_names_what_is_wrong(clean, tmp_path):
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
     """Folder with the package `rackfocus`: its sources and the built extension."""
+    if not (BUILD / "plugin/_core.abi3.so").exists():
+        subprocess.run(["meson", "configure", BUILD, "-Dpython=enabled"], check=True)
     subprocess.run(["ninja", "-C", BUILD, "plugin/_core.abi3.so"], check=True)
     folder = tmp_path_factory.mktemp("package") / "rackfocus"
     shutil.copytree(ROOT / "plugin/rackfocus", folder)
