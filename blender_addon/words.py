@@ -111,6 +111,11 @@ FIELDS = {
         "How fast the blur sets in outside of the region, per unit of length. Automatic "
         "follows the focus distance",
     ),
+    "stage": (
+        "Stage",
+        "Shows a step on the way in place of the picture. For lessons",
+    ),
+    "box_direction": ("Direction", "Along which side of the picture it blurs"),
     "slices": ("Slices", "Planes on either side of the focus"),
     "leak_control": ("Leak Control", "What keeps sharp colours out of the blur"),
     "leak_weight": (
@@ -227,6 +232,13 @@ CHOICES = {
     ("blend", "coc"): "Each pixel is blurred by its own circle of confusion",
     ("blend", "region"): "Sharp around the focus, a ramp outside",
     ("blend", "slices"): "Planes on both sides of the focus, back to front",
+    ("stage", "result"): "The filtered picture",
+    ("stage", "levels"): "The levels of detail of Mipmap and Mipmap Offset",
+    ("stage", "alpha"): "How much of the blurred picture is taken",
+    ("stage", "slices"): "The same with a colour for each slice",
+    ("box_direction", "both"): "Along rows, then along columns",
+    ("box_direction", "horizontal"): "Along rows alone, as something that moves",
+    ("box_direction", "vertical"): "Along columns alone",
     ("leak_control", "none"): "Colours leak",
     ("leak_control", "product"): "Mean and product of four blurred masks",
     ("leak_control", "hint"): "The blurred mask",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the pictures of the README and of views.md: `docs/make_figures.py` with
+"""Makes the pictures of the README, of views.md and of methods.md: `docs/make_figures.py` with
 RACKFOCUS set.
 
 posts.png: the pinhole render, Rack Focus from it, Cycles' own depth of field with the
@@ -68,12 +68,31 @@ def make_views(out):
     write(cut.repeat(2, 0).repeat(2, 1), "views.png")
 
 
+def make_stages(out):
+    """Write methods_stages.png: the picture and three stages of the previews."""
+    pinhole = REFERENCES / "posts_pinhole.exr"
+    stages = [
+        ("mipmap", "--stage", "levels"),
+        ("box", "--blend", "region", "--leak-control", "hint", "--stage", "alpha"),
+        ("box", "--blend", "slices", "--slices", "4", "--stage", "slices"),
+    ]
+    panels = [  # a file each: pictures of one name are read once
+        rackfocus([pinhole], out.with_stem(words[-1]), "--method", *words)
+        for words in stages
+    ]
+    panels.insert(0, panel(pinhole))
+    write(
+        np.vstack([np.hstack(panels[:2]), np.hstack(panels[2:])]), "methods_stages.png"
+    )
+
+
 def main():
     """Write the pictures."""
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "out.exr"
         make_posts(out)
         make_views(out)
+        make_stages(out)
 
 
 if __name__ == "__main__":

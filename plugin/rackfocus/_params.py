@@ -106,6 +106,8 @@ class Parameters(TypedDict, total=False):
     highlight_threshold: float
     highlight_gain: float
     highlight_saturation: float
+    stage: Literal["result", "levels", "alpha", "slices"]
+    box_direction: Literal["both", "horizontal", "vertical"]
 
 
 class FilterParameters(Parameters, total=False):

@@ -102,6 +102,8 @@ static const struct {
     {"highlight_threshold", 544},
     {"highlight_gain", 552},
     {"highlight_saturation", 560},
+    {"stage", 568},
+    {"box_direction", 572},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 

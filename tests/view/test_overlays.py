@@ -57,6 +57,20 @@ def test_graphs_and_scopes_share_a_place(view):
     assert numpy.array_equal(seen, plain)
 
 
+def test_stages_of_the_thesis(view, passes, command_picture):
+    """The mip chain is a choice of the method that has one; box says that it has none."""
+    path = passes()
+    window = view(path, "--method", "mipmap")
+    window.wait_open()
+    window.choose("Stage", 1)
+    window.wait_best(method="mipmap")
+    chain = command_picture(path, "--method", "mipmap", "--stage", "levels")
+    assert window.sees(chain, "stage_levels")
+    assert (chain[100:, 240:] == 0).all() and chain[:100, :160].mean() > 30
+    window.choose("Method", 2)
+    assert "no levels of detail" in window.wait_text("refused")
+
+
 def test_no_graphs_without_millimetres(view, passes):
     window = view(passes(), "--projection", "orthographic")
     window.wait_open()

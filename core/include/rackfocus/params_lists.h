@@ -83,6 +83,17 @@
     X(RF_LEAK_PRODUCT, "product", "mean and product of four blurred alphas")           \
     X(RF_LEAK_HINT, "hint", "the blurred alpha")
 
+#define RF_LIST_STAGE(X)                                                               \
+    X(RF_STAGE_RESULT, "result", "the filtered picture")                               \
+    X(RF_STAGE_LEVELS, "levels", "the levels of detail of mipmap and mipmap-offset")   \
+    X(RF_STAGE_ALPHA, "alpha", "how much of the blurred picture is taken")             \
+    X(RF_STAGE_SLICES, "slices", "the same, a colour for each slice of blend slices")
+
+#define RF_LIST_DIRECTION(X)                                                           \
+    X(RF_DIRECTION_BOTH, "both", "along rows, then along columns")                     \
+    X(RF_DIRECTION_HORIZONTAL, "horizontal", "along rows alone, as something moving")  \
+    X(RF_DIRECTION_VERTICAL, "vertical", "along columns alone")
+
 #define RF_LIST_LENS_PATTERN(X)                                                        \
     X(RF_LENS_PATTERN_AUTO, "auto", "polygon where blades are given, else disc")       \
     X(RF_LENS_PATTERN_DISC, "disc", "Vogel's spiral over the disc")                    \

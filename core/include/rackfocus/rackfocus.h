@@ -113,6 +113,8 @@ enum rf_distribution { RF_LIST_DISTRIBUTION(RF_X_ENUM) };
 enum rf_blend { RF_LIST_BLEND(RF_X_ENUM) };
 enum rf_leak { RF_LIST_LEAK(RF_X_ENUM) };
 enum rf_quality { RF_LIST_QUALITY(RF_X_ENUM) };
+enum rf_stage { RF_LIST_STAGE(RF_X_ENUM) };
+enum rf_direction { RF_LIST_DIRECTION(RF_X_ENUM) };
 enum rf_lens_pattern { RF_LIST_LENS_PATTERN(RF_X_ENUM) };
 enum rf_exposure { RF_LIST_EXPOSURE(RF_X_ENUM) };
 #undef RF_X_ENUM

@@ -37,7 +37,8 @@ static void alpha_of(const struct rf_preview *preview, const void *user, int x, 
 rf_result rf_blend_coc(struct rf_preview *preview, struct rf_error *error)
 {
     const struct rf_params *p = &preview->work->frame->params;
-    if (p->leak_control != RF_LEAK_NONE || p->leave_focus_out) {
+    if (p->leak_control != RF_LEAK_NONE || p->leave_focus_out ||
+        p->stage != RF_STAGE_RESULT) {
         struct rf_layer layer = {.preview = preview,
                                  .radius_map = preview->work->radius,
                                  .alpha = alpha_of,

@@ -131,6 +131,7 @@ static rf_result draw_slice(struct slices *s, int i, struct rf_error *error)
                                  fabsf((float)i) * s->preview->radius_px / (float)s->n,
                              .alpha = alpha_of,
                              .alpha_user = &slice,
+                             .slice = i,
                              .progress_from = from,
                              .progress_to = from + step};
     return rf_layer_run(&layer, error);

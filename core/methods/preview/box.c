@@ -16,6 +16,9 @@
  * more with S kept. W, k whole pixels and a share f of the next one on each side, is
  * such that n boxes have the mean square distance of the disc, r^2/4 per axis.
  *
+ * --box-direction leaves out one of the two: horizontal is the 1 x N of the thesis, which
+ * looks like motion; the other direction then has W = 1, which changes nothing.
+ *
  * Approximates the disc by a square (n = 1), a tent (2), nearly a Gaussian (3).
  * Known artefacts: square bokeh; with coc each pixel gathers by its own radius, so a
  * blurred foreground ends at its outline and sharp things run into blurred ones.
@@ -54,6 +57,7 @@ struct box {
     struct sums *sums; /* per thread */
     size_t n_sums;     /* of one thread */
     float width_px;    /* where there is no map */
+    bool is_still;     /* this direction is not blurred */
 };
 
 static inline float box_width(float r, float over_n)
@@ -73,7 +77,7 @@ static void widths_at(const struct box *b, int x, int y, int n, float *width)
     if (r)
         r += (size_t)y * (size_t)blur->source->width + (size_t)x;
     for (int i = 0; i < n; i++)
-        width[i] = r ? box_width(r[i], b->over_n) : b->width_px;
+        width[i] = b->is_still ? 1 : r ? box_width(r[i], b->over_n) : b->width_px;
 }
 
 static inline void add_pixel(struct sums *s, rf_f4 v)
@@ -187,14 +191,16 @@ static void columns_band(void *user, int from, int to, int thread)
 static void repeat(struct box *b, struct rf_grid *rows, struct rf_grid *columns)
 {
     const struct rf_blur *blur = b->blur;
-    int n_passes = 2 * b->n_repeats;
+    int n_passes = 2 * b->n_repeats, direction = blur->frame->params.box_direction;
     b->from = blur->source;
     for (int i = 0; i < b->n_repeats; i++) {
         b->to = rows;
+        b->is_still = direction == RF_DIRECTION_VERTICAL;
         rf_blur_pass(blur, 2 * i, n_passes, blur->source->height, RF_BAND_ROWS,
                      rows_band, b);
         b->from = rows;
         b->to = i + 1 < b->n_repeats ? columns : NULL;
+        b->is_still = direction == RF_DIRECTION_HORIZONTAL;
         rf_blur_pass(blur, 2 * i + 1, n_passes, blur->source->width, STRIP,
                      columns_band, b);
         b->from = columns;

@@ -39,6 +39,7 @@
 #include "methods/preview/blur.h"
 #include "rackfocus/rackfocus.h"
 
+static const float LEAST_PAINT = 0.3f;  /* brightness of the slice next to the focus */
 static const float LEAST_ALPHA = 1e-3f; /* below, too little is left to divide by */
 
 struct mix {
@@ -113,6 +114,21 @@ static void find_weights(const struct mix *m, const struct rf_blur *blur, int x,
     }
 }
 
+/*
+ * What is put in place of the blurred picture where a stage is asked for: white, so that
+ * the result is the weight of the blend; with stage slices a colour for slice i of n
+ * (below 0 before the focus), orange before and blue behind it, the brighter the more
+ * it is blurred.
+ */
+static rf_f4 paint(const struct rf_params *params, int i, int n)
+{
+    if (params->stage != RF_STAGE_SLICES || params->blend != RF_BLEND_SLICES)
+        return rf_f4_of(1);
+    float v = LEAST_PAINT + (1 - LEAST_PAINT) * (float)(i < 0 ? -i : i) / (float)n;
+    return i < 0 ? (rf_f4){v, 0.5f * v, 0.1f * v, 1}
+                 : (rf_f4){0.1f * v, 0.4f * v, v, 1};
+}
+
 static void put_mix(const struct rf_blur *blur, int x, int y, int n, rf_f4 *pixels)
 {
     const struct mix *m = blur->user;
@@ -126,6 +142,9 @@ static void put_mix(const struct rf_blur *blur, int x, int y, int n, rf_f4 *pixe
         pixels[i] = a > LEAST_ALPHA ? pixels[i] * rf_f4_of(1 / a) : sharp[i];
     }
     find_weights(m, blur, x, y, n, weight);
+    const struct rf_params *params = &blur->frame->params;
+    for (int i = 0; params->stage != RF_STAGE_RESULT && i < n; i++)
+        pixels[i] = paint(params, layer->slice, params->slices);
     for (int i = 0; i < n; i++)
         pixels[i] = base[i] + rf_f4_of(weight[i]) * (pixels[i] - base[i]);
     struct rf_work *work = layer->preview->work;

@@ -31,6 +31,7 @@ struct rf_layer {
     float radius_px;
     rf_alpha_fn alpha;
     const void *alpha_user;
+    int slice; /* of blend slices, below 0 before the focus; else 0 */
     double progress_from, progress_to;
 };
 

@@ -20,6 +20,7 @@
 #include "methods/preview/mipmap_offset.h"
 #include "methods/preview/offset.h"
 #include "methods/preview/recursive_offset.h"
+#include "methods/preview/stages.h"
 #include "rackfocus/rackfocus.h"
 
 /* One line per blend, in the order of RF_LIST_BLEND. */
@@ -64,7 +65,13 @@ static rf_result run(struct rf_work *work, rf_generator_fn generate,
                               sizeof *p.sharp.at);
     struct rf_blur packing = {.frame = f, .task = work->task, .progress_to = 0.1};
     rf_blur_pass(&packing, 0, 1, f->height, RF_BAND_ROWS, pack_band, &p);
-    result = blends[f->params.blend](&p, error);
+    if (f->params.stage == RF_STAGE_LEVELS) {
+        result = rf_stage_levels(&p, error);
+    } else {
+        if (f->params.stage != RF_STAGE_RESULT)
+            rf_stage_blacken(&p);
+        result = blends[f->params.blend](&p, error);
+    }
     rf_free(f->context, p.sharp.at);
     return result;
 }
