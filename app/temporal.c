@@ -347,6 +347,19 @@ static float luminance_of(const float *colour, int n_channels)
                : 0.2126f * colour[0] + 0.7152f * colour[1] + 0.0722f * colour[2];
 }
 
+/* Where pixel (x, y) lies in the frame; false where it shows nothing that can be used. */
+static bool find_place(const struct neighbour *from, int32_t x, int32_t y,
+                       struct temporal_place *at)
+{
+    const size_t i = (size_t)y * (size_t)from->source.width + (size_t)x;
+    const size_t n = (size_t)from->source.n_channels;
+    for (size_t c = 0; c < n; c++)
+        if (!isfinite(from->colour[i * n + c]))
+            return false;
+    return !isnan(from->depth[i]) &&
+           temporal_map_place(&from->map, x, y, (double)from->depth[i], at);
+}
+
 static struct fit try_map(const struct target *target, const struct neighbour *from)
 {
     double score = 0;
@@ -356,9 +369,8 @@ static struct fit try_map(const struct target *target, const struct neighbour *f
         for (int32_t x = SAMPLE_STEP / 2; x < from->source.width; x += SAMPLE_STEP) {
             const size_t i = (size_t)y * (size_t)from->source.width + (size_t)x;
             struct temporal_place at;
-            if (!temporal_map_place(&from->map, x, y, (double)from->depth[i], &at) ||
-                !(at.x >= 0 && at.x < target->width && at.y >= 0 &&
-                  at.y < target->height))
+            if (!find_place(from, x, y, &at) || !(at.x >= 0 && at.x < target->width &&
+                                                  at.y >= 0 && at.y < target->height))
                 continue;
             const size_t j = (size_t)at.y * (size_t)target->width + (size_t)at.x;
             n++;
@@ -448,7 +460,7 @@ static void add_neighbour(const struct target *target, const struct neighbour *f
         for (int32_t x = 0; x < from->source.width; x++) {
             const size_t i = (size_t)y * (size_t)from->source.width + (size_t)x;
             struct temporal_place at;
-            if (temporal_map_place(&from->map, x, y, (double)from->depth[i], &at) &&
+            if (find_place(from, x, y, &at) &&
                 nearest_beside(from->radius, from->source.width, from->source.height, x,
                                y) >= from->radius[i] - SAME_PX)
                 spread_point(target, &at, from->colour + i * step);

@@ -143,6 +143,29 @@ def test_cameras_say_what_is_hidden(run, shot, tmp_path, axes):
         assert together < alone / 3, f"frame {i}: {alone:.4f}, {together:.4f}"
 
 
+@pytest.mark.parametrize("says", ["matrices", "vectors"])
+def test_a_spoilt_frame_spoils_no_other(run, shot, tmp_path, says):
+    """Pixels that are no number show nothing; the frame that has them is named."""
+
+    def spoilt(i):
+        grey, _ = pinhole(i)
+        grey = grey.astype(numpy.float32)
+        if i == 4:
+            grey[11:14] = numpy.nan
+        return {name: grey for name in "RGB"}
+
+    if says == "matrices":
+        pattern = shot(with_camera, spoilt)
+    else:
+        pattern = shot(channels=lambda i: spoilt(i) | vectors(i, "blender"))
+    done = run(pattern, "--temporal", 1, code=1)
+    assert "6 filtered, 0 skipped, 1 failed" in done.stdout
+    assert "shot.0004.exr: 864 colour values are NaN" in done.stderr
+    run(pattern, "--frames", "3,5", name="alone")
+    for i in (3, 5):
+        assert error_of(tmp_path, i) < error_of(tmp_path, i, "alone")
+
+
 @pytest.mark.parametrize("names", ["blender", "nuke"])
 def test_vectors_say_it_too(run, shot, tmp_path, names):
     pattern = shot(channels=lambda i: vectors(i, names))
