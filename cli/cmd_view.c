@@ -179,6 +179,10 @@ static bool check_stack(const struct view_options *tool, int n)
         return fail_usage("--over takes two to eight layers, the first on top");
     if (tool->is_stereo && n > 2)
         return fail_usage("--stereo takes one multi-view file or two files");
+    if (tool->is_demo && tool->demo_views > 0)
+        return fail_usage("--demo-views is of one eye; leave out --stereo");
+    if (tool->is_demo && tool->is_stereo)
+        return true;
     if (tool->is_demo || tool->depth_file || tool->depth_channel || tool->layer)
         return fail_usage("--over and --stereo take the depth from each input; leave "
                           "out --demo, --depth-file, --depth-channel and --layer");
@@ -218,6 +222,10 @@ static bool check_usage(const struct view_options *tool,
         return false;
     if (tool->is_benchmark_turn && !(tool->is_demo && tool->benchmark_s > 0))
         return fail_usage("--benchmark-turn goes with --benchmark and --demo");
+    if ((tool->demo_views > 0 || tool->demo_height > 0) && !tool->is_demo)
+        return fail_usage(
+            "--demo-views and --demo-height go with --demo; views of files "
+            "are averaged by rackfocus accumulate");
     if (tool->is_demo && operands->n > 1)
         return fail_usage("--demo takes one picture at most, an EXR or a PNG");
     if (operands->n > RF_MAX_VIEWS)

@@ -71,6 +71,10 @@ void accumulation_toggle(struct app *app)
                       "files are averaged by rackfocus accumulate");
         return;
     }
+    if (!a->is_on && app->demo.is_stereo) {
+        view_say(app, "views are those of one eye: switch Both eyes off first");
+        return;
+    }
     accumulation_switch(app, !a->is_on);
     if (a->is_on)
         view_say(app,

@@ -12,6 +12,7 @@
 #include "browser.h"
 #include "colour.h"
 #include "demo.h"
+#include "dialog.h"
 #include "font.h"
 #include "frames.h"
 #include "gl.h"
@@ -78,6 +79,8 @@
     X(COPY, "Settings", SDLK_c, KMOD_CTRL, "Ctrl+C", "copy the command line")          \
     X(OPEN, "Files", SDLK_o, KMOD_CTRL, "Ctrl+O",                                      \
       "open a file; files can be dropped, too")                                        \
+    X(OPEN_LIST, "Files", SDLK_o, KMOD_CTRL | KMOD_SHIFT, "Ctrl+Shift+O",              \
+      "list of the files opened last and of the folder")                               \
     X(SAVE, "Files", SDLK_s, KMOD_CTRL, "Ctrl+S", "save the picture")                  \
     X(SAVE_PASSES, "Files", SDLK_e, KMOD_CTRL, "Ctrl+E",                               \
       "demo: save colour and depth")                                                   \
@@ -158,7 +161,8 @@ struct app {
     int fitted_size[2];     /* of the window as the program chose it; 0: it did not */
     struct browser browser; /* of files to open */
     bool has_browser;
-    char **dropped; /* paths that are being dropped */
+    struct dialog dialog; /* of the desktop, to open a file */
+    char **dropped;       /* paths that are being dropped */
     int n_dropped;
     int picture; /* of the playlist */
     struct loader loader;
@@ -237,6 +241,9 @@ void view_note_change(struct app *app);
 void view_job(const struct app *app, struct reference *reference, struct job *job,
               char *problem, size_t n_bytes);
 
+/* Are there two eyes? */
+bool view_is_stereo(const struct app *app);
+
 /* Asks the worker for the picture, where anything has changed. */
 void view_ask(struct app *app);
 
@@ -274,6 +281,8 @@ void view_set_reference(struct app *app, const struct picture *picture,
                         const char *path);
 void open_drop(struct app *app, const SDL_DropEvent *event);
 void open_forget(struct app *app); /* what was dropped and not yet opened */
+void open_any(struct app *app);    /* by the desktop's dialog, else by the list */
+void open_step(struct app *app);   /* of the main loop: takes what was chosen */
 void open_list(struct app *app);   /* shows or hides it */
 bool open_list_key(struct app *app, SDL_Keycode key); /* true: it took the key */
 bool open_list_click(struct app *app, double x, double y);

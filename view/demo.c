@@ -282,7 +282,7 @@ static void set_camera(const struct demo *demo, const struct demo_eye *eye)
     glTranslated(-eye->x, -eye->y, 0);
 }
 
-struct input *demo_draw(struct demo *demo)
+static struct input *draw_eye(const struct demo *demo, const struct demo_eye *eye)
 {
     struct input *input = input_create(demo->width, demo->height, 3, 1);
     const size_t n = (size_t)demo->width * (size_t)demo->height;
@@ -294,11 +294,28 @@ struct input *demo_draw(struct demo *demo)
         input_drop(input);
         return NULL;
     }
-    demo_lay(demo);
     gl_target_begin(&demo->target);
-    set_camera(demo, &(struct demo_eye){.focus = 1});
+    set_camera(demo, eye);
     draw_scene(demo);
     gl_target_read(&demo->target, input->frame_rgba, input->frame_depth);
+    return input;
+}
+
+struct input *demo_draw(struct demo *demo)
+{
+    /* The axes are parallel and the frusta sheared: nothing is moved up or down. */
+    const double half = demo->is_stereo ? DEMO_EYES / 2 : 0;
+    const double screen = places[1].z;
+    demo_lay(demo);
+    struct input *input = draw_eye(demo, &(struct demo_eye){-half, 0, screen, DEMO_SHIFT});
+    if (!input || !demo->is_stereo)
+        return input;
+    input->others[0] = draw_eye(demo, &(struct demo_eye){half, 0, screen, DEMO_SHIFT});
+    input->n_others = input->others[0] != NULL;
+    if (input->n_others == 0) {
+        input_drop(input);
+        return NULL;
+    }
     return input;
 }
 

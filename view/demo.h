@@ -25,12 +25,14 @@
 #define DEMO_FOCAL_LENGTH_MM 85.0
 #define DEMO_SENSOR_MM 36.0
 #define DEMO_N_PICTURES 3
+#define DEMO_EYES 0.065 /* between the pupils of grown-up people, their mean */
 
 struct demo_vertex;
 
 struct demo {
     int32_t width, height; /* of the picture that is filtered */
     double yaw, pitch;     /* of the scene about its middle, radians */
+    bool is_stereo;        /* both eyes, the middle picture at the screen's distance */
     struct gl_target target;
     unsigned texture;
     double picture_aspect; /* width / height */
@@ -59,7 +61,8 @@ void demo_close(struct demo *demo);
  * degrees. */
 void demo_turn(struct demo *demo, double dx, double dy);
 
-/* Draws the scene and reads it back; the caller holds the result. */
+/* Draws the scene and reads it back; the caller holds the result. With stereo it is the
+ * left eye's, and the right one's its others[0]. NULL without memory. */
 struct input *demo_draw(struct demo *demo);
 
 /* Lays out the scene as it is turned now, for demo_draw_view(). */

@@ -2,6 +2,11 @@
 /* What the worker is asked for. */
 #include "app.h"
 
+bool view_is_stereo(const struct app *app)
+{
+    return app->options->is_demo ? app->demo.is_stereo : app->options->is_stereo;
+}
+
 /* Tells the worker what is looked at now. */
 void view_job(const struct app *app, struct reference *reference, struct job *job,
               char *problem, size_t n_bytes)
@@ -9,8 +14,11 @@ void view_job(const struct app *app, struct reference *reference, struct job *jo
     state_job(&app->state, app->source, reference, job);
     job->stack.eyes = app->eyes;
     *problem = 0;
-    if (!app->stage || !stage_stack(app->stage, &app->state.typed, &job->params,
-                                    &job->stack, problem, n_bytes))
+    if (app->options->is_demo && app->source && app->source->n_others > 0) {
+        job->stack = (struct stack){.kind = STACK_STEREO, .eyes = app->eyes, .n = 1};
+        job->stack.params[0] = job->params;
+    } else if (!app->stage || !stage_stack(app->stage, &app->state.typed, &job->params,
+                                           &job->stack, problem, n_bytes))
         job->stack = (struct stack){0}; /* the first alone */
     job->light = app->light.data ? &app->light : NULL;
 }

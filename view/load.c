@@ -270,6 +270,8 @@ bool load_demo(struct app *app)
         message("%s", error.message);
         return false;
     }
+    app->demo.is_stereo = app->options->is_stereo;
+    app->eyes = app->demo.is_stereo ? EYES_ANAGLYPH : EYES_LEFT;
     struct input *input = demo_draw(&app->demo);
     if (!input) {
         message("view: out of memory for the scene");

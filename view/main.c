@@ -97,7 +97,7 @@ static int wait_ms(const struct app *app)
         return (int)fmin(1000 * DRAG_FRAME_S, views_ms);
     const double tip_ms = fmin(
         views_ms, 1000 * fmin(ui_waits_s(&app->ui, os_clock_s()), play_waits_s(app)));
-    const int most_ms = app->loader.is_running ? 100 : 500;
+    const int most_ms = app->loader.is_running || app->dialog.is_open ? 100 : 500;
     return tip_ms < most_ms ? (int)tip_ms + 1 : most_ms;
 }
 
@@ -121,6 +121,7 @@ static void run(struct app *app)
         play_step(app);
         if (app->options->benchmark_s > 0)
             bench_step(app);
+        open_step(app);
         accumulation_step(app);
         show(app);
     }
@@ -211,6 +212,7 @@ static void close_app(struct app *app)
     playlist_close(&app->playlist);
     playlist_close(&app->opening);
     browser_free(&app->browser);
+    dialog_close(&app->dialog);
     open_forget(app);
     frames_free(&app->frames);
     if (app->trace)

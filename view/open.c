@@ -146,19 +146,57 @@ static int list_rows(const struct app *app, int *first)
     return n;
 }
 
-void open_list(struct app *app)
+/* The folder of what is shown; "": none. */
+static void find_folder(const struct app *app, char folder[MAX_PATH])
 {
-    char folder[MAX_PATH] = "";
-    app->has_browser = !app->has_browser;
-    if (!app->has_browser)
-        return;
+    *folder = 0;
     if (app->stage)
-        snprintf(folder, sizeof(folder), "%s", app->stage->files->paths[0]);
+        snprintf(folder, MAX_PATH, "%s", app->stage->files->paths[0]);
     char *slash = strrchr(folder, '/');
     if (slash)
         slash[slash == folder] = 0;
     else
         folder[0] = 0;
+}
+
+void open_any(struct app *app)
+{
+    char folder[MAX_PATH];
+    find_folder(app, folder);
+    if (app->has_browser ||
+        (!app->dialog.is_open && !dialog_open(&app->dialog, folder)))
+        open_list(app);
+    else
+        view_say(app,
+                 "choose a file in the dialog of the desktop; Ctrl+Shift+O has the "
+                 "files opened last");
+}
+
+void open_step(struct app *app)
+{
+    char path[MAX_PATH];
+    char *const paths[] = {path};
+    switch (dialog_take(&app->dialog, path, sizeof(path))) {
+    case DIALOG_CHOSEN:
+        open_files(app, paths, 1);
+        app->is_redraw_due = true;
+        break;
+    case DIALOG_FAILED:
+        open_list(app);
+        app->is_redraw_due = true;
+        break;
+    default:
+        break;
+    }
+}
+
+void open_list(struct app *app)
+{
+    char folder[MAX_PATH];
+    app->has_browser = !app->has_browser;
+    if (!app->has_browser)
+        return;
+    find_folder(app, folder);
     browser_open(&app->browser, folder, &app->remembered);
     trace_text(app, "list", app->browser.folder);
 }

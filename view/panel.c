@@ -407,7 +407,7 @@ static void view_rows(struct app *app)
     if (ui_was_reset(ui))
         state_set_exposure(state, app->options->exposure);
     colour_row(app);
-    if (app->options->is_stereo)
+    if (view_is_stereo(app))
         eyes_row(app);
 }
 
@@ -469,6 +469,15 @@ static void compare_rows(struct app *app)
     }
 }
 
+static void set_stereo(struct app *app, bool is_stereo)
+{
+    if (is_stereo)
+        accumulation_switch(app, false); /* its views are of one eye */
+    app->demo.is_stereo = is_stereo;
+    app->eyes = is_stereo ? EYES_ANAGLYPH : EYES_LEFT;
+    app->is_demo_due = true;
+}
+
 static void demo_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
@@ -481,6 +490,12 @@ static void demo_rows(struct app *app)
         view_act(app, ACTION_INFINITY);
     if (ui_button(ui, "Save colour and depth (Ctrl+E)"))
         view_act(app, ACTION_SAVE_PASSES);
+    bool is_stereo = app->demo.is_stereo;
+    ui_about(ui,
+             &(struct ui_about){.tip = "Draws the scene for both eyes, 65 mm apart; "
+                                       "Eyes, below View, says which are shown."});
+    if (ui_toggle(ui, "Both eyes", &is_stereo))
+        set_stereo(app, is_stereo);
     accumulation_rows(app);
 }
 

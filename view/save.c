@@ -86,7 +86,7 @@ void save_picture(struct app *app)
         view_say(app, "%s", error.message);
         return;
     }
-    if (app->options->is_stereo) {
+    if (view_is_stereo(app)) {
         view_say(app,
                  "both eyes are written by rackfocus filter --stereo: Ctrl+C copies "
                  "that line");
@@ -152,7 +152,10 @@ static void say_passes(struct app *app)
     struct image_error error;
     const struct accumulation *a = &app->accumulation;
     const int n_threads = thread_count(app->options->n_threads);
-    if (!a->is_on || !app->reference || app->reference->n_views < a->n)
+    if (view_is_stereo(app))
+        view_say(app, "saved demo.exr and demo_right.exr: colour, depth buffer, near, "
+                      "far and lens of both eyes");
+    else if (!a->is_on || !app->reference || app->reference->n_views < a->n)
         view_say(app, "saved demo.exr: colour, depth buffer, near, far and lens%s",
                  a->is_on ? "; the views are not all drawn yet" : "");
     else if (demo_save_views("demo_views.exr", &app->reference->picture, a->n, a->move,
@@ -168,6 +171,10 @@ static void say_passes(struct app *app)
 void save_passes(struct app *app)
 {
     struct image_error error;
+    const int n_threads = thread_count(app->options->n_threads);
+    const struct input *source = app->source;
+    const struct input *right =
+        source && source->n_others > 0 ? source->others[0] : NULL;
     if (!app->options->is_demo)
         return;
     /* The pixels are there once something was shown. */
@@ -175,8 +182,8 @@ void save_passes(struct app *app)
         view_say(app, "wait until the picture is shown");
     else if (!save_may_replace(app, "demo.exr"))
         return;
-    else if (demo_save_passes("demo.exr", app->source,
-                              thread_count(app->options->n_threads), &error))
+    else if (demo_save_passes("demo.exr", app->source, n_threads, &error) &&
+             (!right || demo_save_passes("demo_right.exr", right, n_threads, &error)))
         say_passes(app);
     else
         view_say(app, "%s", error.message);
@@ -194,7 +201,8 @@ void save_command(struct app *app)
         const char *light = app->options->distribution_image;
         const bool has_light = light && stage_uses_light(&app->state.params);
         snprintf(text, sizeof(text),
-                 "rackfocus filter demo.exr -o %s --type float %s%s%s%s", app->output,
+                 "rackfocus filter demo.exr%s -o %s --type float %s%s%s%s",
+                 view_is_stereo(app) ? " demo_right.exr --stereo" : "", app->output,
                  used, has_light ? " --distribution-image '" : "",
                  has_light ? light : "", has_light ? "'" : "");
     }

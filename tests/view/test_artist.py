@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files, comparing, reading the picture and its colours, as an artist does it."""
 
+import os
+
 import numpy
 import pytest
 from conftest import DISC, FAR, HEIGHT, NEAR, WIDTH, read_exr
@@ -51,7 +53,7 @@ def test_a_name_that_is_being_typed_is_the_one(window, tmp_path):
 def test_open_from_the_list(window, passes, tmp_path, command_picture):
     """Up and down, Enter; the file is shown, and is a recent one afterwards."""
     other = passes("zz_other.exr", shift=9)
-    press(window, "ctrl+o")
+    press(window, "ctrl+shift+o")
     window.wait_text("list")
     window.key("Page_Down", "Page_Down", "Return")
     window.wait_text("loaded", "zz_other.exr")
@@ -61,6 +63,62 @@ def test_open_from_the_list(window, passes, tmp_path, command_picture):
     kept = tmp_path / "state/rackfocus/view.txt"
     files = [f for f in kept.read_text().splitlines() if f.startswith("file ")]
     assert files[0].endswith("zz_other.exr") and files[1].endswith("passes.exr")
+
+
+@pytest.fixture
+def desktop(monkeypatch, tmp_path):
+    """Installs a program that stands for a dialog of the desktop; returns what it was
+    called with."""
+
+    def install(name, answer, code=0, kind="GNOME"):
+        folder = tmp_path / "bin"
+        folder.mkdir(exist_ok=True)
+        script = folder / name
+        script.write_text(
+            f"#!/bin/sh\nprintf '%s\\n' \"$@\" > '{tmp_path}/{name}.txt'\n"
+            f"echo 'a warning of a library' >&2\necho '{answer}'\nexit {code}\n"
+        )
+        script.chmod(0o755)
+        monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+        monkeypatch.setenv("XDG_CURRENT_DESKTOP", kind)
+        return tmp_path / f"{name}.txt"
+
+    return install
+
+
+@pytest.mark.parametrize("name, kind", [("zenity", "GNOME"), ("kdialog", "KDE")])
+def test_open_by_the_dialog_of_the_desktop(
+    desktop, view, passes, command_picture, tmp_path, name, kind
+):
+    other = passes("zz other.exr", shift=9)
+    if kind == "KDE":  # both are installed: its own is taken
+        desktop("zenity", tmp_path / "wrong.exr")
+    called = desktop(name, other, kind=kind)
+    window = view(passes())
+    window.wait_open()
+    press(window, "ctrl+o")
+    window.wait_text("loaded", "zz other.exr")
+    window.wait_best()
+    assert window.sees(command_picture(other))
+    assert str(tmp_path) in called.read_text()
+    assert not [e for e in window.events() if e["event"] == "list"]
+
+
+def test_a_dialog_that_is_left_changes_nothing(desktop, view, passes, tmp_path):
+    called = desktop("zenity", "", code=1)
+    window = view(passes())
+    window.wait_open()
+    press(window, "ctrl+o")
+    window.wait_until(called.exists, "the dialog")
+    press(window, "d")
+    window.wait_best(mode=1)
+    assert not [e for e in window.events() if e["event"] == "list"]
+    desktop("zenity", "no display", code=5)  # one that fails: the list takes its place
+    window.wait_until(lambda: press(window, "ctrl+o") or has_list(window), "the list")
+
+
+def has_list(window):
+    return [e for e in window.events() if e["event"] == "list"] != []
 
 
 def test_drop_files(window, passes, command_picture, rackfocus, tmp_path):
@@ -88,7 +146,7 @@ def test_drop_files(window, passes, command_picture, rackfocus, tmp_path):
 
 def test_what_cannot_be_opened_leaves_the_picture(window, tmp_path):
     (tmp_path / "zz_broken.exr").write_text("nonsense")
-    press(window, "ctrl+o")
+    press(window, "ctrl+shift+o")
     window.wait_text("list")
     window.key("Page_Down", "Page_Down", "Return")
     window.wait_text("said", "zz_broken.exr")

@@ -3,7 +3,7 @@
 
 import numpy
 import pytest
-from conftest import read_exr
+from conftest import read_exr, read_png
 
 SIZE = (480, 270)
 
@@ -118,3 +118,50 @@ def test_a_picture_of_one_s_own(view, window, tmp_path, rackfocus):
     own.wait_open()
     seen = picture(own).astype(int)
     assert ((seen[..., 0] > 150) & (seen[..., 1] < 40)).mean() > 0.1
+
+
+def test_both_eyes(view, rackfocus, tmp_path):
+    """Each eye is what the command makes of its saved colour and depth; the picture at
+    the screen's distance has one place, what is nearer is crossed."""
+    window = view("--demo", "--demo-width", SIZE[0])
+    window.wait_open()
+    window.click_control("Both eyes")
+    window.wait_best()
+    window.move(20, 20)
+    window.key("ctrl+e")
+    window.wait_text("saved", "demo_right.exr")
+    words = window.copied()
+    assert words[:4] == ["rackfocus", "filter", "demo.exr", "demo_right.exr"]
+    out = tmp_path / "eye_%V.png"
+    rackfocus(
+        "filter", tmp_path / "demo.exr", tmp_path / "demo_right.exr", "--stereo",
+        "-o", out, "--method", "scatter", "--optics", "yu",
+    )  # fmt: skip
+    eyes = [read_png(tmp_path / f"eye_{name}.png") for name in ("left", "right")]
+    both = numpy.concatenate([eyes[0][..., :1], eyes[1][..., 1:]], axis=-1)
+    assert window.sees(both, "demo_anaglyph")
+    window.choose("Eyes", 1)
+    assert window.sees(eyes[1], "demo_right")
+    z = [read_exr(tmp_path / name)[..., 3] for name in ("demo.exr", "demo_right.exr")]
+    middles = []
+    for buffer in z:
+        depth = 0.5 * 50 / (50 - buffer * 49.5)
+        middles.append(
+            [numpy.nonzero(abs(depth - d) < 1e-3)[1].max() for d in (2, 3, 6)]
+        )
+    near, screen, far = (left - right for left, right in zip(*middles, strict=True))
+    focal_px = SIZE[0] * 85 / 36
+    assert screen == pytest.approx(0, abs=1)
+    assert near == pytest.approx(0.065 * focal_px * (1 / 2 - 1 / 3), abs=1.5)
+    assert far == pytest.approx(0.065 * focal_px * (1 / 6 - 1 / 3), abs=1.5)
+    window.move(20, 20)
+    window.key("v")
+    window.wait_text("said", "one eye")
+
+
+def test_both_eyes_from_the_start(view):
+    window = view("--demo", "--stereo", "--demo-width", SIZE[0])
+    window.wait_open()
+    assert "Eyes" in window.layout()["controls"]
+    window.click_control("Both eyes")
+    window.wait_until(lambda: "Eyes" not in window.layout()["controls"], "one eye")
