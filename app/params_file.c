@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "replace.h"
 #include "report.h"
+#include "text_file.h"
 
 #define MAX_LINE 256
 
@@ -63,8 +63,9 @@ bool params_text_read(const char *name, const char *text, struct settings *setti
     return true;
 }
 
-static bool write_lines(FILE *file, const struct settings *settings)
+static void print_lines(FILE *file, const void *data)
 {
+    const struct settings *settings = data;
     size_t n;
     const struct rf_param_info *list = rf_param_list(&n);
     fprintf(file, "# rackfocus %s; read with --params FILE\n", rf_version());
@@ -75,36 +76,10 @@ static bool write_lines(FILE *file, const struct settings *settings)
         rf_params_get(&settings->params, list[i].key, value, sizeof(value));
         fprintf(file, "%s %s\n", list[i].key, value);
     }
-    return fflush(file) == 0 && !ferror(file);
-}
-
-/* Closes the stream too. 0 or errno. */
-static int write_stream(FILE *stream, const struct settings *settings)
-{
-    if (!stream)
-        return errno;
-    const int written = write_lines(stream, settings) ? 0 : errno ? errno : EIO;
-    return fclose(stream) == 0 || written != 0 ? written : errno;
 }
 
 bool params_file_write(const char *path, const struct settings *settings,
                        struct image_error *error)
 {
-    struct os_replace file;
-    int reason = os_replace_open(&file, path);
-    if (reason == 0) {
-        reason = write_stream(os_replace_stream(&file), settings);
-        if (reason == 0)
-            reason = os_replace_commit(&file);
-        else
-            os_replace_abort(&file);
-    }
-    if (reason == 0)
-        return true;
-    set_error(error,
-              "%s: cannot be written: %s; choose another name or free some space", path,
-              reason == OS_REPLACE_NOT_REGULAR ? "is no regular file"
-              : reason == OS_REPLACE_IN_USE    ? "another program has it open"
-                                               : strerror(reason));
-    return false;
+    return text_file_write(path, print_lines, settings, error);
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus focus: how far away is what a pixel shows, and the pull from one to another.
  */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,9 +8,9 @@
 #include "cli.h"
 #include "focus_pick.h"
 #include "frame_list.h"
-#include "replace.h"
 #include "settings.h"
 #include "source.h"
+#include "text_file.h"
 
 struct focus_options {
     const char *output, *depth_file, *depth_channel, *layer;
@@ -90,39 +89,34 @@ static int measure(const struct focus_options *tool, const struct settings *sett
     return EXIT_FAILED;
 }
 
-static bool print_csv(const struct focus_options *tool, FILE *file,
-                      const struct pick *picks, int n)
+/* What is picked, in the order of the frames. */
+struct pull {
+    const struct focus_options *tool;
+    const struct pick *picks;
+    int n;
+};
+
+static void print_csv(FILE *file, const void *data)
 {
     static const char *const words[] = {"hold", "linear", "ease-in", "ease-out",
                                         "ease-in-out"};
+    const struct pull *pull = data;
     fprintf(file, "frame,focus-distance,easing\n");
-    for (int i = 0; i < n; i++)
-        fprintf(file, "%d,%.9g,%s\n", (int)picks[i].frame, picks[i].distance,
-                words[tool->easing]);
-    return !ferror(file);
+    for (int i = 0; i < pull->n; i++)
+        fprintf(file, "%d,%.9g,%s\n", (int)pull->picks[i].frame,
+                pull->picks[i].distance, words[pull->tool->easing]);
 }
 
-/* Beside its place, and renamed: an old file survives any failure. */
-static int write_csv(const struct focus_options *tool, const struct pick *picks, int n)
+static int write_csv(const struct pull *pull)
 {
-    struct os_replace file;
-    if (!tool->output)
-        return print_csv(tool, stdout, picks, n) ? EXIT_DONE : EXIT_FAILED;
-    int reason = os_replace_open(&file, tool->output);
-    if (reason == 0) {
-        FILE *stream = os_replace_stream(&file);
-        errno = 0;
-        const bool is_good = stream && print_csv(tool, stream, picks, n);
-        if (stream && fclose(stream) == 0 && is_good) {
-            reason = os_replace_commit(&file);
-        } else {
-            reason = errno ? errno : EIO;
-            os_replace_abort(&file);
-        }
+    struct image_error error;
+    if (!pull->tool->output) {
+        print_csv(stdout, pull);
+        return EXIT_DONE; /* main() looks whether it could be written */
     }
-    if (reason == 0)
+    if (text_file_write(pull->tool->output, print_csv, pull, &error))
         return EXIT_DONE;
-    message("%s: %s", tool->output, reason > 0 ? strerror(reason) : "is no file");
+    message("%s", error.message);
     return EXIT_FAILED;
 }
 
@@ -162,7 +156,7 @@ static int run(const struct focus_options *tool, const struct settings *settings
             return EXIT_USAGE;
         }
     if (is_sequence)
-        return write_csv(tool, picks, n);
+        return write_csv(&(struct pull){tool, picks, n});
     printf("--focus-distance %.9g\n", picks[0].distance);
     return EXIT_DONE;
 }

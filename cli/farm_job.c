@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "farm_job.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "rackfocus/rackfocus.h"
-#include "replace.h"
+#include "text_file.h"
 #include "report.h"
 
 /* ---- shell ---------------------------------------------------------------------- */
@@ -95,8 +94,9 @@ static void print_sbatch(FILE *file, const struct farm_job *job)
         job->n_chunks);
 }
 
-static void print_slurm(FILE *file, const struct farm_job *job)
+static void print_slurm(FILE *file, const void *data)
 {
+    const struct farm_job *job = data;
     fprintf(file, "#!/bin/sh\n#SBATCH --job-name=rackfocus\n#SBATCH --requeue\n"
                   "#SBATCH --open-mode=append\n");
     print_head(file, job);
@@ -156,8 +156,9 @@ static void print_script_steps(FILE *file, const struct farm_job *job)
           file);
 }
 
-static void print_script(FILE *file, const struct farm_job *job)
+static void print_script(FILE *file, const void *data)
 {
+    const struct farm_job *job = data;
     fprintf(file, "#!/bin/sh\n");
     print_head(file, job);
     fprintf(file,
@@ -322,8 +323,9 @@ static void print_step(FILE *file, const struct farm_job *job, char *const *word
     fputs("]}}}\n    },\n", file);
 }
 
-static void print_openjd(FILE *file, const struct farm_job *job)
+static void print_openjd(FILE *file, const void *data)
 {
+    const struct farm_job *job = data;
     int n[2];
     char **words = app_memory((size_t)job->line.argc, sizeof(*words), NULL);
     if (!words)
@@ -351,23 +353,7 @@ static void print_openjd(FILE *file, const struct farm_job *job)
 bool farm_job_write(const struct farm_job *job, enum farm_kind kind, const char *path,
                     struct image_error *error)
 {
-    static void (*const printers[FARM_N_KINDS])(FILE *, const struct farm_job *) = {
-        print_slurm, print_openjd, print_script};
-    struct os_replace file;
-    int reason = os_replace_open(&file, path);
-    if (reason == 0) {
-        FILE *stream = os_replace_stream(&file);
-        errno = 0;
-        if (stream)
-            printers[kind](stream, job);
-        const bool is_good = stream && !ferror(stream);
-        if (stream && fclose(stream) == 0 && is_good) {
-            reason = os_replace_commit(&file);
-        } else {
-            reason = errno ? errno : EIO;
-            os_replace_abort(&file);
-        }
-    }
-    return reason == 0 || set_error(error, "%s: %s", path,
-                                    reason > 0 ? strerror(reason) : "is no file");
+    static const text_print_fn printers[FARM_N_KINDS] = {print_slurm, print_openjd,
+                                                         print_script};
+    return text_file_write(path, printers[kind], job, error);
 }

@@ -13,6 +13,7 @@
 #include "path.h"
 #include "picture.h"
 #include "rackfocus/rackfocus.h"
+#include "text_file.h"
 
 /* ---- text ----------------------------------------------------------------------- */
 
@@ -208,7 +209,7 @@ struct page {
 };
 
 /* A picture that cannot be read has no place in the sheet; its words say why. */
-static void print_page(FILE *file, void *data)
+static void print_page(FILE *file, const void *data)
 {
     const struct page *page = data;
     print_head(file, page->report);
@@ -234,7 +235,7 @@ bool frames_write_html(const struct frames_report *report, const char *path,
 {
     char *folder = html_make_folder(path, "_frames", error);
     struct page page = {report, folder};
-    const bool is_good = folder && html_write(path, print_page, &page, error);
+    const bool is_good = folder && text_file_write(path, print_page, &page, error);
     free(folder);
     return is_good;
 }

@@ -8,7 +8,6 @@
 #include "cli.h"
 #include "folder.h"
 #include "path.h"
-#include "replace.h"
 
 void html_print(FILE *file, const char *text)
 {
@@ -38,25 +37,4 @@ char *html_make_folder(const char *page, const char *ending, struct image_error 
     set_error(error, "%s: cannot make the folder: %s", folder, strerror(reason));
     free(folder);
     return NULL;
-}
-
-bool html_write(const char *page, void (*print)(FILE *file, void *data), void *data,
-                struct image_error *error)
-{
-    struct os_replace file;
-    int reason = os_replace_open(&file, page);
-    if (reason == 0) {
-        FILE *stream = os_replace_stream(&file);
-        if (stream)
-            print(stream, data);
-        const bool is_good = stream && !ferror(stream);
-        if (stream && fclose(stream) == 0 && is_good) {
-            reason = os_replace_commit(&file);
-        } else {
-            reason = errno ? errno : EIO;
-            os_replace_abort(&file);
-        }
-    }
-    return reason == 0 || set_error(error, "%s: %s", page,
-                                    reason > 0 ? strerror(reason) : "is no file");
 }

@@ -17,8 +17,4 @@ void html_print(FILE *file, const char *text);
  */
 char *html_make_folder(const char *page, const char *ending, struct image_error *error);
 
-/* Writes the page that `print` prints, beside its place, and renames. */
-bool html_write(const char *page, void (*print)(FILE *file, void *data), void *data,
-                struct image_error *error);
-
 #endif

@@ -9,6 +9,7 @@
 #include "html.h"
 #include "path.h"
 #include "rackfocus/rackfocus.h"
+#include "text_file.h"
 
 /* Nothing is fetched but the pictures beside the page. */
 static const char head[] =
@@ -164,7 +165,7 @@ static void print_address(FILE *file, const char *name)
     fputc('"', file);
 }
 
-static void print_page(FILE *file, void *data)
+static void print_page(FILE *file, const void *data)
 {
     const struct page *page = data;
     const struct methods_subject *subject = page->subject;
@@ -196,5 +197,5 @@ bool methods_page_write(const char *path, const char *folder,
                         struct image_error *error)
 {
     struct page page = {folder, subject, entries, n_entries};
-    return html_write(path, print_page, &page, error);
+    return text_file_write(path, print_page, &page, error);
 }

@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "replace.h"
-#include "report.h"
+#include "text_file.h"
 
 /* Of the first key at the frame or behind it. */
 static int find(const struct pull *pull, int32_t frame)
@@ -65,29 +64,19 @@ bool pull_at(const struct pull *pull, int32_t frame, struct pull_key *key)
     return true;
 }
 
-static bool write_keys(FILE *file, const struct pull *pull)
+static void print_keys(FILE *file, const void *data)
 {
+    const struct pull *pull = data;
     fprintf(file, "frame,easing,focus-distance,%s\n",
             pull->is_radius ? "lens-radius" : "f-stop");
     for (int i = 0; i < pull->n; i++)
         fprintf(file, "%d,ease-in-out,%.9g,%.9g\n", pull->keys[i].frame,
                 pull->keys[i].focus, pull->keys[i].aperture);
-    return fclose(file) == 0;
 }
 
 bool pull_write(const struct pull *pull, const char *path, struct image_error *error)
 {
-    struct os_replace replace;
-    bool is_good = os_replace_open(&replace, path) == 0;
-    if (is_good) {
-        FILE *file = os_replace_stream(&replace);
-        is_good = file && write_keys(file, pull);
-        if (is_good)
-            is_good = os_replace_commit(&replace) == 0;
-        else
-            os_replace_abort(&replace);
-    }
-    return is_good || set_error(error, "%s: the keys cannot be written there", path);
+    return text_file_write(path, print_keys, pull, error);
 }
 
 int32_t pull_frame_of(const char *path, int32_t otherwise)
