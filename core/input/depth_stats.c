@@ -78,21 +78,46 @@ static double median_of(const float *sorted, size_t n, bool is_inner)
     return sorted[at];
 }
 
+/* Rows one by one, whose counts fit into 32 bits: loops that compilers vectorise. */
+static void count_row(const float *row, int32_t width, float infinity,
+                      struct rf_depth_stats *stats)
+{
+    uint32_t n_nan = 0, n_negative = 0, n_no_hit = 0, n_zero = 0, n_one = 0;
+    float least = INFINITY, most = -INFINITY;
+    for (int32_t x = 0; x < width; x++) {
+        const float z = row[x];
+        n_nan += z != z;
+        n_negative += z < 0;
+        n_no_hit += z >= infinity;
+        n_zero += z == 0;
+        n_one += z == 1;
+        const bool is_hit = z >= 0 && z < infinity && z < INFINITY;
+        const float low = is_hit ? z : INFINITY, high = is_hit ? z : -INFINITY;
+        least = low < least ? low : least;
+        most = high > most ? high : most;
+    }
+    stats->n_nan += n_nan;
+    stats->n_negative += n_negative;
+    stats->n_no_hit += n_no_hit;
+    stats->n_zero += n_zero;
+    stats->n_one += n_one;
+    stats->min = fmin(stats->min, (double)least);
+    stats->max = fmax(stats->max, (double)most);
+}
+
+/* The float z is at or beyond `infinity` if it is so of the least float that is. */
+static float round_up(double infinity)
+{
+    const float rounded = (float)infinity;
+    return rounded < infinity ? nextafterf(rounded, INFINITY) : rounded;
+}
+
 static void count_values(const struct map *map, struct rf_depth_stats *stats)
 {
-    const size_t n = (size_t)map->width * (size_t)map->height;
-    for (size_t i = 0; i < n; i++) {
-        const float z = map->depth[i];
-        stats->n_nan += isnan(z);
-        stats->n_negative += z < 0;
-        stats->n_no_hit += z >= map->infinity;
-        stats->n_zero += z == 0;
-        stats->n_one += z == 1;
-        if (!is_hit(map, z))
-            continue;
-        stats->min = fmin(stats->min, z);
-        stats->max = fmax(stats->max, z);
-    }
+    const float infinity = round_up(map->infinity);
+    for (int32_t y = 0; y < map->height; y++)
+        count_row(map->depth + (size_t)y * (size_t)map->width, map->width, infinity,
+                  stats);
 }
 
 bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
@@ -125,11 +150,18 @@ static bool is_mixed_between(const float *row, int32_t first, int32_t end,
     return false;
 }
 
+/* Of the depth, a little less than 0.05 (1 - 1 / RF_DEPTH_STEP_RATIO): see below. */
+static const float LEAST_BEGIN = (float)(0.0499 * (1 - 1 / RF_DEPTH_STEP_RATIO));
+
 /* Counts the step that begins at the end of a flat side, if there is one. */
 static void count_step(const struct map *map, const float *row, int32_t x,
                        struct rf_depth_tally *tally)
 {
     const int32_t most = x + RF_DEPTH_STEP_PIXELS + 1;
+    /* A step is a 20th of its height from here to the next pixel at least, and its
+     * height (1 - 1 / ratio) of what is high: nearly all pixels end here. */
+    if (!(fabsf(row[x + 1] - row[x]) >= LEAST_BEGIN * row[x]))
+        return;
     for (int32_t end = x + 1; end <= most && end + 1 < map->width; end++) {
         struct rf_depth_step step;
         if (!rf_depth_find_step(row[x], row[x - 1], row[end], row[end + 1],
@@ -162,10 +194,12 @@ static void count_premultiplied(const struct map *map, const float *alpha,
         for (int32_t x = 1; x + 1 < map->width; x++) {
             const size_t i = (size_t)y * (size_t)map->width + (size_t)x;
             const double a = alpha[i * stride];
+            if (a < 0.1 || a > 0.9)
+                continue;
             const size_t solid = alpha[(i - 1) * stride] >= 0.999f ? i - 1 : i + 1;
             const double z = map->depth[i], near = map->depth[solid];
-            if (a < 0.1 || a > 0.9 || alpha[solid * stride] < 0.999f ||
-                !is_hit(map, map->depth[solid]) || near <= 0)
+            if (alpha[solid * stride] < 0.999f || !is_hit(map, map->depth[solid]) ||
+                near <= 0)
                 continue;
             tally->n_part++;
             tally->n_scaled += fabs(z - a * near) < 0.05 * near;
