@@ -264,7 +264,8 @@ static struct rf_margin margin_of_one(const struct rf_frame *f, float largest)
     rf_shape_extent(&f->shape, extent);
     float reach = largest * (float)fmax(fmax(extent[0], extent[1]), 1);
     /* Radii are averaged: a sum may round up beyond the largest. */
-    int level = rf_level_of(rf_level_split(&f->shape), largest * 1.0001f);
+    const struct rf_levels levels = rf_levels_of(&f->shape);
+    int level = rf_level_up_to(&levels, largest * 1.0001f);
     int size = 1 << level, passes = level ? 16 * size : 0;
     int r = (int)ceilf(reach), spread = r + 4 * size;
     int visible = rf_max_int(passes, passes / 2 + hidden_reach(r)) + spread;

@@ -54,6 +54,12 @@ struct rf_canvas {
     unsigned char *is_begun; /* of each tile */
 };
 
+/* Radii up to which each level spreads samples, px of level 0: behind the focus, and
+ * before it without their sign. */
+struct rf_levels {
+    float limit[2][RF_MAX_LEVEL + 1];
+};
+
 struct rf_composer {
     const struct rf_scene *scene;
     const struct rf_context *context;
@@ -64,7 +70,7 @@ struct rf_composer {
     float *tiles;               /* per thread n_tile floats: t of a tile, its sums */
     size_t n_tile;
     unsigned char *needed; /* per footprint: does a splat use it? Of a set */
-    float split;           /* radius from which the resolution falls, px */
+    struct rf_levels levels;
     int n_threads;
     unsigned char *gaps; /* a byte for each pixel of the result; NULL: none is filled */
 };

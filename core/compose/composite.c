@@ -294,7 +294,7 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
 static bool is_fine(const struct rf_composer *c, const struct set *set)
 {
     return set->source->emission
-               ? rf_level_of(c->split, set->source->largest_radius) == 0
+               ? rf_level_up_to(&c->levels, set->source->largest_radius) == 0
                : set->samples->n == 0;
 }
 
@@ -417,7 +417,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                                        .is_planar = gives_canvas}};
     double from = scene->task->to;
     double room = scene->progress_to - from, kept = scene->highlights.n ? 0.2 : 0;
-    c.split = rf_level_split(&frame->shape);
+    c.levels = rf_levels_of(&frame->shape);
     struct rf_footprints own;
     struct rf_footprint_use use = {.shape = &frame->shape,
                                    .drift = scene->drift,
@@ -426,7 +426,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                                    .bokeh_plane = rf_frame_bokeh_plane(frame),
                                    .spherical = frame->params.spherical,
                                    .n_cells = c.canvas.n_cells,
-                                   .max_radius = c.split + 1,
+                                   .max_radius = rf_levels_most(&c.levels) + 1,
                                    .n_phases = scene->n_phases};
     rf_result result = rf_footprints_get(&c.footprints, &own, c.context, &use, error);
     if (result == RF_OK) {

@@ -62,7 +62,8 @@ static const rf_packed *first_from_row(const rf_packed *from, const rf_packed *e
 static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b)
 {
     int first = g->first_bin + b, px = RF_BIN_PX * rf_max_int(-first, first + 1);
-    return rf_footprints_reach(c->footprints, (double)px / (1 << g->level));
+    double r = (double)px / (1 << g->level);
+    return rf_footprints_reach(c->footprints, g->level, first < 0 ? -r : r);
 }
 
 /* Spreads the part of n places that can reach a tile. */

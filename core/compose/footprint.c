@@ -75,10 +75,10 @@ static double glow_of(const struct rf_footprints *f, int level)
     return fmin(fmax(ldexp(f->spherical, -level), -most), most);
 }
 
-/* How far beyond the radius they reach at the most. */
-static double most_glow(const struct rf_footprints *f)
+/* How far beyond the radius they reach at the most, px of the level. */
+static double most_glow(const struct rf_footprints *f, int level)
 {
-    return fabs(glow_of(f, 0)) * glow_size(f);
+    return fabs(glow_of(f, level)) * glow_size(f);
 }
 
 static void measure_extent(struct rf_footprints *f)
@@ -89,7 +89,7 @@ static void measure_extent(struct rf_footprints *f)
     extent[0] = fmax(extent[0], shape->size[0]);
     extent[1] = fmax(extent[1], shape->size[1] * shape->pixel_aspect);
     for (int k = 0; k < 2; k++) {
-        f->extent[k][0] = fabs(f->drift.base[k]) + most_glow(f);
+        f->extent[k][0] = fabs(f->drift.base[k]);
         f->extent[k][1] = extent[k] + fabs(f->drift.slope[k]);
     }
 }
@@ -405,14 +405,14 @@ static bool fill_level(struct rf_grid *g, const struct rf_footprints *f,
     double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
     double radii[2], variance[2], before[2] = {0}, step[2] = {0};
     size_t n = (size_t)g->width * (size_t)g->height * (size_t)zone->cells.n;
-    bool is_tried =
-        q->kind == RF_POSITIVE && (is_coarse || fabs(r) > 1) && f->spherical == 0;
+    bool has_box = q->kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
+    bool is_tried = has_box && f->spherical == 0;
     if (is_tried && !is_coarse)
         loss -= fmax(2 - fabs(r), 0) / 12;
     for (int k = 0; k < 2; k++) {
         target[k] = r * r * unit[k] - loss;
         slope[k] = unit[k];
-        square[k] = (target[k] - (is_tried ? BOX : 0)) / unit[k];
+        square[k] = (target[k] - (has_box ? BOX : 0)) / unit[k];
         square[k] = fmin(fmax(square[k], MIN_SQUARE), r * r);
     }
     for (int trial = 0; trial <= (is_tried ? N_TRIALS : 0); trial++) {
@@ -472,7 +472,7 @@ static void middle_of(const struct rf_footprints *f, const struct request *q,
         beside += (k ? -aspect : 1) * q->zone->centroid[k] * q->r;
         at[k] = (phase + 0.5) / f->n_phases + beside;
         reach[k] = fabs(q->r) * q->zone->shape->size[k] * aspect + fabs(beside) +
-                   fabs(glow_of(f, q->level)) * glow_size(f);
+                   most_glow(f, q->level);
     }
 }
 
@@ -582,13 +582,17 @@ rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *need
     return b.n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
 }
 
-int rf_footprints_reach(const struct rf_footprints *f, double r)
+int rf_footprints_reach(const struct rf_footprints *f, int level, double r)
 {
     double within_px =
         f->n_phases > 1 ? 1 : 0.5; /* where the sample lies at the most */
-    double most = 0;
-    for (int k = 0; k < 2; k++)
-        most = fmax(most, f->extent[k][0] + (r + RADIUS_STEP) * f->extent[k][1]);
+    double most = 0, glow = most_glow(f, level), wide = fabs(r) + RADIUS_STEP;
+    bool is_added = rf_shape_glows(f->shape, r < 0);
+    for (int k = 0; k < 2; k++) {
+        double reach = wide * f->extent[k][1];
+        reach = is_added ? reach + glow : fmax(reach, glow);
+        most = fmax(most, f->extent[k][0] + reach);
+    }
     return (int)ceil(most + RF_KERNEL_REACH + within_px - 0.5) - 1;
 }
 

@@ -132,9 +132,9 @@ static inline size_t rf_footprint_slot(const struct rf_footprints *f, int zone,
            (size_t)level_class;
 }
 
-/* Pixels right, left, up or down that footprints of radii up to r reach at the most,
- * whether they are built or not. */
-int rf_footprints_reach(const struct rf_footprints *f, double r);
+/* Pixels right, left, up or down that a level's footprints reach at the most, of radii
+ * from 0 to r, r < 0 before the focus, whether they are built or not. */
+int rf_footprints_reach(const struct rf_footprints *f, int level, double r);
 
 /*
  * Builds every slot i with needed[i] != 0 on all threads, as one phase of `task` that

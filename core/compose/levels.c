@@ -14,24 +14,40 @@
 #include "kernels/data.h"
 #include "lens/aperture.h"
 
-enum { REACH_PX = 8 }; /* half extent of a footprint from which the resolution falls */
+/*
+ * Half extent of a footprint from which the resolution falls. Rims and rings have finer
+ * detail than discs have: +0.2 dB with spherical aberration and with a picture of the
+ * aperture, +0.1 dB with the plain disc, whose time would grow by as much as its area
+ * (tests/quality/test_looks.py).
+ */
+enum { REACH_PX = 8, UNEVEN_REACH_PX = 9 };
 
-float rf_level_split(const struct rf_shape *shape)
+struct rf_levels rf_levels_of(const struct rf_shape *shape)
 {
+    struct rf_levels levels;
     double extent[2];
     /* An ellipse that is wider than its radius must not outgrow the tile's halo. */
     rf_shape_extent(shape, extent);
-    double glow = fmin(shape->glow_px, REACH_PX / 2); /* rf_footprints has the rest */
-    return (float)((REACH_PX - glow) / fmax(fmax(extent[0], extent[1]),
-                                            fmax(shape->size[0], shape->size[1])));
+    double wide =
+        fmax(fmax(extent[0], extent[1]), fmax(shape->size[0], shape->size[1]));
+    for (int i = 0; i < 2 * (RF_MAX_LEVEL + 1); i++) {
+        /* Spherical aberration takes its room; rf_footprints has the rest. */
+        int is_near = i % 2, l = i / 2;
+        double room = ldexp(shape->is_uneven ? UNEVEN_REACH_PX : REACH_PX, l),
+               glow = fmin(shape->glow_px, room / 2);
+        if (!rf_shape_glows(shape, is_near))
+            glow = 0;
+        levels.limit[is_near][l] = (float)((room - glow) / wide);
+    }
+    return levels;
 }
 
-int rf_level_of(float split, float r)
+double rf_levels_most(const struct rf_levels *levels)
 {
-    int l = 0;
-    for (r = fabsf(r); r >= split && l < RF_MAX_LEVEL; l++)
-        split *= 2;
-    return l;
+    double most = 0;
+    for (int i = 0; i < 2 * (RF_MAX_LEVEL + 1); i++)
+        most = fmax(most, ldexp((double)levels->limit[i % 2][i / 2], -(i / 2)));
+    return most;
 }
 
 struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_near)
@@ -44,7 +60,11 @@ struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_ne
     g.n_y = (g.height + RF_TILE_H - 1) / RF_TILE_H;
     g.stride = (size_t)g.n_x * RF_TILE_W;
     g.plane = g.stride * (size_t)g.n_y * RF_TILE_H;
-    double outer_px = ldexp(c->split, level), inner_px = level ? outer_px / 2 : 0;
+    const struct rf_levels *levels = &c->levels;
+    double outer_px = (double)levels->limit[is_near][level];
+    if (level == 0) /* both sides */
+        outer_px = (double)rf_max_float(levels->limit[0][0], levels->limit[1][0]);
+    double inner_px = (double)rf_level_from(&c->levels, level, is_near);
     int outer = (int)ceil(outer_px / RF_BIN_PX),
         inner = (int)floor(inner_px / RF_BIN_PX);
     g.first_bin = level == 0 || is_near ? -outer : inner;

@@ -138,11 +138,12 @@ struct known_radius {
 static void know_range(const struct rf_lister *lister, float r,
                        struct known_radius *known)
 {
-    int level = rf_min_int(rf_level_of(lister->c->split, r), lister->max_level);
+    int level = rf_min_int(rf_level_of(&lister->c->levels, r), lister->max_level);
     const struct rf_group *g =
         &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
     int bin = rf_floor_int(r / RF_BIN_PX);
-    float outer = ldexpf(lister->c->split, level), inner = outer / 2;
+    float outer = lister->c->levels.limit[r < 0][level];
+    float inner = rf_level_from(&lister->c->levels, level, r < 0);
     known->low = known->high = r;
     if (bin - g->first_bin != rf_bin_of(g, r))
         return;

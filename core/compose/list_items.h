@@ -76,7 +76,7 @@ static inline int rf_bin_of(const struct rf_group *g, float r)
 
 static inline int rf_key_of(const struct rf_lister *lister, float r)
 {
-    int level = rf_min_int(rf_level_of(lister->c->split, r), lister->max_level);
+    int level = rf_min_int(rf_level_of(&lister->c->levels, r), lister->max_level);
     const struct rf_group *g =
         &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
     return g->first_key + rf_bin_of(g, r);

@@ -526,7 +526,7 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
         b.lister.source = source;
     float largest =
         b.lister.source ? source->largest_radius : largest_radius(c, samples);
-    b.lister.max_level = rf_level_of(c->split, largest);
+    b.lister.max_level = rf_level_up_to(&c->levels, largest);
     rf_result result = make_groups(&b, error);
     rf_task_phase(c->scene->task, progress_to, (int64_t)b.lister.n_tiles);
     if (result == RF_OK && (!b.lister.source || samples->n > 0))

@@ -30,10 +30,19 @@ struct rf_shape {
     int min_lines;       /* v = const that a footprint is summed over */
     double origin[2];    /* of a part, in the whole lens */
     double glow_px;      /* spherical aberration makes it larger by this */
-    double growth;       /* looks make it larger by this at the most */
+    bool is_uneven;  /* not all of it lets the same light through, or to its place */
+    bool glows_near; /* before the focus; else behind it, where this is false */
+    double growth;   /* looks make it larger by this at the most */
 };
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
+
+/* Does spherical aberration make footprints of this side of the focus larger? Those of
+ * parts are moved as well, to either side. */
+static inline bool rf_shape_glows(const struct rf_shape *shape, bool is_near)
+{
+    return shape->is_part || shape->glows_near == is_near;
+}
 
 /* Is the lens point (u, v) inside? */
 bool rf_shape_contains(const struct rf_shape *shape, double u, double v);

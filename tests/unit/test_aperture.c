@@ -380,8 +380,8 @@ static void no_footprint_reaches_farther_than_said(void)
         REQUIRE(rf_footprints_init(&f, context, &use, NULL) == RF_OK);
         for (double r = 0.25; r < 4.5; r += 0.75) {
             int reach = true_reach(&f, context, r);
-            CHECK(reach <= rf_footprints_reach(&f, r));
-            CHECK(reach >= rf_footprints_reach(&f, r) - 3);
+            CHECK(reach <= rf_footprints_reach(&f, 0, r));
+            CHECK(reach >= rf_footprints_reach(&f, 0, r) - 3);
         }
         rf_footprints_free(&f);
     }

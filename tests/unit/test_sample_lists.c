@@ -127,11 +127,11 @@ static void check_lists(float largest, bool has_radii)
     struct rf_composer c = {.scene = &scene,
                             .context = context,
                             .footprints = &footprints,
-                            .split = rf_level_split(&filter->frame.shape),
+                            .levels = rf_levels_of(&filter->frame.shape),
                             .n_threads = context->n_threads};
     const struct rf_footprint_use use = {.shape = &filter->frame.shape,
                                          .n_cells = 1,
-                                         .max_radius = c.split + 1,
+                                         .max_radius = rf_levels_most(&c.levels) + 1,
                                          .n_phases = 1};
     REQUIRE(rf_footprints_init(&footprints, context, &use, NULL) == RF_OK);
     const struct rf_source source = {.emission = emission,

@@ -296,9 +296,10 @@ static struct widest widest_of(const struct rf_work *work,
                                const struct rf_view_cell *cells, int n, float r)
 {
     struct widest w = {.level = 0};
-    for (int i = 0; i < n; i++)
-        w.level =
-            rf_max_int(w.level, rf_level_of(rf_level_split(&cells[i].frame.shape), r));
+    for (int i = 0; i < n; i++) {
+        const struct rf_levels levels = rf_levels_of(&cells[i].frame.shape);
+        w.level = rf_max_int(w.level, rf_level_up_to(&levels, r));
+    }
     for (int i = 0; i < n; i++)
         for (int k = 0; k < 2; k++) {
             float centroid = cells[i].centroid[k], extent = cells[i].extent[k];
