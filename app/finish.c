@@ -155,6 +155,7 @@ static int finish_by_ours(struct finish *f)
         return APP_NO_MEMORY;
     const struct finish_picture picture = {.own = f->rgb,
                                            .ours = f->ours,
+                                           .albedo = f->guides.albedo,
                                            .normal = f->guides.normal,
                                            .estimate = f->estimate,
                                            .width = f->own.width,

@@ -1,24 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * With x the host's own picture, y ours, g the host's denoised with ours as guide, and
- * t(v) = clip(v)^(1/2.2):
+ * With x the host's own picture, y ours, g the host's denoised, and t(v) = v^(1/2.2)
+ * of the display:
  *
- *   q   = t(x) - t(y)
- *   m   = Gaussian mean of q, sigma 2 px
- *   se2 = (Gaussian mean of q^2 - m^2) / (4 pi sigma^2), the error of that mean
- *   w   = max(0, 1 - k se2 / m^2), k = 2, then Gaussian mean, sigma 1 px
+ *   s   = t'(clip(G y, 0.02, 1))
+ *   m   = G[s (x - y)]
+ *   se2 = (H[s^2 (x - g)^2] - H[s (x - g)]^2) / (4 pi sigma^2), the error of that mean
+ *   b2  = tau^2 + max(0, m^2 - k se2), the error of y squared
+ *   w   = G[b2 / (b2 + k se2)]
  *   out = y + w (g - y)
  *
- * per channel: where the grain does not tell x from y, y is kept. g is the mean of two
- * pictures, guided by y alone and by y and the host's normals: one or the other is
- * better by up to 0.5 dB, with few samples the second. The estimate of the error is
+ * per channel; G and H are Gaussian means, sigma 1.4 px and 2 px: bright samples are
+ * rare, and more pixels tell how rare; k = 2, tau = 0.007. Differences are of
+ * linear light, which the grain leaves unbiased: t of a grainy pixel is too dark on
+ * average, and more so the more grain it has. g is the mean of three pictures: half of
+ * x denoised by its own albedo and normals, which knows what y does not, and a quarter
+ * each guided by y alone and by y and the host's normals. The estimate of the error is
  *
- *   e = sqrt(((1 - w) m)^2 + se2)
+ *   e = sqrt(((1 - w) m)^2 + se2), at most what out +- e / s differs by on a display
  *
- * of t, the largest of the channels. Ours. Worth, with passes of 64 samples in 8 views,
- * over the host's own lens denoised by albedo and normals, 64 own samples: foliage
- * + 4.6 dB, posts + 4.7; 16 own samples + 3.1 and + 4.3; one view + 3.4 and + 4.4.
- * k = 1 is 0.3 dB less, k = 3 as good. The guide alone 0.4 to 0.7 less.
+ * of display values, the largest of the channels. Ours. What each part is worth:
+ * docs/notebook/rivals.md.
  */
 #include "finish_mix.h"
 
@@ -29,7 +31,13 @@
 #include "denoise.h"
 #include "report.h"
 
-static const double SIGMA_PX = 2, BLEND_SIGMA_PX = 1, CONTRADICTION = 2;
+/* SIGMA_PX: 1 is as good on average, 2 loses 0.1 dB. GRAIN_SIGMA_PX: 1.4 loses 0.3.
+ * CONTRADICTION: 3 is as good on average. LEAST_ERROR: of ours, display values; without
+ * it a plane of which 32 + 32 samples know the texture loses 0.9 dB. DARK: below it the
+ * display's slope would say only what black is. */
+static const double SIGMA_PX = 1.4, GRAIN_SIGMA_PX = 2, CONTRADICTION = 2,
+                    LEAST_ERROR = 0.007;
+static const float DARK = 0.02f;
 
 static size_t n_pixels(const struct finish_picture *p)
 {
@@ -41,6 +49,21 @@ static size_t n_pixels(const struct finish_picture *p)
 static float display_value(float v)
 {
     return powf(fminf(fmaxf(v, 0), 1), 1 / 2.2f);
+}
+
+/* What a little more light is worth on a display. */
+static float display_slope(float v)
+{
+    return powf(fminf(fmaxf(v, DARK), 1), 1 / 2.2f - 1) / 2.2f;
+}
+
+/* How far a pixel may be off on a display: e is bounded by what it clips. */
+static float display_error(float v, float e, float slope)
+{
+    const float shown = display_value(v), reach = e / slope;
+    const float off =
+        fmaxf(display_value(v + reach) - shown, shown - display_value(v - reach));
+    return fminf(e, off);
 }
 
 enum { MOST_REACH = 8 };
@@ -87,35 +110,59 @@ static void smooth(float *plane, float *room, int width, int height, double sigm
     }
 }
 
-/* Mixes one channel into p->ours; `planes` are three of them. */
-static void mix_channel(const struct finish_picture *p, const float *guided,
-                        int channel, float *planes)
+/* The planes that one channel takes. */
+struct planes {
+    float *slope, *mean, *rest, *square, *room;
+};
+
+/* Means of the differences, as the top says: m in p.mean, se2 in p.square. */
+static void find_means(const struct finish_picture *p, const float *denoised,
+                       int channel, const struct planes *to)
 {
     const size_t n = n_pixels(p);
-    float *mean = planes, *square = planes + n, *room = planes + 2 * n;
+    for (size_t i = 0; i < n; i++)
+        to->slope[i] = fmaxf(p->ours[3 * i + (size_t)channel], 0);
+    smooth(to->slope, to->room, p->width, p->height, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
-        mean[i] = display_value(p->own[k]) - display_value(p->ours[k]);
-        square[i] = mean[i] * mean[i];
+        const float slope = display_slope(to->slope[i]);
+        to->slope[i] = slope;
+        to->mean[i] = slope * (p->own[k] - p->ours[k]);
+        to->rest[i] = slope * (p->own[k] - denoised[k]);
+        to->square[i] = to->rest[i] * to->rest[i];
     }
-    smooth(mean, room, p->width, p->height, SIGMA_PX);
-    smooth(square, room, p->width, p->height, SIGMA_PX);
+    smooth(to->mean, to->room, p->width, p->height, SIGMA_PX);
+    smooth(to->rest, to->room, p->width, p->height, GRAIN_SIGMA_PX);
+    smooth(to->square, to->room, p->width, p->height, GRAIN_SIGMA_PX);
     const double n_averaged = 4 * 3.14159265358979 * SIGMA_PX * SIGMA_PX;
-    float *weight = room;
     for (size_t i = 0; i < n; i++) {
-        const double m2 = (double)mean[i] * mean[i];
-        square[i] = (float)(fmax(square[i] - m2, 0) / n_averaged);
-        weight[i] = (float)(m2 > 0 ? fmax(0, 1 - CONTRADICTION * square[i] / m2) : 0);
+        const double rest = (double)to->rest[i];
+        to->square[i] =
+            (float)(fmax((double)to->square[i] - rest * rest, 0) / n_averaged);
     }
+}
+
+/* Mixes one channel into p->ours. */
+static void mix_channel(const struct finish_picture *p, const float *denoised,
+                        int channel, const struct planes *with)
+{
+    const size_t n = n_pixels(p);
+    float *weight = with->rest;
+    find_means(p, denoised, channel, with);
     for (size_t i = 0; i < n; i++) {
-        const double left = (1 - weight[i]) * mean[i];
-        const float e = (float)sqrt(left * left + square[i]);
-        p->estimate[i] = fmaxf(channel == 0 ? 0 : p->estimate[i], e);
+        const double grain = CONTRADICTION * (double)with->square[i];
+        const double m2 = (double)with->mean[i] * (double)with->mean[i];
+        const double b2 = LEAST_ERROR * LEAST_ERROR + fmax(0, m2 - grain);
+        weight[i] = (float)(b2 / (b2 + grain));
     }
-    smooth(weight, mean, p->width, p->height, BLEND_SIGMA_PX);
+    smooth(weight, with->room, p->width, p->height, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
-        p->ours[k] += weight[i] * (guided[k] - p->ours[k]);
+        const float left = (1 - weight[i]) * with->mean[i];
+        const float e = sqrtf(left * left + with->square[i]);
+        p->ours[k] += weight[i] * (denoised[k] - p->ours[k]);
+        p->estimate[i] = fmaxf(channel == 0 ? 0 : p->estimate[i],
+                               display_error(p->ours[k], e, with->slope[i]));
     }
 }
 
@@ -131,43 +178,74 @@ static bool denoise(struct denoiser *denoiser, const struct finish_picture *p,
     return denoise_picture(denoiser, &picture, guides, error);
 }
 
-/* The mean of what our picture alone and our picture with the normals guide, into
- * `guided`; `other` has three times its size. */
-static bool denoise_by_ours(struct denoiser *denoiser, const struct finish_picture *p,
-                            float *guided, float *other, struct image_error *error)
+/* What denoising takes; packed RGB. */
+struct room {
+    float *sum, *next, *limited, *albedo, *normal;
+};
+
+/* Adds the own picture denoised by some guides. */
+static bool add_denoised(struct denoiser *denoiser, const struct finish_picture *p,
+                         const struct denoise_guides *guides, float weight,
+                         const struct room *room, struct image_error *error)
+{
+    if (!denoise(denoiser, p, room->next, guides, error))
+        return false;
+    for (size_t i = 0; i < 3 * n_pixels(p); i++)
+        room->sum[i] += weight * room->next[i];
+    return true;
+}
+
+/* Albedo and normals of the own render, in the room, without their grain. */
+static bool clean_guides(struct denoiser *denoiser, const struct finish_picture *p,
+                         const struct room *room, struct denoise_guides *guides,
+                         struct image_error *error)
+{
+    const size_t n_bytes = 3 * n_pixels(p) * sizeof(float);
+    const struct denoise_picture size = {NULL, p->width, p->height, 3, p->name};
+    *guides = (struct denoise_guides){.albedo = p->albedo ? room->albedo : NULL,
+                                      .normal = p->normal ? room->normal : NULL};
+    if (guides->albedo)
+        memcpy(guides->albedo, p->albedo, n_bytes);
+    if (guides->normal)
+        memcpy(guides->normal, p->normal, n_bytes);
+    return denoise_clean_guides(denoiser, &size, guides, error);
+}
+
+/* The mean g of the top, into room->sum. */
+static bool denoise_own(struct denoiser *denoiser, const struct finish_picture *p,
+                        const struct room *room, struct image_error *error)
 {
     const size_t n = 3 * n_pixels(p);
-    float *limited = other + n;
+    struct denoise_guides own;
+    struct denoise_guides by = {.albedo = room->limited, .are_clean = true};
     for (size_t i = 0; i < n; i++)
-        limited[i] = fminf(fmaxf(p->ours[i], 0), 1);
-    struct denoise_guides by = {.albedo = limited, .are_clean = true};
-    if (!denoise(denoiser, p, guided, &by, error))
+        room->limited[i] = fminf(fmaxf(p->ours[i], 0), 1);
+    if (!clean_guides(denoiser, p, room, &own, error))
         return false;
-    if (!p->normal)
-        return true;
-    const struct denoise_picture size = {NULL, p->width, p->height, 3, p->name};
-    struct denoise_guides clean = {.normal = limited + n};
-    memcpy(clean.normal, p->normal, n * sizeof(float));
-    if (!denoise_clean_guides(denoiser, &size, &clean, error))
+    const float left = own.albedo ? 0.5f : 1;
+    if (own.albedo && !add_denoised(denoiser, p, &own, 1 - left, room, error))
         return false;
-    by.normal = clean.normal;
-    if (!denoise(denoiser, p, other, &by, error))
+    if (!add_denoised(denoiser, p, &by, own.normal ? left / 2 : left, room, error))
         return false;
-    for (size_t i = 0; i < n; i++)
-        guided[i] = (guided[i] + other[i]) / 2;
-    return true;
+    by.normal = own.normal;
+    return !by.normal || add_denoised(denoiser, p, &by, left / 2, room, error);
 }
 
 bool finish_mix(struct denoiser *denoiser, const struct finish_picture *p,
                 struct image_error *error)
 {
-    const size_t n = 3 * n_pixels(p);
-    float *guided = app_memory(n, 4 * sizeof(float), error);
-    if (!guided)
+    const size_t n = n_pixels(p);
+    float *all = app_memory(n, 15 * sizeof(float), error);
+    if (!all)
         return false;
-    const bool is_done = denoise_by_ours(denoiser, p, guided, guided + n, error);
+    float *free_planes = all + 3 * n;
+    const struct room room = {all, all + 3 * n, all + 6 * n, all + 9 * n, all + 12 * n};
+    const struct planes planes = {free_planes, free_planes + n, free_planes + 2 * n,
+                                  free_planes + 3 * n, free_planes + 4 * n};
+    memset(room.sum, 0, 3 * n * sizeof(float));
+    const bool is_done = denoise_own(denoiser, p, &room, error);
     for (int c = 0; c < 3 && is_done; c++)
-        mix_channel(p, guided, c, guided + n);
-    free(guided);
+        mix_channel(p, room.sum, c, &planes);
+    free(all);
     return is_done;
 }

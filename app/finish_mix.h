@@ -11,10 +11,11 @@ struct image_error;
 
 /* Packed pictures of one size, scene-linear RGB; all values finite. */
 struct finish_picture {
-    const float *own; /* rendered with the lens */
-    float *ours;      /* without grain; becomes the result */
-    float *normal;    /* of the own render, of any space; NULL: not known */
-    float *estimate;  /* a channel, becomes the error that is left, of display values */
+    const float *own;    /* rendered with the lens */
+    float *ours;         /* without grain; becomes the result */
+    const float *albedo; /* of the own render, with its grain; NULL: not known */
+    const float *normal; /* of any space, as the albedo */
+    float *estimate; /* a channel, becomes the error that is left, of display values */
     int32_t width, height;
     const char *name; /* of the own picture, for errors */
 };

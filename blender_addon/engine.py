@@ -306,9 +306,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
             return None
         self.update_stats("", "Rack Focus: finish")
         colour = cut_out(own[0], source.render).colour
-        normal = own[1] if colour.shape == own[0].colour.shape else None
+        guides = own[1] if colour.shape == own[0].colour.shape else None
         try:
-            finishing.clean(colour, picture[::-1], normal)
+            finishing.clean(colour, picture[::-1], guides)
         except finishing.FinishError as problem:
             return problem
         seconds["finish"] = time.perf_counter() - started

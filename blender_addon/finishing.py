@@ -18,7 +18,8 @@ import numpy as np
 from . import group, lens, look, passes, preferences, props, setup, sharp
 from .library import rackfocus
 
-NORMAL = "Denoising Normal"  # pass of Cycles, where denoising data is stored
+# Passes of Cycles, where denoising data is stored, by what they guide as.
+GUIDES = {"albedo": ("Denoising Albedo", "RGB"), "normal": ("Denoising Normal", "XYZ")}
 OTHER_SEED = 7919  # its noise is not that of the pinhole's samples
 
 _kept = {}  # scene name: (key, passes.RenderedPasses) of the last render of its lens
@@ -75,10 +76,13 @@ BESIDE = f"""
 import sys
 sys.path[:0], library, threads, folder = sys.argv[1:3], *sys.argv[3:]
 import numpy, rackfocus
-own, ours, normal = (numpy.load(f"{{folder}}/{{n}}.npy") for n in ("own", "ours", "normal"))
+own, ours, *guides = (
+    numpy.load(f"{{folder}}/{{n}}.npy") for n in ("own", "ours", "albedo", "normal")
+)
+albedo, normal = (guide if guide.size else None for guide in guides)
 try:
     rackfocus.finish(
-        own, ours, ours, normal=normal if normal.size else None,
+        own, ours, ours, albedo=albedo, normal=normal,
         library=library or None, threads=int(threads),
     )
 except Exception as error:
@@ -98,30 +102,31 @@ def library():
     return (str(found[0]), True) if found else (None, False)
 
 
-def clean(own, ours, normal=None):
+def clean(own, ours, guides=None):
     """rackfocus.finish() into the colours of `ours`, (height, width, 3 or 4).
 
-    A library that is not Blender's own runs in another process: that of PyPI (2.5) and
+    `guides`: albedo and normals of the own render, by these names, where known. A
+    library that is not Blender's own runs in another process: that of PyPI (2.5) and
     the memory allocator of Debian's Blenders (3.4, 5.2) end both. FinishError.
     """
     path, is_own = library()
     try:
         if is_own:
-            about = {"normal": normal, "library": path}
+            about = {**(guides or {}), "library": path}
             about["threads"] = preferences.threads()
             rackfocus.finish(own, ours, ours[..., :3], **about)
         else:
-            ours[..., :3] = _clean_beside(own, ours, normal, path)
+            ours[..., :3] = _clean_beside(own, ours, guides or {}, path)
     except (rackfocus.Error, ValueError, MemoryError, OSError) as error:
         more = " (or in the add-on's preferences)" if DENOISER in str(error) else ""
         raise FinishError(f"not finished: {error}{more}") from error
 
 
-def _clean_beside(own, ours, normal, path):
+def _clean_beside(own, ours, guides, path):
     """The colours, finished by Python in another process; OSError with its message."""
     nothing = np.zeros((0, 0, 3), np.float32)
     given = {"own": own[..., :3], "ours": ours[..., :3]}
-    given["normal"] = nothing if normal is None else normal
+    given |= {name: guides.get(name, nothing) for name in GUIDES}
     with passes.own_folder(passes.memory_folder(4 * own[..., :3].nbytes)) as folder:
         for name, values in given.items():
             np.save(folder / f"{name}.npy", np.ascontiguousarray(values, np.float32))
@@ -210,13 +215,14 @@ def is_finished(scene):
 
 
 def own_of(scene, layer):
-    """(passes.Layer, normals or None) of a view layer; None where there is none."""
+    """(passes.Layer, guides of clean()) of a view layer; None where there is none."""
     if not is_finished(scene):
         return None
     rendered = _kept[scene.name][1]
     channels = next(iter(rendered.files.values()))
-    names = [f"{layer}.{NORMAL}.{c}" for c in "XYZ"]
-    normal = None
-    if all(name in channels for name in names):
-        normal = passes.side_by_side([channels[name] for name in names])
-    return rendered.layer(layer), normal
+    guides = {}
+    for guide, (part, axes) in GUIDES.items():
+        names = [f"{layer}.{part}.{c}" for c in axes]
+        if all(name in channels for name in names):
+            guides[guide] = passes.side_by_side([channels[name] for name in names])
+    return rendered.layer(layer), guides

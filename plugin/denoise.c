@@ -10,9 +10,10 @@
 #include "finish_mix.h"
 #include "image.h"
 
-enum { OWN, OURS, OUT, NORMAL, ESTIMATE, N_PICTURES };
+enum { OWN, OURS, OUT, ALBEDO, NORMAL, ESTIMATE, N_PICTURES };
 
-static const char *const names[N_PICTURES] = {"own", "ours", "out", "normal", "error"};
+static const char *const names[N_PICTURES] = {"own",    "ours",   "out",
+                                              "albedo", "normal", "error"};
 
 /* The buffers of a call and packed copies of them. */
 struct finish {
@@ -67,7 +68,7 @@ static float *new_plane(size_t n_pixels, size_t n_channels)
 /* Opens one buffer; of one that is read, makes a packed copy. */
 static int open_picture(struct finish *f, int i, PyObject *object)
 {
-    if (object == Py_None && i >= NORMAL)
+    if (object == Py_None && i >= ALBEDO)
         return 0;
     const bool is_result = i == OUT || i == ESTIMATE;
     if (plugin_open_image(&f->opened[i], object, names[i], is_result) < 0)
@@ -104,6 +105,7 @@ static bool run(struct finish *f, const char *library, int n_threads,
     const struct rf_image *own = &f->opened[OWN].image;
     const struct finish_picture picture = {.own = f->rgb[OWN],
                                            .ours = f->rgb[OURS],
+                                           .albedo = f->rgb[ALBEDO],
                                            .normal = f->rgb[NORMAL],
                                            .estimate = f->rgb[ESTIMATE],
                                            .width = own->width,
@@ -148,15 +150,16 @@ static int finish(const struct module_state *state, struct finish *f,
 
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
 {
-    static char *keys[] = {"own",   "ours",    "out",     "normal",
+    static char *keys[] = {"own",   "ours",    "out",     "albedo", "normal",
                            "error", "library", "threads", NULL};
     PyObject *objects[N_PICTURES] = {0};
     const char *library = NULL;
     int n_threads = 0;
-    objects[NORMAL] = objects[ESTIMATE] = Py_None;
-    if (!PyArg_ParseTupleAndKeywords(
-            args, keywords, "OOO|OO$zi:finish", keys, &objects[OWN], &objects[OURS],
-            &objects[OUT], &objects[NORMAL], &objects[ESTIMATE], &library, &n_threads))
+    objects[ALBEDO] = objects[NORMAL] = objects[ESTIMATE] = Py_None;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOO$zi:finish", keys,
+                                     &objects[OWN], &objects[OURS], &objects[OUT],
+                                     &objects[ALBEDO], &objects[NORMAL],
+                                     &objects[ESTIMATE], &library, &n_threads))
         return NULL;
     if (n_threads < 0)
         return fail("threads", "must not be negative"), NULL;

@@ -245,14 +245,26 @@ def accumulate(pictures, out=None, *, context=None, threads=None, **params):
     return out
 
 
-def finish(own, ours, /, out=None, *, normal=None, error=None, library=None, threads=0):
+def finish(
+    own,
+    ours,
+    /,
+    out=None,
+    *,
+    albedo=None,
+    normal=None,
+    error=None,
+    library=None,
+    threads=0,
+):
     """The host's own lens cleaned with our picture; returns the result.
 
     own: rendered with the lens, with grain: (height, width, 3 or 4) float32.
     ours: what a filter made, of its size. It is kept where the grain does not
     contradict it.
     out: writable, of own's shape; None makes a NumPy array. Alpha is own's.
-    normal: (height, width, 3) of the own render; sharper with few samples.
+    albedo, normal: (height, width, 3) of the own render, with its grain; textures in
+    focus are sharper with them.
     error: writable, (height, width): how far each pixel may be off, after clipping to
     [0, 1] and gamma 2.2.
     library: Open Image Denoise's file or folder, where the environment's RACKFOCUS_OIDN
@@ -267,7 +279,8 @@ def finish(own, ours, /, out=None, *, normal=None, error=None, library=None, thr
         import numpy
 
         out = numpy.empty(numpy.shape(own), numpy.float32)
-    _core.finish(own, ours, out, normal, error, library=library, threads=threads)
+    guides = (albedo, normal)
+    _core.finish(own, ours, out, *guides, error, library=library, threads=threads)
     return out
 
 

@@ -130,6 +130,7 @@ def finish(
     /,
     out: _Pixels | None = None,
     *,
+    albedo: _Pixels | None = None,
     normal: _Pixels | None = None,
     error: _Pixels | None = None,
     library: str | None = None,

@@ -154,6 +154,7 @@ def finish(
     own: _Pixels,
     ours: _Pixels,
     out: _Pixels,
+    albedo: _Pixels | None = None,
     normal: _Pixels | None = None,
     error: _Pixels | None = None,
     *,

@@ -189,9 +189,9 @@ def where_it_does_not_supersample():
 
 
 def kept_own(scene):
-    """(colour, normals) of the render with the own lens."""
-    layer, normal = addon("finishing").own_of(scene, "ViewLayer")
-    return layer.colour, normal
+    """(colour, albedo and normals) of the render with the own lens."""
+    layer, guides = addon("finishing").own_of(scene, "ViewLayer")
+    return layer.colour, guides
 
 
 @check
@@ -210,11 +210,12 @@ def finish():
     before[0]["images"] = after[0]["images"]
     assert after == before, (before, after)
     made = result(scene)
-    own, normal = kept_own(scene)
+    own, guides = kept_own(scene)
     assert np.abs(own - colour).max() > 0.1, "the own lens was not open"
-    assert normal.shape == own.shape[:2] + (3,)
+    for name in ("albedo", "normal"):
+        assert guides[name].shape == own.shape[:2] + (3,)
     wanted = ours.copy()
-    addon("finishing").clean(own, wanted, normal)
+    addon("finishing").clean(own, wanted, guides)
     same(made, wanted)
     assert np.abs(made - ours).max() > 0
     assert not data.dof.use_dof and not addon("refocusing").is_out_of_date(scene)
