@@ -8,10 +8,10 @@
  * - s: shift_px of the pixel, f (1/D - 1/z) for a perspective camera
  *
  * The nearest pixel there shows the same point if its own shift is the same within
- * SAME_PX at the lens's radius R, |s_k - s_j| R < SAME_PX. What a surface is, its albedo
- * and its normal, does not depend on where it is seen from: the mean of all that show
- * the point. What light it sends does (mirrors, glass, gloss): the mean over views whose
- * colours agree with those of view j within the grain,
+ * SAME_PX at the lens's radius R, |s_k - s_j| R < SAME_PX. What light it sends depends on
+ * where it is seen from (mirrors, glass, gloss), and renderers give what a mirror shows
+ * as its albedo: the mean of colours, albedos and normals is over views whose colours
+ * agree with those of view j within the grain,
  *
  *   (m_k - m_j)^2 < AGREE^2 (e_k^2 + e_j^2) + LEAST   for each of red, green, blue
  *
@@ -152,10 +152,10 @@ static bool agree(const struct share *s, int j, size_t at, int k, size_t found)
     return true;
 }
 
-/* Sums of a pixel: colours of n[0] views, albedo and normals of n[1]. */
+/* Sums of a pixel over n views. */
 struct sums {
     float colour[4], albedo[3], normal[3];
-    int n[2];
+    int n;
 };
 
 static void add_guide(float sum[3], const float *guide, size_t at)
@@ -164,28 +164,26 @@ static void add_guide(float sum[3], const float *guide, size_t at)
         sum[c] += guide[3 * at + (size_t)c];
 }
 
-static void add_view(const struct share *s, int k, size_t at, bool is_agreed,
-                     struct sums *sums)
+static void add_view(const struct share *s, int k, size_t at, struct sums *sums)
 {
     const struct share_view *view = &s->views[k];
-    for (int c = 0; is_agreed && c < s->n_channels; c++)
+    for (int c = 0; c < s->n_channels; c++)
         sums->colour[c] += view->samples[at * (size_t)s->n_channels + (size_t)c];
-    sums->n[0] += is_agreed;
     add_guide(sums->albedo, view->guides.albedo, at);
     add_guide(sums->normal, view->guides.normal, at);
-    sums->n[1]++;
+    sums->n++;
 }
 
 static void store(const struct collection *c, size_t at, const struct sums *sums)
 {
     const size_t n = (size_t)c->share->n_channels;
     for (size_t i = 0; i < n; i++)
-        c->samples[at * n + i] = sums->colour[i] / (float)sums->n[0];
+        c->samples[at * n + i] = sums->colour[i] / (float)sums->n;
     for (size_t i = 0; i < 3; i++) {
         if (c->guides->albedo)
-            c->guides->albedo[3 * at + i] = sums->albedo[i] / (float)sums->n[1];
+            c->guides->albedo[3 * at + i] = sums->albedo[i] / (float)sums->n;
         if (c->guides->normal)
-            c->guides->normal[3 * at + i] = sums->normal[i] / (float)sums->n[1];
+            c->guides->normal[3 * at + i] = sums->normal[i] / (float)sums->n;
     }
 }
 
@@ -200,13 +198,14 @@ static void collect_rows(void *data, int64_t begin, int64_t end, int thread)
             const size_t at = (size_t)y * (size_t)s->width + (size_t)x;
             struct sums sums = {0};
             size_t found;
-            add_view(s, c->view, at, true, &sums);
+            add_view(s, c->view, at, &sums);
             for (int k = 0; k < s->n; k++)
-                if (k != c->view && find_same(s, c->view, k, x, y, &found))
-                    add_view(s, k, found, agree(s, c->view, at, k, found), &sums);
+                if (k != c->view && find_same(s, c->view, k, x, y, &found) &&
+                    agree(s, c->view, at, k, found))
+                    add_view(s, k, found, &sums);
             store(c, at, &sums);
-            c->n_shared[at] = (float)sums.n[0];
-            n_agreed += sums.n[0];
+            c->n_shared[at] = (float)sums.n;
+            n_agreed += sums.n;
         }
     atomic_fetch_add(&c->n_agreed, n_agreed);
 }
