@@ -123,7 +123,10 @@ struct play {
 /* A run of --benchmark. */
 struct bench {
     double ready_s, started_s, moved_s, cpu_s, wall_s;
+    double released_s; /* when the mouse was let go; 0: not yet */
+    double best_ms;    /* from there to the best picture */
     bool is_over;
+    struct stats stats; /* while the mouse was held */
 };
 
 struct app {
@@ -201,6 +204,7 @@ struct app {
 
     enum drag drag;
     double drag_x, drag_y; /* where the mouse was, window px */
+    bool is_let_go;        /* the mouse, since the last job: nothing more is coming */
     bool is_input;         /* something came from the user since the last job */
     char output[MAX_PATH], status[1024];
     char replacing[MAX_PATH]; /* a file that is replaced if it is saved once more */

@@ -114,7 +114,8 @@ bool demo_open(struct demo *demo, int32_t width, int32_t height, const char *pat
     }
     make_texture(demo, rgba, w, h);
     free(rgba);
-    if (gl_target_make(&demo->target, demo->width, demo->height))
+    if (gl_target_make(&demo->targets[0], demo->width, demo->height) &&
+        gl_target_make(&demo->targets[1], demo->width, demo->height))
         return true;
     set_error(error,
               "view: this OpenGL makes no frame buffer of %d x %d px; give a smaller "
@@ -128,7 +129,8 @@ void demo_close(struct demo *demo)
 {
     if (demo->texture)
         glDeleteTextures(1, &demo->texture);
-    gl_target_free(&demo->target);
+    gl_target_free(&demo->targets[0]);
+    gl_target_free(&demo->targets[1]);
     free(demo->vertices);
     *demo = (struct demo){0};
 }
@@ -294,10 +296,10 @@ static struct input *draw_eye(const struct demo *demo, const struct demo_eye *ey
         input_drop(input);
         return NULL;
     }
-    gl_target_begin(&demo->target);
+    gl_target_begin(&demo->targets[0]);
     set_camera(demo, eye);
     draw_scene(demo);
-    gl_target_read(&demo->target, input->frame_rgba, input->frame_depth);
+    gl_target_read(&demo->targets[0], input->frame_rgba, input->frame_depth);
     return input;
 }
 
@@ -307,7 +309,8 @@ struct input *demo_draw(struct demo *demo)
     const double half = demo->is_stereo ? DEMO_EYES / 2 : 0;
     const double screen = places[1].z;
     demo_lay(demo);
-    struct input *input = draw_eye(demo, &(struct demo_eye){-half, 0, screen, DEMO_SHIFT});
+    struct input *input =
+        draw_eye(demo, &(struct demo_eye){-half, 0, screen, DEMO_SHIFT});
     if (!input || !demo->is_stereo)
         return input;
     input->others[0] = draw_eye(demo, &(struct demo_eye){half, 0, screen, DEMO_SHIFT});
@@ -319,12 +322,17 @@ struct input *demo_draw(struct demo *demo)
     return input;
 }
 
-void demo_draw_view(const struct demo *demo, const struct demo_eye *eye, uint8_t *rgba)
+void demo_begin_view(const struct demo *demo, const struct demo_eye *eye, int buffer)
 {
-    gl_target_begin(&demo->target);
+    gl_target_begin(&demo->targets[buffer]);
     set_camera(demo, eye);
     draw_scene(demo);
-    gl_target_read(&demo->target, rgba, NULL);
+    glFlush();
+}
+
+void demo_read_view(const struct demo *demo, int buffer, uint8_t *rgba)
+{
+    gl_target_read(&demo->targets[buffer], rgba, NULL);
 }
 
 /* ---- facts and files ------------------------------------------------------------ */

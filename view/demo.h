@@ -33,7 +33,7 @@ struct demo {
     int32_t width, height; /* of the picture that is filtered */
     double yaw, pitch;     /* of the scene about its middle, radians */
     bool is_stereo;        /* both eyes, the middle picture at the screen's distance */
-    struct gl_target target;
+    struct gl_target targets[2];
     unsigned texture;
     double picture_aspect; /* width / height */
     struct demo_vertex
@@ -65,11 +65,13 @@ void demo_turn(struct demo *demo, double dx, double dy);
  * left eye's, and the right one's its others[0]. NULL without memory. */
 struct input *demo_draw(struct demo *demo);
 
-/* Lays out the scene as it is turned now, for demo_draw_view(). */
+/* Lays out the scene as it is turned now, for demo_begin_view(). */
 void demo_lay(struct demo *demo);
 
-/* Draws what an eye on the lens sees: sRGB codes, RGBA, rows from the bottom. */
-void demo_draw_view(const struct demo *demo, const struct demo_eye *eye, uint8_t *rgba);
+/* Begins to draw what an eye on the lens sees, in one of two frame buffers (0, 1), and
+ * does not wait for it; reads it: sRGB codes, RGBA, rows from the bottom. */
+void demo_begin_view(const struct demo *demo, const struct demo_eye *eye, int buffer);
+void demo_read_view(const struct demo *demo, int buffer, uint8_t *rgba);
 
 /* Focal length of the demo's camera, px. */
 double demo_focal_px(const struct demo *demo);

@@ -136,15 +136,7 @@ static void add_rows(void *data, int64_t begin, int64_t end, int thread)
     }
 }
 
-static void add_view(struct demo_views *views, const struct demo *demo,
-                     struct adding *adding)
-{
-    demo_draw_view(demo, &views->eyes[views->n_done], views->rgba);
-    adding->is_first = views->n_done == 0;
-    os_parallel(0, demo->height, 0, add_rows, adding);
-    views->n_done++;
-}
-
+/* While one view is added up, OpenGL draws the next one. */
 void demo_views_step(struct demo_views *views, const struct demo *demo, double until_s)
 {
     struct adding adding = {.rgba = views->rgba,
@@ -153,9 +145,20 @@ void demo_views_step(struct demo_views *views, const struct demo *demo, double u
                             .height = demo->height};
     const double start_s = os_clock_s();
     input_fill_decoder(adding.decoder);
+    bool is_drawn = false; /* the view n_done is, or is being */
     while (views->n_done < views->n) {
-        add_view(views, demo, &adding);
-        if (os_clock_s() >= until_s)
+        const int at = views->n_done, next = at + 1;
+        const bool goes_on = next < views->n && os_clock_s() < until_s;
+        if (!is_drawn)
+            demo_begin_view(demo, &views->eyes[at], at % 2);
+        if (goes_on)
+            demo_begin_view(demo, &views->eyes[next], next % 2);
+        demo_read_view(demo, at % 2, views->rgba);
+        adding.is_first = at == 0;
+        os_parallel(0, demo->height, 0, add_rows, &adding);
+        views->n_done = next;
+        is_drawn = goes_on;
+        if (!goes_on)
             break;
     }
     views->drawn_ms += 1000 * (os_clock_s() - start_s);

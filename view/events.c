@@ -233,6 +233,7 @@ static void release_button(struct app *app, const SDL_MouseButtonEvent *event)
     if (event->button == SDL_BUTTON_LEFT) {
         app->input.is_down = false;
         app->input.is_released = true;
+        app->is_let_go = true;
         if (app->drag == DRAG_CLICK)
             click(app, app->input.x, app->input.y);
     }

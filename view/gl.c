@@ -296,6 +296,7 @@ void gl_target_begin(const struct gl_target *target)
 
 void gl_target_read(const struct gl_target *target, uint8_t *rgba, float *depth)
 {
+    gl.bind_framebuffer(GL_FRAMEBUFFER, target->frame);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, target->width, target->height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
     if (depth)

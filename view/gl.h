@@ -72,7 +72,7 @@ struct gl_target {
 bool gl_target_make(struct gl_target *target, int32_t width, int32_t height);
 void gl_target_free(struct gl_target *target);
 
-/* Draws go there until gl_target_read, which gives colour (RGBA) and the depth buffer
+/* Draws go there until another begins or one is read: colour (RGBA) and the depth buffer
  * in [0, 1] (NULL: not wanted), rows from the bottom. */
 void gl_target_begin(const struct gl_target *target);
 void gl_target_read(const struct gl_target *target, uint8_t *rgba, float *depth);

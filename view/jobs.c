@@ -23,7 +23,7 @@ void view_job(const struct app *app, struct reference *reference, struct job *jo
     job->light = app->light.data ? &app->light : NULL;
 }
 
-void view_ask(struct app *app)
+static void ask(struct app *app)
 {
     struct job job;
     if (app->is_demo_due) {
@@ -48,4 +48,12 @@ void view_ask(struct app *app)
     if (problem[0])
         view_say(app, "%s", problem);
     worker_ask(app->worker, &job);
+}
+
+void view_ask(struct app *app)
+{
+    ask(app);
+    if (app->is_let_go)
+        worker_settle(app->worker);
+    app->is_let_go = false;
 }

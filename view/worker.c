@@ -433,12 +433,13 @@ static bool has_settled(struct worker *w)
     const double until_s = os_clock_s() + 1e-3 * SETTLE_MS;
     os_lock_take(&w->lock);
     bool is_over = false;
-    while (!is_over && !w->is_new && !w->is_ending && !w->is_draining &&
-           w->n_saves == 0)
+    while (!is_over && !w->is_settled && !w->is_new && !w->is_ending &&
+           !w->is_draining && w->n_saves == 0)
         is_over = !os_condition_wait_until(&w->changed, &w->lock, until_s);
-    const bool is_settled = !w->is_new && !w->is_ending && !w->is_draining;
+    const bool is_still = !w->is_new && !w->is_ending && !w->is_draining;
+    w->state.n_settled += is_still && !is_over && w->is_settled;
     os_lock_release(&w->lock);
-    return is_settled;
+    return is_still;
 }
 
 /* Is the picture itself made as fast as a preview? */
@@ -626,10 +627,19 @@ void worker_ask(struct worker *w, const struct job *job)
     w->asked = *job;
     hold_job(job);
     w->is_new = true;
+    w->is_settled = false;
     w->asked_s = os_clock_s();
     os_condition_wake_all(&w->changed);
     os_lock_release(&w->lock);
     drop_job(&old);
+}
+
+void worker_settle(struct worker *w)
+{
+    os_lock_take(&w->lock);
+    w->is_settled = true;
+    os_condition_wake_all(&w->changed);
+    os_lock_release(&w->lock);
 }
 
 struct shot *worker_take(struct worker *w, bool is_pinhole)

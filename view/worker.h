@@ -97,6 +97,10 @@ void worker_stop(struct worker *worker); /* cancels; frees all */
 /* Takes a hold of what the job points to. */
 void worker_ask(struct worker *worker, const struct job *job);
 
+/* Nothing more is coming, the mouse was let go: the best picture of what was asked for
+ * last is begun at once, without the pause that shows that nothing moves. */
+void worker_settle(struct worker *worker);
+
 /* The newest shot, of the filter or of the pinhole, or NULL; the caller frees it. */
 struct shot *worker_take(struct worker *worker, bool is_pinhole);
 
@@ -109,7 +113,8 @@ struct worker_state {
     bool is_busy, is_best; /* at work; on a best picture */
     double fraction;       /* of the best picture */
     uint64_t n_cancelled;
-    double cancel_ms; /* longest time from asking to the end of cancelled work */
+    uint64_t n_settled; /* best pictures that were begun without a pause */
+    double cancel_ms;   /* longest time from asking to the end of cancelled work */
 };
 void worker_state(struct worker *worker, struct worker_state *state);
 

@@ -39,6 +39,7 @@ struct worker {
     /* Under the lock. */
     struct job asked; /* input NULL: nothing yet */
     bool is_new, is_ending, is_draining, is_working;
+    bool is_settled; /* nothing newer is coming */
     struct save saves[MAX_SAVES];
     int n_saves;
     struct shot *shots[2];

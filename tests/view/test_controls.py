@@ -160,7 +160,7 @@ def params_of(rackfocus):
 
 def test_a_look_sets_its_parameters(window):
     window.open_section("Character")
-    window.choose("Look", 4)
+    window.choose("Look", 5)
     window.wait_text("said", "bubble")
     words = window.copied()
     assert abs(float(words[words.index("--spherical") + 1])) == 3

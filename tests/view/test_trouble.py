@@ -188,3 +188,16 @@ def test_benchmark_prints_what_it_measured(view, passes, turn):
     for part in ("updates", "input to picture", "filter", "drawing", "llvmpipe"):
         assert part in text, text
     assert int(re.search(r"updates (\d+)", text)[1]) > 0, text
+    assert re.search(r"release to best picture: \d+ ms", text), text
+
+
+def test_benchmark_counts_views(view):
+    window = view(
+        *("--demo", "--demo-width", 160, "--demo-height", 160, "--demo-views", 4),
+        *("--benchmark", "1", "--benchmark-turn"),
+    )
+    assert window.process.wait(timeout=WAIT_S) == 0
+    text = window.printed()
+    assert "picture 160 x 160 px" in text
+    assert int(re.search(r"views drawn (\d+)", text)[1]) > 4, text
+    assert int(re.search(r"(\d+) means of 4 views", text)[1]) > 0, text

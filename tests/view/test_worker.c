@@ -321,6 +321,29 @@ static void saving_is_of_its_own_moment(void)
     input_drop(input);
 }
 
+/* The pause before a best picture ends when the mouse is let go. */
+static void letting_go_ends_the_pause(void)
+{
+    struct worker *worker = worker_start(2, wake, NULL);
+    struct input *input = make_input(480, 320);
+    struct worker_state state;
+    struct job job = make_job(input, 1);
+    job.mode = MODE_DIFFERENCE; /* has a preview however fast the picture is */
+    worker_ask(worker, &job);
+    shot_free(wait_best(worker, 1));
+    worker_state(worker, &state);
+    CHECK(state.n_settled == 0);
+    job.id = 2;
+    job.params.focus_distance = 4;
+    worker_ask(worker, &job);
+    worker_settle(worker);
+    shot_free(wait_best(worker, 2));
+    worker_state(worker, &state);
+    CHECK(state.n_settled == 1);
+    worker_stop(worker);
+    input_drop(input);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -333,5 +356,6 @@ int main(int argc, char **argv)
     TEST(the_pinhole_comes_by_itself);
     TEST(bad_pixels_are_reported);
     TEST(saving_is_of_its_own_moment);
+    TEST(letting_go_ends_the_pause);
     return testing_end();
 }
