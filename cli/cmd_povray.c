@@ -68,6 +68,10 @@ static const struct option options[] = {
         "overscan", AT(overscan_px), "PX", -1, 4096,
         "Render so much beyond the border of the picture, which the lens sees. "
         "[default -1: as far as the blur reaches, but 0 with --keep]"),
+    OPTION_FLAG_ROW("through-glass", AT(is_through_glass),
+                    "Blur what is seen through flat clear glass and in flat mirrors by "
+                    "its own distance, not by that of the glass; six short renders "
+                    "more. Balls and lenses keep the depth of their surface."),
     OPTION_FILE_ROW("keep", AT(keep), "DIR|FILE.exr",
                     "Keep the passes as DIR/passes.exr, or DIR/passes_v00.exr and so "
                     "on, or in one FILE.exr with all views, which rackfocus filter "

@@ -193,6 +193,7 @@ bool povray_command_plan(const struct povray_tool *tool,
         .has_f_stop = is_typed(settings, "f-stop"),
         .supersample = choose_samples(tool, plan),
         /* Who keeps passes wants them as the picture is. */
+        .is_through_glass = tool->is_through_glass,
         .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
         .wants_lens = !is_typed(settings, "f-stop"),
         .is_cancelled = is_cancelled,

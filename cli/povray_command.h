@@ -19,6 +19,7 @@ struct povray_tool {
     int32_t n_samples, overscan_px;
     int32_t move; /* enum povray_move */
     bool is_linear, is_camera_only, is_quiet, is_strict, has_subpixel;
+    bool is_through_glass;
     bool is_average;        /* the method is accumulate */
     bool is_anew;           /* frames that are finished are made again */
     const char *only_views; /* a list of views to render and keep, and no picture */

@@ -20,9 +20,10 @@ static void hash_input(void *user, const char *text, bool is_file)
 static void hash_tool(uint64_t *hash, const struct povray_tool *tool)
 {
     const double numbers[] = {tool->aperture, tool->shutter};
-    const int32_t integers[] = {tool->n_views,      tool->n_reference, tool->n_samples,
-                                tool->overscan_px,  tool->move,        tool->is_linear,
-                                tool->has_subpixel, tool->is_average};
+    const int32_t integers[] = {
+        tool->n_views,      tool->n_reference, tool->n_samples,
+        tool->overscan_px,  tool->move,        tool->is_linear,
+        tool->has_subpixel, tool->is_average,  tool->is_through_glass};
     frame_hash_text(hash, tool->program);
     frame_hash_text(hash, tool->output);
     frame_hash_text(hash, tool->keep);

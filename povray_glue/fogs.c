@@ -14,6 +14,9 @@
 /* Distances of the two fogs, in focus distances. */
 #define NEAR_FOG 0.7
 #define FAR_FOG 40.0
+/* The same for rays that go on behind the first surface, and how often they may. */
+static const double through_fogs[FOGS_MOST] = {3, 12, 60};
+#define THROUGH_LEVELS 8
 /* More than this share of pixels without fog is worth a second try and a warning. */
 #define INSIDE_LIMIT 1e-3
 
@@ -23,7 +26,8 @@ static bool start_fog(struct povray_scene *scene, const struct shot *shot,
 {
     struct text tail = {0};
     shot_add_camera(&tail, shot);
-    text_addf(&tail, "global_settings{max_trace_level 1");
+    text_addf(&tail, "global_settings{max_trace_level %d",
+              fogs->is_through ? THROUGH_LEVELS : 1);
     /* Indirect light would cost time, and the fogs would light things differently; the
      * last setting wins. POV-Ray takes a max_sample of 0 for none. */
     if (scene->sources.has_radiosity)
@@ -55,20 +59,23 @@ bool fogs_start(struct povray_scene *scene, const struct shot *shot,
                 struct fog_runs *fogs, struct povray_error *error)
 {
     const double focus = scene->camera.focus_distance;
-    const bool is_dark = scene->sources.has_fog;
+    const bool is_dark = scene->sources.has_fog || fogs->is_through;
+    const double usual[2] = {NEAR_FOG, FAR_FOG};
+    const double *distances = fogs->is_through ? through_fogs : usual;
     fogs->light = FOG_LIGHT;
-    fogs->distances[0] = NEAR_FOG * focus;
-    fogs->distances[1] = FAR_FOG * focus;
     if (scene->space.gamma > FOGS_MAX_GAMMA && !fogs->is_linear)
         fogs->light =
             pow(60000, 1 / scene->space.gamma); /* known on a second try only */
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < (fogs->is_through ? FOGS_MOST : 2); i++) {
+        const char base[] = {'b', 'a', 's', 'e', (char)('0' + i), '\0'};
+        const char fog[] = {'f', 'o', 'g', (char)('0' + i), '\0'};
+        fogs->distances[i] = distances[i] * focus;
         if ((i == 0 || is_dark) &&
-            !start_fog(scene, shot, fogs, &fogs->bases[i], i ? "base1" : "base0",
+            !start_fog(scene, shot, fogs, &fogs->bases[i], base,
                        is_dark ? fogs->distances[i] : 0, 0, error))
             return false;
-        if (!start_fog(scene, shot, fogs, &fogs->fogged[i], i ? "fog1" : "fog0",
-                       fogs->distances[i], fogs->light, error))
+        if (!start_fog(scene, shot, fogs, &fogs->fogged[i], fog, fogs->distances[i],
+                       fogs->light, error))
             return false;
     }
     return true;
@@ -76,11 +83,12 @@ bool fogs_start(struct povray_scene *scene, const struct shot *shot,
 
 void fogs_stop(struct fog_runs *fogs)
 {
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < FOGS_MOST; i++) {
         run_stop(&fogs->bases[i]);
         run_stop(&fogs->fogged[i]);
-        run_stop(&fogs->dark[i]);
     }
+    for (int i = 0; i < 2; i++)
+        run_stop(&fogs->dark[i]);
 }
 
 /* Pictures of the fogs as they are read: without fog, near and far lit, near and far
@@ -177,11 +185,12 @@ bool fogs_read(struct povray_scene *scene, const struct shot *shot,
 
 int fogs_list(struct fog_runs *fogs, struct run **list, int n)
 {
-    struct run *all[4] = {&fogs->bases[0], &fogs->bases[1], &fogs->fogged[0],
-                          &fogs->fogged[1]};
-    for (int i = 0; i < 4; i++)
-        if (all[i]->folder)
-            list[n++] = all[i];
+    for (int i = 0; i < FOGS_MOST; i++) {
+        if (fogs->bases[i].folder)
+            list[n++] = &fogs->bases[i];
+        if (fogs->fogged[i].folder)
+            list[n++] = &fogs->fogged[i];
+    }
     return n;
 }
 
@@ -190,7 +199,7 @@ bool fogs_repeat(struct povray_scene *scene, const struct shot *shot,
                  struct povray_error *error)
 {
     struct fog_runs fogs = {.mode = mode, .is_linear = is_linear};
-    struct run *list[4];
+    struct run *list[2 * FOGS_MOST];
     bool is_good = fogs_start(scene, shot, &fogs, error) &&
                    scene_wait(scene, list, fogs_list(&fogs, list, 0), error) &&
                    fogs_read(scene, shot, &fogs, passes, error);
@@ -221,14 +230,20 @@ static bool try_hollow(struct povray_scene *scene, const struct shot *shot,
 }
 
 bool fogs_look_inside(struct povray_scene *scene, const struct shot *shot,
-                      struct povray_passes *passes, struct povray_error *error)
+                      struct povray_passes *passes, enum rewrite_mode *best,
+                      struct povray_error *error)
 {
+    *best = REWRITE_PINHOLE;
     if (passes->n_inside <= INSIDE_LIMIT)
         return true;
     for (int mode = REWRITE_HOLLOW_PLANES;
-         mode <= REWRITE_HOLLOW_TOP && passes->n_inside > INSIDE_LIMIT; mode++)
+         mode <= REWRITE_HOLLOW_TOP && passes->n_inside > INSIDE_LIMIT; mode++) {
+        const double n_before = passes->n_inside;
         if (!try_hollow(scene, shot, (enum rewrite_mode)mode, passes, error))
             return false;
+        if (passes->n_inside < n_before)
+            *best = (enum rewrite_mode)mode;
+    }
     if (passes->n_inside > 0.5) {
         snprintf(
             error->message, sizeof error->message,

@@ -8,15 +8,20 @@
 /* Above it the usual light of the fogs is too bright for half floats. */
 #define FOGS_MAX_GAMMA 2.4
 
+/* Distances of fogs: two, and three for what is seen through things. */
+#define FOGS_MOST 3
+
 /* Renders: bases[0] serves both fogs where the scene has none, dark where it has things
  * as bright as the fog. Begin with {0}; those without a folder are not used. */
 struct fog_runs {
-    struct run bases[2], fogged[2], dark[2];
-    double light, distances[2];
+    struct run bases[FOGS_MOST], fogged[FOGS_MOST], dark[2];
+    double light, distances[FOGS_MOST];
     /* For fogs_start to read. */
     enum rewrite_mode mode;
     bool
         is_linear; /* in an assumed_gamma of 1: half floats then hold brighter things */
+    /* The rays go on behind the first surface, bases[] have black fog (through.c). */
+    bool is_through;
 };
 
 /* Starts the renders of a copy of the scene. */
@@ -24,7 +29,8 @@ bool fogs_start(struct povray_scene *scene, const struct shot *shot,
                 struct fog_runs *fogs, struct povray_error *error);
 void fogs_stop(struct fog_runs *fogs);
 
-/* Adds those that were started to a list of n; returns its new length, at most n + 4.
+/* Adds those that were started to a list of n; returns its new length, at most
+ * n + 2 FOGS_MOST.
  */
 int fogs_list(struct fog_runs *fogs, struct run **list, int n);
 
@@ -41,8 +47,10 @@ bool fogs_repeat(struct povray_scene *scene, const struct shot *shot,
 
 /* POV-Ray computes no fog inside solid things; where the camera is in one that is not
  * hollow, copies of the scene in which things are hollow may tell. False with a message
- * where most of the depth stays unknown; a smaller part becomes a warning. */
+ * where most of the depth stays unknown; a smaller part becomes a warning. *best is the
+ * mode whose depth was taken. */
 bool fogs_look_inside(struct povray_scene *scene, const struct shot *shot,
-                      struct povray_passes *passes, struct povray_error *error);
+                      struct povray_passes *passes, enum rewrite_mode *best,
+                      struct povray_error *error);
 
 #endif

@@ -15,6 +15,7 @@
 #include "fogs.h"
 #include "scene.h"
 #include "text.h"
+#include "through.h"
 
 /* Fine enough for thin edges that the lens will enlarge; docs/povray.md has times. */
 #define COLOUR_OPTIONS "+A0.05 +AM2 +R3"
@@ -108,7 +109,7 @@ static bool restart_job(struct povray_scene *scene, struct job *job, struct shot
 static bool run_job(struct povray_scene *scene, struct job *job,
                     struct povray_passes *passes, struct povray_error *error)
 {
-    struct run *list[6] = {&job->colour}, *probe = &job->probe;
+    struct run *list[1 + 2 * FOGS_MOST] = {&job->colour}, *probe = &job->probe;
     struct shot shot;
     if (!start_job(scene, job, &shot, error))
         return false;
@@ -129,7 +130,9 @@ static bool run_job(struct povray_scene *scene, struct job *job,
         scene->space.gamma > FOGS_MAX_GAMMA
             ? fogs_repeat(scene, &shot, REWRITE_PINHOLE, false, passes, error)
             : fogs_read(scene, &shot, &job->fogs, passes, error);
-    return is_good && fogs_look_inside(scene, &shot, passes, error);
+    enum rewrite_mode mode;
+    return is_good && fogs_look_inside(scene, &shot, passes, &mode, error) &&
+           through_look(scene, &shot, mode, passes, error);
 }
 
 bool povray_render(struct povray_scene *scene, struct povray_passes *passes,
@@ -203,7 +206,8 @@ static bool start_view(struct povray_scene *scene, struct view_job *job, int vie
 static bool finish_view(struct povray_scene *scene, struct view_job *job,
                         struct povray_passes *passes, struct povray_error *error)
 {
-    struct run *list[5] = {&job->colour};
+    struct run *list[1 + 2 * FOGS_MOST] = {&job->colour};
+    enum rewrite_mode mode;
     *passes = (struct povray_passes){.camera = scene->camera,
                                      .supersample = scene->supersample,
                                      .border_px = scene->border_px,
@@ -213,7 +217,8 @@ static bool finish_view(struct povray_scene *scene, struct view_job *job,
     return scene_wait(scene, list, fogs_list(&job->fogs, list, 1), error) &&
            read_colour(scene, &job->colour, passes, error) &&
            fogs_read(scene, &job->shot, &job->fogs, passes, error) &&
-           fogs_look_inside(scene, &job->shot, passes, error);
+           fogs_look_inside(scene, &job->shot, passes, &mode, error) &&
+           through_look(scene, &job->shot, mode, passes, error);
 }
 
 static void stop_view(struct view_job *job)

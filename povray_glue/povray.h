@@ -82,6 +82,9 @@ struct povray_options {
     /* What the passes show beyond the picture's border, px; -1: as far as blur reaches.
      */
     int32_t overscan_px;
+    /* What is seen through flat clear glass and in flat mirrors has its own depth: six
+     * renders more. */
+    bool is_through_glass;
     bool wants_lens; /* false: passes only, a missing aperture is no error */
     bool (*is_cancelled)(void *user);              /* may be NULL; asked every few ms */
     void (*progress)(void *user, double fraction); /* may be NULL */

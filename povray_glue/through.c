@@ -1,0 +1,293 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Depth of what is seen through flat clear glass, and in flat mirrors. POV-Ray adds fog on
+ * each part of a ray's way. Lit minus black fog of distance D and light K is, for a
+ * surface at t that lets the share s of the light through (or mirrors it) from u behind,
+ * and shows besides the share r of what is infinitely far (what glass mirrors weakly),
+ *
+ *     (B - B0) / K = 1 - e + e (s (1 - exp(-u / D)) + r),   e = exp(-t / D)
+ *
+ * t is known from the fogs that end at the first surface. Three distances D give u, s and
+ * r. POV-Ray has no fog inside solid things: the glass's own thickness is missing in u.
+ *
+ * Only where the first surface is flat: through balls and lenses an image is seen, which
+ * lies near them, not where the ray ends. 1 / z of a plane is affine in the picture (with
+ * an orthographic camera z): its second differences vanish.
+ */
+#include "through.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "camera.h"
+#include "fogs.h"
+#include "parallel.h"
+#include "text.h"
+
+/* Of the nearest fog's light, that comes from behind: less says nothing. */
+#define LEAST_BEHIND 0.02
+/* A surface that shows more of itself than of what is behind keeps its own depth. */
+#define LEAST_SHARE 0.5
+/* Share of the nearest fog's light that must reach the surface. */
+#define LEAST_LIGHT 1e-2
+/* Distances behind the surface that are tried, of that of the nearest fog: each so many
+ * times the one before, then refined. */
+#define FIRST_TRIED 0.02
+#define STEP_TRIED 1.2
+#define N_TRIED 46
+
+/* Length over which flatness is tested, of the picture's width, and the mean second
+ * difference over it that counts as flat, of the value: half floats bring 1e-3 to each,
+ * which the mean takes out, a ball whose radius is a fifth of its distance 1.3e-3 to all.
+ * What differs by more than MOST_BEND is another thing. */
+#define FLAT_LENGTH 0.018
+#define FLAT_BEND 6e-4
+#define MOST_BEND 1e-2
+
+struct through {
+    struct decode_picture lit[FOGS_MOST], dark[FOGS_MOST];
+    double distances[FOGS_MOST], light, axis_length;
+    const struct povray_camera *camera;
+    int32_t width, height, step;
+    const float *depth;
+    float *made; /* planar depth of what is seen through the surface, or of that */
+    /* Second differences of the surface along the row and the column: INFINITY where
+     * nothing is seen through it, NAN where it is too narrow to tell. */
+    float (*bends)[2];
+    _Atomic int64_t n_through;
+};
+
+/* Mean share of the fog's light in a pixel. */
+static double fog_share(const struct through *t, int fog, size_t i)
+{
+    double sum = 0;
+    for (size_t c = 0; c < 3; c++)
+        sum += (double)t->lit[fog].rgba[4 * i + c] - t->dark[fog].rgba[4 * i + c];
+    return sum / (3 * t->light);
+}
+
+/* What comes from behind a surface, in each fog. */
+struct behind {
+    double light[FOGS_MOST], weight[FOGS_MOST];
+    const double *distances;
+};
+
+/* Least squares of the shares s and r, neither below 0, for a distance u; returns the
+ * sum of the squares. */
+static double fit_shares(const struct behind *behind, double u, double *s, double *r)
+{
+    double aa = 0, ab = 0, bb = 0, ac = 0, bc = 0, error = 0;
+    for (int i = 0; i < FOGS_MOST; i++) {
+        const double w = behind->weight[i], c = behind->light[i];
+        const double a = -expm1(-u / behind->distances[i]);
+        aa += w * a * a;
+        ab += w * a;
+        bb += w;
+        ac += w * a * c;
+        bc += w * c;
+    }
+    const double det = aa * bb - ab * ab;
+    *r = det > 0 ? (aa * bc - ab * ac) / det : 0;
+    *r = fmax(*r, 0);
+    *s = fmax((ac - *r * ab) / aa, 0);
+    if (*s == 0)
+        *r = bc / bb;
+    for (int i = 0; i < FOGS_MOST; i++) {
+        double a = -expm1(-u / behind->distances[i]);
+        double rest = *s * a + *r - behind->light[i];
+        error += behind->weight[i] * rest * rest;
+    }
+    return error;
+}
+
+/* The distance that fits best, with its shares. */
+static double fit(const struct behind *behind, double *s, double *r)
+{
+    double u = FIRST_TRIED * behind->distances[0], best = u, least = INFINITY;
+    for (int i = 0; i < N_TRIED; i++, u *= STEP_TRIED) {
+        double error = fit_shares(behind, u, s, r);
+        if (error < least) {
+            least = error;
+            best = u;
+        }
+    }
+    for (double step = sqrt(STEP_TRIED); step > 1.001; step = sqrt(step))
+        for (int side = 0; side < 2; side++) {
+            double tried = side ? best * step : best / step;
+            double error = fit_shares(behind, tried, s, r);
+            if (error < least) {
+                least = error;
+                best = tried;
+            }
+        }
+    fit_shares(behind, best, s, r);
+    return best;
+}
+
+/* Distance along the ray of what is seen behind a surface at `first`, or that. */
+static double distance_through(const struct through *t, size_t i, double first)
+{
+    struct behind behind = {.distances = t->distances};
+    double s, r;
+    for (int fog = 0; fog < FOGS_MOST; fog++) {
+        const double e = exp(-first / t->distances[fog]), all = fog_share(t, fog, i);
+        if (e < LEAST_LIGHT)
+            return first;
+        behind.light[fog] = (all - (1 - e)) / e;
+        /* Half floats: the error is a part of the value. */
+        behind.weight[fog] = e * e / fmax(all * all, 1e-12);
+    }
+    if (behind.light[0] < LEAST_BEHIND)
+        return first;
+    const double more = fit(&behind, &s, &r);
+    if (s >= LEAST_SHARE)
+        return first + more;
+    return r >= LEAST_SHARE ? INFINITY : first;
+}
+
+/* What is affine in the picture on a plane, mean of 5 places across and 3 along; NAN
+ * outside. */
+static double affine_at(const struct through *t, int64_t x, int64_t y, bool is_row)
+{
+    const int64_t apart = t->step / 4 > 0 ? t->step / 4 : 1;
+    double sum = 0;
+    for (int k = 0; k < 15; k++) {
+        const int64_t across = (k % 5 - 2) * apart, along = k / 5 - 1;
+        const int64_t px = x + (is_row ? along : across);
+        const int64_t py = y + (is_row ? across : along);
+        if (px < 0 || py < 0 || px >= t->width || py >= t->height)
+            return NAN;
+        double z = (double)t->depth[py * t->width + px];
+        sum += t->camera->is_orthographic ? z : 1 / z;
+    }
+    return sum / 15;
+}
+
+/* Second difference along a row or column, the least of those before, about and behind a
+ * pixel; NAN where all of them reach other things. */
+static float bend_along(const struct through *t, int32_t x, int32_t y, bool is_row)
+{
+    double at[5], least = NAN;
+    for (int k = 0; k < 5; k++)
+        at[k] = affine_at(t, is_row ? x + (k - 2) * t->step : x,
+                          is_row ? y : y + (k - 2) * t->step, is_row);
+    for (int k = 0; k < 3; k++) {
+        double bend = (at[k] - 2 * at[k + 1] + at[k + 2]) / at[k + 1];
+        if (fabs(bend) < MOST_BEND && !(fabs(bend) >= fabs(least)))
+            least = bend;
+    }
+    return (float)least;
+}
+
+static void look_at_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct through *t = data;
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
+        for (int32_t x = 0; x < t->width; x++) {
+            size_t i = (size_t)y * (size_t)t->width + (size_t)x;
+            double start[3], direction[3];
+            camera_ray(t->camera, x + 0.5, y + 0.5, t->width, t->height, start,
+                       direction);
+            double planar = t->axis_length / vector_length(direction);
+            double first = (double)t->depth[i] / planar;
+            double seen = isfinite(first) ? distance_through(t, i, first) : first;
+            t->made[i] = (float)(seen * planar);
+            t->bends[i][0] = seen > first ? bend_along(t, x, y, true) : INFINITY;
+            t->bends[i][1] = seen > first ? bend_along(t, x, y, false) : INFINITY;
+        }
+}
+
+/* Is the surface about a pixel flat, in the mean? */
+static bool is_flat_about(const struct through *t, int32_t x, int32_t y)
+{
+    const int64_t apart = t->step / 2 > 0 ? t->step / 2 : 1;
+    double sums[2] = {0, 0};
+    int n[2] = {0, 0};
+    for (int k = 0; k < 81; k++) {
+        const int64_t px = x + (k % 9 - 4) * apart, py = y + (k / 9 - 4) * apart;
+        if (px < 0 || py < 0 || px >= t->width || py >= t->height)
+            continue;
+        for (int c = 0; c < 2; c++) {
+            double bend = (double)t->bends[py * t->width + px][c];
+            sums[c] += isfinite(bend) ? bend : 0;
+            n[c] += isfinite(bend);
+        }
+    }
+    return n[0] > 0 && n[1] > 0 && fabs(sums[0]) < FLAT_BEND * n[0] &&
+           fabs(sums[1]) < FLAT_BEND * n[1];
+}
+
+static void choose_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    struct through *t = data;
+    int64_t n_through = 0;
+    for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
+        for (int32_t x = 0; x < t->width; x++) {
+            size_t i = (size_t)y * (size_t)t->width + (size_t)x;
+            if (!isinf(t->bends[i][0]) && is_flat_about(t, x, y))
+                n_through++;
+            else
+                t->made[i] = t->depth[i];
+        }
+    t->n_through += n_through;
+}
+
+static bool render(struct povray_scene *scene, const struct shot *shot,
+                   enum rewrite_mode mode, const struct povray_passes *passes,
+                   struct through *t, struct povray_error *error)
+{
+    struct fog_runs runs = {.mode = mode, .is_linear = true, .is_through = true};
+    struct run *list[2 * FOGS_MOST];
+    bool is_good = fogs_start(scene, shot, &runs, error) &&
+                   scene_wait(scene, list, fogs_list(&runs, list, 0), error);
+    for (int i = 0; i < FOGS_MOST && is_good; i++)
+        is_good = scene_read(scene, &runs.fogged[i], &t->lit[i], error) &&
+                  scene_same_size(scene, passes, &t->lit[i], error) &&
+                  scene_read(scene, &runs.bases[i], &t->dark[i], error) &&
+                  scene_same_size(scene, passes, &t->dark[i], error);
+    for (int i = 0; i < FOGS_MOST; i++)
+        t->distances[i] = runs.distances[i];
+    t->light = runs.light;
+    fogs_stop(&runs);
+    return is_good;
+}
+
+static void replace_depth(struct through *t, struct povray_passes *passes,
+                          bool is_only_view)
+{
+    os_parallel(0, t->height, 0, look_at_rows, t);
+    os_parallel(0, t->height, 0, choose_rows, t);
+    free(passes->depth);
+    passes->depth = t->made;
+    t->made = NULL;
+    if (t->n_through == 0 && is_only_view)
+        scene_add_warning(passes, "--through-glass: no flat clear glass or mirror is "
+                                  "seen, and the depth stays as it is");
+}
+
+bool through_look(struct povray_scene *scene, const struct shot *shot,
+                  enum rewrite_mode mode, struct povray_passes *passes,
+                  struct povray_error *error)
+{
+    if (!scene->options.is_through_glass)
+        return true;
+    const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
+    struct through t = {.axis_length = vector_length(scene->camera.direction),
+                        .camera = &shot->camera,
+                        .width = passes->width,
+                        .height = passes->height,
+                        .step = (int32_t)ceil(FLAT_LENGTH * passes->width),
+                        .depth = passes->depth,
+                        .made = glue_alloc(n_pixels, sizeof(float)),
+                        .bends = glue_alloc(n_pixels, sizeof(*t.bends))};
+    bool is_good = t.made && t.bends && render(scene, shot, mode, passes, &t, error);
+    if (is_good)
+        replace_depth(&t, passes, shot->view < 0);
+    for (int i = 0; i < FOGS_MOST; i++) {
+        free(t.lit[i].rgba);
+        free(t.dark[i].rgba);
+    }
+    free(t.made);
+    free(t.bends);
+    return is_good;
+}

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Depth through flat clear glass and in flat mirrors, against the geometry."""
+
+import numpy
+import pytest
+from conftest import SIZE, read_exr
+
+SCENE = """
+#version 3.7;
+global_settings { assumed_gamma GAMMA }
+camera { location <0, 1, -4> look_at <0, 1, 0> right x*4/3 angle 50
+  aperture 0.2 focal_point <0, 1, 0> }
+light_source { <3, 9, -5> rgb 1 }
+plane { z, 10 pigment { checker rgb 0.9 rgb 0.2 } }
+"""
+PANE = """box { <-1, 0, 0>, <1, 2, 0.02> THING
+  pigment { rgbf <0.9, 1, 0.9, 0.9> } finish { diffuse 0.05 reflection 0.05 }
+  interior { ior 1.5 } }"""
+BALL = """sphere { <0, 1, 0>, 0.8 pigment { rgbf <0.9, 1, 0.9, 0.9> }
+  finish { diffuse 0.05 } interior { ior 1.5 } }"""
+MIRROR = """box { <-1, 0, 0>, <1, 2, 0.02> pigment { rgb 0 }
+  finish { reflection 0.8 diffuse 0 } }
+plane { z, -7 pigment { checker rgb 0.9 rgb 0.2 } }"""
+STONE = """box { <-1, 0, 0>, <1, 2, 0.02> pigment { rgb 0.7 } finish { reflection 0.2 } }
+plane { z, -7 pigment { rgb 0.9 } }"""
+MIDDLE = numpy.s_[45:75, 65:95]
+
+
+@pytest.fixture
+def depth(rackfocus, tmp_path):
+    """The depth pass of SCENE with some more, and what was said."""
+
+    def run(more, *options, gamma="1.0", kept="k/passes.exr"):
+        (tmp_path / "s.pov").write_text(SCENE.replace("GAMMA", gamma) + more)
+        done = rackfocus(
+            "povray", "s.pov", "-o", "o.exr", "--keep", "k", *options, "--", *SIZE,
+            cwd=tmp_path,
+        )  # fmt: skip
+        return read_exr(tmp_path / kept)["Z"], done.stderr
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "more, gamma, without, through",
+    [
+        (PANE.replace("THING", ""), "1.0", 4, 14),
+        (PANE.replace("THING", ""), "2.2", 4, 14),
+        (PANE.replace("THING", "rotate y*25"), "1.0", None, 14),
+        (MIRROR, "1.0", 4, 11),
+    ],
+    ids=["pane", "pane 2.2", "turned pane", "mirror"],
+)
+def test_what_is_seen_there_has_its_own_depth(depth, more, gamma, without, through):
+    """The whole way of the ray; without the option that of the first surface."""
+    before, _ = depth(more, gamma=gamma)
+    after, said = depth(more, "--through-glass", gamma=gamma)
+    if without:
+        assert numpy.allclose(before[MIDDLE], without, rtol=0.002)
+    assert numpy.allclose(after[MIDDLE], through, rtol=0.01)
+    assert "--through-glass" not in said
+    is_wall = before > 13.9
+    assert (before[is_wall] == after[is_wall]).all() and is_wall.any()
+
+
+@pytest.mark.parametrize("more", [BALL, STONE], ids=["ball", "polished"])
+def test_other_things_keep_their_depth(depth, more):
+    """Bent light and surfaces that show themselves; a warning that nothing changed."""
+    before, _ = depth(more)
+    after, said = depth(more, "--through-glass")
+    assert (before == after).all()
+    assert "--through-glass: no flat clear glass or mirror is seen" in said
+
+
+def test_views_look_through_glass(depth):
+    """Each of them."""
+    depths = depth(
+        PANE.replace("THING", ""), "--through-glass", "--views", 2,
+        kept="k/passes_v01.exr",
+    )  # fmt: skip
+    assert numpy.allclose(depths[0][MIDDLE], 14, rtol=0.01)
