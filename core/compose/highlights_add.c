@@ -346,6 +346,29 @@ static double height_at(double r, double a, double distance)
     return low;
 }
 
+/* The heights for distances up to that of a mask's farthest pixel, which lie between
+ * these: an eighth of a pixel apart, farther where there would be too many. */
+enum { PER_PX = 8, MOST_HEIGHTS = 1024 };
+struct heights {
+    double per_px;
+    double at[MOST_HEIGHTS + 2];
+};
+
+static void find_heights(struct heights *heights, double r, double a, double farthest)
+{
+    int n = (int)fmin(ceil(farthest * PER_PX) + 1, MOST_HEIGHTS);
+    heights->per_px = n / fmax(farthest, 1);
+    for (int i = 0; i <= n + 1; i++)
+        heights->at[i] = height_at(r, a, i / heights->per_px);
+}
+
+static double known_height(const struct heights *heights, double distance)
+{
+    double at = distance * heights->per_px;
+    int i = rf_min_int((int)at, MOST_HEIGHTS);
+    return heights->at[i] + (at - i) * (heights->at[i + 1] - heights->at[i]);
+}
+
 /* Of a mask without aberration, the value at (x, y) px from its corner. */
 static float mask_at(const struct rf_shadows *m, const float *mask, double x, double y)
 {
@@ -368,11 +391,16 @@ static void bend_mask(const struct highlights *h, const struct rf_shadows *m,
     memcpy(plain, m->blocked, n * sizeof *plain);
     double middle[2] = {(double)m->light_x - m->left - 0.5,
                         (double)m->light_y - m->top - 0.5};
+    double stretch[2] = {p->aperture_ratio, 1 / p->pixel_aspect};
+    double farthest = rf_length(fmax(middle[0], m->width - middle[0]) * stretch[0],
+                                fmax(middle[1], m->height - middle[1]) * stretch[1]);
+    struct heights heights;
+    find_heights(&heights, (double)m->light_r, p->spherical, farthest);
     for (int y = 0; y < m->height; y++)
         for (int x = 0; x < m->width; x++) {
             double dx = x - middle[0], dy = y - middle[1];
-            double far = rf_length(dx * p->aperture_ratio, dy / p->pixel_aspect);
-            double height = height_at((double)m->light_r, p->spherical, far);
+            double far = rf_length(dx * stretch[0], dy * stretch[1]);
+            double height = known_height(&heights, far);
             double grown = far > 0 ? fabs((double)m->light_r) * height / far : 1;
             m->blocked[(size_t)y * (size_t)m->width + (size_t)x] =
                 mask_at(m, plain, middle[0] + dx * grown, middle[1] + dy * grown);

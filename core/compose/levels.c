@@ -15,12 +15,12 @@
 #include "lens/aperture.h"
 
 /*
- * Half extent of a footprint from which the resolution falls. Rims and rings have finer
- * detail than discs have: +0.2 dB with spherical aberration and with a picture of the
- * aperture, +0.1 dB with the plain disc, whose time would grow by as much as its area
- * (tests/quality/test_looks.py).
+ * Half extent of a footprint from which the resolution falls. 9 gains 0.2 dB with
+ * spherical aberration and with a picture of the aperture, whose rims have finer detail,
+ * and 0.1 dB with the plain disc (tests/quality/test_looks.py), and takes twice the time
+ * at the radii from 8 to 9, 16 to 18 and so on.
  */
-enum { REACH_PX = 8, UNEVEN_REACH_PX = 9 };
+enum { REACH_PX = 8 };
 
 struct rf_levels rf_levels_of(const struct rf_shape *shape)
 {
@@ -33,8 +33,7 @@ struct rf_levels rf_levels_of(const struct rf_shape *shape)
     for (int i = 0; i < 2 * (RF_MAX_LEVEL + 1); i++) {
         /* Spherical aberration takes its room; rf_footprints has the rest. */
         int is_near = i % 2, l = i / 2;
-        double room = ldexp(shape->is_uneven ? UNEVEN_REACH_PX : REACH_PX, l),
-               glow = fmin(shape->glow_px, room / 2);
+        double room = ldexp(REACH_PX, l), glow = fmin(shape->glow_px, room / 2);
         if (!rf_shape_glows(shape, is_near))
             glow = 0;
         levels.limit[is_near][l] = (float)((room - glow) / wide);

@@ -107,8 +107,6 @@ void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
         .pixel_aspect = params->pixel_aspect,
         .min_lines = MIN_LINES,
         .glow_px = fabs(params->spherical),
-        .is_uneven = params->spherical != 0 || params->obstruction > 0 ||
-                     params->aperture == RF_APERTURE_IMAGE,
         .glows_near = params->spherical > 0,
         .growth = 1 + fmax(fmax(params->astigmatism, params->swirl), 0)};
     shapes[params->aperture](shape, params);

@@ -30,9 +30,8 @@ struct rf_shape {
     int min_lines;       /* v = const that a footprint is summed over */
     double origin[2];    /* of a part, in the whole lens */
     double glow_px;      /* spherical aberration makes it larger by this */
-    bool is_uneven;  /* not all of it lets the same light through, or to its place */
-    bool glows_near; /* before the focus; else behind it, where this is false */
-    double growth;   /* looks make it larger by this at the most */
+    bool glows_near;     /* before the focus; else behind it, where this is false */
+    double growth;       /* looks make it larger by this at the most */
 };
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
