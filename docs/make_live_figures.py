@@ -114,6 +114,52 @@ def show_demo(command, display, folder):
     window.close()
 
 
+def show_literature(command, display, folder):
+    """Views accumulated, methods and their differences, both eyes; the four graphs."""
+    small = (320, 180)
+    arguments = ("--demo", "--demo-width", small[0], "--f-stop", "0.7")
+    window = Window(command, display, folder, *arguments, "--demo-views", 256)
+    window.wait_best(views=256)
+    window.place()
+    seen = [None, window.look_at_picture(*small)]
+    press(window, "f")
+    window.wait_shown(filter=False, pinhole=True)
+    seen[0] = window.look_at_picture(*small)
+    press(window, "f", "x")
+    window.open_section("Compare")
+    window.set_number("Gain", "4")
+    window.wait_best(mode=4, views=256)
+    seen.append(still(window, small))
+    window.choose("Method", 0)
+    window.wait_best(mode=4, method="layered")
+    seen.append(still(window, small))
+    window.close()
+    window = Window(command, display, folder, *arguments, "--stereo")
+    window.wait_open()
+    seen.append(window.look_at_picture(*small))
+    window.choose("Eyes", 3)
+    window.wait_best()
+    time.sleep(0.5)
+    seen.append(window.look_at_picture(*small))
+    window.close()
+    write("view-literature.png", sheet(seen, 3))
+    window = Window(command, display, folder, "--demo", "--demo-width", 480)
+    window.wait_open()
+    window.move(*window.on_picture(357, 120))  # the far picture
+    window.key("y")
+    window.wait_text("graphs", "distance 6")
+    time.sleep(0.5)
+    at = window.layout()
+    write("view-graphs.png", window.look_still("graphs")[: round(at["y"]) + 60, :480])
+    window.close()
+
+
+def still(window, size):
+    """The picture when the last input is worked off."""
+    time.sleep(0.5)
+    return window.look_at_picture(*size)
+
+
 def main():
     command = sys.argv[1]
     display = Display(size=(1400, 1000))
@@ -121,6 +167,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             show_posts(command, display, folder)
             show_demo(command, display, folder)
+            show_literature(command, display, folder)
     finally:
         display.close()
 
