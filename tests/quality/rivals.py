@@ -55,23 +55,24 @@ class Bench:
         self.folder = options.folder.resolve()
         self.blender = options.blender
 
-    def render(self, scene, kind, samples, count=1):
+    def render(self, scene, kind, samples, count=1, more=()):
         """Folder of a pass of so many samples per pixel (and view)."""
-        folder = self.folder / f"{scene}_{kind}{count}_{samples}"
+        marks = "".join(f"_{word}" for word in more)
+        folder = self.folder / f"{scene}_{kind}{count}_{samples}{marks}"
         if not (folder / "done").exists():
             script = HERE / "scenes/cycles_scenes.py"
             words = [self.blender, "-b", "--factory-startup", "-P", script, "--"]
             words += [scene, folder, "--pass", kind, "--samples", samples]
             words += ["--count", count] if kind == "views" else []
-            words += ["--denoising-data"]
+            words += ["--denoising-data", *more]
             subprocess.run([*map(str, words)], check=True, capture_output=True)
             (folder / "done").touch()
         return folder
 
-    def passes(self, scene, samples, count):
+    def passes(self, scene, samples, count, more=()):
         """Files for `filter`: a pinhole, or views of samples in all."""
         kind = "pinhole" if count == 1 else "views"
-        folder = self.render(scene, kind, samples // count, count)
+        folder = self.render(scene, kind, samples // count, count, more)
         about = json.loads((folder / f"{scene}_{kind}.json").read_text())
         facts = camera_header(about["camera"])
         if count == 1:
@@ -85,9 +86,9 @@ class Bench:
             for i, offset in enumerate(about["view_offsets"])
         ]
 
-    def own(self, scene, samples):
+    def own(self, scene, samples, more=()):
         """Cycles' own depth of field."""
-        return self.render(scene, "dof", samples) / f"{scene}_dof.exr"
+        return self.render(scene, "dof", samples, 1, more) / f"{scene}_dof.exr"
 
     def score(self, scene, *words):
         """Figures of what a command makes; without words of the file given."""

@@ -627,13 +627,13 @@ def lens_offset(facts, index, count):
     return rho * math.cos(angle) / facts.ratio, rho * math.sin(angle)
 
 
-def move_to_lens_point(camera, facts, right, up):
+def move_to_lens_point(camera, facts, right, up, pan_px):
     """Moves the camera within the lens and shears it: the focus plane stays put."""
     turn = camera.rotation_euler.to_matrix()
     base = Vector((0, 0, facts.height_above_ground))
     camera.location = base + turn @ Vector((right, up, 0))
     to_shift = -facts.focal_px / (facts.focus * facts.longer_px)
-    camera.data.shift_x = right * to_shift
+    camera.data.shift_x = right * to_shift + pan_px / facts.longer_px
     camera.data.shift_y = up * to_shift
 
 
@@ -644,7 +644,7 @@ def render_views(facts, camera, prefix, options):
     offsets = []
     for index in range(options.count):
         right, up = lens_offset(facts, index, options.count)
-        move_to_lens_point(camera, facts, right, up)
+        move_to_lens_point(camera, facts, right, up, options.pan)
         render_to(
             f"{prefix}_view{index:02d}.exr", options.samples, options.seed + index
         )
@@ -712,6 +712,9 @@ def parse_options():
         help="render this part alone, px from the top left",
     )  # fmt: skip
     parser.add_argument(
+        "--pan", type=float, default=0.0, help="px that the picture moves to the left"
+    )
+    parser.add_argument(
         "--denoising-data", action="store_true", help="also albedo and normals"
     )
     return parser.parse_args(argv)
@@ -722,6 +725,7 @@ def render_pass(name, scene_name, options):
     facts, camera = build(scene_name, options.focus)
     layer = bpy.context.scene.view_layers[0]
     layer.cycles.denoising_store_passes = options.denoising_data
+    camera.data.shift_x = options.pan / facts.longer_px
     if options.window:
         render_only(facts, options.window)
     prefix = options.outdir / scene_name
