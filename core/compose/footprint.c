@@ -607,6 +607,7 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
                                 .n_phases = use->n_phases,
                                 .bokeh = use->bokeh,
                                 .bokeh_plane = use->bokeh_plane,
+                                .obstruction = use->obstruction,
                                 .spherical = use->spherical,
                                 .is_boundless = use->is_boundless,
                                 .n_levels = use->spherical != 0 ? RF_N_LEVELS : 2,

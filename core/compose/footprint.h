@@ -47,11 +47,12 @@ struct rf_footprints {
     struct rf_zones zones;
     const struct rf_bokeh *bokeh; /* light of the aperture; NULL: even */
     int bokeh_plane;
-    double spherical;  /* aberration, px */
-    bool is_boundless; /* no tile limits it */
-    int n_levels;      /* that footprints differ for; the last: and above */
-    int max_index;     /* radii from -max_index to max_index, in steps */
-    int n_phases;      /* per axis: 1 puts every sample on its pixel's centre */
+    double obstruction; /* as in struct rf_footprint_use */
+    double spherical;   /* aberration, px */
+    bool is_boundless;  /* no tile limits it */
+    int n_levels;       /* that footprints differ for; the last: and above */
+    int max_index;      /* radii from -max_index to max_index, in steps */
+    int n_phases;       /* per axis: 1 puts every sample on its pixel's centre */
     double extent[2]
                  [2]; /* of the drifting aperture along x and y: px, px per px of r */
     const struct rf_listed *list; /* not NULL: slots are its indices */

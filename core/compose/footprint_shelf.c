@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/pool.h"
 #include "compose/footprint.h"
+#include "input/bokeh.h"
 #include "lens/aperture.h"
 #include "rackfocus/rackfocus.h"
 
@@ -24,6 +25,7 @@ static const double ROUNDED = 1e-3; /* px: a radius from a float */
 
 struct kept {
     struct rf_shape shape; /* what footprints.shape points to */
+    struct rf_bokeh *ring; /* what footprints.bokeh points to, of an obstruction */
     struct rf_footprints footprints;
     int n_users; /* pictures in work */
 };
@@ -55,6 +57,7 @@ static void free_kept(const struct rf_context *context, struct kept *k)
     if (!k)
         return;
     rf_footprints_free(&k->footprints);
+    rf_bokeh_free(k->ring, context);
     rf_free(context, k);
 }
 
@@ -64,7 +67,8 @@ static bool serves(const struct kept *k, const struct rf_footprint_use *use)
     return f->zones.at->cells.n == use->n_cells && f->n_phases == use->n_phases &&
            rf_radius_of_index(f->max_index) > use->max_radius &&
            memcmp(&f->drift, &use->drift, sizeof f->drift) == 0 &&
-           f->spherical == use->spherical && f->is_boundless == use->is_boundless &&
+           f->obstruction == use->obstruction && f->spherical == use->spherical &&
+           f->is_boundless == use->is_boundless &&
            memcmp(&f->zones.look, &use->look, sizeof use->look) == 0 &&
            memcmp(&k->shape, use->shape, sizeof k->shape) == 0;
 }
@@ -104,18 +108,24 @@ static struct kept *place(struct rf_shelf *shelf, struct kept *made,
 static struct kept *make(const struct rf_context *context,
                          const struct rf_footprint_use *use, struct rf_error *error)
 {
-    struct kept *k = rf_alloc(context, 1, sizeof *k);
+    struct kept *k = rf_calloc(context, 1, sizeof *k);
     if (!k) {
         rf_fail_memory(error, 1, sizeof *k);
         return NULL;
     }
-    k->n_users = 0;
     memcpy(&k->shape, use->shape, sizeof k->shape);
     struct rf_footprint_use own = *use;
     own.shape = &k->shape;
     own.max_radius = fmax(own.max_radius, MOST_PX);
-    if (rf_footprints_init(&k->footprints, context, &own, error) == RF_OK)
+    rf_result result = RF_OK;
+    if (use->obstruction > 0)
+        result = rf_bokeh_make_ring(&k->ring, context, use->obstruction, error);
+    own.bokeh = k->ring;
+    if (result == RF_OK)
+        result = rf_footprints_init(&k->footprints, context, &own, error);
+    if (result == RF_OK)
         return k;
+    rf_bokeh_free(k->ring, context);
     rf_free(context, k);
     return NULL;
 }
@@ -132,7 +142,7 @@ rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
     rf_shape_extent(shape, extent);
     /* Footprints of level 0 and 1 px of radius more, which a tile holds, are kept. */
     double wide = fmax(extent[0], extent[1]);
-    if (use->list || use->bokeh ||
+    if (use->list || (use->bokeh && use->obstruction == 0) ||
         use->max_radius * wide > MOST_PX + fmax(wide - 1, 0) + ROUNDED)
         return rf_footprints_init(own, context, use, error);
     lock(shelf);

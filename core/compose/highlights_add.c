@@ -658,6 +658,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
                                    .look = rf_field_look(scene->frame),
                                    .bokeh = rf_frame_bokeh(scene->frame),
                                    .bokeh_plane = rf_frame_bokeh_plane(scene->frame),
+                                   .obstruction = rf_frame_obstruction(scene->frame),
                                    .spherical = scene->frame->params.spherical,
                                    .is_boundless = scene->frame->params.spherical != 0,
                                    .n_cells = 1,

@@ -50,8 +50,9 @@ struct rf_footprint_use {
     struct rf_look look;          /* all zeros: none */
     const struct rf_bokeh *bokeh; /* light of the aperture; NULL: even */
     int bokeh_plane;
-    double spherical;  /* aberration, px */
-    bool is_boundless; /* no tile limits the aberration */
+    double obstruction; /* that the bokeh is the ring of; 0: it is another */
+    double spherical;   /* aberration, px */
+    bool is_boundless;  /* no tile limits the aberration */
     int n_cells;
     double max_radius;
     int n_phases;

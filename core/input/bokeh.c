@@ -120,8 +120,11 @@ enum { RING_PX = 512, RING_PARTS = 4 };
 /* The share of a pixel of it that lies outside the hole, of squared radius. */
 static float share_outside(int x, int y, double hole2)
 {
-    double at[2], size = RING_PX / 2.0;
+    double at[2], size = RING_PX / 2.0, edge = sqrt(hole2), wide = 1 / size;
+    double far = rf_length((x + 0.5) / size - 1, (y + 0.5) / size - 1);
     int n = 0;
+    if (fabs(far - edge) > wide) /* no edge within the pixel */
+        return far > edge;
     for (int j = 0; j < RING_PARTS; j++)
         for (int i = 0; i < RING_PARTS; i++) {
             at[0] = (x + (i + 0.5) / RING_PARTS) / size - 1;

@@ -47,6 +47,12 @@ static inline const struct rf_bokeh *rf_frame_bokeh(const struct rf_frame *f)
     return f->params.aperture == RF_APERTURE_IMAGE ? f->bokeh : f->ring;
 }
 
+/* The obstruction that this picture is the ring of; 0: it is another, or none. */
+static inline double rf_frame_obstruction(const struct rf_frame *f)
+{
+    return f->ring && rf_frame_bokeh(f) == f->ring ? f->params.obstruction : 0;
+}
+
 /* The plane of that picture that the blur is to have. */
 static inline int rf_frame_bokeh_plane(const struct rf_frame *f)
 {
