@@ -226,6 +226,8 @@ static bool check_usage(const struct view_options *tool,
         return fail_usage(
             "--demo-views and --demo-height go with --demo; views of files "
             "are averaged by rackfocus accumulate");
+    if (tool->demo_views > 0 && tool->reference)
+        return fail_usage("--demo-views makes the reference: leave out --reference");
     if (tool->is_demo && operands->n > 1)
         return fail_usage("--demo takes one picture at most, an EXR or a PNG");
     if (operands->n > RF_MAX_VIEWS)

@@ -123,6 +123,7 @@ def test_the_light_of_a_picture(view, rackfocus, files, command_picture):
         (["one.exr", "--stereo", "--over"], "do not go together", 2),
         (["one.exr", "--stereo"], "holds one view", 1),
         (["--demo", "--stereo", "--demo-views", 8], "one eye", 2),
+        (["--demo", "--demo-views", 8, "--reference", "one.exr"], "leave out", 2),
         (["--demo", "--over"], "two to eight layers", 2),
         (["one.exr", "--demo-views", 8], "go with --demo", 2),
         (["one.exr", "--distribution-image", "l.exr"], "--method scatter", 2),
