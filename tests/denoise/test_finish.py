@@ -244,3 +244,40 @@ def test_the_own_albedo_brings_textures_back(clean, tmp_path):
         clean("finish", own, "--guide", ours, "-o", out, "--type", "float", "-q")
         errors.append(error_of(out, truth))
     assert errors[1] < 0.92 * errors[0]  # 0.050 and 0.058 when written
+
+
+WITH_GUIDES = """
+import sys
+import numpy as np
+import rackfocus
+
+folder, library = sys.argv[1:]
+own, ours, albedo, normal = np.load(f"{folder}/given.npy")
+made = rackfocus.finish(
+    own, ours, albedo=albedo, normal=normal, library=library, threads=1
+)
+np.save(f"{folder}/made.npy", made)
+"""
+
+
+def test_python_takes_the_albedo_too(clean, oidn, package, tmp_path):
+    """The same bits as the command, which finds it in the file."""
+    rng = np.random.default_rng(6)
+    shape = (48, 64, 3)
+    ours = rng.uniform(0.2, 0.4, shape).astype(np.float32)
+    albedo = rng.uniform(0, 1, shape).astype(np.float32)
+    colour = (0.5 * albedo * rng.gamma(2, 0.5, shape)).astype(np.float32)
+    normal = np.broadcast_to(np.float32([0, 0, 1]), shape)
+    own, guide, out = (tmp_path / f"{n}.exr" for n in ("own", "guide", "out"))
+    write_own(own, colour, albedo)
+    write(guide, ours, ["R", "G", "B"])
+    command = ("--type", "float", "--threads", 1)
+    clean("finish", own, "--guide", guide, "-o", out, *command)
+    np.save(tmp_path / "given.npy", np.stack([colour, ours, albedo, normal]))
+    environment = {k: v for k, v in os.environ.items() if k != "RACKFOCUS_OIDN"}
+    environment["PYTHONPATH"] = str(package)
+    line = [sys.executable, "-c", WITH_GUIDES, tmp_path, oidn]
+    subprocess.run(line, check=True, env=environment)
+    made, names = read(out)
+    made = made[..., [names.index(c) for c in "RGB"]]
+    assert np.array_equal(np.load(tmp_path / "made.npy"), made)
