@@ -105,7 +105,9 @@ def make_for(platform, build, dist):
     package = wheels.package_files(build)
     files = {**package, **wheels.command_files(build)}
     tag = wheels.TAGS[platform]
-    made, old = (dist / wheels.make_wheel(dist, files, tag, p) for p in ("3.11", "3.10"))
+    made, old = (
+        dist / wheels.make_wheel(dist, files, tag, p) for p in ("3.11", "3.10")
+    )
     print(made, old, sep="\n")
     stem = f"rack_focus-{version()}-{platform}"
     if platform in WITH_ADDON:

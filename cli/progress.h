@@ -17,7 +17,7 @@
 struct progress {
     const char *label;
     bool is_shown;
-    int n_drawn; /* letters on the line */
+    int n_drawn;               /* letters on the line */
     double started_s, drawn_s; /* seconds of the monotonic clock */
 };
 

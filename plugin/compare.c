@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "flip.h"
 #include "measure.h"
 #include "module.h"
 
@@ -76,7 +77,8 @@ static rf_result fail_memory(struct rf_error *error, int32_t width, int32_t heig
 }
 
 static rf_result measure(const struct rf_image *images, const char *const *names,
-                         struct measures *measures, struct rf_error *error)
+                         struct measures *measures, double *flip,
+                         struct rf_error *error)
 {
     rf_result result = check_shapes(images, names, error);
     if (result != RF_OK)
@@ -92,7 +94,8 @@ static rf_result measure(const struct rf_image *images, const char *const *names
         result = check_finite(samples[i], width, n, names[i], error);
     }
     if (result == RF_OK &&
-        !measure_pictures(samples[0], samples[1], width, height, measures))
+        (!measure_pictures(samples[0], samples[1], width, height, measures) ||
+         !flip_measure(samples[0], samples[1], width, height, flip)))
         result = fail_memory(error, width, height);
     free(samples[0]);
     free(samples[1]);
@@ -100,15 +103,15 @@ static rf_result measure(const struct rf_image *images, const char *const *names
 }
 
 /* The names of the command's JSON; a ratio to a black picture is None. */
-static PyObject *describe(const struct measures *m)
+static PyObject *describe(const struct measures *m, double flip)
 {
     PyObject *ratio = isnan(m->energy_ratio) ? Py_NewRef(Py_None)
                                              : PyFloat_FromDouble(m->energy_ratio);
-    return Py_BuildValue("{s:d,s:d,s:d,s:N,s:d,s:(ii),s:N,s:d}", "psnr", m->psnr_db,
+    return Py_BuildValue("{s:d,s:d,s:d,s:N,s:d,s:(ii),s:N,s:d,s:d}", "psnr", m->psnr_db,
                          "ssim", m->ssim, "rmse", m->rmse, "energy_ratio", ratio,
                          "max_error", m->max_error, "max_error_pixel", m->max_x,
                          m->max_y, "identical", PyBool_FromLong(m->max_error == 0),
-                         "tpsnr", m->tpsnr_db);
+                         "tpsnr", m->tpsnr_db, "flip", flip);
 }
 
 PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords)
@@ -127,14 +130,15 @@ PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords)
     }
     const struct rf_image images[2] = {opened[0].image, opened[1].image};
     struct measures measures;
+    double flip = 0;
     struct rf_error error;
     rf_result result;
     Py_BEGIN_ALLOW_THREADS;
-    result = measure(images, (const char *const *)names, &measures, &error);
+    result = measure(images, (const char *const *)names, &measures, &flip, &error);
     Py_END_ALLOW_THREADS;
     plugin_close_image(&opened[0]);
     plugin_close_image(&opened[1]);
     if (result != RF_OK)
         return plugin_raise(PyModule_GetState(module), &error);
-    return describe(&measures);
+    return describe(&measures, flip);
 }

@@ -78,7 +78,8 @@ static PyMethodDef functions[] = {
      "energy_ratio: sum of a / sum of b; None where b is black\n"
      "max_error: largest difference of two linear values\n"
      "max_error_pixel: its (x, y) in px from the first row and column\n"
-     "identical: whether all values are equal"},
+     "identical: whether all values are equal\n"
+     "flip: LDR-FLIP of Andersson et al. 2020, 0 alike to 1"},
     {0},
 };
 

@@ -8,7 +8,7 @@
 
 /* Immutable: what works on a part of the picture does so with a frame of its own. */
 struct rf_filter {
-    struct rf_frame frame;  /* of the whole picture */
+    struct rf_frame frame;         /* of the whole picture */
     struct rf_bokeh *bokeh, *ring; /* its own; NULL: none */
 };
 

@@ -32,6 +32,7 @@ class _Scores(TypedDict):
     max_error_pixel: tuple[int, int]
     identical: bool
     tpsnr: float
+    flip: float
 
 @final
 class Lens:

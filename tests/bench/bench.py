@@ -39,9 +39,7 @@ def say(text):
 def run(*arguments):
     """Run a program of the build; its output, or exit with what it said."""
     arguments = [str(a) for a in arguments]
-    done = subprocess.run(
-        arguments, capture_output=True, text=True, check=False
-    )
+    done = subprocess.run(arguments, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"bench: {' '.join(arguments)}: {done.stderr.strip()}")
     return done.stdout

@@ -107,7 +107,8 @@ def test_ssim_of_scikit_image(pair, figures):
 
 
 @pytest.mark.parametrize(
-    "scene, expected", [("posts", 0.312573), ("portrait", 0.251311), ("macro", 0.396085)]
+    "scene, expected",
+    [("posts", 0.312573), ("portrait", 0.251311), ("macro", 0.396085)],
 )
 def test_flip_of_flip_evaluator(figures, scene, expected):
     """What the paper's own program, flip-evaluator 1.7, says at its standard 67 pixels

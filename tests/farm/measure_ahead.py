@@ -44,7 +44,9 @@ def run(folder, width, jobs):
 
 
 def main():
-    width, count, rounds = list(map(int, sys.argv[1:])) + [3840, 8, 3][len(sys.argv) - 1 :]
+    width, count, rounds = (
+        list(map(int, sys.argv[1:])) + [3840, 8, 3][len(sys.argv) - 1 :]
+    )
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         make(folder, width, count)

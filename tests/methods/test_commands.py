@@ -146,8 +146,10 @@ def test_the_sheet_has_a_row_per_generator_and_a_column_per_blend(rackfocus, tmp
         top.append(cells[0][1])
     assert top == sorted(set(top)) and place["scatter"] == (left[1], top[1])
     # The figures over a picture: letters, and others over another one.
-    over = [drawn[y - 48 : y, x : x + 400] for x, y in (place["box_coc"],
-                                                        place["box_region"])]
+    over = [
+        drawn[y - 48 : y, x : x + 400]
+        for x, y in (place["box_coc"], place["box_region"])
+    ]
     assert all((text > 150).sum() > 1000 for text in over)
     assert (over[0] != over[1]).any()
 
