@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 from checked import Checked, names_of, read_rgba
-from conftest import call
+from conftest import call, only_in
 
+pytestmark = only_in("3.4", "4.2", "5.0", "newest")
 CHECKED = Checked("view_checks.py", "view_results.json")
 
 

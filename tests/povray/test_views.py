@@ -111,21 +111,19 @@ MOVING = SCENE.replace("location <1,2,-3>", "location <1+clock,2,-3>")
 
 
 def test_an_animation_is_its_frames(rackfocus, tmp_path):
-    """Ten frames at once are bit for bit those of ten runs, and differ."""
+    """Frames made at once are bit for bit those of runs of their own, and differ."""
     (tmp_path / "moving.pov").write_text(
         MOVING.format(camera=CAMERAS["perspective"][0])
     )
-    options = ["--views", 4, "--", "+W80", "+H60", "+KI0", "+KF1", "+KFI1", "+KFF10"]
-    rackfocus("povray", "moving.pov", "-o", "a.exr", "--frames", "1-10", *options,
+    options = ["--views", 4, "--", "+W80", "+H60", "+KI0", "+KF1", "+KFI1", "+KFF4"]
+    rackfocus("povray", "moving.pov", "-o", "a.exr", "--frames", "1-4", *options,
               cwd=tmp_path)  # fmt: skip
-    pictures = set()
-    for frame in range(1, 11):
+    pictures = {n: (tmp_path / f"a{n:04}.exr").read_bytes() for n in range(1, 5)}
+    assert len(set(pictures.values())) == 4
+    for frame in (1, 3):
         rackfocus("povray", "moving.pov", "-o", "b.exr", "--frames", f"{frame}-{frame}",
                   *options, cwd=tmp_path)  # fmt: skip
-        a, b = ((tmp_path / f"{n}{frame:04}.exr").read_bytes() for n in "ab")
-        assert a == b, frame
-        pictures.add(a)
-    assert len(pictures) == 10
+        assert (tmp_path / f"b{frame:04}.exr").read_bytes() == pictures[frame], frame
 
 
 def test_one_file_keeps_all_views(rackfocus, scene, tmp_path):
@@ -156,19 +154,6 @@ def test_wrong_usage(rackfocus, scene, tmp_path, options, text):
     done = rackfocus("povray", scene[0], "--views", 4, "-o", "o.exr", *options,
                      cwd=tmp_path, code=2)  # fmt: skip
     assert text in done.stderr
-
-
-def test_beats_one_view(rackfocus, tmp_path):
-    path = EXAMPLES / "camera" / "focalblur.pov"
-    scores = []
-    for n in (1, 8):
-        out = tmp_path / f"{n}.exr"
-        done = rackfocus("povray", path.name, "--views", n, "-o", out, "--", "+W640",
-                         "+H480", cwd=path.parent)  # fmt: skip
-        text = rackfocus("compare", out, REFERENCES / "focalblur.exr").stdout
-        scores.append(float(re.search(r"tPSNR ([0-9.]+) dB", text).group(1)))
-        print(f"{n} views: {scores[-1]:.2f} dB;", done.stdout.splitlines()[-1])
-    assert scores[1] >= scores[0]
 
 
 #: Focus distances of references/povray/focalblur_focus_*.exr, scene units.
@@ -206,3 +191,14 @@ def test_refocused_views_are_what_the_lens_shows(rackfocus, focalblur_views, tmp
     assert captured > 40
     for focus in OTHERS:
         assert scores[focus] > captured - 1.5, focus
+
+
+def test_beats_one_view(rackfocus, focalblur_views, tmp_path):
+    path = EXAMPLES / "camera" / "focalblur.pov"
+    out, reference = tmp_path / "one.exr", f"focalblur_focus_{int(CAPTURED)}.exr"
+    rackfocus("povray", path.name, "-o", out, "--", "+W320", "+H240", cwd=path.parent)
+    text = rackfocus("compare", out, REFERENCES / reference).stdout
+    one = float(re.search(r"tPSNR ([0-9.]+) dB", text).group(1))
+    several = score_at(rackfocus, focalblur_views, CAPTURED, tmp_path / "o.exr")
+    print(f"one view {one:.2f} dB, 8 views {several:.2f} dB")
+    assert several > one

@@ -266,4 +266,5 @@ def steps():
     yield from node()
 
 
-stepping.play(steps())
+if __name__ == "__main__":
+    stepping.play(steps())
