@@ -15,8 +15,7 @@ the command takes after the render, against references/ of
     finish 8      8 views of N/2 samples in all and N/2 samples of the own lens
     finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top
 
-RACKFOCUS_OIDN names the folder of Open Image Denoise. FLIP is measured where Python
-finds flip_evaluator (PyPI's flip-evaluator).
+RACKFOCUS_OIDN names the folder of Open Image Denoise.
 """
 
 import argparse
@@ -32,11 +31,6 @@ sys.path.insert(0, str(HERE / "scenes"))
 import numpy as np  # noqa: E402
 import OpenImageIO as oiio  # noqa: E402
 from collect_references import VEC2, camera_header, round_depth  # noqa: E402
-
-try:
-    import flip_evaluator
-except ImportError:
-    flip_evaluator = None
 
 SCENES = ("posts", "portrait", "plane", "macro", "foliage")
 PARTS = {
@@ -104,10 +98,6 @@ class Bench:
         line = [self.command, "compare", out, reference, "--json"]
         done = subprocess.run([*map(str, line)], check=True, capture_output=True)
         figures = json.loads(done.stdout) | {"seconds": seconds}
-        if flip_evaluator:
-            pair = [np.clip(read_rgb(path), 0, 1) for path in (reference, out)]
-            about = {"inputsRGB": False, "applyMagma": False}
-            figures["flip"] = flip_evaluator.evaluate(*pair, "LDR", **about)[1]
         return figures
 
     def row(self, scene, samples):
@@ -205,9 +195,6 @@ def main():
     for samples in options.samples:
         rows = {scene: bench.row(scene, samples) for scene in options.scenes}
         for measure in MEASURES:
-            if measure == "flip" and not flip_evaluator:
-                print("\nFLIP: not measured; python3 -m pip install flip-evaluator")
-                continue
             print_table(rows, samples, measure)
 
 
