@@ -47,6 +47,7 @@ static void pick_from_list(struct ui *ui, const struct area *field,
         if (is_here && ui->input.is_pressed) {
             *index = i;
             ui->popup = 0;
+            ui->pressed = 0; /* a press of the control soon after is no double click */
             ui->input.is_pressed = false; /* not for what lies below the list */
         }
     }
