@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "canvas.h"
 #include "cli.h"
 #include "flip.h"
 #include "json.h"
@@ -68,48 +69,43 @@ static void print_json(const char *a, const char *b, const struct picture *pictu
     json_close(&json, '}');
 }
 
-static float encode_srgb(float value)
+/* A, B and the picture of the error, next to each other. */
+static bool write_side_by_side(const char *path, const struct picture *a,
+                               const struct picture *b, const float *heat,
+                               struct image_error *error)
 {
-    const double v = fmin(fmax(value, 0), 1);
-    return (float)(v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055);
-}
-
-/* Copies `from` (encoded on the way where asked) into a wider picture at column x. */
-static void paste(const float *from, int32_t width, int32_t height, bool is_linear,
-                  float *to, int32_t to_width, int32_t x)
-{
-    for (int32_t y = 0; y < height; y++) {
-        const float *source = from + 3 * (size_t)y * (size_t)width;
-        float *target = to + 3 * ((size_t)y * (size_t)to_width + (size_t)x);
-        for (int32_t i = 0; i < 3 * width; i++)
-            target[i] = is_linear ? encode_srgb(source[i]) : source[i];
-    }
+    const int32_t width = a->width, height = a->height;
+    const struct canvas_picture pictures[] = {{a->samples, width, height, true},
+                                              {b->samples, width, height, true},
+                                              {heat, width, height, false}};
+    enum { N = sizeof pictures / sizeof *pictures };
+    struct canvas canvas;
+    if (!canvas_make(&canvas, N * width, height, 0))
+        return app_fail(error, APP_NO_MEMORY, "out of memory") == APP_DONE;
+    for (int32_t i = 0; i < N; i++)
+        canvas_crop(&canvas, (struct canvas_box){i * width, 0, width, height},
+                    &pictures[i], 0, 0);
+    const bool is_written =
+        image_write_png(path, canvas.rgb, canvas.width, height, 3, 8, true, error);
+    canvas_free(&canvas);
+    return is_written;
 }
 
 static bool write_pictures(const struct compare_options *tool, const struct picture *a,
                            const struct picture *b, struct image_error *error)
 {
     const int32_t width = a->width, height = a->height;
-    const size_t n = 3 * (size_t)width * (size_t)height;
     if (!tool->heatmap && !tool->side_by_side)
         return true;
-    float *heat = app_memory(n, sizeof(*heat), error);
-    float *all =
-        heat && tool->side_by_side ? app_memory(3 * n, sizeof(*all), error) : NULL;
-    bool is_done = heat && (all || !tool->side_by_side);
-    if (is_done)
-        measure_heatmap(a->samples, b->samples, width, height, heat);
-    if (is_done && tool->heatmap)
-        is_done =
-            image_write_png(tool->heatmap, heat, width, height, 3, 8, true, error);
-    if (is_done && tool->side_by_side) {
-        paste(a->samples, width, height, true, all, 3 * width, 0);
-        paste(b->samples, width, height, true, all, 3 * width, width);
-        paste(heat, width, height, false, all, 3 * width, 2 * width);
-        is_done = image_write_png(tool->side_by_side, all, 3 * width, height, 3, 8,
-                                  true, error);
-    }
-    free(all);
+    float *heat = app_memory(3 * (size_t)width * (size_t)height, sizeof(*heat), error);
+    if (!heat)
+        return false;
+    measure_heatmap(a->samples, b->samples, width, height, heat);
+    const bool is_done =
+        (!tool->heatmap ||
+         image_write_png(tool->heatmap, heat, width, height, 3, 8, true, error)) &&
+        (!tool->side_by_side ||
+         write_side_by_side(tool->side_by_side, a, b, heat, error));
     free(heat);
     return is_done;
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "html.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
+#include "file.h"
 #include "folder.h"
 #include "path.h"
 
@@ -32,7 +32,7 @@ char *html_make_folder(const char *page, const char *ending, struct image_error 
     memcpy(folder, page, n);
     strcpy(folder + n, ending);
     const int reason = os_folder_make(folder, OS_FOLDER_SHARED);
-    if (reason == 0 || reason == EEXIST)
+    if (reason == 0 || os_file_facts(folder).kind == OS_FILE_FOLDER)
         return folder;
     set_error(error, "%s: cannot make the folder: %s", folder, strerror(reason));
     free(folder);
