@@ -142,10 +142,12 @@ static rf_result check_range(const struct rf_param_info *p, double v,
         return rf_fail(error, RF_ERROR_PARAMETER, p->field,
                        "%s is %g, but it takes whole numbers from %g to %g", p->key, v,
                        p->min, p->max);
-    if (!(v >= p->min && v <= p->max))
+    if (!(v >= p->min && v <= p->max)) {
+        const char *unit = strcmp(p->unit, "1") == 0 ? "" : p->unit;
         return rf_fail(error, RF_ERROR_PARAMETER, p->field,
                        "%s is %g; its range is %g to %g%s%s", p->key, v, p->min, p->max,
-                       p->unit[0] ? " " : "", p->unit);
+                       unit[0] ? " " : "", unit);
+    }
     return RF_OK;
 }
 

@@ -226,6 +226,8 @@ static void messages_list_ranges_and_choices(void)
     rf_params_set(&params, "blades", "17", &error);
     CHECK_CONTAINS(error.message, "17");
     CHECK_CONTAINS(error.message, "0 to 16");
+    rf_params_set(&params, "cat-eye", "5", &error);
+    CHECK_STR(error.message, "cat-eye is 5; its range is 0 to 4");
     rf_params_set(&params, "optics", "telescope", &error);
     CHECK_CONTAINS(error.message, "telescope");
     for (int i = 0; i < rf_param_find("optics")->n_choices; i++)

@@ -169,7 +169,7 @@ struct rf_param_info {
     const char *key;           /**< "focus-distance" */
     const char *field;         /**< "focus_distance" */
     const char *attribute;     /**< name in an EXR header, "rackfocus:focusDistance" */
-    const char *unit;          /**< "scene units"; "" for bool and enum */
+    const char *unit;          /**< "scene units"; "1": a number; "": bool, enum */
     const char *help;          /**< one sentence or two */
     enum rf_param_type type;   /**< of its member */
     enum rf_param_group group; /**< heading under which it is shown */
