@@ -39,6 +39,7 @@ struct command {
     size_t n_options;
     bool takes_params; /* also accepts every parameter of params.def */
     bool keeps_rest;   /* what follows "--" is not for this program */
+    bool takes_line;   /* ... nor what its first word begins: "--" may be left out */
     /* argv[0] is the sub-command's name; returns an exit code. */
     int (*run)(int argc, char **argv);
 };

@@ -590,7 +590,7 @@ static int run_animation(struct povray_job *job, const struct povray_plan *plan,
     if (!frames->is_animation || job->tool->is_camera_only) {
         if (!job->report)
             return run_job(job, frames);
-        message("povray: the frames are not known; give --frames A-B behind --");
+        message("povray: the frames are not known; give --frames A-B");
         return EXIT_USAGE;
     }
     if (job->report && !frames_report_start(job->report, &frames->list, NULL))

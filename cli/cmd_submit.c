@@ -451,8 +451,6 @@ static bool check_usage(const struct submit_options *tool,
 {
     if (!options_given(operands, "to"))
         return fail_usage("submit needs --to slurm, --to openjd or --to script");
-    if (operands->n > 0)
-        return fail_usage("the command line that makes the frames follows --");
     if (tool->is_measured && tool->n_chunk)
         return fail_usage("--measure chooses what --chunk says; leave one out");
     const char *method = command_line_value(line, "method");
@@ -464,7 +462,7 @@ static bool check_usage(const struct submit_options *tool,
                           "where the views wait for each other");
     const char *output = command_line_value(line, "output");
     if (!output)
-        return fail_usage("the command line behind -- has no output, -o");
+        return fail_usage("the command line of the frames has no output, -o");
     if (!frame_is_pattern(output)) {
         message("--output: '%s' has no #### for the number of the frame", output);
         return false;
@@ -473,7 +471,7 @@ static bool check_usage(const struct submit_options *tool,
         if (strchr(line->argv[i], '\n') ||
             (tool->kind == FARM_OPENJD && strstr(line->argv[i], "{{")))
             return fail_usage(
-                "a word behind -- has an end of line, or {{, which is Open Job "
+                "a word of the frames' command has an end of line, or {{, which is Open Job "
                 "Description's own; give files other names");
     return true;
 }
@@ -515,8 +513,8 @@ const struct command command_submit = {
     .description =
         "Cuts the frames of a command line into tasks, writes the job, and submits it: "
         "a Slurm array, an Open Job Description template, or a shell script for this "
-        "machine. What follows -- is a command line of filter, povray or accumulate as "
-        "it would run here.\n\n"
+        "machine. It ends with a command line of filter, povray or accumulate as it would "
+        "run here; -- may stand before it.\n\n"
         "Frames that are finished are left out. A task that was killed, or failed, "
         "costs the frame it was at: the same command again submits what is missing, "
         "and all frames are, bit for bit, those of one machine. The last step of the "
@@ -532,5 +530,6 @@ const struct command command_submit = {
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),
     .keeps_rest = true,
+    .takes_line = true,
     .run = cmd_submit,
 };

@@ -312,7 +312,9 @@ static int parse_arguments(struct parser *parser, struct operands *operands)
     while (parser->next < parser->argc) {
         char *argument = parser->argv[parser->next++];
         int code = OPTIONS_GO_ON;
-        if (strcmp(argument, "--") == 0) {
+        bool is_line = parser->command->takes_line && argument[0] != '-';
+        if (is_line || strcmp(argument, "--") == 0) {
+            parser->next -= is_line;
             operands->rest = parser->argv + parser->next;
             operands->n_rest = parser->argc - parser->next;
             return OPTIONS_GO_ON;

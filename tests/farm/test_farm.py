@@ -402,6 +402,16 @@ def test_chunks(submit, shot):
     assert "as those that are there took" in tasks()
 
 
+def test_the_line_needs_no_dashes(binary, submit, shot):
+    folder = shot(3)
+    words = ["--to", "script", "--dry-run", "--chunk", "2", "--job", "job.sh"]
+    submit(folder, *words)
+    with_dashes = (folder / "job.sh").read_text()
+    (folder / "job.sh").unlink()
+    subprocess.run([binary, "submit", *words, *WORDS], cwd=folder, check=True)
+    assert (folder / "job.sh").read_text() == with_dashes
+
+
 def test_tasks_are_even(submit, shot):
     """Where nobody says how many frames a task has; the last is no stub."""
     folder = shot(1)
@@ -426,7 +436,7 @@ def test_too_many_tasks(submit, shot):
     [
         ([], WORDS, "submit needs --to"),
         (["--to", "slurm"], [], "needs a command line after --"),
-        (["--to", "slurm", "x"], WORDS, "follows --"),
+        (["--to", "slurm", "x"], WORDS, "makes no sequence"),
         (["--to", "slurm"], ["info", "x"], "makes no sequence"),
         (["--to", "slurm"], ["filter", "s.#.exr"], "has no output"),
         (["--to", "slurm"], ["filter", "s.#.exr", "-o", "o.exr"], "has no ####"),
