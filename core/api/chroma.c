@@ -8,9 +8,11 @@
  *
  *   x   axial chroma, px;  m   lateral chroma
  *
- * Where the radius or the aperture differs, the whole picture is made three times and
- * each time one colour is kept: occlusion, highlights and hidden background are right
- * for each, at three times the cost. Lateral colour alone needs one picture. What is
+ * Where the radius or the aperture differs, the method makes the picture colour by
+ * colour, if it can: a view's surfaces are the same for all, since the radii differ by
+ * as much everywhere. Else the whole picture is made three times and each time one
+ * colour is kept, at three times the cost. Either way occlusion and highlights are
+ * right for each. Lateral colour alone needs one picture. What is
  * magnified is interpolated by Catmull and Rom's kernel, within the range of the four
  * pixels around, so that highlights do not ring; beyond the edge it goes on as there.
  */
@@ -29,9 +31,8 @@
 #include "input/bokeh.h"
 #include "input/frame.h"
 #include "input/image.h"
+#include "methods/methods.h"
 #include "rackfocus/rackfocus.h"
-
-enum { N_COLOURS = 3 };
 
 static bool has_colours(const struct rf_frame *frame)
 {
@@ -41,7 +42,7 @@ static bool has_colours(const struct rf_frame *frame)
 
 bool rf_chroma_is_on(const struct rf_frame *frame, int n_channels)
 {
-    return n_channels >= N_COLOURS &&
+    return n_channels >= RF_N_COLOURS &&
            (has_colours(frame) || frame->params.lateral_chroma != 0);
 }
 
@@ -202,10 +203,17 @@ static rf_result keep_colour(const struct rf_frame *frame, const struct rf_image
         return magnify(frame->context, &m, error);
     }
     rf_parallel(frame->context, to->height, RF_EQUAL_PARTS, copy_rows, &copy);
-    copy.channel = N_COLOURS;
-    if (colour == 1 && to->channels > N_COLOURS)
+    copy.channel = RF_N_COLOURS;
+    if (colour == 1 && to->channels > RF_N_COLOURS)
         rf_parallel(frame->context, to->height, RF_EQUAL_PARTS, copy_rows, &copy);
     return RF_OK;
+}
+
+/* Does the method make the colours of a picture one by one? */
+static bool can_part(const struct rf_frame *frame, int n_views)
+{
+    return n_views == 1 && frame->params.quality != RF_QUALITY_PREVIEW &&
+           rf_method_find(frame->params.method)->has_layers;
 }
 
 rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *views,
@@ -213,7 +221,13 @@ rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *
                             const struct rf_progress *progress, rf_process_fn process,
                             struct rf_error *error)
 {
-    int n_parts = has_colours(frame) ? N_COLOURS : 1, n_channels = out->channels;
+    bool by_colour = has_colours(frame) && can_part(frame, n_views);
+    int n_parts = has_colours(frame) && !by_colour ? RF_N_COLOURS : 1;
+    int n_channels = out->channels;
+    struct rf_frame whole = *frame;
+    whole.by_colour = by_colour;
+    if (by_colour && frame->params.lateral_chroma == 0)
+        return process(&whole, views, n_views, out, progress, error);
     size_t n = (size_t)frame->width * (size_t)frame->height * (size_t)n_channels;
     /* What the caller takes may be its own input, as long as that is needed. */
     size_t n_pictures = n_parts > 1 ? 2 : 1;
@@ -228,13 +242,13 @@ rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *
     for (int i = 0; i < n_parts && result == RF_OK; i++) {
         struct part part = {progress, i, n_parts};
         const struct rf_progress own = {report_part, &part};
-        struct rf_frame one = *frame;
+        struct rf_frame one = whole;
         if (n_parts > 1) {
             one.colour = 1 + i;
-            one.radius_shift = (1 - i) * frame->params.axial_chroma;
+            one.radius_shift = rf_frame_colour_shift(frame, i);
         }
         result = process(&one, views, n_views, &made, progress ? &own : NULL, error);
-        for (int c = 0; c < N_COLOURS && result == RF_OK; c++)
+        for (int c = 0; c < RF_N_COLOURS && result == RF_OK; c++)
             if (n_parts == 1 || c == i)
                 result = keep_colour(frame, &made, &kept, c, error);
     }

@@ -193,7 +193,7 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
     const float *coverage = sum + plane * (size_t)n_colours, *sums[4] = {NULL};
     ptrdiff_t at = crop->stride * y + x;
     for (int p = 0; p < n_colours; p++)
-        sums[p] = sum + plane * (size_t)p;
+        sums[c->scene->first_colour + p] = sum + plane * (size_t)p;
     if (c->gaps)
         rf_gaps_note(c->gaps + (size_t)crop->width * (size_t)y + (size_t)x, coverage,
                      n);
@@ -255,6 +255,14 @@ static void finish(const struct rf_composer *c, const struct rf_crop *crop)
                 finish_tiles, &f);
 }
 
+static bool has_planes(const struct rf_work *work)
+{
+    bool any = false;
+    for (int p = 0; p < 4; p++)
+        any |= work->colour[p] != NULL;
+    return any;
+}
+
 /* Where the result goes: the image or colours of the work, or the canvas' sums. */
 static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
 {
@@ -279,7 +287,7 @@ static struct rf_crop crop_of(const struct rf_composer *c, struct rf_work *work)
         crop.stride = work->out->row_bytes / (ptrdiff_t)sizeof(float);
         return crop;
     }
-    if (!work->colour[0]) {
+    if (!has_planes(work)) {
         crop.stride = (ptrdiff_t)c->canvas.stride;
         work->stride = c->canvas.stride;
         for (int p = 0; p < work->n_planes; p++)
@@ -370,6 +378,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     for (int i = 0; i < c->n_threads; i++) {
         c->acc[i] = (struct rf_spread_sums){.n_cells = canvas->n_cells,
                                             .n_planes = canvas->n_planes,
+                                            .first_colour = c->scene->first_colour,
                                             .at = acc + n_acc * (size_t)i,
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
@@ -405,8 +414,11 @@ static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
 rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
                             struct rf_error *error)
 {
-    scene->n_colours = work->n_planes == 4 && !scene->is_opaque ? 4 : 3;
-    bool gives_canvas = !work->colour[0] && !work->out && !scene->sum;
+    bool has_alpha = work->n_planes == 4 && !scene->is_opaque;
+    bool is_lone = scene->colour > 0 && !has_alpha;
+    scene->n_colours = is_lone ? 1 : has_alpha ? 4 : 3;
+    scene->first_colour = is_lone ? scene->colour - 1 : 0;
+    bool gives_canvas = !has_planes(work) && !work->out && !scene->sum;
     const struct rf_frame *frame = scene->frame;
     struct rf_composer c = {.scene = scene,
                             .context = frame->context,

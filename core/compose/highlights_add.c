@@ -97,11 +97,19 @@ struct highlights {
     struct rf_occluder_layers layers;
 };
 
+/* Of the disc of a highlight, in the scene's colour. What stands before it is as far
+ * from it in all. */
+static float radius_of(const struct rf_scene *scene, const struct rf_sample *s)
+{
+    return s->r + scene->radius_shift;
+}
+
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 {
     if (h->list.slot)
         return h->list.slot[s - h->samples->at];
-    return rf_footprint_slot(h->footprints, 0, rf_radius_index(h->footprints, s->r),
+    return rf_footprint_slot(h->footprints, 0,
+                             rf_radius_index(h->footprints, radius_of(h->scene, s)),
                              rf_phase_of(h->footprints, s->x, s->y), RF_POSITIVE, 0);
 }
 
@@ -296,8 +304,9 @@ static struct box box_of(const struct highlights *h, const struct rf_sample *lig
     int x = (int)floorf(light->x), y = (int)floorf(light->y);
     struct box box = {x, y, x + f->min_dx, x + f->max_dx, y + f->min_dy, y + f->max_dy};
     if (h->scene->frame->params.spherical != 0) { /* and the disc without it */
-        int half_x = (int)ceil(fabs((double)light->r) * h->layers.lens_extent[0]) + 1;
-        int half_y = (int)ceil(fabs((double)light->r) * h->layers.lens_extent[1]) + 1;
+        float r = radius_of(h->scene, light);
+        int half_x = (int)ceil(fabs((double)r) * h->layers.lens_extent[0]) + 1;
+        int half_y = (int)ceil(fabs((double)r) * h->layers.lens_extent[1]) + 1;
         box.min_x = rf_min_int(box.min_x, x - half_x);
         box.max_x = rf_max_int(box.max_x, x + half_x);
         box.min_y = rf_min_int(box.min_y, y - half_y);
@@ -395,13 +404,13 @@ static void bend_mask(const struct highlights *h, const struct rf_shadows *m,
     double farthest = rf_length(fmax(middle[0], m->width - middle[0]) * stretch[0],
                                 fmax(middle[1], m->height - middle[1]) * stretch[1]);
     struct heights heights;
-    find_heights(&heights, (double)m->light_r, p->spherical, farthest);
+    find_heights(&heights, (double)m->disc_r, p->spherical, farthest);
     for (int y = 0; y < m->height; y++)
         for (int x = 0; x < m->width; x++) {
             double dx = x - middle[0], dy = y - middle[1];
             double far = rf_length(dx * stretch[0], dy * stretch[1]);
             double height = known_height(&heights, far);
-            double grown = far > 0 ? fabs((double)m->light_r) * height / far : 1;
+            double grown = far > 0 ? fabs((double)m->disc_r) * height / far : 1;
             m->blocked[(size_t)y * (size_t)m->width + (size_t)x] =
                 mask_at(m, plain, middle[0] + dx * grown, middle[1] + dy * grown);
         }
@@ -420,6 +429,7 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
     struct rf_shadows m = {.light_x = light->x - (float)x,
                            .light_y = light->y - (float)y,
                            .light_r = light->r,
+                           .disc_r = radius_of(h->scene, light),
                            .x = x,
                            .y = y,
                            .nearer = NEARER_PX,
@@ -433,7 +443,7 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
     size_t n = (size_t)m.width * (size_t)m.height;
     m.blocked = memset(shade->blocked, 0, n * sizeof *m.blocked);
     if (h->scene->n_views > 1)
-        find_views(h, light->r, &m,
+        find_views(h, m.disc_r, &m,
                    (unsigned char *)(m.blocked + n + RF_SHADOW_MARGIN));
     for (int j = 0; j < h->layers.n; j++)
         draw_occluders(h, light, j, &m);
@@ -480,8 +490,9 @@ static void add_light(const struct highlights *h, const struct rf_sample *light,
     const struct rf_crop *crop = h->out;
     const struct rf_footprint *f = footprint_of(h, light);
     int x = (int)floorf(light->x) - crop->x, y = (int)floorf(light->y);
+    const int first = h->scene->first_colour, end = first + h->scene->n_colours;
     float colour[4] = {0};
-    for (int p = 0; p < h->scene->n_colours; p++)
+    for (int p = first; p < end; p++)
         colour[p] = light->c[p] * light->w;
     for (int k = 0; k < f->n_segments; k++) {
         const struct rf_segment *g = &f->segments[k];
@@ -501,7 +512,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *light,
             add_to_rgba(out, colour, weight + from, blocked ? blocked + from : NULL,
                         to - from);
         }
-        for (int p = 0; p < h->scene->n_colours; p++) {
+        for (int p = first; p < end; p++) {
             if (!crop->planes[p])
                 continue;
             float *out = crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
@@ -652,7 +663,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     rf_shape_extent(shape, layers->lens_extent);
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
-        most = rf_max_float(most, fabsf(samples->at[i].r));
+        most = rf_max_float(most, fabsf(radius_of(scene, &samples->at[i])));
     struct rf_footprints own = {.table = NULL};
     struct rf_footprint_use use = {.shape = shape,
                                    .look = rf_field_look(scene->frame),

@@ -134,21 +134,29 @@ struct known_radius {
     float low, high;
 };
 
-/* The radii of a coarse level and bin, of which r is one. */
+/*
+ * The radii of a coarse level and bin, of which r is one. Where a colour's radii are
+ * others those at the ends are left out, which may be rounded to the next.
+ */
 static void know_range(const struct rf_lister *lister, float r,
                        struct known_radius *known)
 {
+    const float shift = lister->c->scene->radius_shift;
+    const float margin = shift != 0 ? 1.0f / 1024 : 0;
+    known->low = known->high = r;
+    r += shift;
     int level = rf_min_int(rf_level_of(&lister->c->levels, r), lister->max_level);
     const struct rf_group *g =
         &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
     int bin = rf_floor_int(r / RF_BIN_PX);
     float outer = lister->c->levels.limit[r < 0][level];
     float inner = rf_level_from(&lister->c->levels, level, r < 0);
-    known->low = known->high = r;
     if (bin - g->first_bin != rf_bin_of(g, r))
         return;
     known->low = rf_max_float((float)bin * RF_BIN_PX, r < 0 ? -outer : inner);
+    known->low += margin - shift;
     known->high = rf_min_float((float)(bin + 1) * RF_BIN_PX, r < 0 ? -inner : outer);
+    known->high -= margin + shift;
 }
 
 static void know_radius(const struct rf_lister *lister, const struct rf_group *full,

@@ -74,8 +74,10 @@ static inline int rf_bin_of(const struct rf_group *g, float r)
     return rf_min_int(rf_max_int(bin, 0), g->n_bins - 1);
 }
 
+/* Of samples of radius r, to which that of the scene's colour is added. */
 static inline int rf_key_of(const struct rf_lister *lister, float r)
 {
+    r += lister->c->scene->radius_shift;
     int level = rf_min_int(rf_level_of(&lister->c->levels, r), lister->max_level);
     const struct rf_group *g =
         &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
@@ -97,11 +99,12 @@ static inline const struct rf_sample *rf_sample_of(const struct rf_lister *liste
     return rf_packed_other(item) ? &s->samples[rf_packed_other(item) - 1] : NULL;
 }
 
-/* The slot of a footprint, which is noted as needed. */
+/* The slot of a footprint, which is noted as needed; r of samples, px of the level. */
 static inline int32_t rf_splat_slot(const struct rf_composer *c, int zone, float r,
                                     int phase, enum rf_footprint_kind kind, int level)
 {
-    int index = rf_radius_index(c->footprints, r);
+    float shift = c->scene->radius_shift / (float)(1 << level);
+    int index = rf_radius_index(c->footprints, r + shift);
     size_t slot = rf_footprint_slot(c->footprints, zone, index, phase, kind, level);
     /* Threads may find the same footprint at once. */
     if (!__atomic_load_n(&c->needed[slot], __ATOMIC_RELAXED))

@@ -75,10 +75,15 @@ struct rf_scene {
     const struct rf_frame *frame;
     int width, height; /* with the border */
     int x0, y0;        /* where the picture begins within it */
-    int n_colours;     /* 3 or 4: set by rf_composite_crop() */
-    bool is_opaque;    /* every alpha is 1: it needs no sums */
-    bool fills_gaps;   /* what samples leave open looks like the pixels around */
-    int n_phases; /* sub-pixel positions per axis; 1: samples lie on pixel centres */
+    int n_colours;     /* 1, 3 or 4: set by rf_composite_crop() */
+    int first_colour;  /* the one of n_colours 1, else 0; likewise */
+    /* Of a picture that is made colour by colour, all others are not wanted: 1 to 3, or
+     * 0; and what its radii are more than the samples', px. */
+    int colour;
+    float radius_shift;
+    bool is_opaque;  /* every alpha is 1: it needs no sums */
+    bool fills_gaps; /* what samples leave open looks like the pixels around */
+    int n_phases;    /* sub-pixel positions per axis; 1: samples lie on pixel centres */
     struct rf_drift drift;     /* of the samples' footprints */
     struct rf_samples visible; /* spread near to far */
     struct rf_samples hidden;  /* after all visible ones, fill what is left */

@@ -68,10 +68,10 @@ static float most_opposite(const float *const r[3], int x)
     return most_of(straight, r[0][x] + r[2][x + 2], r[0][x + 2] + r[2][x]);
 }
 
-/* 1 for each of n pixels that is closed; rows and columns begin one before the first.
- */
-static bool find_closed(const struct rows *rows, const struct columns *v, int n,
-                        unsigned char *closed)
+/* 1 for each of n pixels that is closed; rows and columns begin one before the first,
+ * and all radii are more by `shift`. */
+static bool find_closed(const struct rows *rows, const struct columns *v, float shift,
+                        int n, unsigned char *closed)
 {
     int any = 0;
     for (int x = 0; x < n; x++) {
@@ -79,23 +79,26 @@ static bool find_closed(const struct rows *rows, const struct columns *v, int n,
         float most = most_of(v->most[x], v->most[x + 1], v->most[x + 2]);
         float share = least_of(v->share[x], v->share[x + 1], v->share[x + 2]);
         float before = most_opposite(rows->radius, x) / 2 - rows->radius[1][x + 1];
-        closed[x] = (least >= -MOST_PX) & (most <= MOST_PX) & (share >= 1) &
-                    (most - least <= MOST_RANGE_PX) & (before <= MOST_BEFORE_PX);
+        closed[x] = (least >= -MOST_PX - shift) & (most <= MOST_PX - shift) &
+                    (share >= 1) & (most - least <= MOST_RANGE_PX) &
+                    (before <= MOST_BEFORE_PX);
         any |= closed[x];
     }
     return any;
 }
 
 /* Gives what is left of the closed pixels of a row their own colour. */
-static void close_row(const struct rf_surface *own, const unsigned char *closed, int n,
-                      float *t, float *sum, size_t plane, int n_planes)
+static void close_row(const struct rf_scene *scene, const struct rf_surface *own,
+                      const unsigned char *closed, int n, float *t, float *sum,
+                      size_t plane)
 {
     for (int x = 0; x < n; x++) {
         if (!closed[x] || !(t[x] > 0))
             continue;
-        for (int p = 0; p < n_planes - 1; p++)
-            sum[plane * (size_t)p + (size_t)x] += t[x] * own[x].c[p];
-        sum[plane * (size_t)(n_planes - 1) + (size_t)x] += t[x];
+        for (int p = 0; p < scene->n_colours; p++)
+            sum[plane * (size_t)p + (size_t)x] +=
+                t[x] * own[x].c[scene->first_colour + p];
+        sum[plane * (size_t)scene->n_colours + (size_t)x] += t[x];
         t[x] = 0;
     }
 }
@@ -127,15 +130,15 @@ void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
             rows.share[k] = surfaces->share + (size_t)surfaces->width * row + x;
         }
         find_extremes(&rows, n + 2, &columns);
-        if (!find_closed(&rows, &columns, n, closed))
+        if (!find_closed(&rows, &columns, scene->radius_shift, n, closed))
             continue;
         size_t first = (size_t)(x0 - tx * RF_TILE_W);
         const struct rf_surface *own =
             surfaces->near + (size_t)surfaces->width * (size_t)y + (size_t)x0;
         float *sum = state->sum + state->row * (size_t)(y - ty * RF_TILE_H) + first;
         for (int cell = 0; cell < c->canvas.n_cells; cell++)
-            close_row(own, closed, n,
+            close_row(scene, own, closed, n,
                       state->t + state->t_plane * (size_t)cell + at + first, sum,
-                      state->plane, c->canvas.n_planes);
+                      state->plane);
     }
 }

@@ -3,6 +3,8 @@
 #ifndef RF_INPUT_FRAME_H
 #define RF_INPUT_FRAME_H
 
+#include <stdbool.h>
+
 #include "base/context.h"
 #include "input/bokeh.h"
 #include "lens/aperture.h"
@@ -31,7 +33,16 @@ struct rf_frame {
      */
     int colour;
     double radius_shift; /* of that colour, px: axial chroma */
+    bool by_colour;      /* the method makes each colour by itself */
 };
+
+enum { RF_N_COLOURS = 3 };
+
+/* Px that the radii of colour i, 0 to 2, are larger by axial chroma. */
+static inline double rf_frame_colour_shift(const struct rf_frame *f, int i)
+{
+    return (1 - i) * f->params.axial_chroma;
+}
 
 /* The looks of a frame that depend on the place; all zeros where there are none. */
 static inline struct rf_look rf_frame_look(const struct rf_frame *f)

@@ -103,7 +103,8 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
 bool rf_work_is_sharp(const struct rf_work *work)
 {
     return work->n_views == 1 && work->views->largest_radius < RF_SHARP_PX &&
-           !rf_field_is_used(work->frame);
+           !rf_field_is_used(work->frame) &&
+           !(work->frame->by_colour && work->frame->params.axial_chroma != 0);
 }
 
 /* What is partly transparent and has no depth. */

@@ -54,6 +54,14 @@ static inline __attribute__((always_inline)) void load_run(struct run_planes *ru
             run->at[p][x + i] = c[p];
 }
 
+/* The same of one colour, that which c points to. */
+static inline void load_colour(struct run_planes *run, const float *c, size_t stride,
+                               int x, int n)
+{
+    for (int i = 0; i < n; i++, c += stride)
+        run->at[0][RUN_LEFT + x + i] = *c;
+}
+
 static inline void clear_run(struct run_planes *run, int n_planes)
 {
     for (int p = 0; p < n_planes; p++)
@@ -170,6 +178,14 @@ convolve_run(const struct run_planes *run, float *origin, const struct rf_footpr
         else
             convolve(run, origin, f, x, y, n_planes, false, VECTORS);
     }
+}
+
+static __attribute__((noinline)) void convolve_2(const struct run_planes *run,
+                                                 float *origin,
+                                                 const struct rf_footprint *f, int y,
+                                                 bool is_surface)
+{
+    convolve_run(run, origin, f, y, RF_LONE_PLANES, is_surface);
 }
 
 static __attribute__((noinline)) void convolve_4(const struct run_planes *run,

@@ -126,7 +126,8 @@ enum {
     RF_TILE_HALO = 12, /* how far a footprint reaches from its middle at the most, px */
     RF_ACC_LEFT = 24,  /* columns before the tile that footprints may write to */
     RF_ACC_STRIDE = RF_ACC_LEFT + RF_TILE_W + 32,
-    RF_MAX_PLANES = 5, /* r g b a and coverage */
+    RF_MAX_PLANES = 5,  /* r g b a and coverage */
+    RF_LONE_PLANES = 2, /* of one colour alone */
 };
 
 /* Transmittance that counts as none. */
@@ -221,6 +222,7 @@ static inline struct rf_splat rf_packed_splat(const struct rf_tile_surfaces *t,
  */
 struct rf_spread_sums {
     int n_cells, n_planes; /* planes with coverage */
+    int first_colour;      /* of the splats, in the first plane; 0 but for two planes */
     /*
      * [cell][row][plane][RF_ACC_STRIDE], zero between bins. With several cells there is
      * one more, for footprints that all have in common.
@@ -277,7 +279,8 @@ enum { RF_SHADOW_MARGIN = 8 }; /* floats after a mask that are read and written 
 
 struct rf_shadows {
     float light_x, light_y, light_r; /* in its pixel; signed radius */
-    int x, y;                        /* the light's pixel */
+    float disc_r; /* of the disc that is drawn: another where a colour's radii are */
+    int x, y;     /* the light's pixel */
     /* Where the view sees the light, and the half extent of the cone per px of r. */
     float seen_x, seen_y, extent_x, extent_y;
     float nearer; /* an occluder's radius is less by this much */

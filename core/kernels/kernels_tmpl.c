@@ -160,7 +160,9 @@ flush_all(struct rf_spread_sums *acc, const struct rf_tile_state *state, int n_p
 
 static void flush(struct rf_spread_sums *acc, const struct rf_tile_state *state)
 {
-    if (acc->n_planes == 4)
+    if (acc->n_planes == RF_LONE_PLANES)
+        flush_all(acc, state, RF_LONE_PLANES);
+    else if (acc->n_planes == 4)
         flush_all(acc, state, 4);
     else
         flush_all(acc, state, RF_MAX_PLANES);

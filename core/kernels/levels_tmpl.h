@@ -142,7 +142,9 @@ merge_all(float *t, float *sum, size_t plane, const float *low, const float *hig
 static void merge(float *t, float *sum, size_t plane, const float *low,
                   const float *high, float share, unsigned parts, int n_planes)
 {
-    if (n_planes == 4)
+    if (n_planes == RF_LONE_PLANES)
+        merge_all(t, sum, plane, low, high, share, parts, RF_LONE_PLANES);
+    else if (n_planes == 4)
         merge_all(t, sum, plane, low, high, share, parts, 4);
     else
         merge_all(t, sum, plane, low, high, share, parts, RF_MAX_PLANES);

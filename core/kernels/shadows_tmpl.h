@@ -27,7 +27,7 @@ static inline vf cast_edge(const struct rf_shadows *s, vf q, vf at, float lens,
                            float light)
 {
     vf shift = SPLAT(s->shift_scale) * q + SPLAT(s->shift_bias);
-    vf scale = SPLAT(s->light_r) / (SPLAT(s->light_r) - q);
+    vf scale = SPLAT(s->disc_r) / (SPLAT(s->light_r) - q);
     return (at - SPLAT(lens) * shift - SPLAT(light)) * scale + SPLAT(light);
 }
 

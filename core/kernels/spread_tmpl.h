@@ -92,13 +92,14 @@ struct strip {
     size_t stride;
     bool is_surface; /* all cover their pixels; else cover stands before each colour */
     int x, y, n;     /* pixel of the tile of the first */
+    int colour;      /* of each that goes to the first plane */
 };
 
 static inline __attribute__((always_inline)) void
-load_value(vf value[], const float *c, bool is_surface, int n_planes)
+load_value(vf value[], const float *c, bool is_surface, int colour, int n_planes)
 {
     for (int p = 0; p < n_planes - 1; p++)
-        value[p] = SPLAT(c[p]);
+        value[p] = SPLAT(c[colour + p]);
     value[n_planes - 1] = SPLAT(is_surface ? 1 : c[-1]);
 }
 
@@ -110,7 +111,7 @@ spread_some(const struct strip *s, int first, int n_splats, float *origin,
     vf value[RF_MAX_SIDE_BY_SIDE][RF_MAX_PLANES];
     const float *c = s->c + s->stride * (size_t)first;
     for (int i = 0; i < n_splats; i++, c += s->stride)
-        load_value(value[i], c, s->is_surface, n_planes);
+        load_value(value[i], c, s->is_surface, s->colour, n_planes);
     spread_values(origin, value, n_splats, f, s->x + first, s->y, n_planes, is_summed);
 }
 
@@ -138,10 +139,15 @@ spread_long(const struct strip *s, struct run_planes *run, float *origin,
     float *cover = run->at[n_planes - 1] + RUN_LEFT + s->x;
     run->from = s->x;
     run->to = s->x + s->n;
-    load_run(run, s->c, s->stride, s->x, s->n, n_planes - 1);
+    if (n_planes == RF_LONE_PLANES)
+        load_colour(run, s->c + s->colour, s->stride, s->x, s->n);
+    else
+        load_run(run, s->c, s->stride, s->x, s->n, n_planes - 1);
     for (int i = 0; i < s->n; i++)
         cover[i] = s->is_surface ? 1 : (s->c + s->stride * (size_t)i)[-1];
-    (n_planes == 4 ? convolve_4 : convolve_5)(run, origin, f, s->y, s->is_surface);
+    (n_planes == RF_LONE_PLANES ? convolve_2
+     : n_planes == 4            ? convolve_4
+                                : convolve_5)(run, origin, f, s->y, s->is_surface);
     clear_run(run, n_planes);
 }
 
@@ -213,6 +219,7 @@ spread_splats(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
     const unsigned width = RF_TILE_W + 2 * (unsigned)acc->reach;
     const unsigned height = RF_TILE_H + 2 * (unsigned)acc->reach;
     const struct rf_splat *s = splats, *end = splats + n;
+    const int colour = n_planes == RF_LONE_PLANES ? acc->first_colour : 0;
     struct run_planes run = {.from = 0};
     for (int n_strip; (s = find_near(s, end, left, top, width, height)) < end;
          s += n_strip) {
@@ -222,9 +229,10 @@ spread_splats(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
         if (!reaches_rows(f, y))
             continue;
         n_strip = count_neighbours(s, (int)(end - s));
-        spread_strip(
-            acc, (struct strip){s->c, sizeof *s / sizeof *s->c, false, x, y, n_strip},
-            &run, f, n_planes, false);
+        spread_strip(acc,
+                     (struct strip){s->c, sizeof *s / sizeof *s->c, false, x, y,
+                                    n_strip, colour},
+                     &run, f, n_planes, false);
     }
 }
 
@@ -259,16 +267,17 @@ static inline void fetch_surfaces(const struct rf_surface *at, size_t width, int
 
 /* What a place stands for; x and y are the tile's. */
 static inline struct strip strip_of(const struct rf_tile_surfaces *t, rf_packed place,
-                                    int n, int x, int y)
+                                    int x, int y, int colour)
 {
+    int n = rf_packed_n(place);
     if (n == 0) {
         const struct rf_splat *other = &t->others[rf_packed_other(place) - 1];
-        return (struct strip){other->c, 0, false, x, y, 1};
+        return (struct strip){other->c, 0, false, x, y, 1, colour};
     }
     const struct rf_surface *at =
         rf_tile_surface(t, rf_packed_x(place), rf_packed_y(place));
     fetch_surfaces(at, t->width, n);
-    return (struct strip){at->c, sizeof *at / sizeof *at->c, true, x, y, n};
+    return (struct strip){at->c, sizeof *at / sizeof *at->c, true, x, y, n, colour};
 }
 
 /* Is one splat of any kind to the right of another, with the same footprint? */
@@ -285,8 +294,8 @@ spread_pair(struct rf_spread_sums *acc, const struct strip *left,
 {
     vf value[2][RF_MAX_PLANES];
     note_rows(acc, f, left->y);
-    load_value(value[0], left->c, left->is_surface, n_planes);
-    load_value(value[1], right->c, right->is_surface, n_planes);
+    load_value(value[0], left->c, left->is_surface, left->colour, n_planes);
+    load_value(value[1], right->c, right->is_surface, right->colour, n_planes);
     spread_values(acc->at + RF_ACC_LEFT, value, 2, f, left->x, left->y, n_planes, true);
 }
 
@@ -296,6 +305,7 @@ spread_all(struct rf_spread_sums *acc, const rf_packed *places, int n,
            struct rf_footprint *const *footprints, int x0, int y0, int n_planes)
 {
     const int reach = acc->reach;
+    const int colour = n_planes == RF_LONE_PLANES ? acc->first_colour : 0;
     struct run_planes run = {.from = 0};
     x0 -= surfaces->x;
     y0 -= surfaces->y;
@@ -316,13 +326,12 @@ spread_all(struct rf_spread_sums *acc, const rf_packed *places, int n,
             rf_footprint_at(footprints, (size_t)rf_packed_slot(place));
         if (!reaches_rows(f, y))
             continue;
-        struct strip strip = strip_of(surfaces, place, n_strip, x, y);
+        struct strip strip = strip_of(surfaces, place, x, y, colour);
         bool is_pair = i < n && n_strip <= 1 && is_next(place, places[i]) &&
                        f->n_side_by_side > 1 && x + f->max_dx >= 0 &&
                        x + 1 + f->min_dx < RF_TILE_W;
         if (is_pair) {
-            struct strip next =
-                strip_of(surfaces, places[i], rf_packed_n(places[i]), x + 1, y);
+            struct strip next = strip_of(surfaces, places[i], x + 1, y, colour);
             spread_pair(acc, &strip, &next, f, n_planes);
             i++;
         } else {
@@ -334,7 +343,9 @@ spread_all(struct rf_spread_sums *acc, const rf_packed *places, int n,
 static void spread(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
                    struct rf_footprint *const *footprints, int x0, int y0)
 {
-    if (acc->n_planes == 4)
+    if (acc->n_planes == RF_LONE_PLANES)
+        spread_splats(acc, splats, n, footprints, x0, y0, RF_LONE_PLANES);
+    else if (acc->n_planes == 4)
         spread_splats(acc, splats, n, footprints, x0, y0, 4);
     else
         spread_splats(acc, splats, n, footprints, x0, y0, RF_MAX_PLANES);
@@ -344,7 +355,9 @@ static void spread_places(struct rf_spread_sums *acc, const rf_packed *places, i
                           const struct rf_tile_surfaces *surfaces,
                           struct rf_footprint *const *footprints, int x0, int y0)
 {
-    if (acc->n_planes == 4)
+    if (acc->n_planes == RF_LONE_PLANES)
+        spread_all(acc, places, n, surfaces, footprints, x0, y0, RF_LONE_PLANES);
+    else if (acc->n_planes == 4)
         spread_all(acc, places, n, surfaces, footprints, x0, y0, 4);
     else
         spread_all(acc, places, n, surfaces, footprints, x0, y0, RF_MAX_PLANES);

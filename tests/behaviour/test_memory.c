@@ -100,6 +100,15 @@ static void every_allocation_may_fail(void)
     }
 }
 
+/* Of a picture that is made colour by colour. */
+static void every_allocation_of_colours_may_fail(void)
+{
+    struct rf_params params;
+    scene_params(&params, RF_METHOD_LAYERED);
+    params.axial_chroma = 2;
+    check_every_k(&params);
+}
+
 static rf_result add_up(struct frame *f, struct memory *memory, struct rf_error *error)
 {
     struct rf_context_params how = memory_context(memory);
@@ -167,6 +176,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     rf_method_list(&n_methods);
     TEST(every_allocation_may_fail);
+    TEST(every_allocation_of_colours_may_fail);
     TEST(sums_may_fail);
     TEST(nothing_is_read_before_it_is_written);
     return testing_end();

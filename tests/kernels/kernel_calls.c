@@ -82,6 +82,7 @@ struct rf_spread_sums *make_accumulator(struct workspace *w, int n_planes)
 {
     w->acc = (struct rf_spread_sums){.n_cells = 2,
                                      .n_planes = n_planes,
+                                     .first_colour = n_planes == RF_LONE_PLANES,
                                      .at = w->at,
                                      .share = {0.375f, 0.625f},
                                      .reach = RF_TILE_HALO,
@@ -110,9 +111,15 @@ static void call_radii(const struct rf_kernels *k, struct workspace *w, int vari
     w->at[20001] = is_good;
 }
 
+/* Three colours or four with coverage, and one alone. */
+static int planes_of(int variant)
+{
+    return (const int[]){4, RF_MAX_PLANES, RF_LONE_PLANES}[variant % 3];
+}
+
 static void call_spread(const struct rf_kernels *k, struct workspace *w, int variant)
 {
-    k->spread(make_accumulator(w, 4 + variant % 2), given.splats, N_SPLATS,
+    k->spread(make_accumulator(w, planes_of(variant)), given.splats, N_SPLATS,
               given.pointers, 100, 50);
 }
 
@@ -124,7 +131,7 @@ static void call_places(const struct rf_kernels *k, struct workspace *w, int var
 {
     static rf_packed places[N_PLACES];
     const struct rf_surface *pixels = (const void *)(w->at + ACC_FLOATS);
-    int x = variant < 2 ? 100 : 40, y = variant < 2 ? 50 : 61, column = 0, row = 0;
+    int x = variant < 3 ? 100 : 40, y = variant < 3 ? 50 : 61, column = 0, row = 0;
     struct rf_tile_surfaces surfaces = {pixels, 0, PLACES_W, given.splats, x, y};
     for (int i = 0; i < N_PLACES; i++) {
         int n = i % 4 ? i * 7 % 13 + 1 : 1;
@@ -138,8 +145,8 @@ static void call_places(const struct rf_kernels *k, struct workspace *w, int var
                                               : 0);
         column += n + i % 5 / 4;
     }
-    k->spread_places(make_accumulator(w, 4 + variant % 2), places, N_PLACES, &surfaces,
-                     given.pointers, 100, 50);
+    k->spread_places(make_accumulator(w, planes_of(variant)), places, N_PLACES,
+                     &surfaces, given.pointers, 100, 50);
 }
 
 /* Shares most of which are 1, and values some of which are 0 or below. */
@@ -168,7 +175,7 @@ static void call_above(const struct rf_kernels *k, struct workspace *w, int vari
 
 static void call_flush(const struct rf_kernels *k, struct workspace *w, int variant)
 {
-    struct rf_spread_sums *acc = make_accumulator(w, 4 + variant % 2);
+    struct rf_spread_sums *acc = make_accumulator(w, planes_of(variant));
     float *t = w->at + ACC_FLOATS + 64;
     float *sum = t + 2 * RF_TILE_H * RF_TILE_W + 64;
     const size_t plane = (size_t)RF_TILE_H * RF_TILE_W;
@@ -179,7 +186,7 @@ static void call_flush(const struct rf_kernels *k, struct workspace *w, int vari
                                         .row = RF_TILE_W,
                                         .plane = plane,
                                         .cell =
-                                            variant < 2 ? 0 : RF_MAX_PLANES * plane};
+                                            variant < 3 ? 0 : RF_MAX_PLANES * plane};
     acc->first_row = 2;
     acc->last_row = RF_TILE_H - 1 - variant;
     acc->common_rows = 0xa5f0ff0fu;
@@ -224,13 +231,13 @@ static void call_stretch(const struct rf_kernels *k, struct workspace *w, int va
 /* Between rows of noise, with T and coverage that are nothing here and there. */
 static void call_merge(const struct rf_kernels *k, struct workspace *w, int variant)
 {
-    int n_planes = 4 + variant % 2;
+    int n_planes = planes_of(variant);
     for (int i = 0; i < 1000; i += 3)
         w->at[4000 + i] = 0;
     for (int i = 0; i < RF_TILE_W; i += 5)
         w->at[i] = 0;
     k->merge(w->at, w->at + 2000, 200, w->at + 4000, w->at + 5000,
-             0.25f * (float)variant, variant < 2 ? 0xff : 0x5a, n_planes);
+             0.25f * (float)variant, variant < 3 ? 0xff : 0x5a, n_planes);
 }
 
 /* 3, 5 and 7 rows, both results and each alone. */
@@ -309,6 +316,7 @@ struct rf_shadows shadows_of(struct workspace *w, int variant)
     return (struct rf_shadows){.light_x = 0.25f,
                                .light_y = 0.75f,
                                .light_r = 20,
+                               .disc_r = 23,
                                .x = 40,
                                .y = 30,
                                .seen_x = 42.5f,
@@ -665,16 +673,16 @@ static void call_fit(const struct rf_kernels *k, struct workspace *w, int varian
 
 const struct kernel kernels[] = {
     {"radii", call_radii, 6, NULL},
-    {"spread", call_spread, 2, NULL},
-    {"spread_places", call_places, 4, NULL},
+    {"spread", call_spread, 3, NULL},
+    {"spread_places", call_places, 6, NULL},
     {"find_others", call_others, 4, prepare_pixels},
     {"find_above", call_above, 4, prepare_pixels},
-    {"flush", call_flush, 4, NULL},
+    {"flush", call_flush, 6, NULL},
     {"average", call_average, 3, NULL},
     {"find_some", call_some, 4, NULL},
     {"find_open", call_open, 2, NULL},
     {"stretch", call_stretch, 8, NULL},
-    {"merge", call_merge, 4, NULL},
+    {"merge", call_merge, 6, NULL},
     {"magnify", call_magnify, 4, NULL},
     {"extremes", call_extremes, 9, NULL},
     {"keep_edges", call_edges, 2, NULL},

@@ -484,6 +484,8 @@ static void a_pixel_casts_a_square(void)
     const struct rf_kernels *k = rf_kernels_at(0);
     prepare(&first, 0, 0);
     struct rf_shadows s = shadows_of(&first, 0);
+    const float scale = 3; /* of a disc of 30 px: 10 lie between light and pixel */
+    s.disc_r = 30;
     s.lens_y = 0;
     float share[64], radius[64];
     for (int x = 0; x < 64; x++) {
@@ -500,10 +502,10 @@ static void a_pixel_casts_a_square(void)
         sum_x += s.blocked[i] * (float)(i % SHADOWS_W + s.left);
         sum_y += s.blocked[i] * (float)(i / SHADOWS_W + s.top);
     }
-    CHECK_NEAR(sum, 4 * 0.5, 1e-5);
+    CHECK_NEAR(sum, scale * scale * 0.5f, 1e-5);
     /* The middle of the pixel, seen from the light, and so of the square. */
-    CHECK_NEAR(sum_x / sum + 0.5, (-2 + 0.5 - 0.25) * 2 + 0.25, 1e-4);
-    CHECK_NEAR(sum_y / sum + 0.5, (-1 + 0.5 - 0.75) * 2 + 0.75, 1e-4);
+    CHECK_NEAR(sum_x / sum + 0.5, (-2 + 0.5 - 0.25) * (double)scale + 0.25, 1e-4);
+    CHECK_NEAR(sum_y / sum + 0.5, (-1 + 0.5 - 0.75) * (double)scale + 0.75, 1e-4);
     s.blocked = NULL;
     CHECK(k->cast_shadows(&s, radius, share, 29, 38, 39));
     CHECK(!k->cast_shadows(&s, radius, share, 29, 10, 11)); /* out of the cone */
@@ -520,6 +522,7 @@ static void a_run_casts_what_its_pixels_do(void)
         struct rf_shadows s = shadows_of(&first, variant % 3);
         float share[64], radius[64];
         s.light_r = variant < 6 ? 20 : -5; /* behind the focus, before it */
+        s.disc_r = s.light_r;
         s.extent_x = s.extent_y = 4;
         s.row = 64;
         for (int x = 0; x < 64; x++) {

@@ -409,6 +409,52 @@ static void longitudinal_colour(void)
     }
 }
 
+/* Has the picture of f with radii larger by `shift` the same colour c as f.out? Their
+ * tiles differ with the largest radius, so that sums are rounded apart. */
+static void check_colour(struct frame *f, const struct rf_params *p, int c,
+                         double shift, double most)
+{
+    struct frame other = frame_make(f->width, f->height, 3);
+    double sum = 0;
+    memcpy(other.colour, f->colour, 3 * frame_pixels(f) * sizeof *f->colour);
+    for (size_t i = 0; i < frame_pixels(f); i++)
+        other.depth[i] = plain_depth(400 - 40000 / (double)f->depth[i] + shift);
+    CHECK(frame_filter(&other, p, 2, NULL) == RF_OK);
+    for (size_t i = 0; i < frame_pixels(f); i++)
+        sum += fabs((double)(other.out[3 * i + (size_t)c] - f->out[3 * i + (size_t)c]));
+    CHECK_NEAR(sum / (double)frame_pixels(f), 0, most);
+    frame_free(&other);
+}
+
+/* Each colour of a scene of posts, lamps and a floor through the focus is that of the
+ * picture whose radii are all larger by as much, in every level. */
+static void colours_are_those_of_their_radii(void)
+{
+    enum { W = 160, H = 120 };
+    struct frame f = frame_make(W, H, 3);
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++) {
+            bool is_post = x % 50 < 8;
+            double r = is_post ? -20 : 24 - 0.3 * y;
+            bool is_lamp = !is_post && x % 40 == 30 && y % 45 == 20;
+            for (int c = 0; c < 3; c++)
+                frame_at(&f, f.colour, x, y)[c] =
+                    is_lamp ? 300 : (float)((x / 7 + y / 5 + c) % 3) * 0.4f;
+            f.depth[(size_t)y * W + (size_t)x] = plain_depth(r);
+        }
+    for (int cells = 1; cells <= 4; cells += 3) {
+        struct rf_params p, plain;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.sub_apertures = cells;
+        plain = p;
+        p.axial_chroma = 3;
+        CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+        for (int c = 0; c < 3; c++)
+            check_colour(&f, &plain, c, 3 * (1 - c), 0.01);
+    }
+    frame_free(&f);
+}
+
 /* An edge 60 px from the middle lies 3 px farther in red and as much nearer in blue. */
 static void lateral_colour(void)
 {
@@ -502,6 +548,7 @@ int main(int argc, char **argv)
     TEST(rings_of_a_mirror_lens);
     TEST(a_missing_picture_is_said);
     TEST(longitudinal_colour);
+    TEST(colours_are_those_of_their_radii);
     TEST(lateral_colour);
     TEST(the_surface_in_focus);
     return testing_end();

@@ -21,7 +21,12 @@
  */
 #include "methods/layered/layered.h"
 
+#include <math.h>
+#include <stddef.h>
+
 #include "base/context.h"
+#include "base/error.h"
+#include "base/pool.h"
 #include "base/task.h"
 #include "compose/composite.h"
 #include "compose/emit.h"
@@ -70,13 +75,51 @@ static rf_result find_hidden(struct layered *state, struct rf_task *task,
                           &state->hidden, task, error);
 }
 
+/*
+ * The colours one by one, of the same surfaces: radii that are larger by as much
+ * everywhere stand as far before each other. Alpha is that of green.
+ */
+static rf_result composite_colours(const struct rf_scene *scene, struct rf_work *work,
+                                   struct rf_error *error)
+{
+    const struct rf_frame *f = scene->frame;
+    const size_t n = (size_t)f->width * (size_t)f->height;
+    const double from = scene->task->to, room = scene->progress_to - from;
+    work->planes = rf_alloc(f->context, n * (size_t)work->n_planes, sizeof(float));
+    if (!work->planes)
+        return rf_fail_memory(error, n * (size_t)work->n_planes, sizeof(float));
+    for (int p = 0; p < work->n_planes; p++)
+        work->colour[p] = work->planes + n * (size_t)p;
+    work->stride = (size_t)f->width;
+    work->out = NULL;
+    rf_result result = RF_OK;
+    for (int i = 0; i < RF_N_COLOURS && result == RF_OK; i++) {
+        struct rf_frame frame = *f;
+        struct rf_scene one = *scene;
+        struct rf_work to = *work;
+        frame.colour = one.colour = 1 + i;
+        one.radius_shift = (float)rf_frame_colour_shift(f, i);
+        one.frame = &frame;
+        one.progress_to = from + (i + 1) * room / RF_N_COLOURS;
+        for (int p = 0; p < work->n_planes; p++)
+            if (p != i && !(i == 1 && p == RF_N_COLOURS))
+                to.colour[p] = NULL;
+        if (!rf_task_is_cancelled(scene->task))
+            result = rf_composite_crop(&one, &to, error);
+    }
+    return result;
+}
+
 static rf_result run(struct layered *state, struct rf_work *work,
                      struct rf_error *error)
 {
     const struct rf_frame *f = work->frame;
     const struct rf_params *params = &f->params;
     struct rf_work_view *view = &work->views[0];
-    int border = rf_picture_border(work->largest_radius);
+    float largest = work->largest_radius;
+    if (f->by_colour)
+        largest += fabsf((float)params->axial_chroma);
+    int border = rf_picture_border(largest);
     rf_task_phase(work->task, 0.15, work->frame->height + 2 * border);
     rf_result result =
         rf_picture_load(&state->picture, work->frame, view, work->n_planes, border,
@@ -123,15 +166,15 @@ static rf_result run(struct layered *state, struct rf_work *work,
                                               .radius = radius,
                                               .radius_stride = pixels->stride,
                                               .most_per_pixel = 4,
-                                              .largest_radius = work->largest_radius};
+                                              .largest_radius = largest};
     if (state->hidden.at)
-        scene.hidden_source =
-            (struct rf_source){.emission = hidden_emission,
-                               .user = state,
-                               .surfaces = state->hidden.at,
-                               .most_per_pixel = 1,
-                               .largest_radius = work->largest_radius};
-    return rf_composite_crop(&scene, work, error);
+        scene.hidden_source = (struct rf_source){.emission = hidden_emission,
+                                                 .user = state,
+                                                 .surfaces = state->hidden.at,
+                                                 .most_per_pixel = 1,
+                                                 .largest_radius = largest};
+    return f->by_colour ? composite_colours(&scene, work, error)
+                        : rf_composite_crop(&scene, work, error);
 }
 
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
