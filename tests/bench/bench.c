@@ -442,7 +442,7 @@ static bool parse_item(struct options *o, const char *name, const char *item, in
 
 static bool parse_list(struct options *o, const char *name, const char *value)
 {
-    char text[512];
+    char text[2048];
     int k = 0;
     snprintf(text, sizeof text, "%s", value);
     if (!strcmp(name, "--methods"))
