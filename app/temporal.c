@@ -4,13 +4,13 @@
  *
  * Every pixel of a neighbour is moved to its place in the frame (temporal_map.h) and
  * spread over the four pixels around it. Where it lies behind what the frame shows, it
- * counts; of several surfaces the nearest does, and all that show that one are
- * averaged. Left out are pixels beside something nearer, whose colour may be a mix of
+ * counts; of several surfaces that which was seen most does, and all that show that one
+ * are averaged. Left out are pixels beside something nearer, whose colour may be a mix of
  * both, and neighbours that do not fit: of what the frame shows, less than half would
  * lie where the map says.
  *
  * Only inputs are read, in the order of their distance, so a frame does not depend on
- * which others are made, nor by whom. Memory: 4 (channels + 5) bytes per pixel and
+ * which others are made, nor by whom. Memory: 8 (channels + 4) bytes per pixel and
  * view, and one neighbour at a time.
  */
 #include "temporal.h"
@@ -27,6 +27,7 @@
 
 enum {
     SAMPLE_STEP = 4, /* px between those that a map is tried on */
+    N_SLOTS = 2,     /* hidden surfaces that are told apart at a pixel */
 };
 
 /* Surfaces of one place differ by less, px of radius, as between views. Ours. */
@@ -36,7 +37,7 @@ static const float LEAST_COVER = 0.1f;
 /* Of what the frame shows, to lie where a map says that it does. */
 static const double LEAST_FIT = 0.5;
 
-/* What is known of a pixel's hidden surface. */
+/* What is known of a hidden surface of a pixel. */
 struct hidden {
     float r; /* of the first that came, px */
     float weight, z;
@@ -47,11 +48,11 @@ struct target {
     int32_t width, height;
     int n_channels;
     struct rf_lens lens;
-    const float *colour; /* packed, as are all */
-    float *radius;       /* of what is seen, of the lens without any field */
-    float *front;        /* the least of 3 x 3: what lies behind may be hidden */
-    struct hidden *hidden;
-    float *sums; /* of the colours */
+    const float *colour;   /* packed, as are all */
+    float *radius;         /* of what is seen, of the lens without any field */
+    float *front;          /* the least of 3 x 3: what lies behind may be hidden */
+    struct hidden *hidden; /* N_SLOTS of each pixel */
+    float *sums;           /* of their colours */
 };
 
 /* A neighbour's view, read. */
@@ -119,8 +120,9 @@ static int target_open(struct run *run, int view, struct target *target)
         .colour = run->has_views ? run->views.views[view].colour.data : run->colour,
         .radius = app_memory(n, sizeof(float), run->error),
         .front = app_memory(n, sizeof(float), run->error),
-        .hidden = app_memory(n, sizeof(struct hidden), run->error),
-        .sums = app_memory(n, (size_t)source->n_channels * sizeof(float), run->error)};
+        .hidden = app_memory(n, N_SLOTS * sizeof(struct hidden), run->error),
+        .sums = app_memory(n, N_SLOTS * (size_t)source->n_channels * sizeof(float),
+                           run->error)};
     if (!target->radius || !target->front || !target->hidden || !target->sums)
         return APP_NO_MEMORY;
     const struct rf_image depth =
@@ -414,20 +416,27 @@ static bool choose_map(const struct target *target, struct neighbour *from)
 
 /* ---- what is hidden -------------------------------------------------------------- */
 
-/* Adds a point to a pixel if it is hidden there, and no nearer one is. */
+/* The slot of pixel i for a surface of radius r; -1: there is none. */
+static int slot_of(const struct target *target, size_t i, float r)
+{
+    for (int k = 0; k < N_SLOTS; k++) {
+        const struct hidden *hidden = &target->hidden[N_SLOTS * i + (size_t)k];
+        if (hidden->weight == 0 || fabsf(r - hidden->r) <= SAME_PX)
+            return k;
+    }
+    return -1;
+}
+
+/* Adds a point to a pixel if it is hidden there. */
 static void add_point(const struct target *target, size_t i, float weight, float r,
                       float z, const float *colour)
 {
-    struct hidden *hidden = &target->hidden[i];
-    const size_t n = (size_t)target->n_channels;
-    float *sums = target->sums + i * n;
-    if (r < target->front[i] + SAME_PX ||
-        (hidden->weight > 0 && r > hidden->r + SAME_PX))
+    const int slot = r < target->front[i] + SAME_PX ? -1 : slot_of(target, i, r);
+    if (slot < 0)
         return;
-    if (hidden->weight > 0 && r < hidden->r - SAME_PX) {
-        *hidden = (struct hidden){0};
-        memset(sums, 0, n * sizeof(*sums));
-    }
+    const size_t n = (size_t)target->n_channels, at = N_SLOTS * i + (size_t)slot;
+    struct hidden *hidden = &target->hidden[at];
+    float *sums = target->sums + at * n;
     if (hidden->weight == 0)
         hidden->r = r;
     hidden->weight += weight;
@@ -467,6 +476,18 @@ static void add_neighbour(const struct target *target, const struct neighbour *f
         }
 }
 
+/* The surface of a pixel that was seen most: of the frames' places, as of those on the
+ * lens, most see it. Nearest instead: tPSNR 35.18 dB in place of 35.35, and falling with
+ * more frames, 35.04 in place of 35.62 with four on each side (measure_flicker.py). */
+static size_t choose_slot(const struct hidden *hidden)
+{
+    size_t best = 0;
+    for (size_t k = 1; k < N_SLOTS; k++)
+        if (hidden[k].weight > hidden[best].weight)
+            best = k;
+    return best;
+}
+
 /* The means of what is known, in place of the sums. */
 static bool finish(struct target *target, struct temporal_behind *behind,
                    struct image_error *error)
@@ -477,11 +498,14 @@ static bool finish(struct target *target, struct temporal_behind *behind,
     if (!behind->depth)
         return false;
     for (size_t i = 0; i < n; i++) {
-        const struct hidden *hidden = &target->hidden[i];
+        const size_t at = N_SLOTS * i + choose_slot(&target->hidden[N_SLOTS * i]);
+        const struct hidden *hidden = &target->hidden[at];
         const bool is_known = hidden->weight >= LEAST_COVER;
         behind->depth[i] = is_known ? hidden->z / hidden->weight : NAN;
+        /* Never later in memory than where it comes from. */
         for (size_t c = 0; c < n_channels; c++)
-            target->sums[i * n_channels + c] *= is_known ? 1 / hidden->weight : 0;
+            target->sums[i * n_channels + c] =
+                is_known ? target->sums[at * n_channels + c] / hidden->weight : 0;
     }
     behind->colour = target->sums;
     target->sums = NULL;

@@ -143,6 +143,26 @@ def test_cameras_say_what_is_hidden(run, shot, tmp_path, axes):
         assert together < alone / 3, f"frame {i}: {alone:.4f}, {together:.4f}"
 
 
+def test_what_most_frames_show_counts(run, shot, tmp_path):
+    """A bird that one frame alone shows does not hide what the others see there."""
+
+    def with_bird(i):
+        if i != 5:
+            return {}
+        grey, post = pinhole(i)
+        bird = numpy.zeros_like(post)
+        bird[:, 51:55] = True  # behind the post at 59 in frame 4
+        assert not (bird & post).any()
+        colour = numpy.where(bird, 4.0, grey).astype(numpy.float32)
+        depth = numpy.where(bird, 4.0, numpy.where(post, NEAR, FOCUS))
+        return {"R": colour, "G": colour, "B": colour, "Z": depth.astype("float32")}
+
+    run(shot(with_camera, with_bird), "--temporal", 2, "--frames", "4")
+    with_it = error_of(tmp_path, 4)
+    run(shot(with_camera), "--temporal", 2, "--frames", "4", name="without")
+    assert with_it < 1.5 * error_of(tmp_path, 4, "without")
+
+
 @pytest.mark.parametrize("says", ["matrices", "vectors"])
 def test_a_spoilt_frame_spoils_no_other(run, shot, tmp_path, says):
     """Pixels that are no number show nothing; the frame that has them is named."""
