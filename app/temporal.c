@@ -23,11 +23,13 @@
 #include "filter_private.h"
 #include "interrupt.h"
 #include "report.h"
+#include "temporal_lights.h"
 #include "temporal_map.h"
 
 enum {
-    SAMPLE_STEP = 4, /* px between those that a map is tried on */
-    N_SLOTS = 2,     /* hidden surfaces that are told apart at a pixel */
+    SAMPLE_STEP = 4,  /* px between those that a map is tried on */
+    N_SLOTS = 2,      /* hidden surfaces that are told apart at a pixel */
+    POINTS_EVERY = 4, /* pixels there is one of a light at most: more is no lamp */
 };
 
 /* Surfaces of one place differ by less, px of radius, as between views. Ours. */
@@ -53,6 +55,10 @@ struct target {
     float *front;          /* the least of 3 x 3: what lies behind may be hidden */
     struct hidden *hidden; /* N_SLOTS of each pixel */
     float *sums;           /* of their colours */
+    int32_t margin;        /* px beyond the border, from which light comes in */
+    int32_t frame;         /* beside, whose points are added: 0 is the first */
+    bool wants_lights;
+    struct light_points *lights; /* that it does not show */
 };
 
 /* A neighbour's view, read. */
@@ -65,6 +71,8 @@ struct neighbour {
 
 struct temporal_behind {
     float *colour, *depth; /* NULL: nothing is known */
+    struct rf_unseen_light *lights;
+    size_t n_lights;
 };
 
 static float radius_at(const struct rf_lens *lens, double z)
@@ -99,8 +107,22 @@ static rf_result make_radii(const struct rf_filter *filter,
     return result;
 }
 
+/* How far beyond the border something lies that the lens can see, px; the core looks no
+ * farther than MOST_MARGIN. */
+static int32_t margin_of(const float *radius, size_t n)
+{
+    enum { MOST_MARGIN = 256 };
+    float most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = fmaxf(most, fabsf(radius[i]));
+    return most < MOST_MARGIN ? (int32_t)ceilf(most) : MOST_MARGIN;
+}
+
 static void target_free(struct target *target)
 {
+    if (target->lights)
+        light_points_free(target->lights);
+    free(target->lights);
     free(target->radius);
     free(target->front);
     free(target->hidden);
@@ -123,13 +145,18 @@ static int target_open(struct run *run, int view, struct target *target)
         .hidden = app_memory(n, N_SLOTS * sizeof(struct hidden), run->error),
         .sums = app_memory(n, N_SLOTS * (size_t)source->n_channels * sizeof(float),
                            run->error)};
-    if (!target->radius || !target->front || !target->hidden || !target->sums)
+    target->lights = app_memory(1, sizeof(*target->lights), run->error);
+    if (!target->radius || !target->front || !target->hidden || !target->sums ||
+        !target->lights)
         return APP_NO_MEMORY;
+    target->lights->most = n / POINTS_EVERY;
+    target->wants_lights = !run->has_views && run->settings->params.exact_highlights;
     const struct rf_image depth =
         rf_image_packed(run->has_views ? run->views.views[view].depth.data : run->depth,
                         target->width, target->height, 1);
     if (make_radii(run->filter, &depth, target->radius, &error) != RF_OK)
         return filter_fail_view(run, view, &error);
+    target->margin = margin_of(target->radius, n);
     for (int32_t y = 0; y < target->height; y++)
         for (int32_t x = 0; x < target->width; x++)
             target->front[(size_t)y * (size_t)target->width + (size_t)x] =
@@ -445,18 +472,49 @@ static void add_point(const struct target *target, size_t i, float weight, float
         sums[c] += weight * colour[c];
 }
 
+/* Adds a part of a bright pixel, where the frame does not show it. */
+static void add_light(const struct target *target, const struct light_point *point,
+                      float r)
+{
+    const int32_t x = point->x, y = point->y, margin = target->margin;
+    const bool is_inside = x >= 0 && x < target->width && y >= 0 && y < target->height;
+    if (x < -margin || x >= target->width + margin || y < -margin ||
+        y >= target->height + margin)
+        return;
+    if (is_inside &&
+        r < target->front[(size_t)y * (size_t)target->width + (size_t)x] + SAME_PX)
+        return;
+    light_points_add(target->lights, point);
+}
+
+/* Spreads a neighbour's pixel over the four around its place in the frame; what may be
+ * a mix of two surfaces only if it is a light, which outshines the other. */
 static void spread_point(const struct target *target, const struct temporal_place *at,
-                         const float *colour)
+                         const float *colour, bool is_mixed)
 {
     const double left = floor(at->x - 0.5), top = floor(at->y - 0.5);
     const float across = (float)(at->x - 0.5 - left), down = (float)(at->y - 0.5 - top);
     const float r = radius_at(&target->lens, at->z);
-    if (!(left >= -1 && left < target->width && top >= -1 && top < target->height))
+    const bool is_light =
+        target->wants_lights && luminance_of(colour, target->n_channels) > LEAST_LIGHT;
+    const int32_t margin = is_light ? target->margin : 0;
+    if (!(left >= -1 - margin && left < target->width + margin && top >= -1 - margin &&
+          top < target->height + margin))
         return;
+    struct light_point point = {.frame = target->frame, .z = (float)at->z};
+    for (int c = 0; c < target->n_channels && is_light; c++)
+        point.colour[c] = colour[c];
     for (int k = 0; k < 4; k++) {
         const int32_t x = (int32_t)left + (k & 1), y = (int32_t)top + (k >> 1);
         const float weight = (k & 1 ? across : 1 - across) * (k >> 1 ? down : 1 - down);
-        if (weight > 0 && x >= 0 && x < target->width && y >= 0 && y < target->height)
+        if (!(weight > 0))
+            continue;
+        point.x = x;
+        point.y = y;
+        point.weight = weight;
+        if (is_light)
+            add_light(target, &point, r);
+        if (!is_mixed && x >= 0 && x < target->width && y >= 0 && y < target->height)
             add_point(target, (size_t)y * (size_t)target->width + (size_t)x, weight, r,
                       (float)at->z, colour);
     }
@@ -469,10 +527,12 @@ static void add_neighbour(const struct target *target, const struct neighbour *f
         for (int32_t x = 0; x < from->source.width; x++) {
             const size_t i = (size_t)y * (size_t)from->source.width + (size_t)x;
             struct temporal_place at;
-            if (find_place(from, x, y, &at) &&
+            if (!find_place(from, x, y, &at))
+                continue;
+            const bool is_mixed =
                 nearest_beside(from->radius, from->source.width, from->source.height, x,
-                               y) >= from->radius[i] - SAME_PX)
-                spread_point(target, &at, from->colour + i * step);
+                               y) < from->radius[i] - SAME_PX;
+            spread_point(target, &at, from->colour + i * step, is_mixed);
         }
 }
 
@@ -509,7 +569,8 @@ static bool finish(struct target *target, struct temporal_behind *behind,
     }
     behind->colour = target->sums;
     target->sums = NULL;
-    return true;
+    return light_points_join(target->lights, target->n_channels, &behind->lights,
+                             &behind->n_lights, error);
 }
 
 /* ---- all of it ------------------------------------------------------------------- */
@@ -538,6 +599,7 @@ static int find_of_view(struct run *run, int view, int *n_used)
     int code = target_open(run, view, &target);
     for (int i = 0; i < beside->n && code == APP_DONE; i++) {
         bool is_used;
+        target.frame = i;
         code = add_frame(run, view, &target, &beside->at[i], &is_used);
         *n_used += is_used;
     }
@@ -602,6 +664,8 @@ void temporal_set_behind(const struct run *run, int i, struct rf_view *view)
                                           source->height, source->n_channels);
     view->behind_depth =
         rf_image_packed(run->behind[i].depth, source->width, source->height, 1);
+    view->unseen_lights = run->behind[i].lights;
+    view->n_unseen_lights = run->behind[i].n_lights;
 }
 
 void temporal_free(struct run *run)
@@ -609,6 +673,7 @@ void temporal_free(struct run *run)
     for (int i = 0; run->behind && i < filter_n_views(run); i++) {
         free(run->behind[i].colour);
         free(run->behind[i].depth);
+        free(run->behind[i].lights);
     }
     free(run->behind);
     run->behind = NULL;

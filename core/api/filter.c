@@ -193,6 +193,27 @@ static rf_result check_behind(const struct rf_frame *f, const struct rf_view *vi
     return result;
 }
 
+static rf_result check_lights(const struct rf_view *view, struct rf_error *error)
+{
+    if (view->n_unseen_lights > INT32_MAX / 4 ||
+        (view->n_unseen_lights > 0 && !view->unseen_lights))
+        return rf_fail(error, RF_ERROR_ARGUMENT, "unseen_lights",
+                       "%zu unseen lights are %s", view->n_unseen_lights,
+                       view->unseen_lights ? "too many" : "said to be at NULL");
+    for (size_t i = 0; i < view->n_unseen_lights; i++) {
+        const struct rf_unseen_light *light = &view->unseen_lights[i];
+        bool is_good = isfinite(light->x) && isfinite(light->y) && light->depth > 0;
+        for (int c = 0; c < view->colour.channels; c++)
+            is_good &= isfinite(light->colour[c]);
+        if (!is_good)
+            return rf_fail(error, RF_ERROR_ARGUMENT, "unseen_lights",
+                           "unseen light %zu has a place or colour that is not finite, "
+                           "or no depth above 0",
+                           i);
+    }
+    return RF_OK;
+}
+
 static rf_result check_view(const struct rf_frame *f, const struct rf_view *view,
                             const struct rf_image *out, struct rf_error *error)
 {
@@ -206,6 +227,8 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
                          out->channels, view->colour.channels);
     if (result == RF_OK && view->behind_colour.data)
         result = check_behind(f, view, error);
+    if (result == RF_OK)
+        result = check_lights(view, error);
     return result == RF_OK ? rf_view_check_place(view, error) : result;
 }
 

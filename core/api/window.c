@@ -117,6 +117,10 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
                             const struct rf_window *given, struct rf_error *error)
 {
     rf_result result = check_method(f, error);
+    if (result == RF_OK && view->n_unseen_lights > 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "unseen_lights",
+                       "lights that a picture does not show are for whole pictures; "
+                       "leave them out");
     if (result == RF_OK && view->behind_colour.data)
         return rf_fail(error, RF_ERROR_ARGUMENT, "behind_colour",
                        "what lies behind the surfaces is for whole pictures; leave it "

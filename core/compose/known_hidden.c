@@ -42,7 +42,8 @@ struct putting {
     struct rf_lens lens;
     float *radius, *planes[4]; /* of the view, packed */
     int n_planes;
-    float most; /* magnitude of a radius */
+    float most;          /* magnitude of a radius */
+    bool are_lights_own; /* the caller lists them (unseen_lights.c) */
     struct rf_estimates *estimates;
     size_t *start; /* of each row's lights */
     struct rf_sample *lights;
@@ -116,15 +117,19 @@ static size_t put_row(const struct putting *p, int y, struct rf_sample *lights)
             continue;
         if (lights)
             mend_far_part(p, i, &known);
-        if (!rf_found_at(p->estimates, px, py, 1) || known.r < near[px] + BEHIND_PX)
+        if (known.r < near[px] + BEHIND_PX)
+            continue;
+        if (lights && picture->behind)
+            picture->behind[picture->behind_stride * (size_t)py + (size_t)px] = known.r;
+        if (!rf_found_at(p->estimates, px, py, 1))
             continue;
         float usual = luminance_of(at), share = picture->surfaces.share[i];
         if (share > 0 && is_lamp(p, &known, usual)) {
-            if (lights) {
-                lights[n] = rf_sample_make(&known, px, py, share);
-                rf_take_light(known.c, lights[n].c, usual / luminance_of(&known));
-            }
-            n++;
+            struct rf_sample light = rf_sample_make(&known, px, py, share);
+            rf_take_light(known.c, light.c, usual / luminance_of(&known));
+            if (lights && !p->are_lights_own)
+                lights[n] = light;
+            n += !p->are_lights_own;
         }
         if (lights)
             *at = known;
@@ -144,6 +149,21 @@ static void put_rows(void *data, int64_t begin, int64_t end, int thread)
     const struct putting *p = data;
     for (int y = (int)begin; y < (int)end; y++)
         put_row(p, y, p->lights + p->start[y]);
+}
+
+/* A plane of radii behind the near surfaces, of which none is known yet. */
+static rf_result begin_behind(struct rf_picture *picture, struct rf_error *error)
+{
+    if (!(picture->highlight_factor > 0))
+        return RF_OK;
+    picture->behind_stride = (size_t)picture->width + RF_ROW_MARGIN;
+    size_t n = picture->behind_stride * (size_t)picture->height;
+    picture->behind = rf_alloc(picture->frame->context, n, sizeof *picture->behind);
+    if (!picture->behind)
+        return rf_fail_memory(error, n, sizeof *picture->behind);
+    for (size_t i = 0; i < n; i++)
+        picture->behind[i] = INFINITY;
+    return RF_OK;
 }
 
 /* Puts surfaces and lamps, those after the ones that are seen. */
@@ -174,7 +194,7 @@ rf_result rf_known_hidden_put(struct rf_picture *picture,
                               struct rf_estimates *estimates, struct rf_error *error)
 {
     const struct rf_frame *f = picture->frame;
-    if (!view->behind)
+    if (!view->behind || !view->behind->behind_colour.data)
         return RF_OK;
     const struct rf_image *colour = &view->behind->behind_colour;
     size_t n = (size_t)f->width * (size_t)f->height;
@@ -187,6 +207,7 @@ rf_result rf_known_hidden_put(struct rf_picture *picture,
                         .radius = memory,
                         .n_planes = colour->channels,
                         .most = view->largest_radius,
+                        .are_lights_own = view->behind->n_unseen_lights > 0,
                         .estimates = estimates,
                         .start = start};
     rf_result result =
@@ -198,6 +219,8 @@ rf_result rf_known_hidden_put(struct rf_picture *picture,
         rf_field_apply(f, p.radius, &largest);
         result = rf_frame_load(f, colour, p.planes, error);
     }
+    if (result == RF_OK)
+        result = begin_behind(picture, error);
     if (result == RF_OK)
         result = put(picture, &p, error);
     rf_free(f->context, start);

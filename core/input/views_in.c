@@ -92,7 +92,7 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
         if (result != RF_OK)
             return result;
         w->radius = radius;
-        w->behind = view->behind_colour.data ? view : NULL;
+        w->behind = view->behind_colour.data || view->n_unseen_lights ? view : NULL;
         rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
         w->shift_bias -= w->shift_scale * (float)f->radius_shift; /* no colour moves */
     }

@@ -27,7 +27,7 @@ struct rf_work_view {
      */
     float shift_scale, shift_bias;
     const struct rf_survey *survey; /* of the whole picture; NULL: it is at hand */
-    const struct rf_view *behind;   /* has behind_colour and behind_depth; or NULL */
+    const struct rf_view *behind;   /* knows what is not seen; NULL: nothing is known */
 };
 
 /*

@@ -461,6 +461,7 @@ void rf_picture_free(struct rf_picture *picture)
     rf_free(context, picture->possible_highlights);
     rf_free(context, picture->darkest);
     rf_free(context, picture->highlights);
+    rf_free(context, picture->behind);
     rf_free(context, picture->surfaces.share);
     rf_far_free(&picture->surfaces, context);
     rf_free(context, picture->surfaces.near);

@@ -45,6 +45,10 @@ struct rf_picture {
     struct rf_sample *highlights;
     size_t n_highlights;
     float highlight_factor; /* as in rf_is_highlight(); 0: they were not looked for */
+    /* Radii behind the near surfaces that the caller knows, as in struct rf_occluders;
+     * NULL: none. */
+    float *behind;
+    size_t behind_stride;
 };
 
 /*

@@ -153,7 +153,7 @@ def test_what_most_frames_show_counts(run, shot, tmp_path):
         bird = numpy.zeros_like(post)
         bird[:, 51:55] = True  # behind the post at 59 in frame 4
         assert not (bird & post).any()
-        colour = numpy.where(bird, 4.0, grey).astype(numpy.float32)
+        colour = numpy.where(bird, 1.5, grey).astype(numpy.float32)
         depth = numpy.where(bird, 4.0, numpy.where(post, NEAR, FOCUS))
         return {"R": colour, "G": colour, "B": colour, "Z": depth.astype("float32")}
 
@@ -161,6 +161,28 @@ def test_what_most_frames_show_counts(run, shot, tmp_path):
     with_it = error_of(tmp_path, 4)
     run(shot(with_camera), "--temporal", 2, "--frames", "4", name="without")
     assert with_it < 1.5 * error_of(tmp_path, 4, "without")
+
+
+def test_lamps_beyond_the_border_shine(run, shot, tmp_path):
+    """A lamp that has just left the picture keeps a part of its disc in it."""
+
+    def with_lamp(brightness):
+        def channels(i):
+            grey = numpy.full((HEIGHT, WIDTH), 0.2, numpy.float32)
+            if i == 5:
+                grey[24, 0] = brightness  # 0.6 px farther left in frame 6
+            depth = numpy.full_like(grey, 40)  # of radius 2 px
+            return {"R": grey, "G": grey, "B": grey, "Z": depth}
+
+        return channels
+
+    lit = []
+    for brightness in (0.2, 200):
+        shot(with_camera, with_lamp(brightness))
+        run(tmp_path / "shot.####.exr", "--temporal", 1, "--frames", "6", "--anew")
+        lit.append(plainexr.read(tmp_path / "out.0006.exr")[0]["G"].sum())
+    # Six tenths of it are beyond; of a disc whose middle is 0.5 px outside, 0.34 shows.
+    assert 0.6 * 200 * 0.25 < lit[1] - lit[0] < 0.6 * 200 * 0.45
 
 
 @pytest.mark.parametrize("says", ["matrices", "vectors"])

@@ -2,6 +2,8 @@
 /*
  * rf_view.behind_colour: what the caller knows to lie behind things takes the place of
  * what would be estimated, lamps included, and nothing else changes.
+ * rf_view.unseen_lights: lamps behind things and beyond the border shine into the
+ * picture as far as the lens sees them.
  */
 #include "physics/frames.h"
 #include "testing.h"
@@ -13,12 +15,15 @@ enum { SIZE = 64, BAR_LEFT = 28, BAR_END = 36, BAR_RADIUS = -12, N_CHANNELS = 3 
 struct scene {
     struct frame f;
     float behind[SIZE * SIZE * N_CHANNELS], behind_depth[SIZE * SIZE];
+    struct rf_unseen_light light;
+    bool has_light;
 };
 
 static void fill(struct scene *s, double far_px)
 {
     uint32_t state = 7;
     s->f = frame_make(SIZE, SIZE, N_CHANNELS);
+    s->has_light = false;
     for (int i = 0; i < SIZE * SIZE; i++) {
         bool is_bar = i % SIZE >= BAR_LEFT && i % SIZE < BAR_END;
         float grey = (float)random_unit(&state);
@@ -44,6 +49,11 @@ static rf_result run(struct scene *s, bool is_known, int n_threads)
     if (is_known) {
         view.behind_colour = rf_image_packed(s->behind, SIZE, SIZE, N_CHANNELS);
         view.behind_depth = rf_image_packed(s->behind_depth, SIZE, SIZE, 1);
+    }
+    if (s->has_light) {
+        view.size = sizeof view;
+        view.unseen_lights = &s->light;
+        view.n_unseen_lights = 1;
     }
     plain_params(&params, RF_METHOD_LAYERED);
     if (rf_context_create(&context, &how, NULL) != RF_OK ||
@@ -169,6 +179,93 @@ static void hidden_lamps_shine(void)
     frame_free(&s.f);
 }
 
+static struct rf_unseen_light white_light(double x, double y, double radius_px)
+{
+    return (struct rf_unseen_light){
+        .x = x, .y = y, .depth = plain_depth(radius_px), .colour = {500, 500, 500}};
+}
+
+/* How much of a light of 500 is in the picture. */
+static double shown_of(struct scene *s, bool is_known)
+{
+    s->has_light = false;
+    rf_result dark_result = run(s, is_known, 1);
+    double dark = sum_of(s);
+    s->has_light = true;
+    if (dark_result != RF_OK || run(s, is_known, 1) != RF_OK)
+        return NAN;
+    return (sum_of(s) - dark) / 500;
+}
+
+/* Of a disc of radius 6 whose middle is 2.5 px outside a segment is inside. */
+static void lights_beyond_the_border_shine(void)
+{
+    struct scene s;
+    const double outside = 2.5 / 6;
+    fill(&s, 6);
+    s.light = white_light(-2.3, 32.1, 6);
+    double shown = shown_of(&s, false);
+    double expected =
+        (acos(outside) - outside * sqrt(1 - outside * outside)) / 3.14159265;
+    printf("# %.3f of the light, %.3f expected\n", shown, expected);
+    CHECK_NEAR(shown, expected, 0.03);
+    s.light = white_light(-14.5, 32.5, 6);
+    CHECK(shown_of(&s, false) == 0);
+    s.light = white_light(64e6, -1e300, 6);
+    CHECK(shown_of(&s, false) == 0);
+    frame_free(&s.f);
+}
+
+/* Behind a bar most of a light is seen past it; where nothing hides it, the picture
+ * shows it itself. */
+static void hidden_lights_shine(void)
+{
+    struct scene s;
+    fill(&s, 6);
+    s.light = white_light(32.5, 32.5, 6);
+    double half = 4.0 / 18,
+           hidden = 2 / 3.14159265 * (half * sqrt(1 - half * half) + asin(half));
+    CHECK_NEAR(shown_of(&s, false), 1 - hidden, 0.1);
+    s.light = white_light(12.5, 32.5, 6);
+    CHECK(shown_of(&s, false) == 0);
+    frame_free(&s.f);
+}
+
+/* A surface in focus that the bar hides hides the light behind both. */
+static void known_surfaces_hide_lights(void)
+{
+    struct scene s;
+    fill(&s, 0);
+    s.f.depth[0] = plain_depth(6); /* so far may radii go */
+    s.light = white_light(32.5, 32.5, 6);
+    double through = shown_of(&s, false), blocked = shown_of(&s, true);
+    printf("# %.3f of the light, %.3f past what is known\n", through, blocked);
+    CHECK(through > 0.1);
+    CHECK(blocked < 0.01);
+    frame_free(&s.f);
+}
+
+static void wrong_lights_are_refused(void)
+{
+    const struct rf_unseen_light good = white_light(32.5, 32.5, 6);
+    struct rf_unseen_light wrong[] = {good, good, good, good};
+    struct scene s;
+    fill(&s, 6);
+    s.has_light = true;
+    wrong[0].x = NAN;
+    wrong[1].y = INFINITY;
+    wrong[2].depth = 0;
+    wrong[3].colour[2] = NAN;
+    for (int i = 0; i < 4; i++) {
+        s.light = wrong[i];
+        CHECK(run(&s, false, 1) == RF_ERROR_ARGUMENT);
+    }
+    s.light = good;
+    s.light.depth = INFINITY;
+    CHECK(run(&s, false, 1) == RF_OK);
+    frame_free(&s.f);
+}
+
 static void wrong_shapes_are_refused(void)
 {
     struct frame f = frame_make(8, 8, 3);
@@ -199,6 +296,18 @@ static void wrong_shapes_are_refused(void)
     CHECK(rf_filter_survey(filter, &view, &whole, &whole, &survey, &error) ==
           RF_ERROR_ARGUMENT);
     CHECK_STR(error.field, "behind_colour");
+    const struct rf_unseen_light light = white_light(4.5, 4.5, 6);
+    struct rf_view lit = {.size = sizeof lit,
+                          .colour = view.colour,
+                          .depth = view.depth,
+                          .unseen_lights = &light,
+                          .n_unseen_lights = 1};
+    CHECK(rf_filter_survey(filter, &lit, &whole, &whole, &survey, &error) ==
+          RF_ERROR_ARGUMENT);
+    CHECK_STR(error.field, "unseen_lights");
+    lit.unseen_lights = NULL;
+    CHECK(rf_filter_process(filter, &lit, 1, &out, NULL, &error) == RF_ERROR_ARGUMENT);
+    CHECK_STR(error.field, "unseen_lights");
     CHECK(rf_filter_process_window(filter, &survey, &view, 1, &whole, &whole, &out,
                                    NULL, &error) == RF_ERROR_ARGUMENT);
     rf_filter_destroy(filter);
@@ -213,6 +322,10 @@ int main(int argc, char **argv)
     TEST(nothing_known_changes_nothing);
     TEST(bits_are_those_of_every_thread_count);
     TEST(hidden_lamps_shine);
+    TEST(lights_beyond_the_border_shine);
+    TEST(hidden_lights_shine);
+    TEST(known_surfaces_hide_lights);
+    TEST(wrong_lights_are_refused);
     TEST(wrong_shapes_are_refused);
     return testing_end();
 }

@@ -468,6 +468,17 @@ struct rf_progress {
 /** Most views that the method `views` takes. */
 #define RF_MAX_VIEWS 64
 
+/** A light, one pixel large, that a picture does not show; see
+ * rf_view.unseen_lights. Since 0.1. */
+struct rf_unseen_light {
+    /** Its place, px right and down from the picture's first pixel, a pixel's middle at
+     * + 0.5; beyond the picture too. It is taken to the middle of its pixel. */
+    double x, y;
+    double
+        depth; /**< planar distance, scene units, (0, inf], whatever params.depth is */
+    float colour[4]; /**< of that pixel, as many as `colour` of the view has channels */
+};
+
 /** One pinhole view of the scene. */
 struct rf_view {
     /** sizeof(struct rf_view) of the caller; of an array that of the first counts. 0: the
@@ -491,6 +502,16 @@ struct rf_view {
      */
     struct rf_image behind_colour;
     struct rf_image behind_depth; /**< see behind_colour */
+    /**
+     * Lamps behind the visible surfaces or beyond the border, as other frames show
+     * them: the lens sees a part of their discs. What the picture shows itself, what is
+     * no highlight (exact_highlights) and what lies farther outside than the largest
+     * radius is left out. Where there are any, behind_colour adds no lamps of its own.
+     * Read by `layered`, but not by quality preview; windows refuse them
+     * (RF_ERROR_ARGUMENT). NULL and 0: none are known. Since 0.1.
+     */
+    const struct rf_unseen_light *unseen_lights;
+    size_t n_unseen_lights; /**< at most INT32_MAX / 4 */
 };
 
 /** Builds a filter for pictures of width x height; checks every parameter. */

@@ -33,6 +33,7 @@
 #include "compose/highlights_find.h"
 #include "compose/known_hidden.h"
 #include "compose/scene.h"
+#include "compose/unseen_lights.h"
 #include "input/frame.h"
 #include "input/views_in.h"
 #include "surfaces/hidden.h"
@@ -135,13 +136,17 @@ static rf_result run(struct layered *state, struct rf_work *work,
         result = find_hidden(state, work->task, error);
     if (result == RF_OK && state->hidden.at && !rf_task_is_cancelled(work->task))
         result = rf_known_hidden_put(&state->picture, view, &state->hidden, error);
+    if (result == RF_OK && !rf_task_is_cancelled(work->task))
+        result = rf_unseen_lights_put(&state->picture, view, &state->hidden, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
     const struct rf_pixels *pixels = &state->picture.pixels;
     const float *radius = rf_plane_row(pixels, pixels->radius, 0);
     struct rf_occluders occluders = {.surfaces = &state->picture.surfaces,
                                      .radius = radius,
-                                     .radius_stride = pixels->stride};
+                                     .radius_stride = pixels->stride,
+                                     .behind = state->picture.behind,
+                                     .behind_stride = state->picture.behind_stride};
     struct rf_scene scene = {
         .frame = work->frame,
         .width = state->picture.width,
