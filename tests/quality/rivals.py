@@ -15,6 +15,7 @@ the command takes after the render, against references/ of
     finish 8      8 views of N/2 samples in all and N/2 samples of the own lens
     finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top
 
+Scenes held out, on which nothing is tuned: bar and street.
 RACKFOCUS_OIDN names the folder of Open Image Denoise.
 """
 

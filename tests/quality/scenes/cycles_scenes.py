@@ -56,6 +56,7 @@ class Camera:
     ortho_scale: float = 0.0
     height_above_ground: float = 0.0
     pitch_deg: float = 0.0
+    bounces: int = 1
 
     @property
     def longer_px(self):
@@ -132,6 +133,30 @@ def make_material(colours, kind="plain", scale=1.0, gloss=0.0, roughness=0.3):
         tree.links.new(shader.outputs[0], mix.inputs[1])
         tree.links.new(glossy.outputs[0], mix.inputs[2])
         shader = mix
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def make_glass(colour, roughness=0.0):
+    """Clear glass; needs more bounces than one (see Camera.bounces)."""
+    return make_shader("ShaderNodeBsdfGlass", colour, roughness)
+
+
+def make_mirror(colour, roughness=0.0):
+    """Polished metal."""
+    return make_shader("ShaderNodeBsdfGlossy", colour, roughness)
+
+
+def make_shader(kind, colour, roughness):
+    """A material of one shader node that has a colour and a roughness."""
+    material = bpy.data.materials.new("surface")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new(kind)
+    shader.inputs["Color"].default_value = (*colour, 1.0)
+    shader.inputs["Roughness"].default_value = roughness
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
     return material
 
@@ -489,6 +514,72 @@ def build_ortho(camera):
         add_box(size, skin, spot, rng.uniform(0, 90))
 
 
+def build_bar(camera):
+    """Glasses, a mirror and chrome: what one depth per pixel cannot say."""
+    rng = random.Random(707)
+    set_light((0.7, 0.75, 1.0), 0.55, 1.8, (55, 0, 25))
+    wood = make_material(((0.45, 0.24, 0.12), (0.2, 0.1, 0.05)), "noise", 9.0, 0.15)
+    add_quad(3, 4, wood, (0, 1.8, 0))
+    wall = make_material(((0.5, 0.48, 0.42), (0.15, 0.22, 0.25)), "brick", 5.0)
+    add_quad(6, 3, wall, (0, 3.6, 1.2), (90, 0, 0))
+    add_quad(1.1, 0.7, make_mirror((0.9, 0.9, 0.92)), (-0.55, 2.4, 0.4), (90, 0, 24))
+    for i in range(7):
+        x, depth = -0.42 + 0.14 * i, 0.75 + 0.22 * (i % 4)
+        tint = rng.choice([(1, 1, 1), (0.7, 0.95, 0.8), (1.0, 0.8, 0.5)])
+        low, high = (x, depth, 0.005), (x, depth, rng.uniform(0.12, 0.2))
+        add_rod(low, high, 0.035, make_glass(tint), 32)
+    for x, depth, size in ((0.16, 0.85, 0.05), (-0.25, 1.25, 0.07), (0.5, 1.9, 0.1)):
+        add_ball(size, make_mirror((0.95, 0.93, 0.9), 0.05), (x, depth, size))
+    add_ball(0.045, make_glass((1, 1, 1)), (0.02, 0.62, 0.045))
+    for _ in range(10):
+        depth = rng.uniform(1.4, 3.2)
+        skin = make_material(
+            (random_colour(rng), random_colour(rng, 0.02, 0.3)), "checker", 22.0, 0.1
+        )
+        size = (rng.uniform(0.06, 0.16), 0.08, rng.uniform(0.1, 0.4))
+        spot = (rng.uniform(-0.4, 0.4) * depth, depth, size[2] / 2)
+        add_box(size, skin, spot, rng.uniform(0, 90))
+    for _ in range(14):
+        depth = rng.uniform(2.2, 3.5)
+        spot = place(camera, rng.uniform(-190, 190), rng.uniform(20, 120), depth)
+        strength = log_uniform(rng, 30, 300)
+        add_lamp(spot, 1.5 * depth / camera.focal_px, random_warm(rng), strength)
+
+
+def build_street(camera):
+    """A wet street at dusk behind a fence: lamps, glossy ground, thin things near."""
+    rng = random.Random(808)
+    set_light((0.25, 0.3, 0.5), 0.5, 0.5, (70, 0, 10))
+    stone = ((0.14, 0.13, 0.13), (0.05, 0.05, 0.06))
+    wet = make_material(stone, "noise", 1.5, 0.35, 0.15)
+    add_quad(30, 60, wet, (0, 28, 0))
+    for side in (-1, 1):
+        for i in range(8):
+            tall, depth = rng.uniform(3, 7), 5 + 4.0 * i
+            colours = (random_colour(rng, 0.2, 0.6), random_colour(rng, 0.03, 0.2))
+            skin = make_material(colours, "brick", 1.4)
+            add_box((2.5, 3.6, tall), skin, (side * 4.6, depth, tall / 2))
+    for i in range(9):
+        depth, x = rng.uniform(3.0, 20.0), rng.uniform(-2.6, 2.6)
+        coat = make_material(random_colour(rng), gloss=0.05)
+        add_box((0.45, 0.3, 1.3), coat, (x, depth, 0.65), rng.uniform(0, 90))
+        face = make_material((random_colour(rng, 0.3), (0.2, 0.1, 0.08)), "noise", 20.0)
+        add_ball(0.14, face, (x, depth, 1.46))
+    fence = make_material((0.3, 0.32, 0.33), gloss=0.2)
+    for i in range(15):
+        for slope in (-1, 1):
+            x = -280 + 40 * i
+            foot = place(camera, x - 130 * slope, -150, 0.9)
+            top = place(camera, x + 130 * slope, 150, 0.9)
+            add_rod(foot, top, 1.3 * 0.9 / camera.focal_px, fence)
+    for i in range(40):
+        depth = rng.uniform(4.0, 34.0)
+        spot = place(camera, rng.uniform(-200, 200), rng.uniform(-12, 120), depth)
+        strength = log_uniform(rng, 20, 600)
+        radius = rng.uniform(0.8, 2.2) * depth / camera.focal_px
+        add_lamp(spot, radius, random_warm(rng), strength)
+
+
 SCENES = {
     "posts": (Camera(480, 270, 50, 0.8, 1.0), build_posts),
     "portrait": (
@@ -526,6 +617,18 @@ SCENES = {
             pitch_deg=-36,
         ),
         build_ortho,
+    ),
+    "bar": (
+        Camera(
+            400, 260, 50, 0.7, 1.1, height_above_ground=0.2, pitch_deg=-4, bounces=4
+        ),
+        build_bar,
+    ),
+    "street": (
+        Camera(
+            420, 260, 40, 0.3, 5.0, height_above_ground=1.5, pitch_deg=-2, bounces=2
+        ),
+        build_street,
     ),
 }
 
@@ -575,9 +678,10 @@ def set_up_render(facts):
     cycles.device = "CPU"
     cycles.use_denoising = False
     cycles.use_adaptive_sampling = False
-    cycles.max_bounces = 2
+    cycles.max_bounces = facts.bounces + 1
     cycles.diffuse_bounces = 1
-    cycles.glossy_bounces = 1
+    cycles.glossy_bounces = facts.bounces
+    cycles.transmission_bounces = facts.bounces + 1
     cycles.caustics_reflective = cycles.caustics_refractive = False
     scene.view_settings.view_transform = "Raw"
     scene.view_layers[0].use_pass_z = True
