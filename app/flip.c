@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "measure.h"
 #include "parallel.h"
 
 #define PI 3.14159265358979323846
@@ -111,24 +112,10 @@ struct kernels {
     double largest;    /* error of colour: of green against blue */
 };
 
-/* exp(-x^2 / (2 sigma^2)) with a sum of 1; returns the sum before. */
-static double set_gaussian(double *taps, double sigma)
-{
-    double sum = 0;
-    for (int i = 0; i < TAPS; i++) {
-        const double x = i - RADIUS;
-        taps[i] = exp(-x * x / (2 * sigma * sigma));
-        sum += taps[i];
-    }
-    for (int i = 0; i < TAPS; i++)
-        taps[i] /= sum;
-    return sum;
-}
-
 /* Of the contrast sensitivity a sqrt(pi / b) exp(-pi^2 d^2 / b), d in degrees. */
 static double set_sensitivity(double *taps, double b)
 {
-    return set_gaussian(taps, sqrt(b / 2) / PI * FLIP_PIXELS_PER_DEGREE);
+    return measure_gaussian(taps, RADIUS, sqrt(b / 2) / PI * FLIP_PIXELS_PER_DEGREE);
 }
 
 /* Positive taps sum to 1, negative ones to -1. */
@@ -148,7 +135,6 @@ static void set_features(struct kernels *kernels)
 {
     const double sigma = 0.5 * FEATURE_DEGREES * FLIP_PIXELS_PER_DEGREE;
     const int reach = (int)ceil(3 * sigma);
-    set_gaussian(kernels->taps[FEATURE_SMOOTH], sigma);
     for (int i = 0; i < TAPS; i++) {
         const double x = i - RADIUS;
         const double g = fabs(x) > reach ? 0 : exp(-x * x / (2 * sigma * sigma));

@@ -11,6 +11,19 @@ double measure_tone(double value)
     return pow(fmin(fmax(value, 0), 1), 1 / 2.2);
 }
 
+double measure_gaussian(double *taps, int radius, double sigma)
+{
+    double sum = 0;
+    for (int i = 0; i <= 2 * radius; i++) {
+        const double x = i - radius;
+        taps[i] = exp(-x * x / (2 * sigma * sigma));
+        sum += taps[i];
+    }
+    for (int i = 0; i <= 2 * radius; i++)
+        taps[i] /= sum;
+    return sum;
+}
+
 static double clip(double value)
 {
     return fmin(fmax(value, 0), 1);
@@ -46,18 +59,6 @@ static int32_t mirror(int32_t i, int32_t n)
     while (i < 0 || i >= n)
         i = i < 0 ? -1 - i : 2 * n - 1 - i;
     return i;
-}
-
-static void set_weights(double *weights)
-{
-    double sum = 0;
-    for (int i = 0; i < TAPS; i++) {
-        const double x = i - RADIUS;
-        weights[i] = exp(-x * x / (2 * SIGMA * SIGMA));
-        sum += weights[i];
-    }
-    for (int i = 0; i < TAPS; i++)
-        weights[i] /= sum;
 }
 
 /* One moment of row y before filtering, RADIUS mirrored values at either end. */
@@ -143,7 +144,7 @@ static bool channel_ssim(const float *a, const float *b, int32_t width, int32_t 
 {
     struct window window = {.a = a, .b = b, .width = width, .height = height};
     const size_t row = (size_t)width;
-    set_weights(window.weights);
+    measure_gaussian(window.weights, RADIUS, SIGMA);
     window.rows = calloc((size_t)TAPS * N_MOMENTS * row, sizeof(double));
     window.wide = calloc(row + 2 * RADIUS, sizeof(double));
     window.moments = calloc(N_MOMENTS * row, sizeof(double));

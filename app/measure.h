@@ -40,6 +40,12 @@ double measure_tpsnr(const float *a, const float *b, int32_t width, int32_t heig
 /* The tone mapped value that tPSNR and SSIM compare. */
 double measure_tone(double value);
 
+/*
+ * A Gaussian, exp(-x^2 / (2 sigma^2)), scaled to a sum of 1: 2 radius + 1 taps, the
+ * middle one at x = 0; `sigma` in taps, above 0. Returns the sum before the scaling.
+ */
+double measure_gaussian(double *taps, int radius, double sigma);
+
 /* Errors from here on have the brightest colour of the heat map (tone mapped). */
 #define HEAT_FULL_SCALE 0.25
 

@@ -9,6 +9,7 @@
 #include <strings.h>
 
 #include "file.h"
+#include "folder.h"
 #include "path.h"
 #include "report.h"
 
@@ -163,6 +164,13 @@ bool picture_check_writable(const char *path, struct image_error *error)
     else
         return true;
     return false;
+}
+
+bool picture_need_folder(const char *path, struct image_error *error)
+{
+    const int reason = os_folder_make(path, OS_FOLDER_SHARED);
+    return reason == 0 || os_file_facts(path).kind == OS_FILE_FOLDER ||
+           set_error(error, "%s: cannot make the folder: %s", path, strerror(reason));
 }
 
 size_t picture_clip_to_half(float *samples, size_t n)

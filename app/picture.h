@@ -37,6 +37,9 @@ bool picture_is_scene(const char *path);
 /* Can a file of this name be made? False with a message, before the work begins. */
 bool picture_check_writable(const char *path, struct image_error *error);
 
+/* Makes a folder for pictures if it is not there. False with a message. */
+bool picture_need_folder(const char *path, struct image_error *error);
+
 /* Half floats end at 65504; beyond they would turn into infinity. Clips; returns how
  * many were beyond. */
 size_t picture_clip_to_half(float *samples, size_t n);

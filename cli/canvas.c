@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "lettering_glyphs.h"
+#include "srgb.h"
 
 #define LINE_HEIGHT 1.35 /* of the size of the letters */
 
@@ -49,16 +50,11 @@ void canvas_frame(struct canvas *canvas, struct canvas_box box, const float colo
 
 /* ---- pictures -------------------------------------------------------------------- */
 
-static double encode(double v)
-{
-    v = fmin(fmax(v, 0), 1);
-    return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
-}
-
 static void put(float *to, const double sum[3], double n, bool is_linear)
 {
     for (int c = 0; to && c < 3; c++)
-        to[c] = (float)(is_linear ? encode(sum[c] / n) : sum[c] / n);
+        to[c] = is_linear ? srgb_encode((float)fmin(fmax(sum[c] / n, 0), 1))
+                          : (float)(sum[c] / n);
 }
 
 /* The mean of pixels x0 to x1 - 1 of rows y0 to y1 - 1, at least one of them. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus compare-methods: every method on one scene, against a reference. */
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +8,6 @@
 #include "cli.h"
 #include "clock.h"
 #include "flip.h"
-#include "folder.h"
 #include "interrupt.h"
 #include "json.h"
 #include "html.h"
@@ -451,13 +449,6 @@ static bool read_pixels(struct comparison *c, struct image_error *error)
     return c->out && c->rgb;
 }
 
-static bool make_folder(const char *path, struct image_error *error)
-{
-    const int reason = os_folder_make(path, OS_FOLDER_SHARED);
-    return reason == 0 || reason == EEXIST ||
-           set_error(error, "%s: cannot make the folder: %s", path, strerror(reason));
-}
-
 /* Where the sheet looks from near. */
 static bool find_details(struct comparison *c, struct canvas_box details[N_DETAILS])
 {
@@ -500,7 +491,7 @@ static int run_steps(struct comparison *c)
     struct image_error error = {.message = ""};
     int code = EXIT_FAILED;
     if ((c->tool->sheet && !picture_check_writable(c->tool->sheet, &error)) ||
-        (c->tool->results && !make_folder(c->tool->results, &error)) ||
+        (c->tool->results && !picture_need_folder(c->tool->results, &error)) ||
         !read_facts(c, &error, &code) || !read_pixels(c, &error)) {
         if (*error.message)
             message("%s", error.message);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus povray: a POV-Ray scene in, the picture its lens would have made out. */
-#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -12,7 +11,6 @@
 #include "image.h"
 #include "depth_repair.h"
 #include "filter_run.h"
-#include "folder.h"
 #include "interrupt.h"
 #include "looks.h"
 #include "path.h"
@@ -472,10 +470,9 @@ static bool prepare_output(const struct povray_tool *tool,
             return false;
         }
     }
-    const int reason =
-        tool->keep && !keeps_file ? os_folder_make(tool->keep, OS_FOLDER_SHARED) : 0;
-    if (reason != 0 && reason != EEXIST) {
-        message("%s: cannot make the folder: %s", tool->keep, strerror(reason));
+    struct image_error error;
+    if (tool->keep && !keeps_file && !picture_need_folder(tool->keep, &error)) {
+        message("%s", error.message);
         return false;
     }
     return true;

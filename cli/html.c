@@ -5,9 +5,8 @@
 #include <string.h>
 
 #include "cli.h"
-#include "file.h"
-#include "folder.h"
 #include "path.h"
+#include "picture.h"
 
 void html_print(FILE *file, const char *text)
 {
@@ -31,10 +30,8 @@ char *html_make_folder(const char *page, const char *ending, struct image_error 
         return NULL;
     memcpy(folder, page, n);
     strcpy(folder + n, ending);
-    const int reason = os_folder_make(folder, OS_FOLDER_SHARED);
-    if (reason == 0 || os_file_facts(folder).kind == OS_FILE_FOLDER)
+    if (picture_need_folder(folder, error))
         return folder;
-    set_error(error, "%s: cannot make the folder: %s", folder, strerror(reason));
     free(folder);
     return NULL;
 }

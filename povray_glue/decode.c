@@ -24,6 +24,7 @@
 #include "camera.h"
 #include "image.h"
 #include "parallel.h"
+#include "srgb.h"
 #include "text.h"
 
 #define MIX_FROM 1.5
@@ -89,7 +90,7 @@ double decode_value(const struct decode_space *space, double value)
         return 0;
     if (!space->is_srgb)
         return space->gamma == 1 ? value : pow(value, 1 / space->gamma);
-    return value <= 0.0031308 ? 12.92 * value : 1.055 * pow(value, 1 / 2.4) - 0.055;
+    return srgb_encode((float)value);
 }
 
 bool decode_find_space(struct decode_space *space, const double seen[3],

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "parallel.h"
+#include "srgb.h"
 
 enum {
     MANTISSA_BITS = 8,
@@ -44,9 +45,7 @@ static float of_bits(uint32_t bits)
 /* As png_write computes it. */
 static int encode_slowly(float v)
 {
-    const float curve =
-        v <= 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1.0f / 2.4f) - 0.055f;
-    return (int)lrintf(fminf(fmaxf(curve, 0), 1) * 255);
+    return (int)lrintf(fminf(fmaxf(srgb_encode(v), 0), 1) * 255);
 }
 
 /* Positive floats are ordered as their bits are: halves the range of bits. */

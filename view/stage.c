@@ -2,7 +2,6 @@
 #include "stage.h"
 
 #include <ctype.h>
-#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +10,6 @@
 #include "depth_repair.h"
 #include "file.h"
 #include "filter_run.h"
-#include "folder.h"
 #include "input_read.h"
 #include "picture.h"
 #include "povray_files.h"
@@ -103,12 +101,8 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     double seconds;
     snprintf(stage->label, sizeof(stage->label), "rendering %.200s",
              stage->files->paths[0]);
-    const int reason = stage->options->keep
-                           ? os_folder_make(stage->options->keep, OS_FOLDER_SHARED)
-                           : 0;
-    if (reason != 0 && reason != EEXIST)
-        return set_error(error, "%s: cannot make the folder: %s", stage->options->keep,
-                         strerror(reason));
+    if (stage->options->keep && !picture_need_folder(stage->options->keep, error))
+        return false;
     make_scene_options(stage, typed);
     bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
     if (is_good)
