@@ -28,6 +28,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
+#include "base/task.h"
 #include "input/bokeh.h"
 #include "input/frame.h"
 #include "input/image.h"
@@ -44,18 +45,6 @@ bool rf_chroma_is_on(const struct rf_frame *frame, int n_channels)
 {
     return n_channels >= RF_N_COLOURS &&
            (has_colours(frame) || frame->params.lateral_chroma != 0);
-}
-
-/* The progress of part i of n. */
-struct part {
-    const struct rf_progress *whole;
-    int i, n;
-};
-
-static bool report_part(void *user, double fraction)
-{
-    const struct part *part = user;
-    return part->whole->report(part->whole->user, (part->i + fraction) / part->n);
 }
 
 /* Copies a channel. */
@@ -240,8 +229,8 @@ rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *
     if (n_parts > 1)
         kept.data = memory ? memory + n : NULL;
     for (int i = 0; i < n_parts && result == RF_OK; i++) {
-        struct part part = {progress, i, n_parts};
-        const struct rf_progress own = {report_part, &part};
+        struct rf_progress_part part = {progress, i, n_parts};
+        const struct rf_progress own = {rf_progress_report_part, &part};
         struct rf_frame one = whole;
         if (n_parts > 1) {
             one.colour = 1 + i;

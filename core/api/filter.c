@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/chroma.h"
+#include "api/focuses.h"
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
@@ -163,7 +164,10 @@ static rf_result run(struct rf_work *work, const struct rf_view *views,
                      const struct rf_image *out, struct rf_error *error)
 {
     const struct rf_frame *f = work->frame;
-    rf_result result = rf_work_load_depth(work, views, NULL, error);
+    int64_t n_known; /* a part may be without depths, a whole picture may not */
+    bool is_part = f->width < f->place.whole_width || f->height < f->place.whole_height;
+    rf_result result =
+        rf_work_load_depth(work, views, is_part ? &n_known : NULL, error);
     if (result == RF_OK && rf_work_is_sharp(work))
         return copy_sharp(f, &views->colour, out, error);
     if (result == RF_OK)
@@ -285,6 +289,33 @@ static rf_result process(const struct rf_frame *f, const struct rf_view *views,
     return result;
 }
 
+/* Makes the picture of views that were rendered for a plane. */
+static rf_result process_moved(const struct rf_frame *f, const struct rf_view *views,
+                               int n_views, const struct rf_image *out,
+                               const struct rf_progress *progress,
+                               struct rf_error *error)
+{
+    if (!rf_field_moves_views(f, n_views))
+        return process(f, views, n_views, out, progress, error);
+    struct rf_view moved[RF_MAX_VIEWS];
+    float *memory = NULL;
+    rf_views_copy(moved, views, n_views);
+    rf_result result = rf_field_move_views(f, moved, n_views, &memory, error);
+    if (result == RF_OK)
+        result = process(f, moved, n_views, out, progress, error);
+    rf_free(f->context, memory);
+    return result;
+}
+
+/* Makes the picture of a split diopter. */
+static rf_result process_focuses(const struct rf_frame *f, const struct rf_view *views,
+                                 int n_views, const struct rf_image *out,
+                                 const struct rf_progress *progress,
+                                 struct rf_error *error)
+{
+    return rf_focuses_process(f, views, n_views, out, progress, process_moved, error);
+}
+
 rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view *views,
                             int32_t n_views, const struct rf_image *out,
                             const struct rf_progress *progress, struct rf_error *error)
@@ -295,15 +326,10 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
         return result;
     const struct rf_frame *f = &filter->frame;
     rf_views_copy(known, views, n_views);
-    float *memory = NULL;
-    if (rf_field_moves_views(f, n_views))
-        result = rf_field_move_views(f, known, n_views, &memory, error);
-    if (result == RF_OK && rf_chroma_is_on(f, out->channels))
-        result = rf_chroma_process(f, known, n_views, out, progress, process, error);
-    else if (result == RF_OK)
-        result = process(f, known, n_views, out, progress, error);
-    rf_free(f->context, memory);
-    return result;
+    rf_process_fn make = rf_focuses_are_on(f) ? process_focuses : process_moved;
+    return rf_chroma_is_on(f, out->channels)
+               ? rf_chroma_process(f, known, n_views, out, progress, make, error)
+               : make(f, known, n_views, out, progress, error);
 }
 
 static rf_result convert(const struct rf_filter *filter, const struct rf_image *depth,

@@ -34,6 +34,7 @@
 
 #include "api/chroma.h"
 #include "api/filter.h"
+#include "api/focuses.h"
 #include "base/error.h"
 #include "base/math.h"
 #include "base/task.h"
@@ -76,6 +77,9 @@ static rf_result check_method(const struct rf_frame *f, struct rf_error *error)
         return rf_fail(error, RF_ERROR_PARAMETER, "axial_chroma",
                        "chroma and an aperture in colour need the whole picture at "
                        "once");
+    if (rf_focuses_are_on(f))
+        return rf_fail(error, RF_ERROR_PARAMETER, "split_diopter",
+                       "a split diopter needs the whole picture at once");
     if (method->max_views > 1 && rf_field_is_on(&f->params))
         return rf_fail(error, RF_ERROR_PARAMETER, "tilt_x",
                        "views of a tilted or bent plane in focus need the whole "

@@ -72,3 +72,9 @@ bool rf_task_step(struct rf_task *task)
                           0.999));
     return !rf_task_is_cancelled(task);
 }
+
+bool rf_progress_report_part(void *user, double fraction)
+{
+    const struct rf_progress_part *part = user;
+    return part->whole->report(part->whole->user, (part->i + fraction) / part->n);
+}

@@ -38,4 +38,13 @@ bool rf_task_poll(struct rf_task *task);
 
 bool rf_task_is_cancelled(const struct rf_task *task);
 
+/* The progress of picture `i` of the n that make a whole. */
+struct rf_progress_part {
+    const struct rf_progress *whole;
+    int i, n;
+};
+
+/* The `report` of a struct rf_progress whose user is a struct rf_progress_part. */
+bool rf_progress_report_part(void *user, double fraction);
+
 #endif

@@ -8,9 +8,9 @@
  *   x, y   px from the optical axis, y up;  q  the place in halves of the diagonal
  *   f      focal length, scene units;  f_px  the same in px
  *
- * and beyond the line n . q = o of a split diopter 1/s is that of its own distance,
- * with a smooth step (3 t^2 - 2 t^3) as wide as its softness. All of it shifts the
- * radius, r = K (1/s(q) - 1/z), by a number that depends on the place alone.
+ * and beyond the line of a split diopter 1/s is that of its own distance (diopter.c).
+ * All of it shifts the radius, r = K (1/s(q) - 1/z), by a number that depends on the
+ * place alone.
  *
  * Tilt: the surface is a plane that meets the plane of the lens in the line f / sin A
  * from the axis (Scheimpflug; Merklinger 1996).
@@ -25,6 +25,7 @@
 #include "base/context.h"
 #include "base/math.h"
 #include "base/parallel.h"
+#include "input/diopter.h"
 #include "input/frame.h"
 #include "lens/look.h"
 #include "rackfocus/rackfocus.h"
@@ -51,12 +52,12 @@ struct rf_lens rf_field_lens(const struct rf_frame *frame)
 
 /* What the place adds to a radius, in parts of K. */
 struct field {
-    double k, most;                          /* px times scene units; px */
-    double shift;                            /* px, of a colour everywhere */
-    double principal[2];                     /* px of the whole picture */
-    double tilt[2];                          /* of 1/s per px */
-    double curvature;                        /* b */
-    double split, side[2], offset, softness; /* split: the step of 1/s */
+    double k, most;      /* px times scene units; px */
+    double shift;        /* px, of a colour everywhere */
+    double principal[2]; /* px of the whole picture */
+    double tilt[2];      /* of 1/s per px */
+    double curvature;    /* b */
+    struct rf_diopter diopter;
     struct rf_look places;
     int x, y, width; /* of the frame */
     float *radius;
@@ -76,28 +77,13 @@ static struct field field_of(const struct rf_frame *f)
         .tilt = {sin(p->tilt_x * degree) * per_px,
                  sin(p->tilt_y * degree) * per_px / p->pixel_aspect},
         .curvature = p->field_curvature,
-        .split = p->split_diopter > 0
-                     ? 1 / p->split_diopter - 1 / f->lens.focus_distance
-                     : 0,
-        .side = {cos(p->split_angle * degree), sin(p->split_angle * degree)},
-        .offset = p->split_offset,
-        .softness = p->split_softness,
+        .diopter = rf_diopter_of(f),
         .places = rf_look_make(p, f->place.whole_width, f->place.whole_height),
         .x = f->place.x,
         .y = f->place.y,
         .width = f->width,
     };
     return field;
-}
-
-/* How much of a split diopter there is at q. */
-static double split_share(const struct field *f, const double q[2])
-{
-    double beyond = f->side[0] * q[0] + f->side[1] * q[1] - f->offset;
-    if (f->softness <= 0)
-        return beyond > 0;
-    double t = fmin(fmax(beyond / f->softness + 0.5, 0), 1);
-    return t * t * (3 - 2 * t);
 }
 
 /* The shift but for a split diopter's is a sum of one of the column and one of the
@@ -119,16 +105,14 @@ struct columns {
     float shift[N_COLUMNS];
 };
 
-/* Adds the step of a split diopter to row y. */
+/* Adds what a split diopter makes of row y. */
 static void split_row(const struct field *f, const struct columns *c, int y,
                       float *radius)
 {
-    for (int i = 0; i < c->n; i++) {
-        double q[2];
-        rf_look_place(&f->places, f->x + c->from + i + 0.5, f->y + y + 0.5, q);
-        double share = split_share(f, q);
+    for (int i = 0; i < c->n && f->diopter.px != 0; i++) {
+        double share = rf_diopter_share(&f->diopter, c->from + i, y);
         if (share > 0)
-            radius[i] += (float)(f->k * f->split * share);
+            radius[i] += (float)(f->diopter.px * share);
     }
 }
 
@@ -139,8 +123,7 @@ static float apply_row(const struct field *f, const struct columns *c, int y)
     float most = 0, limit = (float)f->most, of_row = shift_along(f, y, 1);
     for (int i = 0; i < c->n; i++)
         radius[i] += c->shift[i] + of_row;
-    if (f->split != 0 && f->k != 0)
-        split_row(f, c, y, radius);
+    split_row(f, c, y, radius);
     for (int i = 0; i < c->n; i++) {
         radius[i] = rf_min_float(rf_max_float(radius[i], -limit), limit);
         most = rf_max_float(fabsf(radius[i]), most);
@@ -189,14 +172,14 @@ struct rf_look rf_field_look(const struct rf_frame *frame)
 
 void rf_field_row(const struct rf_frame *frame, int y, float *shift)
 {
-    const struct field field = field_of(frame);
+    struct field field = field_of(frame);
+    field.shift = 0; /* no colour moves */
     float of_row = shift_along(&field, y, 1);
     for (int from = 0; from < frame->width; from += N_COLUMNS) {
         struct columns c = {from, rf_min_int(frame->width - from, N_COLUMNS), {0}};
         for (int i = 0; i < c.n; i++)
             shift[from + i] = shift_along(&field, from + i, 0) + of_row;
-        if (field.split != 0 && field.k != 0)
-            split_row(&field, &c, y, shift + from);
+        split_row(&field, &c, y, shift + from);
     }
 }
 

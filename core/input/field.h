@@ -28,7 +28,7 @@ struct rf_lens rf_field_lens(const struct rf_frame *frame);
  */
 struct rf_look rf_field_look(const struct rf_frame *frame);
 
-/* What rf_field_apply() adds to the radii of row y. */
+/* What rf_field_apply() adds to the radii of row y, but for a colour's own shift. */
 void rf_field_row(const struct rf_frame *frame, int y, float *shift);
 
 /*

@@ -34,6 +34,10 @@ struct rf_frame {
     int colour;
     double radius_shift; /* of that colour, px: axial chroma */
     bool by_colour;      /* the method makes each colour by itself */
+    /* Of a picture of one focus of many, which a split diopter has: its share, all
+     * over the picture. */
+    bool has_even_share;
+    double even_share;
 };
 
 enum { RF_N_COLOURS = 3 };

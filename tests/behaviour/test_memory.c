@@ -109,6 +109,15 @@ static void every_allocation_of_colours_may_fail(void)
     check_every_k(&params);
 }
 
+/* Of one that is made focus by focus. */
+static void every_allocation_of_focuses_may_fail(void)
+{
+    struct rf_params params;
+    scene_params(&params, RF_METHOD_LAYERED);
+    params.split_diopter = 10 * params.focus_distance;
+    check_every_k(&params);
+}
+
 static rf_result add_up(struct frame *f, struct memory *memory, struct rf_error *error)
 {
     struct rf_context_params how = memory_context(memory);
@@ -177,6 +186,7 @@ int main(int argc, char **argv)
     rf_method_list(&n_methods);
     TEST(every_allocation_may_fail);
     TEST(every_allocation_of_colours_may_fail);
+    TEST(every_allocation_of_focuses_may_fail);
     TEST(sums_may_fail);
     TEST(nothing_is_read_before_it_is_written);
     return testing_end();

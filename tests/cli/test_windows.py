@@ -66,6 +66,14 @@ def test_too_little_memory_for_windows(rackfocus, large, tmp_path):
     assert not out.exists()
 
 
+def test_a_split_diopter_needs_the_whole_picture(rackfocus, large, tmp_path):
+    path, out = large(701, 1603, 64, "zip", 5), tmp_path / "out.exr"
+    split = [*FAST, "--split-diopter", 1000, "--max-memory", 200]
+    done = rackfocus("filter", path, "-o", out, *split, code=2)
+    assert "a split diopter needs the whole picture at once" in done.stderr
+    assert not out.exists()
+
+
 def spoil(channels):
     """A depth multiplied by alpha, as compositors save it."""
     height, width = channels["Z"].shape

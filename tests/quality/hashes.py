@@ -6,7 +6,7 @@
 
 Prints one line per picture, "same" or "DIFFERENT" behind it, and fails where one
 differs. With one command it prints the hashes alone. All methods on the scenes of
-references/, in each quality, several views, deep files, windows; where POV-Ray is
+references/, in each quality, several views, deep files, windows, lens looks; where POV-Ray is
 installed also its example scenes.
 """
 
@@ -22,6 +22,15 @@ import OpenImageIO as oiio
 TESTS = pathlib.Path(__file__).resolve().parents[1]
 REFERENCES = TESTS / "quality/references"
 PREVIEWS = "scatter box lowres mipmap offset mipmap-offset recursive-offset".split()
+LOOKS = {
+    "cat's eyes": {"cat-eye": 0.6, "swirl": 0.3},
+    "doors": {"barn-left": 1, "barn-top": 1.2},
+    "spherical": {"spherical": 4, "lateral-chroma": 0.01},
+    "axial chroma": {"axial-chroma": 2},
+    "tilt": {"tilt-x": 1, "tilt-y": 2.5},
+    "split diopter": {"split-diopter": 4, "split-angle": 20},
+    "image": {"aperture-image": REFERENCES / "looks/aperture.exr"},
+}
 POVRAY_EXAMPLES = pathlib.Path("/usr/share/doc/povray/examples")
 
 
@@ -39,6 +48,9 @@ def cases():
         for blend in ("region", "slices"):
             rest = ["--method", "box", "--blend", blend, "--leak-control", "product"]
             yield f"{name} box {blend}", [pinhole, *rest]
+    for look, values in LOOKS.items():
+        options = [f"--{key}={value}" for key, value in values.items()]
+        yield f"looks {look}", [REFERENCES / "looks/pinhole.exr", *options]
     for name in ("posts", "portrait"):
         views = sorted(REFERENCES.glob(f"{name}_view*.exr"))
         for n in (2, len(views)):
