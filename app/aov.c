@@ -93,58 +93,138 @@ bool aovs_find(struct aovs *aovs, const struct source *source, const char *names
 /* How the values of a group are brought into [1/3, 1]: v k + 2/3. */
 static const float MIDDLE = 2.0f / 3;
 
+/* The channels of a group, up to three of those of an `aovs`, and their shared scale. */
+struct group {
+    int at[3], n;
+    bool is_colour; /* red, green and blue of one layer, in this order */
+    float scale;
+};
+
+/* Which channel has the name of `channel` but for its last letter; -1: none. */
+static int find_sibling(const struct aovs *aovs, const struct image_channel_info *all,
+                        int channel, char letter)
+{
+    const char *name = all[aovs->channels[channel]].name;
+    const size_t n = strlen(name) - 1;
+    for (int i = 0; i < aovs->n; i++) {
+        const char *other = all[aovs->channels[i]].name;
+        if (strlen(other) == n + 1 && strncmp(other, name, n) == 0 &&
+            other[n] == letter)
+            return i;
+    }
+    return -1;
+}
+
+/* The colours whose red, green or blue this channel is: "key.R", not "AOR". */
+static bool find_colours(const struct aovs *aovs, const struct image_channel_info *all,
+                         int channel, struct group *group)
+{
+    const char *name = all[aovs->channels[channel]].name;
+    const size_t n = strlen(name);
+    if (n > 1 && name[n - 2] != '.')
+        return false;
+    for (int c = 0; c < 3; c++)
+        group->at[c] = find_sibling(aovs, all, channel, "RGB"[c]);
+    group->n = 3;
+    group->is_colour = true;
+    const int *at = group->at;
+    return at[0] >= 0 && at[1] >= 0 && at[2] >= 0 &&
+           (channel == at[0] || channel == at[1] || channel == at[2]);
+}
+
 /*
- * Three channels from `first` on, without the contrast at which the filter takes bright
- * light for itself: so it is linear, and what was added up stays so. Returns k.
+ * The next group of colours, or of what is none; a channel that is done is -1 in
+ * `left`. A lens disperses colours alone: what else is filtered has the green's lens.
  */
-static float take_group(const struct aovs *aovs, int first, size_t n_pixels, float *rgb)
+static bool next_group(const struct aovs *aovs, const struct image_channel_info *all,
+                       int *left, struct group *group)
+{
+    struct group data = {.n = 0};
+    for (int i = 0; i < aovs->n; i++) {
+        if (left[i] < 0)
+            continue;
+        if (find_colours(aovs, all, i, group)) {
+            for (int c = 0; c < 3; c++)
+                left[group->at[c]] = -1;
+            return true;
+        }
+        if (data.n < 3)
+            data.at[data.n++] = i;
+    }
+    *group = data;
+    for (int c = 0; c < data.n; c++)
+        left[data.at[c]] = -1;
+    return data.n > 0;
+}
+
+/*
+ * The channels of a group, without the contrast at which the filter takes bright light
+ * for itself: so it is linear, and what was added up stays so.
+ */
+static void take_group(const struct aovs *aovs, struct group *group, size_t n_pixels,
+                       float *rgb)
 {
     float most = 0;
     for (size_t i = 0; i < n_pixels; i++)
         for (int c = 0; c < 3; c++) {
-            const int k = first + c;
-            const float v =
-                k < aovs->n ? aovs->samples[i * (size_t)aovs->n + (size_t)k] : 0;
+            const size_t at = i * (size_t)aovs->n;
+            const float v = c < group->n ? aovs->samples[at + (size_t)group->at[c]] : 0;
             rgb[3 * i + (size_t)c] = v;
             most = fmaxf(most, fabsf(v));
         }
-    const float scale = most > 0 && isfinite(most) ? MIDDLE / 2 / most : 1;
+    group->scale = most > 0 && isfinite(most) ? MIDDLE / 2 / most : 1;
     for (size_t i = 0; i < 3 * n_pixels; i++)
-        rgb[i] = rgb[i] * scale + MIDDLE;
-    return scale;
+        rgb[i] = rgb[i] * group->scale + MIDDLE;
 }
 
-static void put_group(struct aovs *aovs, int first, size_t n_pixels, const float *rgb,
-                      float scale)
+static void put_group(struct aovs *aovs, const struct group *group, size_t n_pixels,
+                      const float *rgb)
 {
     for (size_t i = 0; i < n_pixels; i++)
-        for (int c = 0; c < 3 && first + c < aovs->n; c++)
-            aovs->samples[i * (size_t)aovs->n + (size_t)(first + c)] =
-                (rgb[3 * i + (size_t)c] - MIDDLE) / scale;
+        for (int c = 0; c < group->n; c++)
+            aovs->samples[i * (size_t)aovs->n + (size_t)group->at[c]] =
+                (rgb[3 * i + (size_t)c] - MIDDLE) / group->scale;
 }
 
+/* The filters of colours and of what is none, and what they filter. */
+struct lenses {
+    struct rf_filter *colours, *data;
+    struct rf_view view;
+};
+
 static rf_result filter_groups(struct aovs *aovs, const struct source *source,
-                               const struct rf_filter *filter, const float *depth,
+                               const struct lenses *lenses, int *left,
                                struct rf_error *error)
 {
     const size_t n_pixels = (size_t)source->width * (size_t)source->height;
-    struct image_error memory;
-    float *rgb = app_memory(n_pixels, 3 * sizeof(float), &memory);
-    if (!rgb) {
-        error->code = RF_ERROR_MEMORY;
-        snprintf(error->message, sizeof(error->message), "%.200s", memory.message);
-        return RF_ERROR_MEMORY;
-    }
-    const struct rf_view view = {
-        .colour = rf_image_packed(rgb, source->width, source->height, 3),
-        .depth = rf_image_packed((float *)depth, source->width, source->height, 1)};
+    const struct rf_view *view = &lenses->view;
+    float *rgb = view->colour.data;
+    int n;
+    const struct image_channel_info *all = image_channels(source->colour, &n);
+    struct group group;
     rf_result result = RF_OK;
-    for (int first = 0; first < aovs->n && result == RF_OK; first += 3) {
-        const float scale = take_group(aovs, first, n_pixels, rgb);
-        result = rf_filter_process(filter, &view, 1, &view.colour, NULL, error);
-        put_group(aovs, first, n_pixels, rgb, scale);
+    while (result == RF_OK && next_group(aovs, all, left, &group)) {
+        take_group(aovs, &group, n_pixels, rgb);
+        result = rf_filter_process(group.is_colour ? lenses->colours : lenses->data,
+                                   view, 1, &view->colour, NULL, error);
+        put_group(aovs, &group, n_pixels, rgb);
     }
-    free(rgb);
+    return result;
+}
+
+static rf_result make_lenses(struct lenses *lenses, const struct rf_context *context,
+                             const struct rf_params *params, const struct source *s,
+                             struct rf_error *error)
+{
+    struct rf_params plain = *params;
+    plain.split_edges = plain.exact_highlights = 0;
+    plain.blend_gamma = 1;
+    rf_result result =
+        rf_filter_create(&lenses->colours, context, &plain, s->width, s->height, error);
+    plain.axial_chroma = plain.lateral_chroma = 0;
+    if (result == RF_OK)
+        result = rf_filter_create(&lenses->data, context, &plain, s->width, s->height,
+                                  error);
     return result;
 }
 
@@ -159,16 +239,26 @@ bool aovs_filter(struct aovs *aovs, const struct source *source,
     if (!aovs->samples || !image_read(source->colour, aovs->channels, aovs->n,
                                       aovs->samples, n_threads, error))
         return false;
-    struct rf_params plain = *params;
-    plain.split_edges = plain.exact_highlights = 0;
-    plain.blend_gamma = 1;
-    struct rf_filter *filter = NULL;
+    float *rgb = app_memory(n_pixels, 3 * sizeof(float), error);
+    int *left = rgb ? app_memory((size_t)aovs->n, sizeof(int), error) : NULL;
+    if (!left) {
+        free(rgb);
+        return false;
+    }
+    for (int i = 0; i < aovs->n; i++)
+        left[i] = i;
+    struct lenses lenses = {
+        .view = {.colour = rf_image_packed(rgb, source->width, source->height, 3),
+                 .depth = rf_image_packed((float *)depth, source->width, source->height,
+                                          1)}};
     struct rf_error core_error;
-    rf_result result = rf_filter_create(&filter, context, &plain, source->width,
-                                        source->height, &core_error);
+    rf_result result = make_lenses(&lenses, context, params, source, &core_error);
     if (result == RF_OK)
-        result = filter_groups(aovs, source, filter, depth, &core_error);
-    rf_filter_destroy(filter);
+        result = filter_groups(aovs, source, &lenses, left, &core_error);
+    rf_filter_destroy(lenses.colours);
+    rf_filter_destroy(lenses.data);
+    free(left);
+    free(rgb);
     if (result != RF_OK)
         app_fail(error, result == RF_ERROR_MEMORY ? APP_NO_MEMORY : APP_FAILED,
                  "%s: in the layers to filter: %s", image_path(source->colour),

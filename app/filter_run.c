@@ -121,6 +121,11 @@ static int find_layers(struct run *run)
                         image_path(run->source.colour),
                         run->is_deep ? "is deep" : "is one of several views");
     }
+    if (run->tool->aperture_image)
+        return app_fail(
+            run->error, APP_USAGE,
+            "--filter-layers: does not know pictures of the aperture; leave out "
+            "--aperture-image, or make each layer a picture of its own with --layer");
     return aovs_find(&run->aovs, &run->source, run->tool->filter_layers, run->error)
                ? APP_DONE
                : fail_image(run);

@@ -233,6 +233,36 @@ def test_layers_are_filtered_with_the_same_weights(rackfocus, scene, tmp_path):
     assert abs(share - (got["N.Y"] + 0.75)).max() < 1e-4
 
 
+def test_a_lens_disperses_layers_of_colour_alone(rackfocus, scene, tmp_path):
+    """A copy of the beauty has the beauty's fringes, normals and a mask have none."""
+
+    def change(channels):
+        for name in "RGB":
+            channels[f"copy.{name}"] = channels[name]
+        for name, value in zip("XYZ", (-1, 0.25, 0.5)):
+            channels[f"N.{name}"] = numpy.where(channels["Z"] < 5, value, 1).astype(
+                "f4"
+            )
+        channels["mask"] = (channels["Z"] < 5).astype("f4")
+
+    def made(*options):
+        path, out = scene(change=change), tmp_path / "o.exr"
+        plain = ["--compression", "none", "--type", "float", *LENS]
+        plain += ["--split-edges", 0, "--exact-highlights", 0]
+        layers = ["--filter-layers", "copy,N,mask"]
+        rackfocus("filter", path, "-o", out, *plain, *layers, *options)
+        return plainexr.read(out)[0]
+
+    without = made()
+    fringed = made("--lateral-chroma", 0.05, "--axial-chroma", 1)
+    for name in "N.X", "N.Y", "N.Z", "mask":
+        assert fringed[name].tobytes() == without[name].tobytes()
+    for name in "RB":
+        fringe = abs(fringed[name] - without[name]).mean()
+        assert fringe > 0.01
+        assert abs(fringed[f"copy.{name}"] - fringed[name]).mean() < fringe / 10
+
+
 def add_nan(channels):
     channels["light.R"] = channels["Z"] * numpy.nan
 
@@ -249,6 +279,8 @@ def test_layers_that_cannot_be_filtered(rackfocus, scene, tmp_path):
     nan = scene("nan.exr", change=add_nan)
     done = rackfocus("filter", nan, "-o", out, "--filter-layers", "light", code=1)
     assert "in the layers to filter" in done.stderr
+    image = ["--aperture-image", path, "--filter-layers", "key"]
+    fails("leave out --aperture-image", *image, code=2)
     done = rackfocus("filter", path, "-o", "o.png", "--filter-layers", "key", code=2)
     assert "ends in .exr" in done.stderr
 
