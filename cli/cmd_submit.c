@@ -470,9 +470,9 @@ static bool check_usage(const struct submit_options *tool,
     for (int i = 0; i < line->argc; i++)
         if (strchr(line->argv[i], '\n') ||
             (tool->kind == FARM_OPENJD && strstr(line->argv[i], "{{")))
-            return fail_usage(
-                "a word of the frames' command has an end of line, or {{, which is Open Job "
-                "Description's own; give files other names");
+            return fail_usage("a word of the frames' command has an end of line, or "
+                              "{{, which is Open Job "
+                              "Description's own; give files other names");
     return true;
 }
 
@@ -513,7 +513,8 @@ const struct command command_submit = {
     .description =
         "Cuts the frames of a command line into tasks, writes the job, and submits it: "
         "a Slurm array, an Open Job Description template, or a shell script for this "
-        "machine. It ends with a command line of filter, povray or accumulate as it would "
+        "machine. It ends with a command line of filter, povray or accumulate as it "
+        "would "
         "run here; -- may stand before it.\n\n"
         "Frames that are finished are left out. A task that was killed, or failed, "
         "costs the frame it was at: the same command again submits what is missing, "

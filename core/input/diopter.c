@@ -32,7 +32,7 @@ struct rf_diopter rf_diopter_of(const struct rf_frame *f)
         .x = f->place.x,
         .y = f->place.y,
     };
-    if (p->split_diopter > 0)
+    if (p->split_diopter > 0 && p->projection == RF_PROJECTION_PERSPECTIVE)
         diopter.px =
             -f->lens.scale * (1 / p->split_diopter - 1 / f->lens.focus_distance);
     return diopter;
