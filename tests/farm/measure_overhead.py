@@ -5,7 +5,9 @@
 
 Both have two workers of one thread. The loop is two processes, each with half of the
 frames. Slurm's time runs from the submission to the last frame (and to the end of the
-check). Rounds alternate, so that other load on the machine meets both.
+check). Rounds alternate, so that other load on the machine meets both. Until the last
+frame is there only the folder is looked at: a squeue ten times a second would take a
+tenth of the two processors that the tasks have.
 """
 
 import os
@@ -41,6 +43,13 @@ def loop(folder, n):
     return time.time() - start
 
 
+def wait_for_frames(folder, n, seconds=1200):
+    end = time.monotonic() + seconds
+    while sum(1 for _ in folder.glob("out.[0-9]*.exr")) < n:
+        assert time.monotonic() < end, "frames are missing"
+        time.sleep(0.25)
+
+
 def by_slurm(farm, folder, n):
     start = time.time()
     done = subprocess.run(
@@ -51,6 +60,7 @@ def by_slurm(farm, folder, n):
         text=True,
     )
     assert done.returncode == 0, done.stderr
+    wait_for_frames(folder, n)
     farm.wait_for_jobs(1200)
     end = time.time()
     times = [p.stat().st_mtime for p in folder.glob("out.[0-9]*.exr")]
