@@ -10,6 +10,7 @@
 #include "settings.h"
 #include "source.h"
 #include "temporal.h"
+#include "temporal_border.h"
 #include "views.h"
 
 /* Everything that one run holds. */
@@ -30,6 +31,7 @@ struct run {
     struct deep_frame deep;
     float *colour, *depth;          /* of the first view; colour becomes the result */
     struct temporal_behind *behind; /* of each view; NULL: not asked for */
+    struct temporal_border *border; /* NULL: nothing is known beyond it */
     struct rf_context *context;
     struct rf_filter *filter;
     struct windows *windows; /* NULL: the picture is in memory as a whole (windows.h) */

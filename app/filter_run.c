@@ -347,6 +347,8 @@ static int make_picture(struct run *run, float *samples)
             temporal_set_behind(run, i, &run->views.views[i]);
     else
         temporal_set_behind(run, 0, &view);
+    if (run->border)
+        return temporal_border_filter(run, &view, samples);
     const struct rf_image out =
         rf_image_packed(samples, source->width, source->height, source->n_channels);
     struct rf_error error;

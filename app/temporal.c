@@ -58,7 +58,8 @@ struct target {
     int32_t margin;        /* px beyond the border, from which light comes in */
     int32_t frame;         /* beside, whose points are added: 0 is the first */
     bool wants_lights;
-    struct light_points *lights; /* that it does not show */
+    struct light_points *lights;    /* that it does not show */
+    struct temporal_border *border; /* NULL: it is not continued */
 };
 
 /* A neighbour's view, read. */
@@ -73,6 +74,7 @@ struct temporal_behind {
     float *colour, *depth; /* NULL: nothing is known */
     struct rf_unseen_light *lights;
     size_t n_lights;
+    bool has_too_many; /* lights: some are left out */
 };
 
 static float radius_at(const struct rf_lens *lens, double z)
@@ -122,6 +124,7 @@ static void target_free(struct target *target)
 {
     if (target->lights)
         light_points_free(target->lights);
+    temporal_border_free(target->border);
     free(target->lights);
     free(target->radius);
     free(target->front);
@@ -157,6 +160,11 @@ static int target_open(struct run *run, int view, struct target *target)
     if (make_radii(run->filter, &depth, target->radius, &error) != RF_OK)
         return filter_fail_view(run, view, &error);
     target->margin = margin_of(target->radius, n);
+    if (temporal_border_is_of(run)) {
+        target->border = temporal_border_make(run, target->margin, run->error);
+        if (!target->border)
+            return APP_NO_MEMORY;
+    }
     for (int32_t y = 0; y < target->height; y++)
         for (int32_t x = 0; x < target->width; x++)
             target->front[(size_t)y * (size_t)target->width + (size_t)x] =
@@ -497,7 +505,7 @@ static void spread_point(const struct target *target, const struct temporal_plac
     const float r = radius_at(&target->lens, at->z);
     const bool is_light =
         target->wants_lights && luminance_of(colour, target->n_channels) > LEAST_LIGHT;
-    const int32_t margin = is_light ? target->margin : 0;
+    const int32_t margin = is_light || target->border ? target->margin : 0;
     if (!(left >= -1 - margin && left < target->width + margin && top >= -1 - margin &&
           top < target->height + margin))
         return;
@@ -514,6 +522,9 @@ static void spread_point(const struct target *target, const struct temporal_plac
         point.weight = weight;
         if (is_light)
             add_light(target, &point, r);
+        else if (target->border && !is_mixed)
+            temporal_border_add(target->border, x, y, weight, r, (float)at->z, colour,
+                                target->n_channels);
         if (!is_mixed && x >= 0 && x < target->width && y >= 0 && y < target->height)
             add_point(target, (size_t)y * (size_t)target->width + (size_t)x, weight, r,
                       (float)at->z, colour);
@@ -569,6 +580,7 @@ static bool finish(struct target *target, struct temporal_behind *behind,
     }
     behind->colour = target->sums;
     target->sums = NULL;
+    behind->has_too_many = target->lights->is_full;
     return light_points_join(target->lights, target->n_channels, &behind->lights,
                              &behind->n_lights, error);
 }
@@ -605,6 +617,10 @@ static int find_of_view(struct run *run, int view, int *n_used)
     }
     if (code == APP_DONE && !finish(&target, &run->behind[view], run->error))
         code = APP_NO_MEMORY;
+    if (code == APP_DONE && target.border && temporal_border_finish(target.border)) {
+        run->border = target.border;
+        target.border = NULL;
+    }
     target_free(&target);
     return code;
 }
@@ -618,6 +634,22 @@ static const char *why_useless(const struct run *run)
     if (params->quality == RF_QUALITY_PREVIEW)
         return "the quality preview looks behind nothing";
     return params->fill_hidden ? NULL : "with --no-fill-hidden nothing is put there";
+}
+
+/* Bright pixels that only the frames beside show, more than there is room for. */
+static int warn_lights(const struct run *run)
+{
+    bool has_too_many = false;
+    for (int i = 0; i < filter_n_views(run); i++)
+        has_too_many |= run->behind[i].has_too_many;
+    if (!has_too_many)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: --temporal: the frames beside it show more bright pixels "
+                    "(above %g) behind what it shows than it has room for, a quarter "
+                    "of its own; some are left out; where these are no lamps, add "
+                    "--no-exact-highlights",
+                    image_path(run->source.colour), (double)LEAST_LIGHT);
 }
 
 int temporal_find(struct run *run)
@@ -643,6 +675,8 @@ int temporal_find(struct run *run)
         return APP_NO_MEMORY;
     for (int i = 0; i < filter_n_views(run) && code == APP_DONE; i++)
         code = find_of_view(run, i, &n_used);
+    if (code == APP_DONE)
+        code = warn_lights(run);
     if (code != APP_DONE || n_used > 0)
         return code;
     return app_warn(run->tool->host, run->error,
@@ -677,4 +711,6 @@ void temporal_free(struct run *run)
     }
     free(run->behind);
     run->behind = NULL;
+    temporal_border_free(run->border);
+    run->border = NULL;
 }

@@ -26,7 +26,8 @@ void light_points_free(struct light_points *points)
 
 void light_points_add(struct light_points *points, const struct light_point *point)
 {
-    if (points->n >= points->most || points->is_short)
+    points->is_full |= points->n >= points->most;
+    if (points->is_full || points->is_short)
         return;
     if (points->n == points->room) {
         const size_t room = points->room ? 2 * points->room : FIRST_ROOM;

@@ -23,6 +23,7 @@ struct light_point {
 struct light_points {
     struct light_point *at;
     size_t n, room, most; /* what comes after `most` is left out */
+    bool is_full;         /* something was left out */
     bool is_short;        /* of memory */
 };
 

@@ -123,11 +123,11 @@ static const struct option options[] = {
     OPTION_INT_ROW("temporal", AT(temporal), "N", 0, TEMPORAL_MOST,
                    "Sequence: what a frame hides is taken from so many frames before "
                    "and after it, by the camera in their headers (worldToCamera) or a "
-                   "pass of motion vectors; 2 do for most shots. [default 0]"),
+                   "pass of motion vectors; 3 do for most shots. [default 0]"),
     OPTION_CHOICE_ROW("preset", offsetof(struct options, preset), "KIND",
                       PRESET_CHOICES,
                       "What the pictures are for: still, each by itself; shot, frames "
-                      "that are seen one after the other: --temporal 2. Options win "
+                      "that are seen one after the other: --temporal 3. Options win "
                       "over it. [default still]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(offsetof(struct options, is_quiet)),

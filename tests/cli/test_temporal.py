@@ -118,15 +118,17 @@ def with_camera(frame, **axes):
     return {"worldToCamera": matrix(frame, **axes)}
 
 
-def error_of(tmp_path, frame, name="out"):
+INNER = numpy.s_[8:-8, 16:-16]
+
+
+def error_of(tmp_path, frame, name="out", where=INNER):
     """Root mean square, away from the border."""
     import OpenImageIO
 
     file = OpenImageIO.ImageInput.open(str(tmp_path / f"{name}.{frame:04d}.exr"))
     got = file.read_image(format="float")[..., 1]
     file.close()
-    inner = numpy.s_[8:-8, 16:-16]
-    return numpy.sqrt(((got - truth(frame))[inner] ** 2).mean())
+    return numpy.sqrt(((got - truth(frame))[where] ** 2).mean())
 
 
 @pytest.mark.parametrize(
@@ -186,6 +188,42 @@ def test_lamps_beyond_the_border_shine(run, shot, tmp_path):
 
 
 @pytest.mark.parametrize("says", ["matrices", "vectors"])
+def test_what_lies_beyond_the_border_is_known(run, shot, tmp_path, says):
+    """The frame before shows what lies beyond one side, the next beyond the other."""
+    if says == "matrices":
+        pattern = shot(with_camera)
+    else:
+        pattern = shot(channels=lambda i: vectors(i, "blender"))
+    run(pattern, "--temporal", 1, "--frames", "3-5")
+    run(pattern, "--frames", "3-5", name="alone")
+    sides = numpy.r_[0:6, WIDTH - 6 : WIDTH]
+    where = numpy.s_[8:-8, sides]
+    alone, known = (
+        sum(error_of(tmp_path, frame, name, where) ** 2 for frame in (3, 4, 5))
+        for name in ("alone", "out")
+    )
+    assert known < 0.1 * alone
+
+
+def test_too_many_lights_are_told(run, shot, tmp_path):
+    """A bright wall behind posts is no lamp."""
+
+    def bright(i):
+        grey, post = pinhole(i)
+        grey = numpy.where(post, grey, 20 * grey + 3).astype(numpy.float32)
+        return {name: grey for name in "RGB"}
+
+    done = run(shot(with_camera, bright), "--temporal", 1, "--frames", "4")
+    assert "some are left out" in done.stderr and "shot.0004.exr" in done.stderr
+    assert (tmp_path / "out.0004.exr").exists()
+    told = run(
+        tmp_path / "shot.####.exr",
+        *["--temporal", 1, "--frames", "4", "--no-exact-highlights", "--anew"],
+    )
+    assert "left out" not in told.stderr
+
+
+@pytest.mark.parametrize("says", ["matrices", "vectors"])
 def test_a_spoilt_frame_spoils_no_other(run, shot, tmp_path, says):
     """Pixels that are no number show nothing; the frame that has them is named."""
 
@@ -226,11 +264,11 @@ def test_a_frame_does_not_depend_on_which_are_made(run, shot, tmp_path):
     assert (tmp_path / "one.0004.exr").read_bytes() == whole
 
 
-def test_a_shot_takes_two_on_each_side(run, shot, tmp_path, rackfocus):
-    """--preset shot is --temporal 2; what is typed wins; one picture is no shot."""
+def test_a_shot_takes_three_on_each_side(run, shot, tmp_path, rackfocus):
+    """--preset shot is --temporal 3; what is typed wins; one picture is no shot."""
     pattern = shot(with_camera)
     run(pattern, "--preset", "shot")
-    assert "7 skipped" in run(pattern, "--temporal", 2).stdout
+    assert "7 skipped" in run(pattern, "--temporal", 3).stdout
     assert "7 filtered" in run(pattern, "--preset", "shot", "--temporal", 1).stdout
     assert "7 filtered" in run(pattern, "--preset", "still").stdout
     assert "7 skipped" in run(pattern).stdout

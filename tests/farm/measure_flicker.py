@@ -6,7 +6,7 @@
 
 Renders scenes/passing.pov with POV-Ray (passes, eight views, its own focal blur as the
 reference, twice where --noise asks for it) into FOLDER, where what is there is not
-rendered again; filters it frame by frame, with --temporal 1 and 2, and with views. For
+rendered again; filters it frame by frame, with --temporal 1 to 3, and with views. For
 each it prints
 
   tPSNR     mean and least of the frames, dB
@@ -106,6 +106,7 @@ def main():
     filter_shot(options, "alone", one)
     filter_shot(options, "temporal1", one, "--temporal", "1")
     filter_shot(options, "temporal2", one, "--temporal", "2")
+    filter_shot(options, "temporal3", one, "--temporal", "3")
     filter_shot(options, "views2", views, "--temporal", "2")
     reference = read(options, "reference")
     print(f"jitter of the references {rms(numpy.diff(reference, 2, axis=0)):.4f}")
@@ -113,7 +114,7 @@ def main():
         other = ["--reference", str(samples + 10), "--reference-output"]
         render(options, "again", *other, "noise.####.exr")
         print(table_row("the reference again", read(options, "noise"), reference))
-    for name in ("alone", "temporal1", "temporal2", "eight", "views2"):
+    for name in ("alone", "temporal1", "temporal2", "temporal3", "eight", "views2"):
         print(table_row(name, read(options, name), reference))
 
 
