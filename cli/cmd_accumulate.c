@@ -10,14 +10,16 @@
 #include "clock.h"
 #include "frames_check.h"
 #include "interrupt.h"
+#include "looks.h"
 #include "picture.h"
 #include "progress.h"
 #include "rackfocus/rackfocus.h"
 #include "sequence.h"
+#include "settings.h"
 #include "source.h"
 
 struct accumulate_options {
-    const char *output, *layer, *frames;
+    const char *output, *layer, *frames, *look;
     double blend_gamma;                        /* NAN: from the header */
     double clamp, threshold, gain, saturation; /* of highlights */
     int32_t n_threads;
@@ -45,6 +47,10 @@ static const struct option options[] = {
                       "mean. [default 1]"),
     OPTION_NUMBER_ROW("highlight-saturation", AT(saturation), "FACTOR", 0, 4,
                       "Saturation of what is above the threshold. [default 1]"),
+    OPTION_TEXT_ROW("look", AT(look), "NAME",
+                    "Take blend gamma and highlights from a look: " LOOK_NAMES
+                    ", or your own. What it says of the lens is in the views already, "
+                    "or never will be."),
     OPTION_TEXT_ROW("frames", AT(frames), "LIST",
                     "Sequence (names with ####): these frames, such as 1-240x2,300. "
                     "[default those that there are of the first view]"),
@@ -398,6 +404,63 @@ static int accumulate_any(const struct accumulate_options *tool,
     return EXIT_USAGE;
 }
 
+/* ---- looks ----------------------------------------------------------------------- */
+
+/* Where a parameter of a look goes; NULL: the mean has no use for it. */
+static double *option_of(struct accumulate_options *tool, const char *key)
+{
+    const struct {
+        const char *key;
+        double *value;
+    } all[] = {{"blend-gamma", &tool->blend_gamma},
+               {"highlight-clamp", &tool->clamp},
+               {"highlight-threshold", &tool->threshold},
+               {"highlight-gain", &tool->gain},
+               {"highlight-saturation", &tool->saturation}};
+    for (size_t i = 0; i < sizeof(all) / sizeof(all[0]); i++)
+        if (strcmp(all[i].key, key) == 0)
+            return all[i].value;
+    return NULL;
+}
+
+/* Takes from a look what a mean can have, and says what it cannot. */
+static bool take_look(struct accumulate_options *tool, const struct operands *operands)
+{
+    struct settings settings;
+    struct image_error error;
+    char unused[256] = "", text[32];
+    size_t n, n_used = 0;
+    const struct rf_param_info *list = rf_param_list(&n);
+    settings_init(&settings);
+    if (!look_read(tool->look, &settings, &error)) {
+        message("%s", error.message);
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        double *value = option_of(tool, list[i].key);
+        if (settings_origin(&settings, list[i].key) == ORIGIN_DEFAULT)
+            continue;
+        rf_params_get(&settings.params, list[i].key, text, sizeof(text));
+        if (!value)
+            snprintf(unused + strlen(unused), sizeof(unused) - strlen(unused), "%s%s",
+                     *unused ? ", " : "", list[i].key);
+        else if (!options_given(operands, list[i].key))
+            *value = strtod(text, NULL);
+        n_used += value != NULL;
+    }
+    if (n_used == 0) {
+        message("--look %s: %s: of the lens, and cannot be had in a mean of "
+                "views that are rendered; where they have depth: rackfocus filter "
+                "VIEW.exr ... -o OUT --look %s",
+                tool->look, *unused ? unused : "nothing", tool->look);
+        return false;
+    }
+    if (*unused)
+        warning(tool->is_quiet, "--look %s: no effect on views that are rendered: %s",
+                tool->look, unused);
+    return true;
+}
+
 int accumulate_command_run(int argc, char **argv, struct frames_report *report)
 {
     struct accumulate_options tool = {
@@ -415,7 +478,7 @@ int accumulate_command_run(int argc, char **argv, struct frames_report *report)
                 "accumulate --help");
     else if (!picture_check_kind(tool.output, &error))
         message("%s", error.message);
-    else {
+    else if (!tool.look || take_look(&tool, &operands)) {
         if (operands.n == 1)
             warning(tool.is_quiet,
                     "%s: one view is its own mean: nothing is blurred; give the views "

@@ -173,3 +173,25 @@ def test_aperture_draws_lamps(rackfocus, tmp_path):
 )
 def test_aperture_refuses(rackfocus, options, part):
     assert part in rackfocus("aperture", *options, code=2).stderr
+
+
+def test_accumulate_takes_of_a_look_what_a_mean_can_have(
+    rackfocus, scene, tmp_path, monkeypatch
+):
+    """The rest is said; a look of which nothing is left is refused, with the way out."""
+    folder = tmp_path / "config/rackfocus/looks"
+    folder.mkdir(parents=True)
+    (folder / "mine.params").write_text("blades 5\nhighlight-gain 3\n")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    view, by_look, typed = scene(), tmp_path / "look.exr", tmp_path / "typed.exr"
+    told = rackfocus("accumulate", view, view, "-o", by_look, "--look", "mine").stderr
+    assert "no effect on views that are rendered: blades" in told
+    rackfocus("accumulate", view, view, "-o", typed, "--highlight-gain", "3")
+    assert numpy.array_equal(
+        plainexr.read(by_look)[0]["G"], plainexr.read(typed)[0]["G"]
+    )
+    rackfocus("accumulate", view, view, "-o", by_look, "--look", "mine", "-q")
+    out = tmp_path / "out.exr"
+    done = rackfocus("accumulate", view, "-o", out, "--look", "vintage", code=2)
+    assert "swirl" in done.stderr and "rackfocus filter" in done.stderr
+    assert not out.exists()
