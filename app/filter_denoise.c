@@ -7,8 +7,9 @@
  * Several views: before and after. Where all have an albedo, the views share albedo and
  * normals (denoise_share.c), which are cleaned; the grain that they explain is taken out
  * of each view's colours (denoise_variate.c), and what is left is denoised, to be mixed
- * with the view denoised by itself. The picture is half of the merge of these, a quarter of the merge of what was left, denoised, and
- * a quarter of the merge with all the grain, denoised.
+ * with the view denoised by itself. The picture is half of the merge of these, a quarter
+ * of the merge of what was left, denoised, and a quarter of the merge with all the
+ * grain, denoised.
  *
  * Without albedos each view is denoised twice: its own samples, which keep what other
  * views do not show, and those that the views share, which have the grain of all of
@@ -212,9 +213,10 @@ static bool denoise_by_guides(struct run *run, struct denoiser *denoiser,
 }
 
 /*
- * View j without grain, in `made`, of colours alone: its own samples and those that n views share, each
- * denoised by its own guides and weighted by 1 - w and w = (1 - 1/n)^2 / 2: shared ones
- * are as good or better where n is large; two views of plane lose 0.5 dB by halves.
+ * View j without grain, in `made`, of colours alone: its own samples and those that n
+ * views share, each denoised by its own guides and weighted by 1 - w and
+ * w = (1 - 1/n)^2 / 2: shared ones are as good or better where n is large; two views of
+ * plane lose 0.5 dB by halves.
  */
 static bool denoise_by_colours(struct run *run, struct denoiser *denoiser,
                                const struct share *share, int j,

@@ -17,10 +17,11 @@
  * x denoised by its own albedo and normals, which knows what y does not, and a quarter
  * each guided by y alone and by y and the host's normals. The estimate of the error is
  *
- *   e = sqrt(((1 - w) m)^2 + se2), at most what out +- e / s differs by on a display
+ *   e2 = (1 - w)^2 G[b2] + w^2 se2 + tau^2 / 4
  *
- * of display values, the largest of the channels. Ours. What each part is worth:
- * docs/notebook/rivals.md.
+ * of display values, the largest of the channels, and at most what out +- e / s differs
+ * by on a display: what is left of the error of y, the grain that g may have kept, and
+ * what no sample tells. Ours. What each part is worth: docs/notebook/rivals.md.
  */
 #include "finish_mix.h"
 
@@ -149,17 +150,21 @@ static void mix_channel(const struct finish_picture *p, const float *denoised,
     const size_t n = n_pixels(p);
     float *weight = with->rest;
     find_means(p, denoised, channel, with);
+    float *ours = with->mean; /* the error of y squared, in place of m */
     for (size_t i = 0; i < n; i++) {
         const double grain = CONTRADICTION * (double)with->square[i];
         const double m2 = (double)with->mean[i] * (double)with->mean[i];
         const double b2 = LEAST_ERROR * LEAST_ERROR + fmax(0, m2 - grain);
         weight[i] = (float)(b2 / (b2 + grain));
+        ours[i] = (float)b2;
     }
     smooth(weight, with->room, p->width, p->height, SIGMA_PX);
+    smooth(ours, with->room, p->width, p->height, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
-        const float left = (1 - weight[i]) * with->mean[i];
-        const float e = sqrtf(left * left + with->square[i]);
+        const float w = weight[i], left = 1 - w;
+        const float e = sqrtf(left * left * ours[i] + w * w * with->square[i] +
+                              (float)(LEAST_ERROR * LEAST_ERROR / 4));
         p->ours[k] += weight[i] * (denoised[k] - p->ours[k]);
         p->estimate[i] = fmaxf(channel == 0 ? 0 : p->estimate[i],
                                display_error(p->ours[k], e, with->slope[i]));
