@@ -2,13 +2,15 @@
 /*
  * Footprints that stay with a context. They depend on the aperture alone, not on the
  * focus: pictures of a sequence, or of a view whose focus is pulled, need the same ones
- * again. Kept are tables of footprints that reach up to MOST_PX.
+ * again. Kept are tables of footprints that reach up to MOST_PX, with a copy of the
+ * picture of the aperture: the host's is that of one filter.
  */
 #include "compose/footprint_shelf.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -19,13 +21,17 @@
 #include "lens/aperture.h"
 #include "rackfocus/rackfocus.h"
 
-enum { N_KEPT = 24, MOST_PX = 9 };
+enum {
+    N_KEPT = 24,
+    MOST_PX = 9,
+    MOST_IMAGE = 1 << 19 /* pixels of a picture of the aperture: 4 MiB a colour */
+};
 
 static const double ROUNDED = 1e-3; /* px: a radius from a float */
 
 struct kept {
-    struct rf_shape shape; /* what footprints.shape points to */
-    struct rf_bokeh *ring; /* what footprints.bokeh points to, of an obstruction */
+    struct rf_shape shape;  /* what footprints.shape points to */
+    struct rf_bokeh *light; /* what footprints.bokeh points to */
     struct rf_footprints footprints;
     int n_users; /* pictures in work */
 };
@@ -57,8 +63,18 @@ static void free_kept(const struct rf_context *context, struct kept *k)
     if (!k)
         return;
     rf_footprints_free(&k->footprints);
-    rf_bokeh_free(k->ring, context);
+    rf_bokeh_free(k->light, context);
     rf_free(context, k);
+}
+
+/* Is the light over the aperture that of the use? */
+static bool has_light(const struct kept *k, const struct rf_footprint_use *use)
+{
+    if (k->footprints.obstruction != use->obstruction)
+        return false;
+    if (use->obstruction > 0 || !use->bokeh)
+        return use->obstruction > 0 || !k->light;
+    return k->light && rf_bokeh_is_plane(k->light, use->bokeh, use->bokeh_plane);
 }
 
 static bool serves(const struct kept *k, const struct rf_footprint_use *use)
@@ -67,10 +83,9 @@ static bool serves(const struct kept *k, const struct rf_footprint_use *use)
     return f->zones.at->cells.n == use->n_cells && f->n_phases == use->n_phases &&
            rf_radius_of_index(f->max_index) > use->max_radius &&
            memcmp(&f->drift, &use->drift, sizeof f->drift) == 0 &&
-           f->obstruction == use->obstruction && f->spherical == use->spherical &&
-           f->is_boundless == use->is_boundless &&
+           f->spherical == use->spherical && f->is_boundless == use->is_boundless &&
            memcmp(&f->zones.look, &use->look, sizeof use->look) == 0 &&
-           memcmp(&k->shape, use->shape, sizeof k->shape) == 0;
+           memcmp(&k->shape, use->shape, sizeof k->shape) == 0 && has_light(k, use);
 }
 
 static struct kept *find(const struct rf_shelf *shelf,
@@ -119,15 +134,26 @@ static struct kept *make(const struct rf_context *context,
     own.max_radius = fmax(own.max_radius, MOST_PX);
     rf_result result = RF_OK;
     if (use->obstruction > 0)
-        result = rf_bokeh_make_ring(&k->ring, context, use->obstruction, error);
-    own.bokeh = k->ring;
+        result = rf_bokeh_make_ring(&k->light, context, use->obstruction, error);
+    else if (use->bokeh)
+        result = rf_bokeh_copy_plane(&k->light, context, use->bokeh, use->bokeh_plane,
+                                     error);
+    own.bokeh = k->light;
+    own.bokeh_plane = 0;
     if (result == RF_OK)
         result = rf_footprints_init(&k->footprints, context, &own, error);
     if (result == RF_OK)
         return k;
-    rf_bokeh_free(k->ring, context);
+    rf_bokeh_free(k->light, context);
     rf_free(context, k);
     return NULL;
+}
+
+/* Is the light over the aperture a picture that is too large to keep? */
+static bool is_large_image(const struct rf_footprint_use *use)
+{
+    return use->bokeh && use->obstruction == 0 &&
+           (int64_t)use->bokeh->width * use->bokeh->height > MOST_IMAGE;
 }
 
 rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
@@ -142,7 +168,7 @@ rf_result rf_footprints_get(struct rf_footprints **f, struct rf_footprints *own,
     rf_shape_extent(shape, extent);
     /* Footprints of level 0 and 1 px of radius more, which a tile holds, are kept. */
     double wide = fmax(extent[0], extent[1]);
-    if (use->list || (use->bokeh && use->obstruction == 0) ||
+    if (use->list || is_large_image(use) ||
         use->max_radius * wide > MOST_PX + fmax(wide - 1, 0) + ROUNDED)
         return rf_footprints_init(own, context, use, error);
     lock(shelf);

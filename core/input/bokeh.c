@@ -13,6 +13,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "base/error.h"
@@ -149,6 +150,41 @@ rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *c
     rf_result result = rf_bokeh_make(bokeh, context, &picture, error);
     rf_free(context, light);
     return result;
+}
+
+static size_t plane_bytes(const struct rf_bokeh *d)
+{
+    return (size_t)(d->width + 1) * (size_t)(d->height + 1) * sizeof *d->sum;
+}
+
+static const double *plane_of(const struct rf_bokeh *d, int plane)
+{
+    return d->sum + plane_bytes(d) / sizeof *d->sum * (size_t)plane;
+}
+
+rf_result rf_bokeh_copy_plane(struct rf_bokeh **copy, const struct rf_context *context,
+                              const struct rf_bokeh *bokeh, int plane,
+                              struct rf_error *error)
+{
+    struct rf_bokeh *d = rf_alloc(context, 1, sizeof *d);
+    double *sum = rf_alloc(context, 1, plane_bytes(bokeh));
+    *copy = NULL;
+    if (!d || !sum) {
+        rf_free(context, d);
+        rf_free(context, sum);
+        return rf_fail_memory(error, 1, plane_bytes(bokeh));
+    }
+    memcpy(sum, plane_of(bokeh, plane), plane_bytes(bokeh));
+    *d = (struct rf_bokeh){bokeh->width, bokeh->height, 1, sum};
+    *copy = d;
+    return RF_OK;
+}
+
+bool rf_bokeh_is_plane(const struct rf_bokeh *copy, const struct rf_bokeh *bokeh,
+                       int plane)
+{
+    return copy->width == bokeh->width && copy->height == bokeh->height &&
+           memcmp(copy->sum, plane_of(bokeh, plane), plane_bytes(copy)) == 0;
 }
 
 void rf_bokeh_free(struct rf_bokeh *bokeh, const struct rf_context *context)

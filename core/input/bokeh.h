@@ -3,6 +3,8 @@
 #ifndef RF_INPUT_BOKEH_H
 #define RF_INPUT_BOKEH_H
 
+#include <stdbool.h>
+
 #include "base/context.h"
 #include "rackfocus/rackfocus.h"
 
@@ -23,6 +25,15 @@ rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *contex
  * and even around it, as far as the aperture reaches. */
 rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *context,
                              double hole, struct rf_error *error);
+
+/* A distribution of one plane of another, which is to be freed. */
+rf_result rf_bokeh_copy_plane(struct rf_bokeh **copy, const struct rf_context *context,
+                              const struct rf_bokeh *bokeh, int plane,
+                              struct rf_error *error);
+
+/* Is `copy` that of this plane, to the bit? */
+bool rf_bokeh_is_plane(const struct rf_bokeh *copy, const struct rf_bokeh *bokeh,
+                       int plane);
 
 void rf_bokeh_free(struct rf_bokeh *bokeh, const struct rf_context *context);
 

@@ -237,10 +237,10 @@ static double within_px(const struct frame *f, int channel, double distance)
 
 /* A lamp in the middle of a picture of radius r, through a lens with a picture or not.
  */
-static struct frame lone_lamp(const struct rf_params *p, double r,
-                              const struct rf_image *aperture)
+static struct frame lone_lamp_in(const struct rf_context *context,
+                                 const struct rf_params *p, double r,
+                                 const struct rf_image *aperture)
 {
-    struct rf_context *context = NULL;
     struct rf_filter *filter = NULL;
     struct frame f = frame_make(SIDE, SIDE, 3);
     for (size_t i = 0; i < frame_pixels(&f); i++)
@@ -250,11 +250,19 @@ static struct frame lone_lamp(const struct rf_params *p, double r,
     struct rf_view view = {.colour = rf_image_packed(f.colour, SIDE, SIDE, 3),
                            .depth = rf_image_packed(f.depth, SIDE, SIDE, 1)};
     struct rf_image out = rf_image_packed(f.out, SIDE, SIDE, 3);
-    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
     CHECK(rf_filter_create_with(&filter, context, p, SIDE, SIDE, aperture, NULL) ==
           RF_OK);
     CHECK(rf_filter_process(filter, &view, 1, &out, NULL, NULL) == RF_OK);
     rf_filter_destroy(filter);
+    return f;
+}
+
+static struct frame lone_lamp(const struct rf_params *p, double r,
+                              const struct rf_image *aperture)
+{
+    struct rf_context *context = NULL;
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    struct frame f = lone_lamp_in(context, p, r, aperture);
     rf_context_destroy(context);
     return f;
 }
@@ -354,6 +362,33 @@ static void picture_of_the_aperture(void)
         CHECK_NEAR(within_px(&f, 2, 21), 1, 0.01);
         frame_free(&f);
     }
+}
+
+/* A context keeps footprints: those of another picture, or of none, are not taken. */
+static void pictures_of_the_aperture_in_turn(void)
+{
+    enum { N = 40, N_PICTURES = 3, N_VALUES = N * N * 3 };
+    static float pictures[N_PICTURES * N_VALUES];
+    struct rf_context *context = NULL;
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    for (int i = 0; i < N_PICTURES * N_VALUES; i++)
+        pictures[i] = (float)(i * 7 % (11 + i / N_VALUES));
+    for (int turn = 0; turn < 4 * (N_PICTURES + 1); turn++) {
+        int at = turn % (N_PICTURES + 1);
+        struct rf_params p;
+        plain_params(&p, RF_METHOD_LAYERED);
+        p.aperture = at < N_PICTURES ? RF_APERTURE_IMAGE : RF_APERTURE_DISC;
+        struct rf_image picture = rf_image_packed(pictures + at % N_PICTURES * N_VALUES,
+                                                  N, N, at == 1 ? 1 : 3);
+        const struct rf_image *aperture = at < N_PICTURES ? &picture : NULL;
+        double r = turn % 3 == 0 ? -7 : 6 + turn % 3; /* those that are kept */
+        struct frame kept = lone_lamp_in(context, &p, r, aperture);
+        struct frame fresh = lone_lamp(&p, r, aperture);
+        CHECK(!memcmp(kept.out, fresh.out, frame_bytes(&fresh)));
+        frame_free(&kept);
+        frame_free(&fresh);
+    }
+    rf_context_destroy(context);
 }
 
 /* A mirror lens: light between 0.5 and 1 of the radius, of a disc and of blades. */
@@ -607,6 +642,7 @@ int main(int argc, char **argv)
     TEST(the_sign_of_the_rims);
     TEST(aberration_keeps_within_its_tiles);
     TEST(picture_of_the_aperture);
+    TEST(pictures_of_the_aperture_in_turn);
     TEST(rings_of_a_mirror_lens);
     TEST(a_missing_picture_is_said);
     TEST(longitudinal_colour);
