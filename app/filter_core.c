@@ -93,7 +93,8 @@ int filter_fail_view(const struct run *run, int view, const struct rf_error *err
 
 static void log_remark(void *user, enum rf_log_level level, const char *text)
 {
-    struct run *run = user;
+    const struct filter_kept *kept = user;
+    struct run *run = kept->run;
     if (level == RF_LOG_WARNING && run->remark == APP_DONE)
         run->remark = app_warn(run->tool->host, run->error, "%s: %s",
                                image_path(run->source.colour), text);
@@ -126,20 +127,30 @@ static int create_filter(struct run *run)
                : filter_fail_core(run, &core_error);
 }
 
+void filter_kept_free(struct filter_kept *kept)
+{
+    rf_context_destroy(kept->context);
+    *kept = (struct filter_kept){.context = NULL};
+}
+
 int filter_make(struct run *run, size_t max_bytes)
 {
     struct rf_error error;
+    struct filter_kept *kept = run->tool->kept ? run->tool->kept : &run->own;
     const struct rf_context_params params = {.size = sizeof(params),
                                              .cpu = getenv("RACKFOCUS_CPU"),
                                              .n_threads = run->tool->n_threads,
                                              .max_bytes = max_bytes,
                                              .log = log_remark,
-                                             .user = run};
+                                             .user = kept};
     rf_filter_destroy(run->filter);
-    rf_context_destroy(run->context);
     run->filter = NULL;
-    run->context = NULL;
-    if (rf_context_create(&run->context, &params, &error) != RF_OK)
+    if (kept->max_bytes != max_bytes)
+        filter_kept_free(kept);
+    if (!kept->context && rf_context_create(&kept->context, &params, &error) != RF_OK)
         return filter_fail_core(run, &error);
+    kept->max_bytes = max_bytes;
+    kept->run = run;
+    run->context = kept->context;
     return create_filter(run);
 }

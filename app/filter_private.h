@@ -32,7 +32,8 @@ struct run {
     float *colour, *depth;          /* of the first view; colour becomes the result */
     struct temporal_behind *behind; /* of each view; NULL: not asked for */
     struct temporal_border *border; /* NULL: nothing is known beyond it */
-    struct rf_context *context;
+    struct filter_kept own;         /* where no other is handed on */
+    struct rf_context *context;     /* of that */
     struct rf_filter *filter;
     struct windows *windows; /* NULL: the picture is in memory as a whole (windows.h) */
     int n_threads;
@@ -52,8 +53,8 @@ int filter_fail_core(const struct run *run, const struct rf_error *error);
  */
 int filter_fail_view(const struct run *run, int view, const struct rf_error *error);
 
-/* Makes context and filter, in place of those before; max_bytes 0: no bound. An enum
- * app_code. */
+/* Makes the filter, in place of the one before, and a context where none with that
+ * bound was handed on; max_bytes 0: no bound. An enum app_code. */
 int filter_make(struct run *run, size_t max_bytes);
 
 static inline int filter_n_views(const struct run *run)

@@ -460,7 +460,7 @@ static void free_run(struct run *run)
     windows_free(run);
     temporal_free(run);
     rf_filter_destroy(run->filter);
-    rf_context_destroy(run->context);
+    filter_kept_free(&run->own);
     if (!run->has_views) {
         free(run->colour);
         free(run->depth);

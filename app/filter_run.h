@@ -4,6 +4,7 @@
 #define APP_FILTER_RUN_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 struct app_host;
@@ -55,6 +56,7 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(NUMBER, int32_t, temporal)    /* frames on each side; see temporal.h */          \
     X(ASIDE, const struct temporal_frames *,                                           \
       beside)                               /* those; sequence.c counts them */        \
+    X(ASIDE, struct filter_kept *, kept)    /* from run to run, or NULL */             \
     X(ASIDE, const char *, params)          /* its values are in the settings */       \
     X(ASIDE, const char *, look)            /* likewise */                             \
     X(ASIDE, const char *, shown_output)    /* its name for the user; NULL: output */  \
@@ -67,6 +69,17 @@ struct filter_options {
     FILTER_OPTIONS(FILTER_MEMBER)
 #undef FILTER_MEMBER
 };
+
+/*
+ * The core's context, which runs of one thread hand on to the next: its threads, the
+ * memory and the footprints stay. Begins as zeros.
+ */
+struct filter_kept {
+    struct rf_context *context;
+    size_t max_bytes; /* of the context */
+    struct run *run;  /* whose remarks it makes */
+};
+void filter_kept_free(struct filter_kept *kept);
 
 /* `settings` holds the command line and receives the header's facts. An enum app_code.
  */

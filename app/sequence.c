@@ -294,13 +294,15 @@ static void hear_result(void *user, const char *text)
                      text);
 }
 
-static void make_files(struct sequence *sequence, struct frame *frame, struct job *job)
+static void make_files(struct sequence *sequence, struct frame *frame, struct job *job,
+                       struct filter_kept *kept)
 {
     const double started_s = os_clock_s();
     struct listener listener = {sequence, frame->number};
     const struct app_host host = {
         .user = &listener, .warn = hear_warning, .say = hear_result};
     job->tool.host = &host;
+    job->tool.kept = kept;
     frame->code =
         filter_any(&job->tool, &job->settings, job->paths, job->n_paths, &frame->error);
     if (frame->code == APP_DONE) {
@@ -314,12 +316,12 @@ static void make_files(struct sequence *sequence, struct frame *frame, struct jo
 }
 
 static void find_or_make(struct sequence *sequence, struct frame *frame,
-                         struct job *job)
+                         struct job *job, struct filter_kept *kept)
 {
     const struct frame_files files = files_of(job);
     if (sequence->how->is_anew ||
         !frame_is_finished(&sequence->journal, frame->number, job->hash, &files)) {
-        make_files(sequence, frame, job);
+        make_files(sequence, frame, job, kept);
         return;
     }
     frame->state = SKIPPED;
@@ -345,7 +347,8 @@ static void check_frame(struct sequence *sequence, struct frame *frame,
         frame->state = SKIPPED;
 }
 
-static void make_frame(struct sequence *sequence, struct frame *frame)
+static void make_frame(struct sequence *sequence, struct frame *frame,
+                       struct filter_kept *kept)
 {
     struct job *job = app_memory(1, sizeof(*job), &frame->error);
     frame->state = FAILED;
@@ -354,7 +357,7 @@ static void make_frame(struct sequence *sequence, struct frame *frame)
         if (sequence->how->report)
             check_frame(sequence, frame, job);
         else
-            find_or_make(sequence, frame, job);
+            find_or_make(sequence, frame, job, kept);
     }
     if (frame->state == FAILED && sequence->how->report) {
         struct frame_check *check = check_of(sequence, frame);
@@ -375,6 +378,7 @@ static void make_frame(struct sequence *sequence, struct frame *frame)
 static void work(void *user)
 {
     struct sequence *sequence = user;
+    struct filter_kept kept = {.context = NULL};
     for (;;) {
         os_lock_take(&sequence->lock);
         struct frame *frame = NULL;
@@ -383,14 +387,15 @@ static void work(void *user)
             frame = &sequence->frames[sequence->next++];
         os_lock_release(&sequence->lock);
         if (!frame)
-            return;
-        make_frame(sequence, frame);
+            break;
+        make_frame(sequence, frame, &kept);
         if (frame->code == APP_USAGE) {
             os_lock_take(&sequence->lock);
             sequence->is_stopped = true;
             os_lock_release(&sequence->lock);
         }
     }
+    filter_kept_free(&kept);
 }
 
 static void run_all(struct sequence *sequence)
