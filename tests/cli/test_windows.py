@@ -58,6 +58,19 @@ def test_windows_have_the_pixels_of_the_whole(
     assert not png.exists()
 
 
+def test_windows_take_nothing_from_frames_beside(rackfocus, large, tmp_path):
+    path = large(701, 1603, 0, "none", 5)
+    for i in (1, 2):
+        (tmp_path / f"shot.{i:04d}.exr").write_bytes(path.read_bytes())
+    shot = (tmp_path / "shot.####.exr", "-o", tmp_path / "out.####.exr", *FAST)
+    bounded = ("--max-memory", 200, "--frames", "1")
+    done = rackfocus("filter", *shot, "--temporal", 1, *bounded, code=2)
+    assert "--temporal: takes" in done.stderr
+    assert "allow more by --max-memory, or leave it out" in done.stderr
+    assert not list(tmp_path.glob("out.0*.exr"))
+    rackfocus("filter", *shot, *bounded)
+
+
 def test_too_little_memory_for_windows(rackfocus, large, tmp_path):
     path, out = large(400, 900, 32, "none", 4), tmp_path / "out.exr"
     done = rackfocus("filter", path, "-o", out, "--max-memory", 40, code=1)
