@@ -145,6 +145,7 @@ int filter_make(struct run *run, size_t max_bytes)
                                              .user = kept};
     rf_filter_destroy(run->filter);
     run->filter = NULL;
+    run->context = NULL;
     if (kept->max_bytes != max_bytes)
         filter_kept_free(kept);
     if (!kept->context && rf_context_create(&kept->context, &params, &error) != RF_OK)

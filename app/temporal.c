@@ -32,8 +32,6 @@ enum {
     POINTS_EVERY = 4, /* pixels there is one of a light at most: more is no lamp */
 };
 
-/* Surfaces of one place differ by less, px of radius, as between views. Ours. */
-static const float SAME_PX = 0.8f;
 /* Of a pixel, to be known; less is the rim of something that others do not show. */
 static const float LEAST_COVER = 0.1f;
 /* Of what the frame shows, to lie where a map says that it does. */
@@ -411,7 +409,8 @@ static struct fit try_map(const struct target *target, const struct neighbour *f
                 continue;
             const size_t j = (size_t)at.y * (size_t)target->width + (size_t)at.x;
             n++;
-            if (fabsf(radius_at(&target->lens, at.z) - target->radius[j]) >= SAME_PX) {
+            if (fabsf(radius_at(&target->lens, at.z) - target->radius[j]) >=
+                TEMPORAL_SAME_PX) {
                 score += 1;
                 continue;
             }
@@ -456,7 +455,7 @@ static int slot_of(const struct target *target, size_t i, float r)
 {
     for (int k = 0; k < N_SLOTS; k++) {
         const struct hidden *hidden = &target->hidden[N_SLOTS * i + (size_t)k];
-        if (hidden->weight == 0 || fabsf(r - hidden->r) <= SAME_PX)
+        if (hidden->weight == 0 || fabsf(r - hidden->r) <= TEMPORAL_SAME_PX)
             return k;
     }
     return -1;
@@ -466,7 +465,8 @@ static int slot_of(const struct target *target, size_t i, float r)
 static void add_point(const struct target *target, size_t i, float weight, float r,
                       float z, const float *colour)
 {
-    const int slot = r < target->front[i] + SAME_PX ? -1 : slot_of(target, i, r);
+    const int slot =
+        r < target->front[i] + TEMPORAL_SAME_PX ? -1 : slot_of(target, i, r);
     if (slot < 0)
         return;
     const size_t n = (size_t)target->n_channels, at = N_SLOTS * i + (size_t)slot;
@@ -489,8 +489,8 @@ static void add_light(const struct target *target, const struct light_point *poi
     if (x < -margin || x >= target->width + margin || y < -margin ||
         y >= target->height + margin)
         return;
-    if (is_inside &&
-        r < target->front[(size_t)y * (size_t)target->width + (size_t)x] + SAME_PX)
+    if (is_inside && r < target->front[(size_t)y * (size_t)target->width + (size_t)x] +
+                             TEMPORAL_SAME_PX)
         return;
     light_points_add(target->lights, point);
 }
@@ -542,7 +542,7 @@ static void add_neighbour(const struct target *target, const struct neighbour *f
                 continue;
             const bool is_mixed =
                 nearest_beside(from->radius, from->source.width, from->source.height, x,
-                               y) < from->radius[i] - SAME_PX;
+                               y) < from->radius[i] - TEMPORAL_SAME_PX;
             spread_point(target, &at, from->colour + i * step, is_mixed);
         }
 }

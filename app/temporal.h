@@ -15,6 +15,9 @@
 struct settings;
 struct run;
 
+/* Surfaces of one place differ by less, px of radius, as between views. Ours. */
+static const float TEMPORAL_SAME_PX = 0.8f;
+
 /* Frames on each side of one: at most, and what a shot takes. On the camera move of
  * tests/farm/measure_flicker.py one gives flicker 0.0242, two 0.0198, three 0.0189 and
  * more no less. */

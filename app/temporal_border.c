@@ -19,9 +19,8 @@
 #include "filter_private.h"
 #include "interrupt.h"
 #include "report.h"
+#include "temporal.h"
 
-/* Surfaces of one place differ by less, px of radius, as in temporal.c. */
-static const float SAME_PX = 0.8f;
 /* Of a pixel, to be known: 0.1 loses 0.25 dB with two frames on each side. */
 static const float LEAST_COVER = 0.5f;
 /* Below it nothing of the lens's light is known. */
@@ -45,15 +44,6 @@ static bool depends_on_place(const struct rf_params *p)
            p->barn_bottom != 0;
 }
 
-bool temporal_border_is_of(const struct run *run)
-{
-    const struct rf_params *p = &run->params;
-    return !run->has_views && !run->is_deep && !run->tool->aperture_image &&
-           !run->tool->distribution_image && !depends_on_place(p) &&
-           (p->depth == RF_DEPTH_PLANAR || p->depth == RF_DEPTH_RADIAL) &&
-           p->blend_gamma == 1;
-}
-
 /* Does the frame cover its pixels? */
 static bool is_opaque(const struct run *run)
 {
@@ -63,6 +53,15 @@ static bool is_opaque(const struct run *run)
         if (run->colour[RGBA * i + 3] != 1)
             return false;
     return true;
+}
+
+bool temporal_border_is_of(const struct run *run)
+{
+    const struct rf_params *p = &run->params;
+    return !run->has_views && !run->is_deep && !run->tool->aperture_image &&
+           !run->tool->distribution_image && !depends_on_place(p) &&
+           (p->depth == RF_DEPTH_PLANAR || p->depth == RF_DEPTH_RADIAL) &&
+           p->blend_gamma == 1 && is_opaque(run);
 }
 
 struct temporal_border *temporal_border_make(const struct run *run, int32_t margin,
@@ -75,7 +74,7 @@ struct temporal_border *temporal_border_make(const struct run *run, int32_t marg
     *border = (struct temporal_border){
         .width = source->width,
         .height = source->height,
-        .margin = is_opaque(run) ? margin : 0,
+        .margin = margin,
     };
     const size_t n = (size_t)(border->width + 2 * border->margin) *
                      (size_t)(border->height + 2 * border->margin);
@@ -114,9 +113,9 @@ void temporal_border_add(struct temporal_border *b, int32_t x, int32_t y, float 
         y < -b->margin || y >= b->height + b->margin)
         return;
     struct border_pixel *pixel = pixel_at(b, x, y);
-    if (pixel->weight > 0 && r > pixel->r + SAME_PX)
+    if (pixel->weight > 0 && r > pixel->r + TEMPORAL_SAME_PX)
         return;
-    if (pixel->weight == 0 || r < pixel->r - SAME_PX)
+    if (pixel->weight == 0 || r < pixel->r - TEMPORAL_SAME_PX)
         *pixel = (struct border_pixel){.r = r};
     pixel->weight += weight;
     pixel->z += weight * z;
@@ -251,8 +250,8 @@ static void place_light(const struct run *run, const struct rf_view *view,
         const double r = rf_lens_radius_px(lens, light->depth);
         if (to[3] == 0)
             l->depth[k] = (float)light->depth;
-        if (to[3] == 0 ||
-            r < rf_lens_radius_px(lens, (double)l->depth[k]) + (double)SAME_PX) {
+        if (to[3] == 0 || r < rf_lens_radius_px(lens, (double)l->depth[k]) +
+                                  (double)TEMPORAL_SAME_PX) {
             for (int c = 0; c < 3; c++)
                 to[c] += colour[c];
             to[3] = 1;

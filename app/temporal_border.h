@@ -20,7 +20,11 @@ struct temporal_border {
     int32_t sides[4];
 };
 
-/* Is this a run whose frame can be continued? */
+/*
+ * Can the frame of this run be continued, once its pixels are read? Not several views,
+ * nor what depends on the place in the picture, nor a frame that does not cover its
+ * pixels.
+ */
 bool temporal_border_is_of(const struct run *run);
 
 /* A border that nothing is known of; NULL without memory. */
