@@ -181,15 +181,23 @@ def test_accumulate_takes_of_a_look_what_a_mean_can_have(
     """The rest is said; a look of which nothing is left is refused, with the way out."""
     folder = tmp_path / "config/rackfocus/looks"
     folder.mkdir(parents=True)
-    (folder / "mine.params").write_text("blades 5\nhighlight-gain 3\n")
+    (folder / "mine.params").write_text(
+        "blades 5\nhighlight-threshold 0\nhighlight-gain 3\n"
+    )
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     view, by_look, typed = scene(), tmp_path / "look.exr", tmp_path / "typed.exr"
     told = rackfocus("accumulate", view, view, "-o", by_look, "--look", "mine").stderr
     assert "no effect on views that are rendered: blades" in told
-    rackfocus("accumulate", view, view, "-o", typed, "--highlight-gain", "3")
-    assert numpy.array_equal(
-        plainexr.read(by_look)[0]["G"], plainexr.read(typed)[0]["G"]
-    )
+    gain = ("--highlight-threshold", "0", "--highlight-gain", "3")
+    rackfocus("accumulate", view, view, "-o", typed, *gain)
+    made = plainexr.read(by_look)[0]["G"]
+    assert numpy.array_equal(made, plainexr.read(typed)[0]["G"])
+    rackfocus("accumulate", view, view, "-o", typed)
+    assert not numpy.array_equal(made, plainexr.read(typed)[0]["G"])
+    won = ("--look", "mine", "--highlight-gain", "1")
+    rackfocus("accumulate", view, view, "-o", by_look, *won)
+    plain = plainexr.read(typed)[0]["G"]
+    assert numpy.allclose(plainexr.read(by_look)[0]["G"], plain, rtol=2e-3)
     rackfocus("accumulate", view, view, "-o", by_look, "--look", "mine", "-q")
     out = tmp_path / "out.exr"
     done = rackfocus("accumulate", view, "-o", out, "--look", "vintage", code=2)
