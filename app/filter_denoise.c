@@ -158,23 +158,34 @@ static bool has_albedos(const struct share *share)
     return true;
 }
 
-/* to + w (from - to), w = (1 - 1/n)^2 of the n views that share a pixel. */
+/*
+ * How far n views that share a pixel tell what is clean: (1 - 1/n)^2, 1 from eight on.
+ * Two views of 32 samples each would lose 0.6 dB on plane by 1; eight of 2 samples gain
+ * 0.5 dB there against 49/64, 0 to 0.1 on others (docs/notebook/rivals.md).
+ */
+static float share_weight(float n)
+{
+    const float gain = (1 - 1 / n) / (1 - 1.0f / 8);
+    return fminf(gain * gain, 1);
+}
+
+/* to + w (from - to), w = share_weight() of the views that share a pixel. */
 static void mix_by_shared(const struct share *share, const float *n_shared,
                           const float *from, float *to)
 {
     const size_t n_channels = (size_t)share->n_channels;
     const size_t n = (size_t)share->width * (size_t)share->height;
     for (size_t i = 0; i < n; i++) {
-        const float gain = 1 - 1 / n_shared[i];
+        const float w = share_weight(n_shared[i]);
         for (size_t k = n_channels * i; k < n_channels * (i + 1); k++)
-            to[k] += gain * gain * (from[k] - to[k]);
+            to[k] += w * (from[k] - to[k]);
     }
 }
 
 /*
  * View j without grain, in `made`, and in place of its samples these without the grain
  * that albedo and normals explain: nobody shares them afterwards. Both as far as other
- * views tell what is clean: two views of 32 samples each would lose 0.6 dB on plane.
+ * views tell what is clean.
  */
 static bool denoise_by_guides(struct run *run, struct denoiser *denoiser,
                               const struct share *share, int j,
