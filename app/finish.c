@@ -27,6 +27,7 @@ struct finish {
     struct source own;
     float *samples;    /* of the own picture, as source_read_colour() gives them */
     float *rgb, *ours; /* `ours` ends up as the result */
+    float *apart;      /* half the difference of two halves of the samples, or NULL */
     float *estimate;   /* of the error, a channel */
     struct denoise_guides guides;
     struct denoiser *denoiser;
@@ -108,31 +109,116 @@ static int make_ours(struct finish *f, char *const *guides, int n)
 
 /* ---- the own picture --------------------------------------------------------------- */
 
-static int read_own(struct finish *f, const char *path)
+/* A render with the lens, as a file has it. */
+struct render {
+    struct source *source;
+    float *samples; /* as source_read_colour() gives them */
+    struct denoise_guides guides;
+};
+
+/* Opens and reads a render; its parts are to be freed in any case. */
+static int read_render(struct finish *f, const char *path, struct render *render)
 {
     char *paths[] = {(char *)path};
     const struct source_request request = {.paths = paths, .n_paths = 1};
-    if (!source_open(&f->own, &request, f->error))
+    if (!source_open(render->source, &request, f->error))
         return app_code_of(f->error);
-    if (f->own.layer.r < 0)
+    if (render->source->layer.r < 0)
         return app_fail(f->error, APP_FAILED, "%s: has no colour", path);
-    f->samples = source_read_colour(&f->own, f->n_threads, f->error);
-    f->rgb = f->samples ? app_memory(n_pixels(f), 3 * sizeof(float), f->error) : NULL;
-    if (!f->rgb || !denoise_read_guides(&f->own, f->n_threads, &f->guides, f->error))
+    render->samples = source_read_colour(render->source, f->n_threads, f->error);
+    if (!render->samples ||
+        !denoise_read_guides(render->source, f->n_threads, &render->guides, f->error))
         return app_code_of(f->error);
+    return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
+}
+
+/* RGB of the samples of a file. */
+static int find_rgb(struct finish *f, const char *path, const float *samples, float *to)
+{
     const size_t n_channels = (size_t)f->own.n_channels;
     for (size_t i = 0; i < n_pixels(f); i++)
         for (size_t c = 0; c < 3; c++) {
-            const float v = f->samples[n_channels * i + (n_channels >= 3 ? c : 0)];
+            const float v = samples[n_channels * i + (n_channels >= 3 ? c : 0)];
             if (!isfinite(v))
                 return app_fail(f->error, APP_FAILED,
                                 "%s: pixel (%zu, %zu) is NaN or infinite; render it "
                                 "again",
                                 path, i % (size_t)f->own.width,
                                 i / (size_t)f->own.width);
-            f->rgb[3 * i + c] = v;
+            to[3 * i + c] = v;
         }
-    return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
+    return APP_DONE;
+}
+
+/* Of n values: the mean of both in `to`. */
+static void take_mean(float *to, const float *other, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        to[i] = (to[i] + other[i]) / 2;
+}
+
+/* Makes the own picture the mean of two halves, and f->apart of what they differ by. */
+static int take_half(struct finish *f, const char *path, const struct render *half)
+{
+    const size_t n = n_pixels(f), n_channels = (size_t)f->own.n_channels;
+    f->apart = app_memory(n, 3 * sizeof(float), f->error);
+    if (!f->apart)
+        return APP_NO_MEMORY;
+    const int code = find_rgb(f, path, half->samples, f->apart);
+    if (code != APP_DONE)
+        return code;
+    if (memcmp(f->apart, f->rgb, 3 * n * sizeof(float)) == 0)
+        return app_fail(f->error, APP_FAILED,
+                        "%s: has the same samples as %s; render it with another seed",
+                        path, image_path(f->own.colour));
+    for (size_t i = 0; i < 3 * n; i++) {
+        const float other = f->apart[i];
+        f->apart[i] = (f->rgb[i] - other) / 2;
+        f->rgb[i] = (f->rgb[i] + other) / 2;
+    }
+    take_mean(f->samples, half->samples, n_channels * n);
+    if (f->guides.albedo && half->guides.albedo)
+        take_mean(f->guides.albedo, half->guides.albedo, 3 * n);
+    if (f->guides.normal && half->guides.normal)
+        take_mean(f->guides.normal, half->guides.normal, 3 * n);
+    return APP_DONE;
+}
+
+static int read_half(struct finish *f, const char *path)
+{
+    struct source source = {0};
+    struct render half = {.source = &source};
+    int code = read_render(f, path, &half);
+    if (code == APP_DONE &&
+        (source.width != f->own.width || source.height != f->own.height ||
+         source.n_channels != f->own.n_channels))
+        code = app_fail(f->error, APP_FAILED,
+                        "%s: is %d x %d px of %d channels and %s %d x %d of %d; "
+                        "--half takes a second render of the same, with another seed",
+                        path, source.width, source.height, source.n_channels,
+                        image_path(f->own.colour), f->own.width, f->own.height,
+                        f->own.n_channels);
+    if (code == APP_DONE)
+        code = take_half(f, path, &half);
+    denoise_free_guides(&half.guides);
+    free(half.samples);
+    source_close(&source);
+    return code;
+}
+
+static int read_own(struct finish *f, const char *path)
+{
+    struct render own = {.source = &f->own};
+    int code = read_render(f, path, &own);
+    f->samples = own.samples;
+    f->guides = own.guides;
+    if (code != APP_DONE)
+        return code;
+    f->rgb = app_memory(n_pixels(f), 3 * sizeof(float), f->error);
+    if (!f->rgb)
+        return APP_NO_MEMORY;
+    code = find_rgb(f, path, f->samples, f->rgb);
+    return code == APP_DONE && f->tool->half ? read_half(f, f->tool->half) : code;
 }
 
 /* Denoises the own picture by its own albedo and normals, into f->ours. */
@@ -157,6 +243,7 @@ static int finish_by_ours(struct finish *f)
                                            .ours = f->ours,
                                            .albedo = f->guides.albedo,
                                            .normal = f->guides.normal,
+                                           .apart = f->apart,
                                            .estimate = f->estimate,
                                            .width = f->own.width,
                                            .height = f->own.height,
@@ -235,6 +322,7 @@ int finish_run(const struct finish_options *tool, struct settings *settings,
     denoise_free_guides(&f.guides);
     free(f.estimate);
     free(f.ours);
+    free(f.apart);
     free(f.rgb);
     free(f.samples);
     source_close(&f.own);

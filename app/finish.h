@@ -16,7 +16,9 @@ struct settings;
 struct finish_options {
     const char *output;       /* EXR or PNG */
     const char *output_error; /* EXR, or NULL: the estimate of the error */
-    int32_t type;             /* as in struct filter_options, as the next */
+    const char *half; /* NULL: none; else `own` is of one half of the samples, and this
+                         of the other half */
+    int32_t type;     /* as in struct filter_options, as the next */
     int32_t png_bits;
     int32_t n_threads;
     const struct app_host *host;

@@ -5,7 +5,9 @@
  *
  *   s   = t'(clip(G y, 0.02, 1))
  *   m   = G[s (x - y)]
- *   se2 = (H[s^2 (x - g)^2] - H[s (x - g)]^2) / (4 pi sigma^2), the error of that mean
+ *   se2 = (H[s^2 (x - g)^2] - H[s (x - g)]^2) / (4 pi sigma^2), the error of that mean,
+ *         or H[s^2 d^2] / (4 pi sigma^2) where x is the mean of x + d and x - d, two
+ *         renders of half the samples
  *   b2  = tau^2 + max(0, m^2 - k se2), the error of y squared
  *   w   = G[b2 / (b2 + k se2)]
  *   out = y + w (g - y)
@@ -129,7 +131,7 @@ static void find_means(const struct finish_picture *p, const float *denoised,
         const float slope = display_slope(to->slope[i]);
         to->slope[i] = slope;
         to->mean[i] = slope * (p->own[k] - p->ours[k]);
-        to->rest[i] = slope * (p->own[k] - denoised[k]);
+        to->rest[i] = slope * (p->apart ? p->apart[k] : p->own[k] - denoised[k]);
         to->square[i] = to->rest[i] * to->rest[i];
     }
     smooth(to->mean, to->room, p->width, p->height, SIGMA_PX);
@@ -137,7 +139,7 @@ static void find_means(const struct finish_picture *p, const float *denoised,
     smooth(to->square, to->room, p->width, p->height, GRAIN_SIGMA_PX);
     const double n_averaged = 4 * 3.14159265358979 * SIGMA_PX * SIGMA_PX;
     for (size_t i = 0; i < n; i++) {
-        const double rest = (double)to->rest[i];
+        const double rest = p->apart ? 0 : (double)to->rest[i];
         to->square[i] =
             (float)(fmax((double)to->square[i] - rest * rest, 0) / n_averaged);
     }

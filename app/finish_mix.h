@@ -15,6 +15,8 @@ struct finish_picture {
     float *ours;         /* without grain; becomes the result */
     const float *albedo; /* of the own render, with its grain; NULL: not known */
     const float *normal; /* of any space, as the albedo */
+    const float *apart;  /* half the difference of two halves of the own samples, whose
+                            mean is `own`; NULL: not known */
     float *estimate; /* a channel, becomes the error that is left, of display values */
     int32_t width, height;
     const char *name; /* of the own picture, for errors */

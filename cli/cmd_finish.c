@@ -22,6 +22,11 @@ static const struct option options[] = {
                                   "attributes of OWN.exr, or .png, sRGB."),
     OPTION_FILE_ROW("guide", offsetof(struct options, guide), "FILE",
                     "The only guide, in place of the files after OWN.exr."),
+    OPTION_FILE_ROW(
+        "half", AT(half), "FILE.exr",
+        "A second render like OWN.exr with another seed: each has half of "
+        "the samples. Their mean is finished, and what they differ by tells "
+        "the grain."),
     OPTION_FILE_ROW("output-error", AT(output_error), "FILE.exr",
                     "Also write the estimate of the error of every pixel, after "
                     "clipping to [0, 1] and gamma 2.2 (channel Y, float)."),
@@ -103,6 +108,7 @@ const struct command command_finish = {
     .examples =
         "rackfocus finish own.exr passes.exr -o out.exr\n"
         "rackfocus finish own.exr passes_v*.exr -o out.exr --output-error e.exr\n"
+        "rackfocus finish own_a.exr --half own_b.exr passes.exr -o out.exr\n"
         "rackfocus finish own.exr --guide filtered.exr -o out.png",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),

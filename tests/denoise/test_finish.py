@@ -114,6 +114,51 @@ def test_names_what_is_wrong(clean, tmp_path):
     assert not out.exists()
 
 
+def test_halves_tell_what_is_grain(clean, tmp_path):
+    """What both halves show is no grain, however fine: it stays, and is certain."""
+    rng = np.random.default_rng(8)
+    y, x = np.mgrid[:96, :128]
+    blob = 0.06 * np.exp(-((x - 64) ** 2 + (y - 48) ** 2) / (2 * 8**2))
+    both = (0.3 + blob + rng.normal(0, 0.2, blob.shape))[..., None].repeat(3, 2)
+    apart = rng.normal(0, 1e-4, both.shape)
+    paths = [tmp_path / f"{n}.exr" for n in ("mean", "a", "b", "ours")]
+    flat = np.full(both.shape, 0.3)
+    for path, rgb in zip(paths, (both, both + apart, both - apart, flat), strict=True):
+        write(path, rgb.astype(np.float32), ["R", "G", "B"])
+    mean, a, b, ours = paths
+    shown, errors = [], []
+    for words in ([mean], [a, "--half", b]):
+        out, error = tmp_path / "out.exr", tmp_path / "error.exr"
+        clean("finish", *words, "--guide", ours, "-o", out, "--output-error", error)
+        shown.append(read(out)[0][44:53, 60:69].mean() - 0.3)
+        errors.append(read(error)[0].mean())
+    assert shown[1] > 2 * shown[0]  # 0.020 and 0.006 when written
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_names_what_is_wrong_with_a_half(clean, tmp_path):
+    rng = np.random.default_rng(9)
+    a, b, small, wild = (
+        write(tmp_path / f"{n}.exr", rng.uniform(0, 1, (h, 30, 3)), "RGB")
+        for n, h in (("a", 20), ("b", 20), ("small", 10), ("wild", 20))
+    )
+    pixels = np.ones((20, 30, 3))
+    pixels[3, 7, 1] = np.nan
+    write(wild, pixels, "RGB")
+    out = tmp_path / "out.exr"
+    for half, words in (
+        (a, ("a.exr", "seed")),
+        (small, ("small.exr", "30 x 10", "30 x 20")),
+        (wild, ("wild.exr", "(7, 3)")),
+        (tmp_path / "none.exr", ("none.exr",)),
+    ):
+        done = clean("finish", a, "--half", half, "-o", out, code=1)
+        assert all(word in done.stderr for word in words)
+        assert not out.exists()
+    clean("finish", a, "--half", b, "-o", out)
+    assert out.exists()
+
+
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
     """Folder with the package `rackfocus`: its sources and the built extension."""
