@@ -167,15 +167,10 @@ static int take_half(struct finish *f, const char *path, const struct render *ha
     const int code = find_rgb(f, path, half->samples, f->apart);
     if (code != APP_DONE)
         return code;
-    if (memcmp(f->apart, f->rgb, 3 * n * sizeof(float)) == 0)
+    if (!finish_join_halves(f->rgb, f->apart, 3 * n))
         return app_fail(f->error, APP_FAILED,
                         "%s: has the same samples as %s; render it with another seed",
                         path, image_path(f->own.colour));
-    for (size_t i = 0; i < 3 * n; i++) {
-        const float other = f->apart[i];
-        f->apart[i] = (f->rgb[i] - other) / 2;
-        f->rgb[i] = (f->rgb[i] + other) / 2;
-    }
     take_mean(f->samples, half->samples, n_channels * n);
     if (f->guides.albedo && half->guides.albedo)
         take_mean(f->guides.albedo, half->guides.albedo, 3 * n);

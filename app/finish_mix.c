@@ -238,6 +238,18 @@ static bool denoise_own(struct denoiser *denoiser, const struct finish_picture *
     return !by.normal || add_denoised(denoiser, p, &by, left / 2, room, error);
 }
 
+bool finish_join_halves(float *own, float *half, size_t n)
+{
+    if (memcmp(own, half, n * sizeof(*own)) == 0)
+        return false;
+    for (size_t i = 0; i < n; i++) {
+        const float other = half[i];
+        half[i] = (own[i] - other) / 2;
+        own[i] = (own[i] + other) / 2;
+    }
+    return true;
+}
+
 bool finish_mix(struct denoiser *denoiser, const struct finish_picture *p,
                 struct image_error *error)
 {

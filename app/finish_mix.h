@@ -4,6 +4,7 @@
 #define APP_FINISH_MIX_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 struct denoiser;
@@ -21,6 +22,12 @@ struct finish_picture {
     int32_t width, height;
     const char *name; /* of the own picture, for errors */
 };
+
+/*
+ * Two halves of the own samples, n values each: `own` becomes their mean and `half` half
+ * their difference, for `apart`. False where they are the same: both are what they were.
+ */
+bool finish_join_halves(float *own, float *half, size_t n);
 
 /* False where the denoiser fails or memory is missing: `ours` is then what it was. */
 bool finish_mix(struct denoiser *denoiser, const struct finish_picture *picture,

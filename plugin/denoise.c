@@ -10,10 +10,10 @@
 #include "finish_mix.h"
 #include "image.h"
 
-enum { OWN, OURS, OUT, ALBEDO, NORMAL, ESTIMATE, N_PICTURES };
+enum { OWN, OURS, OUT, ALBEDO, NORMAL, HALF, ESTIMATE, N_PICTURES };
 
-static const char *const names[N_PICTURES] = {"own",    "ours",   "out",
-                                              "albedo", "normal", "error"};
+static const char *const names[N_PICTURES] = {"own",    "ours", "out",  "albedo",
+                                              "normal", "half", "error"};
 
 /* The buffers of a call and packed copies of them. */
 struct finish {
@@ -89,6 +89,15 @@ static int open_picture(struct finish *f, int i, PyObject *object)
     return 0;
 }
 
+static int join_halves(struct finish *f)
+{
+    const struct rf_image *own = &f->opened[OWN].image;
+    const size_t n = (size_t)own->width * (size_t)own->height;
+    if (finish_join_halves(f->rgb[OWN], f->rgb[HALF], 3 * n))
+        return 0;
+    return fail(names[HALF], "has the samples of own; render it with another seed");
+}
+
 static void close_pictures(struct finish *f)
 {
     for (int i = 0; i < N_PICTURES; i++) {
@@ -107,6 +116,7 @@ static bool run(struct finish *f, const char *library, int n_threads,
                                            .ours = f->rgb[OURS],
                                            .albedo = f->rgb[ALBEDO],
                                            .normal = f->rgb[NORMAL],
+                                           .apart = f->rgb[HALF],
                                            .estimate = f->rgb[ESTIMATE],
                                            .width = own->width,
                                            .height = own->height,
@@ -150,15 +160,15 @@ static int finish(const struct module_state *state, struct finish *f,
 
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
 {
-    static char *keys[] = {"own",   "ours",    "out",     "albedo", "normal",
-                           "error", "library", "threads", NULL};
+    static char *keys[] = {"own",  "ours",  "out",     "albedo",  "normal",
+                           "half", "error", "library", "threads", NULL};
     PyObject *objects[N_PICTURES] = {0};
     const char *library = NULL;
     int n_threads = 0;
-    objects[ALBEDO] = objects[NORMAL] = objects[ESTIMATE] = Py_None;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOO$zi:finish", keys,
+    objects[ALBEDO] = objects[NORMAL] = objects[HALF] = objects[ESTIMATE] = Py_None;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOOO$zi:finish", keys,
                                      &objects[OWN], &objects[OURS], &objects[OUT],
-                                     &objects[ALBEDO], &objects[NORMAL],
+                                     &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
                                      &objects[ESTIMATE], &library, &n_threads))
         return NULL;
     if (n_threads < 0)
@@ -168,6 +178,8 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
     for (int i = 0; i < N_PICTURES && status == 0; i++)
         status = open_picture(&f, i, objects[i]);
     const struct rf_image *own = &f.opened[OWN].image;
+    if (status == 0 && f.rgb[HALF])
+        status = join_halves(&f);
     if (status == 0)
         f.rgb[ESTIMATE] = new_plane((size_t)own->width * (size_t)own->height, 1);
     if (f.rgb[ESTIMATE])

@@ -253,6 +253,7 @@ def finish(
     *,
     albedo=None,
     normal=None,
+    half=None,
     error=None,
     library=None,
     threads=0,
@@ -265,6 +266,9 @@ def finish(
     out: writable, of own's shape; None makes a NumPy array. Alpha is own's.
     albedo, normal: (height, width, 3) of the own render, with its grain; textures in
     focus are sharper with them.
+    half: like own, rendered with another seed, each with half of the samples. Their
+    mean is finished, and what they differ by tells the grain; albedo and normal are
+    then best means of both, too.
     error: writable, (height, width): how far each pixel may be off, after clipping to
     [0, 1] and gamma 2.2.
     library: Open Image Denoise's file or folder, where the environment's RACKFOCUS_OIDN
@@ -279,8 +283,8 @@ def finish(
         import numpy
 
         out = numpy.empty(numpy.shape(own), numpy.float32)
-    guides = (albedo, normal)
-    _core.finish(own, ours, out, *guides, error, library=library, threads=threads)
+    more = (albedo, normal, half, error)
+    _core.finish(own, ours, out, *more, library=library, threads=threads)
     return out
 
 

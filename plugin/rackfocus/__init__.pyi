@@ -132,6 +132,7 @@ def finish(
     *,
     albedo: _Pixels | None = None,
     normal: _Pixels | None = None,
+    half: _Pixels | None = None,
     error: _Pixels | None = None,
     library: str | None = None,
     threads: int = 0,

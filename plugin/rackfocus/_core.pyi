@@ -157,6 +157,7 @@ def finish(
     out: _Pixels,
     albedo: _Pixels | None = None,
     normal: _Pixels | None = None,
+    half: _Pixels | None = None,
     error: _Pixels | None = None,
     *,
     library: str | None = None,

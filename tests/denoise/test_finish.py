@@ -296,6 +296,43 @@ def test_the_own_albedo_brings_textures_back(clean, tmp_path):
     assert errors[1] < 0.92 * errors[0]  # 0.050 and 0.058 when written
 
 
+WITH_HALVES = """
+import sys
+import numpy as np
+import rackfocus
+
+folder, library = sys.argv[1:]
+a, b, ours = np.load(f"{folder}/given.npy")
+more = {"library": library, "threads": 1}
+np.save(f"{folder}/made.npy", rackfocus.finish(a, ours, half=b, **more))
+for half, why in ((a, "another seed"), (b[:9], "as large as own"), (a / 0, "NaN")):
+    try:
+        rackfocus.finish(a, ours, half=half, **more)
+    except ValueError as error:
+        assert "half" in str(error) and why in str(error), error
+    else:
+        sys.exit(f"no error: {why}")
+"""
+
+
+def test_python_takes_a_half_as_the_command_does(clean, oidn, package, tmp_path):
+    rng = np.random.default_rng(10)
+    given = rng.uniform(0.2, 0.8, (3, 48, 64, 3)).astype(np.float32)
+    a, b, ours, out = (tmp_path / f"{n}.exr" for n in ("a", "b", "ours", "out"))
+    for path, rgb in zip((a, b, ours), given, strict=True):
+        write(path, rgb, ["R", "G", "B"])
+    more = ("--type", "float", "--threads", 1)
+    clean("finish", a, "--half", b, "--guide", ours, "-o", out, *more)
+    np.save(tmp_path / "given.npy", given)
+    environment = {k: v for k, v in os.environ.items() if k != "RACKFOCUS_OIDN"}
+    environment["PYTHONPATH"] = str(package)
+    line = [sys.executable, "-c", WITH_HALVES, tmp_path, oidn]
+    subprocess.run(line, check=True, env=environment)
+    made, names = read(out)
+    made = made[..., [names.index(c) for c in "RGB"]]
+    assert np.array_equal(np.load(tmp_path / "made.npy"), made)
+
+
 WITH_GUIDES = """
 import sys
 import numpy as np
