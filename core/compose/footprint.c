@@ -392,7 +392,8 @@ static void grid_variance(const struct rf_grid *g, int n_cells, double variance[
  * of the aperture at radius r. The level's averaging and magnifying add to it; so does
  * the box of RF_POSITIVE, by 1/12 px^2 where the footprint is wide and by less where it
  * is narrow, which the secant method finds. Up to 1 px at full resolution the box is
- * left alone: it is the pixel. False: out of memory.
+ * left alone: it is the pixel. So it is of points of light, of which a pixel gets the
+ * share of the lens' shape that lies in it. False: out of memory.
  */
 static bool fill_level(struct rf_grid *g, const struct rf_footprints *f,
                        struct lines *lines, const struct request *q,
@@ -405,7 +406,8 @@ static bool fill_level(struct rf_grid *g, const struct rf_footprints *f,
     double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
     double radii[2], variance[2], before[2] = {0}, step[2] = {0};
     size_t n = (size_t)g->width * (size_t)g->height * (size_t)zone->cells.n;
-    bool has_box = q->kind == RF_POSITIVE && (is_coarse || fabs(r) > 1);
+    bool has_box =
+        q->kind == RF_POSITIVE && !f->is_of_points && (is_coarse || fabs(r) > 1);
     bool is_tried = has_box && f->spherical == 0;
     if (is_tried && !is_coarse)
         loss -= fmax(2 - fabs(r), 0) / 12;
@@ -610,6 +612,7 @@ rf_result rf_footprints_init(struct rf_footprints *f, const struct rf_context *c
                                 .obstruction = use->obstruction,
                                 .spherical = use->spherical,
                                 .is_boundless = use->is_boundless,
+                                .is_of_points = use->is_of_points,
                                 .n_levels = use->spherical != 0 ? RF_N_LEVELS : 2,
                                 .list = use->list,
                                 .n_listed = use->n_listed};

@@ -50,6 +50,7 @@ struct rf_footprints {
     double obstruction; /* as in struct rf_footprint_use */
     double spherical;   /* aberration, px */
     bool is_boundless;  /* no tile limits it */
+    bool is_of_points;  /* as in struct rf_footprint_use */
     int n_levels;       /* that footprints differ for; the last: and above */
     int max_index;      /* radii from -max_index to max_index, in steps */
     int n_phases;       /* per axis: 1 puts every sample on its pixel's centre */

@@ -84,6 +84,7 @@ static bool serves(const struct kept *k, const struct rf_footprint_use *use)
            rf_radius_of_index(f->max_index) > use->max_radius &&
            memcmp(&f->drift, &use->drift, sizeof f->drift) == 0 &&
            f->spherical == use->spherical && f->is_boundless == use->is_boundless &&
+           f->is_of_points == use->is_of_points &&
            memcmp(&f->zones.look, &use->look, sizeof use->look) == 0 &&
            memcmp(&k->shape, use->shape, sizeof k->shape) == 0 && has_light(k, use);
 }

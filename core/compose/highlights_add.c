@@ -52,6 +52,7 @@
 #include "compose/footprint.h"
 #include "compose/footprint_shelf.h"
 #include "compose/light_list.h"
+#include "compose/lone_lights.h"
 #include "compose/occluder_layers.h"
 #include "compose/scene.h"
 #include "input/field.h"
@@ -90,6 +91,8 @@ struct highlights {
     const struct rf_scene *scene;
     const struct rf_crop *out;
     struct rf_footprints *footprints;
+    struct rf_footprints *of_points; /* for those that are lone */
+    struct rf_lone_lights lone;
     const struct rf_samples *samples;
     struct rf_light_list list; /* of their footprints, where each place has its own */
     struct shade *shades;
@@ -116,7 +119,9 @@ static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 static const struct rf_footprint *footprint_of(const struct highlights *h,
                                                const struct rf_sample *s)
 {
-    return rf_footprint_at(h->footprints->table, slot_of(h, s));
+    bool is_point = h->lone.are && h->lone.are[s - h->samples->at];
+    const struct rf_footprints *f = is_point ? h->of_points : h->footprints;
+    return rf_footprint_at(f->table, slot_of(h, s));
 }
 
 /* ---- what stands in the way ---------------------------------------------------- */
@@ -606,17 +611,19 @@ static rf_result run_batch(struct highlights *h, size_t from, size_t to,
     return RF_OK;
 }
 
-static rf_result build_footprints(struct highlights *h, double progress_to,
-                                  struct rf_error *error)
+/* Builds the footprints of the lone highlights, or of the others. */
+static rf_result build_footprints(struct highlights *h, struct rf_footprints *f,
+                                  double progress_to, struct rf_error *error)
 {
     const struct rf_context *context = h->scene->frame->context;
-    struct rf_footprints *f = h->footprints;
+    const unsigned char *are_lone = h->lone.are;
     size_t n_slots = rf_footprint_count(f);
     unsigned char *needed = rf_calloc(context, n_slots, 1);
     if (!needed)
         return rf_fail_memory(error, n_slots, 1);
     for (size_t i = 0; i < h->samples->n; i++)
-        needed[slot_of(h, &h->samples->at[i])] = 1;
+        if ((are_lone && are_lone[i]) == (f == h->of_points))
+            needed[slot_of(h, &h->samples->at[i])] = 1;
     rf_result result =
         rf_footprints_build(f, needed, h->scene->task, progress_to, error);
     rf_free(context, needed);
@@ -629,8 +636,11 @@ static rf_result run(struct highlights *h, struct rf_error *error)
     double progress_to = h->scene->progress_to;
     rf_result result = rf_occluder_layers_build(&h->layers, error);
     rf_task_poll(task);
+    double built_at = task->to + 0.2 * (progress_to - task->to);
+    if (result == RF_OK && h->lone.are)
+        result = build_footprints(h, h->of_points, (task->to + built_at) / 2, error);
     if (result == RF_OK)
-        result = build_footprints(h, task->to + 0.2 * (progress_to - task->to), error);
+        result = build_footprints(h, h->footprints, built_at, error);
     if (result != RF_OK || rf_task_is_cancelled(task))
         return result;
     for (size_t from = 0; from < h->samples->n; from = h->shades[h->n_shades++].end)
@@ -664,7 +674,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
         most = rf_max_float(most, fabsf(radius_of(scene, &samples->at[i])));
-    struct rf_footprints own = {.table = NULL};
+    struct rf_footprints own = {.table = NULL}, own_of_points = own;
     struct rf_footprint_use use = {.shape = shape,
                                    .look = rf_field_look(scene->frame),
                                    .bokeh = rf_frame_bokeh(scene->frame),
@@ -676,9 +686,15 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
                                    .max_radius = most,
                                    .n_phases = scene->n_phases};
     h.footprints = &own;
+    h.of_points = &own_of_points;
     rf_result result = rf_light_list_make(&h.list, scene, &use, error);
     if (result == RF_OK)
         result = rf_footprints_get(&h.footprints, &own, context, &use, error);
+    if (result == RF_OK)
+        result = rf_lone_lights_find(&h.lone, scene, error);
+    use.is_of_points = true;
+    if (result == RF_OK && h.lone.are)
+        result = rf_footprints_get(&h.of_points, &own_of_points, context, &use, error);
     h.shades = rf_alloc(context, samples->n, sizeof *h.shades);
     if (result == RF_OK && !h.shades)
         result = rf_fail_memory(error, samples->n, sizeof *h.shades);
@@ -687,6 +703,8 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     rf_occluder_layers_free(layers);
     rf_free(context, h.shades);
     rf_footprints_put(h.footprints, &own);
+    rf_footprints_put(h.of_points, &own_of_points);
+    rf_lone_lights_free(&h.lone, context);
     rf_light_list_free(&h.list, context);
     return result;
 }

@@ -53,6 +53,7 @@ struct rf_footprint_use {
     double obstruction; /* that the bokeh is the ring of; 0: it is another */
     double spherical;   /* aberration, px */
     bool is_boundless;  /* no tile limits the aberration */
+    bool is_of_points;  /* each pixel gets the share of the shape in it */
     int n_cells;
     double max_radius;
     int n_phases;
