@@ -12,11 +12,49 @@
 /* Half floats have 11 bits: neighbours differ by up to 2^-10 of their value. */
 #define HALF_STEP (1.0 / 1024)
 
-static bool names_mist(const struct source *source)
+/* Words in names of channels whose numbers are no distances, as 3ds Max's VRayZDepth_Invert,
+ * a copy for viewing. */
+static bool names_other(const char *channel)
+{
+    static const char *const words[] = {"invert",   "inverse",  "disparity",
+                                        "normalis", "normaliz", NULL};
+    for (int i = 0; words[i]; i++)
+        if (strcasestr(channel, words[i]))
+            return true;
+    return false;
+}
+
+/* Px, Py and Pz are a position, of the camera's space (pbrt's default) or of the world's. */
+static bool is_position(const struct source *source, const char *channel)
 {
     int n;
-    const char *name = image_channels(source->depth, &n)[source->z].name;
-    return strcasestr(name, "mist") != NULL;
+    char first[256];
+    const struct image_channel_info *channels = image_channels(source->depth, &n);
+    const size_t length = strlen(channel);
+    if (length < 2 || strcmp(channel + length - 2, "Pz") != 0)
+        return false;
+    snprintf(first, sizeof(first), "%.*sx", (int)length - 1, channel);
+    for (int i = 0; i < n; i++)
+        if (strcmp(channels[i].name, first) == 0)
+            return true;
+    return false;
+}
+
+/* What the names of the channels say. */
+static void judge_names(struct depth_findings *found, const struct source *source,
+                        const struct settings *settings)
+{
+    int n;
+    const struct image_channel_info *channels = image_channels(source->depth, &n);
+    const char *name = channels[source->z].name;
+    const char *rival = source->z_rival >= 0 ? channels[source->z_rival].name : "";
+    snprintf(found->channel, sizeof(found->channel), "%s", name);
+    snprintf(found->rival, sizeof(found->rival), "%s", rival);
+    found->is_half = channels[source->z].type == IMAGE_SAMPLE_HALF;
+    found->is_mist = strcasestr(name, "mist") != NULL;
+    found->is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT;
+    found->is_named_other = found->is_kind_open && names_other(name);
+    found->is_position = found->is_kind_open && is_position(source, name);
 }
 
 /* Distances only: of other kinds 16 bit are coarse in their own way. */
@@ -36,19 +74,17 @@ void depth_judge(struct depth_findings *found, const struct source *source,
                  const struct settings *settings, const struct rf_lens *lens,
                  const struct rf_depth_stats *stats)
 {
-    int n;
     const struct rf_params *params = &settings->params;
+    const bool is_distance =
+        params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
     *found = (struct depth_findings){
         .stats = *stats,
         .is_mixed = stats->is_mixed,
         .is_premultiplied = stats->is_premultiplied,
-        .is_mist = names_mist(source),
-        .is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT,
-        .is_half =
-            image_channels(source->depth, &n)[source->z].type == IMAGE_SAMPLE_HALF,
+        .is_negative = is_distance && params->depth_scale > 0 &&
+                       stats->n_negative > 0 && !(stats->max > 0),
     };
-    const bool is_distance =
-        params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
+    judge_names(found, source, settings);
     if (found->is_half && is_distance && lens)
         found->half_step_px = half_step_px(lens, stats);
 }
@@ -70,6 +106,12 @@ bool depth_find(struct depth_findings *found, const struct source *source,
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)
 {
     const char *guess = rf_param_find("depth")->choices[found->stats.kind].name;
+    if (found->is_negative) {
+        snprintf(text, n_bytes,
+                 "is negative everywhere, as the z of a camera that looks along -z is; "
+                 "say --depth-scale -1");
+        return true;
+    }
     if (!found->is_kind_open)
         return false;
     if (found->is_mist) {
@@ -80,14 +122,55 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
                  "inverse-quadratic, or render the Depth pass");
         return true;
     }
+    if (found->stats.kind == RF_DEPTH_INVERSE) {
+        snprintf(text, n_bytes,
+                 "does not look like distances but like 1 / distance (%s); say --depth "
+                 "inverse, or --depth planar if they are",
+                 found->stats.kind_reason);
+        return true;
+    }
     if (strcmp(guess, "normalised") != 0 && strncmp(guess, "buffer", 6) != 0)
         return false;
+    const bool is_buffer = strncmp(guess, "buffer", 6) == 0;
     snprintf(text, n_bytes,
              "does not look like distances but %s (%s); say --depth %s with "
-             "--depth-near and --depth-far, or --depth planar if they are",
-             strncmp(guess, "buffer", 6) == 0 ? "like a depth buffer"
-                                              : "like normalised depth",
-             found->stats.kind_reason, guess);
+             "--depth-near and --depth-far, %sor --depth planar if they are",
+             is_buffer ? "like a depth buffer" : "like normalised depth",
+             found->stats.kind_reason, guess,
+             found->stats.n_zero > 0 ? "--depth inverse if it is 1 / distance (Nuke), "
+                                     : "");
+    return true;
+}
+
+bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes)
+{
+    const struct rf_depth_stats *stats = &found->stats;
+    if (found->rival[0])
+        snprintf(text, n_bytes,
+                 "is taken from %s, but %s may be meant as well; name one with "
+                 "--depth-channel",
+                 found->channel, found->rival);
+    else if (found->is_named_other)
+        snprintf(
+            text, n_bytes,
+            "is taken for distances, but the name of its channel, %s, says that it "
+            "is something else; say --depth planar if not",
+            found->channel);
+    else if (found->is_position)
+        snprintf(
+            text, n_bytes,
+            "is %s, the third number of a position; that is right if positions are "
+            "those in the camera's space, which --depth planar says",
+            found->channel);
+    else if (found->is_kind_open && stats->kind == RF_DEPTH_PLANAR && stats->max > 0 &&
+             stats->max <= 1 && stats->n_no_hit == 0)
+        snprintf(text, n_bytes,
+                 "is %g to %g, taken for distances; normalised and inverse depth may "
+                 "look so, too: say --depth planar, normalised (with --depth-near and "
+                 "--depth-far) or inverse",
+                 stats->min, stats->max);
+    else
+        return false;
     return true;
 }
 

@@ -24,6 +24,10 @@ struct depth_findings {
     double half_step_px; /* largest step of the radius that 16 bit make, 0: unknown */
     bool is_mist;        /* the channel's name says so */
     bool is_kind_open;   /* nobody said which kind of depth it is */
+    bool is_negative;    /* all of it, and no --depth-scale that makes it positive */
+    bool is_named_other; /* the channel's name says that it holds no distances */
+    bool is_position;    /* the third of Px, Py, Pz */
+    char channel[256], rival[256]; /* names; "": no other may be meant as well */
 };
 
 /* `alpha` (may be NULL) has `stride` floats from pixel to pixel. False without memory.
@@ -39,6 +43,9 @@ void depth_judge(struct depth_findings *found, const struct source *source,
 
 /* Why the depth cannot be used as it is, into `text`; false: it can. */
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes);
+
+/* Why the depth may not be what is meant, into `text`; false: there is no doubt. */
+bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes);
 
 /* Pixels that were divided by alpha, and that were given the depth of one side. */
 struct depth_repaired {

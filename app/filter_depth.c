@@ -17,6 +17,10 @@ int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats
     depth_judge(found, &run->source, run->settings, rf_filter_lens(run->filter), stats);
     if (depth_is_refused(found, text, sizeof(text)))
         return app_fail(run->error, APP_FAILED, "%s: the depth %s", path, text);
+    if (depth_is_doubtful(found, text, sizeof(text)) &&
+        app_warn(run->tool->host, run->error, "%s: the depth %s", path, text) !=
+            APP_DONE)
+        return APP_FAILED;
     if (found->half_step_px > 0.5)
         return app_warn(run->tool->host, run->error,
                         "%s: the depth is 16 bit, radii come in steps of up to %.1f "

@@ -51,6 +51,7 @@ static bool open_depth(struct source *source, const char *path,
     /* The reader falls back on the red of a picture; only a grey one can be meant. */
     const bool is_red = found.r >= 0 && found.z == found.r && found.r != found.g;
     source->z = is_red && !depth_channel ? -1 : found.z;
+    source->z_rival = found.z_rival;
     if (source->z >= 0)
         return true;
     char channels[400];
@@ -94,6 +95,7 @@ static bool find_depth(struct source *source, const struct source_request *reque
     if (source->layer.z >= 0) {
         source->depth = source->colour;
         source->z = source->layer.z;
+        source->z_rival = source->layer.z_rival;
     }
     return true;
 }
@@ -109,7 +111,7 @@ static bool find_colour(struct source *source, const struct source_request *requ
         return false;
     if (!image_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
                                &source->layer, error)) {
-        source->layer = (struct image_layer){-1, -1, -1, -1, -1, "", false};
+        source->layer = (struct image_layer){-1, -1, -1, -1, -1, -1, "", false};
         return depth_channel == NULL;
     }
     return true;
@@ -138,7 +140,7 @@ bool source_open(struct source *source, const struct source_request *request,
     /* A depth channel that is asked for may be in the second file. */
     const bool has_own_depth = !request->depth_file && request->n_paths == 1;
     const char *own_channel = has_own_depth ? request->depth_channel : NULL;
-    *source = (struct source){.z = -1};
+    *source = (struct source){.z = -1, .z_rival = -1};
     if (!image_open(&source->colour, request->paths[0], error))
         return false;
     if (!find_colour(source, request, own_channel, error) ||

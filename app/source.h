@@ -26,6 +26,7 @@ struct source {
     struct image_input *depth; /* may be the same as colour; NULL where there is none */
     struct image_layer layer;  /* in `colour`; r is -1 where it has no colour */
     int z;                     /* channel of `depth`, -1: none */
+    int z_rival;               /* another that may be meant as well, -1: none */
     int part;                  /* of the colour, else of the depth */
     struct image_part_info info; /* of that part */
     int32_t width, height;       /* of its data window */

@@ -303,6 +303,8 @@ static void print_depth(const struct info *info)
     char text[400];
     if (depth_is_refused(&info->depth, text, sizeof(text)))
         printf("  %-20s the depth %s\n", "filter refuses", text);
+    else if (depth_is_doubtful(&info->depth, text, sizeof(text)))
+        printf("  %-20s the depth %s\n", "filter warns", text);
 }
 
 static void print_lens(const struct info *info)

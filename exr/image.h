@@ -95,6 +95,7 @@ bool image_view_v2f(const struct image_input *input, const char *view, const cha
 struct image_layer {
     int r, g, b, a; /* grey pictures: r = g = b = the Y channel */
     int z;
+    int z_rival;    /* another layer's depth that fits as well as z; -1: none */
     char name[256]; /* layer as found, "" for the plain R G B A */
     bool is_chroma; /* r, g and b are Y, RY and BY: image_read_layer makes R G B of them
                      */

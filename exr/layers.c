@@ -310,7 +310,7 @@ static bool find_colour(const struct image_input *input, const char *view,
     int best = 1000;
     for (int c = 0; c < input->n_channels; c++) {
         struct name name;
-        struct image_layer layer = {.z = -1};
+        struct image_layer layer = {.z = -1, .z_rival = -1};
         parse_name(input, c, &name);
         bool is_red = colour_index(name.base) == 0;
         if (!is_red && (strcmp(name.base, "Y") != 0 || has_sibling(input, &name, "X")))
@@ -371,33 +371,56 @@ static int depth_score(const struct image_input *input, const struct name *depth
     return 1;
 }
 
-/* `view` may be NULL: any. Where colour and depth have one, depth without serves last.
- */
+/* 2 depth_score() and one more for depth of the same view. `view` may be NULL: any. Where
+ * colour and depth have one, depth without serves last. */
+static int depth_rank(const struct image_input *input, const char *view,
+                      const struct name *depth, const struct name *colour)
+{
+    if (view && depth->view[0] && !is_of_view(input, depth->view, view))
+        return 0;
+    const int score = depth_score(input, depth, colour);
+    return score > 0 ? 2 * score + (colour && is_same_view(depth, colour)) : 0;
+}
+
 static int find_depth(const struct image_input *input, const char *view,
                       int colour_channel)
 {
     struct name colour, name;
-    int best = 0, best_rank = 0, found = -1;
+    int best = 0, found = -1;
     bool is_ambiguous = false;
 
     if (colour_channel >= 0)
         parse_name(input, colour_channel, &colour);
     for (int c = 0; c < input->n_channels; c++) {
         parse_name(input, c, &name);
-        if (view && name.view[0] && !is_of_view(input, name.view, view))
-            continue;
-        int score = depth_score(input, &name, colour_channel >= 0 ? &colour : NULL);
-        bool is_own = colour_channel >= 0 && is_same_view(&name, &colour);
-        int rank = score > 0 ? 2 * score + is_own : 0;
+        int rank = depth_rank(input, view, &name, colour_channel >= 0 ? &colour : NULL);
         /* Depth of another layer serves only when there is no choice. */
-        is_ambiguous |= score == 1 && best == 1 && colour_channel >= 0;
-        if (rank > best_rank) {
-            best = score;
-            best_rank = rank;
+        is_ambiguous |= rank / 2 == 1 && best / 2 == 1 && colour_channel >= 0;
+        if (rank > best) {
+            best = rank;
             found = c;
         }
     }
-    return best == 1 && is_ambiguous ? -1 : found;
+    return best / 2 == 1 && is_ambiguous ? -1 : found;
+}
+
+/* The first channel of another layer that find_depth() ranks as high as z; -1: none. */
+static int find_rival(const struct image_input *input, const char *view,
+                      int colour_channel, int z)
+{
+    struct name colour, depth, name;
+    if (z < 0)
+        return -1;
+    parse_name(input, colour_channel, &colour);
+    parse_name(input, z, &depth);
+    const int rank = depth_rank(input, view, &depth, &colour);
+    for (int c = 0; c < input->n_channels && rank > 0; c++) {
+        parse_name(input, c, &name);
+        if (c != z && depth_rank(input, view, &name, &colour) == rank &&
+            !is_same_layer(&name, name.n, &depth, depth.n))
+            return c;
+    }
+    return -1;
 }
 
 /* Names that speak of depth without being one of the usual ones. */
@@ -517,7 +540,8 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
                            struct image_error *error)
 {
     char list[600];
-    *found = (struct image_layer){.r = -1, .g = -1, .b = -1, .a = -1, .z = -1};
+    *found = (struct image_layer){
+        .r = -1, .g = -1, .b = -1, .a = -1, .z = -1, .z_rival = -1};
     bool has_colour = find_colour(input, view, layer, found);
     if (!has_colour && !depth_only)
         return fail_without_colour(input, layer, error);
@@ -533,6 +557,7 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
     }
     if (has_colour) {
         found->z = find_depth(input, view, found->r);
+        found->z_rival = find_rival(input, view, found->r, found->z);
         if (found->z < 0)
             found->z = find_depth_like(input, view);
     }

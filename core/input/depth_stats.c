@@ -213,8 +213,26 @@ static double share_of(size_t n_part, size_t n)
     return n >= 20 ? (double)n_part / (double)n : 0;
 }
 
+/* Of depth that is above 1 somewhere. Inverse depth is so only of what is nearer than 1,
+ * planar depth mostly: `hit_median` is that of what is not 0. */
+static enum rf_depth guess_large(const struct rf_depth_stats *stats, double hit_median,
+                                 const char **reason)
+{
+    *reason = "values above 1 are distances in scene units; radial looks alike";
+    if (stats->n_zero == 0 || stats->n_no_hit > 0)
+        return RF_DEPTH_PLANAR;
+    if (hit_median > 1) {
+        *reason = "distances in scene units, and 0 where nothing was hit; radial looks "
+                  "alike";
+        return RF_DEPTH_PLANAR;
+    }
+    *reason = "most of it below 1 and 0 where nothing was hit, as inverse depth has it";
+    return RF_DEPTH_INVERSE;
+}
+
 /* The kind of depth that fits best, and why. */
-static enum rf_depth guess_kind(const struct rf_depth_stats *stats, const char **reason)
+static enum rf_depth guess_kind(const struct rf_depth_stats *stats, double hit_median,
+                                const char **reason)
 {
     const size_t n_without =
         stats->n_nan + stats->n_negative + stats->n_no_hit + stats->n_zero;
@@ -222,14 +240,8 @@ static enum rf_depth guess_kind(const struct rf_depth_stats *stats, const char *
         *reason = "no pixel has a distance";
         return RF_DEPTH_PLANAR;
     }
-    if (stats->max > 1) {
-        if (stats->n_zero > 0 && stats->n_no_hit == 0) {
-            *reason = "0 where nothing was hit, as inverse depth has it";
-            return RF_DEPTH_INVERSE;
-        }
-        *reason = "values above 1 are distances in scene units; radial looks alike";
-        return RF_DEPTH_PLANAR;
-    }
+    if (stats->max > 1)
+        return guess_large(stats, hit_median, reason);
     if (stats->n_no_hit > 0) {
         *reason = "all below 1, but infinity where nothing was hit: a small scene";
         return RF_DEPTH_PLANAR;
@@ -315,7 +327,12 @@ void rf_depth_tally_finish(struct rf_depth_tally *tally, struct rf_depth_stats *
     found.premultiplied_share = share_of(tally->n_scaled, tally->n_part);
     found.is_mixed = found.mixed_share > MIXED_SHARE;
     found.is_premultiplied = found.premultiplied_share > PREMULTIPLIED_SHARE;
-    found.kind = (int32_t)guess_kind(&found, &found.kind_reason);
+    size_t n_zero = 0;
+    while (n_zero < tally->n_hits && tally->hits[n_zero] == 0)
+        n_zero++;
+    const double hit_median =
+        median_of(tally->hits + n_zero, tally->n_hits - n_zero, false);
+    found.kind = (int32_t)guess_kind(&found, hit_median, &found.kind_reason);
     found.size = stats->size;
     memcpy(stats, &found, stats->size < sizeof found ? stats->size : sizeof found);
     rf_depth_give_back(context, tally->hits);

@@ -232,3 +232,105 @@ def test_depth_of_several_views(rackfocus, scene, tmp_path, limit):
     rackfocus("filter", *paths, "-o", raw, *LENS, *PLAIN, "--depth-repair", "off")
     as_it_is = difference(pictures[0], plainexr.read(raw)[0])
     assert as_it_is > 0.02 and difference(*pictures) < 0.1 * as_it_is
+
+
+def test_small_numbers_are_doubted(filtered, seen):
+    """All below 1 and no end of it reached: a small scene, or V-Ray's ZDepth, or 1/z."""
+
+    def within(channels):
+        channels["Z"] = channels["Z"] / 50
+
+    _, said = filtered(within)
+    assert said.count("taken for distances; normalised and inverse depth may") == 1
+    assert "--depth planar" in said and "0.06 to 0.24" in said
+    assert filtered(within, "--depth", "planar")[1] == ""
+    assert filtered(within, "--depth", "inverse")[1] == ""
+    _, said = filtered(within, "--strict", code=1)
+    assert "taken for distances" in said
+
+
+@pytest.mark.parametrize("sky, doubt", [(0, "refused"), (1e10, None)])
+def test_inverse_depth_of_near_things(filtered, sky, doubt):
+    """1 / distance is above 1 for what is nearer than 1; the rest tells."""
+
+    def inverse(channels):
+        z = channels["Z"] / 6
+        channels["Z"] = numpy.where(z < 1, 1 / z, 1 / (4 * z)).astype("f4")
+        channels["Z"][:5] = sky
+
+    if doubt is None:
+        assert filtered(inverse)[1] == ""
+        return
+    _, said = filtered(inverse, code=1)
+    assert "like 1 / distance" in said and "say --depth inverse" in said
+    filtered(inverse, "--depth", "inverse")
+
+
+def test_zero_where_nothing_was_hit_is_planar(filtered, seen):
+    def holes(channels):
+        channels["Z"][:5] = 0
+
+    assert seen(holes)["guess"] == "planar"
+    assert filtered(holes)[1] == ""
+
+
+def test_negative_depth(filtered, seen):
+    """Camera space looks along -z in many programs."""
+
+    def negate(channels):
+        channels["Z"] = -channels["Z"]
+
+    _, said = filtered(negate, code=1)
+    assert "say --depth-scale -1" in said
+    assert "--depth-scale -1" in seen(negate)["refused"]
+    got, said = filtered(negate, "--depth-scale", "-1")
+    assert said == "" and difference(got, filtered(None)[0]) == 0
+
+
+def renamed(*names):
+    def change(channels):
+        z = channels.pop("Z")
+        for i, name in enumerate(names):
+            channels[name] = (z + i).astype("f4")
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "names, want, other",
+    [
+        (("Z", "depth.Z"), "Z", "depth.Z"),
+        (("Depth.R", "ZDepth.R"), "Depth.R", "ZDepth.R"),
+        (("VRayZDepth.R", "Depth.Y"), "Depth.Y", "VRayZDepth.R"),
+    ],
+)
+def test_two_depths_that_fit_as_well(filtered, names, want, other):
+    _, said = filtered(renamed(*names))
+    assert f"taken from {want}, but {other} may be meant" in said
+    assert filtered(renamed(*names), "--depth-channel", want)[1] == ""
+    assert filtered(renamed(*names), "--depth-channel", other)[1] == ""
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["VRayZDepth_Invert.R", "inverse_depth.Z", "disparity.Z", "depthNormalized.R"],
+)
+def test_names_of_other_numbers(filtered, name):
+    _, said = filtered(renamed(name))
+    assert f"the name of its channel, {name}, says" in said
+    assert filtered(renamed(name), "--depth", "planar")[1] == ""
+
+
+def test_a_position_of_an_unknown_space(filtered):
+    """pbrt's are in the camera's space unless the scene says otherwise."""
+
+    def position(channels):
+        channels["Pz"] = channels.pop("Z")
+
+    def position_whole(channels):
+        position(channels)
+        channels["Px"] = channels["Py"] = channels["Pz"] * 0
+
+    assert filtered(position)[1] == ""
+    assert "third number of a position" in filtered(position_whole)[1]
+    assert filtered(position_whole, "--depth", "planar")[1] == ""

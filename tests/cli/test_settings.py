@@ -4,6 +4,7 @@
 import json
 import re
 
+import numpy
 import pytest
 
 
@@ -219,7 +220,11 @@ def test_info_reports_the_lens(rackfocus, scene):
         ("normalised", lambda z: (z - 3) / 9),
         ("buffer", lambda z: (1 / 0.1 - 1 / z) / (1 / 0.1 - 1 / 100)),
         ("buffer-reversed", lambda z: (z == 3) * 0.03),
-        ("inverse", lambda z: (z == 3) * 8.0),
+        ("planar", lambda z: (z == 3) * 8.0),
+        (
+            "inverse",
+            lambda z: numpy.where(z == 3, 1.2, numpy.arange(len(z))[:, None] / 99),
+        ),
     ],
 )
 def test_info_guesses_the_kind(rackfocus, scene, kind, remap):
