@@ -117,6 +117,18 @@ int filter_warn_defaults(const struct run *run)
                     image_path(run->source.colour), taken, run->largest_radius, give);
 }
 
+int filter_warn_cut(const struct run *run)
+{
+    const double most = rf_filter_lens(run->filter)->max_radius_px;
+    if (!(run->has_radii || run->windows) || run->params.max_radius > 0 ||
+        run->largest_radius < most)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: the blur is cut at a radius of %.0f px, half the longer side; "
+                    "--max-radius allows more, up to 16384",
+                    image_path(run->source.colour), most);
+}
+
 /* ---- what was done ----------------------------------------------------------------
  */
 

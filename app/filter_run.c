@@ -418,7 +418,8 @@ static int warn_facts(struct run *run)
 {
     if (!run->windows)
         filter_measure_radii(run);
-    return filter_warn_defaults(run);
+    const int code = filter_warn_defaults(run);
+    return code == APP_DONE ? filter_warn_cut(run) : code;
 }
 
 static int say_done(struct run *run)

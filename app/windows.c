@@ -12,6 +12,7 @@
 #include "windows.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -113,7 +114,12 @@ static int fail_core(const struct windows *w, int view, const struct rf_error *e
                         "of %s: %s; allow more",
                         w->max_bytes >> 20, (int)w->kept_width, (int)w->kept_height,
                         image_path(w->sources[view].colour), error->message);
-    return filter_fail_view(w->run, view, error);
+    struct rf_error told = *error;
+    const size_t n = strlen(told.message);
+    if (error->code == RF_ERROR_PARAMETER)
+        snprintf(told.message + n, sizeof(told.message) - n,
+                 "; allow more by --max-memory, or leave it out");
+    return filter_fail_view(w->run, view, &told);
 }
 
 /* ---- rows ------------------------------------------------------------------------ */

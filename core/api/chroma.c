@@ -47,6 +47,13 @@ bool rf_chroma_is_on(const struct rf_frame *frame, int n_channels)
            (has_colours(frame) || frame->params.lateral_chroma != 0);
 }
 
+const char *rf_chroma_field(const struct rf_frame *frame)
+{
+    return frame->params.axial_chroma != 0     ? "axial_chroma"
+           : frame->params.lateral_chroma != 0 ? "lateral_chroma"
+                                               : "aperture_image";
+}
+
 /* Copies a channel. */
 struct copying {
     const struct rf_image *from, *to;

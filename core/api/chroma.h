@@ -18,6 +18,9 @@ typedef rf_result (*rf_process_fn)(const struct rf_frame *frame,
 /* Do the colours of a picture of so many channels differ in their lens? */
 bool rf_chroma_is_on(const struct rf_frame *frame, int n_channels);
 
+/* What makes them differ, where they do: the field that an error names. */
+const char *rf_chroma_field(const struct rf_frame *frame);
+
 /* Makes them with `process`, each with its own lens; arguments are in order. */
 rf_result rf_chroma_process(const struct rf_frame *frame, const struct rf_view *views,
                             int n_views, const struct rf_image *out,

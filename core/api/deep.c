@@ -51,7 +51,7 @@ rf_result rf_filter_process_deep(const struct rf_filter *filter,
                        "tilt, field-curvature and split-diopter are not for deep "
                        "frames; set them to 0 or flatten the frames");
     if (rf_chroma_is_on(&filter->frame, out->channels))
-        return rf_fail(error, RF_ERROR_PARAMETER, "axial_chroma",
+        return rf_fail(error, RF_ERROR_PARAMETER, rf_chroma_field(&filter->frame),
                        "chroma and an aperture in colour are not for deep frames; set "
                        "it to 0 or flatten the frames");
     struct rf_task task;

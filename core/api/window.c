@@ -74,7 +74,7 @@ static rf_result check_method(const struct rf_frame *f, struct rf_error *error)
                        "layered and views",
                        method->name);
     if (rf_chroma_is_on(f, 3))
-        return rf_fail(error, RF_ERROR_PARAMETER, "axial_chroma",
+        return rf_fail(error, RF_ERROR_PARAMETER, rf_chroma_field(f),
                        "chroma and an aperture in colour need the whole picture at "
                        "once");
     if (rf_focuses_are_on(f))

@@ -82,6 +82,19 @@ static rf_result check_picture(const struct rf_image *image, struct rf_error *er
     return result == RF_OK ? check_values(image, error) : result;
 }
 
+/* Do the colours have the same light everywhere? Files and PNG pictures of grey do. */
+static bool is_grey(const struct rf_image *image)
+{
+    for (int y = 0; y < image->height; y++)
+        for (int x = 0; x < image->width; x++) {
+            const float red = *rf_image_at(image, x, y, 0);
+            for (int c = 1; c < image->channels && c < 3; c++)
+                if (*rf_image_at(image, x, y, c) != red)
+                    return false;
+        }
+    return true;
+}
+
 rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *context,
                         const struct rf_image *image, struct rf_error *error)
 {
@@ -89,7 +102,7 @@ rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *contex
     rf_result result = check_picture(image, error);
     if (result != RF_OK)
         return result;
-    int n_planes = image->channels == 1 ? 1 : 4;
+    int n_planes = is_grey(image) ? 1 : 4;
     size_t n = (size_t)(image->width + 1) * (size_t)(image->height + 1);
     struct rf_bokeh *d = rf_alloc(context, 1, sizeof *d);
     double *sum = rf_calloc(context, n * (size_t)n_planes, sizeof *sum);

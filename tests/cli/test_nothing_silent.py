@@ -529,3 +529,18 @@ def test_a_header_of_25_megabytes_is_refused_within_a_second(
     )  # fmt: skip
     assert done.returncode == 1, done
     assert done.stderr.startswith(f"rackfocus: {path}: ") and not out.exists()
+
+
+# ---- a blur that is cut --------------------------------------------------------------
+
+
+def test_a_blur_that_the_largest_radius_cuts_is_said(run, scene):
+    """By default that is half the longer side; typed, it is meant."""
+    path = scene()
+    cut = "the blur is cut at a radius of 24 px, half the longer side; --max-radius"
+    wide = [*LENS, "--lens-radius", "10"]
+    assert cut in run(path, lens=wide).stderr
+    run(path, "--strict", lens=wide, code=1)
+    assert "is cut" not in run(path, "--max-radius", "24", lens=wide).stderr
+    assert "is cut" not in run(path, "--max-radius", "4000", lens=wide).stderr
+    assert "is cut" not in run(path).stderr

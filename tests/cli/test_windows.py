@@ -84,7 +84,36 @@ def test_a_split_diopter_needs_the_whole_picture(rackfocus, large, tmp_path):
     split = [*FAST, "--split-diopter", 1000, "--max-memory", 200]
     done = rackfocus("filter", path, "-o", out, *split, code=2)
     assert "a split diopter needs the whole picture at once" in done.stderr
+    assert "allow more by --max-memory, or leave it out" in done.stderr
     assert not out.exists()
+
+
+def test_what_needs_the_whole_picture_is_named(rackfocus, large, tmp_path):
+    path, out = large(701, 1603, 64, "zip", 5), tmp_path / "out.exr"
+    square = {name: numpy.ones((8, 8), numpy.float32) for name in "RGB"}
+    square["B"][:, :4] = 0
+    aperture = plainexr.write(tmp_path / "aperture.exr", square)
+    for looks, code in (
+        (["--lateral-chroma", 0.01], 2),
+        (["--aperture-image", aperture], 1),
+    ):
+        bounded = [*FAST, *looks, "--max-memory", 200]
+        done = rackfocus("filter", path, "-o", out, *bounded, code=code)
+        assert "whole picture at once; allow more by --max-memory" in done.stderr
+        assert "axial-chroma" not in done.stderr
+
+
+def test_a_grey_aperture_of_three_channels_is_grey(rackfocus, large, tmp_path):
+    """As most pictures of apertures are: windows of it, and no cost of colours."""
+    path = large(701, 1603, 64, "zip", 5)
+    square = numpy.ones((8, 8), numpy.float32)
+    square[3:5, 3:5] = 0.5
+    outputs = [tmp_path / "grey.exr", tmp_path / "three.exr"]
+    for names, out in zip(("Y", "RGB"), outputs, strict=True):
+        aperture = plainexr.write(tmp_path / "a.exr", dict.fromkeys(names, square))
+        bounded = [*FAST, "--aperture-image", aperture, "--max-memory", 200]
+        rackfocus("filter", path, "-o", out, *bounded)
+    assert largest_error(rackfocus, *outputs) == 0
 
 
 def spoil(channels):
