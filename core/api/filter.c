@@ -16,7 +16,6 @@
 #include "base/task.h"
 #include "input/depth.h"
 #include "input/field.h"
-#include "input/field_views.h"
 #include "input/frame.h"
 #include "input/highlights.h"
 #include "input/light_map.h"
@@ -295,16 +294,13 @@ static rf_result process_moved(const struct rf_frame *f, const struct rf_view *v
                                const struct rf_progress *progress,
                                struct rf_error *error)
 {
-    if (!rf_field_moves_views(f, n_views))
+    if (!(n_views > 1 && rf_field_is_on(&f->params)) ||
+        f->params.quality == RF_QUALITY_PREVIEW) /* of the view in the middle alone */
         return process(f, views, n_views, out, progress, error);
-    struct rf_view moved[RF_MAX_VIEWS];
-    float *memory = NULL;
-    rf_views_copy(moved, views, n_views);
-    rf_result result = rf_field_move_views(f, moved, n_views, &memory, error);
-    if (result == RF_OK)
-        result = process(f, moved, n_views, out, progress, error);
-    rf_free(f->context, memory);
-    return result;
+    struct rf_frame apart = *f;
+    const struct rf_field field = rf_field_of(f);
+    apart.apart = &field;
+    return process(&apart, views, n_views, out, progress, error);
 }
 
 /* Makes the picture of a split diopter. */

@@ -28,7 +28,8 @@
  *
  * Spherical aberration sends the light of u to r0 u - a |p|^2 u, but what stands before
  * it is hit by other rays of the same lens points: the mask is drawn as for a = 0, over
- * the whole disc, and each footprint pixel then asks it at r0 u.
+ * the whole disc, and each footprint pixel then asks it at r0 u. So it does where the
+ * surface in focus is no plane and r0 is another at each pixel.
  *
  * The largest gain with several views (+3.0, +1.3 dB). Cost per highlight: the
  * occluders in its cone plus the area of its disc; blocks of pixels that know their
@@ -100,20 +101,14 @@ struct highlights {
     struct rf_occluder_layers layers;
 };
 
-/* Of the disc of a highlight, in the scene's colour. What stands before it is as far
- * from it in all. */
-static float radius_of(const struct rf_scene *scene, const struct rf_sample *s)
-{
-    return s->r + scene->radius_shift;
-}
-
 static size_t slot_of(const struct highlights *h, const struct rf_sample *s)
 {
     if (h->list.slot)
         return h->list.slot[s - h->samples->at];
-    return rf_footprint_slot(h->footprints, 0,
-                             rf_radius_index(h->footprints, radius_of(h->scene, s)),
-                             rf_phase_of(h->footprints, s->x, s->y), RF_POSITIVE, 0);
+    return rf_footprint_slot(
+        h->footprints, 0,
+        rf_radius_index(h->footprints, rf_scene_disc_radius(h->scene, s)),
+        rf_phase_of(h->footprints, s->x, s->y), RF_POSITIVE, 0);
 }
 
 static const struct rf_footprint *footprint_of(const struct highlights *h,
@@ -298,6 +293,12 @@ static size_t plain_size(const struct highlights *h, const struct shade *s)
            (h->scene->n_views > 1 ? views_size(s->width, s->height) : 0);
 }
 
+/* Is a mask drawn otherwise than where its light falls? */
+static bool is_bent(const struct highlights *h)
+{
+    return h->scene->frame->params.spherical != 0 || h->scene->frame->apart;
+}
+
 /* A pixel, and the box around it that a footprint covers. */
 struct box {
     int x, y, min_x, max_x, min_y, max_y;
@@ -308,8 +309,8 @@ static struct box box_of(const struct highlights *h, const struct rf_sample *lig
     const struct rf_footprint *f = footprint_of(h, light);
     int x = (int)floorf(light->x), y = (int)floorf(light->y);
     struct box box = {x, y, x + f->min_dx, x + f->max_dx, y + f->min_dy, y + f->max_dy};
-    if (h->scene->frame->params.spherical != 0) { /* and the disc without it */
-        float r = radius_of(h->scene, light);
+    if (is_bent(h)) { /* and the disc of one radius */
+        float r = rf_scene_disc_radius(h->scene, light);
         int half_x = (int)ceil(fabs((double)r) * h->layers.lens_extent[0]) + 1;
         int half_y = (int)ceil(fabs((double)r) * h->layers.lens_extent[1]) + 1;
         box.min_x = rf_min_int(box.min_x, x - half_x);
@@ -342,7 +343,7 @@ static struct shade shade_from(const struct highlights *h, size_t first)
                           .height = all.max_y - all.min_y + 1};
 }
 
-/* ---- spherical aberration -------------------------------------------------------- */
+/* ---- masks that are bent --------------------------------------------------------- */
 
 /* The height on the lens through which light of radius r lands `distance` px away. */
 static double height_at(double r, double a, double distance)
@@ -396,7 +397,32 @@ static float mask_at(const struct rf_shadows *m, const float *mask, double x, do
     return above + ty * (below - above);
 }
 
-/* Has every pixel of a mask ask where its lens point would be without aberration. */
+/* Where light lands that passes the lens at one height, in parts of the distance
+ * without aberration: one table for a mask. */
+static double grown_by(const struct heights *heights, double disc_r, double far)
+{
+    return far > 0 ? fabs(disc_r) * known_height(heights, far) / far : 1;
+}
+
+/* The radius of the disc in parts of the one that its light has at the mask's (x, y),
+ * where the surface in focus is no plane. */
+static double grown_at(const struct highlights *h, const struct rf_shadows *m, int x,
+                       int y)
+{
+    static const double MOST = 2; /* so near the focus discs have no shape */
+    const struct rf_scene *scene = h->scene;
+    const struct rf_field *apart = scene->frame->apart;
+    if (!apart)
+        return 1;
+    float at_x = (float)(m->x + m->left + x - scene->x0) + 0.5f;
+    float at_y = (float)(m->y + m->top + y - scene->y0) + 0.5f;
+    double r = (double)rf_field_radius(apart, at_x, at_y, m->light_r);
+    double part = r != 0 ? (double)m->disc_r / r : MOST;
+    return fmin(fmax(part, 1 / MOST), MOST);
+}
+
+/* Has every pixel of a mask ask where its lens point would be without aberration and
+ * with one radius for the whole disc. */
 static void bend_mask(const struct highlights *h, const struct rf_shadows *m,
                       float *plain)
 {
@@ -408,22 +434,19 @@ static void bend_mask(const struct highlights *h, const struct rf_shadows *m,
     double stretch[2] = {p->aperture_ratio, 1 / p->pixel_aspect};
     double farthest = rf_length(fmax(middle[0], m->width - middle[0]) * stretch[0],
                                 fmax(middle[1], m->height - middle[1]) * stretch[1]);
-    struct heights heights;
-    find_heights(&heights, (double)m->disc_r, p->spherical, farthest);
+    struct heights heights = {.per_px = 0};
+    if (p->spherical != 0)
+        find_heights(&heights, (double)m->disc_r, p->spherical, farthest);
     for (int y = 0; y < m->height; y++)
         for (int x = 0; x < m->width; x++) {
             double dx = x - middle[0], dy = y - middle[1];
             double far = rf_length(dx * stretch[0], dy * stretch[1]);
-            double height = known_height(&heights, far);
-            double grown = far > 0 ? fabs((double)m->disc_r) * height / far : 1;
+            double grown = grown_at(h, m, x, y);
+            if (p->spherical != 0)
+                grown *= grown_by(&heights, (double)m->disc_r, far);
             m->blocked[(size_t)y * (size_t)m->width + (size_t)x] =
                 mask_at(m, plain, middle[0] + dx * grown, middle[1] + dy * grown);
         }
-}
-
-static bool is_bent(const struct highlights *h)
-{
-    return h->scene->frame->params.spherical != 0;
 }
 
 /* Writes the mask of some highlights; false where nothing stands before them. */
@@ -434,7 +457,7 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
     struct rf_shadows m = {.light_x = light->x - (float)x,
                            .light_y = light->y - (float)y,
                            .light_r = light->r,
-                           .disc_r = radius_of(h->scene, light),
+                           .disc_r = rf_scene_disc_radius(h->scene, light),
                            .x = x,
                            .y = y,
                            .nearer = NEARER_PX,
@@ -673,7 +696,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     rf_shape_extent(shape, layers->lens_extent);
     float most = 0;
     for (size_t i = 0; i < samples->n; i++)
-        most = rf_max_float(most, fabsf(radius_of(scene, &samples->at[i])));
+        most = rf_max_float(most, fabsf(rf_scene_disc_radius(scene, &samples->at[i])));
     struct rf_footprints own = {.table = NULL}, own_of_points = own;
     struct rf_footprint_use use = {.shape = shape,
                                    .look = rf_field_look(scene->frame),

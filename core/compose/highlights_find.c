@@ -17,6 +17,7 @@
 #include "base/system_threads.h"
 #include "compose/emit.h"
 #include "compose/scene.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
@@ -41,10 +42,11 @@ static bool is_highlight(const struct rf_picture *picture, const struct rf_surfa
                          int x, int y, const struct lights *lights)
 {
     float luminance = rf_luminance(s->c[0], s->c[1], s->c[2]), factor = lights->factor;
-    return rf_is_highlight(luminance, s->r, factor, 0) &&
-           rf_is_highlight(luminance, s->r, factor, usual_luminance(picture, x, y)) &&
+    float r = rf_field_seen(picture->frame, x - picture->x0, y - picture->y0, s->r);
+    return rf_is_highlight(luminance, r, factor, 0) &&
+           rf_is_highlight(luminance, r, factor, usual_luminance(picture, x, y)) &&
            !rf_is_large_light(&picture->areas, lights->view, lights->n_planes,
-                              x - picture->x0, y - picture->y0, luminance, s->r);
+                              x - picture->x0, y - picture->y0, luminance, r);
 }
 
 static void take_if_highlight(struct rf_picture *picture, struct rf_surface *s, int x,
@@ -134,9 +136,8 @@ static void count_light(struct rf_picture *picture, int x, int y, void *user)
     x -= picture->x0;
     y -= picture->y0;
     if (x >= 0 && x < f->width)
-        rf_survey_add_light(&tally->survey, tally->view, tally->n_planes,
-                            &picture->areas, x, y,
-                            (size_t)y * (size_t)f->width + (size_t)x);
+        rf_survey_add_light(&tally->survey, f, tally->view, tally->n_planes,
+                            &picture->areas, x, y);
 }
 
 /* What the threads share that survey a view. */

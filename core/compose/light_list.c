@@ -58,7 +58,7 @@ static struct key key_of(const struct rf_scene *scene,
                   (double)s->y - scene->y0 + place->y, q);
     return (struct key){.x = (int32_t)floor(q[0] * PER_UNIT + 0.5),
                         .y = (int32_t)floor(q[1] * PER_UNIT + 0.5),
-                        .index = rf_radius_index(&any, s->r + scene->radius_shift),
+                        .index = rf_radius_index(&any, rf_scene_disc_radius(scene, s)),
                         .phase = rf_phase_of(&any, s->x, s->y),
                         .light = light};
 }

@@ -9,6 +9,7 @@
 
 #include "base/task.h"
 #include "compose/footprint.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "kernels/data.h"
@@ -114,6 +115,18 @@ struct rf_scene {
     struct rf_task *task;
     double progress_to; /* fraction that this part ends at */
 };
+
+/* Of the disc of a highlight. What stands before it is as far from it in all colours and
+ * wherever the surface in focus lies. */
+static inline float rf_scene_disc_radius(const struct rf_scene *scene,
+                                         const struct rf_sample *s)
+{
+    const struct rf_field *apart = scene->frame->apart;
+    float r = s->r + scene->radius_shift;
+    return apart ? rf_field_radius(apart, s->x - (float)scene->x0,
+                                   s->y - (float)scene->y0, r)
+                 : r;
+}
 
 /* How far away a pixel looks where it is a gap, px. */
 enum { RF_GAP_REACH = 3 };

@@ -93,8 +93,10 @@ static bool put_light(struct putting *p, const struct rf_unseen_light *light, si
     float usual = luminance_of(is_estimated ? &p->estimates->at[pixel]
                                             : &picture->surfaces.near[pixel]);
     usual = rf_max_float(usual, 0);
-    if (!(share > 0) ||
-        !rf_is_highlight(luminance, s.r, picture->highlight_factor, usual))
+    if (!(share > 0) || !rf_is_highlight(luminance,
+                                         rf_field_seen(picture->frame, x - picture->x0,
+                                                       y - picture->y0, s.r),
+                                         picture->highlight_factor, usual))
         return false;
     *out = rf_sample_make(&s, x, y, share);
     rf_take_light(s.c, out->c, usual / luminance);
@@ -128,7 +130,7 @@ rf_result rf_unseen_lights_put(struct rf_picture *picture,
     const struct rf_unseen_light *lights = view->behind->unseen_lights;
     size_t n = view->behind->n_unseen_lights;
     int n_planes = view->behind->colour.channels;
-    size_t n_shift = rf_field_is_used(f) ? (size_t)f->width : 0;
+    size_t n_shift = rf_field_is_used(f) && !f->apart ? (size_t)f->width : 0;
     size_t n_all = n * (size_t)n_planes + n_shift;
     float *memory = rf_alloc(f->context, n_all, sizeof *memory);
     if (!memory)

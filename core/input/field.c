@@ -50,26 +50,12 @@ struct rf_lens rf_field_lens(const struct rf_frame *frame)
     return lens;
 }
 
-/* What the place adds to a radius, in parts of K. */
-struct field {
-    double k, most;      /* px times scene units; px */
-    double shift;        /* px, of a colour everywhere */
-    double principal[2]; /* px of the whole picture */
-    double tilt[2];      /* of 1/s per px */
-    double curvature;    /* b */
-    struct rf_diopter diopter;
-    struct rf_look places;
-    int x, y, width; /* of the frame */
-    float *radius;
-    uint32_t most_found; /* bits of a float; atomic */
-};
-
-static struct field field_of(const struct rf_frame *f)
+struct rf_field rf_field_of(const struct rf_frame *f)
 {
     const struct rf_params *p = &f->params;
     const double degree = RF_PI / 180;
     double per_px = 1 / (f->lens.focal_length * f->lens.focal_length_px);
-    struct field field = {
+    return (struct rf_field){
         .k = rf_field_is_on(p) ? -f->lens.scale : 0,
         .shift = f->radius_shift,
         .most = f->lens.max_radius_px,
@@ -81,16 +67,14 @@ static struct field field_of(const struct rf_frame *f)
         .places = rf_look_make(p, f->place.whole_width, f->place.whole_height),
         .x = f->place.x,
         .y = f->place.y,
-        .width = f->width,
     };
-    return field;
 }
 
 /* The shift but for a split diopter's is a sum of one of the column and one of the
- * row. `axis`: 0 for a column, 1 for a row. */
-static float shift_along(const struct field *f, int i, int axis)
+ * row. `axis`: 0 for a column, 1 for a row; i: px of the frame. */
+static float shift_along(const struct rf_field *f, double i, int axis)
 {
-    double q[2], at = (axis ? f->y : f->x) + i + 0.5;
+    double q[2], at = (axis ? f->y : f->x) + i;
     rf_look_place(&f->places, at, at, q);
     double beside = axis ? f->principal[1] - at : at - f->principal[0];
     double sum = beside * f->tilt[axis] + f->curvature * q[axis] * q[axis];
@@ -106,7 +90,7 @@ struct columns {
 };
 
 /* Adds what a split diopter makes of row y. */
-static void split_row(const struct field *f, const struct columns *c, int y,
+static void split_row(const struct rf_field *f, const struct columns *c, int y,
                       float *radius)
 {
     for (int i = 0; i < c->n && f->diopter.px != 0; i++) {
@@ -116,13 +100,24 @@ static void split_row(const struct field *f, const struct columns *c, int y,
     }
 }
 
+/* Radii that the field is added to. */
+struct applying {
+    struct rf_field field;
+    const float *from;
+    float *to; /* NULL: only their largest magnitude is asked for */
+    int width;
+    uint32_t most_found; /* bits of a float; atomic */
+};
+
 /* Returns the largest magnitude of a row's radii. */
-static float apply_row(const struct field *f, const struct columns *c, int y)
+static float apply_row(const struct applying *a, const struct columns *c, int y)
 {
-    float *radius = f->radius + (int64_t)y * f->width + c->from;
-    float most = 0, limit = (float)f->most, of_row = shift_along(f, y, 1);
+    const struct rf_field *f = &a->field;
+    int64_t first = (int64_t)y * a->width + c->from;
+    float most = 0, limit = (float)f->most, of_row = shift_along(f, y + 0.5, 1);
+    float room[N_COLUMNS], *radius = a->to ? a->to + first : room;
     for (int i = 0; i < c->n; i++)
-        radius[i] += c->shift[i] + of_row;
+        radius[i] = a->from[first + i] + (c->shift[i] + of_row);
     split_row(f, c, y, radius);
     for (int i = 0; i < c->n; i++) {
         radius[i] = rf_min_float(rf_max_float(radius[i], -limit), limit);
@@ -133,21 +128,21 @@ static float apply_row(const struct field *f, const struct columns *c, int y)
 
 static void apply_rows(void *data, int64_t begin, int64_t end, int thread)
 {
-    struct field *f = data;
+    struct applying *a = data;
     float most = 0;
     (void)thread;
-    for (int from = 0; from < f->width; from += N_COLUMNS) {
-        struct columns c = {from, rf_min_int(f->width - from, N_COLUMNS), {0}};
+    for (int from = 0; from < a->width; from += N_COLUMNS) {
+        struct columns c = {from, rf_min_int(a->width - from, N_COLUMNS), {0}};
         for (int i = 0; i < c.n; i++)
-            c.shift[i] = shift_along(f, from + i, 0);
+            c.shift[i] = shift_along(&a->field, from + i + 0.5, 0);
         for (int y = (int)begin; y < (int)end; y++)
-            most = rf_max_float(apply_row(f, &c, y), most);
+            most = rf_max_float(apply_row(a, &c, y), most);
     }
     /* The largest of all parts, whichever comes first; floats above 0 sort as bits. */
-    uint32_t bits, seen = __atomic_load_n(&f->most_found, __ATOMIC_RELAXED);
+    uint32_t bits, seen = __atomic_load_n(&a->most_found, __ATOMIC_RELAXED);
     memcpy(&bits, &most, sizeof bits);
     while (bits > seen &&
-           !__atomic_compare_exchange_n(&f->most_found, &seen, bits, false,
+           !__atomic_compare_exchange_n(&a->most_found, &seen, bits, false,
                                         __ATOMIC_RELAXED, __ATOMIC_RELAXED))
         ;
 }
@@ -160,7 +155,7 @@ struct rf_look rf_field_look(const struct rf_frame *frame)
     const struct rf_look plain = rf_frame_look(frame);
     if (!rf_field_is_on(&frame->params))
         return plain;
-    const struct field f = field_of(frame);
+    const struct rf_field f = rf_field_of(frame);
     struct rf_look look = f.places;
     look.slope[0] = f.k * f.tilt[0] * look.half_px;
     look.slope[1] = f.k * f.tilt[1] * look.half_px * look.pixel_aspect;
@@ -170,25 +165,52 @@ struct rf_look rf_field_look(const struct rf_frame *frame)
     return most / look.half_px >= LEAST_SLOPE ? look : plain;
 }
 
+static float apply(const struct rf_frame *frame, const float *from, float *to)
+{
+    struct applying a = {rf_field_of(frame), from, to, frame->width, 0};
+    float largest;
+    rf_parallel(frame->context, frame->height, RF_EQUAL_PARTS, apply_rows, &a);
+    memcpy(&largest, &a.most_found, sizeof largest);
+    return largest;
+}
+
 void rf_field_row(const struct rf_frame *frame, int y, float *shift)
 {
-    struct field field = field_of(frame);
+    struct rf_field field = rf_field_of(frame);
     field.shift = 0; /* no colour moves */
-    float of_row = shift_along(&field, y, 1);
+    float of_row = shift_along(&field, y + 0.5, 1);
     for (int from = 0; from < frame->width; from += N_COLUMNS) {
         struct columns c = {from, rf_min_int(frame->width - from, N_COLUMNS), {0}};
         for (int i = 0; i < c.n; i++)
-            shift[from + i] = shift_along(&field, from + i, 0) + of_row;
+            shift[from + i] = shift_along(&field, from + i + 0.5, 0) + of_row;
         split_row(&field, &c, y, shift + from);
     }
 }
 
 void rf_field_apply(const struct rf_frame *frame, float *radius, float *largest)
 {
-    if (!rf_field_is_used(frame))
-        return;
-    struct field field = field_of(frame);
-    field.radius = radius;
-    rf_parallel(frame->context, frame->height, RF_EQUAL_PARTS, apply_rows, &field);
-    memcpy(largest, &field.most_found, sizeof *largest);
+    if (rf_field_is_used(frame) && !frame->apart)
+        *largest = apply(frame, radius, radius);
+}
+
+float rf_field_largest(const struct rf_frame *frame, const float *radius)
+{
+    return apply(frame, radius, NULL);
+}
+
+float rf_field_seen(const struct rf_frame *frame, int x, int y, float r)
+{
+    return frame->apart
+               ? rf_field_radius(frame->apart, (float)x + 0.5f, (float)y + 0.5f, r)
+               : r;
+}
+
+float rf_field_radius(const struct rf_field *f, float x, float y, float r)
+{
+    float limit = (float)f->most;
+    r += shift_along(f, (double)x, 0) + shift_along(f, (double)y, 1);
+    if (f->diopter.px != 0)
+        r += (float)(f->diopter.px *
+                     rf_diopter_share(&f->diopter, (int)floorf(x), (int)floorf(y)));
+    return rf_min_float(rf_max_float(r, -limit), limit);
 }

@@ -16,6 +16,8 @@ struct rf_place {
     int x, y, whole_width, whole_height; /* px */
 };
 
+struct rf_field;
+
 /*
  * The pixels at hand of a picture, and how they are filtered: those of a filter, of a
  * window of it, of its picture at a reduced size, or through a part of its lens.
@@ -38,6 +40,11 @@ struct rf_frame {
      * over the picture. */
     bool has_even_share;
     double even_share;
+    /*
+     * What places add to radii, of views that were rendered for a plane: their radii are
+     * by that plane, and this is added where they are spread. NULL: radii have it.
+     */
+    const struct rf_field *apart;
 };
 
 enum { RF_N_COLOURS = 3 };

@@ -94,7 +94,9 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
         w->radius = radius;
         w->behind = view->behind_colour.data || view->n_unseen_lights ? view : NULL;
         rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
-        w->shift_bias -= w->shift_scale * (float)f->radius_shift; /* no colour moves */
+        if (!f->apart)
+            w->shift_bias -=
+                w->shift_scale * (float)f->radius_shift; /* no colour moves */
     }
     work->radius = work->memory;
     return RF_OK;
@@ -166,6 +168,9 @@ rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
         size_t n = (size_t)work->frame->width * (size_t)work->frame->height;
         rf_field_apply(work->frame, work->memory + n * (size_t)j, &w->largest_radius);
         work->largest_radius = rf_max_float(w->largest_radius, work->largest_radius);
+        if (work->frame->apart)
+            work->largest_radius = rf_max_float(
+                rf_field_largest(work->frame, w->radius), work->largest_radius);
     }
     return result;
 }

@@ -21,6 +21,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/system_threads.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
@@ -246,14 +247,16 @@ float rf_least_highlight(void)
     return HIGHLIGHT_LUMINANCE;
 }
 
-void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *view,
-                         int n_planes, const struct rf_areas *areas, int x, int y,
-                         size_t i)
+void rf_survey_add_light(struct rf_survey *survey, const struct rf_frame *frame,
+                         const struct rf_work_view *view, int n_planes,
+                         const struct rf_areas *areas, int x, int y)
 {
-    float r = view->radius[i], l = luminance_at(view, n_planes, x, y, i), factor = 1;
+    size_t i = (size_t)y * (size_t)frame->width + (size_t)x;
+    float l = luminance_at(view, n_planes, x, y, i), factor = 1;
     if (!(l > HIGHLIGHT_LUMINANCE))
         return;
     float usual = rf_usual_luminance(areas, x, y);
+    float r = rf_field_seen(frame, x, y, view->radius[i]);
     if (!rf_is_highlight(l, r, factor, usual) ||
         rf_is_large_light(areas, view, n_planes, x, y, l, r))
         return;
@@ -285,8 +288,7 @@ static void add_row(struct rf_survey *survey, const struct surveying *s, int y)
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
         if (s->n_planes == 4)
             survey->n_transparent += s->view->colour[3][row + (size_t)x] != 1;
-        rf_survey_add_light(survey, s->view, s->n_planes, s->areas, x, y,
-                            row + (size_t)x);
+        rf_survey_add_light(survey, s->frame, s->view, s->n_planes, s->areas, x, y);
     }
 }
 

@@ -71,10 +71,10 @@ void rf_survey_add(struct rf_survey *survey, const struct rf_frame *frame,
                    const struct rf_work_view *view, int n_planes,
                    const struct rf_areas *areas, const struct rf_window *window);
 
-/* Adds one pixel's disc, as rf_survey_add() does; i is its number, row by row. */
-void rf_survey_add_light(struct rf_survey *survey, const struct rf_work_view *view,
-                         int n_planes, const struct rf_areas *areas, int x, int y,
-                         size_t i);
+/* Adds one pixel's disc, as rf_survey_add() does. */
+void rf_survey_add_light(struct rf_survey *survey, const struct rf_frame *frame,
+                         const struct rf_work_view *view, int n_planes,
+                         const struct rf_areas *areas, int x, int y);
 
 /* A pixel with less luminance is no highlight. */
 float rf_least_highlight(void);

@@ -59,6 +59,7 @@
 #include "base/task.h"
 #include "compose/highlights_add.h"
 #include "compose/scene.h"
+#include "input/field.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
@@ -214,13 +215,15 @@ static rf_result spread_lights(const struct rf_views *v, float *rgba,
                                struct rf_error *error)
 {
     const struct rf_picture *picture = &v->pictures[0];
+    const struct rf_look look = rf_field_look(v->work->frame);
     struct rf_scene scene = {.frame = v->work->frame,
                              .width = picture->width,
                              .height = picture->height,
                              .x0 = picture->x0,
                              .y0 = picture->y0,
                              .n_colours = v->work->n_planes == 4 ? 4 : 3,
-                             .n_phases = RF_VIEW_PHASES,
+                             .n_phases =
+                                 rf_look_is_on(&look) ? RF_FINE_PHASES : RF_VIEW_PHASES,
                              .highlights = v->lights,
                              .highlight_leads = v->light_leads,
                              .occluders = v->occluders,

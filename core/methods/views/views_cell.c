@@ -18,6 +18,7 @@
 #include "compose/footprint.h"
 #include "compose/known_hidden.h"
 #include "compose/scene.h"
+#include "input/field.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
@@ -73,13 +74,69 @@ static bool is_in_scene(const struct rf_view_cell *cell, const struct rf_sample 
     return reaches_picture(cell, p->x, p->y, p->r);
 }
 
+/* The radius of what lies at a place where the cell's light of it falls. */
+static float radius_in(const struct rf_view_cell *cell, struct rf_view_place place)
+{
+    enum { ROUNDS = 3 };
+    const struct rf_field *apart = cell->frame.apart;
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    float r = place.r;
+    for (int i = 0; i < ROUNDS && apart; i++)
+        r = rf_field_radius(apart, place.x + cell->centroid[0] * r - (float)picture->x0,
+                            place.y - cell->centroid[1] * r - (float)picture->y0,
+                            place.r);
+    return r;
+}
+
+/* What pixels of one surface differ by less from each other, px of radius. */
+static const float SAME_SURFACE_PX = 1;
+
+/* Adds so many px along a row, or a column, of what the picture shows at pixel i, if it
+ * is one surface there. */
+static void add_slope(const struct rf_surfaces *s, size_t i, size_t step, float px,
+                      float c[4])
+{
+    const struct rf_surface *before = &s->near[i - step], *after = &s->near[i + step];
+    bool is_one = !rf_is_mixed(s, i - step) && !rf_is_mixed(s, i + step) &&
+                  fabsf(after->r - s->near[i].r) < SAME_SURFACE_PX &&
+                  fabsf(before->r - s->near[i].r) < SAME_SURFACE_PX;
+    for (int k = 0; k < 4 && is_one; k++)
+        c[k] += px * 0.5f * (after->c[k] - before->c[k]);
+}
+
+/*
+ * Samples lie in one of the phases of their pixel. What is near the focus shows that it
+ * is moved there: its phases are finer, and it takes the colour that its surface has
+ * there. Finer phases for all are 0.02 dB better and take twice as long.
+ */
+static void follow_texture(const struct rf_picture *picture, int x, int y,
+                           struct rf_sample *p)
+{
+    static const float SHARP_PX = 2;
+    const struct rf_surfaces *s = &picture->surfaces;
+    size_t width = (size_t)s->width, i = (size_t)y * width + (size_t)x;
+    bool is_sharp = fabsf(p->r) < SHARP_PX;
+    const float n = is_sharp ? RF_FINE_PHASES : RF_VIEW_PHASES;
+    float at_x = (floorf(p->x * n) + 0.5f) / n, at_y = (floorf(p->y * n) + 0.5f) / n;
+    if (is_sharp && !rf_is_mixed(s, i) && x >= 1 && y >= 1 && x + 1 < s->width &&
+        y + 1 < s->height) {
+        add_slope(s, i, 1, at_x - p->x, p->c);
+        add_slope(s, i, width, at_y - p->y, p->c);
+    }
+    p->x = at_x;
+    p->y = at_y;
+}
+
 static void put(struct collector *c, struct rf_sample p, int x, int y)
 {
     const struct rf_view_cell *cell = c->cell;
     const struct rf_picture *picture = &cell->v->pictures[c->view];
     struct rf_view_place place = rf_view_place_of(cell->v, c->view, p.x, p.y, p.r);
+    p.r = radius_in(cell, place);
     p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
     p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
+    if (cell->frame.apart)
+        follow_texture(picture, x, y, &p);
     if (is_in_scene(cell, &p))
         rf_picture_emit(picture, p, x, y, &c->out);
 }
@@ -548,7 +605,9 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .height = picture->height,
                              .x0 = picture->x0,
                              .y0 = picture->y0,
-                             .n_phases = cell->is_on_grid ? 1 : RF_VIEW_PHASES,
+                             .n_phases = cell->is_on_grid    ? 1
+                                         : cell->frame.apart ? RF_FINE_PHASES
+                                                             : RF_VIEW_PHASES,
                              .is_opaque = is_opaque(cell->v),
                              .occluders = &occluders,
                              .n_views = 1,

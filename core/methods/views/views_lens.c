@@ -182,7 +182,7 @@ static void set_grid(struct rf_view_cell *cell)
 {
     static const double FAR = 1; /* in extents of the cell */
     const struct rf_work_view *view = &cell->v->work->views[cell->middle];
-    cell->is_on_grid = rf_view_cell_n_own(cell) == 1;
+    cell->is_on_grid = rf_view_cell_n_own(cell) == 1 && !cell->frame.apart;
     for (int k = 0; k < 2; k++) {
         double sign = k ? -1 : 1; /* v is up */
         double slope = cell->centroid[k] - (double)view->lens[k] * view->shift_scale;
