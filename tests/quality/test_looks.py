@@ -81,8 +81,9 @@ def test_a_look_is_as_good_as_the_disc(look, plain, tmp_path):
 
 
 #: What eight views gain over one, dB: with the plain disc, and with what bends the
-#: surface in focus, as much or more. With cat's eyes one view is better by 1.6 to 1.9 dB
-#: and the views' own grain shows: they miss it by LESS_DB.
+#: surface in focus, as much or more. With cat's eyes one view is better by 1.6 to 1.9 dB,
+#: and eight miss that by LESS_DB: what is left lies at lamps and at thin posts near the
+#: border (docs/notebook/views.md).
 LESS_DB = {"cat_eye": 1.2, "cat_eye_tilt": 1.5}
 
 
