@@ -135,9 +135,12 @@ static inline float rf_view_pixel_sees(const struct rf_picture *picture, int x, 
 /*
  * Places of a sample in a pixel; odd: one is its centre. The fine ones hold the others,
  * and are for what shows them: looks' highlights, which have footprints of their own
- * anyway (eight views: 0.1 to 0.4 dB), and a surface in focus that is no plane.
+ * anyway (eight views: 0.1 to 0.4 dB), and a surface in focus that is no plane. Where a
+ * look has other footprints in each zone besides, the coarse ones bound their number:
+ * eight views of 480x270 with cat's eyes and a tilt take 0.5 GiB by them, 1.1 by 5 per
+ * axis (0.07 dB better), 8.6 by 15 (0.14 dB).
  */
-enum { RF_VIEW_PHASES = 5, RF_FINE_PHASES = 15 };
+enum { RF_COARSE_PHASES = 3, RF_VIEW_PHASES = 5, RF_FINE_PHASES = 15 };
 
 /* The part of the lens for which some of the views stand. */
 struct rf_view_cell {
@@ -156,6 +159,7 @@ struct rf_view_cell {
      * other views show goes to the nearest of those pixels.
      */
     bool is_on_grid;
+    int n_phases; /* places of its samples in a pixel, per axis */
     int shift[2];
     struct rf_drift drift;
     float *sum; /* planes that its picture is added to, times its weight */

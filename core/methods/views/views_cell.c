@@ -19,10 +19,12 @@
 #include "compose/known_hidden.h"
 #include "compose/scene.h"
 #include "input/field.h"
+#include "input/frame.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
 #include "kernels/sight_kernels.h"
+#include "lens/look.h"
 #include "methods/views/merge.h"
 #include "methods/views/views_place.h"
 #include "surfaces/hidden.h"
@@ -109,14 +111,15 @@ static void add_slope(const struct rf_surfaces *s, size_t i, size_t step, float 
  * is moved there: its phases are finer, and it takes the colour that its surface has
  * there. Finer phases for all are 0.02 dB better and take twice as long.
  */
-static void follow_texture(const struct rf_picture *picture, int x, int y,
+static void follow_texture(const struct rf_picture *picture, int n_phases, int x, int y,
                            struct rf_sample *p)
 {
     static const float SHARP_PX = 2;
     const struct rf_surfaces *s = &picture->surfaces;
     size_t width = (size_t)s->width, i = (size_t)y * width + (size_t)x;
     bool is_sharp = fabsf(p->r) < SHARP_PX;
-    const float n = is_sharp ? RF_FINE_PHASES : RF_VIEW_PHASES;
+    const float n =
+        is_sharp || n_phases < RF_VIEW_PHASES ? (float)n_phases : RF_VIEW_PHASES;
     float at_x = (floorf(p->x * n) + 0.5f) / n, at_y = (floorf(p->y * n) + 0.5f) / n;
     if (is_sharp && !rf_is_mixed(s, i) && x >= 1 && y >= 1 && x + 1 < s->width &&
         y + 1 < s->height) {
@@ -136,7 +139,7 @@ static void put(struct collector *c, struct rf_sample p, int x, int y)
     p.x = place.x + rf_snap_px(cell->centroid[0] * p.r);
     p.y = place.y - rf_snap_px(cell->centroid[1] * p.r);
     if (cell->frame.apart)
-        follow_texture(picture, x, y, &p);
+        follow_texture(picture, cell->n_phases, x, y, &p);
     if (is_in_scene(cell, &p))
         rf_picture_emit(picture, p, x, y, &c->out);
 }
@@ -588,6 +591,16 @@ static bool is_opaque(const struct rf_views *v)
     return true;
 }
 
+static int find_phases(const struct rf_view_cell *cell)
+{
+    const struct rf_look look = rf_frame_look(&cell->frame);
+    if (cell->is_on_grid)
+        return 1;
+    if (!cell->frame.apart)
+        return RF_VIEW_PHASES;
+    return rf_look_is_on(&look) ? RF_COARSE_PHASES : RF_FINE_PHASES;
+}
+
 rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                            struct rf_error *error)
 {
@@ -597,6 +610,7 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
     rf_result result = RF_OK;
     for (int k = 0; k < 2; k++) /* coarse levels reach farther than footprints do */
         cell->reach[k] = 1.5f * cell->extent[k] + fabsf((float)cell->drift.slope[k]);
+    cell->n_phases = find_phases(cell);
     if (work->frame->params.fill_hidden)
         result = find_hidden(cell, from + 0.2 * (progress_to - from), error);
     struct rf_occluders occluders = {.surfaces = &picture->surfaces};
@@ -605,9 +619,7 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .height = picture->height,
                              .x0 = picture->x0,
                              .y0 = picture->y0,
-                             .n_phases = cell->is_on_grid    ? 1
-                                         : cell->frame.apart ? RF_FINE_PHASES
-                                                             : RF_VIEW_PHASES,
+                             .n_phases = cell->n_phases,
                              .is_opaque = is_opaque(cell->v),
                              .occluders = &occluders,
                              .n_views = 1,
