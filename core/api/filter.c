@@ -9,6 +9,7 @@
 
 #include "api/chroma.h"
 #include "api/focuses.h"
+#include "api/seen.h"
 #include "base/context.h"
 #include "base/error.h"
 #include "base/math.h"
@@ -259,6 +260,8 @@ static rf_result check_views(const struct rf_filter *filter,
         rf_views_copy(known, views, n_views);
     for (int j = 0; j < n_views && result == RF_OK; j++)
         result = check_view(f, &known[j], out, error);
+    for (int j = 0; j < n_views && result == RF_OK; j++)
+        result = rf_seen_check(f, &known[j], n_views, error);
     return result;
 }
 
@@ -312,6 +315,18 @@ static rf_result process_focuses(const struct rf_frame *f, const struct rf_view 
     return rf_focuses_process(f, views, n_views, out, progress, process_moved, error);
 }
 
+/* Makes the picture colour by colour where that is asked for. */
+static rf_result process_colours(const struct rf_frame *f, const struct rf_view *views,
+                                 int n_views, const struct rf_image *out,
+                                 const struct rf_progress *progress,
+                                 struct rf_error *error)
+{
+    rf_process_fn make = rf_focuses_are_on(f) ? process_focuses : process_moved;
+    return rf_chroma_is_on(f, out->channels)
+               ? rf_chroma_process(f, views, n_views, out, progress, make, error)
+               : make(f, views, n_views, out, progress, error);
+}
+
 rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view *views,
                             int32_t n_views, const struct rf_image *out,
                             const struct rf_progress *progress, struct rf_error *error)
@@ -322,10 +337,9 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
         return result;
     const struct rf_frame *f = &filter->frame;
     rf_views_copy(known, views, n_views);
-    rf_process_fn make = rf_focuses_are_on(f) ? process_focuses : process_moved;
-    return rf_chroma_is_on(f, out->channels)
-               ? rf_chroma_process(f, known, n_views, out, progress, make, error)
-               : make(f, known, n_views, out, progress, error);
+    return known[0].n_seen > 0
+               ? rf_seen_process(f, known, out, progress, process_colours, error)
+               : process_colours(f, known, n_views, out, progress, error);
 }
 
 static rf_result convert(const struct rf_filter *filter, const struct rf_image *depth,

@@ -129,6 +129,10 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
         return rf_fail(error, RF_ERROR_ARGUMENT, "behind_colour",
                        "what lies behind the surfaces is for whole pictures; leave it "
                        "out of windows");
+    if (result == RF_OK && view->n_seen > 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "seen",
+                       "what is seen in mirrors and through glass is for whole "
+                       "pictures; leave it out of windows");
     if (result == RF_OK)
         result = check_window(f, given, NULL, "given", error);
     if (result == RF_OK)

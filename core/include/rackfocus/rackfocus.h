@@ -468,6 +468,26 @@ struct rf_progress {
 /** Most views that the method `views` takes. */
 #define RF_MAX_VIEWS 64
 
+/**
+ * Light of a view that its surfaces mirror or let through, with the depth of what is
+ * seen in them. Since 0.1.
+ */
+struct rf_seen_light {
+    /** A part of the view's colour, scene-linear: three channels, or one where the view
+     * is grey. No NaN, no infinity. */
+    struct rf_image colour;
+    /**
+     * One channel: the planar distance of what is seen, scene units, whatever
+     * params.depth says: of a mirror the way from the camera to it and on to the thing,
+     * along the axis. NAN or 0, or nearer than the surface: the light has the depth of
+     * its surface. rf_filter_seen_depth() finds it.
+     */
+    struct rf_image depth;
+};
+
+/** Most seen lights of a view. Since 0.1. */
+#define RF_MAX_SEEN 4
+
 /** A light, one pixel large, that a picture does not show; see
  * rf_view.unseen_lights. Since 0.1. */
 struct rf_unseen_light {
@@ -512,6 +532,13 @@ struct rf_view {
      */
     const struct rf_unseen_light *unseen_lights;
     size_t n_unseen_lights; /**< at most INT32_MAX / 4 */
+    /**
+     * What of the colour is seen in mirrors or through glass: each light is blurred by
+     * its own depth, as if the mirror were a window into a dark room, and added to the
+     * rest. One view only; windows refuse them (RF_ERROR_ARGUMENT). Since 0.1.
+     */
+    const struct rf_seen_light *seen;
+    int32_t n_seen; /**< 0 to RF_MAX_SEEN */
 };
 
 /** Builds a filter for pictures of width x height; checks every parameter. */
@@ -819,6 +846,24 @@ RF_API rf_result rf_filter_planar_depth(const struct rf_filter *filter,
                                         const struct rf_image *depth,
                                         const struct rf_image *out,
                                         struct rf_error *error);
+
+/**
+ * Finds the depth of what is seen in mirrors or through glass from several views of the
+ * same light, for struct rf_seen_light. views[0] is the view that is to be filtered,
+ * with colour and depth; of the others, 1 and more from other points of the lens,
+ * lens_offset and shear_distance are read. lights[j] is the light of views[j], all of
+ * one size, with three channels or one: no NaN, no infinity. `out`, one channel, gets
+ * planar distances in scene units, INFINITY included, and NAN where the depth of the
+ * surface holds: where there is no light, where nothing tells the two apart, and where
+ * what is seen would be nearer than its surface. Some samples per pixel are enough.
+ * RF_ERROR_ARGUMENT: fewer than two views, or all from one point of the lens.
+ * Since 0.1.
+ */
+RF_API rf_result rf_filter_seen_depth(const struct rf_filter *filter,
+                                      const struct rf_view *views, int32_t n_views,
+                                      const struct rf_image *lights,
+                                      const struct rf_image *out,
+                                      struct rf_error *error);
 
 /* ---- accumulation -------------------------------------------------------------- */
 

@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "input/seen_regions.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+
+/* ---- flat surfaces --------------------------------------------------------------- */
+
+/*
+ * The radii of a plane are linear in the picture, so the second difference
+ * r(q - d) - 2 r(q) + r(q + d) is zero. Of the pixels q around one its mean, along each
+ * of four directions, may be FLAT_PX, and what a depth that is sampled anywhere in its
+ * pixel adds where the plane slants. A glass as wide as a seventh of the picture's
+ * height is at 0.065 px (docs/notebook/reflections.md).
+ */
+static const float FLAT_PX = 0.006f, FLAT_SLOPE = 0.06f;
+/* Greater steps and second differences are edges of things. */
+static const float MOST_STEP_PX = 3, MOST_BEND_PX = 0.5f;
+enum { FLAT_REACH = 12, FLAT_STEP = 3, FLAT_APART = 6, FLAT_LEAST = 4 };
+
+struct bend {
+    float second, slope; /* sums */
+    int n;
+};
+
+/* Adds the second difference about pixel (x, y), if the three are of one surface. */
+static void add_bend(const struct rf_seen_problem *p, int x, int y, int dx, int dy,
+                     struct bend *bend)
+{
+    int x0 = x - dx, y0 = y - dy, x1 = x + dx, y1 = y + dy;
+    if (x0 < 0 || x1 >= p->width || rf_min_int(y0, y1) < 0 ||
+        rf_max_int(y0, y1) >= p->height)
+        return;
+    size_t width = (size_t)p->width, i = (size_t)y * width + (size_t)x;
+    size_t a = (size_t)y0 * width + (size_t)x0, b = (size_t)y1 * width + (size_t)x1;
+    if (!rf_seen_is_lit(p, i) || !rf_seen_is_lit(p, a) || !rf_seen_is_lit(p, b))
+        return;
+    float before = p->surface[i] - p->surface[a], after = p->surface[b] - p->surface[i];
+    if (fabsf(before) > MOST_STEP_PX || fabsf(after - before) > MOST_BEND_PX)
+        return;
+    bend->second += after - before;
+    bend->slope += fabsf(after + before) / (2 * FLAT_APART);
+    bend->n++;
+}
+
+/* Is what lies around a pixel flat? A sliver is not told from what is curved. */
+static bool is_flat(const struct rf_seen_problem *p, int x, int y)
+{
+    static const int along[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+    size_t i = (size_t)y * (size_t)p->width + (size_t)x;
+    for (int k = 0; k < 4; k++) {
+        struct bend bend = {.n = 0};
+        for (int b = rf_max_int(y - FLAT_REACH, 0);
+             b <= rf_min_int(y + FLAT_REACH, p->height - 1); b += FLAT_STEP)
+            for (int a = rf_max_int(x - FLAT_REACH, 0);
+                 a <= rf_min_int(x + FLAT_REACH, p->width - 1); a += FLAT_STEP) {
+                float away =
+                    p->surface[(size_t)b * (size_t)p->width + (size_t)a] -
+                    p->surface[i];
+                if (fabsf(away) <= MOST_STEP_PX)
+                    add_bend(p, a, b, FLAT_APART * along[k][0],
+                             FLAT_APART * along[k][1], &bend);
+            }
+        float n = (float)bend.n;
+        if (k < 2 && bend.n < FLAT_LEAST)
+            return false;
+        if (bend.n >= FLAT_LEAST &&
+            fabsf(bend.second) > FLAT_PX * n + FLAT_SLOPE * bend.slope)
+            return false;
+    }
+    return true;
+}
+
+/* Pixels that are something: flat, or an edge. */
+struct marking {
+    const struct rf_seen_problem *problem;
+    uint8_t *is_so;
+};
+
+static void find_flats(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct marking *f = data;
+    const struct rf_seen_problem *p = f->problem;
+    (void)thread;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0; x < p->width; x++) {
+            size_t i = (size_t)y * (size_t)p->width + (size_t)x;
+            f->is_so[i] = rf_seen_is_lit(p, i) && is_flat(p, x, y);
+        }
+}
+
+rf_result rf_seen_drop_curved(const struct rf_context *context,
+                              const struct rf_seen_problem *p, float *tones,
+                              struct rf_error *error)
+{
+    size_t n = (size_t)p->width * (size_t)p->height;
+    struct marking f = {p, rf_alloc(context, n, 1)};
+    if (!f.is_so)
+        return rf_fail_memory(error, n, 1);
+    rf_parallel(context, p->height, 4, find_flats, &f);
+    for (size_t i = 0; i < n; i++)
+        if (!f.is_so[i])
+            tones[3 * i] = -1;
+    rf_free(context, f.is_so);
+    return RF_OK;
+}
+
+/* ---- edges ----------------------------------------------------------------------- */
+
+/* A line of mixed pixels has five of 5 x 5; a mirror's own edge ten and more. */
+enum { EDGE_REACH = 2, EDGE_MOST = 7 };
+
+static void mark_edges(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct marking *f = data;
+    const struct rf_seen_problem *p = f->problem;
+    (void)thread;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0; x < p->width; x++) {
+            size_t i = (size_t)y * (size_t)p->width + (size_t)x;
+            int n = 0;
+            for (int b = rf_max_int(y - EDGE_REACH, 0);
+                 b <= rf_min_int(y + EDGE_REACH, p->height - 1); b++)
+                for (int a = rf_max_int(x - EDGE_REACH, 0);
+                     a <= rf_min_int(x + EDGE_REACH, p->width - 1); a++)
+                    n += rf_seen_are_joined(p, i,
+                                            (size_t)b * (size_t)p->width + (size_t)a);
+            f->is_so[i] = n <= EDGE_MOST;
+        }
+}
+
+void rf_seen_mark_edges(const struct rf_context *context,
+                        const struct rf_seen_problem *p, uint8_t *is_edge)
+{
+    struct marking f = {p, is_edge};
+    rf_parallel(context, p->height, 4, mark_edges, &f);
+}
+
+/* ---- regions --------------------------------------------------------------------- */
+
+/*
+ * Of a region: by which part of the mean cost what is found must be better, times the
+ * part that this has in all gains; others are of what lies on the surface or before it.
+ * Rough surfaces do not reach it (bar's table 0.33), faint reflections in a pane hardly
+ * (mirrors 0.28 to 0.41), mirrors do (0.55 to 0.73; of half grain 0.45). What is open
+ * is filled then: all that a flat mirror shows lies behind it.
+ */
+static const double LEAST_SURE = 0.42;
+
+struct regions {
+    const struct rf_seen_problem *problem;
+    int32_t *queue; /* the pixels of a region, in the order in which they are reached */
+    uint8_t *is_known;
+};
+
+/* The pixels of the region of pixel i, into `queue`; how many. */
+static size_t collect(const struct regions *s, size_t i)
+{
+    const struct rf_seen_problem *p = s->problem;
+    size_t n = 0, done = 0, width = (size_t)p->width;
+    s->queue[n++] = (int32_t)i;
+    s->is_known[i] = 1;
+    while (done < n) {
+        size_t at = (size_t)s->queue[done++], x = at % width, y = at / width;
+        const size_t beside[4] = {x > 0 ? at - 1 : at, x + 1 < width ? at + 1 : at,
+                                  y > 0 ? at - width : at,
+                                  y + 1 < (size_t)p->height ? at + width : at};
+        for (int k = 0; k < 4; k++) {
+            size_t q = beside[k];
+            if (s->is_known[q] || !rf_seen_are_joined(p, at, q))
+                continue;
+            s->is_known[q] = 1;
+            s->queue[n++] = (int32_t)q;
+        }
+    }
+    return n;
+}
+
+/* Fills open pixels of a region from what is found beside them, ring by ring. */
+static void fill(const struct regions *s, size_t n, float *found)
+{
+    const struct rf_seen_problem *p = s->problem;
+    size_t width = (size_t)p->width, n_open = 0, n_before;
+    for (size_t k = 0; k < n; k++)
+        if (!isfinite(found[s->queue[k]]))
+            s->queue[n_open++] = s->queue[k];
+    do {
+        n_before = n_open;
+        n_open = 0;
+        for (size_t k = 0; k < n_before; k++) {
+            size_t at = (size_t)s->queue[k], x = at % width, y = at / width;
+            float sum = 0, n_around = 0;
+            for (int b = -1; b <= 1; b++)
+                for (int a = -1; a <= 1; a++) {
+                    if ((x == 0 && a < 0) || (x + 1 == width && a > 0) ||
+                        (y == 0 && b < 0) || (y + 1 == (size_t)p->height && b > 0))
+                        continue;
+                    size_t q = at + (size_t)b * width + (size_t)a;
+                    if (isfinite(found[q]) && rf_seen_are_joined(p, at, q)) {
+                        sum += found[q];
+                        n_around++;
+                    }
+                }
+            if (n_around > 0)
+                found[at] = sum / n_around;
+            else
+                s->queue[n_open++] = (int32_t)at;
+        }
+    } while (n_open > 0 && n_open < n_before);
+}
+
+static void settle_region(const struct regions *s, size_t n, float *found,
+                          const struct rf_seen_match *match)
+{
+    double gain = 0, cost = 0, against = 0;
+    for (size_t k = 0; k < n; k++) {
+        size_t i = (size_t)s->queue[k];
+        if (isfinite(found[i])) {
+            gain += match->gain[i];
+            cost += match->cost[i];
+        } else {
+            against += match->gain[i];
+        }
+    }
+    if (cost > 0 && gain * gain >= LEAST_SURE * cost * (gain + against)) {
+        fill(s, n, found);
+        return;
+    }
+    for (size_t k = 0; k < n; k++)
+        found[s->queue[k]] = NAN;
+}
+
+rf_result rf_seen_settle(const struct rf_context *context,
+                         const struct rf_seen_problem *p,
+                         const struct rf_seen_match *match, struct rf_error *error)
+{
+    size_t n = (size_t)p->width * (size_t)p->height;
+    struct regions s = {p, rf_alloc(context, n, sizeof *s.queue),
+                        rf_calloc(context, n, 1)};
+    rf_result result = RF_OK;
+    if (s.queue && s.is_known) {
+        for (size_t i = 0; i < n; i++)
+            if (!s.is_known[i] && rf_seen_is_lit(p, i))
+                settle_region(&s, collect(&s, i), match->found, match);
+    } else {
+        result = rf_fail_memory(error, n, 1 + sizeof *s.queue);
+    }
+    rf_free(context, s.queue);
+    rf_free(context, s.is_known);
+    return result;
+}
