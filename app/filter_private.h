@@ -8,6 +8,7 @@
 #include "depth_repair.h"
 #include "filter_run.h"
 #include "settings.h"
+#include "seen.h"
 #include "source.h"
 #include "temporal.h"
 #include "temporal_border.h"
@@ -27,6 +28,7 @@ struct run {
     struct views views;
     double aperture_at[2]; /* scene units right and up on the lens of the views */
     struct aovs aovs;
+    struct seen seen;
     bool is_deep;
     struct deep_frame deep;
     float *colour, *depth;          /* of the first view; colour becomes the result */

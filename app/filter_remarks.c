@@ -158,8 +158,10 @@ void filter_say_done(const struct run *run)
     if (run->shared_views > 0)
         snprintf(shared, sizeof(shared), ", grain: %.1f of %d views share a pixel",
                  run->shared_views, run->views.n);
-    app_say(tool->host, "%s: focus %g, %s%s, method %s%s",
+    char seen[160];
+    seen_describe(&run->seen, seen, sizeof(seen));
+    app_say(tool->host, "%s: focus %g, %s%s, method %s%s%s",
             tool->shown_output ? tool->shown_output : tool->output,
             rf_filter_lens(run->filter)->focus_distance, aperture, radii, method,
-            shared);
+            shared, seen);
 }

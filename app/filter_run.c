@@ -347,6 +347,7 @@ static int make_picture(struct run *run, float *samples)
             temporal_set_behind(run, i, &run->views.views[i]);
     else
         temporal_set_behind(run, 0, &view);
+    seen_set(run, &view);
     if (run->border)
         return temporal_border_filter(run, &view, samples);
     const struct rf_image out =
@@ -438,9 +439,9 @@ static int do_step(struct run *run, int (*step)(struct run *))
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
-        find_layers,   read_facts,    make_filter,   open_views,
-        read_pixels,   warn_facts,    temporal_find, process,
-        filter_layers, filter_shrink, write_output,  say_done};
+        find_layers,   read_facts,    make_filter, open_views, read_pixels,
+        warn_facts,    temporal_find, seen_find,   process,    filter_layers,
+        filter_shrink, write_output,  say_done};
     if (!source_check(&run->source, run->error) ||
         !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&
@@ -449,6 +450,8 @@ static int run_steps(struct run *run)
          !picture_check_writable(run->tool->flattened, run->error)))
         return fail_image(run);
     int code = check_deep(run);
+    if (code == APP_DONE)
+        code = seen_check(run);
     if (code == APP_DONE)
         code = filter_check_supersample(run);
     for (size_t i = 0; code == APP_DONE && i < sizeof(steps) / sizeof(steps[0]); i++)
@@ -470,6 +473,7 @@ static void free_run(struct run *run)
     views_list_free(&run->list);
     deep_free(&run->deep);
     aovs_free(&run->aovs);
+    seen_free(&run->seen);
     source_close(&run->source);
 }
 

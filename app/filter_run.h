@@ -26,6 +26,8 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
  *
  *   OUTPUT  a file that is written, or NULL; its name has a place for the frame
  *   INPUT   a file that is read, or NULL; another file is another result
+ *   INPUTS  the same of several files, separated by commas
+ *   INPUT_OR_TEXT  the same of a file or a name within the input
  *   TEXT    a text or NULL, part of the result
  *   NUMBER  likewise a number
  *   ASIDE   the same bits come out whatever it is
@@ -38,6 +40,12 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(INPUT, const char *, distribution_image)                                         \
     X(INPUT, const char *, aperture_image)                                             \
     X(INPUT, const char *, depth_file)                                                 \
+    X(INPUTS, const char *, reflections_from)                                          \
+    X(TEXT, const char *, reflections_at) /* "X,Y[,X,Y ..]" */                         \
+    X(INPUT_OR_TEXT, const char *, reflection_depth)                                   \
+    X(INPUT_OR_TEXT, const char *, transmission_depth)                                 \
+    X(TEXT, const char *, reflection_layers)   /* separated by commas */               \
+    X(TEXT, const char *, transmission_layers) /* likewise */                          \
     X(TEXT, const char *, view) /* the one to filter of a multi-view file */           \
     X(TEXT, const char *, depth_channel)                                               \
     X(TEXT, const char *, layer)                                                       \

@@ -82,9 +82,24 @@ static bool set_row(const struct sequence *sequence, int32_t number,
     return true;
 }
 
+/* Files whose names are separated by commas. */
+static void hash_files(uint64_t *hash, const char *names)
+{
+    char path[4096];
+    frame_hash_text(hash, names);
+    for (const char *name = names; name && *name;) {
+        const size_t length = strcspn(name, ",");
+        snprintf(path, sizeof(path), "%.*s", (int)length, name);
+        frame_hash_file(hash, path);
+        name += length + (name[length] == ',');
+    }
+}
+
 /* How each kind of FILTER_OPTIONS counts. */
 #define HASH_OUTPUT(name) frame_hash_text(&hash, tool->name)
 #define HASH_INPUT(name) frame_hash_file(&hash, tool->name)
+#define HASH_INPUTS(name) hash_files(&hash, tool->name)
+#define HASH_INPUT_OR_TEXT(name) HASH_INPUTS(name)
 #define HASH_TEXT(name) frame_hash_text(&hash, tool->name)
 #define HASH_NUMBER(name) frame_hash_bytes(&hash, &tool->name, sizeof(tool->name))
 #define HASH_ASIDE(name)
@@ -124,6 +139,8 @@ static bool expand(const char **name, struct frame *frame)
 
 #define EXPAND_OUTPUT(name) is_good = expand(&job->tool.name, frame) && is_good
 #define EXPAND_INPUT(name) EXPAND_OUTPUT(name)
+#define EXPAND_INPUTS(name) EXPAND_OUTPUT(name)
+#define EXPAND_INPUT_OR_TEXT(name) EXPAND_OUTPUT(name)
 #define EXPAND_TEXT(name)
 #define EXPAND_NUMBER(name)
 #define EXPAND_ASIDE(name)
@@ -221,6 +238,8 @@ static bool job_make(const struct sequence *sequence, struct job *job,
 
 #define FREE_OUTPUT(name) free((char *)job->tool.name)
 #define FREE_INPUT(name) FREE_OUTPUT(name)
+#define FREE_INPUTS(name) FREE_OUTPUT(name)
+#define FREE_INPUT_OR_TEXT(name) FREE_OUTPUT(name)
 #define FREE_TEXT(name)
 #define FREE_NUMBER(name)
 #define FREE_ASIDE(name)

@@ -95,7 +95,7 @@ bool windows_are_needed(const struct run *run)
     const int n = filter_n_views(run);
     bool can_be = !run->is_deep && !tool->view && !tool->output_coc && !tool->denoise &&
                   tool->supersample < 2 && !tool->filter_layers &&
-                  picture_kind(tool->output) == PICTURE_EXR;
+                  !seen_is_asked(tool) && picture_kind(tool->output) == PICTURE_EXR;
     for (int i = 0; i < n && can_be; i++)
         can_be = is_possible(&sources_of(run)[i], &run->settings->params);
     return most_bytes && can_be && whole_bytes(&run->source, n) > most_bytes;

@@ -17,6 +17,7 @@
 #include "picture.h"
 #include "pipes.h"
 #include "progress.h"
+#include "seen.h"
 #include "sequence.h"
 #include "settings.h"
 #include "source.h"
@@ -81,6 +82,28 @@ static const struct option options[] = {
                     "them and are not shown."),
     OPTION_FILE_ROW("flattened", AT(flattened), "FILE.exr",
                     "Deep input: also write it flat and without blur, with a depth."),
+    OPTION_FILE_ROW(
+        "reflections-from", AT(reflections_from), "VIEW.exr",
+        "Blur what is seen in mirrors and through glass by its own distance, found "
+        "from "
+        "this second view of the scene with the same light passes (or several, "
+        "separated by commas), taken beside the lens' middle; few samples do."),
+    OPTION_TEXT_ROW("reflections-at", AT(reflections_at), "X,Y",
+                    "How far the camera of that view was moved to the right and up, "
+                    "scene units, where its header does not say it "
+                    "(rackfocus:lensOffset)."),
+    OPTION_FILE_ROW("reflection-depth", AT(reflection_depth), "NAME",
+                    "The same by a depth of what is seen in mirrors: a channel of the "
+                    "input, or a file that ends in .exr; 0 where nothing is mirrored."),
+    OPTION_FILE_ROW("transmission-depth", AT(transmission_depth), "NAME",
+                    "Likewise of what is seen through glass."),
+    OPTION_TEXT_ROW("reflection-layers", AT(reflection_layers), "NAMES",
+                    "Layers that hold the light of mirrors, to be added up, separated "
+                    "by commas. [default Blender's Glossy passes, specular or "
+                    "reflection, whichever are there]"),
+    OPTION_TEXT_ROW("transmission-layers", AT(transmission_layers), "NAMES",
+                    "Likewise of glass. [default Blender's Transmission passes, "
+                    "transmission or refraction]"),
     OPTION_FLAG_ROW("denoise", AT(denoise),
                     "Take the grain out with Open Image Denoise, guided by albedo and "
                     "normals where the file has them; several views are denoised "
@@ -163,6 +186,9 @@ static bool check_many(const struct filter_options *tool, int n)
     if (tool->is_over && tool->supersample > 1)
         return fail_usage("--supersample is of one picture; leave out --over, and "
                           "put the results over each other");
+    if (seen_is_asked(tool))
+        return fail_usage("--reflections-from and other reflection and transmission "
+                          "options are of one picture; leave out --over and --stereo");
     if (tool->is_over && tool->filter_layers)
         return fail_usage("--filter-layers is of one picture; leave out --over");
     if (tool->is_stereo && tool->output && !filter_has_view_mark(tool->output) &&
@@ -391,6 +417,8 @@ const struct command command_filter = {
         "Several inputs that each hold colour and depth and say in the header where on "
         "the lens they were taken (rackfocus:lensOffset) are merged by the method "
         "views; the camera is that of the first.\n\n"
+        "What is seen in flat mirrors and through panes is blurred by its own distance "
+        "with --reflections-from.\n\n"
         "Transparent things are rendered as a layer of their own, with alpha and "
         "depth, and put over with --over.\n\n"
         "A deep file is filtered sample by sample: what is hidden, transparent or a "
@@ -407,6 +435,7 @@ const struct command command_filter = {
         "rackfocus filter passes_v*.exr -o out.exr --focus-distance 8\n"
         "rackfocus filter 'shot.####.exr' -o 'out.####.exr' --frames 1-240x2\n"
         "rackfocus filter glass.exr beauty.exr --over -o out.exr\n"
+        "rackfocus filter passes.exr -o out.exr --reflections-from second.exr\n"
         "rackfocus filter stereo.exr --stereo -o out_%V.exr\n"
         "rackfocus filter ortho.exr -o out.exr --projection orthographic "
         "--ortho-scale 4",

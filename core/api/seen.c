@@ -58,10 +58,11 @@ struct seen_pictures {
 /* ---- checks -------------------------------------------------------------------- */
 
 rf_result rf_seen_check_light(const struct rf_frame *f, const struct rf_view *view,
-                             const struct rf_seen_light *light, struct rf_error *error)
+                              const struct rf_seen_light *light, struct rf_error *error)
 {
     int n = view->colour.channels == 1 ? 1 : 3;
-    rf_result result = rf_image_check(&light->colour, "seen", f->width, f->height, error);
+    rf_result result =
+        rf_image_check(&light->colour, "seen", f->width, f->height, error);
     if (result == RF_OK)
         result = rf_image_check(&light->depth, "seen", f->width, f->height, error);
     if (result == RF_OK && light->colour.channels != n)
@@ -244,8 +245,8 @@ static void add_picture(const struct seen_pictures *s)
     int n_light = s->n_channels == 1 ? 1 : 3, width = s->frame->width;
     for (int y = 0; y < s->frame->height; y++)
         for (int x = 0; x < width; x++) {
-            const float *from =
-                s->made + ((size_t)y * (size_t)width + (size_t)x) * (size_t)s->n_channels;
+            const float *from = s->made + ((size_t)y * (size_t)width + (size_t)x) *
+                                              (size_t)s->n_channels;
             for (int c = 0; c < n_light; c++)
                 *(float *)rf_image_at(s->out, x, y, c) += from[c];
         }
@@ -275,7 +276,8 @@ static rf_result add_light(struct seen_pictures *s, const struct rf_progress *pr
     return result;
 }
 
-static rf_result make_pictures(struct seen_pictures *s, const struct rf_progress *progress,
+static rf_result make_pictures(struct seen_pictures *s,
+                               const struct rf_progress *progress,
                                rf_process_fn process, struct rf_error *error)
 {
     const struct rf_frame *f = s->frame;
@@ -288,8 +290,7 @@ static rf_result make_pictures(struct seen_pictures *s, const struct rf_progress
         part.n += s->is_used[k];
     rest.colour = rf_image_packed(s->colour, f->width, f->height, s->n_channels);
     rest.n_seen = 0;
-    rf_result result =
-        process(f, &rest, 1, s->out, progress ? &own : NULL, error);
+    rf_result result = process(f, &rest, 1, s->out, progress ? &own : NULL, error);
     for (int k = 0; k < s->view->n_seen && result == RF_OK; k++) {
         if (!s->is_used[k])
             continue;
@@ -306,10 +307,10 @@ rf_result rf_seen_process(const struct rf_frame *frame, const struct rf_view *vi
                           struct rf_error *error)
 {
     struct seen_pictures s = {.frame = frame,
-                     .view = view,
-                     .out = out,
-                     .n_pixels = (size_t)frame->width * (size_t)frame->height,
-                     .n_channels = view->colour.channels};
+                              .view = view,
+                              .out = out,
+                              .n_pixels = (size_t)frame->width * (size_t)frame->height,
+                              .n_channels = view->colour.channels};
     size_t n_planes = 3 + 2 * (size_t)s.n_channels + (size_t)view->n_seen;
     size_t n_floats = s.n_pixels * n_planes;
     float *at = s.memory = rf_alloc(frame->context, n_floats, sizeof *at);
@@ -322,8 +323,8 @@ rf_result rf_seen_process(const struct rf_frame *frame, const struct rf_view *vi
     s.made = s.colour + s.n_pixels * (size_t)s.n_channels;
     s.mirror = s.made + s.n_pixels * (size_t)s.n_channels;
     /* `made` has room for the radii, which nobody needs. */
-    rf_result result = rf_depth_to_radius(frame, &view->depth, s.made, s.surface, NULL,
-                                          NULL, error);
+    rf_result result =
+        rf_depth_to_radius(frame, &view->depth, s.made, s.surface, NULL, NULL, error);
     if (result == RF_OK)
         result = make_pictures(&s, progress, process, error);
     rf_free(frame->context, s.memory);

@@ -73,8 +73,8 @@ static float mean_luminance(const struct rf_image *colour)
                                   *rf_image_at(colour, x, y, g),
                                   *rf_image_at(colour, x, y, b)};
             /* One lamp must not make all else dark. */
-            sum += rf_min_float(rf_max_float(rf_luminance(rgb[0], rgb[1], rgb[2]), 0),
-                                4);
+            sum +=
+                rf_min_float(rf_max_float(rf_luminance(rgb[0], rgb[1], rgb[2]), 0), 4);
         }
     return (float)(sum / ((double)colour->width * colour->height));
 }
@@ -94,8 +94,7 @@ static struct rf_seen_view place_view(const struct rf_frame *f,
                    (double)a.lens[1] * a.shift_scale) *
                       up},
         .base = {(double)b.lens[0] * b.shift_bias - (double)a.lens[0] * a.shift_bias,
-                 ((double)b.lens[1] * b.shift_bias -
-                  (double)a.lens[1] * a.shift_bias) *
+                 ((double)b.lens[1] * b.shift_bias - (double)a.lens[1] * a.shift_bias) *
                      up}};
 }
 
@@ -371,8 +370,8 @@ static rf_result search_views(struct search *s, int n_views,
     s->problem.views = s->views;
     s->problem.surface = s->reduced_surface;
     rf_seen_mark_edges(context, &s->problem, s->is_edge);
-    result = rf_seen_drop_curved(context, &s->problem, (float *)s->views[0].tones,
-                                 error);
+    result =
+        rf_seen_drop_curved(context, &s->problem, (float *)s->views[0].tones, error);
     if (result == RF_OK)
         result = rf_seen_match(context, &s->problem, &s->match, error);
     if (result == RF_OK)

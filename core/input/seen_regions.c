@@ -61,9 +61,8 @@ static bool is_flat(const struct rf_seen_problem *p, int x, int y)
              b <= rf_min_int(y + FLAT_REACH, p->height - 1); b += FLAT_STEP)
             for (int a = rf_max_int(x - FLAT_REACH, 0);
                  a <= rf_min_int(x + FLAT_REACH, p->width - 1); a += FLAT_STEP) {
-                float away =
-                    p->surface[(size_t)b * (size_t)p->width + (size_t)a] -
-                    p->surface[i];
+                float away = p->surface[(size_t)b * (size_t)p->width + (size_t)a] -
+                             p->surface[i];
                 if (fabsf(away) <= MOST_STEP_PX)
                     add_bend(p, a, b, FLAT_APART * along[k][0],
                              FLAT_APART * along[k][1], &bend);

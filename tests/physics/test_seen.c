@@ -38,9 +38,8 @@ static bool is_post(const struct scene *s, int x)
 
 static struct scene make(double mirror_px, double wall_px)
 {
-    struct scene s = {.f = frame_make(WIDTH, HEIGHT, 3),
-                      .mirror_px = mirror_px,
-                      .wall_px = wall_px};
+    struct scene s = {
+        .f = frame_make(WIDTH, HEIGHT, 3), .mirror_px = mirror_px, .wall_px = wall_px};
     return s;
 }
 
@@ -112,7 +111,8 @@ static void filter_plain(const float *colour, const float *depth, float *out)
         abort();
 }
 
-static double largest_difference(const float *a, const float *b, int margin, bool inside)
+static double largest_difference(const float *a, const float *b, int margin,
+                                 bool inside)
 {
     double most = 0;
     for (int y = 0; y < HEIGHT; y++)
@@ -139,7 +139,8 @@ static void a_lamp_has_the_disc_of_its_own_way(void)
     for (int i = 0; i < 3 * N; i++)
         s.light[i] = s.f.colour[i] = 0;
     for (int c = 0; c < 3; c++)
-        s.light[3 * (48 * WIDTH + 64) + c] = s.f.colour[3 * (48 * WIDTH + 64) + c] = 100;
+        s.light[3 * (48 * WIDTH + 64) + c] = s.f.colour[3 * (48 * WIDTH + 64) + c] =
+            100;
     REQUIRE(run(&s) == RF_OK);
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {

@@ -26,7 +26,7 @@ struct scene {
     double room_px, near_px;  /* radii of the room and, left of `split`, of a thing */
     int split;
     double grain, contrast;
-    int post; /* columns of a post before the mirror, 0: none */
+    int post;     /* columns of a post before the mirror, 0: none */
     double curve; /* of the surface: px of radius per squared px */
     float *colour, *depth, *light[MOST_VIEWS], *out;
 };
@@ -68,8 +68,11 @@ static double moved(double at, double radius)
 
 static struct scene make(void)
 {
-    struct scene s = {.n_views = 2, .at = {{0, 0}, {1.5, 0}, {0, 1.5}}, .room_px = 11,
-                      .near_px = 11, .contrast = 0.8};
+    struct scene s = {.n_views = 2,
+                      .at = {{0, 0}, {1.5, 0}, {0, 1.5}},
+                      .room_px = 11,
+                      .near_px = 11,
+                      .contrast = 0.8};
     s.colour = calloc(3 * N, sizeof(float));
     s.depth = calloc(N, sizeof(float));
     s.out = calloc(N, sizeof(float));
@@ -173,7 +176,8 @@ static double share_near(const struct scene *s, int x0, int x1, double r,
     for (int y = TOP; y < BOTTOM; y++)
         for (int x = x0; x < x1; x++) {
             n++;
-            n_good += fabs(INFINITE_PX * (1 - PLAIN_FOCUS / s->out[y * WIDTH + x]) - r) < tolerance;
+            n_good += fabs(INFINITE_PX * (1 - PLAIN_FOCUS / s->out[y * WIDTH + x]) -
+                           r) < tolerance;
         }
     printf("# %.3f of %d..%d are at %g\n", (double)n_good / n, x0, x1, r);
     return (double)n_good / n;

@@ -6,7 +6,9 @@
 Writes small EXR files (half-float colour, lossless) with the camera facts in their
 headers, keeps the best f-stop of the Defocus node, averages the seeds of the reference,
 and brings OUTDIR/manifest.json up to date with the camera, the sample counts and all
-scores. Needs OpenImageIO and numpy (Debian: python3-openimageio).
+scores. Of the scenes of mirrors (LIGHT_SCENES, rendered with --light-passes) the pinhole
+and one view get the light of mirrors and glass beside their colour, and the manifest
+nothing. Needs OpenImageIO and numpy (Debian: python3-openimageio).
 """
 
 import argparse
@@ -23,6 +25,8 @@ import OpenImageIO as oiio
 
 VIEW_SCENES = ("posts", "portrait")
 SMALL_SCENES = ("plane", "macro", "foliage", "ortho")
+LIGHT_SCENES = {"mirrors": 7}  # and the view that is kept
+LIGHTS = {"reflection": "Gloss", "transmission": "Trans"}
 VEC2 = oiio.TypeDesc(oiio.FLOAT, oiio.VEC2)
 
 
@@ -36,19 +40,40 @@ def read_exr(path):
     pixels = pixels.reshape(spec.height, spec.width, -1)
     by_name = {}
     for index, name in enumerate(spec.channelnames):
-        by_name.setdefault(name.split(".")[-1], pixels[..., index])
+        if "Denoising" not in name:
+            by_name.setdefault(name.split(".")[-1], pixels[..., index])
     by_name.setdefault("Z", np.ones_like(by_name["R"]))
     return np.stack([by_name[name] for name in "RGBZ"], -1)
 
 
+def read_lights(path):
+    """Light of mirrors and glass of an EXR with light passes, H x W x 6 floats."""
+    source = oiio.ImageInput.open(str(path))
+    spec = source.spec()
+    pixels = source.read_image(0, 0, 0, spec.nchannels, "float")
+    pixels = pixels.reshape(spec.height, spec.width, -1)
+    at = {name.split(".", 1)[1]: i for i, name in enumerate(spec.channelnames)}
+
+    def part(name):
+        return np.stack([pixels[..., at[f"{name}.{c}"]] for c in "RGB"], -1)
+
+    lights = [
+        (part(word + "Dir") + part(word + "Ind")) * part(word + "Col")
+        for word in LIGHTS.values()
+    ]
+    return np.concatenate(lights, -1)
+
+
 def write_exr(path, pixels, compression, facts=None):
-    """Writes half-float R, G, B and, with a fourth channel, float Z."""
+    """Writes half-float R, G, B and, with a fourth channel, float Z; then lights."""
     height, width, n_channels = pixels.shape
     spec = oiio.ImageSpec(width, height, n_channels, oiio.HALF)
-    spec.channelnames = tuple("RGBZ"[:n_channels])
-    if n_channels == 4:
+    names = [*"RGBZ", *(f"{light}.{c}" for light in LIGHTS for c in "RGB")]
+    spec.channelnames = tuple(names[:n_channels])
+    if n_channels >= 4:
         spec.channelformats = tuple(
-            oiio.TypeDesc(kind) for kind in ("half", "half", "half", "float")
+            oiio.TypeDesc("float" if name == "Z" else "half")
+            for name in names[:n_channels]
         )
     spec.attribute("compression", compression)
     spec.attribute("DateTime", "1980:01:01 00:00:00")  # same renders, same bytes
@@ -233,6 +258,25 @@ def collect(work, out, name, options):
     return one.entry
 
 
+def collect_lights(work, out, name):
+    """Collects a scene of mirrors: pinhole, one view, reference; no scores."""
+    one = Collector(work, out, name)
+    about = one.read_json("views")
+    facts = camera_header(one.camera)
+    index = LIGHT_SCENES[name]
+    place = {
+        "rackfocus:lensOffset": tuple(about["view_offsets"][index]),
+        "rackfocus:shearDistance": float(one.camera["focus"]),
+    }
+    for suffix, more in (("pinhole", {}), (f"view{index:02d}", place)):
+        pixels = read_exr(one.rendered(suffix))
+        pixels[..., 3] = round_depth(pixels[..., 3])
+        pixels = np.concatenate([pixels, read_lights(one.rendered(suffix))], -1)
+        write_exr(one.target(suffix), pixels, "zip", facts | more)
+    if not one.collect_reference():
+        print(f"{name}: fewer than two seeds of the reference")
+
+
 def keep_prototype_scores(old, entry):
     """Takes over the prototype's scores where this run has not made them anew."""
     for label, figure in old.get("tpsnr_db", {}).items():
@@ -254,10 +298,13 @@ def main():
     manifest = json.loads(manifest_path.read_text()) if manifest_path.exists() else {}
     names = options.scenes or [
         name
-        for name in (*VIEW_SCENES, *SMALL_SCENES)
+        for name in (*VIEW_SCENES, *SMALL_SCENES, *LIGHT_SCENES)
         if (options.workdir / f"{name}_pinhole.exr").exists()
     ]
     for name in names:
+        if name in LIGHT_SCENES:
+            collect_lights(options.workdir, options.outdir, name)
+            continue
         entry = collect(options.workdir, options.outdir, name, options)
         keep_prototype_scores(manifest.get(name, {}), entry)
         manifest[name] = entry

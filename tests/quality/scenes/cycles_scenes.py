@@ -580,6 +580,34 @@ def build_street(camera):
         add_lamp(spot, radius, random_warm(rng), strength)
 
 
+def build_mirrors(camera):
+    """A flat mirror, a pane and a ball of chrome, in focus; what they show is not."""
+    rng = random.Random(909)
+    set_light((0.6, 0.7, 1.0), 0.7, 1.6, (50, 0, 40))
+    floor = make_material(((0.55, 0.5, 0.42), (0.14, 0.15, 0.2)), "checker", 5.0)
+    add_quad(12, 12, floor, (0, 0, 0))
+    brick = make_material(((0.5, 0.2, 0.13), (0.3, 0.22, 0.17)), "brick", 3.0)
+    add_quad(8, 3, brick, (0, 4.2, 1.2), (90, 0, 0))
+    plaster = make_material(((0.75, 0.7, 0.55), (0.1, 0.2, 0.25)), "noise", 4.0)
+    add_quad(5, 3, plaster, (1.6, -1.2, 1.2), (90, 0, 35))
+    mirror = make_mirror((0.92, 0.92, 0.92))
+    add_quad(0.62, 0.46, mirror, (-0.33, 1.5, 0.3), (90, 0, 24))
+    add_box((0.5, 0.012, 0.42), make_glass((1, 1, 1)), (0.3, 1.22, 0.28), -12)
+    add_ball(0.085, make_mirror((0.95, 0.93, 0.9)), (-0.015, 1.2, 0.085))
+    for x, y, tall in (  # seen in the mirror alone, behind the pane, beside it
+        (0.36, 0.62, 0.34), (0.56, 0.3, 0.42), (0.95, -0.15, 0.5),
+        (0.3, 2.1, 0.36), (0.62, 2.6, 0.5), (0.42, 3.3, 0.44), (-0.2, 2.7, 0.6),
+    ):  # fmt: skip
+        colours = (random_colour(rng), random_colour(rng, 0.02, 0.3))
+        skin = make_material(colours, rng.choice(["noise", "checker"]), 16.0)
+        add_box((0.12, 0.12, tall), skin, (x, y, tall / 2), rng.uniform(0, 90))
+    post = make_material((0.4, 0.12, 0.08))
+    add_rod((-0.2, 0.85, 0), (-0.23, 0.85, 0.7), 0.012, post)
+    for x, y, z in ((0.9, -0.6, 0.5), (0.74, 0.15, 0.6), (0.36, 3.6, 0.55)):
+        lamp = add_lamp((x, y, z), 0.012, random_warm(rng), 60)
+        lamp.visible_glossy = lamp.visible_transmission = True
+
+
 SCENES = {
     "posts": (Camera(480, 270, 50, 0.8, 1.0), build_posts),
     "portrait": (
@@ -629,6 +657,12 @@ SCENES = {
             420, 260, 40, 0.3, 5.0, height_above_ground=1.5, pitch_deg=-2, bounces=2
         ),
         build_street,
+    ),
+    "mirrors": (
+        Camera(
+            480, 270, 50, 0.55, 1.3, height_above_ground=0.3, pitch_deg=-2, bounces=4
+        ),
+        build_mirrors,
     ),
 }
 
@@ -821,6 +855,9 @@ def parse_options():
     parser.add_argument(
         "--denoising-data", action="store_true", help="also albedo and normals"
     )
+    parser.add_argument(
+        "--light-passes", action="store_true", help="also glossy and transmitted light"
+    )
     return parser.parse_args(argv)
 
 
@@ -829,6 +866,9 @@ def render_pass(name, scene_name, options):
     facts, camera = build(scene_name, options.focus)
     layer = bpy.context.scene.view_layers[0]
     layer.cycles.denoising_store_passes = options.denoising_data
+    for light in ("glossy", "transmission") if options.light_passes else ():
+        for part in ("direct", "indirect", "color"):
+            setattr(layer, f"use_pass_{light}_{part}", True)
     camera.data.shift_x = options.pan / facts.longer_px
     if options.window:
         render_only(facts, options.window)

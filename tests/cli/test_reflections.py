@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is seen in mirrors and through glass by its own depth: where light and depth
+come from, and what is said where they do not."""
+
+import pathlib
+
+import numpy
+import plainexr
+import pytest
+
+WIDTH, HEIGHT = 96, 64
+#: r = 16 - 1600 / z px: 0 at 100, 2 of the mirror, 11 of the room that it shows.
+LENS = ["--focus-distance", "100", "--lens-radius", "1.6", "--focal-length-px", "1000"]
+MIRROR, WALL, ROOM = 1600 / 14, 1600 / 10, 1600 / 5
+BLENDER = ("GlossDir", "GlossInd", "GlossCol")
+
+
+def pattern(x, y):
+    """Noise of cells of 3 px, the same wherever it is looked at."""
+    cells = numpy.random.default_rng(5).random((80, 120))
+    x, y = x / 3 + 40, y / 3 + 20
+    a, b = x.astype(int), y.astype(int)
+    u, v = x - a, y - b
+    up = cells[b, a] * (1 - u) + cells[b, a + 1] * u
+    down = cells[b + 1, a] * (1 - u) + cells[b + 1, a + 1] * u
+    return up * (1 - v) + down * v
+
+
+def channels(moved=0.0, names=BLENDER, word="Gloss"):
+    """A view whose camera stands `moved` lens radii to the right."""
+    y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
+    at = x - moved * 2
+    mirror = (at >= 16) & (at < 80) & (y >= 8) & (y < 56)
+    light = numpy.where(mirror, 0.1 + 0.8 * pattern(x - moved * 11, y), 0)
+    made = {"Z": numpy.where(mirror, MIRROR, WALL)}
+    for i, c in enumerate("RGB"):
+        made[c] = light + numpy.where(mirror, 0.05, 0.2 + 0.1 * i)
+        if names is BLENDER:
+            made[f"ViewLayer.{word}Dir.{c}"] = 0.25 * light / 0.5
+            made[f"ViewLayer.{word}Ind.{c}"] = 0.75 * light / 0.5
+            made[f"ViewLayer.{word}Col.{c}"] = numpy.full_like(light, 0.5)
+        for name in names if names is not BLENDER else ():
+            made[f"{name}.{c}"] = light
+    return made
+
+
+def pictures(tmp_path, **options):
+    """The picture and a second view, 0.9 lens radii to the right."""
+    place = {"rackfocus:lensOffset": (1.44, 0.0), "rackfocus:shearDistance": 100.0}
+    first = plainexr.write(tmp_path / "passes.exr", channels(**options))
+    second = plainexr.write(tmp_path / "second.exr", channels(0.9, **options), place)
+    return first, second
+
+
+@pytest.fixture
+def run(rackfocus, tmp_path):
+    def run_filter(*arguments, code=0, name="out.exr"):
+        words = ("filter", *arguments, "-o", tmp_path / name, *LENS, "--type", "float")
+        return rackfocus(*words, code=code)
+
+    return run_filter
+
+
+def contrast(path):
+    """How much of the pattern is left in the middle of the mirror."""
+    return plainexr.read(path)[0]["G"][24:40, 34:62].std()
+
+
+def test_a_second_view_gives_the_depth(run, tmp_path):
+    first, second = pictures(tmp_path)
+    run(first, name="plain.exr")
+    done = run(first, "--reflections-from", second)
+    assert ", reflections: 50.0 % of the picture by its own depth" in done.stdout
+    assert "through glass" not in done.stdout
+    plain, own = contrast(tmp_path / "plain.exr"), contrast(tmp_path / "out.exr")
+    assert plain > 0.1 and own < plain / 4
+
+
+@pytest.mark.parametrize("name", ["reflection", "specular", "ViewLayer.Specular"])
+def test_layers_of_other_renderers(run, tmp_path, name):
+    first, second = pictures(tmp_path, names=(name,))
+    done = run(first, "--reflections-from", second)
+    assert "reflections: 50.0 %" in done.stdout
+
+
+def test_glass_is_told_by_its_layers(run, tmp_path):
+    first, second = pictures(tmp_path, word="Trans")
+    done = run(first, "--reflections-from", second)
+    assert "through glass: 50.0 %" in done.stdout
+    assert "reflections:" not in done.stdout
+
+
+def test_layers_may_be_named_and_add_up(run, tmp_path):
+    first, second = pictures(tmp_path, names=("coat", "sheen"))
+    one = run(first, "--reflections-from", second, "--reflection-layers", "coat")
+    assert "reflections: 50.0 %" in one.stdout
+    run(
+        *(first, "--reflections-from", second, "--reflection-layers", "coat,sheen"),
+        name="both.exr",
+    )
+    a, b = (plainexr.read(tmp_path / n)[0]["G"] for n in ("out.exr", "both.exr"))
+    assert not numpy.array_equal(a, b)
+
+
+def test_the_place_may_be_said(run, tmp_path):
+    first, second = pictures(tmp_path)
+    run(first, "--reflections-from", second, name="header.exr")
+    bare = tmp_path / "bare.exr"
+    plainexr.write(bare, channels(0.9))
+    done = run(first, "--reflections-from", bare, code=1)
+    assert "rackfocus:lensOffset" in done.stderr
+    assert "--reflections-at X,Y" in done.stderr
+    for text in ("0.1", "0.1,", "a,b", "nan,0", "0.1,0 0"):
+        done = run(
+            *(first, "--reflections-from", bare, "--reflections-at", text), code=2
+        )
+        assert "two numbers for each view" in done.stderr
+    done = run(first, "--reflections-at", "1,0", code=2)
+    assert "--reflections-from" in done.stderr
+    # Sheared views: the same place, said of a camera that was sheared like the first.
+    shear = {"rackfocus:lensOffset": (0.0, 0.0), "rackfocus:shearDistance": 100.0}
+    first = plainexr.write(tmp_path / "sheared.exr", channels(), shear)
+    run(first, "--reflections-from", bare, "--reflections-at", "1.44,0")
+    a, b = (plainexr.read(tmp_path / n)[0]["G"] for n in ("header.exr", "out.exr"))
+    assert numpy.allclose(a, b, atol=1e-3)  # 1.44 is a float there, a double here
+
+
+def test_several_views(run, tmp_path):
+    first, second = pictures(tmp_path)
+    place = {"rackfocus:lensOffset": (-1.44, 0.0), "rackfocus:shearDistance": 100.0}
+    third = plainexr.write(tmp_path / "third.exr", channels(-0.9), place)
+    done = run(first, "--reflections-from", f"{second},{third}")
+    assert "reflections: 50.0 %" in done.stdout
+
+
+@pytest.mark.parametrize("is_file", [False, True])
+def test_a_depth_of_what_is_seen(run, tmp_path, is_file):
+    made = channels()
+    seen = numpy.where(made["Z"] == MIRROR, ROOM, 0)
+    if is_file:
+        name = plainexr.write(tmp_path / "seen.exr", {"Z": seen})
+    else:
+        name = "seen.Z"
+        made[name] = seen
+    path = plainexr.write(tmp_path / "passes.exr", made)
+    run(path, name="plain.exr")
+    done = run(path, "--reflection-depth", name)
+    assert "reflections: 50.0 %" in done.stdout
+    assert contrast(tmp_path / "out.exr") < contrast(tmp_path / "plain.exr") / 4
+
+
+def test_a_layer_that_is_missing_is_named(run, tmp_path):
+    first, second = pictures(tmp_path)
+    bare = {n: a for n, a in channels().items() if "Gloss" not in n}
+    path = plainexr.write(tmp_path / "bare.exr", bare)
+    done = run(path, "--reflections-from", second, code=1)
+    assert "has no light of mirrors or glass" in done.stderr
+    assert "Glossy and Transmission: Direct, Indirect, Color" in done.stderr
+    assert "--reflection-layers" in done.stderr
+    place = {"rackfocus:lensOffset": (1.44, 0.0)}
+    path = plainexr.write(tmp_path / "second_bare.exr", bare, place)
+    done = run(first, "--reflections-from", path, code=1)
+    assert "second_bare.exr: has no layers of what is seen in mirrors" in done.stderr
+    done = run(
+        *(first, "--reflections-from", second, "--reflection-layers", "spec"), code=1
+    )
+    assert "no channels spec.R, .G and .B" in done.stderr
+    done = run(first, "--reflection-depth", "seen.Z", code=1)
+    assert "seen.Z" in done.stderr
+    done = run(first, "--reflection-layers", "GlossInd", code=2)
+    assert "--reflections-from VIEW.exr" in done.stderr
+
+
+def test_views_must_be_alike(run, tmp_path):
+    first, _ = pictures(tmp_path)
+    small = {n: a[:32] for n, a in channels(0.9).items()}
+    place = {"rackfocus:lensOffset": (1.44, 0.0)}
+    path = plainexr.write(tmp_path / "small.exr", small, place)
+    done = run(first, "--reflections-from", path, code=1)
+    assert "is 96 x 32" in done.stderr and "96 x 64" in done.stderr
+    place = {"rackfocus:lensOffset": (0.0, 0.0)}
+    path = plainexr.write(tmp_path / "same.exr", channels(), place)
+    done = run(first, "--reflections-from", path, code=1)
+    assert "one point of the lens" in done.stderr
+
+
+def test_nothing_found_is_said(run, tmp_path):
+    place = {"rackfocus:lensOffset": (1.44, 0.0), "rackfocus:shearDistance": 100.0}
+    even = [{n: numpy.minimum(a, 0.3) if "Z" not in n else a for n, a in c.items()}
+            for c in (channels(), channels(0.9))]  # fmt: skip
+    for made in even:
+        for name, samples in made.items():
+            if "GlossDir" in name or "GlossInd" in name:
+                samples[samples > 0] = 0.3
+    first = plainexr.write(tmp_path / "even.exr", even[0])
+    second = plainexr.write(tmp_path / "even_second.exr", even[1], place)
+    run(first, name="plain.exr")
+    done = run(first, "--reflections-from", second)
+    assert "nothing seen in mirrors has a depth of its own" in done.stderr
+    assert (tmp_path / "plain.exr").read_bytes()[-1000:] == (
+        tmp_path / "out.exr"
+    ).read_bytes()[-1000:]
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--over"], ["--stereo"], ["--temporal", "1"], ["--preset", "shot"]]
+)
+def test_what_it_does_not_go_together_with(rackfocus, tmp_path, arguments):
+    first, second = pictures(tmp_path)
+    out = tmp_path / ("out_%V.exr" if "--stereo" in arguments else "out.exr")
+    inputs = [first] if arguments[0] in ("--temporal", "--preset") else [first, second]
+    if len(inputs) == 1:
+        plainexr.write(tmp_path / "shot.0001.exr", channels())
+        inputs, out = [tmp_path / "shot.####.exr"], tmp_path / "made.####.exr"
+    done = rackfocus(
+        *("filter", *inputs, "-o", out, *arguments, "--reflections-from", second, *LENS),
+        code=2,
+    )
+    assert "reflection" in done.stderr
+
+
+def test_a_sequence_takes_a_second_view_per_frame(rackfocus, tmp_path):
+    for frame in (1, 2):
+        first, second = pictures(tmp_path)
+        pathlib.Path(first).rename(tmp_path / f"shot.000{frame}.exr")
+        pathlib.Path(second).rename(tmp_path / f"second.000{frame}.exr")
+    words = ("filter", tmp_path / "shot.####.exr", "-o", tmp_path / "out.####.exr")
+    words += ("--reflections-from", tmp_path / "second.####.exr", *LENS)
+    rackfocus(*words)
+    frames = [plainexr.read(tmp_path / f"out.000{i}.exr")[0]["G"] for i in (1, 2)]
+    assert numpy.array_equal(*frames)
+    # Another second view is another result; the same is none.
+    times = [(tmp_path / f"out.000{i}.exr").stat().st_mtime_ns for i in (1, 2)]
+    place = {"rackfocus:lensOffset": (1.44, 0.0), "rackfocus:shearDistance": 100.0}
+    plainexr.write(tmp_path / "second.0002.exr", channels(0.9, names=BLENDER), place)
+    made = channels(0.9)
+    made["more"] = made["R"]
+    plainexr.write(tmp_path / "second.0002.exr", made, place)
+    rackfocus(*words)
+    again = [(tmp_path / f"out.000{i}.exr").stat().st_mtime_ns for i in (1, 2)]
+    assert again[0] == times[0] and again[1] != times[1]
