@@ -30,10 +30,10 @@ static const struct {
     [SEEN_REFLECTION] = {"reflections",
                          "reflection-layers",
                          "reflection-depth",
-                         {{{"GlossDir", "GlossInd"}, "GlossCol"},  /* Blender to 4.x */
+                         {{{"GlossDir", "GlossInd"}, "GlossCol"}, /* Blender to 4.x */
                           {{"Glossy Direct", "Glossy Indirect"}, "Glossy Color"},
-                          {{"specular"}, NULL},                    /* Arnold */
-                          {{"reflection"}, NULL}}},                /* V-Ray, Redshift */
+                          {{"specular"}, NULL},     /* Arnold */
+                          {{"reflection"}, NULL}}}, /* V-Ray, Redshift */
     [SEEN_TRANSMISSION] = {"through glass",
                            "transmission-layers",
                            "transmission-depth",
@@ -83,7 +83,8 @@ static bool find_layer(const struct source *source, const char *layer, size_t le
     const struct image_channel_info *all = image_channels(source->colour, &n);
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < n && n_found == c; i++)
-            if (all[i].part == source->part && is_of(all[i].name, layer, length, "RGB"[c]))
+            if (all[i].part == source->part &&
+                is_of(all[i].name, layer, length, "RGB"[c]))
                 channels[n_found++] = i;
     return n_found == 3;
 }
@@ -208,40 +209,139 @@ static float *read_light(const struct run *run, const struct source *source,
 
 /* ---- depth from a layer or a file ------------------------------------------------ */
 
-/* Planar distances from what an option names: a file, or a channel of the input's. */
-static int read_depth(struct run *run, enum seen_kind kind, float *planar)
+/* What stands for the channel of Cycles that knows the way of rays through mirrors. */
+#define DENOISING "denoising"
+static const char denoising_channel[] = "Denoising Depth.Z";
+
+/* The full name of that channel in the colour's file; NULL: it has none. */
+static const char *find_denoising(const struct source *source)
 {
-    const char *name = asked_depth(run->tool, kind);
-    const size_t length = strlen(name);
-    bool is_file = length > 4 && strcasecmp(name + length - 4, ".exr") == 0;
+    int n;
+    const size_t length = sizeof(denoising_channel) - 1;
+    const struct image_channel_info *all = image_channels(source->colour, &n);
+    for (int i = 0; i < n; i++) {
+        const size_t own = strlen(all[i].name);
+        if (own >= length && strcmp(all[i].name + own - length, denoising_channel) == 0)
+            return all[i].name;
+    }
+    return NULL;
+}
+
+/* Reads a depth channel of the size of the colour; NULL on failure. */
+static float *read_channel(const struct run *run, const char *file, const char *channel)
+{
     struct source_request request = run->request;
-    request.n_paths = 1;
-    request.depth_file = is_file ? name : NULL;
-    request.depth_channel = is_file ? NULL : name;
     struct source source;
-    struct rf_error error;
+    request.n_paths = 1;
+    request.depth_file = file;
+    request.depth_channel = channel;
     if (!source_open(&source, &request, run->error))
-        return app_code_of(run->error);
+        return NULL;
     float *depth = source_check(&source, run->error)
                        ? source_read_depth(&source, run->n_threads, run->error)
                        : NULL;
-    int code = depth ? APP_DONE : app_code_of(run->error);
-    const size_t n = (size_t)source.width * (size_t)source.height;
-    /* Renderers write 0 or nothing where nothing is seen so: it is the surface's. */
-    for (size_t i = 0; i < n && depth; i++)
-        if (!(depth[i] > 0))
-            depth[i] = 0;
-    const struct rf_image from = rf_image_packed(depth, source.width, source.height, 1);
-    const struct rf_image to = rf_image_packed(planar, source.width, source.height, 1);
-    if (code == APP_DONE &&
-        rf_filter_planar_depth(run->filter, &from, &to, &error) != RF_OK)
-        code = app_fail(run->error, APP_FAILED, "--%s: %s: %s",
-                        kinds[kind].depth_option, name, error.message);
-    for (size_t i = 0; i < n && code == APP_DONE; i++)
-        if (depth[i] == 0)
-            planar[i] = NAN;
-    free(depth);
     source_close(&source);
+    return depth;
+}
+
+/* Planar distances from depths of a kind (of the parameters: -1), NAN where they are 0
+ * or less. */
+static int make_planar(const struct run *run, const char *option, int kind,
+                       const float *depth, float *planar)
+{
+    struct rf_params params = run->params;
+    struct rf_filter *filter = NULL;
+    struct rf_error error;
+    const int width = run->source.width, height = run->source.height;
+    const size_t n = (size_t)width * (size_t)height;
+    if (kind >= 0) {
+        params.depth = kind;
+        params.depth_scale = 1;
+        params.depth_offset = 0;
+    }
+    /* 0: nothing is seen so. */
+    for (size_t i = 0; i < n; i++)
+        planar[i] = depth[i] > 0 ? depth[i] : 0;
+    const struct rf_image image = rf_image_packed(planar, width, height, 1);
+    rf_result result =
+        rf_filter_create(&filter, run->context, &params, width, height, &error);
+    if (result == RF_OK)
+        result = rf_filter_planar_depth(filter, &image, &image, &error);
+    rf_filter_destroy(filter);
+    for (size_t i = 0; i < n; i++)
+        if (!(depth[i] > 0))
+            planar[i] = NAN;
+    return result == RF_OK
+               ? APP_DONE
+               : app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
+}
+
+/* Of the ways of rays those that lie behind flat surfaces. */
+static int keep_flat(const struct run *run, const char *option, float *light,
+                     float *planar)
+{
+    const struct source *source = &run->source;
+    const int width = source->width, height = source->height;
+    const struct rf_view view = {
+        .size = sizeof(view),
+        .colour = rf_image_packed(run->colour, width, height, source->n_channels),
+        .depth = rf_image_packed(run->depth, width, height, 1)};
+    const struct rf_image seen = rf_image_packed(light, width, height, 3);
+    const struct rf_image way = rf_image_packed(planar, width, height, 1);
+    struct rf_error error;
+    if (rf_filter_seen_way(run->filter, &view, &seen, &way, &way, &error) == RF_OK)
+        return APP_DONE;
+    return app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
+}
+
+static float sum_of(const float *rgb)
+{
+    return rgb[0] + rgb[1] + rgb[2];
+}
+
+/* A ray goes one way: where a pane mirrors less than it lets through, the way is that
+ * of what is seen through it, and the other way round. */
+static int drop_weaker(const struct run *run, enum seen_kind kind, const float *light,
+                       float *planar)
+{
+    const enum seen_kind other =
+        kind == SEEN_REFLECTION ? SEEN_TRANSMISSION : SEEN_REFLECTION;
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    if (!asked_layers(run->tool, other) && !find_known(&run->source, other))
+        return APP_DONE;
+    float *stronger = read_light(run, &run->source, other);
+    for (size_t i = 0; i < n && stronger; i++)
+        if (sum_of(stronger + 3 * i) > sum_of(light + 3 * i))
+            planar[i] = NAN;
+    const bool is_read = stronger != NULL;
+    free(stronger);
+    return is_read ? APP_DONE : app_code_of(run->error);
+}
+
+/* Planar distances from what an option names: a file, a channel of the input's, or
+ * Cycles' Denoising Depth. */
+static int read_depth(struct run *run, enum seen_kind kind, float *light, float *planar)
+{
+    const char *name = asked_depth(run->tool, kind), *option = kinds[kind].depth_option;
+    const size_t length = strlen(name);
+    const bool is_way = strcmp(name, DENOISING) == 0;
+    const bool is_file = length > 4 && strcasecmp(name + length - 4, ".exr") == 0;
+    const char *channel = is_way ? find_denoising(&run->source) : name;
+    if (!channel)
+        return app_fail(
+            run->error, APP_FAILED,
+            "--%s denoising: %s has no channel %s; in Blender tick Passes > "
+            "Data > Denoising Data",
+            option, image_path(run->source.colour), denoising_channel);
+    float *depth = read_channel(run, is_file ? name : NULL, is_file ? NULL : channel);
+    if (!depth)
+        return app_code_of(run->error);
+    int code = make_planar(run, option, is_way ? RF_DEPTH_RADIAL : -1, depth, planar);
+    if (code == APP_DONE && is_way)
+        code = drop_weaker(run, kind, light, planar);
+    if (code == APP_DONE && is_way)
+        code = keep_flat(run, option, light, planar);
+    free(depth);
     return code;
 }
 
@@ -322,8 +422,8 @@ static int open_other(struct run *run, const char *path, struct others *others)
         .paths = paths, .n_paths = 1, .layer = run->request.layer};
     const int j = others->n + 1;
     if (j >= RF_MAX_VIEWS)
-        return app_fail(run->error, APP_USAGE, "--reflections-from: %d views are the most",
-                        RF_MAX_VIEWS - 1);
+        return app_fail(run->error, APP_USAGE,
+                        "--reflections-from: %d views are the most", RF_MAX_VIEWS - 1);
     if (!source_open(&others->sources[j], &request, run->error))
         return app_code_of(run->error);
     others->n++;
@@ -337,8 +437,8 @@ static int open_others(struct run *run, struct others *others)
     struct rf_view *own = &others->views[0];
     const struct source *source = &run->source;
     views_find_place(source->colour, NULL, own->lens_offset, &own->shear_distance);
-    own->colour = rf_image_packed(run->colour, source->width, source->height,
-                                  source->n_channels);
+    own->colour =
+        rf_image_packed(run->colour, source->width, source->height, source->n_channels);
     own->depth = rf_image_packed(run->depth, source->width, source->height, 1);
     for (const char *name = run->tool->reflections_from; *name && code == APP_DONE;) {
         const size_t length = strcspn(name, ",");
@@ -372,8 +472,8 @@ static int match(struct run *run, struct others *others, enum seen_kind kind,
     if (code == APP_DONE &&
         rf_filter_seen_depth(run->filter, others->views, others->n + 1, lights, &out,
                              &error) != RF_OK)
-        code = app_fail(run->error, APP_FAILED, "--reflections-from: %s",
-                        error.message);
+        code =
+            app_fail(run->error, APP_FAILED, "--reflections-from: %s", error.message);
     for (int j = 1; j <= others->n; j++)
         free(lights[j].data);
     return code;
@@ -387,9 +487,10 @@ int seen_check(const struct run *run)
     if (!seen_is_asked(run->tool))
         return APP_DONE;
     if (run->is_deep || run->has_views)
-        return app_fail(run->error, APP_USAGE,
-                        "%s: %s; reflections of their own depth are of one flat picture",
-                        path, run->is_deep ? "is deep" : "is one of several views");
+        return app_fail(
+            run->error, APP_USAGE,
+            "%s: %s; reflections of their own depth are of one flat picture", path,
+            run->is_deep ? "is deep" : "is one of several views");
     if (run->source.is_grey)
         return app_fail(run->error, APP_USAGE,
                         "%s: is grey; reflections of their own depth need its colours",
@@ -424,12 +525,13 @@ static int fail_no_light(const struct run *run)
 {
     char names[400];
     source_list_channels(run->source.colour, names, sizeof(names));
-    return app_fail(run->error, APP_FAILED,
-                    "%s: has no light of mirrors or glass beside its colour; in Blender "
-                    "tick Passes > Light > Glossy and Transmission: Direct, Indirect, "
-                    "Color; other renderers' layers are named with --reflection-layers "
-                    "and --transmission-layers; its channels are %s",
-                    image_path(run->source.colour), names);
+    return app_fail(
+        run->error, APP_FAILED,
+        "%s: has no light of mirrors or glass beside its colour; in Blender "
+        "tick Passes > Light > Glossy and Transmission: Direct, Indirect, "
+        "Color; other renderers' layers are named with --reflection-layers "
+        "and --transmission-layers; its channels are %s",
+        image_path(run->source.colour), names);
 }
 
 static void count_share(struct seen *seen, int i)
@@ -439,7 +541,8 @@ static void count_share(struct seen *seen, int i)
     const float *z = light->depth.data, *rgb = light->colour.data;
     size_t n_own = 0;
     for (size_t k = 0; k < n; k++)
-        n_own += z[k] > 0 && (rgb[3 * k] > 0 || rgb[3 * k + 1] > 0 || rgb[3 * k + 2] > 0);
+        n_own +=
+            z[k] > 0 && (rgb[3 * k] > 0 || rgb[3 * k + 1] > 0 || rgb[3 * k + 2] > 0);
     seen->shares[i] = (double)n_own / (double)n;
 }
 
@@ -476,7 +579,7 @@ static int find_kind(struct run *run, struct others *others, enum seen_kind kind
     seen->lights[i].depth = rf_image_packed(planar, width, height, 1);
     if (!planar || (run->tool->denoise && !keep_parts(run, i)))
         return APP_NO_MEMORY;
-    int code = asked_depth(run->tool, kind) ? read_depth(run, kind, planar)
+    int code = asked_depth(run->tool, kind) ? read_depth(run, kind, light, planar)
                                             : match(run, others, kind, light, planar);
     if (code == APP_DONE)
         count_share(seen, i);

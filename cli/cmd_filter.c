@@ -94,7 +94,8 @@ static const struct option options[] = {
                     "(rackfocus:lensOffset)."),
     OPTION_FILE_ROW("reflection-depth", AT(reflection_depth), "NAME",
                     "The same by a depth of what is seen in mirrors: a channel of the "
-                    "input, or a file that ends in .exr; 0 where nothing is mirrored."),
+                    "input, or a file that ends in .exr, 0 where nothing is mirrored; "
+                    "or denoising: Cycles' Denoising Depth, for flat mirrors."),
     OPTION_FILE_ROW("transmission-depth", AT(transmission_depth), "NAME",
                     "Likewise of what is seen through glass."),
     OPTION_TEXT_ROW("reflection-layers", AT(reflection_layers), "NAMES",

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/pool.h"
 #include "input/image.h"
+#include "input/pixels.h"
 #include "input/seen_depth.h"
 #include "input/views_in.h"
 #include "rackfocus/rackfocus.h"
@@ -72,10 +73,43 @@ rf_result rf_filter_seen_depth(const struct rf_filter *filter,
     if (!planar)
         return rf_fail_memory(error, n, sizeof *planar);
     result = rf_seen_find(f, known, n_views, lights, planar, error);
-    for (int y = 0; y < f->height && result == RF_OK; y++)
-        for (int x = 0; x < f->width; x++)
-            *(float *)rf_image_at(out, x, y, 0) =
-                planar[(size_t)y * (size_t)f->width + (size_t)x];
+    struct rf_image one = *out;
+    one.channels = 1;
+    const struct rf_image packed = rf_image_packed(planar, f->width, f->height, 1);
+    if (result == RF_OK)
+        rf_image_copy(&packed, &one);
+    rf_free(f->context, planar);
+    return result;
+}
+
+rf_result rf_filter_seen_way(const struct rf_filter *filter, const struct rf_view *view,
+                             const struct rf_image *light, const struct rf_image *way,
+                             const struct rf_image *out, struct rf_error *error)
+{
+    struct rf_view known;
+    if (!filter || !view || !light || !way || !out)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "", "a pointer is NULL");
+    const struct rf_frame *f = &filter->frame;
+    rf_result result = rf_view_check_size(view, error);
+    if (result != RF_OK)
+        return result;
+    rf_views_copy(&known, view, 1);
+    result = check_images(f, &known, 1, light, out, error);
+    if (result == RF_OK)
+        result = rf_image_check(way, "way", f->width, f->height, error);
+    if (result != RF_OK)
+        return result;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    float *planar = rf_alloc(f->context, n, sizeof *planar);
+    if (!planar)
+        return rf_fail_memory(error, n, sizeof *planar);
+    const struct rf_image packed = rf_image_packed(planar, f->width, f->height, 1);
+    struct rf_image from = *way, to = *out;
+    from.channels = to.channels = 1;
+    rf_image_copy(&from, &packed);
+    result = rf_seen_keep_flat(f, &known, light, planar, error);
+    if (result == RF_OK)
+        rf_image_copy(&packed, &to);
     rf_free(f->context, planar);
     return result;
 }

@@ -408,3 +408,66 @@ rf_result rf_seen_find(const struct rf_frame *frame, const struct rf_view *views
     rf_free(f.context, surface);
     return result;
 }
+
+/* Puts the radii of what lies behind its surface where pixels are lit. */
+static void take_ways(struct search *s, const float *planar)
+{
+    static const float BEHIND_PX = 1;
+    size_t n = (size_t)s->width * (size_t)s->height;
+    for (size_t i = 0; i < n; i++) {
+        float r = (float)rf_lens_radius_px(&s->frame->lens, planar[i]);
+        bool is_behind = rf_seen_is_lit(&s->problem, i) && planar[i] > 0 &&
+                         r > s->surface[i] + BEHIND_PX;
+        s->match.found[i] = is_behind ? r : NAN;
+    }
+}
+
+static rf_result keep_flat(struct search *s, const struct rf_image *light,
+                           const float *planar, struct rf_error *error)
+{
+    const struct rf_context *context = s->frame->context;
+    rf_result result = make_room(s, 1, error);
+    if (result != RF_OK)
+        return result;
+    make_tones(s, light, (float *)s->views[0].tones);
+    reduce_surface(s);
+    s->problem.views = s->views;
+    s->problem.surface = s->reduced_surface;
+    rf_seen_mark_edges(context, &s->problem, s->is_edge);
+    result =
+        rf_seen_drop_curved(context, &s->problem, (float *)s->views[0].tones, error);
+    if (result != RF_OK)
+        return result;
+    take_ways(s, planar);
+    rf_parallel(context, s->height, RF_EQUAL_PARTS, smooth_rows, s);
+    return RF_OK;
+}
+
+rf_result rf_seen_keep_flat(const struct rf_frame *frame, const struct rf_view *view,
+                            const struct rf_image *light, float *planar,
+                            struct rf_error *error)
+{
+    struct rf_frame f = *frame;
+    f.lens.max_radius_px = INFINITY;
+    struct search s = {.frame = &f,
+                       .factor = 1,
+                       .width = f.width,
+                       .height = f.height,
+                       .mean = mean_luminance(&view->colour),
+                       .problem = {.width = f.width, .height = f.height, .n_views = 1}};
+    size_t n = (size_t)f.width * (size_t)f.height;
+    float *surface = rf_alloc(f.context, n, sizeof *surface);
+    if (!surface)
+        return rf_fail_memory(error, n, sizeof *surface);
+    s.surface = surface;
+    rf_result result =
+        rf_depth_to_radius(&f, &view->depth, surface, NULL, NULL, NULL, error);
+    if (result == RF_OK)
+        result = keep_flat(&s, light, planar, error);
+    struct putting put = {&s, light, planar};
+    if (result == RF_OK)
+        rf_parallel(f.context, f.height, RF_EQUAL_PARTS, put_rows, &put);
+    rf_free(f.context, s.memory);
+    rf_free(f.context, surface);
+    return result;
+}

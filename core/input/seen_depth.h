@@ -15,4 +15,9 @@ rf_result rf_seen_find(const struct rf_frame *frame, const struct rf_view *views
                        int n_views, const struct rf_image *lights, float *planar,
                        struct rf_error *error);
 
+/* The same of one view whose rays' ways are known: `planar` has them at first. */
+rf_result rf_seen_keep_flat(const struct rf_frame *frame, const struct rf_view *view,
+                            const struct rf_image *light, float *planar,
+                            struct rf_error *error);
+
 #endif

@@ -149,6 +149,44 @@ def test_a_depth_of_what_is_seen(run, tmp_path, is_file):
     assert contrast(tmp_path / "out.exr") < contrast(tmp_path / "plain.exr") / 4
 
 
+def test_the_way_of_the_rays(run, tmp_path):
+    """Cycles' Denoising Depth: along the ray, and anti-aliased."""
+    made = channels()
+    y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
+    ray = numpy.hypot(numpy.hypot(x - WIDTH / 2, y - HEIGHT / 2) / 1000, 1)
+    made["ViewLayer.Denoising Depth.Z"] = (
+        numpy.where(made["Z"] == MIRROR, ROOM, made["Z"] * 1.001) * ray
+    )
+    path = plainexr.write(tmp_path / "passes.exr", made)
+    done = run(path, "--reflection-depth", "denoising")
+    assert "reflections: 50.0 %" in done.stdout
+    seen = numpy.where(made["Z"] == MIRROR, ROOM, 0)
+    name = plainexr.write(tmp_path / "seen.exr", {"Z": seen})
+    run(path, "--reflection-depth", name, name="planar.exr")
+    a, b = (plainexr.read(tmp_path / n)[0]["G"] for n in ("out.exr", "planar.exr"))
+    assert numpy.allclose(a, b, atol=1e-4)
+    del made["ViewLayer.Denoising Depth.Z"]
+    path = plainexr.write(tmp_path / "bare.exr", made)
+    done = run(path, "--reflection-depth", "denoising", code=1)
+    assert "Passes > Data > Denoising Data" in done.stderr
+
+
+def test_a_way_is_that_of_the_stronger_light(run, tmp_path):
+    made = channels()
+    made["ViewLayer.Denoising Depth.Z"] = numpy.where(
+        made["Z"] == MIRROR, ROOM, made["Z"]
+    )
+    for c in "RGB":
+        made[f"ViewLayer.TransInd.{c}"] = made[f"ViewLayer.GlossInd.{c}"] / 10
+        made[f"ViewLayer.TransDir.{c}"] = made[f"ViewLayer.GlossDir.{c}"] / 10
+        made[f"ViewLayer.TransCol.{c}"] = made[f"ViewLayer.GlossCol.{c}"]
+    path = plainexr.write(tmp_path / "passes.exr", made)
+    both = ("--reflection-depth", "denoising", "--transmission-depth", "denoising")
+    done = run(path, *both)
+    assert "reflections: 50.0 %" in done.stdout
+    assert "through glass: 0.0 %" in done.stdout
+
+
 def test_a_layer_that_is_missing_is_named(run, tmp_path):
     first, second = pictures(tmp_path)
     bare = {n: a for n, a in channels().items() if "Gloss" not in n}
@@ -213,7 +251,16 @@ def test_what_it_does_not_go_together_with(rackfocus, tmp_path, arguments):
         plainexr.write(tmp_path / "shot.0001.exr", channels())
         inputs, out = [tmp_path / "shot.####.exr"], tmp_path / "made.####.exr"
     done = rackfocus(
-        *("filter", *inputs, "-o", out, *arguments, "--reflections-from", second, *LENS),
+        *(
+            "filter",
+            *inputs,
+            "-o",
+            out,
+            *arguments,
+            "--reflections-from",
+            second,
+            *LENS,
+        ),
         code=2,
     )
     assert "reflection" in done.stderr

@@ -318,6 +318,48 @@ static void threads_do_not_matter(void)
     release(&s);
 }
 
+/* The ways of rays that the view knows, into s->out. */
+static rf_result keep_way(struct scene *s, struct rf_error *error)
+{
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_params params;
+    const struct rf_view view = {.size = sizeof view,
+                                 .colour = rf_image_packed(s->colour, WIDTH, HEIGHT, 3),
+                                 .depth = rf_image_packed(s->depth, WIDTH, HEIGHT, 1)};
+    const struct rf_image light = rf_image_packed(s->light[0], WIDTH, HEIGHT, 3);
+    const struct rf_image out = rf_image_packed(s->out, WIDTH, HEIGHT, 1);
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.lens_radius = LENS_RADIUS;
+    if (rf_context_create(&context, NULL, NULL) != RF_OK ||
+        rf_filter_create(&filter, context, &params, WIDTH, HEIGHT, NULL) != RF_OK)
+        abort();
+    rf_result result = rf_filter_seen_way(filter, &view, &light, &out, &out, error);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return result;
+}
+
+static void ways_are_kept_behind_flat_surfaces(void)
+{
+    for (int curved = 0; curved <= 1; curved++) {
+        struct scene s = make();
+        s.curve = curved * 0.002;
+        draw(&s);
+        for (int i = 0; i < N; i++)
+            s.out[i] = s.light[0][3 * i] > 0 ? depth_of(11) : s.depth[i] * 1.001f;
+        REQUIRE(keep_way(&s, NULL) == RF_OK);
+        CHECK(count_found(&s, false) == 0);
+        if (curved)
+            CHECK(count_found(&s, true) == 0);
+        else
+            CHECK(share_near(&s, LEFT, RIGHT, 11, 0.01) > 0.99);
+        s.light[0][1] = NAN;
+        CHECK(keep_way(&s, NULL) == RF_ERROR_PIXEL);
+        release(&s);
+    }
+}
+
 static void what_cannot_be_found_is_refused(void)
 {
     struct scene s = make();
@@ -351,6 +393,7 @@ int main(int argc, char **argv)
     TEST(a_curved_surface_keeps_its_depth);
     TEST(a_post_before_the_mirror_is_none_of_it);
     TEST(threads_do_not_matter);
+    TEST(ways_are_kept_behind_flat_surfaces);
     TEST(what_cannot_be_found_is_refused);
     return testing_end();
 }

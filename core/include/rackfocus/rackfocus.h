@@ -865,6 +865,19 @@ RF_API rf_result rf_filter_seen_depth(const struct rf_filter *filter,
                                       const struct rf_image *out,
                                       struct rf_error *error);
 
+/**
+ * The same from one view that knows the way of its rays through mirrors and glass, such
+ * as Cycles' Denoising Depth: `way`, one channel, has planar distances in scene units
+ * that may be means over a pixel, and that end at the surface where nothing is mirrored.
+ * `out` gets them where the surface of `light` is flat and they lie behind it, and NAN
+ * elsewhere; it may be `way`. Since 0.1.
+ */
+RF_API rf_result rf_filter_seen_way(const struct rf_filter *filter,
+                                    const struct rf_view *view,
+                                    const struct rf_image *light,
+                                    const struct rf_image *way,
+                                    const struct rf_image *out, struct rf_error *error);
+
 /* ---- accumulation -------------------------------------------------------------- */
 
 struct rf_accumulator;
