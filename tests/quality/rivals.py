@@ -12,7 +12,7 @@ the command takes after the render, against references/ of
     own           Cycles' own depth of field, N samples
     own dn        the same denoised by albedo and normals: what people use
     1, 2, 4, 8    so many views of N samples in all, raw / with --denoise
-    finish 8      8 views of N/2 samples in all and N/2 samples of the own lens
+    finish 4, 8   so many views of N/2 samples in all and N/2 samples of the own lens
     finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top
 
 Scenes held out, on which nothing is tuned: bar and street.
@@ -111,8 +111,9 @@ class Bench:
             figures[str(n)] = self.score(scene, "filter", *views)
             figures[f"{n} dn"] = self.score(scene, "filter", *views, "--denoise")
         half = self.own(scene, samples // 2)
-        views = self.passes(scene, samples // 2, 8)
-        figures["finish 8"] = self.score(scene, "finish", half, *views)
+        for n in (4, 8):
+            views = self.passes(scene, samples // 2, n)
+            figures[f"finish {n}"] = self.score(scene, "finish", half, *views)
         for n in (1, 8):
             views = self.passes(scene, 64, n)
             figures[f"finish +{n}"] = self.score(scene, "finish", own, *views)
