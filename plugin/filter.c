@@ -89,6 +89,11 @@ static void filter_dealloc(PyObject *object)
     Py_DECREF(type);
 }
 
+const struct rf_filter *plugin_filter_of(PyObject *object)
+{
+    return ((struct filter_object *)object)->filter;
+}
+
 /* ---- one frame ----------------------------------------------------------------- */
 
 /* The callback runs without the lock of the interpreter; this takes it for a moment. */
@@ -175,24 +180,29 @@ static int open_behind(PyObject *behind, struct plugin_image images[2], int *n_o
 
 static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keywords)
 {
-    static char *names[] = {"colour", "depth", "out", "progress", "behind", NULL};
-    PyObject *objects[3], *function = Py_None, *behind = Py_None, *answer = NULL;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OO:process", names,
+    static char *names[] = {"colour", "depth", "out", "progress",
+                            "behind", "seen",  NULL};
+    PyObject *objects[3], *function = Py_None, *behind = Py_None, *lights = Py_None;
+    PyObject *answer = NULL;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOO:process", names,
                                      &objects[0], &objects[1], &objects[2], &function,
-                                     &behind))
+                                     &behind, &lights))
         return NULL;
     struct plugin_image images[3], hidden[2];
+    struct plugin_seen seen = {.n_images = 0};
     struct rf_view view = {.size = sizeof view};
     int n_open = 0, n_hidden = 0;
     while (n_open < 3 && plugin_open_image(&images[n_open], objects[n_open],
                                            names[n_open], n_open == 2) == 0)
         n_open++;
-    if (n_open == 3 && open_behind(behind, hidden, &n_hidden, &view) == 0) {
+    if (n_open == 3 && open_behind(behind, hidden, &n_hidden, &view) == 0 &&
+        plugin_open_seen(&seen, lights, &view) == 0) {
         view.colour = images[0].image;
         view.depth = images[1].image;
         const struct work work = {.views = &view, .n_views = 1};
         answer = process(object, &work, &images[2].image, function);
     }
+    plugin_close_seen(&seen);
     while (n_hidden > 0)
         plugin_close_image(&hidden[--n_hidden]);
     while (n_open > 0)
@@ -513,7 +523,8 @@ static PyGetSetDef filter_getset[] = {
 
 static PyMethodDef filter_methods[] = {
     {"process", KEYWORDS(filter_process), METH_VARARGS | METH_KEYWORDS,
-     "process($self, /, colour, depth, out, progress=None, behind=None)\n--\n\n"
+     "process($self, /, colour, depth, out, progress=None, behind=None, "
+     "seen=None)\n--\n\n"
      "Filters one frame.\n\n"
      "colour: (height, width, 1, 3 or 4) or (height, width) float32, scene-linear, "
      "alpha premultiplied.\n"
@@ -523,7 +534,26 @@ static PyMethodDef filter_methods[] = {
      "behind: (colour, depth) of what lies behind the visible surfaces, as other "
      "frames "
      "or a second layer show it; depth is planar distance, NaN where nothing is known. "
-     "It takes the place of what layered and views estimate."},
+     "It takes the place of what layered and views estimate.\n"
+     "seen: a sequence of tuples (light, depth) of what is seen in mirrors or through "
+     "glass, a part of the colour, (height, width, 3) or (height, width), and its "
+     "planar distance, NaN where it is that of the surface; see seen_depth()."},
+    {"seen_depth", KEYWORDS(plugin_filter_seen_depth), METH_VARARGS | METH_KEYWORDS,
+     "seen_depth($self, /, colour, depth, lights, out)\n--\n\n"
+     "Finds the depth of what is seen in flat mirrors or panes from several points of "
+     "the lens, for the argument seen of process().\n\n"
+     "colour, depth: of the frame.\n"
+     "lights: two tuples or more (light, (u, v), shear_distance), the first that of "
+     "the frame; u, v and shear_distance as in process_views().\n"
+     "out: (height, width) float32, gets planar distances, NaN where the depth of the "
+     "surface holds."},
+    {"seen_way", KEYWORDS(plugin_filter_seen_way), METH_VARARGS | METH_KEYWORDS,
+     "seen_way($self, /, colour, depth, light, way, out)\n--\n\n"
+     "The same from one frame that knows the way of its rays, as Cycles' Denoising "
+     "Depth does.\n\n"
+     "way: (height, width) float32, planar distance of what rays end at.\n"
+     "out: gets it where the surface of light is flat and it lies behind that, else "
+     "NaN; may be way."},
     {"process_views", KEYWORDS(filter_process_views), METH_VARARGS | METH_KEYWORDS,
      "process_views($self, /, views, out, progress=None)\n--\n\n"
      "Filters one frame from several pinhole views; for the methods that take them "

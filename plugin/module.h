@@ -86,6 +86,25 @@ int plugin_open_deep(struct plugin_deep *deep, PyObject *first, PyObject *sample
                      const int size_px[2]);
 void plugin_close_deep(struct plugin_deep *deep);
 
+/* ---- filter_seen.c ------------------------------------------------------------- */
+
+/* Lights of a frame that are seen in mirrors or through glass, and their depths. */
+struct plugin_seen {
+    struct rf_seen_light lights[RF_MAX_SEEN];
+    struct plugin_image images[2 * RF_MAX_SEEN];
+    int n_images;
+};
+
+/* Opens None, or a sequence of tuples (light, depth), for a view. 0, or -1 with an
+ * exception set; to be closed in any case. */
+int plugin_open_seen(struct plugin_seen *seen, PyObject *sequence,
+                     struct rf_view *view);
+void plugin_close_seen(struct plugin_seen *seen);
+
+PyObject *plugin_filter_seen_depth(PyObject *object, PyObject *args,
+                                   PyObject *keywords);
+PyObject *plugin_filter_seen_way(PyObject *object, PyObject *args, PyObject *keywords);
+
 /* ---- compare.c ----------------------------------------------------------------- */
 
 PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
@@ -97,6 +116,9 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords);
 /* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 
 extern PyType_Spec plugin_lens_spec, plugin_filter_spec, plugin_accumulator_spec;
+
+/* Of an object of plugin_filter_spec. */
+const struct rf_filter *plugin_filter_of(PyObject *object);
 
 PyObject *plugin_lens_points(PyObject *module, PyObject *args, PyObject *keywords);
 

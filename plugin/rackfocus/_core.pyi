@@ -90,6 +90,22 @@ class Filter:
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
         behind: tuple[_Pixels, _Pixels] | None = None,
+        seen: Sequence[tuple[_Pixels, _Pixels]] | None = None,
+    ) -> None: ...
+    def seen_depth(
+        self,
+        colour: _Pixels,
+        depth: _Pixels,
+        lights: Sequence[tuple[_Pixels, tuple[float, float], float]],
+        out: _Pixels,
+    ) -> None: ...
+    def seen_way(
+        self,
+        colour: _Pixels,
+        depth: _Pixels,
+        light: _Pixels,
+        way: _Pixels,
+        out: _Pixels,
     ) -> None: ...
     def process_views(
         self,

@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus.Filter: what is seen in mirrors and through glass, and how far away. */
+#include "module.h"
+
+/* ---- lights of a frame ---------------------------------------------------------- */
+
+static int open_light(struct plugin_seen *seen, PyObject *about)
+{
+    static const char *const names[] = {"seen: light", "seen: depth"};
+    PyObject *objects[2];
+    if (!PyTuple_Check(about)) {
+        PyErr_SetString(PyExc_TypeError, "seen: each must be a tuple (light, depth)");
+        return -1;
+    }
+    if (!PyArg_ParseTuple(about, "OO:seen", &objects[0], &objects[1]))
+        return -1;
+    for (int k = 0; k < 2; k++, seen->n_images++)
+        if (plugin_open_image(&seen->images[seen->n_images], objects[k], names[k],
+                              false) < 0)
+            return -1;
+    seen->lights[seen->n_images / 2 - 1] = (struct rf_seen_light){
+        seen->images[seen->n_images - 2].image, seen->images[seen->n_images - 1].image};
+    return 0;
+}
+
+int plugin_open_seen(struct plugin_seen *seen, PyObject *sequence, struct rf_view *view)
+{
+    seen->n_images = 0;
+    if (sequence == Py_None)
+        return 0;
+    const Py_ssize_t n = PySequence_Size(sequence);
+    if (n < 0)
+        return -1;
+    if (n > RF_MAX_SEEN) {
+        PyErr_Format(PyExc_ValueError, "seen: %zd were given; a frame can have %d", n,
+                     RF_MAX_SEEN);
+        return -1;
+    }
+    for (Py_ssize_t i = 0; i < n; i++) {
+        PyObject *about = PySequence_GetItem(sequence, i);
+        const int result = about ? open_light(seen, about) : -1;
+        Py_XDECREF(about);
+        if (result < 0)
+            return -1;
+    }
+    view->seen = seen->lights;
+    view->n_seen = (int32_t)n;
+    return 0;
+}
+
+void plugin_close_seen(struct plugin_seen *seen)
+{
+    while (seen->n_images > 0)
+        plugin_close_image(&seen->images[--seen->n_images]);
+}
+
+/* ---- their depth ---------------------------------------------------------------- */
+
+/* One light from several points of the lens. */
+struct open_lights {
+    struct rf_view views[RF_MAX_VIEWS];
+    struct rf_image lights[RF_MAX_VIEWS];
+    struct plugin_image images[RF_MAX_VIEWS];
+    int n;
+};
+
+static int open_place(struct open_lights *open, PyObject *about)
+{
+    struct rf_view *view = &open->views[open->n];
+    PyObject *light;
+    view->size = sizeof *view;
+    if (!PyTuple_Check(about)) {
+        PyErr_Format(PyExc_TypeError,
+                     "lights: number %d must be a tuple (light, (u, v), "
+                     "shear_distance)",
+                     open->n);
+        return -1;
+    }
+    if (!PyArg_ParseTuple(about, "O(dd)d:light", &light, &view->lens_offset[0],
+                          &view->lens_offset[1], &view->shear_distance) ||
+        plugin_open_image(&open->images[open->n], light, "lights", false) < 0)
+        return -1;
+    open->lights[open->n] = open->images[open->n].image;
+    open->n++;
+    return 0;
+}
+
+static int open_places(struct open_lights *open, PyObject *sequence)
+{
+    const Py_ssize_t n = PySequence_Size(sequence);
+    if (n < 0)
+        return -1;
+    if (n > RF_MAX_VIEWS) {
+        PyErr_Format(PyExc_ValueError, "lights: %zd were given; 2 to %d can be", n,
+                     RF_MAX_VIEWS);
+        return -1;
+    }
+    for (Py_ssize_t i = 0; i < n; i++) {
+        PyObject *about = PySequence_GetItem(sequence, i);
+        const int result = about ? open_place(open, about) : -1;
+        Py_XDECREF(about);
+        if (result < 0)
+            return -1;
+    }
+    return 0;
+}
+
+/* Opens so many images, the last one to write to; returns how many were. */
+static int open_images(struct plugin_image *images, PyObject *const *objects,
+                       char *const *names, int n)
+{
+    int n_open = 0;
+    while (n_open < n && plugin_open_image(&images[n_open], objects[n_open],
+                                           names[n_open], n_open == n - 1) == 0)
+        n_open++;
+    return n_open;
+}
+
+static PyObject *answer(PyObject *object, rf_result result,
+                        const struct rf_error *error)
+{
+    if (result != RF_OK)
+        return plugin_raise(PyType_GetModuleState(Py_TYPE(object)), error);
+    return Py_NewRef(Py_None);
+}
+
+PyObject *plugin_filter_seen_depth(PyObject *object, PyObject *args, PyObject *keywords)
+{
+    static char *names[] = {"colour", "depth", "lights", "out", NULL};
+    static char *image_names[] = {"colour", "depth", "out"};
+    PyObject *objects[3], *sequence, *made = NULL;
+    struct plugin_image images[3];
+    struct rf_error error;
+    rf_result result;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOOO:seen_depth", names,
+                                     &objects[0], &objects[1], &sequence, &objects[2]))
+        return NULL;
+    struct open_lights *open = PyMem_Calloc(1, sizeof *open);
+    if (!open)
+        return PyErr_NoMemory();
+    int n_open = open_images(images, objects, image_names, 3);
+    if (n_open == 3 && open_places(open, sequence) == 0) {
+        open->views[0].size = sizeof *open->views;
+        open->views[0].colour = images[0].image;
+        open->views[0].depth = images[1].image;
+        Py_BEGIN_ALLOW_THREADS;
+        result = rf_filter_seen_depth(plugin_filter_of(object), open->views, open->n,
+                                      open->lights, &images[2].image, &error);
+        Py_END_ALLOW_THREADS;
+        made = answer(object, result, &error);
+    }
+    while (n_open > 0)
+        plugin_close_image(&images[--n_open]);
+    while (open->n > 0)
+        plugin_close_image(&open->images[--open->n]);
+    PyMem_Free(open);
+    return made;
+}
+
+PyObject *plugin_filter_seen_way(PyObject *object, PyObject *args, PyObject *keywords)
+{
+    static char *names[] = {"colour", "depth", "light", "way", "out", NULL};
+    PyObject *objects[5], *made = NULL;
+    struct plugin_image images[5];
+    struct rf_error error;
+    rf_result result;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOOOO:seen_way", names,
+                                     &objects[0], &objects[1], &objects[2], &objects[3],
+                                     &objects[4]))
+        return NULL;
+    int n_open = open_images(images, objects, names, 5);
+    if (n_open == 5) {
+        const struct rf_view view = {
+            .size = sizeof view, .colour = images[0].image, .depth = images[1].image};
+        Py_BEGIN_ALLOW_THREADS;
+        result = rf_filter_seen_way(plugin_filter_of(object), &view, &images[2].image,
+                                    &images[3].image, &images[4].image, &error);
+        Py_END_ALLOW_THREADS;
+        made = answer(object, result, &error);
+    }
+    while (n_open > 0)
+        plugin_close_image(&images[--n_open]);
+    return made;
+}
