@@ -18,6 +18,7 @@ from . import (
     lens,
     look,
     main_thread,
+    mirrors,
     nodes,
     passes,
     pictures,
@@ -99,7 +100,7 @@ def looked(layer, settings, params, kept_sharp=()):
     depth = look.depth(layer.depth, values, focus, is_flat)
     if covered is not None:
         depth = look.with_mask(depth, 1 - covered, focus, is_flat)
-    return passes.Layer(layer.colour, depth)
+    return passes.Layer(layer.colour, depth, (), layer.seen)
 
 
 def cut_out(found, render):
@@ -115,7 +116,8 @@ def cut_out(found, render):
         (ids if ids is None else ids[part], covered[part])
         for ids, covered in found.mattes
     )
-    return passes.Layer(found.colour[part], depth, mattes)
+    seen = found.seen and found.seen.part(part)
+    return passes.Layer(found.colour[part], depth, mattes, seen)
 
 
 def coc_picture(coc):
@@ -380,13 +382,29 @@ class RackFocusEngine(bpy.types.RenderEngine):
             **params,
             **settings.light_keywords(),
         )
-        views.process(made, params, found, picture[::-1], self._report)
+        lights = self._lights(source, settings, found, params, made)
+        views.process(made, params, found, picture[::-1], self._report, lights)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()
         if self.linked & {"CoC", "Focus"} or self.show != "picture":
             made.coc(depth, coc[::-1, :, 0])
         seconds["coc"] = time.perf_counter() - started
         return made.lens.coc_limit_px
+
+    @staticmethod
+    def _lights(source, settings, found, params, made):
+        """What mirrors and panes show, for Filter.process(), or None."""
+        layer = found[0][0]
+        if not settings.mirrors or len(found) > 1 or params["method"] == "accumulate":
+            return None
+        if layer.seen is not None:
+            threads = preferences.threads()
+            return mirrors.lights_of(made, layer.seen, layer, params, threads)
+        if not mirrors.why_not(source, settings):
+            message = "Mirrors and Glass: this render lacks the passes; press F12"
+            last_run[source.name]["message"] = message
+            failures.say(source, message)
+        return None
 
     def _report(self, fraction):
         """Progress to the status bar, now and then; False once Esc was pressed."""

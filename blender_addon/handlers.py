@@ -18,6 +18,7 @@ from . import (
     group,
     lens,
     main_thread,
+    mirrors,
     operators,
     park,
     passes,
@@ -66,6 +67,7 @@ def _prepare(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
         setup.need_source(scene)
         sharp.need_pass(scene)
+        mirrors.need_passes(scene)
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import exr, main_thread, printed, sharp
+from . import exr, main_thread, mirrors, printed, sharp
 from .compat import MultilayerExr
 from .lens import picture_size
 
@@ -76,6 +76,7 @@ class Layer(NamedTuple):
     colour: np.ndarray  # (height, width, 4), scene-linear, premultiplied
     depth: np.ndarray  # (height, width), planar, scene units; None where there is none
     mattes: tuple = ()  # as of sharp.mattes_of(), where objects stay sharp
+    seen: mirrors.Seen = None  # what mirrors and panes show, where it was rendered
 
 
 def find_layer(channels, layer, view=""):
@@ -87,7 +88,8 @@ def find_layer(channels, layer, view=""):
     if any(name not in channels for name in names):
         raise PassesError(f"view layer “{layer}” was not rendered")
     mattes = sharp.mattes_of(channels, layer, tail)
-    return Layer(side_by_side([channels[name] for name in names]), depth, mattes)
+    seen = mirrors.seen_of(channels, layer, tail)
+    return Layer(side_by_side([channels[name] for name in names]), depth, mattes, seen)
 
 
 # ---- getting them out of Blender --------------------------------------------------

@@ -221,6 +221,13 @@ class CameraSettings(bpy.types.PropertyGroup):
         max=supersample.MOST,
         default=1,
     )
+    mirrors: BoolProperty(
+        override=OVERRIDABLE,
+        name="Mirrors and Glass",
+        description="What flat mirrors and panes show is blurred by its own distance, "
+        "not by that of their surface. The next render has Cycles' light passes and "
+        "denoising data for that",
+    )
     finish_samples: IntProperty(
         override=OVERRIDABLE,
         name="Finish Samples",

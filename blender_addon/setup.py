@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import compat, group, sharp
+from . import compat, group, mirrors, sharp
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
@@ -384,6 +384,7 @@ def disable(scene):
         if layer.name in record["z"]:
             layer.use_pass_z = False
     sharp.drop_pass(scene, record)
+    mirrors.drop_passes(scene, record)
     tree = compat.compositor_tree(scene)
     is_untouched = tree is not None and _node_names(tree) == record["nodes"]
     if is_untouched and not record["was_in_use"]:

@@ -6,7 +6,17 @@ import itertools
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
-from . import finishing, group, lens, refocusing, setup, supersample, views, words
+from . import (
+    finishing,
+    group,
+    lens,
+    mirrors,
+    refocusing,
+    setup,
+    supersample,
+    views,
+    words,
+)
 from .library import rackfocus
 from .operators import last_message, scene_of
 from .props import LENS_POINTS, is_read, look_table, method_table
@@ -83,6 +93,10 @@ class CameraPanel(InCamera):
         if settings.enabled and settings.supersample > 1:
             for text in describe_supersample(settings, scene):
                 column.label(text=text, icon="INFO")
+        column.prop(settings, "mirrors")
+        reason = mirrors.why_not(scene, settings)
+        if settings.enabled and settings.mirrors and reason:
+            column.label(text=reason, icon="INFO")
         if is_read(settings, "max_radius"):
             draw_field(column, settings, "max_radius")
         if scene.render.film_transparent and is_read(settings, "film_depth"):

@@ -549,7 +549,8 @@ class ViewPasses:
         ]
         if n == 1 or any(part.depth is None for part in parts):
             return parts[0]
-        return passes.Layer(*map(self._together, zip(*parts, strict=True)))
+        planes = (part[:3] for part in parts)  # no mirrors: see mirrors.why_not()
+        return passes.Layer(*map(self._together, zip(*planes, strict=True)))
 
     def _together(self, parts):
         """One plane, or tuple of planes, of the same of all parts."""
@@ -646,11 +647,12 @@ def method_for(method, found):
     return "views"
 
 
-def process(made, params, found, out, report):
+def process(made, params, found, out, report, lights=None):
     """Filters a frame from its views.
 
     made: the rackfocus.Filter of params; found: [(passes.Layer, passes.Place)], whose
-    first one is for methods that take one view; report: as of Filter.process().
+    first one is for methods that take one view; report, lights: as of
+    Filter.process(), the latter as its seen.
     """
     first = found[0][0]
     if len(found) > 1 and params["method"] == "accumulate":
@@ -662,7 +664,7 @@ def process(made, params, found, out, report):
         ]
         made.process_views(views, out, report)
     else:
-        made.process(first.colour, first.depth, out, report)
+        made.process(first.colour, first.depth, out, report, seen=lights)
 
 
 def lights_of(params):

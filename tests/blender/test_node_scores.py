@@ -101,3 +101,11 @@ def test_the_picture_of_the_docs(rendered):
     buffer.set_pixels(region, np.ascontiguousarray(picture, np.float32))
     if shots := os.environ.get("RACKFOCUS_SHOTS"):
         assert buffer.write(str(Path(shots) / "blender-views.png"))
+
+
+def test_mirrors_have_their_own_focus(rendered, command):
+    """36.2 dB by the command; 23.2 with the blur of the surfaces."""
+    _, folder = rendered
+    score = tpsnr(command, folder / "mirrors_node.exr", "mirrors")
+    print(f"mirrors: tPSNR of the node {score:.2f}")
+    assert score > 35.5

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two scenes of tests/quality rendered through F12 with the node.
+"""Scenes of tests/quality rendered through F12 with the node.
 
     node_scores.py DIST OUT    (after -- where Blender is a program)
 
 Per scene: OUT/SCENE_passes.exr as the filter saw them, OUT/SCENE_node.exr, with eight
 views of an eighth of the samples OUT/SCENE_views/passes0001_v00.exr and so on and
 OUT/SCENE_node_views.exr, and in OUT/node_scores.json the lens as the add-on reads it
-and the seconds.
+and the seconds. Of the scene mirrors, with Mirrors and Glass, OUT/mirrors_node.exr.
 """
 
 import json
@@ -52,7 +52,21 @@ def render_scene(name):
     }
 
 
+def render_mirrors():
+    """What mirrors and panes show, by its own distance: OUT/mirrors_node.exr."""
+    cycles_scenes.build("mirrors")
+    bpy.ops.preferences.addon_enable(module=common.MODULE)
+    scene = bpy.context.scene
+    scene.cycles.samples, scene.cycles.seed = SAMPLES, SEED
+    scene.camera.data.rack_focus.mirrors = True
+    scene.camera.data.rack_focus.enabled = True
+    common.render(scene, OUT / "mirrors_node.exr")
+    message = addon("engine").last_run[scene.name]["message"]
+    assert not message, message
+
+
 common.install(DIST)
+render_mirrors()
 found = {name: render_scene(name) for name in ("posts", "portrait")}
 (OUT / "node_scores.json").write_text(json.dumps(found))
 common.leave()

@@ -492,3 +492,65 @@ def new_view_layers_get_their_depth():
     assert layer.use_pass_z and ours.view_layers[1].name == "Second"
     data.rack_focus.enabled = False
     assert not layer.use_pass_z
+
+
+def _mirror_before_cubes(scene):
+    """A mirror in focus that fills the frame, and cubes behind the camera."""
+    for item in [o for o in scene.objects if o.type == "MESH"]:
+        bpy.data.objects.remove(item)
+    mirror = common.emitter("mirror", (0, 0, 0), 1, (0, 3.01, 0))
+    mirror.scale = (6, 0.02, 6)
+    nodes = mirror.data.materials[0].node_tree
+    glossy = nodes.nodes.new("ShaderNodeBsdfGlossy")
+    glossy.inputs["Roughness"].default_value = 0
+    out = next(n for n in nodes.nodes if n.type == "OUTPUT_MATERIAL")
+    nodes.links.new(glossy.outputs[0], out.inputs["Surface"])
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        x, z = rng.uniform(-3, 3, 2)
+        common.emitter("cube", rng.random(3), 0.5, (x, -3, z))
+    scene.cycles.max_bounces = scene.cycles.glossy_bounces = 2
+
+
+@check
+def what_mirrors_show():
+    """By its own distance where that is asked for; the passes come and go."""
+    scene, data = start(mirrors=True)
+    layer, module = scene.view_layers[0], addon("mirrors")
+    _mirror_before_cubes(scene)
+    data.rack_focus.mirrors, data.dof.aperture_fstop = False, 0.08
+    plain = rgba(render(scene, OUT / "mi.exr"))
+    assert not any(getattr(layer, p) for p in module.PASSES)
+    data.rack_focus.mirrors = True
+    bpy.ops.rack_focus.refocus()
+    assert "press F12" in last_message(scene), last_message(scene)
+    layer.use_pass_glossy_color = True  # the user's own
+    made = rgba(render(scene, OUT / "mi.exr"))
+    assert not last_message(scene), last_message(scene)
+    assert all(getattr(layer, p) for p in module.PASSES)
+    assert layer.cycles.denoising_store_passes
+    inner = np.s_[10:-10, 10:-10, :3]
+    assert made[inner].std() < 0.85 * plain[inner].std(), (
+        made[inner].std(),
+        plain[inner].std(),
+    )
+    assert abs(made[inner].mean() / plain[inner].mean() - 1) < 0.1
+    data.dof.aperture_fstop = 20
+    bpy.ops.rack_focus.refocus()
+    assert not last_message(scene), last_message(scene)
+    sharp = common.result(scene, OUT / "mi_result.exr")
+    assert sharp[inner].std() > 1.15 * made[inner].std()
+    data.rack_focus.views = 2
+    assert "one view" in module.why_not(scene, data.rack_focus)
+    data.rack_focus.views, data.rack_focus.supersample = 1, 2
+    assert "Supersample" in module.why_not(scene, data.rack_focus)
+    data.rack_focus.supersample = 1
+    assert not module.why_not(scene, data.rack_focus)
+    data.rack_focus.mirrors = False
+    render(scene, OUT / "mi.exr")
+    assert [p for p in module.PASSES if getattr(layer, p)] == ["use_pass_glossy_color"]
+    assert not layer.cycles.denoising_store_passes
+    data.rack_focus.mirrors = True
+    render(scene, OUT / "mi.exr")
+    data.rack_focus.enabled = False
+    assert [p for p in module.PASSES if getattr(layer, p)] == ["use_pass_glossy_color"]

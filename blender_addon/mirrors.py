@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What flat mirrors and panes show is blurred by its own distance.
+
+Cycles' light passes say what of each pixel is mirrored or let through, and its Denoising
+Depth how long the whole way of the rays is. The scene's view layers get those passes when
+a render begins, for as long as a camera of the scene wants them.
+
+    light      (direct + indirect) colour, of Glossy and of Transmission
+    distance   that of the way, for the stronger of both lights, where their surface is
+               flat and the way goes on behind it (rackfocus.Filter.seen_way())
+"""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+
+from .library import rackfocus
+
+PASSES = tuple(
+    f"use_pass_{kind}_{part}"
+    for kind in ("glossy", "transmission")
+    for part in ("direct", "indirect", "color")
+)
+WAY_SWITCH = "denoising_store_passes"  # of a view layer's cycles
+WAY = "Denoising Depth"
+RECORD = "mirrors"  # {layer: what it got switched on}, in the scene's record
+#: Direct, indirect, colour; Blender 5 writes names in full.
+NAMES = (
+    (
+        ("GlossDir", "GlossInd", "GlossCol"),
+        ("Glossy Direct", "Glossy Indirect", "Glossy Color"),
+    ),
+    (
+        ("TransDir", "TransInd", "TransCol"),
+        ("Transmission Direct", "Transmission Indirect", "Transmission Color"),
+    ),
+)
+
+
+class Seen(NamedTuple):
+    """Planes of a view layer, (height, width)."""
+
+    lights: tuple  # of each kind nine: R, G, B of direct, indirect, colour
+    way: np.ndarray  # length of the rays' way, scene units
+
+    def part(self, rows_and_columns):
+        """The same of a part of the picture."""
+        return Seen(
+            tuple(
+                tuple(plane[rows_and_columns] for plane in light)
+                for light in self.lights
+            ),
+            self.way[rows_and_columns],
+        )
+
+
+# ---- the passes -------------------------------------------------------------------
+
+
+def is_wanted(scene):
+    """Does a camera of the scene want them?"""
+    cameras = (o.data.rack_focus for o in scene.objects if o.type == "CAMERA")
+    return any(settings.enabled and settings.mirrors for settings in cameras)
+
+
+def why_not(scene, settings):
+    """Why a camera's mirrors have the blur of their surface, or ""."""
+    if scene.render.engine != "CYCLES":
+        return "Mirrors and Glass works with Cycles"
+    if settings.views > 1 or settings.method == "accumulate":
+        return "Mirrors and Glass is for one view: several show them as they are"
+    if settings.supersample > 1:
+        return "Mirrors and Glass works without Supersample"
+    return ""
+
+
+def need_passes(scene):
+    """Switches the passes on where they are wanted, and off where only we wanted them."""
+    record = json.loads(scene.rack_focus.record or "{}")
+    if not record:
+        return
+    before = record.get(RECORD, {})
+    ours = {name: list(switches) for name, switches in before.items()}
+    if is_wanted(scene) and scene.render.engine == "CYCLES":
+        for layer in scene.view_layers:
+            missing = _switched_off(layer)
+            _switch(layer, missing, True)
+            if missing:
+                ours[layer.name] = [*ours.get(layer.name, []), *missing]
+    elif ours:
+        drop_passes(scene, record)
+        ours = {}
+    if ours != before:
+        record[RECORD] = ours
+        scene.rack_focus.record = json.dumps(record)
+
+
+def drop_passes(scene, record):
+    """Switches off what need_passes() switched on."""
+    for layer in scene.view_layers:
+        _switch(layer, record.get(RECORD, {}).get(layer.name, []), False)
+
+
+def _switched_off(layer):
+    missing = [name for name in PASSES if not getattr(layer, name)]
+    if not getattr(layer.cycles, WAY_SWITCH):
+        missing.append(WAY_SWITCH)
+    return missing
+
+
+def _switch(layer, names, is_on):
+    for name in names:
+        owner = getattr(layer, "cycles", None) if name == WAY_SWITCH else layer
+        if owner is not None:  # Cycles is an add-on too, and may be off
+            setattr(owner, name, is_on)
+
+
+# ---- light and distance -----------------------------------------------------------
+
+
+def seen_of(channels, layer, tail=""):
+    """The Seen of a view layer among the channels of exr.read_exr(), or None.
+
+    tail: what follows the pass in the names, ".view" in stereo.
+    """
+    way = channels.get(f"{layer}.{WAY}{tail}.Z")
+    lights = []
+    for kind in NAMES:
+        for names in kind:
+            planes = [
+                channels.get(f"{layer}.{name}{tail}.{c}")
+                for name in names
+                for c in "RGB"
+            ]
+            if all(plane is not None for plane in planes):
+                lights.append(tuple(planes))
+                break
+    if way is None or len(lights) < len(NAMES):
+        return None
+    return Seen(tuple(lights), way)
+
+
+def _light(planes):
+    """(height, width, 3) of the nine planes of a kind."""
+    direct, indirect, colour = (np.stack(planes[i : i + 3], -1) for i in (0, 3, 6))
+    return np.nan_to_num((direct + indirect) * colour).astype(np.float32)
+
+
+def lights_of(made, seen, layer, params, threads):
+    """[(light, distance)] for rackfocus.Filter.process().
+
+    made: the filter, of params; layer: the passes.Layer that it filters.
+    """
+    height, width = seen.way.shape
+    rays = rackfocus.Filter(
+        width, height, threads=threads, **{**params, "depth": "radial"}
+    )
+    way = np.where(seen.way > 0, seen.way, 0).astype(np.float32)
+    planar = np.empty_like(way)
+    rays.planar_depth(way, planar)
+    planar[way <= 0] = np.nan
+    lights = [_light(planes) for planes in seen.lights]
+    sums = [light.sum(-1) for light in lights]
+    found = []
+    for light, own, other in zip(lights, sums, sums[::-1], strict=True):
+        distance = np.where(own < other, np.nan, planar).astype(np.float32)
+        made.seen_way(layer.colour, layer.depth, light, distance, distance)
+        found.append((light, distance))
+    return found
