@@ -171,14 +171,34 @@ static void explain_log(const struct povray_scene *scene, const char *log,
     free(text);
 }
 
+/* A picture, font or the like that POV-Ray did not find: it says so among its warnings,
+ * and then ends with an error without a name. */
+static bool explain_missing_file(const struct povray_scene *scene, char *warnings,
+                                 struct povray_error *error)
+{
+    char *what = strstr(warnings, "Possible Parse Error: Cannot find file"), *from = what;
+    if (!what)
+        return false;
+    while (from > warnings && strncmp(from, "File: ", 6) != 0)
+        from--;
+    char *next = strstr(what, "\nFile: ");
+    if (next)
+        *next = 0;
+    return explain_parse_error(scene, from, error);
+}
+
 void scene_explain(const struct povray_scene *scene, const struct run *run,
                    struct povray_error *error)
 {
-    char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log");
-    if (!explain_parse_error(scene, or_nothing(fatal), error))
+    char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log"),
+         *warnings = run_stream(run, "warning");
+    const bool is_explained = explain_parse_error(scene, or_nothing(fatal), error) ||
+                              (warnings && explain_missing_file(scene, warnings, error));
+    if (!is_explained)
         explain_log(scene, or_nothing(log), error);
     free(fatal);
     free(log);
+    free(warnings);
 }
 
 /* ---- renders ------------------------------------------------------------------- */

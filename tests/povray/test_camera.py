@@ -151,6 +151,7 @@ def test_a_scene_too_small_for_povray(rackfocus, tmp_path):
         ("fisheye.pov", ["fisheye.pov:", "type fisheye", "use a perspective"]),
         ("perturbed.pov", ["perturbed.pov:", "normal", "remove"]),
         ("broken.pov", ["broken.pov:4: Parse Error", "Undeclared"]),
+        ("no_texture.pov", ["no_texture.pov:5:", "Cannot find file 'lost.png'"]),
     ],
 )
 def test_clear_errors(rackfocus, scene, words):
