@@ -144,6 +144,13 @@ void denoiser_close(struct denoiser *d)
 
 /* ---- pictures -------------------------------------------------------------------- */
 
+void denoise_free_guides(struct denoise_guides *guides)
+{
+    free(guides->albedo);
+    free(guides->normal);
+    *guides = (struct denoise_guides){0};
+}
+
 static void set_packed(struct denoiser *d, void *filter, const char *name,
                        float *samples, const struct denoise_picture *picture)
 {

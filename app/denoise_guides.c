@@ -85,10 +85,3 @@ bool denoise_read_guides(const struct source *source, int n_threads,
            (!guides->albedo ||
             read_guide(source, normal_names, n_threads, &guides->normal, error));
 }
-
-void denoise_free_guides(struct denoise_guides *guides)
-{
-    free(guides->albedo);
-    free(guides->normal);
-    *guides = (struct denoise_guides){0};
-}

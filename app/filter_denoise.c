@@ -4,25 +4,17 @@
  * albedo and the normals that guide the denoiser (docs/notebook/rivals.md: after it is
  * as good within 0.1 dB without guides, and 3 dB worse with few samples and glass).
  *
- * Several views: before and after. Where all have an albedo, the views share albedo and
- * normals (denoise_share.c), which are cleaned; the grain that they explain is taken out
- * of each view's colours (denoise_variate.c), and what is left is denoised, to be mixed
- * with the view denoised by itself. The picture is half of the merge of these, a quarter
- * of the merge of what was left, denoised, and a quarter of the merge with all the
- * grain, denoised.
- *
- * Without albedos each view is denoised twice: its own samples, which keep what other
- * views do not show, and those that the views share, which have the grain of all of
- * them. The picture is half of their merge and half of the merge with all the grain,
- * denoised. Errors of all these differ, and a mean is better than each.
+ * Several views: before, together (denoise_views.c), and after. Where all have an albedo,
+ * the picture is half of the merge of these, a quarter of the merge of what albedos and
+ * normals do not explain, denoised, and a quarter of the merge with all the grain,
+ * denoised. Without albedos it is half of the merge and half of the merge with all the
+ * grain, denoised. Errors of all these differ, and a mean is better than each.
  */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "denoise.h"
-#include "denoise_share.h"
-#include "denoise_variate.h"
+#include "denoise_views.h"
 #include "filter_private.h"
 #include "interrupt.h"
 #include "report.h"
@@ -51,24 +43,6 @@ static int denoise_source(struct run *run, struct denoiser *denoiser,
 /* ---- several views ------------------------------------------------------------------
  */
 
-/* Px that points at the depths of a view move as the eye does; false: not known. */
-static bool find_shifts(const struct run *run, const struct rf_view *view, float *shift)
-{
-    const struct rf_lens *lens = rf_filter_lens(run->filter);
-    const struct rf_image out =
-        rf_image_packed(shift, run->source.width, run->source.height, 1);
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    const double per_plane = view->shear_distance > 0 ? 1 / view->shear_distance : 0;
-    if (rf_filter_planar_depth(run->filter, &view->depth, &out, NULL) != RF_OK)
-        return false;
-    const bool is_perspective = lens->projection == RF_PROJECTION_PERSPECTIVE;
-    for (size_t i = 0; i < n; i++)
-        shift[i] =
-            (float)(is_perspective ? lens->focal_length_px * (per_plane - 1 / shift[i])
-                                   : lens->px_per_unit * (shift[i] * per_plane - 1));
-    return true;
-}
-
 /* Everything that is shared; the memory of shifts and guides belongs to it. */
 static int open_share(struct run *run, struct share *share)
 {
@@ -91,9 +65,7 @@ static int open_share(struct run *run, struct share *share)
         if (!shift || !denoise_read_guides(&run->views.sources[j], run->n_threads,
                                            &to->guides, run->error))
             return app_code_of(run->error);
-        if (!find_shifts(run, view, shift))
-            for (size_t i = 0; i < n; i++)
-                shift[i] = NAN;
+        denoise_find_shifts(run->filter, view, shift, NULL);
     }
     if (!share->views || !share_open(share, run->error))
         return app_code_of(run->error);
@@ -110,189 +82,44 @@ static void close_share(struct share *share)
     share_close(share);
 }
 
-/* Room for albedo and normals where a view has them. */
-static bool make_guides(const struct share *share, const struct denoise_guides *like,
-                        struct denoise_guides *guides, struct image_error *error)
+static bool go_on(void *user, double fraction)
 {
-    const size_t n = (size_t)share->width * (size_t)share->height;
-    *guides = (struct denoise_guides){0};
-    if (like->albedo)
-        guides->albedo = app_memory(n, 3 * sizeof(float), error);
-    if (like->normal && guides->albedo)
-        guides->normal = app_memory(n, 3 * sizeof(float), error);
-    return !like->albedo == !guides->albedo && !like->normal == !guides->normal;
+    const struct run *run = user;
+    app_progress((void *)run->tool->host, fraction);
+    return !os_is_interrupted();
 }
 
-/* Room for one view: pixels, and how many views share each. */
-struct denoise_room {
-    float *own, *left, *n_shared;
-    struct denoise_guides guides;
-};
-
-static bool make_room(const struct share *share, int j, struct denoise_room *room,
-                      struct image_error *error)
+/* All views without grain, into made[j]; they become what albedos and normals do not
+ * explain, where *has_left. */
+static int denoise_opened(struct run *run, struct denoiser *denoiser,
+                          struct denoise_views *views, float *const *made)
 {
-    const size_t n = (size_t)share->width * (size_t)share->height;
-    *room = (struct denoise_room){
-        .own = app_memory(n, (size_t)share->n_channels * sizeof(float), error),
-        .left = app_memory(n, (size_t)share->n_channels * sizeof(float), error),
-        .n_shared = app_memory(n, sizeof(float), error)};
-    return room->own && room->left && room->n_shared &&
-           make_guides(share, &share->views[j].guides, &room->guides, error);
-}
-
-static void free_room(struct denoise_room *room)
-{
-    denoise_free_guides(&room->guides);
-    free(room->own);
-    free(room->left);
-    free(room->n_shared);
-}
-
-/* Do all views have an albedo? */
-static bool has_albedos(const struct share *share)
-{
-    for (int j = 0; j < share->n; j++)
-        if (!share->views[j].guides.albedo)
-            return false;
-    return true;
-}
-
-/*
- * How far n views that share a pixel tell what is clean: (1 - 1/n)^2, 1 from eight on.
- * Two views of 32 samples each would lose 0.6 dB on plane by 1; eight of 2 samples gain
- * 0.5 dB there against 49/64, 0 to 0.1 on others (docs/notebook/rivals.md).
- */
-static float share_weight(float n)
-{
-    const float gain = (1 - 1 / n) / (1 - 1.0f / 8);
-    return fminf(gain * gain, 1);
-}
-
-/* to + w (from - to), w = share_weight() of the views that share a pixel. */
-static void mix_by_shared(const struct share *share, const float *n_shared,
-                          const float *from, float *to)
-{
-    const size_t n_channels = (size_t)share->n_channels;
-    const size_t n = (size_t)share->width * (size_t)share->height;
-    for (size_t i = 0; i < n; i++) {
-        const float w = share_weight(n_shared[i]);
-        for (size_t k = n_channels * i; k < n_channels * (i + 1); k++)
-            to[k] += w * (from[k] - to[k]);
+    const char *names[RF_MAX_VIEWS];
+    float *left[RF_MAX_VIEWS];
+    for (int j = 0; j < run->views.n; j++) {
+        names[j] = image_path(run->views.sources[j].colour);
+        left[j] = run->views.views[j].colour.data;
     }
-}
-
-/*
- * View j without grain, in `made`, and in place of its samples these without the grain
- * that albedo and normals explain: nobody shares them afterwards. Both as far as other
- * views tell what is clean.
- */
-static bool denoise_by_guides(struct run *run, struct denoiser *denoiser,
-                              const struct share *share, int j,
-                              const struct denoise_room *room, float *made)
-{
-    const size_t n_bytes = (size_t)share->width * (size_t)share->height *
-                           (size_t)share->n_channels * sizeof(float);
-    float *samples = run->views.views[j].colour.data;
-    const struct denoise_picture to = {made, share->width, share->height,
-                                       share->n_channels,
-                                       image_path(run->views.sources[j].colour)};
-    struct denoise_picture own = to;
-    struct denoise_guides clean = room->guides;
-    struct variates variates = {.picture = to,
-                                .denoised = made,
-                                .sampled = &share->views[j].guides,
-                                .clean = &clean,
-                                .n_threads = run->n_threads};
-    variates.picture.samples = samples;
-    memcpy(made, samples, n_bytes);
-    if (!denoise_clean_guides(denoiser, &to, &clean, run->error) ||
-        !denoise_picture(denoiser, &to, &clean, run->error) ||
-        !variates_remove(&variates, room->left, run->error))
-        return false;
-    own.samples = room->own;
-    memcpy(room->own, samples, n_bytes);
-    mix_by_shared(share, room->n_shared, room->left, samples);
-    if (!denoise_picture(denoiser, &own, &share->views[j].guides, run->error))
-        return false;
-    own.samples = room->left;
-    if (!denoise_picture(denoiser, &own, &clean, run->error))
-        return false;
-    memcpy(made, room->own, n_bytes);
-    mix_by_shared(share, room->n_shared, room->left, made);
-    return true;
-}
-
-/*
- * View j without grain, in `made`, of colours alone: its own samples and those that n
- * views share, each denoised by its own guides and weighted by 1 - w and
- * w = (1 - 1/n)^2 / 2: shared ones are as good or better where n is large; two views of
- * plane lose 0.5 dB by halves.
- */
-static bool denoise_by_colours(struct run *run, struct denoiser *denoiser,
-                               const struct share *share, int j,
-                               const struct denoise_room *room, float *made)
-{
-    const size_t n_channels = (size_t)share->n_channels;
-    const size_t n = (size_t)share->width * (size_t)share->height * n_channels;
-    const struct denoise_picture shared = {made, share->width, share->height,
-                                           share->n_channels,
-                                           image_path(run->views.sources[j].colour)};
-    struct denoise_picture own = shared;
-    own.samples = room->own;
-    memcpy(own.samples, share->views[j].samples, n * sizeof(float));
-    if (!denoise_picture(denoiser, &own, &share->views[j].guides, run->error) ||
-        !denoise_picture(denoiser, &shared, &room->guides, run->error))
-        return false;
-    for (size_t i = 0; i < n; i++) {
-        const float gain = 1 - 1 / room->n_shared[i / n_channels];
-        made[i] = room->own[i] + gain * gain / 2 * (made[i] - room->own[i]);
-    }
-    return true;
-}
-
-static int denoise_view(struct run *run, struct denoiser *denoiser,
-                        const struct share *share, int j, float *made)
-{
-    struct denoise_room room;
-    bool is_done = make_room(share, j, &room, run->error);
-    if (is_done) {
-        run->shared_views +=
-            share_collect(share, j, made, room.n_shared, &room.guides) / share->n;
-        is_done = has_albedos(share)
-                      ? denoise_by_guides(run, denoiser, share, j, &room, made)
-                      : denoise_by_colours(run, denoiser, share, j, &room, made);
-    }
-    free_room(&room);
-    return code_of(run, is_done);
-}
-
-/* All views without grain, into `made`, one after the other. */
-static int denoise_shared(struct run *run, struct denoiser *denoiser,
-                          const struct share *share, float *made)
-{
-    const size_t n =
-        (size_t)share->width * (size_t)share->height * (size_t)share->n_channels;
-    int code = APP_DONE;
-    for (int j = 0; j < share->n && code == APP_DONE; j++) {
-        code = denoise_view(run, denoiser, share, j, made + n * (size_t)j);
-        app_progress((void *)run->tool->host, (j + 1.0) / share->n);
-    }
+    views->names = names;
+    views->left = left;
+    views->progress = go_on;
+    views->user = run;
+    const int code = denoise_views(denoiser, views, made, run->error);
+    run->shared_views += views->n_shared;
     return code;
 }
 
-/* The same; *has_left: the views have become what albedos and normals do not explain. */
-static int denoise_views(struct run *run, struct denoiser *denoiser, float *made,
-                         bool *has_left)
+static int denoise_shared(struct run *run, struct denoiser *denoiser,
+                          float *const *made, bool *has_left)
 {
-    struct share share;
+    struct denoise_views views = {0};
     app_begin(run->tool->host, "denoising");
-    int code = open_share(run, &share);
+    int code = open_share(run, &views.share);
     if (code == APP_DONE) {
-        *has_left = has_albedos(&share);
-        code = denoise_shared(run, denoiser, &share, made);
+        *has_left = denoise_have_albedos(&views.share);
+        code = denoise_opened(run, denoiser, &views, made);
     }
-    close_share(&share);
+    close_share(&views.share);
     app_end(run->tool->host);
     return code;
 }
@@ -318,17 +145,17 @@ static void take_mean(float *to, const float *from, size_t n)
         to[i] = (to[i] + from[i]) / 2;
 }
 
-/* With room for a picture in `merged` and for one of each view in `made`. */
+/* With room for a picture in `merged` and for view j in made[j]. */
 static int run_views(struct run *run, struct denoiser *denoiser,
                      int (*make_picture)(struct run *run, float *samples),
-                     float *merged, float *made)
+                     float *merged, float *const *made)
 {
     const size_t n = (size_t)run->source.width * (size_t)run->source.height *
                      (size_t)run->source.n_channels;
     bool has_left = false;
     int code = merge_and_denoise(run, denoiser, make_picture, merged);
     if (code == APP_DONE)
-        code = denoise_views(run, denoiser, made, &has_left);
+        code = denoise_shared(run, denoiser, made, &has_left);
     if (code == APP_DONE && has_left) {
         code = merge_and_denoise(run, denoiser, make_picture, run->colour);
         take_mean(merged, run->colour, n);
@@ -336,8 +163,7 @@ static int run_views(struct run *run, struct denoiser *denoiser,
     if (code != APP_DONE)
         return code;
     for (int j = 0; j < run->views.n; j++)
-        memcpy(run->views.views[j].colour.data, made + n * (size_t)j,
-               n * sizeof(float));
+        memcpy(run->views.views[j].colour.data, made[j], n * sizeof(float));
     code = make_picture(run, run->colour);
     take_mean(run->colour, merged, n);
     return code;
@@ -349,12 +175,15 @@ static int denoise_and_merge(struct run *run, struct denoiser *denoiser,
     const size_t n = (size_t)run->source.width * (size_t)run->source.height *
                      (size_t)run->source.n_channels;
     float *merged = app_memory(n, sizeof(*merged), run->error);
-    float *made =
+    float *all =
         merged ? app_memory((size_t)run->views.n, n * sizeof(float), run->error) : NULL;
+    float *made[RF_MAX_VIEWS];
+    for (int j = 0; j < run->views.n; j++)
+        made[j] = all ? all + n * (size_t)j : NULL;
     const int code =
-        made ? run_views(run, denoiser, make_picture, merged, made) : APP_NO_MEMORY;
+        all ? run_views(run, denoiser, make_picture, merged, made) : APP_NO_MEMORY;
     free(merged);
-    free(made);
+    free(all);
     return code;
 }
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import (
     compat,
+    denoising,
     exr,
     failures,
     finishing,
@@ -196,7 +197,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The message of an error in the artist's words."""
         if isinstance(error, rackfocus.CancelledError):
             return "stopped; the picture is not filtered"
-        if isinstance(error, keep.KeepError | finishing.FinishError):
+        if isinstance(error, keep.KeepError | denoising.DenoiserError):
             return str(error)
         if isinstance(error, EXPECTED):
             text = getattr(error, "message", "") or str(error) or "out of memory"
@@ -251,6 +252,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         rendered = passes.rendered(source)
         seconds["passes"] = time.perf_counter() - started
         for frame in frames:
+            problem = problem or self._denoise(rendered, frame, source, seconds)
             found = [
                 (cut_out(layer, source.render), place)
                 for layer, place in rendered.views(
@@ -265,6 +267,21 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if problem:
             raise problem
         seconds["total"] = time.perf_counter() - started
+
+    def _denoise(self, rendered, frame, source, seconds):
+        """Cleans views that were rendered with their grain; returns the problem."""
+        started = time.perf_counter()
+        if self.is_broken or not isinstance(rendered, views.ViewPasses):
+            return None
+        if rendered.is_clean(frame.layer):
+            return None
+        self.doing = "Rack Focus: denoise"
+        try:
+            denoising.clean(rendered, frame, source, self._report)
+        except (denoising.DenoiserError, rackfocus.CancelledError) as problem:
+            return problem
+        seconds["denoise"] = time.perf_counter() - started
+        return None
 
     def _render_frame(self, frame, found, scene, seconds):
         """Fills the passes of one frame, after a problem with what was rendered.

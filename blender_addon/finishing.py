@@ -7,28 +7,15 @@ mirrors, glass, smoke and motion blur come out as the renderer sees them. What w
 rendered is kept for as long as camera and frame are the same.
 """
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
-import bpy
-import numpy as np
-
-from . import group, lens, look, passes, preferences, props, setup, sharp
+from . import denoising, group, lens, look, passes, props, setup, sharp
 from .library import rackfocus
 
-# Passes of Cycles, where denoising data is stored, by what they guide as.
-GUIDES = {"albedo": ("Denoising Albedo", "RGB"), "normal": ("Denoising Normal", "XYZ")}
 OTHER_SEED = 7919  # its noise is not that of the pinhole's samples
 
 _kept = {}  # scene name: (key, passes.RenderedPasses) of the last render of its lens
 
 
-_found = set()  # what library() gave, of libraries that have worked
-
-
-class FinishError(Exception):
+class FinishError(denoising.DenoiserError):
     """The picture is filtered, not finished; the message is for the user."""
 
 
@@ -61,91 +48,25 @@ def samples_of(scene):
     return settings.finish_samples
 
 
-# ---- the denoiser -----------------------------------------------------------------
-
-# Of builds of blender.org and of PyPI's bpy, from the folder above that of the version.
-OWN_DENOISER = (
-    "lib/libOpenImageDenoise.so*",
-    "lib/libOpenImageDenoise*.dylib",
-    "blender.shared/OpenImageDenoise.dll",
-)
-DENOISER = "RACKFOCUS_OIDN"  # names it, before the preferences
-FAILED = 3  # exit status of BESIDE that goes with a message
-# Finishes in a process of its own; see clean().
-BESIDE = f"""
-import sys
-sys.path[:0], library, threads, folder = sys.argv[1:3], *sys.argv[3:]
-import numpy, rackfocus
-own, ours, *guides = (
-    numpy.load(f"{{folder}}/{{n}}.npy") for n in ("own", "ours", "albedo", "normal")
-)
-albedo, normal = (guide if guide.size else None for guide in guides)
-try:
-    rackfocus.finish(
-        own, ours, ours, albedo=albedo, normal=normal,
-        library=library or None, threads=int(threads),
-    )
-except Exception as error:
-    print(error, file=sys.stderr)
-    sys.exit({FAILED})
-numpy.save(f"{{folder}}/ours.npy", ours)
-"""
-
-
-def library():
-    """(path of Open Image Denoise or None: the system looks, is it Blender's own?)"""
-    chosen = os.environ.get(DENOISER) or preferences.get("denoiser", "")
-    if chosen:
-        return bpy.path.abspath(chosen), False
-    home = Path(bpy.utils.resource_path("LOCAL")).parent
-    found = [path for place in OWN_DENOISER for path in sorted(home.glob(place))]
-    return (str(found[0]), True) if found else (None, False)
-
-
 def clean(own, ours, guides=None):
     """rackfocus.finish() into the colours of `ours`, (height, width, 3 or 4).
 
-    `guides`: albedo and normals of the own render, by these names, where known. A
-    library that is not Blender's own runs in another process: that of PyPI (2.5) and
-    the memory allocator of Debian's Blenders (3.4, 5.2) end both. FinishError.
+    `guides`: albedo and normals of the own render, by these names, where known.
+    FinishError.
     """
-    path, is_own = library()
     try:
-        if is_own:
-            about = {**(guides or {}), "library": path}
-            about["threads"] = preferences.threads()
-            rackfocus.finish(own, ours, ours[..., :3], **about)
-        else:
-            ours[..., :3] = _clean_beside(own, ours, guides or {}, path)
+        denoising.finish(own, ours, guides or {})
     except (rackfocus.Error, ValueError, MemoryError, OSError) as error:
-        more = " (or in the add-on's preferences)" if DENOISER in str(error) else ""
-        raise FinishError(f"not finished: {error}{more}") from error
-
-
-def _clean_beside(own, ours, guides, path):
-    """The colours, finished by Python in another process; OSError with its message."""
-    nothing = np.zeros((0, 0, 3), np.float32)
-    given = {"own": own[..., :3], "ours": ours[..., :3]}
-    given |= {name: guides.get(name, nothing) for name in GUIDES}
-    with passes.own_folder(passes.memory_folder(4 * own[..., :3].nbytes)) as folder:
-        for name, values in given.items():
-            np.save(folder / f"{name}.npy", np.ascontiguousarray(values, np.float32))
-        places = [str(Path(m.__file__).parents[1]) for m in (rackfocus, np)]
-        options = [path or "", str(preferences.threads()), str(folder)]
-        command = [sys.executable, "-c", BESIDE, *places, *options]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode == FAILED:
-            raise OSError(done.stderr.strip())
-        if done.returncode:
-            raise OSError(f"Open Image Denoise failed ({done.returncode})")
-        return np.load(folder / "ours.npy")
+        message = f"not finished: {denoising.explained(error)}"
+        raise FinishError(message) from error
 
 
 def need_denoiser():
     """FinishError where there is none: better known before a render than after it."""
-    if library() not in _found:
-        clean(*np.zeros((2, 16, 16, 3), np.float32))
-        _found.add(library())
+    try:
+        denoising.need()
+    except denoising.DenoiserError as error:
+        raise FinishError(f"not finished: {error}") from error
 
 
 # ---- the render -------------------------------------------------------------------
@@ -220,9 +141,4 @@ def own_of(scene, layer):
         return None
     rendered = _kept[scene.name][1]
     channels = next(iter(rendered.files.values()))
-    guides = {}
-    for guide, (part, axes) in GUIDES.items():
-        names = [f"{layer}.{part}.{c}" for c in axes]
-        if all(name in channels for name in names):
-            guides[guide] = passes.side_by_side([channels[name] for name in names])
-    return rendered.layer(layer), guides
+    return rendered.layer(layer), passes.guides_of(channels, layer)

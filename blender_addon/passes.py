@@ -70,6 +70,23 @@ def side_by_side(planes):
     return np.ndarray(shape, np.float32, base, start, (*first.strides, steps.pop()))
 
 
+# Passes of Cycles, where denoising data is stored, by what they guide as.
+GUIDES = {"albedo": ("Denoising Albedo", "RGB"), "normal": ("Denoising Normal", "XYZ")}
+
+
+def guides_of(channels, layer, tail=""):
+    """{name: (height, width, 3)} of GUIDES, as far as they were rendered.
+
+    channels: of exr.read_exr(); tail: what follows the pass in the names.
+    """
+    found = {}
+    for guide, (part, axes) in GUIDES.items():
+        names = [f"{layer}.{part}{tail}.{c}" for c in axes]
+        if all(name in channels for name in names):
+            found[guide] = side_by_side([channels[name] for name in names])
+    return found
+
+
 class Layer(NamedTuple):
     """What the filter needs of one view layer."""
 
@@ -200,6 +217,13 @@ class RenderedPasses:
             return find_layer(channels, name)
         except PassesError:
             return find_layer(channels, name, view)
+
+    def guides(self, name, suffix="", view=""):
+        """What guides a denoiser of a view layer; see guides_of()."""
+        channels = self.files.get(suffix, self.files.get("", {}))
+        tails = ("", f".{view}") if view else ("",)
+        found = [guides_of(channels, name, tail) for tail in tails]
+        return max(found, key=len)
 
     def views(self, name, suffix="", view=""):
         """[(Layer, Place)] as of one view from the middle of the lens."""

@@ -211,6 +211,14 @@ class CameraSettings(bpy.types.PropertyGroup):
         soft_max=1024,
         default=0,
     )
+    denoise_together: BoolProperty(
+        override=OVERRIDABLE,
+        name="Denoise Together",
+        description="Where Cycles' denoiser is on, clean views by what the others show "
+        "of the same points, with Open Image Denoise on the processor. Off: Cycles "
+        "cleans each view by itself",
+        default=True,
+    )
     supersample: IntProperty(
         override=OVERRIDABLE,
         name="Supersample",

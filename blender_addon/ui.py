@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from . import (
+    denoising,
     finishing,
     group,
     lens,
@@ -116,6 +117,11 @@ class CameraPanel(InCamera):
         if settings.method == "accumulate":
             column.prop(settings, "camera_move")
             column.prop(settings, "shutter_spread")
+        elif scene.render.engine == "CYCLES" and scene.cycles.use_denoising:
+            column.prop(settings, "denoise_together")
+            reason = denoising.why_not(scene)
+            if settings.enabled and reason:
+                column.label(text=reason, icon="INFO")
         n = views.view_count(settings)
         for text in views.describe(settings, scene, n) if settings.enabled else ():
             column.label(text=text, icon="INFO")

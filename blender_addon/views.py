@@ -18,7 +18,17 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import compat, finishing, group, lens, passes, setup, sharp, supersample
+from . import (
+    compat,
+    denoising,
+    finishing,
+    group,
+    lens,
+    passes,
+    setup,
+    sharp,
+    supersample,
+)
 from .library import rackfocus
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
@@ -48,6 +58,7 @@ class Session:
         self.copy_names = [copy.name for copy in copies]
         self.own_name = own.name if own is not None else ""
         self.scale = supersample.factor(scene) if copies else 1
+        self.is_noisy = False  # are the views rendered with their grain?
         self.is_sequence = len(copies) > 1
         self.camera_names = []
         self.samples = samples_of(scene)
@@ -172,9 +183,12 @@ def begin(scene, own_samples=0, is_refocus=False):
     copies = [_make_copy(scene) for _ in range(n_copies if has_copies else 0)]
     own = finishing.make_copy(scene, _make_copy, own_samples) if own_samples else None
     session = Session(scene, copies, own)
+    session.is_noisy = bool(copies) and most > 1 and denoising.is_possible(scene)
     try:
         for index, copy in enumerate(copies):
             supersample.prepare(copy, scale)
+            if session.is_noisy:
+                denoising.prepare(copy)
             indices = [index] if is_sequence else range(most * scale**2)
             session.camera_names += _add_cameras(scene, copy, indices)
         _hand_over(scene, copies, own)
@@ -533,12 +547,35 @@ def _set(target, name, value):
 class ViewPasses:
     """The kept passes of all views of a frame; view 0 stands for the frame."""
 
-    def __init__(self, files, places, is_look_at, scale):
+    def __init__(self, files, places, is_look_at, scale, is_noisy=False):
         # per view and part of its pixels: (passes.RenderedPasses, suffix, view)
         self.files = files
         self.places = places
         self.is_look_at = is_look_at
         self.scale = scale
+        self.is_noisy = is_noisy  # are they to be denoised, by denoising.clean()?
+        self._clean = {}  # name of a view layer: colours of its views without grain
+
+    def is_clean(self, name):
+        """Need the views of a view layer no denoiser any more?"""
+        return not self.is_noisy or name in self._clean
+
+    def put_clean(self, name, colours):
+        """Takes colours without grain in place of those of the views."""
+        self._clean[name] = colours
+
+    def guides(self, name, index):
+        """What guides a denoiser of a view; see passes.guides_of()."""
+        n = self.scale**2
+        parts = [
+            rendered.guides(name, suffix, view)
+            for rendered, suffix, view in self.files[n * index : n * (index + 1)]
+        ]
+        if n == 1:
+            return parts[0]
+        return {
+            guide: self._together([part[guide] for part in parts]) for guide in parts[0]
+        }
 
     def _rendered(self, name, index):
         """The passes.Layer of a view, put together of its parts."""
@@ -560,6 +597,8 @@ class ViewPasses:
 
     def _layer(self, name, index):
         found, place = self._rendered(name, index), self.places[index]
+        if name in self._clean:
+            found = found._replace(colour=self._clean[name][index])
         if found.depth is not None and place.depth_factor != 1:
             is_hit = found.depth < passes.NOTHING_HIT
             depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
@@ -602,8 +641,11 @@ def _take(session):
     copies = session.copies()
     n_views = view_count(session.camera.data.rack_focus)
     n = n_views * session.scale**2
-    if n < 2:
+    if n < 2 and not session.is_noisy:
         return passes.RenderedPasses(copies[0])
+    if n < 2:  # another frame's camera has several
+        files = [(passes.RenderedPasses(copies[0]), "", "")]
+        return ViewPasses(files, [passes.MIDDLE], False, 1, is_noisy=True)
     if len(session.places) != n_views:
         why = "the views' cameras were not placed; the console says why"
         raise ViewsError(session.problem or why)
@@ -621,7 +663,8 @@ def _take(session):
         files = [(rendered, _suffix(i), f"v{i:02d}") for i in range(n)]
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
-    return ViewPasses(files, session.places, is_look_at, session.scale)
+    about = is_look_at, session.scale, session.is_noisy
+    return ViewPasses(files, session.places, *about)
 
 
 # ---- merging ----------------------------------------------------------------------

@@ -96,27 +96,6 @@ const struct rf_filter *plugin_filter_of(PyObject *object)
 
 /* ---- one frame ----------------------------------------------------------------- */
 
-/* The callback runs without the lock of the interpreter; this takes it for a moment. */
-struct progress {
-    PyObject *function;
-    PyThreadState *thread;
-    bool has_raised;
-};
-
-static bool report(void *user, double fraction)
-{
-    struct progress *progress = user;
-    if (progress->has_raised)
-        return false;
-    PyEval_RestoreThread(progress->thread);
-    PyObject *answer = PyObject_CallFunction(progress->function, "d", fraction);
-    int goes_on = answer ? answer == Py_None || PyObject_IsTrue(answer) : -1;
-    progress->has_raised = goes_on < 0;
-    Py_XDECREF(answer);
-    progress->thread = PyEval_SaveThread();
-    return goes_on > 0;
-}
-
 /* What is filtered: views, all of them or a window of one; or a deep frame. */
 struct work {
     const struct rf_view *views;
@@ -144,8 +123,9 @@ static PyObject *process(PyObject *object, const struct work *work,
                          const struct rf_image *out, PyObject *function)
 {
     const struct filter_object *self = (struct filter_object *)object;
-    struct progress progress = {function == Py_None ? NULL : function, NULL, false};
-    struct rf_progress callback = {report, &progress};
+    struct plugin_progress progress = {function == Py_None ? NULL : function, NULL,
+                                       false};
+    struct rf_progress callback = {plugin_report, &progress};
     const struct rf_progress *given = progress.function ? &callback : NULL;
     struct rf_error error;
     progress.thread = PyEval_SaveThread();
@@ -212,66 +192,6 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
 
 /* ---- several views of one frame ------------------------------------------------- */
 
-struct open_views {
-    struct rf_view views[RF_MAX_VIEWS];
-    struct plugin_image images[2 * RF_MAX_VIEWS];
-    int n_images;
-};
-
-static void close_views(struct open_views *open)
-{
-    while (open->n_images > 0)
-        plugin_close_image(&open->images[--open->n_images]);
-    PyMem_Free(open);
-}
-
-/* Opens view `j` from its tuple (colour, depth, (u, v), shear distance). */
-static int open_view(struct open_views *open, int j, PyObject *about)
-{
-    static const char *const names[] = {"colour", "depth"};
-    struct rf_view *view = &open->views[j];
-    PyObject *objects[2];
-    if (!PyTuple_Check(about)) {
-        PyErr_Format(PyExc_TypeError,
-                     "views: view %d must be a tuple (colour, depth, (u, v), "
-                     "shear_distance)",
-                     j);
-        return -1;
-    }
-    if (!PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
-                          &view->lens_offset[0], &view->lens_offset[1],
-                          &view->shear_distance))
-        return -1;
-    for (int k = 0; k < 2; k++, open->n_images++)
-        if (plugin_open_image(&open->images[open->n_images], objects[k], names[k],
-                              false) < 0)
-            return -1;
-    view->colour = open->images[open->n_images - 2].image;
-    view->depth = open->images[open->n_images - 1].image;
-    return 0;
-}
-
-/* The views of a sequence; their number, or -1 with an exception set. */
-static int open_all(struct open_views *open, PyObject *sequence)
-{
-    Py_ssize_t n = PySequence_Size(sequence);
-    if (n < 0)
-        return -1;
-    if (n < 1 || n > RF_MAX_VIEWS) {
-        PyErr_Format(PyExc_ValueError, "views: %zd were given; 1 to %d can be merged",
-                     n, RF_MAX_VIEWS);
-        return -1;
-    }
-    for (int j = 0; j < (int)n; j++) {
-        PyObject *about = PySequence_GetItem(sequence, j);
-        int result = about ? open_view(open, j, about) : -1;
-        Py_XDECREF(about);
-        if (result < 0)
-            return -1;
-    }
-    return (int)n;
-}
-
 static PyObject *filter_process_views(PyObject *object, PyObject *args,
                                       PyObject *keywords)
 {
@@ -281,16 +201,15 @@ static PyObject *filter_process_views(PyObject *object, PyObject *args,
     if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|O:process_views", names,
                                      &sequence, &target, &function))
         return NULL;
-    struct open_views *open = PyMem_Calloc(1, sizeof *open);
+    struct plugin_views *open = plugin_open_views(sequence);
     if (!open)
-        return PyErr_NoMemory();
-    int n = open_all(open, sequence);
-    if (n > 0 && plugin_open_image(&out, target, "out", true) == 0) {
-        const struct work work = {.views = open->views, .n_views = n};
+        return NULL;
+    if (plugin_open_image(&out, target, "out", true) == 0) {
+        const struct work work = {.views = open->views, .n_views = open->n};
         answer = process(object, &work, &out.image, function);
         plugin_close_image(&out);
     }
-    close_views(open);
+    plugin_close_views(open);
     return answer;
 }
 
@@ -563,6 +482,29 @@ static PyMethodDef filter_methods[] = {
      "right and up, shear_distance that of the plane that stays where it is in all "
      "views, scene units, 0 for parallel cameras.\n"
      "out, progress: as in process()."},
+#ifdef PLUGIN_HAS_DENOISER
+    {"denoise_views", KEYWORDS(plugin_filter_denoise_views),
+     METH_VARARGS | METH_KEYWORDS,
+     "denoise_views($self, /, views, outs, guides=None, progress=None, *, "
+     "library=None, "
+     "threads=0)\n--\n\n"
+     "Takes the grain out of several views with Open Image Denoise, before they are "
+     "merged: each is told what the others show of the same points in the same "
+     "colours. "
+     "Returns how many views show a pixel the same, on average.\n\n"
+     "views: as in process_views().\n"
+     "outs: of each view a writable array of the shape of its colour, which may be "
+     "that; "
+     "alpha is kept.\n"
+     "guides: of each view a tuple (albedo, normal), (height, width, 3) float32, of "
+     "the "
+     "same samples; either may be None. They are worth most with few samples.\n"
+     "progress: as in process().\n"
+     "library: Open Image Denoise's file or folder, where the environment's "
+     "RACKFOCUS_OIDN names none; None lets the system look.\n"
+     "threads: of the denoiser; 0 takes all processors.\n\n"
+     "Error where there is no Open Image Denoise."},
+#endif
     {"process_deep", KEYWORDS(filter_process_deep), METH_VARARGS | METH_KEYWORDS,
      "process_deep($self, /, first, samples, out, progress=None)\n--\n\n"
      "Filters one deep frame; for the method layered.\n\n"

@@ -86,6 +86,31 @@ int plugin_open_deep(struct plugin_deep *deep, PyObject *first, PyObject *sample
                      const int size_px[2]);
 void plugin_close_deep(struct plugin_deep *deep);
 
+/* ---- filter_views.c ------------------------------------------------------------ */
+
+/* Several views of one frame, and the buffers that Python owns. */
+struct plugin_views {
+    struct rf_view views[RF_MAX_VIEWS];
+    struct plugin_image images[2 * RF_MAX_VIEWS];
+    int n_images, n;
+};
+
+/* Opens a sequence of tuples (colour, depth, (u, v), shear distance); NULL with an
+ * exception set. */
+struct plugin_views *plugin_open_views(PyObject *sequence);
+void plugin_close_views(struct plugin_views *open);
+
+/* A function of Python that is called with a fraction; while it is not, the thread is
+ * without the lock. */
+struct plugin_progress {
+    PyObject *function;
+    PyThreadState *thread;
+    bool has_raised;
+};
+
+/* Of struct rf_progress; `user` is a struct plugin_progress. */
+bool plugin_report(void *user, double fraction);
+
 /* ---- filter_seen.c ------------------------------------------------------------- */
 
 /* Lights of a frame that are seen in mirrors or through glass, and their depths. */
@@ -112,6 +137,11 @@ PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
 /* ---- denoise.c ----------------------------------------------------------------- */
 
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords);
+
+/* ---- denoise_views.c ----------------------------------------------------------- */
+
+PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
+                                      PyObject *keywords);
 
 /* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 

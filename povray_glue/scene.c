@@ -176,7 +176,8 @@ static void explain_log(const struct povray_scene *scene, const char *log,
 static bool explain_missing_file(const struct povray_scene *scene, char *warnings,
                                  struct povray_error *error)
 {
-    char *what = strstr(warnings, "Possible Parse Error: Cannot find file"), *from = what;
+    char *what = strstr(warnings, "Possible Parse Error: Cannot find file"),
+         *from = what;
     if (!what)
         return false;
     while (from > warnings && strncmp(from, "File: ", 6) != 0)
@@ -192,8 +193,9 @@ void scene_explain(const struct povray_scene *scene, const struct run *run,
 {
     char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log"),
          *warnings = run_stream(run, "warning");
-    const bool is_explained = explain_parse_error(scene, or_nothing(fatal), error) ||
-                              (warnings && explain_missing_file(scene, warnings, error));
+    const bool is_explained =
+        explain_parse_error(scene, or_nothing(fatal), error) ||
+        (warnings && explain_missing_file(scene, warnings, error));
     if (!is_explained)
         explain_log(scene, or_nothing(log), error);
     free(fatal);

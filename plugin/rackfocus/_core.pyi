@@ -113,6 +113,16 @@ class Filter:
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
     ) -> None: ...
+    def denoise_views(
+        self,
+        views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
+        outs: Sequence[_Pixels],
+        guides: Sequence[tuple[_Pixels | None, _Pixels | None]] | None = None,
+        progress: Callable[[float], bool | None] | None = None,
+        *,
+        library: str | None = None,
+        threads: int = 0,
+    ) -> float: ...
     def process_deep(
         self,
         first: _Pixels,

@@ -2,6 +2,7 @@
 """Open Image Denoise, and pictures to clean."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -25,6 +26,18 @@ def oidn():
         options = ["--disable-pip-version-check", "--target", folder, "pyoidn>=2.5"]
         subprocess.run([*command, *options], check=True)
     return library
+
+
+@pytest.fixture(scope="session")
+def package(tmp_path_factory):
+    """Folder with the package `rackfocus`: its sources and the built extension."""
+    if not (BUILD / "plugin/_core.abi3.so").exists():
+        subprocess.run(["meson", "configure", BUILD, "-Dpython=enabled"], check=True)
+    subprocess.run(["ninja", "-C", BUILD, "plugin/_core.abi3.so"], check=True)
+    folder = tmp_path_factory.mktemp("package") / "rackfocus"
+    shutil.copytree(ROOT / "plugin/rackfocus", folder)
+    shutil.copy(BUILD / "plugin/_core.abi3.so", folder)
+    return folder.parent
 
 
 @pytest.fixture

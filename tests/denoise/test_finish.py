@@ -2,7 +2,6 @@
 """finish: the renderer's own lens, cleaned with our picture."""
 
 import os
-import shutil
 import subprocess
 import sys
 
@@ -157,18 +156,6 @@ def test_names_what_is_wrong_with_a_half(clean, tmp_path):
         assert not out.exists()
     clean("finish", a, "--half", b, "-o", out)
     assert out.exists()
-
-
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    """Folder with the package `rackfocus`: its sources and the built extension."""
-    if not (BUILD / "plugin/_core.abi3.so").exists():
-        subprocess.run(["meson", "configure", BUILD, "-Dpython=enabled"], check=True)
-    subprocess.run(["ninja", "-C", BUILD, "plugin/_core.abi3.so"], check=True)
-    folder = tmp_path_factory.mktemp("package") / "rackfocus"
-    shutil.copytree(ROOT / "plugin/rackfocus", folder)
-    shutil.copy(BUILD / "plugin/_core.abi3.so", folder)
-    return folder.parent
 
 
 PYTHON = """

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Views share what they see of the same points before their grain goes out."""
 
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 import OpenImageIO as oiio
@@ -97,3 +100,76 @@ def test_lights_keep_their_pixels(merged):
     _, near = merged([(lamp, PLANE)] * 4)
     _, far = merged([(np.full((*SIZE, 3), 0.2), PLANE)] * 4)
     assert far == 4 and near < far
+
+
+PYTHON = """
+import sys
+import numpy as np
+import rackfocus
+folder, library = sys.argv[1:]
+found = np.load(f"{folder}/views.npz")
+colours, depths = found["colours"], found["depths"]
+albedo, places = found["albedo"], [tuple(place) for place in found["places"]]
+height, width = depths[0].shape
+made = rackfocus.Filter(
+    width, height, focus_distance=5, lens_radius=0.04, focal_length_px=160
+)
+views = [(c, d, place, 5) for c, d, place in zip(colours, depths, places)]
+outs = [np.empty_like(colour) for colour in colours]
+told = []
+shared = made.denoise_views(views, outs, progress=told.append, library=library)
+assert told == [0.25, 0.5, 0.75, 1], told
+np.savez(f"{folder}/made.npz", outs=outs, shared=shared)
+guided = [np.empty_like(colour) for colour in colours]
+made.denoise_views(views, guided, [(albedo, None)] * 4, library=library)
+assert not np.array_equal(guided, outs)
+assert np.array_equal(np.stack(guided)[..., 3], colours[..., 3])
+in_place = [colour.copy() for colour in colours]
+again = [(c, d, place, 5) for c, d, place in zip(in_place, depths, places)]
+made.denoise_views(again, in_place, library=library)
+assert np.array_equal(in_place, outs)
+
+
+def fails(kind, text, *arguments, **about):
+    try:
+        made.denoise_views(*arguments, **{"library": library, **about})
+    except kind as problem:
+        assert text in str(problem), problem
+    else:
+        raise AssertionError(text)
+
+
+fails(ValueError, "for each view", views, outs[1:])
+fails(ValueError, "for each view", views, outs, [(None, None)])
+fails(ValueError, "out of view 1", views, [outs[0], outs[1][1:], *outs[2:]])
+fails(ValueError, "albedo of view 0", views, outs, [(albedo[1:], None)] * 4)
+fails(TypeError, "(albedo, normal)", views, outs, [albedo] * 4)
+fails(ValueError, "threads", views, outs, threads=-1)
+small = [(c[1:], d[1:], place, 5) for c, d, place in zip(colours, depths, places)]
+fails(rackfocus.Error, "160", small, [out[1:] for out in outs])
+fails(rackfocus.CancelledError, "cancelled", views, outs, None, lambda _: False)
+fails(rackfocus.Error, "Open Image Denoise", views, outs, library="/nowhere")
+"""
+
+
+def test_python_shares_as_the_command_does(merged, oidn, package, tmp_path):
+    """As many views share a pixel, and the grain goes out of each of them."""
+    colours = np.stack([0.5 + noise(i, 0.1) for i in range(4)]).astype(np.float32)
+    _, shared = merged([(colour, PLANE) for colour in colours])
+    alpha = np.full((4, *SIZE, 1), 0.75, np.float32)
+    np.savez(
+        tmp_path / "views.npz",
+        colours=np.concatenate([colours, alpha], -1),
+        depths=np.full((4, *SIZE), PLANE, np.float32),
+        albedo=np.full((*SIZE, 3), 0.5, np.float32),
+        places=PLACES,
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "RACKFOCUS_OIDN"}
+    environment["PYTHONPATH"] = str(package)
+    command = [sys.executable, "-c", PYTHON, tmp_path, oidn]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    made = np.load(tmp_path / "made.npz")
+    assert made["shared"] == pytest.approx(shared, abs=0.05)
+    left = (made["outs"][..., :3] - 0.5).std(axis=(1, 2, 3))
+    assert left.max() < 0.01, left  # of 0.1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of Finish and Supersample, run inside Blender.
+"""Checks of Finish, Supersample and denoised views, run inside Blender.
 
 finish_checks.py DIST OUT [CHECK ...]    writes OUT/finish_results.json
 
@@ -325,6 +325,111 @@ def what_cannot_be_finished():
             del os.environ["RACKFOCUS_OIDN"]
         else:
             os.environ["RACKFOCUS_OIDN"] = kept
+
+
+# ---- denoised views ---------------------------------------------------------------
+
+
+def _lit_floor():
+    """A checked floor under a lamp, which has grain."""
+    floor = common.emitter("floor", (1, 1, 1), 1, (0, 5, -0.6))
+    floor.scale = (12, 12, 0.02)
+    tree = floor.data.materials[0].node_tree
+    diffuse, checks = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "TexChecker")
+    )
+    checks.inputs["Scale"].default_value = 24
+    out = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+    tree.links.new(checks.outputs["Color"], diffuse.inputs["Color"])
+    tree.links.new(diffuse.outputs[0], out.inputs["Surface"])
+    data = bpy.data.lights.new("lamp", "AREA")
+    data.energy, data.size = 300, 3
+    lamp = bpy.data.objects.new("lamp", data)
+    lamp.location = (0, 4, 3)
+    bpy.context.scene.collection.objects.link(lamp)
+
+
+def _merged(scene, is_clean):
+    """The kept views of the last render merged, with their grain or without."""
+    kept, library = addon("passes").rendered(scene), addon("library").rackfocus
+    kept._clean.clear()
+    found, guides = kept.views("ViewLayer"), [
+        kept.guides("ViewLayer", j) for j in (0, 1)
+    ]
+    views = [
+        (np.ascontiguousarray(f.colour), f.depth, *place[:2]) for f, place in found
+    ]
+    height, width = found[0][0].depth.shape
+    params = addon("lens").frame_parameters(
+        scene.camera, scene.camera.data.rack_focus, scene.render, (width, height)
+    )
+    made = library.Filter(width, height, **params)
+    if is_clean:
+        known = [(one["albedo"], one["normal"]) for one in guides]
+        outs = [view[0] for view in views]
+        assert (
+            made.denoise_views(
+                views, outs, known, library=addon("denoising").library()[0]
+            )
+            > 1
+        )
+    out = np.empty((height, width, 4), np.float32)
+    made.process_views(views, out)
+    return out
+
+
+@check
+def views_are_denoised_together():
+    """By what both show; the grain goes; a refocus takes what was made."""
+    _lit_floor()
+    scene, data = start(method="views", views=2)
+    layer, cycles = scene.view_layers[0], scene.cycles
+    cycles.samples = 1024
+    wanted = rgba(render(scene, OUT / "f.exr"))
+    cycles.samples, cycles.use_denoising = 16, True
+    data.rack_focus.denoise_together = False
+    render(scene, OUT / "f.exr")
+    assert "denoise" not in addon("engine").last_run[scene.name]["seconds"]
+    data.rack_focus.denoise_together = True
+    made = rgba(render(scene, OUT / "f.exr"))
+    assert not last_message(scene), last_message(scene)
+    assert "denoise" in addon("engine").last_run[scene.name]["seconds"]
+    assert cycles.use_denoising and not layer.cycles.denoising_store_passes
+    bpy.ops.rack_focus.refocus()
+    same(result(scene), made)
+    assert "denoise" not in addon("engine").last_run[scene.name]["seconds"]
+    data.dof.aperture_fstop = 1
+    bpy.ops.rack_focus.refocus()
+    assert np.abs(result(scene) - made).max() > 0.01
+    data.dof.aperture_fstop = 0.2
+    assert not common.own_memory_folders()
+    noisy = tpsnr(_merged(scene, is_clean=False), wanted)
+    assert tpsnr(made, wanted) > noisy + 1, (tpsnr(made, wanted), noisy)
+    if addon("denoising").library()[1]:  # else that ends this process
+        same(made, _merged(scene, is_clean=True))
+
+
+@check
+def views_without_a_denoiser():
+    """Cycles cleans each by itself, and the box says so."""
+    scene, data = start(method="views", views=2)
+    scene.cycles.use_denoising = True
+    module = addon("denoising")
+    has_own, chosen = module.library()[1], os.environ.get(module.DENOISER)
+    assert not module.why_not(scene)
+    os.environ[module.DENOISER] = "/nowhere"
+    try:
+        assert not module.is_possible(scene)
+        assert "denoised by itself" in module.why_not(scene)
+        if has_own:  # else Cycles renders nothing
+            render(scene, OUT / "f.exr")
+            assert not last_message(scene), last_message(scene)
+        data.rack_focus.denoise_together = False
+        assert not module.why_not(scene)
+    finally:
+        os.environ.pop(module.DENOISER)
+        if chosen:
+            os.environ[module.DENOISER] = chosen
 
 
 checking.run(check, "finish_results.json")

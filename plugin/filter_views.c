@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Several views of one frame, as Python gives them; the progress of work on them. */
+#include "module.h"
+
+/* The callback runs without the lock of the interpreter; this takes it for a moment. */
+bool plugin_report(void *user, double fraction)
+{
+    struct plugin_progress *progress = user;
+    if (progress->has_raised)
+        return false;
+    PyEval_RestoreThread(progress->thread);
+    PyObject *answer = PyObject_CallFunction(progress->function, "d", fraction);
+    int goes_on = answer ? answer == Py_None || PyObject_IsTrue(answer) : -1;
+    progress->has_raised = goes_on < 0;
+    Py_XDECREF(answer);
+    progress->thread = PyEval_SaveThread();
+    return goes_on > 0;
+}
+
+void plugin_close_views(struct plugin_views *open)
+{
+    while (open->n_images > 0)
+        plugin_close_image(&open->images[--open->n_images]);
+    PyMem_Free(open);
+}
+
+/* Opens view `j` from its tuple (colour, depth, (u, v), shear distance). */
+static int open_view(struct plugin_views *open, int j, PyObject *about)
+{
+    static const char *const names[] = {"colour", "depth"};
+    struct rf_view *view = &open->views[j];
+    PyObject *objects[2];
+    if (!PyTuple_Check(about)) {
+        PyErr_Format(PyExc_TypeError,
+                     "views: view %d must be a tuple (colour, depth, (u, v), "
+                     "shear_distance)",
+                     j);
+        return -1;
+    }
+    if (!PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
+                          &view->lens_offset[0], &view->lens_offset[1],
+                          &view->shear_distance))
+        return -1;
+    for (int k = 0; k < 2; k++, open->n_images++)
+        if (plugin_open_image(&open->images[open->n_images], objects[k], names[k],
+                              false) < 0)
+            return -1;
+    view->colour = open->images[open->n_images - 2].image;
+    view->depth = open->images[open->n_images - 1].image;
+    return 0;
+}
+
+/* The views of a sequence; their number, or -1 with an exception set. */
+static int open_all(struct plugin_views *open, PyObject *sequence)
+{
+    Py_ssize_t n = PySequence_Size(sequence);
+    if (n < 0)
+        return -1;
+    if (n < 1 || n > RF_MAX_VIEWS) {
+        PyErr_Format(PyExc_ValueError, "views: %zd were given; 1 to %d can be merged",
+                     n, RF_MAX_VIEWS);
+        return -1;
+    }
+    for (int j = 0; j < (int)n; j++) {
+        PyObject *about = PySequence_GetItem(sequence, j);
+        int result = about ? open_view(open, j, about) : -1;
+        Py_XDECREF(about);
+        if (result < 0)
+            return -1;
+    }
+    return (int)n;
+}
+
+struct plugin_views *plugin_open_views(PyObject *sequence)
+{
+    struct plugin_views *open = PyMem_Calloc(1, sizeof *open);
+    if (!open) {
+        PyErr_NoMemory();
+        return NULL;
+    }
+    open->n = open_all(open, sequence);
+    if (open->n > 0)
+        return open;
+    plugin_close_views(open);
+    return NULL;
+}
