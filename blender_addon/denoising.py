@@ -179,7 +179,7 @@ def is_possible(scene):
 
 def why_not(scene):
     """Why each view is cleaned by itself though it is asked otherwise, or ""."""
-    if is_asked(scene) and library() in _missing:
+    if _missing and is_asked(scene) and library() in _missing:
         return "No Open Image Denoise: each view is denoised by itself"
     return ""
 
