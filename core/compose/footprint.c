@@ -50,6 +50,9 @@ static const double BOX = 1.0 / 12; /* px^2, what RF_POSITIVE adds where it is w
 static const double SAME = 1e-4;    /* of the greatest weight: shares are not exact */
 static const double CLOSE = 2e-3;   /* of the variance: near enough */
 
+/* px^2 of the level that averaging down to it and magnifying add to a variance. */
+#define LEVEL_LOSS 0.25
+
 /* Weights that are left out, in parts of the greatest. */
 static const double DUST = 1e-6;
 /* Of the cubic's flat tails where its footprint is wide: they lengthen every row. */
@@ -254,6 +257,32 @@ static void normalise(struct rf_grid *g, const struct rf_lens_cells *cells, doub
     }
 }
 
+/*
+ * Takes LEVEL_LOSS off the variance of n values that lie `step` apart. What is 0 stays
+ * so: the kernel's tails have room for what is left of a rim, and rows stay as long.
+ */
+static void sharpen_line(double *at, size_t step, int n)
+{
+    static const double BESIDE = LEVEL_LOSS / 2;
+    double before = 0;
+    for (int i = 0; i < n; i++, at += step) {
+        double here = *at, after = i + 1 < n ? at[step] : 0;
+        if (here != 0)
+            *at = (1 + 2 * BESIDE) * here - BESIDE * (before + after);
+        before = here;
+    }
+}
+
+/* Makes up for a coarse level's averaging and magnifying along x and y. */
+static void sharpen(struct rf_grid *g, int n_cells)
+{
+    for (int i = 0; i < n_cells * g->height; i++)
+        sharpen_line(g->weight + (size_t)i * (size_t)g->width, 1, g->width);
+    for (int c = 0; c < n_cells; c++)
+        for (int x = 0; x < g->width; x++)
+            sharpen_line(rf_grid_row(g, c, 0) + x, (size_t)g->width, g->height);
+}
+
 /* Adds up all cells in the first one, whose weights then add up to 1. */
 static void join_cells(struct rf_grid *g, int n_cells)
 {
@@ -403,7 +432,8 @@ static bool fill_level(struct rf_grid *g, const struct rf_footprints *f,
     const bool is_coarse = q->level > 0;
     double aspect = zone->shape->pixel_aspect, r = q->r;
     double unit[2] = {zone->variance[0], zone->variance[1] * aspect * aspect};
-    double loss = is_coarse ? 0.25 : 0, target[2], square[2], slope[2];
+    bool is_narrower = is_coarse && q->kind != RF_SHARP; /* others are sharpened */
+    double loss = is_narrower ? LEVEL_LOSS : 0, target[2], square[2], slope[2];
     double radii[2], variance[2], before[2] = {0}, step[2] = {0};
     size_t n = (size_t)g->width * (size_t)g->height * (size_t)zone->cells.n;
     bool has_box =
@@ -500,6 +530,8 @@ static struct rf_footprint *build_request(const struct rf_footprints *f,
         rf_free(f->context, g.weight);
         return NULL;
     }
+    if (q->level > 0 && q->kind == RF_SHARP)
+        sharpen(&g, n_cells);
     normalise(&g, &q->zone->cells, dust_of(q));
     bool is_common = n_cells > 1 && !(q->level > 0) && fabs(q->r) < RF_COMMON_PX;
     if (is_common)

@@ -22,8 +22,9 @@
 /*
  * Averaging down to level l = 1, 2, .. and magnifying again widen a footprint by 4^l /
  * 4 px^2 per axis: the place in the block adds (4^l - 1)/12, the tent (2 4^l + 1)/12.
- * The footprints of a coarse level are narrower by as much, 1/4 in pixels of the level,
- * so that the second moments come out right.
+ * The footprints of a coarse level have as much less, 1/4 in pixels of the level, so that
+ * the second moments come out right: sharp ones are sharpened, which leaves rims in their
+ * place, positive ones have a smaller radius.
  */
 enum { RF_N_LEVELS = 13 }; /* that footprints differ for: 2 without aberration */
 

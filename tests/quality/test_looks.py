@@ -21,11 +21,12 @@ COMMAND = os.environ["RACKFOCUS"]
 SLACK_DB = 0.5
 
 
-#: Where one view is still worse than that, dB, and why. Rims and rings have detail that
-#: the coarse levels of a far wall soften: finer ones gain 0.2 dB for twice the time. A
-#: split diopter lacks the background behind what its second focus blurs by 30 px, and
-#: 0.4 dB for the steps of its soft border.
-SHORT_DB = {"spherical": 0.3, "image": 1.2, "split_diopter": 2.1}
+#: Where one view is still worse than that, dB, and why (docs/notebook/looks.md). Rims and
+#: rings have detail that the coarse levels of a far wall lose: finer ones gain 0.2 dB for
+#: twice the time. Light at the rim of the lens comes from farther beyond the border and
+#: from deeper behind what stands before it, which one view has to guess. The second focus
+#: of the split diopter blurs posts by 30 px: the plain disc has 34.7 dB there.
+SHORT_DB = {"spherical": 0.3, "image": 1.1, "split_diopter": 1.8}
 
 
 def run(*arguments):
@@ -81,18 +82,38 @@ def test_a_look_is_as_good_as_the_disc(look, plain, tmp_path):
 
 
 #: What eight views gain over one, dB: with the plain disc, and with what bends the
-#: surface in focus, as much or more. With cat's eyes one view is better by 1.6 to 1.9 dB,
+#: surface in focus, as much or more. With cat's eyes one view is better by 1.6 to 2 dB,
 #: and eight miss that by LESS_DB: what is left lies at lamps and at thin posts near the
 #: border (docs/notebook/views.md).
-LESS_DB = {"cat_eye": 1.2, "cat_eye_tilt": 1.6}
+LESS_DB = {"cat_eye": 1.2, "cat_eye_tilt": 1.7}
+
+#: What eight views have at the least, dB: a gain may not come from a worse single view.
+EIGHT_DB = {
+    "plain": 45.8,
+    "tilt": 46.3,
+    "field_curvature": 47.0,
+    "cat_eye": 46.6,
+    "cat_eye_tilt": 45.8,
+    "split_diopter": 43.1,
+}
 
 
-def test_several_views_gain_as_much_as_with_the_disc(tmp_path):
-    gains = {}
-    for look in ("plain", "tilt", "field_curvature", "cat_eye", "cat_eye_tilt"):
-        views = sorted(LOOKS.glob("view*.exr"))
-        several = score(tmp_path, look, views=views)
-        gains[look] = several - score(tmp_path, look)
-        print(f"{look}: 8 views {several:.2f}, {gains[look]:+.2f}")
+@pytest.fixture(scope="module")
+def eight(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("eight")
+    views = sorted(LOOKS.glob("view*.exr"))
+    return {look: score(folder, look, views=views) for look in EIGHT_DB}
+
+
+def test_several_views_gain_as_much_as_with_the_disc(eight, tmp_path):
+    looks = [look for look in EIGHT_DB if look != "split_diopter"]
+    gains = {look: eight[look] - score(tmp_path, look) for look in looks}
+    for look, gain in gains.items():
+        print(f"{look}: 8 views {eight[look]:.2f}, {gain:+.2f}")
     for look, gain in gains.items():
         assert gain >= gains["plain"] - LESS_DB.get(look, 0)
+
+
+@pytest.mark.parametrize("look", EIGHT_DB)
+def test_several_views_are_as_good_as_they_were(eight, look):
+    assert eight[look] >= EIGHT_DB[look]
