@@ -25,6 +25,7 @@ from . import (
     group,
     lens,
     passes,
+    sampling,
     setup,
     sharp,
     supersample,
@@ -115,7 +116,8 @@ def describe(settings, scene, n):
         cost = f"{n * each / samples:.3g} × the time of one render"
         what = "sample" if each == 1 else "samples"
         lines.append(f"{n} views of {each} {what}: {cost}")
-        if each < 2:
+        is_moved = sampling.is_needed(scene, settings.id_data, each, scale)
+        if each < 2 and not is_moved:
             lines.append("One sample does not smooth edges")
         elif each < ENOUGH_SAMPLES:
             lines.append(f"Below {ENOUGH_SAMPLES} samples a view, one view may be")
@@ -424,6 +426,8 @@ def _split_samples(scene, copy, n, index):
             layer.samples = samples_of_view(own.samples, n, each, scale)
     if scene.render.engine != "CYCLES":
         return
+    if scale == 1:
+        sampling.prepare(copy, scene, _is_moved(scene, session, n))
     own, ours = scene.cycles, copy.cycles
     parts = (1 if each and n > 1 else n) * scale**2
     ours.time_limit = own.time_limit * scale**2 / parts
@@ -431,6 +435,14 @@ def _split_samples(scene, copy, n, index):
     ours.adaptive_min_samples = own.adaptive_min_samples // parts
     if len(session.copy_names) > 1:  # multi-view does this by itself
         ours.seed = (own.seed + 1664525 * index) % 2**31
+
+
+def _is_moved(scene, session, n):
+    """Are the n views moved within their pixels? See sampling.py."""
+    data, scale = session.camera.data, session.scale
+    each = data.rack_focus.view_samples
+    samples = samples_of_view(samples_of(scene), n, each, scale)
+    return n > 1 and sampling.is_needed(scene, data, samples, scale)
 
 
 def moment_of(scene):
@@ -475,9 +487,14 @@ def follow(scene, depsgraph):
     made = rackfocus.Lens(*lens.picture_size(source.render), **params)
     if not session.is_sequence:
         session.places = []
+    is_moved = _is_moved(source, session, n)
+    plane = sampling.plane_in_place(made) if is_moved else made.focus_distance
     for number in [index] if session.is_sequence else range(n * n_parts):
         camera = bpy.data.objects[session.camera_names[number]]
-        place = _put(camera, seen, settings, made, points[number // n_parts])
+        place = _put(camera, seen, settings, made, plane, points[number // n_parts])
+        _set(camera.data.dof, "use_dof", is_moved)
+        if is_moved:
+            sampling.open_lens(camera.data, made, source.cycles.filter_width)
         part = number % n_parts
         right, up = supersample.shift_of(seen.data, source.render, session.scale, part)
         camera.data.shift_x += right
@@ -498,12 +515,13 @@ def _points(camera, scene, n):
     return rackfocus.lens_points(n, frame=scene.frame_current, **params)
 
 
-def _put(camera, seen, settings, made, point):
+def _put(camera, seen, settings, made, distance, point):
     """Places one camera for a view; returns its passes.Place.
 
-    seen: the user's camera, evaluated; made: its rackfocus.Lens.
+    seen: the user's camera, evaluated; made: its rackfocus.Lens; distance: of the plane
+    that stays in place.
     """
-    radius, distance = made.lens_radius, made.focus_distance
+    radius = made.lens_radius
     u, v = (float(np.float32(radius * part)) for part in point[:2])
     data, own = camera.data, seen.data
     for name in ("type", "lens", "ortho_scale", "sensor_width", "sensor_height"):

@@ -72,7 +72,8 @@ class Bench:
         facts = camera_header(about["camera"])
         if count == 1:
             return [with_facts(folder / f"{scene}_pinhole.exr", facts)]
-        facts["rackfocus:shearDistance"] = float(about["camera"]["focus"])
+        plane = about.get("shear_distance", about["camera"]["focus"])
+        facts["rackfocus:shearDistance"] = float(plane)
         return [
             with_facts(
                 folder / f"{scene}_view{i:02d}.exr",

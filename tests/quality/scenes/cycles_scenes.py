@@ -30,6 +30,7 @@ import bpy
 from mathutils import Euler, Vector
 
 GOLDEN_ANGLE_RAD = 2.399963
+FEW_SAMPLES = 4  # of a view, which are moved within their pixels
 # Radius and angle of the first of 2, 3 and 4 views.
 RINGS = {
     2: (0.5, math.pi / 4),
@@ -765,12 +766,33 @@ def lens_offset(facts, index, count):
     return rho * math.cos(angle) / facts.ratio, rho * math.sin(angle)
 
 
-def move_to_lens_point(camera, facts, right, up, pan_px):
-    """Moves the camera within the lens and shears it: the focus plane stays put."""
+def plane_in_place(facts, samples):
+    """Distance of the plane that stays put in views of so many samples.
+
+    That in focus, or one 1.5 px of blur beyond: blender_addon/sampling.py says why.
+    """
+    if samples > FEW_SAMPLES:
+        return facts.focus
+    in_focus, off = 1 / facts.focus, 1.5 / (facts.lens_radius * facts.focal_px)
+    return 1 / (in_focus - off if in_focus > 2 * off else in_focus + off)
+
+
+def open_tiny_lens(camera, facts):
+    """Spreads all samples over a disc of 0.5 px in place of the pixel filter."""
+    bpy.context.scene.cycles.filter_width = 0.01
+    close, dof = 0.01 * facts.focus, camera.data.dof
+    radius = 0.5 / facts.focal_px * close / 0.99
+    dof.use_dof, dof.focus_distance = True, close
+    dof.aperture_fstop = facts.lens_mm * 1e-3 / (2 * radius)
+    dof.aperture_blades, dof.aperture_ratio = 0, 1
+
+
+def move_to_lens_point(camera, facts, right, up, plane, pan_px):
+    """Moves the camera within the lens and shears it: a plane stays put."""
     turn = camera.rotation_euler.to_matrix()
     base = Vector((0, 0, facts.height_above_ground))
     camera.location = base + turn @ Vector((right, up, 0))
-    to_shift = -facts.focal_px / (facts.focus * facts.longer_px)
+    to_shift = -facts.focal_px / (plane * facts.longer_px)
     camera.data.shift_x = right * to_shift + pan_px / facts.longer_px
     camera.data.shift_y = up * to_shift
 
@@ -779,10 +801,13 @@ def render_views(facts, camera, prefix, options):
     """Renders the pinhole views, each with a seed of its own; returns their offsets."""
     if facts.ortho_scale:
         sys.exit("Blender's orthographic camera cannot be sheared: no views")
+    plane = plane_in_place(facts, options.samples)
+    if options.samples <= FEW_SAMPLES:
+        open_tiny_lens(camera, facts)
     offsets = []
     for index in range(options.count):
         right, up = lens_offset(facts, index, options.count)
-        move_to_lens_point(camera, facts, right, up, options.pan)
+        move_to_lens_point(camera, facts, right, up, plane, options.pan)
         render_to(
             f"{prefix}_view{index:02d}.exr", options.samples, options.seed + index
         )
@@ -878,6 +903,7 @@ def render_pass(name, scene_name, options):
     about = {"camera": facts.facts(), "blender": bpy.app.version_string}
     if name == "views":
         about["view_offsets"] = render_views(facts, camera, prefix, options)
+        about["shear_distance"] = plane_in_place(facts, options.samples)
     elif name == "defocus":
         render_defocus(facts, prefix)
     else:

@@ -42,7 +42,8 @@ def with_headers(folder, scene):
             return []
         facts = camera_header(about["camera"])
         facts["rackfocus:lensOffset"] = tuple(offset)
-        facts["rackfocus:shearDistance"] = float(about["camera"]["focus"])
+        plane = about.get("shear_distance", about["camera"]["focus"])
+        facts["rackfocus:shearDistance"] = float(plane)
         pixels = read_exr(source)
         pixels[..., 3] = round_depth(pixels[..., 3])
         paths.append(folder / f"with_header_{index:02d}.exr")

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Views of few samples: where in a pixel they are taken.
+
+Cycles takes the first sample of every pixel in its middle, whatever the seed, so of 8
+views of 2 samples half are at one place, where things in focus are the same in all
+views. Two things put them elsewhere:
+
+- the plane that stays in place in all views is not that in focus but one where the
+  blur has a radius of OFF_FOCUS_PX: each view has its own part of the pixel in focus;
+- in place of the pixel filter each camera has a tiny lens focused close before it,
+  which the first sample does not escape: all that is farther is spread over a disc.
+
+    1/D = 1/focus - OFF_FOCUS_PX / K      K = lens radius * focal length in px
+    radius of the tiny lens = spread * z / (focal length in px), its focus z
+
+The variance of a disc of radius r is r^2 / 4 on each axis; merging adds that of placing
+the views between pixels. docs/notebook/rivals.md has the scores.
+"""
+
+FEW = 4  # samples of a view, at most
+OFF_FOCUS_PX = 1.5
+SPREAD = 1 / 3  # radius of the disc in widths of the pixel filter, 0.5 px of 1.5
+CLOSE = 0.01  # of the focus distance
+NO_FILTER = 0.01  # px, the least that Cycles takes
+
+
+def is_needed(scene, data, samples, scale):
+    """Is a view of a scene moved within its pixels?
+
+    data: of the user's camera; samples: of a view; scale: of a supersampled frame,
+    whose pixels are parted already.
+    """
+    return (
+        scene.render.engine == "CYCLES"
+        and data.type == "PERSP"
+        and data.rack_focus.method != "accumulate"  # all must stay in focus
+        and 0 < samples <= FEW
+        and scale == 1
+    )
+
+
+def prepare(copy, scene, is_moved):
+    """Sets the pixel filter of a copy of a scene for a frame."""
+    own, ours = scene.cycles, copy.cycles
+    ours.pixel_filter_type = "BLACKMAN_HARRIS" if is_moved else own.pixel_filter_type
+    ours.filter_width = NO_FILTER if is_moved else own.filter_width
+
+
+def plane_in_place(made):
+    """Distance of the plane that stays in place in all views.
+
+    made: rackfocus.Lens. It is beyond the focus, where all beyond blurs by much more.
+    """
+    blur_px = made.lens_radius * made.focal_length_px
+    if not blur_px > 0:
+        return made.focus_distance
+    in_focus, off = 1 / made.focus_distance, OFF_FOCUS_PX / blur_px
+    return 1 / (in_focus - off if in_focus > 2 * off else in_focus + off)
+
+
+def open_lens(data, made, filter_width):
+    """Gives a view's camera the tiny lens in place of the pixel filter.
+
+    data: bpy.types.Camera; made: rackfocus.Lens; filter_width: of the user's scene, px.
+    """
+    close = CLOSE * made.focus_distance
+    radius = SPREAD * filter_width / made.focal_length_px * close / (1 - CLOSE)
+    dof = data.dof
+    dof.focus_object, dof.focus_distance = None, close
+    dof.aperture_fstop = data.lens * 1e-3 / (2 * radius)
+    dof.aperture_blades, dof.aperture_ratio = 0, 1
