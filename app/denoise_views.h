@@ -20,8 +20,7 @@ struct denoise_views {
     float *const *left;
     bool (*progress)(void *user, double fraction); /* false: stop; may be NULL */
     void *user;
-    double
-        n_shared; /* result: views that show a pixel the same, this one counted, mean */
+    double n_shared; /* result: views that show a pixel the same, on average */
 };
 
 /* Do all views have an albedo? */

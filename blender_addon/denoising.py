@@ -28,7 +28,7 @@ OWN_DENOISER = (
 DENOISER = "RACKFOCUS_OIDN"  # names it, before the preferences
 FAILED = 3  # exit status of BESIDE that goes with a message
 POLL_S = 0.2
-# Works in a process of its own; see run().
+# Works in a process of its own; see _run_beside().
 BESIDE = f"""
 import json, sys
 sys.path[:0], folder = sys.argv[1:3], sys.argv[3]
@@ -41,7 +41,8 @@ about = json.loads(Path(folder, "about.json").read_text())
 given = dict(library=about["library"], threads=about["threads"])
 try:
     if about["places"]:
-        made = rackfocus.Filter(*about["size"], **about["params"])
+        size, threads = about["size"], about["threads"]
+        made = rackfocus.Filter(*size, threads=threads, **about["params"])
         views = [
             (array(f"colour{{j}}"), array(f"depth{{j}}"), tuple(offset), distance)
             for j, (offset, distance) in enumerate(about["places"])

@@ -22,22 +22,6 @@ struct finish {
     float *rgb[N_PICTURES];
 };
 
-/* The samples of a packed copy, or with `is_back` the image of one. */
-static void copy(const struct rf_image *image, float *packed, bool is_back)
-{
-    const int n = image->channels == 1 ? 1 : 3;
-    for (int32_t y = 0; y < image->height; y++)
-        for (int32_t x = 0; x < image->width; x++, packed += n) {
-            char *at =
-                (char *)image->data + y * image->row_bytes + x * image->pixel_bytes;
-            for (int c = 0; c < n; c++)
-                if (is_back)
-                    memcpy(at + c * image->channel_bytes, &packed[c], sizeof(float));
-                else
-                    memcpy(&packed[c], at + c * image->channel_bytes, sizeof(float));
-        }
-}
-
 static int fail(const char *name, const char *what)
 {
     PyErr_Format(PyExc_ValueError, "%s: %s", name, what);
@@ -82,7 +66,7 @@ static int open_picture(struct finish *f, int i, PyObject *object)
     const size_t n = (size_t)image->width * (size_t)image->height;
     if (!(f->rgb[i] = new_plane(n, 3)))
         return -1;
-    copy(image, f->rgb[i], false);
+    plugin_copy_pixels(image, 3, f->rgb[i], false);
     for (size_t k = 0; k < 3 * n; k++)
         if (!isfinite(f->rgb[i][k]))
             return fail(names[i], "has NaN or infinity");
@@ -144,7 +128,7 @@ static int finish(const struct module_state *state, struct finish *f,
         return -1;
     /* Alpha is the own render's. */
     const struct rf_image *own = &f->opened[OWN].image, *out = &f->opened[OUT].image;
-    copy(out, f->rgb[OURS], true);
+    plugin_copy_pixels(out, 3, f->rgb[OURS], true);
     if (own->channels == 4 && out->channels == 4)
         for (int32_t y = 0; y < own->height; y++)
             for (int32_t x = 0; x < own->width; x++)
@@ -154,7 +138,7 @@ static int finish(const struct module_state *state, struct finish *f,
                            x * own->pixel_bytes + 3 * own->channel_bytes,
                        sizeof(float));
     if (f->is_open[ESTIMATE])
-        copy(&f->opened[ESTIMATE].image, f->rgb[ESTIMATE], true);
+        plugin_copy_pixels(&f->opened[ESTIMATE].image, 1, f->rgb[ESTIMATE], true);
     return 0;
 }
 

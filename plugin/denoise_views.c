@@ -31,29 +31,13 @@ static bool is_as_large(const struct rf_image *image, const struct rf_image *oth
     return image->width == other->width && image->height == other->height;
 }
 
-/* Packed pixels of the first `n` channels of an image, or with `is_back` the image of
- * these. */
-static void copy(const struct rf_image *image, int n, float *packed, bool is_back)
-{
-    for (int32_t y = 0; y < image->height; y++)
-        for (int32_t x = 0; x < image->width; x++)
-            for (int c = 0; c < n; c++, packed++) {
-                char *at = (char *)image->data + y * image->row_bytes +
-                           x * image->pixel_bytes + c * image->channel_bytes;
-                if (is_back)
-                    memcpy(at, packed, sizeof(float));
-                else
-                    memcpy(packed, at, sizeof(float));
-            }
-}
-
 /* A packed copy; NULL with an exception set. */
 static float *packed(const struct rf_image *image, int n)
 {
     float *memory =
         calloc((size_t)image->width * (size_t)image->height, (size_t)n * sizeof(float));
     if (memory)
-        copy(image, n, memory, false);
+        plugin_copy_pixels(image, n, memory, false);
     else
         PyErr_NoMemory();
     return memory;
@@ -233,7 +217,8 @@ static PyObject *denoise(struct job *job, const struct module_state *state,
         return NULL;
     }
     for (int j = 0; j < job->n_outs; j++)
-        copy(&job->outs[j].image, job->outs[j].image.channels, job->made[j], true);
+        plugin_copy_pixels(&job->outs[j].image, job->outs[j].image.channels,
+                           job->made[j], true);
     return PyFloat_FromDouble(job->work.n_shared);
 }
 

@@ -4,8 +4,9 @@
 
 /* ---- lights of a frame ---------------------------------------------------------- */
 
-static int open_light(struct plugin_seen *seen, PyObject *about)
+static int open_light(void *user, PyObject *about)
 {
+    struct plugin_seen *seen = user;
     static const char *const names[] = {"seen: light", "seen: depth"};
     PyObject *objects[2];
     if (!PyTuple_Check(about)) {
@@ -28,23 +29,12 @@ int plugin_open_seen(struct plugin_seen *seen, PyObject *sequence, struct rf_vie
     seen->n_images = 0;
     if (sequence == Py_None)
         return 0;
-    const Py_ssize_t n = PySequence_Size(sequence);
+    const struct plugin_range range = {"seen", 0, RF_MAX_SEEN};
+    const int n = plugin_open_each(sequence, range, open_light, seen);
     if (n < 0)
         return -1;
-    if (n > RF_MAX_SEEN) {
-        PyErr_Format(PyExc_ValueError, "seen: %zd were given; a frame can have %d", n,
-                     RF_MAX_SEEN);
-        return -1;
-    }
-    for (Py_ssize_t i = 0; i < n; i++) {
-        PyObject *about = PySequence_GetItem(sequence, i);
-        const int result = about ? open_light(seen, about) : -1;
-        Py_XDECREF(about);
-        if (result < 0)
-            return -1;
-    }
     view->seen = seen->lights;
-    view->n_seen = (int32_t)n;
+    view->n_seen = n;
     return 0;
 }
 
@@ -64,8 +54,9 @@ struct open_lights {
     int n;
 };
 
-static int open_place(struct open_lights *open, PyObject *about)
+static int open_place(void *user, PyObject *about)
 {
+    struct open_lights *open = user;
     struct rf_view *view = &open->views[open->n];
     PyObject *light;
     view->size = sizeof *view;
@@ -82,26 +73,6 @@ static int open_place(struct open_lights *open, PyObject *about)
         return -1;
     open->lights[open->n] = open->images[open->n].image;
     open->n++;
-    return 0;
-}
-
-static int open_places(struct open_lights *open, PyObject *sequence)
-{
-    const Py_ssize_t n = PySequence_Size(sequence);
-    if (n < 0)
-        return -1;
-    if (n > RF_MAX_VIEWS) {
-        PyErr_Format(PyExc_ValueError, "lights: %zd were given; 2 to %d can be", n,
-                     RF_MAX_VIEWS);
-        return -1;
-    }
-    for (Py_ssize_t i = 0; i < n; i++) {
-        PyObject *about = PySequence_GetItem(sequence, i);
-        const int result = about ? open_place(open, about) : -1;
-        Py_XDECREF(about);
-        if (result < 0)
-            return -1;
-    }
     return 0;
 }
 
@@ -139,7 +110,8 @@ PyObject *plugin_filter_seen_depth(PyObject *object, PyObject *args, PyObject *k
     if (!open)
         return PyErr_NoMemory();
     int n_open = open_images(images, objects, image_names, 3);
-    if (n_open == 3 && open_places(open, sequence) == 0) {
+    const struct plugin_range range = {"lights", 2, RF_MAX_VIEWS};
+    if (n_open == 3 && plugin_open_each(sequence, range, open_place, open) > 0) {
         open->views[0].size = sizeof *open->views;
         open->views[0].colour = images[0].image;
         open->views[0].depth = images[1].image;

@@ -24,17 +24,18 @@ void plugin_close_views(struct plugin_views *open)
     PyMem_Free(open);
 }
 
-/* Opens view `j` from its tuple (colour, depth, (u, v), shear distance). */
-static int open_view(struct plugin_views *open, int j, PyObject *about)
+/* Opens the next view from its tuple (colour, depth, (u, v), shear distance). */
+static int open_view(void *user, PyObject *about)
 {
     static const char *const names[] = {"colour", "depth"};
-    struct rf_view *view = &open->views[j];
+    struct plugin_views *open = user;
+    struct rf_view *view = &open->views[open->n];
     PyObject *objects[2];
     if (!PyTuple_Check(about)) {
         PyErr_Format(PyExc_TypeError,
                      "views: view %d must be a tuple (colour, depth, (u, v), "
                      "shear_distance)",
-                     j);
+                     open->n);
         return -1;
     }
     if (!PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
@@ -47,28 +48,8 @@ static int open_view(struct plugin_views *open, int j, PyObject *about)
             return -1;
     view->colour = open->images[open->n_images - 2].image;
     view->depth = open->images[open->n_images - 1].image;
+    open->n++;
     return 0;
-}
-
-/* The views of a sequence; their number, or -1 with an exception set. */
-static int open_all(struct plugin_views *open, PyObject *sequence)
-{
-    Py_ssize_t n = PySequence_Size(sequence);
-    if (n < 0)
-        return -1;
-    if (n < 1 || n > RF_MAX_VIEWS) {
-        PyErr_Format(PyExc_ValueError, "views: %zd were given; 1 to %d can be merged",
-                     n, RF_MAX_VIEWS);
-        return -1;
-    }
-    for (int j = 0; j < (int)n; j++) {
-        PyObject *about = PySequence_GetItem(sequence, j);
-        int result = about ? open_view(open, j, about) : -1;
-        Py_XDECREF(about);
-        if (result < 0)
-            return -1;
-    }
-    return (int)n;
 }
 
 struct plugin_views *plugin_open_views(PyObject *sequence)
@@ -78,8 +59,8 @@ struct plugin_views *plugin_open_views(PyObject *sequence)
         PyErr_NoMemory();
         return NULL;
     }
-    open->n = open_all(open, sequence);
-    if (open->n > 0)
+    const struct plugin_range range = {"views", 1, RF_MAX_VIEWS};
+    if (plugin_open_each(sequence, range, open_view, open) > 0)
         return open;
     plugin_close_views(open);
     return NULL;

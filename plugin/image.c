@@ -69,3 +69,39 @@ void plugin_close_image(struct plugin_image *image)
 {
     PyBuffer_Release(&image->buffer);
 }
+
+void plugin_copy_pixels(const struct rf_image *image, int n, float *packed,
+                        bool is_back)
+{
+    for (int32_t y = 0; y < image->height; y++)
+        for (int32_t x = 0; x < image->width; x++)
+            for (int c = 0; c < n; c++, packed++) {
+                char *at = (char *)image->data + y * image->row_bytes +
+                           x * image->pixel_bytes + c * image->channel_bytes;
+                if (is_back)
+                    memcpy(at, packed, sizeof(float));
+                else
+                    memcpy(packed, at, sizeof(float));
+            }
+}
+
+int plugin_open_each(PyObject *sequence, struct plugin_range range,
+                     int (*open)(void *user, PyObject *item), void *user)
+{
+    const Py_ssize_t n = PySequence_Size(sequence);
+    if (n < 0)
+        return -1;
+    if (n < range.least || n > range.most) {
+        PyErr_Format(PyExc_ValueError, "%s: %zd were given; %d to %d can be",
+                     range.name, n, range.least, range.most);
+        return -1;
+    }
+    for (Py_ssize_t i = 0; i < n; i++) {
+        PyObject *item = PySequence_GetItem(sequence, i);
+        const int result = item ? open(user, item) : -1;
+        Py_XDECREF(item);
+        if (result < 0)
+            return -1;
+    }
+    return (int)n;
+}

@@ -59,6 +59,23 @@ int plugin_open_image(struct plugin_image *image, PyObject *object, const char *
                       bool is_writable);
 void plugin_close_image(struct plugin_image *image);
 
+/* Packed pixels of the first `n` channels of an image, or with `is_back` the image of
+ * these. */
+void plugin_copy_pixels(const struct rf_image *image, int n, float *packed,
+                        bool is_back);
+
+/* How many items an argument of this name may have. */
+struct plugin_range {
+    const char *name;
+    int least, most;
+};
+
+/*
+ * Calls `open` with each item of a sequence. Their number, or -1 with an exception set.
+ */
+int plugin_open_each(PyObject *sequence, struct plugin_range range,
+                     int (*open)(void *user, PyObject *item), void *user);
+
 /* ---- context.c ----------------------------------------------------------------- */
 
 extern PyType_Spec plugin_context_spec;

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several views and their mean in every Blender: see inside/view_checks.py."""
+"""Several views and their mean in every Blender: see inside/view_checks.py
+and inside/sampling_checks.py."""
 
 import json
 import re
@@ -11,12 +12,19 @@ from conftest import call, only_in
 
 pytestmark = only_in("3.4", "4.2", "5.0", "newest")
 CHECKED = Checked("view_checks.py", "view_results.json")
+SAMPLING = Checked("sampling_checks.py", "sampling_results.json")
 
 
 @pytest.mark.parametrize("name", names_of("view_checks.py"))
 def test_check(blender, dist, name):
     """One check in one Blender."""
     CHECKED.expect(blender, dist, name)
+
+
+@pytest.mark.parametrize("name", names_of("sampling_checks.py"))
+def test_few_samples(blender, dist, name):
+    """One check of inside/sampling_checks.py in one Blender."""
+    SAMPLING.expect(blender, dist, name)
 
 
 def kept_views(blender, folder):

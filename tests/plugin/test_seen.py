@@ -4,30 +4,14 @@
 import numpy
 import pytest
 import rackfocus
+from mirror_room import HEIGHT, MIRROR, ROOM, WALL, WIDTH, room
 
-WIDTH, HEIGHT = 96, 64
-#: r = 16 - 1600 / z px: 2 of the mirror, 11 of the room that it shows.
-MIRROR, WALL, ROOM = 1600 / 14, 1600 / 10, 1600 / 5
 SHEAR = 100.0
-
-
-def pattern(x, y):
-    """Noise of cells of 3 px, the same wherever it is looked at."""
-    cells = numpy.random.default_rng(5).random((80, 120))
-    x, y = x / 3 + 40, y / 3 + 20
-    a, b = x.astype(int), y.astype(int)
-    u, v = x - a, y - b
-    up = cells[b, a] * (1 - u) + cells[b, a + 1] * u
-    down = cells[b + 1, a] * (1 - u) + cells[b + 1, a + 1] * u
-    return up * (1 - v) + down * v
 
 
 def frame(moved=0.0):
     """Colour, depth and the mirror's light from `moved` lens radii to the right."""
-    y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
-    at = x - moved * 2
-    mirror = (at >= 16) & (at < 80) & (y >= 8) & (y < 56)
-    light = numpy.where(mirror, 0.1 + 0.8 * pattern(x - moved * 11, y), 0)
+    mirror, light = room(moved)
     light = numpy.repeat(light[..., None], 3, axis=2)
     colour = light + numpy.where(mirror, 0.05, 0.2)[..., None]
     depth = numpy.where(mirror, MIRROR, WALL)
@@ -54,10 +38,10 @@ def test_two_views_tell_the_depth(lens_filter):
 
 def test_light_is_blurred_by_its_own_depth(lens_filter):
     colour, depth, light = frame()
-    room = numpy.where(depth == numpy.float32(MIRROR), ROOM, numpy.nan)
+    far = numpy.where(depth == numpy.float32(MIRROR), ROOM, numpy.nan)
     plain, own, nowhere = (numpy.empty_like(colour) for _ in range(3))
     lens_filter.process(colour, depth, plain)
-    lens_filter.process(colour, depth, own, seen=[(light, room.astype("f4"))])
+    lens_filter.process(colour, depth, own, seen=[(light, far.astype("f4"))])
     lens_filter.process(
         colour, depth, nowhere, seen=[(light, numpy.full_like(depth, numpy.nan))]
     )

@@ -252,6 +252,44 @@ def last_message(scene):
     return addon("engine").last_run[scene.name]["message"]
 
 
+def kept(scene):
+    """[(passes.Layer, passes.Place)] of the last render's views."""
+    return addon("passes").rendered(scene).views("ViewLayer")
+
+
+def tpsnr(a, b):
+    """As of the command, dB."""
+    pictures = (np.ascontiguousarray(picture) for picture in (a, b))
+    return addon("library").rackfocus.compare(*pictures)["tpsnr"]
+
+
+class Watch:
+    """Calls a function in the middle of the filter, once per frame."""
+
+    def __init__(self, function):
+        self.engine = addon("engine").RackFocusEngine
+        self.function, self.seen = function, []
+
+    def __enter__(self):
+        self.kept = self.engine._render_frame
+        watch = self
+
+        def watched(engine, *args):
+            watch.seen.append(watch.function())
+            return watch.kept(engine, *args)
+
+        self.engine._render_frame = watched
+        return self.seen
+
+    def __exit__(self, *_):
+        self.engine._render_frame = self.kept
+
+
+def copy_of(scene):
+    """The first throw-away copy of a scene."""
+    return next(s for s in bpy.data.scenes if s.rack_focus.viewed == scene)
+
+
 def resident_bytes():
     """Memory of this process that is in use."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096

@@ -27,6 +27,7 @@ from common import (  # noqa: E402
     same,
     snapshot,
     start,
+    tpsnr,
 )
 
 
@@ -41,12 +42,6 @@ check = Checks(prepare)
 def result(scene):
     """The picture as it stands."""
     return common.result(scene, OUT / "f_result.exr")
-
-
-def tpsnr(a, b):
-    """As of the command, dB."""
-    pictures = (np.ascontiguousarray(picture) for picture in (a, b))
-    return addon("library").rackfocus.compare(*pictures)["tpsnr"]
 
 
 def own_lens(scene, samples):
@@ -353,9 +348,8 @@ def _merged(scene, is_clean):
     """The kept views of the last render merged, with their grain or without."""
     kept, library = addon("passes").rendered(scene), addon("library").rackfocus
     kept._clean.clear()
-    found, guides = kept.views("ViewLayer"), [
-        kept.guides("ViewLayer", j) for j in (0, 1)
-    ]
+    found = kept.views("ViewLayer")
+    guides = [kept.guides("ViewLayer", j) for j in (0, 1)]
     views = [
         (np.ascontiguousarray(f.colour), f.depth, *place[:2]) for f, place in found
     ]
@@ -367,12 +361,8 @@ def _merged(scene, is_clean):
     if is_clean:
         known = [(one["albedo"], one["normal"]) for one in guides]
         outs = [view[0] for view in views]
-        assert (
-            made.denoise_views(
-                views, outs, known, library=addon("denoising").library()[0]
-            )
-            > 1
-        )
+        path = addon("denoising").library()[0]
+        assert made.denoise_views(views, outs, known, library=path) > 1
     out = np.empty((height, width, 4), np.float32)
     made.process_views(views, out)
     return out

@@ -19,8 +19,11 @@ import checking  # noqa: E402
 import common  # noqa: E402
 from checking import BASE, OUT, Checks  # noqa: E402
 from common import (  # noqa: E402
+    Watch,
     addon,
+    copy_of,
     emitter,
+    kept,
     last_message,
     pinhole,
     render,
@@ -28,6 +31,7 @@ from common import (  # noqa: E402
     same,
     snapshot,
     start,
+    tpsnr,
 )
 
 
@@ -40,23 +44,12 @@ def prepare():
 check = Checks(prepare)
 
 
-def kept(scene):
-    """[(passes.Layer, passes.Place)] of the last render's views."""
-    return addon("passes").rendered(scene).views("ViewLayer")
-
-
 def result(name):
     """The picture as it stands, (height, width, 4)."""
     path = OUT / f"{name}.exr"
     common.set_output(bpy.context.scene, path)
     bpy.data.images["Render Result"].save_render(str(path), scene=bpy.context.scene)
     return rgba(common.read(path))
-
-
-def tpsnr(a, b):
-    """As of the command, dB."""
-    pictures = (np.ascontiguousarray(picture) for picture in (a, b))
-    return addon("library").rackfocus.compare(*pictures)["tpsnr"]
 
 
 def physical(scene, samples=256):
@@ -99,33 +92,6 @@ def unchanged(scene, before):
     differences = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
     assert not differences, differences
     assert len(bpy.data.scenes) == 2, [s.name for s in bpy.data.scenes]
-
-
-class Watch:
-    """Calls a function in the middle of the filter, once per frame."""
-
-    def __init__(self, function):
-        self.engine = addon("engine").RackFocusEngine
-        self.function, self.seen = function, []
-
-    def __enter__(self):
-        self.kept = self.engine._render_frame
-        watch = self
-
-        def watched(engine, *args):
-            watch.seen.append(watch.function())
-            return watch.kept(engine, *args)
-
-        self.engine._render_frame = watched
-        return self.seen
-
-    def __exit__(self, *_):
-        self.engine._render_frame = self.kept
-
-
-def copy_of(scene):
-    """The first throw-away copy of a scene."""
-    return next(s for s in bpy.data.scenes if s.rack_focus.viewed == scene)
 
 
 # ---- the pictures -----------------------------------------------------------------
@@ -380,54 +346,6 @@ def samples_are_divided_and_seeds_differ():
     with Watch(look) as seen:
         bpy.ops.render.render()
     assert seen[0][0] == 1
-
-
-@check
-def views_of_few_samples_are_moved_within_their_pixels():
-    """By a tiny lens and a plane that is off the focus; the user's camera stays."""
-    scene, data = start(views=4)
-
-    def look():
-        copy = copy_of(scene)
-        own, dof = scene.cycles, copy.camera.data.dof
-        is_moved = copy.cycles.filter_width < 0.02
-        assert is_moved or copy.cycles.filter_width == own.filter_width
-        assert is_moved == dof.use_dof and (not is_moved or dof.focus_distance < 0.1)
-        return is_moved
-
-    for samples, method, is_moved in (
-        (4, "views", True),
-        (16, "layered", True),
-        (20, "layered", False),
-        (16, "accumulate", False),
-        (16, "layered", True),
-    ):
-        scene.cycles.samples, data.rack_focus.method = samples, method
-        with Watch(look) as seen:
-            bpy.ops.render.render()
-        assert seen == [is_moved] and not last_message(scene), (samples, method, seen)
-        planes = {place.shear_distance for _, place in kept(scene)}
-        is_off = {abs(plane / data.dof.focus_distance - 1) > 1e-3 for plane in planes}
-        assert is_off == {is_moved}, planes
-        lines = addon("views").describe(data.rack_focus, scene, 4)
-        assert not any("does not smooth" in line for line in lines), lines
-    assert data.dof.focus_distance == 3 and scene.cycles.filter_width == 1.5
-
-
-@check
-def a_view_of_one_sample_has_smooth_edges():
-    """What is in focus is as smooth as one view of all the samples."""
-    scene, data = start(views=8)
-    data.dof.aperture_fstop = 1e3  # all of it is in focus
-    data.rack_focus.views, scene.cycles.samples = 1, 512
-    wanted = rgba(render(scene, OUT / "w.exr"))
-    scores = {}
-    for method in ("views", "accumulate"):  # moved or not
-        data.rack_focus.method, data.rack_focus.views = method, 8
-        scene.cycles.samples = 8
-        scores[method] = tpsnr(rgba(render(scene, OUT / "w.exr")), wanted)
-    print("ONE SAMPLE", scores)
-    assert scores["views"] > scores["accumulate"] + 1, scores
 
 
 def wall(scene, distance):

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of views of few samples, run inside Blender.
+
+sampling_checks.py DIST OUT [CHECK ...]    writes OUT/sampling_results.json
+"""
+
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+from checking import OUT, Checks  # noqa: E402
+from common import (  # noqa: E402
+    Watch,
+    addon,
+    copy_of,
+    kept,
+    last_message,
+    render,
+    rgba,
+    start,
+    tpsnr,
+)
+
+check = Checks()
+
+
+@check
+def views_of_few_samples_are_moved_within_their_pixels():
+    """By a tiny lens and a plane that is off the focus; the user's camera stays."""
+    scene, data = start(views=4)
+
+    def look():
+        copy = copy_of(scene)
+        own, dof = scene.cycles, copy.camera.data.dof
+        is_moved = copy.cycles.filter_width < 0.02
+        assert is_moved or copy.cycles.filter_width == own.filter_width
+        assert is_moved == dof.use_dof and (not is_moved or dof.focus_distance < 0.1)
+        return is_moved
+
+    for samples, method, is_moved in (
+        (4, "views", True),
+        (16, "layered", True),
+        (20, "layered", False),
+        (16, "accumulate", False),
+        (16, "layered", True),
+    ):
+        scene.cycles.samples, data.rack_focus.method = samples, method
+        with Watch(look) as seen:
+            bpy.ops.render.render()
+        assert seen == [is_moved] and not last_message(scene), (samples, method, seen)
+        planes = {place.shear_distance for _, place in kept(scene)}
+        is_off = {abs(plane / data.dof.focus_distance - 1) > 1e-3 for plane in planes}
+        assert is_off == {is_moved}, planes
+        lines = addon("views").describe(data.rack_focus, scene, 4)
+        assert not any("does not smooth" in line for line in lines), lines
+    assert data.dof.focus_distance == 3 and scene.cycles.filter_width == 1.5
+
+
+@check
+def a_view_of_one_sample_has_smooth_edges():
+    """What is in focus is as smooth as one view of all the samples."""
+    scene, data = start(views=8)
+    data.dof.aperture_fstop = 1e3  # all of it is in focus
+    data.rack_focus.views, scene.cycles.samples = 1, 512
+    wanted = rgba(render(scene, OUT / "w.exr"))
+    scores = {}
+    for method in ("views", "accumulate"):  # moved or not
+        data.rack_focus.method, data.rack_focus.views = method, 8
+        scene.cycles.samples = 8
+        scores[method] = tpsnr(rgba(render(scene, OUT / "w.exr")), wanted)
+    print("ONE SAMPLE", scores)
+    assert scores["views"] > scores["accumulate"] + 1, scores
+
+
+checking.run(check, "sampling_results.json")
