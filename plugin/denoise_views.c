@@ -242,7 +242,7 @@ PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
     struct job *job = PyMem_Calloc(1, sizeof *job);
     if (!job)
         return PyErr_NoMemory();
-    job->filter = plugin_filter_of(object);
+    job->filter = ((struct plugin_filter *)object)->filter;
     job->views = plugin_open_views(sequence);
     job->work.share.n_threads = thread_count(n_threads);
     job->progress.function = function == Py_None ? NULL : function;

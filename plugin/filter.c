@@ -2,13 +2,6 @@
 /* rackfocus.Filter: one size and one set of parameters, any number of frames. */
 #include "module.h"
 
-struct filter_object {
-    PyObject ob_base;
-    PyObject *context; /* held */
-    struct rf_filter *filter;
-    int size_px[2];
-};
-
 /* ---- making and ending --------------------------------------------------------- */
 
 /* Takes the keyword `distribution_image` out of `keywords`; *picture is a new reference
@@ -26,7 +19,7 @@ static int take_picture(PyObject *keywords, PyObject **picture)
 }
 
 /* Makes the filter, with the picture of its distribution where that is not NULL. */
-static int make_filter(const struct module_state *state, struct filter_object *self,
+static int make_filter(const struct module_state *state, struct plugin_filter *self,
                        const struct rf_params *params, PyObject *picture)
 {
     struct plugin_image image;
@@ -65,7 +58,7 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
         return NULL;
     }
     allocfunc allocate = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
-    struct filter_object *self = (struct filter_object *)allocate(type, 0);
+    struct plugin_filter *self = (struct plugin_filter *)allocate(type, 0);
     if (self) {
         self->context = Py_NewRef(context);
         self->size_px[0] = size_px[0];
@@ -80,18 +73,13 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
 
 static void filter_dealloc(PyObject *object)
 {
-    struct filter_object *self = (struct filter_object *)object;
+    struct plugin_filter *self = (struct plugin_filter *)object;
     rf_filter_destroy(self->filter);
     Py_XDECREF(self->context);
     PyTypeObject *type = Py_TYPE(object);
     freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
     release(object);
     Py_DECREF(type);
-}
-
-const struct rf_filter *plugin_filter_of(PyObject *object)
-{
-    return ((struct filter_object *)object)->filter;
 }
 
 /* ---- one frame ----------------------------------------------------------------- */
@@ -122,7 +110,7 @@ static rf_result run_work(const struct rf_filter *filter, const struct work *wor
 static PyObject *process(PyObject *object, const struct work *work,
                          const struct rf_image *out, PyObject *function)
 {
-    const struct filter_object *self = (struct filter_object *)object;
+    const struct plugin_filter *self = (struct plugin_filter *)object;
     struct plugin_progress progress = {function == Py_None ? NULL : function, NULL,
                                        false};
     struct rf_progress callback = {plugin_report, &progress};
@@ -225,7 +213,7 @@ static PyObject *filter_process_deep(PyObject *object, PyObject *args,
     if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|O:process_deep", names,
                                      &first, &samples, &target, &function) ||
         plugin_open_deep(&deep, first, samples,
-                         ((struct filter_object *)object)->size_px) < 0)
+                         ((struct plugin_filter *)object)->size_px) < 0)
         return NULL;
     if (plugin_open_image(&out, target, "out", true) == 0) {
         const struct work work = {.deep = &deep.deep};
@@ -240,7 +228,7 @@ static PyObject *filter_flatten(PyObject *object, PyObject *args, PyObject *keyw
 {
     static char *names[] = {"first", "samples", "colour", "depth", NULL};
     PyObject *first, *samples, *targets[2];
-    const struct filter_object *self = (struct filter_object *)object;
+    const struct plugin_filter *self = (struct plugin_filter *)object;
     struct plugin_deep deep;
     struct plugin_image images[2];
     struct rf_error error;
@@ -316,7 +304,7 @@ static PyObject *filter_survey(PyObject *object, PyObject *args, PyObject *keywo
         return NULL;
     }
     const struct rf_view view = {.colour = images[0].image, .depth = images[1].image};
-    const rf_result result = rf_filter_survey(((struct filter_object *)object)->filter,
+    const rf_result result = rf_filter_survey(((struct plugin_filter *)object)->filter,
                                               &view, &given, &counted, survey, &error);
     plugin_close_image(&images[0]);
     plugin_close_image(&images[1]);
@@ -337,7 +325,7 @@ static PyObject *filter_window(PyObject *object, PyObject *args, PyObject *keywo
     const struct rf_survey *survey = survey_of(capsule);
     if (!survey)
         return NULL;
-    if (rf_filter_window(((struct filter_object *)object)->filter, survey, 1, &kept,
+    if (rf_filter_window(((struct plugin_filter *)object)->filter, survey, 1, &kept,
                          &given, &error) != RF_OK)
         return plugin_raise(PyType_GetModuleState(Py_TYPE(object)), &error);
     return Py_BuildValue("(iiii)", given.x, given.y, given.width, given.height);
@@ -394,7 +382,7 @@ static PyObject *convert(PyObject *object, PyObject *args, PyObject *keywords,
         plugin_close_image(&from);
         return NULL;
     }
-    const struct filter_object *self = (struct filter_object *)object;
+    const struct plugin_filter *self = (struct plugin_filter *)object;
     struct rf_error error;
     rf_result result;
     Py_BEGIN_ALLOW_THREADS;
@@ -423,13 +411,13 @@ static PyObject *get_lens(PyObject *object, void *unused)
 {
     const struct module_state *state = PyType_GetModuleState(Py_TYPE(object));
     return plugin_lens_new(state,
-                           rf_filter_lens(((struct filter_object *)object)->filter));
+                           rf_filter_lens(((struct plugin_filter *)object)->filter));
 }
 
 static PyObject *get_threads(PyObject *object, void *unused)
 {
     return PyLong_FromLong(rf_context_threads(
-        plugin_context_of(((struct filter_object *)object)->context)));
+        plugin_context_of(((struct plugin_filter *)object)->context)));
 }
 
 static PyGetSetDef filter_getset[] = {
@@ -565,7 +553,7 @@ static PyType_Slot filter_slots[] = {
 
 PyType_Spec plugin_filter_spec = {
     .name = "rackfocus.Filter",
-    .basicsize = sizeof(struct filter_object),
+    .basicsize = sizeof(struct plugin_filter),
     .flags = Py_TPFLAGS_DEFAULT | Py_TPFLAGS_IMMUTABLETYPE,
     .slots = filter_slots,
 };

@@ -116,8 +116,9 @@ PyObject *plugin_filter_seen_depth(PyObject *object, PyObject *args, PyObject *k
         open->views[0].colour = images[0].image;
         open->views[0].depth = images[1].image;
         Py_BEGIN_ALLOW_THREADS;
-        result = rf_filter_seen_depth(plugin_filter_of(object), open->views, open->n,
-                                      open->lights, &images[2].image, &error);
+        result =
+            rf_filter_seen_depth(((struct plugin_filter *)object)->filter, open->views,
+                                 open->n, open->lights, &images[2].image, &error);
         Py_END_ALLOW_THREADS;
         made = answer(object, result, &error);
     }
@@ -145,8 +146,9 @@ PyObject *plugin_filter_seen_way(PyObject *object, PyObject *args, PyObject *key
         const struct rf_view view = {
             .size = sizeof view, .colour = images[0].image, .depth = images[1].image};
         Py_BEGIN_ALLOW_THREADS;
-        result = rf_filter_seen_way(plugin_filter_of(object), &view, &images[2].image,
-                                    &images[3].image, &images[4].image, &error);
+        result = rf_filter_seen_way(((struct plugin_filter *)object)->filter, &view,
+                                    &images[2].image, &images[3].image,
+                                    &images[4].image, &error);
         Py_END_ALLOW_THREADS;
         made = answer(object, result, &error);
     }

@@ -103,6 +103,14 @@ int plugin_open_deep(struct plugin_deep *deep, PyObject *first, PyObject *sample
                      const int size_px[2]);
 void plugin_close_deep(struct plugin_deep *deep);
 
+/* An object of plugin_filter_spec. */
+struct plugin_filter {
+    PyObject ob_base;
+    PyObject *context; /* held */
+    struct rf_filter *filter;
+    int size_px[2];
+};
+
 /* ---- filter_views.c ------------------------------------------------------------ */
 
 /* Several views of one frame, and the buffers that Python owns. */
@@ -163,9 +171,6 @@ PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
 /* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 
 extern PyType_Spec plugin_lens_spec, plugin_filter_spec, plugin_accumulator_spec;
-
-/* Of an object of plugin_filter_spec. */
-const struct rf_filter *plugin_filter_of(PyObject *object);
 
 PyObject *plugin_lens_points(PyObject *module, PyObject *args, PyObject *keywords);
 
