@@ -65,6 +65,8 @@ def test_kept_views_say_where_they_were_taken(blender, dist, command):
     CHECKED.run(blender, dist)
     text = call(command, "info", kept_views(blender, "kept")[1])
     assert re.search(r"view from +\(-?[\d.e-]+, -?[\d.e-]+\) on the lens", text), text
-    # 4 views of 4 samples: not the plane in focus, at 3 (blender_addon/sampling.py).
-    assert 3 < float(re.search(r"sheared at distance ([\d.]+)", text)[1]) < 4, text
+    # 4 views of 4 samples, so not the plane in focus: 1/D = 1/3 - 1.5 px / (0.125 * 100 px)
+    # (blender_addon/sampling.py).
+    sheared = float(re.search(r"sheared at distance ([\d.]+)", text)[1])
+    assert sheared == pytest.approx(4.6875, rel=1e-3), text
     assert re.search(r"focus-distance +3 .*header rackfocus:focusDistance", text), text
