@@ -132,9 +132,8 @@ static bool remove_variates(const struct denoise_views *views, int j,
 }
 
 /*
- * View j without grain, in `made`, and in views->left[j] these without the grain that
- * albedo and normals explain: nobody shares these samples afterwards. Both as far as
- * other views tell what is clean.
+ * View j without grain, in `made`: denoised by itself, and without the grain that albedo
+ * and normals explain, as far as other views tell what is clean.
  */
 static bool denoise_by_guides(struct denoiser *denoiser,
                               const struct denoise_views *views, int j,
@@ -151,11 +150,8 @@ static bool denoise_by_guides(struct denoiser *denoiser,
     if (!denoise_clean_guides(denoiser, &to, &room->guides, error) ||
         !denoise_picture(denoiser, &to, &room->guides, error) ||
         !remove_variates(views, j, room, made, error) ||
-        !denoise_picture(denoiser, &own, &share->views[j].guides, error))
-        return false;
-    if (views->left)
-        mix_by_shared(share, room->n_shared, room->left, views->left[j]);
-    if (!denoise_picture(denoiser, &left, &room->guides, error))
+        !denoise_picture(denoiser, &own, &share->views[j].guides, error) ||
+        !denoise_picture(denoiser, &left, &room->guides, error))
         return false;
     memcpy(made, room->own, n_bytes);
     mix_by_shared(share, room->n_shared, room->left, made);

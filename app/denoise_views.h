@@ -13,11 +13,6 @@ struct image_error;
 struct denoise_views {
     struct share share;       /* after share_open() */
     const char *const *names; /* of each view, for errors */
-    /*
-     * NULL, or of each view the samples that `share` points at, to be replaced by these
-     * without the grain that albedo and normals explain, where all views have albedos.
-     */
-    float *const *left;
     bool (*progress)(void *user, double fraction); /* false: stop; may be NULL */
     void *user;
     double n_shared; /* result: views that show a pixel the same, on average */

@@ -4,16 +4,15 @@
  * albedo and the normals that guide the denoiser (docs/notebook/rivals.md: after it is
  * as good within 0.1 dB without guides, and 3 dB worse with few samples and glass).
  *
- * Several views: before, together (denoise_views.c), and after. Where all have an albedo,
- * the picture is half of the merge of these, a quarter of the merge of what albedos and
- * normals do not explain, denoised, and a quarter of the merge with all the grain,
- * denoised. Without albedos it is half of the merge and half of the merge with all the
- * grain, denoised. Errors of all these differ, and a mean is better than each.
+ * Several views: before, together (denoise_views.c). The picture is the merge of these,
+ * mixed with that of the views with their grain where the grain is the smaller error
+ * (denoise_mix.c).
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "denoise.h"
+#include "denoise_mix.h"
 #include "denoise_views.h"
 #include "filter_private.h"
 #include "interrupt.h"
@@ -89,19 +88,14 @@ static bool go_on(void *user, double fraction)
     return !os_is_interrupted();
 }
 
-/* All views without grain, into made[j]; they become what albedos and normals do not
- * explain, where *has_left. */
+/* All views without grain, into made[j]. */
 static int denoise_opened(struct run *run, struct denoiser *denoiser,
                           struct denoise_views *views, float *const *made)
 {
     const char *names[RF_MAX_VIEWS];
-    float *left[RF_MAX_VIEWS];
-    for (int j = 0; j < run->views.n; j++) {
+    for (int j = 0; j < run->views.n; j++)
         names[j] = image_path(run->views.sources[j].colour);
-        left[j] = run->views.views[j].colour.data;
-    }
     views->names = names;
-    views->left = left;
     views->progress = go_on;
     views->user = run;
     const int code = denoise_views(denoiser, views, made, run->error);
@@ -110,63 +104,53 @@ static int denoise_opened(struct run *run, struct denoiser *denoiser,
 }
 
 static int denoise_shared(struct run *run, struct denoiser *denoiser,
-                          float *const *made, bool *has_left)
+                          float *const *made)
 {
     struct denoise_views views = {0};
     app_begin(run->tool->host, "denoising");
     int code = open_share(run, &views.share);
-    if (code == APP_DONE) {
-        *has_left = denoise_have_albedos(&views.share);
+    if (code == APP_DONE)
         code = denoise_opened(run, denoiser, &views, made);
-    }
     close_share(&views.share);
     app_end(run->tool->host);
     return code;
 }
 
-/* Merges the views as they are into `merged`, and denoises that. */
-static int merge_and_denoise(struct run *run, struct denoiser *denoiser,
-                             int (*make_picture)(struct run *run, float *samples),
-                             float *merged)
+/* Gives the grain of the views random signs; made[j]: view j without it. */
+static void flip_views(struct run *run, float *const *made)
 {
-    const struct source *source = &run->source;
-    const struct denoise_picture picture = {merged, source->width, source->height,
-                                            source->n_channels,
-                                            image_path(source->colour)};
-    const int code = make_picture(run, merged);
-    if (code != APP_DONE)
-        return code;
-    return code_of(run, denoise_picture(denoiser, &picture, NULL, run->error));
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    for (int j = 0; j < run->views.n; j++)
+        denoise_flip(run->views.views[j].colour.data, made[j], n,
+                     run->source.n_channels, j);
 }
 
-static void take_mean(float *to, const float *from, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        to[i] = (to[i] + from[i]) / 2;
-}
-
-/* With room for a picture in `merged` and for view j in made[j]. */
+/* With room for pictures in `grainy` and `flipped`, and for view j in made[j]. */
 static int run_views(struct run *run, struct denoiser *denoiser,
                      int (*make_picture)(struct run *run, float *samples),
-                     float *merged, float *const *made)
+                     float *grainy, float *flipped, float *const *made)
 {
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height *
-                     (size_t)run->source.n_channels;
-    bool has_left = false;
-    int code = merge_and_denoise(run, denoiser, make_picture, merged);
+    const struct source *source = &run->source;
+    const size_t n =
+        (size_t)source->width * (size_t)source->height * (size_t)source->n_channels;
+    const struct denoise_merges merges = {
+        run->colour,        grainy,        flipped, source->width, source->height,
+        source->n_channels, run->n_threads};
+    int code = make_picture(run, grainy);
     if (code == APP_DONE)
-        code = denoise_shared(run, denoiser, made, &has_left);
-    if (code == APP_DONE && has_left) {
-        code = merge_and_denoise(run, denoiser, make_picture, run->colour);
-        take_mean(merged, run->colour, n);
+        code = denoise_shared(run, denoiser, made);
+    if (code == APP_DONE) {
+        flip_views(run, made);
+        code = make_picture(run, flipped);
     }
     if (code != APP_DONE)
         return code;
     for (int j = 0; j < run->views.n; j++)
         memcpy(run->views.views[j].colour.data, made[j], n * sizeof(float));
     code = make_picture(run, run->colour);
-    take_mean(run->colour, merged, n);
-    return code;
+    if (code != APP_DONE)
+        return code;
+    return code_of(run, denoise_mix(&merges, run->error));
 }
 
 static int denoise_and_merge(struct run *run, struct denoiser *denoiser,
@@ -174,15 +158,13 @@ static int denoise_and_merge(struct run *run, struct denoiser *denoiser,
 {
     const size_t n = (size_t)run->source.width * (size_t)run->source.height *
                      (size_t)run->source.n_channels;
-    float *merged = app_memory(n, sizeof(*merged), run->error);
-    float *all =
-        merged ? app_memory((size_t)run->views.n, n * sizeof(float), run->error) : NULL;
+    float *all = app_memory((size_t)run->views.n + 2, n * sizeof(float), run->error);
     float *made[RF_MAX_VIEWS];
+    if (!all)
+        return APP_NO_MEMORY;
     for (int j = 0; j < run->views.n; j++)
-        made[j] = all ? all + n * (size_t)j : NULL;
-    const int code =
-        all ? run_views(run, denoiser, make_picture, merged, made) : APP_NO_MEMORY;
-    free(merged);
+        made[j] = all + n * (size_t)(j + 2);
+    const int code = run_views(run, denoiser, make_picture, all, all + n, made);
     free(all);
     return code;
 }

@@ -4,7 +4,8 @@
 Where Cycles' own denoiser is on, views that are merged are rendered with their grain,
 with albedo and normals, and cleaned together: each is told what the others show of the
 same points (rackfocus.Filter.denoise_views()). That happens once per render; a refocus
-merges what came out. Without Open Image Denoise Cycles cleans each view by itself.
+merges what came out with what went in (Filter.merge_denoised()). Without Open Image
+Denoise Cycles cleans each view by itself.
 """
 
 import json

@@ -101,7 +101,7 @@ def looked(layer, settings, params, kept_sharp=()):
     depth = look.depth(layer.depth, values, focus, is_flat)
     if covered is not None:
         depth = look.with_mask(depth, 1 - covered, focus, is_flat)
-    return passes.Layer(layer.colour, depth, (), layer.seen)
+    return layer._replace(depth=depth, mattes=())
 
 
 def cut_out(found, render):
@@ -118,7 +118,8 @@ def cut_out(found, render):
         for ids, covered in found.mattes
     )
     seen = found.seen and found.seen.part(part)
-    return passes.Layer(found.colour[part], depth, mattes, seen)
+    grainy = found.grainy[part] if found.grainy is not None else None
+    return passes.Layer(found.colour[part], depth, mattes, seen, grainy)
 
 
 def coc_picture(coc):

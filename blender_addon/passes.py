@@ -94,6 +94,7 @@ class Layer(NamedTuple):
     depth: np.ndarray  # (height, width), planar, scene units; None where there is none
     mattes: tuple = ()  # as of sharp.mattes_of(), where objects stay sharp
     seen: mirrors.Seen = None  # what mirrors and panes show, where it was rendered
+    grainy: np.ndarray = None  # the colour with its grain, where `colour` has lost it
 
 
 def find_layer(channels, layer, view=""):

@@ -579,7 +579,7 @@ class ViewPasses:
         return not self.is_noisy or name in self._clean
 
     def put_clean(self, name, colours):
-        """Takes colours without grain in place of those of the views."""
+        """Takes colours without grain, which stand beside those of the views."""
         self._clean[name] = colours
 
     def guides(self, name, index):
@@ -616,7 +616,8 @@ class ViewPasses:
     def _layer(self, name, index):
         found, place = self._rendered(name, index), self.places[index]
         if name in self._clean:
-            found = found._replace(colour=self._clean[name][index])
+            clean = self._clean[name][index]
+            found = found._replace(colour=clean, grainy=found.colour)
         if found.depth is not None and place.depth_factor != 1:
             is_hit = found.depth < passes.NOTHING_HIT
             depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
@@ -719,13 +720,23 @@ def process(made, params, found, out, report, lights=None):
     if len(found) > 1 and params["method"] == "accumulate":
         _accumulate(found, params, out, report)
     elif len(found) > 1 and params["method"] == "views":
-        views = [
-            (layer.colour, layer.depth, place.offset, place.shear_distance)
-            for layer, place in found
-        ]
-        made.process_views(views, out, report)
+        _merge(made, found, out, report)
     else:
         made.process(first.colour, first.depth, out, report, seen=lights)
+
+
+def _merge(made, found, out, report):
+    layers = [layer for layer, _ in found]
+    is_clean = all(layer.grainy is not None for layer in layers)
+    colours = [layer.grainy if is_clean else layer.colour for layer in layers]
+    views = [
+        (colour, layer.depth, place.offset, place.shear_distance)
+        for colour, (layer, place) in zip(colours, found, strict=True)
+    ]
+    if is_clean:
+        made.merge_denoised(views, [layer.colour for layer in layers], out, report)
+    else:
+        made.process_views(views, out, report)
 
 
 def lights_of(params):

@@ -168,6 +168,11 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords);
 PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
                                       PyObject *keywords);
 
+/* ---- merge_denoised.c ---------------------------------------------------------- */
+
+PyObject *plugin_filter_merge_denoised(PyObject *object, PyObject *args,
+                                       PyObject *keywords);
+
 /* ---- lens.c, filter.c, accumulator.c -------------------------------------------- */
 
 extern PyType_Spec plugin_lens_spec, plugin_filter_spec, plugin_accumulator_spec;

@@ -123,6 +123,13 @@ class Filter:
         library: str | None = None,
         threads: int = 0,
     ) -> float: ...
+    def merge_denoised(
+        self,
+        views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
+        clean: Sequence[_Pixels],
+        out: _Pixels,
+        progress: Callable[[float], bool | None] | None = None,
+    ) -> None: ...
     def process_deep(
         self,
         first: _Pixels,

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How much of the merge of views without grain is wrong, and what that costs it. */
+#ifndef APP_DENOISE_MIX_H
+#define APP_DENOISE_MIX_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct image_error;
+
+/* Three merges of the same views; packed pictures of one size, scene-linear, finite. */
+struct denoise_merges {
+    float *clean;         /* of views without grain; becomes the result */
+    const float *grainy;  /* of views with their grain */
+    const float *flipped; /* of views that denoise_flip() made */
+    int32_t width, height;
+    int n_channels; /* the first three, or the only one, are colours */
+    int n_threads;
+};
+
+/*
+ * Gives the grain of view `index` random signs: clean + s (grainy - clean), at least 0,
+ * into `grainy`; s is 1 or -1, the same for all channels of a pixel. What differs in the
+ * same way in many pixels and views is grain no more; grain stays as strong. Alpha stays
+ * as it is. All values are finite. n: pixels.
+ */
+void denoise_flip(float *grainy, const float *clean, size_t n, int n_channels,
+                  int index);
+
+/* False where memory is missing: `clean` is then what it was. */
+bool denoise_mix(const struct denoise_merges *merges, struct image_error *error);
+
+#endif
