@@ -14,6 +14,7 @@ from . import (
     exr,
     failures,
     finishing,
+    freestyle,
     group,
     keep,
     lens,
@@ -119,7 +120,8 @@ def cut_out(found, render):
     )
     seen = found.seen and found.seen.part(part)
     grainy = found.grainy[part] if found.grainy is not None else None
-    return passes.Layer(found.colour[part], depth, mattes, seen, grainy)
+    lines = found.lines[part] if found.lines is not None else None
+    return passes.Layer(found.colour[part], depth, mattes, seen, grainy, lines)
 
 
 def coc_picture(coc):
@@ -313,6 +315,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 depth = depth if depth is None else supersample.middle(depth, scale)
                 limit_px = limit_px and limit_px / scale
             problem = self._finish(frame, source, picture, limit_px, seconds)
+            freestyle.draw(source, frame.layer, first.lines, picture[::-1])
             self._write(frame, self._passes(picture, coc, depth, limit_px))
             seconds["write"] = time.perf_counter() - started
         if problem:

@@ -80,6 +80,7 @@ def make_copy(scene, new_copy, samples):
     copy = new_copy(scene)
     copy.name = f"{scene.name} Rack Focus Finish"
     copy.rack_focus.is_own_lens = True
+    copy.render.use_freestyle = False  # lines come over the finished picture
     for owner, name in (("cycles", "samples"), ("eevee", "taa_render_samples")):
         if hasattr(getattr(copy, owner, None), name):
             setattr(getattr(copy, owner), name, samples)

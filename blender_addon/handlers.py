@@ -15,6 +15,7 @@ from . import (
     engine,
     failures,
     finishing,
+    freestyle,
     group,
     lens,
     main_thread,
@@ -68,6 +69,7 @@ def _prepare(scene):
         setup.need_source(scene)
         sharp.need_pass(scene)
         mirrors.need_passes(scene)
+        freestyle.need_pass(scene)
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")

@@ -12,8 +12,9 @@ import struct
 from pathlib import Path
 
 import bpy
+import numpy as np
 
-from . import exr, passes, sharp
+from . import exr, freestyle, passes, sharp
 from .library import rackfocus
 
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
@@ -90,6 +91,10 @@ def write(folder, stem, found, params, kept_sharp=()):
         covered = sharp.coverage(one.mattes, kept_sharp)
         if covered is not None:
             channels[SHARP] = covered
+        if one.lines is not None:
+            channels |= {
+                f"{freestyle.NAME}.{c}": one.lines[..., i] for i, c in enumerate("RGBA")
+            }
         attributes = lens + (place_attributes(place) if is_view else b"")
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -150,6 +155,9 @@ def _read(path):
     mattes = ((None, planes[SHARP]),) if SHARP in planes else ()
     colour = passes.side_by_side([planes[c] for c in "RGBA"])
     layer = passes.Layer(colour, planes["Z"], mattes)
+    lines = [planes.get(f"{freestyle.NAME}.{c}") for c in "RGBA"]
+    if all(plane is not None for plane in lines):
+        layer = layer._replace(lines=np.stack(lines, -1))
     if OFFSET not in attributes:
         return layer, passes.MIDDLE
     shear = struct.unpack("<d", attributes[SHEAR])[0]

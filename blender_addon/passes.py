@@ -18,7 +18,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import exr, main_thread, mirrors, printed, sharp
+from . import exr, freestyle, main_thread, mirrors, printed, sharp
 from .compat import MultilayerExr
 from .lens import picture_size
 
@@ -95,6 +95,7 @@ class Layer(NamedTuple):
     mattes: tuple = ()  # as of sharp.mattes_of(), where objects stay sharp
     seen: mirrors.Seen = None  # what mirrors and panes show, where it was rendered
     grainy: np.ndarray = None  # the colour with its grain, where `colour` has lost it
+    lines: np.ndarray = None  # Freestyle's, (height, width, 4), premultiplied
 
 
 def find_layer(channels, layer, view=""):
@@ -107,7 +108,9 @@ def find_layer(channels, layer, view=""):
         raise PassesError(f"view layer “{layer}” was not rendered")
     mattes = sharp.mattes_of(channels, layer, tail)
     seen = mirrors.seen_of(channels, layer, tail)
-    return Layer(side_by_side([channels[name] for name in names]), depth, mattes, seen)
+    colour = side_by_side([channels[name] for name in names])
+    lines = freestyle.lines_of(channels, layer, tail)
+    return Layer(colour, depth, mattes, seen, None, lines)
 
 
 # ---- getting them out of Blender --------------------------------------------------

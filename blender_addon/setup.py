@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import compat, group, mirrors, sharp
+from . import compat, freestyle, group, mirrors, sharp
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
@@ -385,6 +385,7 @@ def disable(scene):
             layer.use_pass_z = False
     sharp.drop_pass(scene, record)
     mirrors.drop_passes(scene, record)
+    freestyle.drop_pass(scene, record)
     tree = compat.compositor_tree(scene)
     is_untouched = tree is not None and _node_names(tree) == record["nodes"]
     if is_untouched and not record["was_in_use"]:

@@ -22,6 +22,7 @@ from . import (
     compat,
     denoising,
     finishing,
+    freestyle,
     group,
     lens,
     passes,
@@ -108,6 +109,8 @@ def describe(settings, scene, n):
         return ["With stereo, one view is rendered"]
     if group.nodes_of(scene):
         return ["With Rack Focus nodes on pictures, one view is rendered"]
+    if freestyle.is_drawn(scene):
+        return ["With Freestyle's lines, one view is rendered"]
     width, height = lens.picture_size(scene.render)
     lines = []
     samples, scale = samples_of(scene), supersample.factor(scene)
@@ -173,11 +176,12 @@ def begin(scene, own_samples=0, is_refocus=False):
     clean_up()
     if scene.render.use_multiview or group.nodes_of(scene):
         return
+    has_lines = freestyle.is_drawn(scene)
     cameras = [c for c in setup.cameras_of(scene) if c.data.rack_focus.enabled]
     most, scale = max((view_count(c.data.rack_focus) for c in cameras), default=1), 1
     if not is_refocus:
         scale = supersample.factor(scene)
-    has_copies = not is_refocus and (most > 1 or scale > 1)
+    has_copies = not is_refocus and not has_lines and (most > 1 or scale > 1)
     if not has_copies and not own_samples:
         return
     is_sequence = any(is_one_by_one(c.data.rack_focus) for c in cameras)
@@ -451,7 +455,7 @@ def moment_of(scene):
     session = _sessions.get(source.name) if source is not None else None
     if session is None or not session.is_sequence or session.camera is None:
         return None
-    if scene.name == session.own_name:
+    if scene.name not in session.copy_names:
         return None
     settings = session.camera.data.rack_focus
     n = view_count(settings)
@@ -472,6 +476,8 @@ def follow(scene, depsgraph):
     settings = session.camera.data.rack_focus
     n, n_parts = view_count(settings), session.scale**2
     if n * n_parts < 2:
+        return
+    if scene.name not in session.copy_names:
         return
     index = session.copy_names.index(scene.name)
     if session.is_sequence and index >= n * n_parts:

@@ -554,3 +554,45 @@ def what_mirrors_show():
     render(scene, OUT / "mi.exr")
     data.rack_focus.enabled = False
     assert [p for p in module.PASSES if getattr(layer, p)] == ["use_pass_glossy_color"]
+
+
+def _lines_of(layer):
+    """Switches Freestyle on for a view layer; its settings."""
+    bpy.context.scene.render.use_freestyle = layer.use_freestyle = True
+    settings = layer.freestyle_settings
+    if not settings.linesets:
+        settings.linesets.new("lines")
+    return settings
+
+
+@check
+def freestyle_lines_stay_sharp():
+    """Blender's own depth of field has them sharp too; the pass comes and goes."""
+    scene, data = start(views=4)
+    layer = scene.view_layers[0]
+    data.rack_focus.views = 1
+    blurred = rgba(render(scene, OUT / "fs.exr"))
+    data.rack_focus.views = 4
+    settings = _lines_of(layer)
+    made = rgba(render(scene, OUT / "fs.exr"))
+    assert settings.as_render_pass and not last_message(scene), last_message(scene)
+    assert any(
+        "one view" in t for t in addon("views").describe(data.rack_focus, scene, 4)
+    )
+    assert "Freestyle" in addon("supersample").why_not(scene)
+    ((found, _),) = common.kept(scene)
+    alpha = found.lines[..., 3:]
+    assert (alpha == 1).mean() > 0.02, (alpha == 1).mean()
+    assert np.allclose(made, blurred * (1 - alpha) + found.lines, atol=1e-6)
+    bpy.ops.rack_focus.refocus()
+    same(common.result(scene, OUT / "fs_result.exr"), made)
+    data.rack_focus.enabled, data.dof.use_dof = False, True
+    assert not settings.as_render_pass
+    own = rgba(render(scene, OUT / "fs.exr"))
+    is_line = np.repeat(alpha == 1, 4, -1)
+    assert np.abs(own - made)[is_line].max() < 0.01
+    settings.as_render_pass = data.rack_focus.enabled = True  # the user's own
+    same(rgba(render(scene, OUT / "fs.exr")), blurred)
+    scene.render.use_freestyle = False
+    render(scene, OUT / "fs.exr")
+    assert settings.as_render_pass
