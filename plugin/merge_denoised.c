@@ -3,20 +3,19 @@
 #include "module.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "denoise_mix.h"
 #include "report.h"
 
 enum { N_MERGES = 3 };
 
-/* Everything of one call; the views' colours are packed copies. */
+/* Everything of one call. */
 struct job {
     const struct rf_filter *filter;
     struct plugin_views *views;
     struct plugin_image cleans[RF_MAX_VIEWS], out;
     int n_cleans;
-    float *grainy[RF_MAX_VIEWS], *clean[RF_MAX_VIEWS], *merged[N_MERGES];
+    float *flipped[RF_MAX_VIEWS], *merged[N_MERGES];
     struct plugin_progress progress;
     int n_done; /* merges */
 };
@@ -46,6 +45,19 @@ static float *packed(const struct rf_image *image)
     return memory;
 }
 
+/* Gives the grain of view j in flipped[j] random signs. */
+static int flip(struct job *job, int j)
+{
+    const struct rf_image *image = &job->cleans[j].image;
+    float *clean = packed(image);
+    if (!clean)
+        return -1;
+    denoise_flip(job->flipped[j], clean, (size_t)image->width * (size_t)image->height,
+                 image->channels, j);
+    free(clean);
+    return 0;
+}
+
 /* The next colour without grain. */
 static int open_clean(void *user, PyObject *object)
 {
@@ -62,9 +74,8 @@ static int open_clean(void *user, PyObject *object)
                      j);
         return -1;
     }
-    job->grainy[j] = packed(colour);
-    job->clean[j] = job->grainy[j] ? packed(&job->cleans[j].image) : NULL;
-    return job->clean[j] ? 0 : -1;
+    job->flipped[j] = packed(colour);
+    return job->flipped[j] ? flip(job, j) : -1;
 }
 
 static int open_job(struct job *job, PyObject *cleans, PyObject *out)
@@ -93,8 +104,7 @@ static void close_job(struct job *job)
 {
     for (int j = 0; j < job->n_cleans; j++) {
         plugin_close_image(&job->cleans[j]);
-        free(job->grainy[j]);
-        free(job->clean[j]);
+        free(job->flipped[j]);
     }
     for (int k = 0; k < N_MERGES; k++)
         free(job->merged[k]);
@@ -113,18 +123,14 @@ static bool report(void *user, double fraction)
     return plugin_report(&job->progress, (job->n_done + fraction) / N_MERGES);
 }
 
-/* Merges the views with these colours into merged[k]. */
-static bool merge(struct job *job, float *const *colours, int k, struct rf_error *error)
+/* Merges the views, with their colours as they are, into merged[k]. */
+static bool merge(struct job *job, const struct rf_view *views, int k,
+                  struct rf_error *error)
 {
     const struct rf_image *first = first_of(job);
-    const int32_t width = first->width, height = first->height;
-    const int n_channels = first->channels;
-    struct rf_view views[RF_MAX_VIEWS];
-    struct rf_image out = rf_image_packed(job->merged[k], width, height, n_channels);
+    struct rf_image out =
+        rf_image_packed(job->merged[k], first->width, first->height, first->channels);
     const struct rf_progress progress = {report, job};
-    memcpy(views, job->views->views, (size_t)job->views->n * sizeof *views);
-    for (int j = 0; j < job->views->n; j++)
-        views[j].colour = rf_image_packed(colours[j], width, height, n_channels);
     const rf_result result =
         rf_filter_process(job->filter, views, job->views->n, &out,
                           job->progress.function ? &progress : NULL, error);
@@ -137,7 +143,6 @@ static bool run(struct job *job, int n_threads, struct rf_error *error,
                 struct image_error *failure)
 {
     const struct rf_image *first = first_of(job);
-    const size_t n = (size_t)first->width * (size_t)first->height;
     const struct denoise_merges merges = {.clean = job->merged[0],
                                           .grainy = job->merged[1],
                                           .flipped = job->merged[2],
@@ -145,11 +150,15 @@ static bool run(struct job *job, int n_threads, struct rf_error *error,
                                           .height = first->height,
                                           .n_channels = first->channels,
                                           .n_threads = n_threads};
-    if (!merge(job, job->clean, 0, error) || !merge(job, job->grainy, 1, error))
-        return false;
-    for (int j = 0; j < job->views->n; j++)
-        denoise_flip(job->grainy[j], job->clean[j], n, first->channels, j);
-    return merge(job, job->grainy, 2, error) && denoise_mix(&merges, failure);
+    struct rf_view clean[RF_MAX_VIEWS], flipped[RF_MAX_VIEWS];
+    for (int j = 0; j < job->views->n; j++) {
+        clean[j] = flipped[j] = job->views->views[j];
+        clean[j].colour = job->cleans[j].image;
+        flipped[j].colour = rf_image_packed(job->flipped[j], first->width,
+                                            first->height, first->channels);
+    }
+    return merge(job, clean, 0, error) && merge(job, job->views->views, 1, error) &&
+           merge(job, flipped, 2, error) && denoise_mix(&merges, failure);
 }
 
 static PyObject *merge_denoised(struct job *job, const struct module_state *state,
