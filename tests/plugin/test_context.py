@@ -95,6 +95,7 @@ print(context.threads)
             **os.environ,
             "LD_PRELOAD": str(build / "tests" / "faults" / "libfailing.so"),
             "FAIL_THREAD": "2",
+            "OPENBLAS_NUM_THREADS": "1",  # of the NumPy that is installed
             "PYTHONPATH": os.pathsep.join(sys.path),
         },
         capture_output=True,
