@@ -11,8 +11,8 @@
 struct image_error;
 
 struct denoise_views {
-    struct share share;       /* after share_open() */
-    const char *const *names; /* of each view, for errors */
+    struct share share;                            /* after share_open() */
+    const char *const *names;                      /* of each view, for errors */
     bool (*progress)(void *user, double fraction); /* false: stop; may be NULL */
     void *user;
     double n_shared; /* result: views that show a pixel the same, on average */
