@@ -8,13 +8,16 @@
  *   w   = (e - g) / e, less where e < 2 g, 0 where e < 1.6 g
  *   out = c + min(w, w') (r - c)    w' with G' in place of G
  *
- * |d|^2 is the sum over red, green and blue of |d| as far as c + |d| is in 0 to 1, squared:
- * lamps would rule otherwise, and what flipped grain of dark things has below 0 counts; G and G' are means over three boxes of 17 x 17 and 7 x 7 px,
- * nearly Gaussians of sigma 8.5 and 3.5 px. What is wrong in one place brings no grain back
- * beside it, for which G alone is too wide: dark things beside lamps. With an error b of c that is independent of the grain of r,
- * w = b^2 / (b^2 + grain^2) leaves the least error of all mixtures. f has the grain of r
- * as merging spreads it, for any lens. Ours; flipped signs as the wild bootstrap of Wu
- * (1986) has them. Worth: docs/notebook/rivals.md.
+ * |d|^2 is the sum of the squares over red, green and blue, of d as far as c + d or c - d
+ * lies in 0 to 1: lamps would rule otherwise, and flipped grain of dark things, below 0,
+ * counts. Views are merged for f with 0.25 added, since merges cut what is below 0. G and
+ * G' are means over three boxes of 17 x 17 and 7 x 7 px, nearly Gaussians of sigma 8.5 and
+ * 3.5 px; by G alone, what is wrong in one place would bring grain back beside it.
+ *
+ * With an error b of c that is independent of the grain of r, w = b^2 / (b^2 + grain^2)
+ * leaves the least error of all mixtures; less is taken where e may be grain alone. f has
+ * the grain of r as merging spreads it, for any lens. Ours; flipped signs as the wild
+ * bootstrap of Wu (1986) has them. Worth: docs/notebook/rivals.md.
  */
 #include "denoise_mix.h"
 
@@ -32,6 +35,10 @@ enum { REACH_PX = 8, NEAR_PX = 3, N_BOXES = 3 };
 /* Ratios of e and g: grain came back over surfaces in focus of a stranger's file, where
  * every e > g counted. A tree loses 0.6 dB by it, a toy in grain gains 0.4. */
 static const float DOUBTFUL = 1.6f, CERTAIN = 2;
+
+/* Merges cut what is below 0, where the flipped grain of dark things lies; it is merged as
+ * much brighter. 1 in place of a quarter changes 0.1 dB, either way. */
+static const float LIFT = 0.25f;
 
 static int n_colours(int n_channels)
 {
@@ -54,11 +61,11 @@ void denoise_flip(float *grainy, const float *clean, size_t n, int n_channels,
                   int index)
 {
     for (size_t i = 0; i < n; i++) {
-        if (scramble((uint64_t)index << 48 ^ (uint64_t)i) & 1)
-            continue;
+        const bool is_kept = scramble((uint64_t)index << 48 ^ (uint64_t)i) & 1;
         for (int c = 0; c < n_colours(n_channels); c++) {
             const size_t k = i * (size_t)n_channels + (size_t)c;
-            grainy[k] = fminf(2 * clean[k] - grainy[k], FLT_MAX);
+            const float v = is_kept ? grainy[k] : 2 * clean[k] - grainy[k];
+            grainy[k] = fminf(fmaxf(v + LIFT, 0), FLT_MAX);
         }
     }
 }
@@ -125,8 +132,15 @@ static float in_display(float v)
     return fminf(fmaxf(v, 0), 1);
 }
 
-/* Squares of how far merges differ. */
-static void find_squares(const struct denoise_merges *m, const float *other,
+/* Of v from a clean value on a display, upwards or downwards, where it shows more. */
+static float difference(float clean, float v)
+{
+    const float d = fabsf(v - clean), shown = in_display(clean);
+    return fmaxf(in_display(clean + d) - shown, shown - in_display(clean - d));
+}
+
+/* Squares of how far a merge of views that are brighter by `lift` differs. */
+static void find_squares(const struct denoise_merges *m, const float *other, float lift,
                          float *squares)
 {
     const size_t n = (size_t)m->width * (size_t)m->height;
@@ -134,21 +148,20 @@ static void find_squares(const struct denoise_merges *m, const float *other,
         float sum = 0;
         for (int c = 0; c < n_colours(m->n_channels); c++) {
             const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            const float c_k = m->clean[k];
-            const float d = in_display(c_k + fabsf(other[k] - c_k)) - in_display(c_k);
+            const float d = difference(m->clean[k], other[k] - lift);
             sum += d * d;
         }
         squares[i] = sum;
     }
 }
 
+/* w of e and g. */
 static float weight_of(float all, float grain)
 {
     if (!(all > DOUBTFUL * grain))
         return 0;
-    const float sure =
-        (all - DOUBTFUL * grain) / ((CERTAIN - DOUBTFUL) * all / CERTAIN);
-    return (all - grain) / all * fminf(sure, 1);
+    const float certain = (CERTAIN - DOUBTFUL) / CERTAIN * all;
+    return (all - grain) / all * fminf((all - DOUBTFUL * grain) / certain, 1);
 }
 
 /* Lowers weights to those of means of this reach; room for three planes. */
@@ -157,13 +170,12 @@ static void lower_weights(const struct denoise_merges *m, int reach, float *weig
 {
     const size_t n = (size_t)m->width * (size_t)m->height;
     float *all = room, *grain = room + n;
-    find_squares(m, m->grainy, all);
-    find_squares(m, m->flipped, grain);
+    find_squares(m, m->grainy, 0, all);
+    find_squares(m, m->flipped, LIFT, grain);
     smooth(m, reach, all, room + 2 * n);
     smooth(m, reach, grain, room + 2 * n);
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++)
         weights[i] = fminf(weights[i], weight_of(all[i], grain[i]));
-    }
 }
 
 bool denoise_mix(const struct denoise_merges *m, struct image_error *error)

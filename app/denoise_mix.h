@@ -20,8 +20,8 @@ struct denoise_merges {
 };
 
 /*
- * Gives the grain of view `index` random signs: clean + s (grainy - clean), at least 0,
- * into `grainy`; s is 1 or -1, the same for all channels of a pixel. What differs in the
+ * Gives the grain of view `index` random signs: clean + s (grainy - clean) + 0.25, at
+ * least 0, into `grainy`; s is 1 or -1, the same for all channels of a pixel. What differs in the
  * same way in many pixels and views is grain no more; grain stays as strong. Alpha stays
  * as it is. All values are finite. n: pixels.
  */

@@ -68,7 +68,7 @@ static void free_room(struct denoise_room *room)
     free(room->n_shared);
 }
 
-bool denoise_have_albedos(const struct share *share)
+static bool have_albedos(const struct share *share)
 {
     for (int j = 0; j < share->n; j++)
         if (!share->views[j].guides.albedo)
@@ -193,7 +193,7 @@ static bool denoise_view(struct denoiser *denoiser, struct denoise_views *views,
     if (is_done) {
         views->n_shared +=
             share_collect(share, j, made, room.n_shared, &room.guides) / share->n;
-        is_done = denoise_have_albedos(share)
+        is_done = have_albedos(share)
                       ? denoise_by_guides(denoiser, views, j, &room, made, error)
                       : denoise_by_colours(denoiser, views, j, &room, made, error);
     }

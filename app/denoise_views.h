@@ -18,9 +18,6 @@ struct denoise_views {
     double n_shared; /* result: views that show a pixel the same, on average */
 };
 
-/* Do all views have an albedo? */
-bool denoise_have_albedos(const struct share *share);
-
 /*
  * Px that points at the depths of a view of the filter move as the eye does, as of
  * struct share_view. Where that is not known, NaN, false and the core's error, which may

@@ -11,10 +11,10 @@ import json
 
 import numpy as np
 
-RECORD = (
-    "freestyle"  # names of layers whose lines we made a pass, in the scene's record
-)
+from .borrowed import Switch
+
 NAME = "Freestyle"
+SWITCH = Switch("freestyle", lambda layer: layer.freestyle_settings, "as_render_pass")
 
 
 def is_drawn(scene):
@@ -27,50 +27,19 @@ def is_drawn(scene):
 
 
 def need_pass(scene):
-    """Takes the lines out of the pictures of layers that have them there.
-
-    Where Freestyle is off now, they get them back.
-    """
-    record = json.loads(scene.rack_focus.record or "{}")
-    if not record:
-        return
-    ours = record.get(RECORD, [])
-    if is_drawn(scene):
-        missing = [la for la in scene.view_layers if not _settings(la).as_render_pass]
-        _switch(missing, True)
-        ours = [*ours, *(layer.name for layer in missing)]
-    elif ours:
-        drop_pass(scene, record)
-        ours = []
-    if ours != record.get(RECORD, []):
-        record[RECORD] = ours
-        scene.rack_focus.record = json.dumps(record)
-
-
-def drop_pass(scene, record):
-    """Undoes need_pass()."""
-    names = record.get(RECORD, [])
-    _switch([la for la in scene.view_layers if la.name in names], False)
-
-
-def _settings(layer):
-    return layer.freestyle_settings
-
-
-def _switch(layers, is_on):
-    for layer in layers:
-        _settings(layer).as_render_pass = is_on
+    """Takes the lines out of the pictures that have them; without lines, back in."""
+    SWITCH.need(scene, is_drawn(scene))
 
 
 # ---- the lines --------------------------------------------------------------------
 
 
-def lines_of(channels, layer, tail=""):
-    """Planes R, G, B, A of a view layer's lines, premultiplied; None without.
+def lines_of(channels, stem=NAME):
+    """(height, width, 4) of lines, premultiplied; None without.
 
-    channels: of exr.read_exr(); tail: what follows the pass in the names.
+    channels: {name: plane}; stem: of the names, before .R and so on.
     """
-    names = [f"{layer}.{NAME}{tail}.{c}" for c in "RGBA"]
+    names = [f"{stem}.{c}" for c in "RGBA"]
     if any(name not in channels for name in names):
         return None
     return np.stack([channels[name] for name in names], -1)
@@ -83,7 +52,7 @@ def draw(scene, layer, lines, picture):
     in the same order; lines may be None.
     """
     record = json.loads(scene.rack_focus.record or "{}")
-    if lines is None or layer not in record.get(RECORD, []):
+    if lines is None or layer not in record.get(SWITCH.key, []):
         return
     picture *= 1 - lines[..., 3:]
     picture += lines

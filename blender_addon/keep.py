@@ -3,7 +3,7 @@
 
 passesFFFF.exr, with several view layers passesFFFF_LAYER.exr, with several views
 passesFFFF_v00.exr and so on (FFFF: number of the frame): R G B A Z of 32-bit floats,
-uncompressed. The header says what the camera was and where on the lens a view was taken
+uncompressed; Freestyle.R to .A where there are lines. The header says what the camera was and where on the lens a view was taken
 (rackfocus:lensOffset, rackfocus:shearDistance).
 """
 
@@ -12,7 +12,6 @@ import struct
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from . import exr, freestyle, passes, sharp
 from .library import rackfocus
@@ -154,10 +153,8 @@ def _read(path):
         raise passes.PassesError(f"“{path}” lacks the channel {missing[0]}")
     mattes = ((None, planes[SHARP]),) if SHARP in planes else ()
     colour = passes.side_by_side([planes[c] for c in "RGBA"])
-    layer = passes.Layer(colour, planes["Z"], mattes)
-    lines = [planes.get(f"{freestyle.NAME}.{c}") for c in "RGBA"]
-    if all(plane is not None for plane in lines):
-        layer = layer._replace(lines=np.stack(lines, -1))
+    lines = freestyle.lines_of(planes)
+    layer = passes.Layer(colour, planes["Z"], mattes, lines=lines)
     if OFFSET not in attributes:
         return layer, passes.MIDDLE
     shear = struct.unpack("<d", attributes[SHEAR])[0]

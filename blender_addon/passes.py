@@ -109,7 +109,7 @@ def find_layer(channels, layer, view=""):
     mattes = sharp.mattes_of(channels, layer, tail)
     seen = mirrors.seen_of(channels, layer, tail)
     colour = side_by_side([channels[name] for name in names])
-    lines = freestyle.lines_of(channels, layer, tail)
+    lines = freestyle.lines_of(channels, f"{layer}.{freestyle.NAME}{tail}")
     return Layer(colour, depth, mattes, seen, None, lines)
 
 

@@ -383,9 +383,9 @@ def disable(scene):
     for layer in scene.view_layers:
         if layer.name in record["z"]:
             layer.use_pass_z = False
-    sharp.drop_pass(scene, record)
+    sharp.SWITCH.drop(scene, record)
     mirrors.drop_passes(scene, record)
-    freestyle.drop_pass(scene, record)
+    freestyle.SWITCH.drop(scene, record)
     tree = compat.compositor_tree(scene)
     is_untouched = tree is not None and _node_names(tree) == record["nodes"]
     if is_untouched and not record["was_in_use"]:

@@ -12,13 +12,12 @@ the scene wants it. The CoC is multiplied by what the objects leave of the pixel
 Cryptomatte specification 1.2.0, Friedman and Jones 2015.
 """
 
-import json
-
 import numpy as np
 
-PASS = "use_pass_cryptomatte_object"  # of view layers
+from .borrowed import Switch
+
 NAME = "CryptoObject"
-RECORD = "mattes"  # layers that got the pass, in the scene's record
+SWITCH = Switch("mattes", lambda layer: layer, "use_pass_cryptomatte_object")
 
 
 def _rotated(value, bits):
@@ -60,31 +59,7 @@ def names_of(scene):
 
 def need_pass(scene):
     """Switches the pass on where it is wanted, and off where only we wanted it."""
-    record = json.loads(scene.rack_focus.record or "{}")
-    if not record:
-        return
-    ours = record.get(RECORD, [])
-    if names_of(scene):
-        missing = [la for la in scene.view_layers if not getattr(la, PASS)]
-        ours = [*ours, *(la.name for la in missing)]
-        _switch(missing, True)
-    elif ours:
-        drop_pass(scene, record)
-        ours = []
-    if ours != record.get(RECORD, []):
-        record[RECORD] = ours
-        scene.rack_focus.record = json.dumps(record)
-
-
-def drop_pass(scene, record):
-    """Switches the pass off where need_pass() switched it on."""
-    names = record.get(RECORD, [])
-    _switch([la for la in scene.view_layers if la.name in names], False)
-
-
-def _switch(layers, is_on):
-    for layer in layers:
-        setattr(layer, PASS, is_on)
+    SWITCH.need(scene, bool(names_of(scene)))
 
 
 # ---- the mattes -------------------------------------------------------------------

@@ -256,7 +256,7 @@ def _make_copy(scene):
                 setattr(layer, name, False)
         layer.use_pass_combined = layer.use_pass_z = True
         if sharp.names_of(scene):
-            setattr(layer, sharp.PASS, True)
+            setattr(layer, sharp.SWITCH.name, True)
     return copy
 
 
@@ -471,13 +471,13 @@ def follow(scene, depsgraph):
     """Puts the cameras of a copy in their places, once it is evaluated for a frame."""
     source = scene.rack_focus.viewed
     session = _sessions.get(source.name) if source is not None else None
-    if session is None or session.camera is None or scene.name == session.own_name:
+    if session is None or session.camera is None:
+        return
+    if scene.name not in session.copy_names:  # that of its own lens, Freestyle's
         return
     settings = session.camera.data.rack_focus
     n, n_parts = view_count(settings), session.scale**2
     if n * n_parts < 2:
-        return
-    if scene.name not in session.copy_names:
         return
     index = session.copy_names.index(scene.name)
     if session.is_sequence and index >= n * n_parts:

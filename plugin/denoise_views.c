@@ -31,18 +31,6 @@ static bool is_as_large(const struct rf_image *image, const struct rf_image *oth
     return image->width == other->width && image->height == other->height;
 }
 
-/* A packed copy; NULL with an exception set. */
-static float *packed(const struct rf_image *image, int n)
-{
-    float *memory =
-        calloc((size_t)image->width * (size_t)image->height, (size_t)n * sizeof(float));
-    if (memory)
-        plugin_copy_pixels(image, n, memory, false);
-    else
-        PyErr_NoMemory();
-    return memory;
-}
-
 /* ---- what was given ------------------------------------------------------------- */
 
 /* Albedo or normals of view j, where they are not None; a packed copy. */
@@ -60,7 +48,7 @@ static int open_guide(struct job *job, int j, PyObject *object, const char *name
         return fail(j, name,
                     "must have the height and the width of its colour, and 3 "
                     "channels");
-    *guide = packed(&image->image, 3);
+    *guide = plugin_packed(&image->image, 3);
     return *guide ? 0 : -1;
 }
 
@@ -111,7 +99,7 @@ static int open_view(struct job *job, const struct module_state *state, int j)
     const size_t n = (size_t)first->width * (size_t)first->height;
     float *shift = calloc(n, sizeof *shift);
     to->shift_px = shift;
-    to->samples = packed(&view->colour, first->channels);
+    to->samples = plugin_packed(&view->colour, first->channels);
     job->made[j] = calloc(n, (size_t)first->channels * sizeof(float));
     memcpy(to->offset, view->lens_offset, sizeof to->offset);
     job->names[j] = "views";

@@ -496,8 +496,8 @@ static PyMethodDef filter_methods[] = {
      METH_VARARGS | METH_KEYWORDS,
      "merge_denoised($self, /, views, clean, out, progress=None)\n--\n\n"
      "process_views() of views that denoise_views() cleaned: merges them with and "
-     "without their grain, and mixes both so that the error is least. Takes three "
-     "times as long. Needs no Open Image Denoise.\n\n"
+     "without their grain, and takes the latter but where the former differ by more "
+     "than grain. Takes three times as long. Needs no Open Image Denoise.\n\n"
      "views: as in process_views(), with their grain.\n"
      "clean: of each view an array of the shape of its colour, without grain.\n"
      "out, progress: as in process(); out has the shape of a view's colour."},

@@ -2,6 +2,7 @@
 /* Buffers of Python as images of the core, without copies. */
 #include "module.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static bool is_float32(const Py_buffer *buffer)
@@ -83,6 +84,17 @@ void plugin_copy_pixels(const struct rf_image *image, int n, float *packed,
                 else
                     memcpy(packed, at, sizeof(float));
             }
+}
+
+float *plugin_packed(const struct rf_image *image, int n)
+{
+    float *memory =
+        calloc((size_t)image->width * (size_t)image->height, (size_t)n * sizeof(float));
+    if (memory)
+        plugin_copy_pixels(image, n, memory, false);
+    else
+        PyErr_NoMemory();
+    return memory;
 }
 
 int plugin_open_each(PyObject *sequence, struct plugin_range range,

@@ -34,22 +34,11 @@ static bool is_like_first(const struct job *job, const struct rf_image *image)
 
 /* ---- what was given ------------------------------------------------------------- */
 
-static float *packed(const struct rf_image *image)
-{
-    float *memory = calloc((size_t)image->width * (size_t)image->height,
-                           (size_t)image->channels * sizeof(float));
-    if (memory)
-        plugin_copy_pixels(image, image->channels, memory, false);
-    else
-        PyErr_NoMemory();
-    return memory;
-}
-
 /* Gives the grain of view j in flipped[j] random signs. */
 static int flip(struct job *job, int j)
 {
     const struct rf_image *image = &job->cleans[j].image;
-    float *clean = packed(image);
+    float *clean = plugin_packed(image, image->channels);
     if (!clean)
         return -1;
     denoise_flip(job->flipped[j], clean, (size_t)image->width * (size_t)image->height,
@@ -74,7 +63,7 @@ static int open_clean(void *user, PyObject *object)
                      j);
         return -1;
     }
-    job->flipped[j] = packed(colour);
+    job->flipped[j] = plugin_packed(colour, colour->channels);
     return job->flipped[j] ? flip(job, j) : -1;
 }
 

@@ -64,6 +64,9 @@ void plugin_close_image(struct plugin_image *image);
 void plugin_copy_pixels(const struct rf_image *image, int n, float *packed,
                         bool is_back);
 
+/* A packed copy of the first `n` channels, for free(); NULL with an exception set. */
+float *plugin_packed(const struct rf_image *image, int n);
+
 /* How many items an argument of this name may have. */
 struct plugin_range {
     const char *name;

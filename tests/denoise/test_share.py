@@ -111,9 +111,8 @@ found = np.load(f"{folder}/views.npz")
 colours, depths = found["colours"], found["depths"]
 albedo, places = found["albedo"], [tuple(place) for place in found["places"]]
 height, width = depths[0].shape
-made = rackfocus.Filter(
-    width, height, focus_distance=5, lens_radius=0.04, focal_length_px=160
-)
+LENS = {"focus_distance": 5, "lens_radius": 0.04, "focal_length_px": 160}
+made = rackfocus.Filter(width, height, **LENS)
 views = [(c, d, place, 5) for c, d, place in zip(colours, depths, places)]
 outs = [np.empty_like(colour) for colour in colours]
 told = []
@@ -122,7 +121,15 @@ assert told == [0.25, 0.5, 0.75, 1], told
 alone = [np.empty_like(colour) for colour in colours]
 for view, out in zip(views, alone):
     made.denoise_views([view], [out], library=library)
-np.savez(f"{folder}/made.npz", outs=outs, alone=alone, shared=shared)
+picture = np.empty((height, width, 3), "f")
+bare = [(np.ascontiguousarray(c[..., :3]), d, place, 5) for c, d, place, _ in views]
+clean = [np.empty_like(view[0]) for view in bare]
+made.denoise_views(bare, clean, library=library)
+merger = rackfocus.Filter(width, height, method="views", **LENS)
+merger.merge_denoised(bare, clean, picture)
+np.savez(
+    f"{folder}/made.npz", outs=outs, alone=alone, shared=shared, picture=picture
+)
 guided = [np.empty_like(colour) for colour in colours]
 made.denoise_views(views, guided, [(albedo, None)] * 4, library=library)
 assert not np.array_equal(guided, outs)
@@ -158,7 +165,7 @@ fails(rackfocus.Error, "Open Image Denoise", views, outs, library="/nowhere")
 def test_python_shares_as_the_command_does(merged, oidn, package, tmp_path):
     """As many views share a pixel, and the grain goes out of each of them."""
     colours = np.stack([0.5 + noise(i, 0.1) for i in range(4)]).astype(np.float32)
-    _, shared = merged([(colour, PLANE) for colour in colours])
+    by_command, shared = merged([(colour, PLANE) for colour in colours])
     alpha = np.full((4, *SIZE, 1), 0.75, np.float32)
     np.savez(
         tmp_path / "views.npz",
@@ -178,3 +185,4 @@ def test_python_shares_as_the_command_does(merged, oidn, package, tmp_path):
         np.sqrt(np.mean((made[name][..., :3] - 0.5) ** 2)) for name in ("outs", "alone")
     )
     assert left < 0.01 and left < 0.95 * alone, (left, alone)  # of 0.1
+    assert np.abs(made["picture"] - by_command).max() < 1e-4

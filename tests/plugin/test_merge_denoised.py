@@ -69,6 +69,28 @@ def test_the_mixture_is_better_than_both():
     assert made < min(both), (made, both)
 
 
+def test_grain_of_dark_things_stays_out():
+    """Few bright samples on black: with signs changed they are below 0."""
+    rng = np.random.default_rng(10)
+    black = np.full((HEIGHT, WIDTH, 4), (0.02, 0.02, 0.02, 1), np.float32)
+    clean = [black.copy() for _ in range(N)]
+    grainy = [view.copy() for view in clean]
+    for view in grainy:
+        view[..., :3] *= (rng.random((HEIGHT, WIDTH, 1)) < 0.05) * 20
+    off = error(plain(grainy) + 0.48)
+    assert error(merge(grainy, clean) + 0.48) < 0.1 * off, off
+
+
+def test_grain_beside_what_is_wrong_stays_out():
+    """A bright square of the clean views is wrong; 12 px from it all is grain."""
+    grainy, clean = colours(11, 0.05)
+    for view in clean:
+        view[20:44, 10:34, :3] += 0.4
+    made = merge(grainy, clean)
+    assert error(made[24:40, 14:30]) < 0.15  # of 0.4
+    assert error(made[:, 46:]) < 0.1 * error(plain(grainy)[:, 46:])
+
+
 def test_what_is_the_same_is_merged_as_it_is():
     grainy, _ = colours(4, 0.1)
     assert np.array_equal(merge(grainy, grainy), plain(grainy))

@@ -591,6 +591,21 @@ def freestyle_lines_stay_sharp():
     own = rgba(render(scene, OUT / "fs.exr"))
     is_line = np.repeat(alpha == 1, 4, -1)
     assert np.abs(own - made)[is_line].max() < 0.01
+    data.rack_focus.enabled = True
+    data.rack_focus.passes_folder = str(OUT / "fs_kept")
+    scene.render.use_border = True
+    scene.render.border_min_x, scene.render.border_max_y = 0.25, 0.75
+    part = rgba(render(scene, OUT / "fs.exr"))
+    addon("passes").forget(scene)
+    files = addon("keep").KeptFiles(scene, OUT / "fs_kept", scene.frame_current)
+    ((seen, _),) = files.views("ViewLayer")
+    assert seen.lines.shape == seen.colour.shape and seen.lines[..., 3].max() == 1
+    data.rack_focus.enabled = False
+    own, inside = rgba(render(scene, OUT / "fs.exr")), np.s_[12:48, 18:72]
+    is_line = np.repeat(seen.lines[..., 3:] == 1, 4, -1)
+    assert np.abs(own - part)[inside][is_line].max() < 0.01
+    scene.render.use_border, data.rack_focus.passes_folder = False, ""
+    assert not settings.as_render_pass
     settings.as_render_pass = data.rack_focus.enabled = True  # the user's own
     same(rgba(render(scene, OUT / "fs.exr")), blurred)
     scene.render.use_freestyle = False
