@@ -73,6 +73,14 @@ def test_what_looks_the_same_is_shared(merged):
     assert abs(picture[:, SIZE[1] // 2 + 8 :].mean() - 0.5) < 0.01
 
 
+def test_what_is_no_grain_comes_back(merged):
+    """A texture that looks like grain, but is the same in all views."""
+    texture = 0.5 + noise(1, 0.1)
+    picture, _ = merged([(texture, PLANE)] * 4)
+    off = np.sqrt(np.mean((picture - texture)[4:-4, 4:-4] ** 2))
+    assert off < 0.05, off  # of 0.1 where all of it is taken for grain
+
+
 def test_what_hides_it_is_not_shared(merged):
     """The same grey nearer by, in two views of four: these two show the same."""
     depths = [PLANE, PLANE, PLANE / 2, PLANE / 2]
