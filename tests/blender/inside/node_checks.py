@@ -275,7 +275,7 @@ def objects_that_stay_sharp():
     shutil.rmtree(folder, ignore_errors=True)
     _, data = start(passes_folder=str(folder))
     plain = rgba(render(scene, OUT / "s.exr"))
-    assert not getattr(layer, module.PASS)
+    assert not getattr(layer, module.SWITCH.name)
     item.rack_focus_keep_sharp = True
     made = rgba(render(scene, OUT / "s.exr"))
     assert not common.last_message(scene), common.last_message(scene)
@@ -307,10 +307,10 @@ def objects_that_stay_sharp():
     for item in scene.objects:
         item.rack_focus_keep_sharp = False
     render(scene, OUT / "s.exr")
-    assert not getattr(scene.view_layers[0], module.PASS)
+    assert not getattr(scene.view_layers[0], module.SWITCH.name)
     scene.objects[-1].rack_focus_keep_sharp = True
     render(scene, OUT / "s.exr")
-    assert getattr(scene.view_layers[0], module.PASS)
+    assert getattr(scene.view_layers[0], module.SWITCH.name)
     data.rack_focus.enabled = False
-    assert not getattr(scene.view_layers[0], module.PASS)
+    assert not getattr(scene.view_layers[0], module.SWITCH.name)
     assert snapshot(scene)[1:4] == before  # meshes without users were not saved
