@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A view becomes surfaces: the picture is continued by its edge pixels, bright ones
- * dimmed to white (docs/algorithm.md, "Border"); mixed pixels are split (split.c).
+ * A view becomes surfaces: the picture is continued beyond its border (border.c), mixed
+ * pixels are split (split.c).
  */
 #include "surfaces/picture.h"
 
@@ -22,13 +22,13 @@
 #include "input/views_in.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
+#include "surfaces/border.h"
 #include "surfaces/bright_areas.h"
 #include "surfaces/split.h"
 #include "surfaces/split_pixels.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
-static const float BORDER_LUMINANCE = 1;
 enum { MAX_BORDER = 256 };
 
 static size_t padded_size(const struct rf_picture *picture)
@@ -36,7 +36,7 @@ static size_t padded_size(const struct rf_picture *picture)
     return (size_t)picture->width * (size_t)picture->height;
 }
 
-/* ---- border -------------------------------------------------------------------- */
+/* ---- rows ---------------------------------------------------------------------- */
 
 /* Repeats the ends of a plane's row in its margins. */
 static void fill_margins(const struct rf_pixels *p, float *row)
@@ -45,29 +45,6 @@ static void fill_margins(const struct rf_pixels *p, float *row)
         row[x] = row[0];
     for (size_t x = (size_t)p->width; x < p->stride - RF_ROW_MARGIN; x++)
         row[x] = row[p->width - 1];
-}
-
-/* Dims what continues the picture to white; returns its luminance. */
-static float dim(struct rf_surface *s, float luminance)
-{
-    if (!(luminance > BORDER_LUMINANCE))
-        return luminance;
-    for (int n = 0; n < 3; n++)
-        s->c[n] *= BORDER_LUMINANCE / luminance;
-    return rf_luminance(s->c[0], s->c[1], s->c[2]);
-}
-
-/* Continues a row by pixel `edge`, if that is not dimmed yet, from x0 to x1 - 1. */
-static void continue_row(struct rf_surface *at, float *luminance, float *radius,
-                         int edge, bool is_dimmed, int x0, int x1)
-{
-    struct rf_surface s = at[edge];
-    float dimmed = is_dimmed ? luminance[edge] : dim(&s, luminance[edge]);
-    for (int x = x0; x < x1; x++) {
-        at[x] = s;
-        luminance[x] = dimmed;
-        radius[x] = s.r;
-    }
 }
 
 /*
@@ -89,26 +66,19 @@ static unsigned fetch_row(const struct rf_frame *f, const struct rf_work_view *v
     return kernels->load_row(planes, radius, f->width, at, luminance) ? RF_ROW_FILM : 0;
 }
 
+/* Row y of the view, of what fetch_row() says. */
 static unsigned load_row(const struct rf_picture *picture,
                          const struct rf_work_view *view, int n_planes, int y)
 {
     const struct rf_frame *f = picture->frame;
     const struct rf_pixels *p = &picture->pixels;
-    int sy = y - picture->y0, cy = rf_min_int(rf_max_int(sy, 0), f->height - 1);
-    int x0 = picture->x0, x1 = x0 + f->width;
-    size_t row = (size_t)cy * (size_t)f->width;
-    struct rf_surface *at = p->at + (size_t)y * (size_t)picture->width;
-    float *luminance = rf_plane_row(p, p->luminance, y);
-    float *radius = rf_plane_row(p, p->radius, y);
-    unsigned found = fetch_row(f, view, n_planes, cy, at + x0, luminance + x0);
-    memcpy(radius + x0, view->radius + row, (size_t)f->width * sizeof *radius);
-    for (int x = x0; x < x1 && cy != sy; x++)
-        luminance[x] = dim(&at[x], luminance[x]);
-    continue_row(at, luminance, radius, x0, cy != sy, 0, x0);
-    continue_row(at, luminance, radius, x1 - 1, cy != sy, x1, picture->width);
-    fill_margins(p, luminance);
-    fill_margins(p, radius);
-    return found;
+    int to = picture->y0 + y;
+    struct rf_surface *at = p->at + (size_t)to * (size_t)picture->width + picture->x0;
+    float *luminance = rf_plane_row(p, p->luminance, to) + picture->x0;
+    float *radius = rf_plane_row(p, p->radius, to) + picture->x0;
+    memcpy(radius, view->radius + (size_t)y * (size_t)f->width,
+           (size_t)f->width * sizeof *radius);
+    return fetch_row(f, view, n_planes, y, at, luminance);
 }
 
 /* Notes which pixels of a row are mixed or bright, while all about them is at hand. */
@@ -213,10 +183,7 @@ static void want_area(struct rf_picture *picture, int x, int y, void *wanted)
 
 /* ---- one walk over the rows ----------------------------------------------------- */
 
-/*
- * Rows that a thread loads and splits in turn, so that what splitting looks at is still
- * in its cache. Those beside another's rows are split when all are loaded.
- */
+/* Rows that a thread splits in turn, so that what splitting looks at is in its cache. */
 enum { BAND_ROWS = 32 };
 
 struct walk {
@@ -246,14 +213,6 @@ static bool is_over(const struct walk *walk)
            rf_task_is_cancelled(walk->task);
 }
 
-/* Do all rows that splitting row y looks at lie in its band? */
-static bool is_inner(const struct rf_picture *picture, int y)
-{
-    int first = rf_max_int(y - RF_SPLIT_REACH, 0);
-    int last = rf_min_int(y + RF_SPLIT_REACH, picture->height - 1);
-    return first / BAND_ROWS == last / BAND_ROWS;
-}
-
 /* Splits a row, and of opaque pixels notes what is known by then. */
 static void end_row(struct walk *walk, int y, int thread)
 {
@@ -264,48 +223,51 @@ static void end_row(struct walk *walk, int y, int thread)
     rf_task_step(walk->task);
 }
 
-static void walk_band(struct walk *walk, int band, int thread)
+static void load_rows(void *data, int64_t begin, int64_t end, int thread)
 {
-    struct rf_picture *picture = walk->picture;
-    int y1 = rf_min_int((band + 1) * BAND_ROWS, picture->height);
-    for (int y = band * BAND_ROWS, next = y; y < y1 && !is_over(walk); y++) {
-        unsigned found = load_row(picture, walk->view, walk->n_planes, y);
+    struct walk *walk = data;
+    for (int y = (int)begin; y < (int)end && !is_over(walk); y++) {
+        unsigned found = load_row(walk->picture, walk->view, walk->n_planes, y);
         if (found & RF_ROW_FILM)
             set_flag(&walk->has_alpha);
-        if (found & RF_ROW_INFINITE) {
+        if (found & RF_ROW_INFINITE)
             set_flag(&walk->is_infinite);
-            return;
-        }
-        for (; next <= (y + 1 < picture->height ? y - RF_SPLIT_REACH : y); next++)
-            if (is_inner(picture, next))
-                end_row(walk, next, thread);
     }
 }
 
-static void walk_bands(void *data, int64_t begin, int64_t end, int thread)
+static void fill_rows(void *data, int64_t begin, int64_t end, int thread)
 {
-    for (int64_t band = begin; band < end; band++)
-        walk_band(data, (int)band, thread);
+    const struct rf_pixels *p = data;
+    for (int y = (int)begin; y < (int)end; y++) {
+        fill_margins(p, rf_plane_row(p, p->luminance, y));
+        fill_margins(p, rf_plane_row(p, p->radius, y));
+    }
 }
 
-/* Splits the rows that look into two bands. */
-static void walk_seams(void *data, int64_t begin, int64_t end, int thread)
+static void split_rows(void *data, int64_t begin, int64_t end, int thread)
 {
     struct walk *walk = data;
-    for (int y = (int)begin; y < (int)end; y++)
-        if (!is_inner(walk->picture, y) && !is_over(walk))
-            end_row(walk, y, thread);
+    for (int y = (int)begin; y < (int)end && !is_over(walk); y++)
+        end_row(walk, y, thread);
 }
 
-/* Loads all rows and splits them. */
-static void walk_rows(struct walk *walk)
+/* Loads all rows, continues them and splits them. */
+static rf_result walk_rows(struct walk *walk, struct rf_error *error)
 {
     struct rf_picture *picture = walk->picture;
-    const struct rf_context *context = picture->frame->context;
-    int n_bands = (picture->height + BAND_ROWS - 1) / BAND_ROWS;
-    rf_parallel(context, n_bands, 1, walk_bands, walk);
-    rf_parallel(context, picture->height, 2 * RF_SPLIT_REACH, walk_seams, walk);
+    const struct rf_frame *f = picture->frame;
+    struct rf_pixels *p = &picture->pixels;
+    rf_result result = RF_OK;
+    rf_parallel(f->context, f->height, RF_EQUAL_PARTS, load_rows, walk);
     picture->has_alpha = walk->has_alpha;
+    if (!is_over(walk))
+        result = rf_border_continue(f->context, p, picture->x0, picture->y0, f->width,
+                                    f->height, picture->border, error);
+    if (result != RF_OK || is_over(walk))
+        return result;
+    rf_parallel(f->context, p->height, RF_EQUAL_PARTS, fill_rows, p);
+    rf_parallel(f->context, p->height, BAND_ROWS, split_rows, walk);
+    return RF_OK;
 }
 
 /* Measures the areas that tell what is a highlight. */
@@ -333,7 +295,7 @@ static rf_result run_walk(struct walk *walk, struct rf_error *error)
     struct rf_picture *picture = walk->picture;
     rf_result result = rf_split_begin(&walk->splitter, error);
     if (result == RF_OK)
-        walk_rows(walk);
+        result = walk_rows(walk, error);
     if (walk->is_short)
         result =
             rf_fail_memory(error, (size_t)picture->width, sizeof *picture->pixels.at);

@@ -229,6 +229,57 @@ static void a_bright_window_goes_on_behind_an_edge(void)
     }
 }
 
+/* A sky of 40 before dark hills: as bright in the corners as in the middle. */
+static void a_bright_sky_reaches_the_border(void)
+{
+    static const int radii[] = {3, 20};
+    for (int i = 0; i < 2; i++) {
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_LAYERED);
+        struct frame f = frame_make(160, 120, 3);
+        for (int y = 0; y < f.height; y++)
+            for (int x = 0; x < f.width; x++) {
+                f.depth[y * f.width + x] = y < 70 ? plain_depth(radii[i]) : PLAIN_FOCUS;
+                for (int n = 0; n < 3; n++)
+                    frame_at(&f, f.colour, x, y)[n] = y < 70 ? 40 : 0.05f;
+            }
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        for (int x = 0; x < f.width; x++)
+            for (int y = 0; y < 70 - radii[i] - 4; y++)
+                CHECK_NEAR(frame_at(&f, f.out, x, y)[1], 40, 0.2);
+        frame_free(&f);
+    }
+}
+
+/* What is seen of a lamp that the border cuts shines, and what continues it does not. */
+static void a_lamp_at_the_border_is_no_bar(void)
+{
+    enum { LAMP = 5, RADIUS = 20 };
+    double light[3] = {0, 0, 0};
+    for (int place = 0; place < 3; place++) { /* within, beside a side, in a corner */
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_LAYERED);
+        struct frame f = frame_make(160, 120, 3);
+        int x0 = place == 2 ? 0 : 80, y0 = place == 0 ? 60 : 0;
+        for (int y = 0; y < f.height; y++)
+            for (int x = 0; x < f.width; x++) {
+                bool is_lamp = x >= x0 && x < x0 + LAMP && y >= y0 && y < y0 + LAMP;
+                f.depth[y * f.width + x] = plain_depth(RADIUS);
+                for (int n = 0; n < 3; n++)
+                    frame_at(&f, f.colour, x, y)[n] = is_lamp ? 1000 : 0.05f;
+            }
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        for (size_t i = 0; i < frame_pixels(&f); i++)
+            light[place] += f.out[i * 3] - 0.05;
+        frame_free(&f);
+    }
+    printf("# light of a lamp: %g, beside a side %g, in a corner %g\n", light[0],
+           light[1], light[2]);
+    CHECK_NEAR(light[0], LAMP * LAMP * 1000, 50);
+    CHECK(light[1] > 0.5 * light[0] && light[1] < 0.7 * light[0]);
+    CHECK(light[2] > 0.25 * light[0] && light[2] < 0.5 * light[0]);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -242,5 +293,7 @@ int main(int argc, char **argv)
     TEST(a_field_of_lamps);
     TEST(a_slanted_thing_has_no_cracks);
     TEST(a_bright_window_goes_on_behind_an_edge);
+    TEST(a_bright_sky_reaches_the_border);
+    TEST(a_lamp_at_the_border_is_no_bar);
     return testing_end();
 }

@@ -23,10 +23,29 @@ SLACK_DB = 0.5
 
 #: Where one view is still worse than that, dB, and why (docs/notebook/looks.md). Rims and
 #: rings have detail that the coarse levels of a far wall lose: finer ones gain 0.2 dB for
-#: twice the time. Light at the rim of the lens comes from farther beyond the border and
-#: from deeper behind what stands before it, which one view has to guess. The second focus
-#: of the split diopter blurs posts by 30 px: the plain disc has 34.7 dB there.
-SHORT_DB = {"spherical": 0.3, "image": 1.1, "split_diopter": 1.8}
+#: twice the time. Light at the rim of the lens comes from deeper behind what stands before
+#: it, which one view has to guess. The second focus of the split diopter blurs posts by
+#: 30 px: the plain disc has 34.7 dB there. All three gained less than the plain disc
+#: when the picture's border was mended (docs/notebook/border.md), so they lag more.
+SHORT_DB = {"spherical": 0.9, "image": 1.5, "split_diopter": 2.9}
+
+#: What one view has at the least, dB: a look may not fall with the plain disc.
+ONE_DB = {
+    "plain": 40.2,
+    "axial_chroma": 40.3,
+    "blades": 40.0,
+    "cat_eye": 40.7,
+    "cat_eye_tilt": 40.3,
+    "doors": 40.0,
+    "field_curvature": 41.2,
+    "image": 38.3,
+    "lateral_chroma": 40.2,
+    "spherical": 38.9,
+    "spherical_below": 40.8,
+    "split_diopter": 36.9,
+    "swirl": 40.4,
+    "tilt": 40.0,
+}
 
 
 def run(*arguments):
@@ -73,19 +92,23 @@ def plain(tmp_path_factory):
     return score(tmp_path_factory.mktemp("plain"), "plain")
 
 
+def test_the_disc_is_as_good_as_it_was(plain):
+    assert plain >= ONE_DB["plain"]
+
+
 @pytest.mark.parametrize("look", sorted(set(MANIFEST) - {"plain"}))
 def test_a_look_is_as_good_as_the_disc(look, plain, tmp_path):
     ours, without = score(tmp_path, look), score(tmp_path, look, with_look=False)
     print(f"{look} {ours:.2f}, plain {plain:.2f}, without {without:.2f}")
+    assert ours >= ONE_DB[look]
     assert ours >= plain - SLACK_DB - SHORT_DB.get(look, 0)
     assert ours > without + 3, "the reference does not show the look"
 
 
 #: What eight views gain over one, dB: with the plain disc, and with what bends the
-#: surface in focus, as much or more. With cat's eyes one view is better by 1.6 to 2 dB,
-#: and eight miss that by LESS_DB: what is left lies at lamps and at thin posts near the
-#: border (docs/notebook/views.md).
-LESS_DB = {"cat_eye": 1.2, "cat_eye_tilt": 1.7}
+#: surface in focus, as much or more, but for LESS_DB: what is left lies at lamps and at
+#: thin posts near the border (docs/notebook/views.md).
+LESS_DB = {"cat_eye_tilt": 0.15}
 
 #: What eight views have at the least, dB: a gain may not come from a worse single view.
 EIGHT_DB = {

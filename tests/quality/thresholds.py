@@ -25,6 +25,7 @@ SCENES = "foliage macro ortho plane portrait posts".split()
 #: File, threshold, a lesser and a greater value, pictures that it may change: of one
 #: view, previews, views.
 THRESHOLDS = """
+surfaces/border.c LARGEST_STEP 0.5f 2 one
 surfaces/split.c EDGE_GAP_PX 0.05f 0.2f one
 surfaces/split.c PLANE_TOLERANCE 0.15f 0.6f one
 surfaces/split.c ALIKE 0.01f 0.04f one

@@ -3,7 +3,9 @@
  * The layered method's core in double precision, brute force, written from the formulas
  * (docs/algorithm.md, "Border", "Footprints", "The saturating sum"):
  *
- *   -  the picture is continued by its edge pixels
+ *   -  the picture is continued up and down, then to the sides: by its edge's radii, and
+ *      by colours mirrored up to 2 px before the radius steps by more than 1 px, of which
+ *      the mean of nine is taken along the border, k px apart at pixel k beyond it
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
@@ -216,6 +218,67 @@ static struct frame scene(int kind, double r)
     return f;
 }
 
+/* How many pixels from i on, `step` apart, lie on one surface; n at the most. */
+static int surface(const struct model *m, int i, int step, int n)
+{
+    int run = 1;
+    while (run < n &&
+           fabs(m->radius[i + run * step] - m->radius[i + (run - 1) * step]) <= 1)
+        run++;
+    return run;
+}
+
+/* Of n lines from i on, `along` apart, pixel k beyond the border. */
+static void continue_by(const struct model *m, int i, int along, int inward, int n,
+                        int depth, int k)
+{
+    double *light = calloc((size_t)n * 3, sizeof *light);
+    int most = depth < m->border ? depth : m->border;
+    int apart = k < m->border / 2 ? k : m->border > 1 ? m->border / 2 : 1;
+    for (int j = 0; j < n; j++) {
+        int run = surface(m, i + j * along, inward, most), from = 0;
+        if (run < most)
+            run = run > 3 ? run - 2 : 1;
+        for (int step = 1, way = 1; step < k; step++)
+            if (from + way < 0 || from + way >= run)
+                way = -way; /* the last one comes twice */
+            else
+                from += way;
+        memcpy(light + 3 * j, m->colour + 3 * (i + j * along + from * inward),
+               3 * sizeof *light);
+    }
+    for (int j = 0; j < n; j++) {
+        int at = i + j * along, to = at - k * inward;
+        int after = surface(m, at, along, n - j) - 1;
+        int before = surface(m, at, -along, j + 1) - 1;
+        m->radius[to] = m->radius[at];
+        for (int c = 0; c < 3; c++) {
+            double sum = 0;
+            int count = 0;
+            for (int d = -4 * apart; d <= 4 * apart; d += apart)
+                if (d >= -before && d <= after) {
+                    sum += light[3 * (j + d) + c];
+                    count++;
+                }
+            m->colour[3 * to + c] = sum / count;
+        }
+    }
+    free(light);
+}
+
+static void continue_picture(const struct model *m)
+{
+    int w = m->width, x0 = m->border, y0 = m->border;
+    for (int k = 1; k <= m->border; k++) {
+        continue_by(m, y0 * w + x0, 1, w, WIDTH, HEIGHT, k);
+        continue_by(m, (y0 + HEIGHT - 1) * w + x0, 1, -w, WIDTH, HEIGHT, k);
+    }
+    for (int k = 1; k <= m->border; k++) {
+        continue_by(m, x0, w, 1, m->height, WIDTH, k);
+        continue_by(m, x0 + WIDTH - 1, w, -1, m->height, WIDTH, k);
+    }
+}
+
 static void load(struct model *m, const struct frame *f, int kind, double r)
 {
     double most = 0;
@@ -226,15 +289,14 @@ static void load(struct model *m, const struct frame *f, int kind, double r)
     m->height = HEIGHT + 2 * m->border;
     m->radius = calloc((size_t)(m->width * m->height), sizeof(double));
     m->colour = calloc((size_t)(m->width * m->height) * 3, sizeof(double));
-    for (int y = 0; y < m->height; y++)
-        for (int x = 0; x < m->width; x++) {
-            int sx = (int)fmin(fmax(x - m->border, 0), WIDTH - 1);
-            int sy = (int)fmin(fmax(y - m->border, 0), HEIGHT - 1);
-            m->radius[y * m->width + x] = scene_radius(kind, sx, sy, r);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            int to = (y + m->border) * m->width + x + m->border;
+            m->radius[to] = scene_radius(kind, x, y, r);
             for (int k = 0; k < 3; k++)
-                m->colour[(y * m->width + x) * 3 + k] =
-                    frame_at(f, f->colour, sx, sy)[k];
+                m->colour[to * 3 + k] = frame_at(f, f->colour, x, y)[k];
         }
+    continue_picture(m);
 }
 
 static void compare(struct model m, int kind, double r, double want_db)

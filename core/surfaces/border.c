@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The surface at the border goes on: its radius as it is there, its colours mirrored to
+ * and fro between the border and where the surface ends, and the blurrier along the
+ * border the farther out they lie (docs/algorithm.md, "Border").
+ */
+#include "surfaces/border.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/parallel.h"
+#include "base/pool.h"
+#include "kernels/data.h"
+#include "surfaces/surfaces.h"
+
+/*
+ * A larger step of the radius from pixel to pixel parts two surfaces (its worth:
+ * docs/notebook/border.md).
+ */
+static const float LARGEST_STEP = 1;
+/* Pixels before such a step that may show both. */
+enum { RIM = 2 };
+/*
+ * Brighter light is dimmed to that, unless half of the picture beside it is nearly as
+ * bright: a lamp that is cut by the border is no bar of light.
+ */
+static const float LEAST_LIMIT = 1;
+/* Pixels to each side, of which the mean is taken along the border. */
+enum { TAPS = 4 };
+
+/* The pixels of one line, from the border inwards. */
+struct line {
+    int run;         /* pixels of the first one's surface */
+    int first, last; /* lines beside it that begin on the same surface */
+    float limit;     /* of luminance, beyond the border */
+};
+
+/* One side of the picture: lines that begin at its border. */
+struct side {
+    const struct rf_pixels *pixels;
+    int x0, y0;             /* where the first line begins */
+    int along_x, along_y;   /* to the next line */
+    int inward_x, inward_y; /* to a line's next pixel */
+    int n_lines, depth;     /* pixels of a line that are looked at */
+    int border;
+    struct line *lines;
+    rf_quad *scratch; /* colours: n_scratch for each thread */
+    size_t n_scratch;
+};
+
+/* The pixel of a line: 0 the first, -1 that beyond the border. */
+struct place {
+    int x, y;
+};
+
+static struct place place_at(const struct side *s, int line, int i)
+{
+    return (struct place){s->x0 + s->along_x * line + s->inward_x * i,
+                          s->y0 + s->along_y * line + s->inward_y * i};
+}
+
+static struct rf_surface *surface_at(const struct side *s, struct place p)
+{
+    return s->pixels->at + (size_t)p.y * (size_t)s->pixels->width + p.x;
+}
+
+static float *value_at(const struct side *s, float *plane, struct place p)
+{
+    return rf_plane_row(s->pixels, plane, p.y) + p.x;
+}
+
+static float radius_at(const struct side *s, int line, int i)
+{
+    return *value_at(s, s->pixels->radius, place_at(s, line, i));
+}
+
+static bool is_same_surface(float a, float b)
+{
+    return fabsf(a - b) <= LARGEST_STEP;
+}
+
+static int run_of(const struct side *s, int line)
+{
+    for (int i = 1; i < s->depth; i++)
+        if (!is_same_surface(radius_at(s, line, i), radius_at(s, line, i - 1)))
+            return rf_max_int(i - RIM, 1);
+    return s->depth;
+}
+
+static int n_brighter(const struct side *s, int line, float limit)
+{
+    int found = 0;
+    for (int i = 0; i < s->depth; i++)
+        found += *value_at(s, s->pixels->luminance, place_at(s, line, i)) > limit;
+    return found;
+}
+
+/* Two to four times the median luminance of the line, or LEAST_LIMIT. */
+static float limit_of(const struct side *s, int line)
+{
+    float limit = LEAST_LIMIT;
+    while (n_brighter(s, line, limit / 2) > s->depth / 2)
+        limit *= 2;
+    return limit;
+}
+
+static void look_inside(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct side *s = data;
+    for (int i = (int)begin; i < (int)end; i++) {
+        s->lines[i].run = run_of(s, i);
+        s->lines[i].limit = limit_of(s, i);
+    }
+}
+
+static void find_neighbours(const struct side *s)
+{
+    struct line *lines = s->lines;
+    int n = s->n_lines;
+    for (int i = 0; i < n; i++)
+        lines[i].first =
+            i > 0 && is_same_surface(radius_at(s, i, 0), radius_at(s, i - 1, 0))
+                ? lines[i - 1].first
+                : i;
+    for (int i = n - 1; i >= 0; i--)
+        lines[i].last = i < n - 1 && lines[i + 1].first <= i ? lines[i + 1].last : i;
+}
+
+/* Where the light of pixel k beyond the border comes from, 1 the nearest. */
+static int mirrored(int k, int run)
+{
+    int i = (k - 1) % (2 * run);
+    return i < run ? i : 2 * run - 1 - i;
+}
+
+/* The light of a line, mirrored to pixel k beyond the border. */
+static rf_quad mirrored_light(const struct side *s, int line, int k)
+{
+    const struct line *l = &s->lines[line];
+    struct place from = place_at(s, line, mirrored(k, l->run));
+    float luminance = *value_at(s, s->pixels->luminance, from);
+    rf_quad c;
+    memcpy(&c, surface_at(s, from)->c, sizeof c);
+    if (luminance > l->limit) {
+        float factor = l->limit / luminance;
+        c *= (rf_quad){factor, factor, factor, 1};
+    }
+    return c;
+}
+
+/* Pixel k beyond the border: the mean along it, `step` lines apart. */
+static void put_mean(const struct side *s, int line, int k, int step,
+                     const rf_quad *light)
+{
+    const struct line *l = &s->lines[line];
+    rf_quad sum = {0};
+    int n = 0;
+    for (int i = -TAPS; i <= TAPS; i++) {
+        int from = line + i * step;
+        if (from < l->first || from > l->last)
+            continue;
+        sum += light[from];
+        n++;
+    }
+    sum /= (float)n;
+    struct place to = place_at(s, line, -k);
+    struct rf_surface *out = surface_at(s, to);
+    memcpy(out->c, &sum, sizeof out->c);
+    out->r = radius_at(s, line, 0);
+    *value_at(s, s->pixels->luminance, to) = rf_luminance(sum[0], sum[1], sum[2]);
+    *value_at(s, s->pixels->radius, to) = out->r;
+}
+
+static void continue_lines(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct side *s = data;
+    rf_quad *scratch = s->scratch + s->n_scratch * (size_t)thread;
+    for (int k = 1; k <= s->border; k++) {
+        int step = rf_min_int(k, rf_max_int(s->border / 2, 1));
+        int first = rf_max_int((int)begin - TAPS * step, 0);
+        int last = rf_min_int((int)end - 1 + TAPS * step, s->n_lines - 1);
+        for (int i = first; i <= last; i++)
+            scratch[i] = mirrored_light(s, i, k);
+        for (int i = (int)begin; i < (int)end; i++)
+            put_mean(s, i, k, step, scratch);
+    }
+}
+
+static void continue_side(const struct rf_context *context, struct side *s)
+{
+    rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, look_inside, s);
+    find_neighbours(s);
+    rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, continue_lines, s);
+}
+
+rf_result rf_border_continue(const struct rf_context *context,
+                             const struct rf_pixels *pixels, int x0, int y0, int width,
+                             int height, int border, struct rf_error *error)
+{
+    int x1 = x0 + width, y1 = y0 + height;
+    struct side s = {.pixels = pixels, .border = border};
+    s.n_scratch = (size_t)rf_max_int(width, pixels->height);
+    size_t n = s.n_scratch * (size_t)context->n_threads;
+    s.lines = rf_alloc(context, s.n_scratch, sizeof *s.lines);
+    s.scratch = rf_alloc(context, n, sizeof *s.scratch);
+    bool is_complete = s.lines && s.scratch;
+    if (is_complete) {
+        /* Up and down, and then all rows to the sides. */
+        s.x0 = x0, s.n_lines = width, s.depth = rf_min_int(border, height);
+        s.along_x = 1, s.along_y = s.inward_x = 0;
+        s.y0 = y0, s.inward_y = 1;
+        if (y0 > 0)
+            continue_side(context, &s);
+        s.y0 = y1 - 1, s.inward_y = -1;
+        if (y1 < pixels->height)
+            continue_side(context, &s);
+        s.y0 = 0, s.n_lines = pixels->height, s.depth = rf_min_int(border, width);
+        s.along_y = 1, s.along_x = s.inward_y = 0;
+        s.x0 = x0, s.inward_x = 1;
+        if (x0 > 0)
+            continue_side(context, &s);
+        s.x0 = x1 - 1, s.inward_x = -1;
+        if (x1 < pixels->width)
+            continue_side(context, &s);
+    }
+    rf_free(context, s.scratch);
+    rf_free(context, s.lines);
+    return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *s.scratch);
+}
