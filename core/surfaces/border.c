@@ -182,7 +182,7 @@ static void continue_lines(void *data, int64_t begin, int64_t end, int thread)
     const struct side *s = data;
     rf_quad *scratch = s->scratch + s->n_scratch * (size_t)thread;
     for (int k = 1; k <= s->border; k++) {
-        int step = rf_min_int(k, rf_max_int(s->border / 2, 1));
+        int step = rf_max_int(rf_min_int(2 * k, s->border / 2), 1);
         int first = rf_max_int((int)begin - TAPS * step, 0);
         int last = rf_min_int((int)end - 1 + TAPS * step, s->n_lines - 1);
         for (int i = first; i <= last; i++)

@@ -19,6 +19,8 @@ LOOKS = pathlib.Path(__file__).parent / "references/looks"
 MANIFEST = json.loads((LOOKS / "manifest.json").read_text())
 COMMAND = os.environ["RACKFOCUS"]
 SLACK_DB = 0.5
+#: The command prints two digits; a gain is the difference of two scores.
+ROUNDING_DB = 0.02
 
 
 #: Where one view is still worse than that, dB, and why (docs/notebook/looks.md). Rims and
@@ -105,11 +107,6 @@ def test_a_look_is_as_good_as_the_disc(look, plain, tmp_path):
     assert ours > without + 3, "the reference does not show the look"
 
 
-#: What eight views gain over one, dB: with the plain disc, and with what bends the
-#: surface in focus, as much or more, but for LESS_DB: what is left lies at lamps and at
-#: thin posts near the border (docs/notebook/views.md).
-LESS_DB = {"cat_eye_tilt": 0.15}
-
 #: What eight views have at the least, dB: a gain may not come from a worse single view.
 EIGHT_DB = {
     "plain": 45.8,
@@ -129,12 +126,13 @@ def eight(tmp_path_factory):
 
 
 def test_several_views_gain_as_much_as_with_the_disc(eight, tmp_path):
+    """What bends the surface in focus, or cuts the lens, leaves the gain as it is."""
     looks = [look for look in EIGHT_DB if look != "split_diopter"]
     gains = {look: eight[look] - score(tmp_path, look) for look in looks}
     for look, gain in gains.items():
         print(f"{look}: 8 views {eight[look]:.2f}, {gain:+.2f}")
     for look, gain in gains.items():
-        assert gain >= gains["plain"] - LESS_DB.get(look, 0)
+        assert gain >= gains["plain"] - ROUNDING_DB
 
 
 @pytest.mark.parametrize("look", EIGHT_DB)

@@ -5,7 +5,7 @@
  *
  *   -  the picture is continued up and down, then to the sides: by its edge's radii, and
  *      by colours mirrored up to 2 px before the radius steps by more than 1 px, of which
- *      the mean of nine is taken along the border, k px apart at pixel k beyond it
+ *      the mean of nine is taken along the border, 2 k px apart at pixel k beyond it
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
@@ -234,7 +234,7 @@ static void continue_by(const struct model *m, int i, int along, int inward, int
 {
     double *light = calloc((size_t)n * 3, sizeof *light);
     int most = depth < m->border ? depth : m->border;
-    int apart = k < m->border / 2 ? k : m->border > 1 ? m->border / 2 : 1;
+    int apart = 2 * k < m->border / 2 ? 2 * k : m->border > 1 ? m->border / 2 : 1;
     for (int j = 0; j < n; j++) {
         int run = surface(m, i + j * along, inward, most), from = 0;
         if (run < most)
