@@ -27,7 +27,7 @@ ROUNDING_DB = 0.02
 #: rings have detail that the coarse levels of a far wall lose: finer ones gain 0.2 dB for
 #: twice the time. Light at the rim of the lens comes from deeper behind what stands before
 #: it, which one view has to guess. The second focus of the split diopter blurs posts by
-#: 30 px: the plain disc has 34.7 dB there. All three gained less than the plain disc
+#: 30 px: the plain disc had 34.7 dB there. All three gained less than the plain disc
 #: when the picture's border was mended (docs/notebook/border.md), so they lag more.
 SHORT_DB = {"spherical": 0.9, "image": 1.5, "split_diopter": 2.9}
 
