@@ -5,8 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "denoise_variate.h"
 #include "report.h"
+
+/*
+ * What is added of all views' light has one error in all of them, and what each view has
+ * by itself an error of its own, which merging averages out: 1 is as good on renders, and
+ * up to 0.6 dB worse on patterns with the grain of a normal distribution.
+ */
+static const float MOST_LEFT = 0.75f;
 
 bool denoise_find_shifts(const struct rf_filter *filter, const struct rf_view *view,
                          float *shift, struct rf_error *error)
@@ -42,29 +48,27 @@ static bool make_guides(const struct share *share, const struct denoise_guides *
     return !like->albedo == !guides->albedo && !like->normal == !guides->normal;
 }
 
-/* Room for one view: pixels, and how many views share each. */
-struct denoise_room {
-    float *own, *left, *n_shared;
+/* Room for one view: pixels, how many views share each, and their albedo and normals. */
+struct room {
+    float *shared, *n_shared;
     struct denoise_guides guides;
 };
 
-static bool make_room(const struct share *share, int j, struct denoise_room *room,
+static bool make_room(const struct share *share, int j, struct room *room,
                       struct image_error *error)
 {
     const size_t n = (size_t)share->width * (size_t)share->height;
-    *room = (struct denoise_room){
-        .own = app_memory(n, (size_t)share->n_channels * sizeof(float), error),
-        .left = app_memory(n, (size_t)share->n_channels * sizeof(float), error),
+    *room = (struct room){
+        .shared = app_memory(n, (size_t)share->n_channels * sizeof(float), error),
         .n_shared = app_memory(n, sizeof(float), error)};
-    return room->own && room->left && room->n_shared &&
+    return room->shared && room->n_shared &&
            make_guides(share, &share->views[j].guides, &room->guides, error);
 }
 
-static void free_room(struct denoise_room *room)
+static void free_room(struct room *room)
 {
     denoise_free_guides(&room->guides);
-    free(room->own);
-    free(room->left);
+    free(room->shared);
     free(room->n_shared);
 }
 
@@ -74,30 +78,6 @@ static bool have_albedos(const struct share *share)
         if (!share->views[j].guides.albedo)
             return false;
     return true;
-}
-
-/*
- * How far n views that share a pixel tell what is clean: (1 - 1/n)^2, 1 from eight on.
- * Two views of 32 samples each would lose 0.6 dB on plane by 1; eight of 2 samples gain
- * 0.5 dB there against 49/64, 0 to 0.1 on others (docs/notebook/rivals.md).
- */
-static float share_weight(float n)
-{
-    const float gain = (1 - 1 / n) / (1 - 1.0f / 8);
-    return fminf(gain * gain, 1);
-}
-
-/* to + w (from - to), w = share_weight() of the views that share a pixel. */
-static void mix_by_shared(const struct share *share, const float *n_shared,
-                          const float *from, float *to)
-{
-    const size_t n_channels = (size_t)share->n_channels;
-    const size_t n = (size_t)share->width * (size_t)share->height;
-    for (size_t i = 0; i < n; i++) {
-        const float w = share_weight(n_shared[i]);
-        for (size_t k = n_channels * i; k < n_channels * (i + 1); k++)
-            to[k] += w * (from[k] - to[k]);
-    }
 }
 
 /* A view, with its samples or with others. */
@@ -115,87 +95,166 @@ static size_t n_samples(const struct share *share)
     return (size_t)share->width * (size_t)share->height * (size_t)share->n_channels;
 }
 
-/* The grain that guides explain, out of view j into room->left, which is denoised in
- * `made`. */
-static bool remove_variates(const struct denoise_views *views, int j,
-                            const struct denoise_room *room, const float *made,
-                            struct image_error *error)
+/* Goes on after `done` of all steps; false: the caller wants to stop. */
+static bool go_on(const struct denoise_views *views, int done, int all)
 {
-    /* The samples are read alone. */
-    const struct variates variates = {
-        .picture = picture_of(views, j, (float *)views->share.views[j].samples),
-        .denoised = made,
-        .sampled = &views->share.views[j].guides,
-        .clean = &room->guides,
-        .n_threads = views->share.n_threads};
-    return variates_remove(&variates, room->left, error);
+    return !views->progress || views->progress(views->user, done / (double)all);
 }
+
+/* ---- of colours, albedo and normals --------------------------------------------- */
 
 /*
- * View j without grain, in `made`: denoised by itself, and without the grain that albedo
- * and normals explain, as far as other views tell what is clean.
+ * View j without grain, in `made`: denoised by the albedo and the normals that the views
+ * share, which are cleaned and kept.
  */
-static bool denoise_by_guides(struct denoiser *denoiser,
-                              const struct denoise_views *views, int j,
-                              struct denoise_room *room, float *made,
-                              struct image_error *error)
+static bool denoise_alone(struct denoiser *denoiser, struct denoise_views *views, int j,
+                          struct denoise_guides *guides, float *made,
+                          struct image_error *error)
 {
     const struct share *share = &views->share;
-    const size_t n_bytes = n_samples(share) * sizeof(float);
-    const struct denoise_picture to = picture_of(views, j, made),
-                                 own = picture_of(views, j, room->own),
-                                 left = picture_of(views, j, room->left);
-    memcpy(made, share->views[j].samples, n_bytes);
-    memcpy(room->own, share->views[j].samples, n_bytes);
-    if (!denoise_clean_guides(denoiser, &to, &room->guides, error) ||
-        !denoise_picture(denoiser, &to, &room->guides, error) ||
-        !remove_variates(views, j, room, made, error) ||
-        !denoise_picture(denoiser, &own, &share->views[j].guides, error) ||
-        !denoise_picture(denoiser, &left, &room->guides, error))
-        return false;
-    memcpy(made, room->own, n_bytes);
-    mix_by_shared(share, room->n_shared, room->left, made);
-    return true;
-}
-
-/*
- * View j without grain, in `made`, of colours alone: its own samples and those that n
- * views share, each denoised by its own guides and weighted by 1 - w and
- * w = (1 - 1/n)^2 / 2: shared ones are as good or better where n is large; two views of
- * plane lose 0.5 dB by halves.
- */
-static bool denoise_by_colours(struct denoiser *denoiser,
-                               const struct denoise_views *views, int j,
-                               const struct denoise_room *room, float *made,
-                               struct image_error *error)
-{
-    const struct share *share = &views->share;
-    const size_t n = n_samples(share), n_channels = (size_t)share->n_channels;
-    const struct denoise_picture shared = picture_of(views, j, made),
-                                 own = picture_of(views, j, room->own);
-    memcpy(room->own, share->views[j].samples, n * sizeof(float));
-    if (!denoise_picture(denoiser, &own, &share->views[j].guides, error) ||
-        !denoise_picture(denoiser, &shared, &room->guides, error))
-        return false;
-    for (size_t i = 0; i < n; i++) {
-        const float gain = 1 - 1 / room->n_shared[i / n_channels];
-        made[i] = room->own[i] + gain * gain / 2 * (made[i] - room->own[i]);
-    }
-    return true;
-}
-
-static bool denoise_view(struct denoiser *denoiser, struct denoise_views *views, int j,
-                         float *made, struct image_error *error)
-{
-    const struct share *share = &views->share;
-    struct denoise_room room;
+    const struct denoise_picture to = picture_of(views, j, made);
+    struct room room;
     bool is_done = make_room(share, j, &room, error);
     if (is_done) {
         views->n_shared +=
-            share_collect(share, j, made, room.n_shared, &room.guides) / share->n;
-        is_done = have_albedos(share)
-                      ? denoise_by_guides(denoiser, views, j, &room, made, error)
-                      : denoise_by_colours(denoiser, views, j, &room, made, error);
+            share_collect(share, j, room.shared, room.n_shared, &room.guides) /
+            share->n;
+        memcpy(made, share->views[j].samples, n_samples(share) * sizeof(float));
+        is_done = denoise_clean_guides(denoiser, &to, &room.guides, error) &&
+                  denoise_picture(denoiser, &to, &room.guides, error);
+    }
+    *guides = room.guides;
+    room.guides = (struct denoise_guides){0};
+    free_room(&room);
+    return is_done;
+}
+
+/*
+ * Gives `made` what the denoiser left of the light, from all views: the mean of what is
+ * `left` of those that share a pixel is added to view j, and denoised with it. It counts
+ * by the square of how many share it, (n - 1) / (all - 1), and MOST_LEFT.
+ */
+static bool add_left(struct denoiser *denoiser, const struct denoise_views *views,
+                     const struct share *left, int j,
+                     const struct denoise_guides *guides, float *made,
+                     struct image_error *error)
+{
+    const size_t n = n_samples(left), n_channels = (size_t)left->n_channels;
+    struct room room;
+    bool is_done = make_room(left, j, &room, error);
+    if (is_done) {
+        const struct denoise_picture to = picture_of(views, j, room.shared);
+        share_collect(left, j, room.shared, room.n_shared, &room.guides);
+        for (size_t i = 0; i < n; i++)
+            room.shared[i] += made[i];
+        is_done = denoise_picture(denoiser, &to, guides, error);
+        for (size_t i = 0; i < n && is_done; i++) {
+            const float share =
+                (room.n_shared[i / n_channels] - 1) / (float)(left->n - 1);
+            const float w = MOST_LEFT * share * share;
+            made[i] += w * (room.shared[i] - made[i]);
+        }
+    }
+    free_room(&room);
+    return is_done;
+}
+
+/* What the clean views lack of the samples, as views that share pixels as those do. */
+static bool find_left(const struct share *share, float *const *made, struct share *left,
+                      struct image_error *error)
+{
+    const size_t n = n_samples(share);
+    *left = *share;
+    left->views = app_memory((size_t)share->n, sizeof *left->views, error);
+    bool is_complete = left->views;
+    for (int j = 0; j < share->n && is_complete; j++) {
+        float *samples = app_memory(n, sizeof *samples, error);
+        for (size_t i = 0; i < n && samples; i++)
+            samples[i] = share->views[j].samples[i] - made[j][i];
+        left->views[j] = share->views[j];
+        left->views[j].samples = samples;
+        left->views[j].guides = (struct denoise_guides){0};
+        is_complete = samples;
+        if (!is_complete)
+            left->n = j;
+    }
+    return is_complete;
+}
+
+static void free_left(struct share *left)
+{
+    for (int j = 0; j < left->n && left->views; j++)
+        free((float *)left->views[j].samples);
+    free(left->views);
+}
+
+static int add_all_left(struct denoiser *denoiser, const struct denoise_views *views,
+                        const struct denoise_guides *guides, float *const *made,
+                        struct image_error *error)
+{
+    const int n = views->share.n;
+    struct share left;
+    int code =
+        find_left(&views->share, made, &left, error) ? APP_DONE : app_code_of(error);
+    for (int j = 0; j < n && code == APP_DONE; j++) {
+        if (!add_left(denoiser, views, &left, j, &guides[j], made[j], error))
+            code = app_code_of(error);
+        else if (!go_on(views, n + j + 1, 2 * n))
+            code = APP_INTERRUPTED;
+    }
+    free_left(&left);
+    return code;
+}
+
+static int denoise_by_guides(struct denoiser *denoiser, struct denoise_views *views,
+                             float *const *made, struct image_error *error)
+{
+    const int n = views->share.n;
+    struct denoise_guides *guides = app_memory((size_t)n, sizeof *guides, error);
+    int code = guides ? APP_DONE : app_code_of(error);
+    for (int j = 0; guides && j < n; j++)
+        guides[j] = (struct denoise_guides){0};
+    for (int j = 0; j < n && code == APP_DONE; j++) {
+        if (!denoise_alone(denoiser, views, j, &guides[j], made[j], error))
+            code = app_code_of(error);
+        else if (!go_on(views, j + 1, n > 1 ? 2 * n : n))
+            code = APP_INTERRUPTED;
+    }
+    if (code == APP_DONE && n > 1)
+        code = add_all_left(denoiser, views, guides, made, error);
+    for (int j = 0; guides && j < n; j++)
+        denoise_free_guides(&guides[j]);
+    free(guides);
+    return code;
+}
+
+/* ---- of colours alone ----------------------------------------------------------- */
+
+/*
+ * View j without grain, in `made`: its own samples and those that n views share, each
+ * denoised by its own guides and weighted by 1 - w and w = (1 - 1/n)^2 / 2: shared ones
+ * are as good or better where n is large; two views of plane lose 0.5 dB by halves.
+ */
+static bool denoise_by_colours(struct denoiser *denoiser, struct denoise_views *views,
+                               int j, float *made, struct image_error *error)
+{
+    const struct share *share = &views->share;
+    const size_t n = n_samples(share), n_channels = (size_t)share->n_channels;
+    struct room room;
+    bool is_done = make_room(share, j, &room, error);
+    if (is_done) {
+        const struct denoise_picture own = picture_of(views, j, made),
+                                     shared = picture_of(views, j, room.shared);
+        views->n_shared +=
+            share_collect(share, j, room.shared, room.n_shared, &room.guides) /
+            share->n;
+        memcpy(made, share->views[j].samples, n * sizeof(float));
+        is_done = denoise_picture(denoiser, &own, &share->views[j].guides, error) &&
+                  denoise_picture(denoiser, &shared, &room.guides, error);
+        for (size_t i = 0; i < n && is_done; i++) {
+            const float gain = 1 - 1 / room.n_shared[i / n_channels];
+            made[i] += gain * gain / 2 * (room.shared[i] - made[i]);
+        }
     }
     free_room(&room);
     return is_done;
@@ -206,10 +265,12 @@ int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
 {
     const int n = views->share.n;
     views->n_shared = 0;
+    if (have_albedos(&views->share))
+        return denoise_by_guides(denoiser, views, made, error);
     for (int j = 0; j < n; j++) {
-        if (!denoise_view(denoiser, views, j, made[j], error))
+        if (!denoise_by_colours(denoiser, views, j, made[j], error))
             return app_code_of(error);
-        if (views->progress && !views->progress(views->user, (j + 1.0) / n))
+        if (!go_on(views, j + 1, n))
             return APP_INTERRUPTED;
     }
     return APP_DONE;

@@ -28,9 +28,10 @@ bool denoise_find_shifts(const struct rf_filter *filter, const struct rf_view *v
 
 /*
  * Writes the views without grain to `made`, packed. Where all have an albedo, the views
- * share albedo and normals (denoise_share.c), which are cleaned; the grain that they
- * explain is taken out of each view's colours (denoise_variate.c), and what is left is
- * denoised, to be mixed with the view denoised by itself. Without albedos each view is
+ * share albedo and normals (denoise_share.c), which are cleaned, and each is denoised by
+ * them. What the denoiser left of each view's light, grain and its own mistakes, is then
+ * shared too: less the grain the more views show a pixel, it is added and denoised
+ * again (Tukey's twicing, 1977, over views). Without albedos each view is
  * denoised twice: its own samples, which keep what other views do not show, and those
  * that the views share, which have the grain of all of them. An enum app_code.
  */
