@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The surface at the border goes on: its radius as it is there, its colours mirrored to
- * and fro between the border and where the surface ends, and the blurrier along the
- * border the farther out they lie (docs/algorithm.md, "Border").
+ * The surface at the border goes on with its radius there. Its light goes from that of
+ * the edge pixel to the mean of what lies inside, mirrored, as fast as the picture
+ * changes inwards: the best guess of a pixel is its mean and what the nearest known one
+ * differs from it, times their correlation (docs/algorithm.md, "Border").
  */
 #include "surfaces/border.h"
 
@@ -33,12 +34,22 @@ enum { RIM = 2 };
 static const float LEAST_LIMIT = 1;
 /* Pixels to each side, of which the mean is taken along the border. */
 enum { TAPS = 4 };
+/* Pixels of a line that are looked at: so many, or twice the continued width. */
+enum { DEPTH = 48 };
+/* Pairs of pixels that tell how far a line changes inwards. */
+enum { PAIRS = 8 };
+
+/* Distances that pixels of a line are compared at: 1, 2, 4 .. px. */
+enum { N_DISTANCES = 8 };
 
 /* The pixels of one line, from the border inwards. */
 struct line {
     int run;         /* pixels of the first one's surface */
     int first, last; /* lines beside it that begin on the same surface */
     float limit;     /* of luminance, beyond the border */
+    int n_changes;
+    /* Half of the mean square by which its pixels differ that are 1 << i px apart. */
+    float change[N_DISTANCES];
 };
 
 /* One side of the picture: lines that begin at its border. */
@@ -110,12 +121,33 @@ static float limit_of(const struct side *s, int line)
     return limit;
 }
 
+static float dimmed_at(const struct side *s, int line, int i)
+{
+    return rf_min_float(*value_at(s, s->pixels->luminance, place_at(s, line, i)),
+                        s->lines[line].limit);
+}
+
+static float change_of(const struct side *s, int line, int apart)
+{
+    int n = s->lines[line].run - apart, n_pairs = rf_min_int(n, PAIRS);
+    float sum = 0;
+    for (int j = 0; j < n_pairs; j++) {
+        int i = j * n / n_pairs;
+        float d = dimmed_at(s, line, i + apart) - dimmed_at(s, line, i);
+        sum += d * d;
+    }
+    return sum / (float)(2 * n_pairs);
+}
+
 static void look_inside(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct side *s = data;
     for (int i = (int)begin; i < (int)end; i++) {
         s->lines[i].run = run_of(s, i);
         s->lines[i].limit = limit_of(s, i);
+        s->lines[i].n_changes = 0;
+        for (int k = 0; k < N_DISTANCES && 2 << k <= s->lines[i].run; k++)
+            s->lines[i].change[s->lines[i].n_changes++] = change_of(s, i, 1 << k);
     }
 }
 
@@ -154,26 +186,64 @@ static rf_quad mirrored_light(const struct side *s, int line, int k)
     return c;
 }
 
-/* Pixel k beyond the border: the mean along it, `step` lines apart. */
-static void put_mean(const struct side *s, int line, int k, int step,
-                     const rf_quad *light)
+/* What lines beside each other come to, `distance` px beyond the border. */
+struct along {
+    rf_quad sum;
+    float luminance, square, change; /* sums */
+    int n, n_changes;
+};
+
+static struct along look_along(const struct side *s, int line, int step, int distance,
+                               const rf_quad *light)
 {
     const struct line *l = &s->lines[line];
-    rf_quad sum = {0};
-    int n = 0;
+    struct along a = {.n = 0};
     for (int i = -TAPS; i <= TAPS; i++) {
         int from = line + i * step;
         if (from < l->first || from > l->last)
             continue;
-        sum += light[from];
-        n++;
+        rf_quad c = light[from];
+        float luminance = rf_luminance(c[0], c[1], c[2]);
+        const struct line *other = &s->lines[from];
+        a.sum += c;
+        a.luminance += luminance;
+        a.square += luminance * luminance;
+        a.n++;
+        if (other->n_changes > 0) {
+            a.change += other->change[rf_min_int(distance, other->n_changes - 1)];
+            a.n_changes++;
+        }
     }
-    sum /= (float)n;
+    return a;
+}
+
+/*
+ * How much the pixel at the border tells of one beyond it: their correlation, 1 less the
+ * change inwards over the variance along the border.
+ */
+static float correlation_of(const struct along *a)
+{
+    float mean = a->luminance / (float)a->n;
+    float variance = a->square / (float)a->n - mean * mean;
+    if (a->n_changes == 0 || !(variance > 0))
+        return 0;
+    return rf_clamp01(1 - a->change / (float)a->n_changes / variance);
+}
+
+/* Pixel k beyond the border, by lines that are `step` apart. */
+static void put_pixel(const struct side *s, int line, int k, int step,
+                      const rf_quad *light)
+{
+    int distance = 31 - __builtin_clz((unsigned)k); /* the power of two up to k */
+    struct along a = look_along(s, line, step, distance, light);
+    rf_quad mean = a.sum / (float)a.n;
+    rf_quad edge = mirrored_light(s, line, 1);
+    rf_quad c = mean + correlation_of(&a) * (edge - mean);
     struct place to = place_at(s, line, -k);
     struct rf_surface *out = surface_at(s, to);
-    memcpy(out->c, &sum, sizeof out->c);
+    memcpy(out->c, &c, sizeof out->c);
     out->r = radius_at(s, line, 0);
-    *value_at(s, s->pixels->luminance, to) = rf_luminance(sum[0], sum[1], sum[2]);
+    *value_at(s, s->pixels->luminance, to) = rf_luminance(c[0], c[1], c[2]);
     *value_at(s, s->pixels->radius, to) = out->r;
 }
 
@@ -188,7 +258,7 @@ static void continue_lines(void *data, int64_t begin, int64_t end, int thread)
         for (int i = first; i <= last; i++)
             scratch[i] = mirrored_light(s, i, k);
         for (int i = (int)begin; i < (int)end; i++)
-            put_mean(s, i, k, step, scratch);
+            put_pixel(s, i, k, step, scratch);
     }
 }
 
@@ -212,7 +282,8 @@ rf_result rf_border_continue(const struct rf_context *context,
     bool is_complete = s.lines && s.scratch;
     if (is_complete) {
         /* Up and down, and then all rows to the sides. */
-        s.x0 = x0, s.n_lines = width, s.depth = rf_min_int(border, height);
+        s.x0 = x0, s.n_lines = width,
+        s.depth = rf_min_int(rf_max_int(2 * border, DEPTH), height);
         s.along_x = 1, s.along_y = s.inward_x = 0;
         s.y0 = y0, s.inward_y = 1;
         if (y0 > 0)
@@ -220,7 +291,8 @@ rf_result rf_border_continue(const struct rf_context *context,
         s.y0 = y1 - 1, s.inward_y = -1;
         if (y1 < pixels->height)
             continue_side(context, &s);
-        s.y0 = 0, s.n_lines = pixels->height, s.depth = rf_min_int(border, width);
+        s.y0 = 0, s.n_lines = pixels->height,
+        s.depth = rf_min_int(rf_max_int(2 * border, DEPTH), width);
         s.along_y = 1, s.along_x = s.inward_y = 0;
         s.x0 = x0, s.inward_x = 1;
         if (x0 > 0)

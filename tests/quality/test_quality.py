@@ -81,8 +81,8 @@ def test_a_pixel_of_one_surface_keeps_its_depth(scores):
 
 def test_textures_go_on_beyond_the_border(scores):
     # Where edge pixels are repeated plane has 40.7 dB, ortho 41.8, macro 31.4, posts 35.3.
-    assert scores["plane"]["k4"] >= 45.0
-    assert scores["ortho"]["k4"] >= 42.6
+    assert scores["plane"]["k4"] >= 45.2
+    assert scores["ortho"]["k4"] >= 42.2
     assert scores["macro"]["k4"] >= 31.5
     assert scores["posts"]["k4"] >= 35.4
 

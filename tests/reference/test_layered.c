@@ -3,9 +3,10 @@
  * The layered method's core in double precision, brute force, written from the formulas
  * (docs/algorithm.md, "Border", "Footprints", "The saturating sum"):
  *
- *   -  the picture is continued up and down, then to the sides: by its edge's radii, and
- *      by colours mirrored up to 2 px before the radius steps by more than 1 px, of which
- *      the mean of nine is taken along the border, 2 k px apart at pixel k beyond it
+ *   -  the picture is continued up and down, then to the sides, by its edge's radii; pixel
+ *      k beyond it has the mean m of nine lines' colours, 2 k px apart, mirrored up to
+ *      2 px before the radius steps by more than 1 px, plus 1 - change / variance of what
+ *      the edge differs from m
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
@@ -228,42 +229,83 @@ static int surface(const struct model *m, int i, int step, int n)
     return run;
 }
 
+static double luminance_at(const struct model *m, int i)
+{
+    const double *c = m->colour + 3 * i;
+    return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+
+/* Half of the mean square by which eight pairs differ, or -1; they are a power of two of
+ * pixels apart, at most k and run / 2. */
+static double change(const struct model *m, int i, int inward, int run, int k)
+{
+    int apart = k < run / 2 ? k : run / 2;
+    while (apart & (apart - 1))
+        apart &= apart - 1;
+    int n = run - apart, pairs = n < 8 ? n : 8;
+    double sum = 0;
+    for (int j = 0; j < pairs && apart > 0; j++) {
+        int at = i + j * n / pairs * inward;
+        sum += pow(luminance_at(m, at + apart * inward) - luminance_at(m, at), 2);
+    }
+    return apart > 0 ? sum / (2 * pairs) : -1;
+}
+
+/* The pixel, 0 the edge, that k beyond the border mirrors in a run. */
+static int mirrored(int k, int run)
+{
+    int from = 0;
+    for (int step = 1, way = 1; step < k; step++)
+        if (from + way < 0 || from + way >= run)
+            way = -way; /* the last one comes twice */
+        else
+            from += way;
+    return from;
+}
+
 /* Of n lines from i on, `along` apart, pixel k beyond the border. */
 static void continue_by(const struct model *m, int i, int along, int inward, int n,
                         int depth, int k)
 {
-    double *light = calloc((size_t)n * 3, sizeof *light);
-    int most = depth < m->border ? depth : m->border;
+    int *from = calloc((size_t)n, sizeof *from);
+    double *changes = calloc((size_t)n, sizeof *changes);
+    int most = 2 * m->border > 48 ? 2 * m->border : 48;
     int apart = 2 * k < m->border / 2 ? 2 * k : m->border > 1 ? m->border / 2 : 1;
+    most = depth < most ? depth : most;
     for (int j = 0; j < n; j++) {
-        int run = surface(m, i + j * along, inward, most), from = 0;
+        int at = i + j * along, run = surface(m, at, inward, most);
         if (run < most)
             run = run > 3 ? run - 2 : 1;
-        for (int step = 1, way = 1; step < k; step++)
-            if (from + way < 0 || from + way >= run)
-                way = -way; /* the last one comes twice */
-            else
-                from += way;
-        memcpy(light + 3 * j, m->colour + 3 * (i + j * along + from * inward),
-               3 * sizeof *light);
+        from[j] = at + inward * mirrored(k, run);
+        changes[j] = change(m, at, inward, run, k);
     }
     for (int j = 0; j < n; j++) {
-        int at = i + j * along, to = at - k * inward;
+        int at = i + j * along, to = at - k * inward, count = 0, known = 0;
         int after = surface(m, at, along, n - j) - 1;
         int before = surface(m, at, -along, j + 1) - 1;
+        double mean[3] = {0}, sum = 0, square = 0, changed = 0;
+        for (int d = -4 * apart; d <= 4 * apart; d += apart)
+            if (d >= -before && d <= after) {
+                double l = luminance_at(m, from[j + d]);
+                for (int c = 0; c < 3; c++)
+                    mean[c] += m->colour[3 * from[j + d] + c];
+                sum += l;
+                square += l * l;
+                changed += fmax(changes[j + d], 0);
+                known += changes[j + d] >= 0;
+                count++;
+            }
+        double variance = square / count - pow(sum / count, 2);
+        double like =
+            known > 0 && variance > 1e-12 ? 1 - changed / known / variance : 0;
+        like = fmin(fmax(like, 0), 1);
         m->radius[to] = m->radius[at];
-        for (int c = 0; c < 3; c++) {
-            double sum = 0;
-            int count = 0;
-            for (int d = -4 * apart; d <= 4 * apart; d += apart)
-                if (d >= -before && d <= after) {
-                    sum += light[3 * (j + d) + c];
-                    count++;
-                }
-            m->colour[3 * to + c] = sum / count;
-        }
+        for (int c = 0; c < 3; c++)
+            m->colour[3 * to + c] =
+                mean[c] / count + like * (m->colour[3 * at + c] - mean[c] / count);
     }
-    free(light);
+    free(from);
+    free(changes);
 }
 
 static void continue_picture(const struct model *m)

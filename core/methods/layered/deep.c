@@ -185,20 +185,49 @@ static void dim(struct rf_sample *s)
             s->c[n] /= l;
 }
 
+/* Whose samples a pixel of the picture has: beyond the border those beside it. */
+struct source {
+    int x, y;
+    bool is_beyond;
+};
+
+static struct source source_of(const struct rf_deep_work *d, int x, int y)
+{
+    int border = d->picture.border;
+    int sx = rf_min_int(rf_max_int(x - border, 0), d->deep->width - 1);
+    int sy = rf_min_int(rf_max_int(y - border, 0), d->deep->height - 1);
+    return (struct source){sx, sy, sx != x - border || sy != y - border};
+}
+
+/*
+ * Is it continued as flat pictures are (border.c), of which it has the surface? So are
+ * pixels of one opaque sample.
+ */
+static bool is_continued(const struct source *source,
+                         const struct rf_deep_piece *pieces, int n)
+{
+    return source->is_beyond && n == 1 && pieces[0].a >= RF_DEEP_OPAQUE;
+}
+
 static void collect_pixel(struct collector *c, int x, int y,
                           struct rf_deep_piece *pieces)
 {
     struct rf_deep_work *d = c->d;
-    int border = d->picture.border;
-    int sx = rf_min_int(rf_max_int(x - border, 0), d->deep->width - 1);
-    int sy = rf_min_int(rf_max_int(y - border, 0), d->deep->height - 1);
-    bool is_beyond = sx != x - border || sy != y - border, is_open = true;
-    int n = rf_deep_pieces_of(d, sx, sy, pieces);
+    struct source source = source_of(d, x, y);
+    int n = rf_deep_pieces_of(d, source.x, source.y, pieces);
+    bool is_open = true;
     float left = 1;
+    if (is_continued(&source, pieces, n)) {
+        const struct rf_surfaces *all = &d->picture.surfaces;
+        size_t i = (size_t)y * (size_t)all->width + (size_t)x;
+        rf_picture_emit(&d->picture, rf_sample_make(&all->near[i], x, y, 1), x, y,
+                        &c->out);
+        return;
+    }
     for (int i = 0; i < n; i++) {
         const struct rf_deep_piece *p = &pieces[i];
         struct rf_sample s = sample_of(p, left, x, y);
-        if (is_beyond)
+        if (source.is_beyond)
             dim(&s);
         if (s.kind == RF_POSITIVE)
             rf_samples_put(&c->out, &s);
@@ -276,13 +305,15 @@ static float find_parts(struct rf_deep_work *d, struct pixel at,
                         struct rf_surface found[2])
 {
     struct rf_deep_piece *pieces = rf_deep_scratch(d, at.thread);
-    int sx = rf_max_int(at.x - d->picture.border, 0);
-    int sy = rf_max_int(at.y - d->picture.border, 0);
-    int n = rf_deep_pieces_of(d, rf_min_int(sx, d->deep->width - 1),
-                              rf_min_int(sy, d->deep->height - 1), pieces);
+    struct source source = source_of(d, at.x, at.y);
+    int n = rf_deep_pieces_of(d, source.x, source.y, pieces);
     float share = 1;
     int n_found = 0;
     found[0] = found[1] = (struct rf_surface){.r = d->empty_radius};
+    if (is_continued(&source, pieces, n)) {
+        found[0] = d->picture.surfaces.near[at.i];
+        return 1;
+    }
     for (int i = 0; i < n && n_found < 2; i++) {
         if (pieces[i].a <= 0)
             continue;
