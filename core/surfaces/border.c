@@ -42,6 +42,9 @@ enum { PAIRS = 8 };
 /* Distances that pixels of a line are compared at: 1, 2, 4 .. px. */
 enum { N_DISTANCES = 8 };
 
+/* Variance of luminance, of its square, that is none: rounding has a tenth of that. */
+static const float FLAT = 1e-6f;
+
 /* The pixels of one line, from the border inwards. */
 struct line {
     int run;         /* pixels of the first one's surface */
@@ -223,11 +226,12 @@ static struct along look_along(const struct side *s, int line, int step, int dis
  */
 static float correlation_of(const struct along *a)
 {
-    float mean = a->luminance / (float)a->n;
-    float variance = a->square / (float)a->n - mean * mean;
-    if (a->n_changes == 0 || !(variance > 0))
+    float mean = a->luminance / (float)a->n, square = mean * mean;
+    float variance = rf_max_float(a->square / (float)a->n - square, 0);
+    if (a->n_changes == 0)
         return 0;
-    return rf_clamp01(1 - a->change / (float)a->n_changes / variance);
+    return rf_clamp01(1 - a->change / (float)a->n_changes /
+                              (variance + FLAT * (square + FLAT)));
 }
 
 /* Pixel k beyond the border, by lines that are `step` apart. */

@@ -296,8 +296,7 @@ static void continue_by(const struct model *m, int i, int along, int inward, int
                 count++;
             }
         double variance = square / count - pow(sum / count, 2);
-        double like =
-            known > 0 && variance > 1e-12 ? 1 - changed / known / variance : 0;
+        double like = known > 0 ? 1 - changed / known / (fmax(variance, 0) + 1e-6) : 0;
         like = fmin(fmax(like, 0), 1);
         m->radius[to] = m->radius[at];
         for (int c = 0; c < 3; c++)
