@@ -204,7 +204,8 @@ static void collect_rows(void *data, int64_t begin, int64_t end, int thread)
                     agree(s, c->view, at, k, found))
                     add_view(s, k, found, &sums);
             store(c, at, &sums);
-            c->n_shared[at] = (float)sums.n;
+            if (c->n_shared)
+                c->n_shared[at] = (float)sums.n;
             n_agreed += sums.n;
         }
     atomic_fetch_add(&c->n_agreed, n_agreed);

@@ -39,7 +39,8 @@ void share_close(struct share *share);
 /*
  * What all views know of the pixels of view j: `samples` and, where `guides` has them,
  * albedo and normals, of the views that show the same point in the same colour; and, in
- * `n_shared`, how many these are, this one counted. Returns the mean of these.
+ * `n_shared`, how many these are, this one counted; it may be NULL. Returns the mean of
+ * these.
  */
 double share_collect(const struct share *share, int j, float *samples, float *n_shared,
                      struct denoise_guides *guides);

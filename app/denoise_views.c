@@ -105,7 +105,7 @@ static bool go_on(const struct denoise_views *views, int done, int all)
 
 /*
  * View j without grain, in `made`: denoised by the albedo and the normals that the views
- * share, which are cleaned and kept.
+ * share, which are cleaned and come back in `guides`.
  */
 static bool denoise_alone(struct denoiser *denoiser, struct denoise_views *views, int j,
                           struct denoise_guides *guides, float *made,
@@ -113,20 +113,12 @@ static bool denoise_alone(struct denoiser *denoiser, struct denoise_views *views
 {
     const struct share *share = &views->share;
     const struct denoise_picture to = picture_of(views, j, made);
-    struct room room;
-    bool is_done = make_room(share, j, &room, error);
-    if (is_done) {
-        views->n_shared +=
-            share_collect(share, j, room.shared, room.n_shared, &room.guides) /
-            share->n;
-        memcpy(made, share->views[j].samples, n_samples(share) * sizeof(float));
-        is_done = denoise_clean_guides(denoiser, &to, &room.guides, error) &&
-                  denoise_picture(denoiser, &to, &room.guides, error);
-    }
-    *guides = room.guides;
-    room.guides = (struct denoise_guides){0};
-    free_room(&room);
-    return is_done;
+    if (!make_guides(share, &share->views[j].guides, guides, error))
+        return false;
+    views->n_shared += share_collect(share, j, made, NULL, guides) / share->n;
+    memcpy(made, share->views[j].samples, n_samples(share) * sizeof(float));
+    return denoise_clean_guides(denoiser, &to, guides, error) &&
+           denoise_picture(denoiser, &to, guides, error);
 }
 
 /*

@@ -8,6 +8,7 @@
 #include "surfaces/border.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -55,14 +56,14 @@ struct line {
     float change[N_DISTANCES];
 };
 
-/* One side of the picture: lines that begin at its border. */
+/* One side of the picture: lines of pixels that begin at its border. */
 struct side {
     const struct rf_pixels *pixels;
-    int x0, y0;             /* where the first line begins */
-    int along_x, along_y;   /* to the next line */
-    int inward_x, inward_y; /* to a line's next pixel */
-    int n_lines, depth;     /* pixels of a line that are looked at */
-    int border;
+    bool is_column;     /* are its lines columns? Else rows. */
+    int begin, n_lines; /* which */
+    int edge, way;      /* a line's first pixel; 1 or -1, the way inwards */
+    int depth;          /* pixels of a line that are looked at */
+    int border;         /* pixels that are continued */
     struct line *lines;
     rf_quad *scratch; /* colours: n_scratch for each thread */
     size_t n_scratch;
@@ -75,8 +76,8 @@ struct place {
 
 static struct place place_at(const struct side *s, int line, int i)
 {
-    return (struct place){s->x0 + s->along_x * line + s->inward_x * i,
-                          s->y0 + s->along_y * line + s->inward_y * i};
+    int across = s->begin + line, along = s->edge + s->way * i;
+    return s->is_column ? (struct place){across, along} : (struct place){along, across};
 }
 
 static struct rf_surface *surface_at(const struct side *s, struct place p)
@@ -273,11 +274,24 @@ static void continue_side(const struct rf_context *context, struct side *s)
     rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, continue_lines, s);
 }
 
+/* Continues the lines at both ends where the n pixels from `first` on, of `size`, do not
+ * reach. */
+static void continue_ends(const struct rf_context *context, struct side *s, int first,
+                          int n, int size)
+{
+    s->depth = rf_min_int(rf_max_int(2 * s->border, DEPTH), n);
+    s->edge = first, s->way = 1;
+    if (first > 0)
+        continue_side(context, s);
+    s->edge = first + n - 1, s->way = -1;
+    if (first + n < size)
+        continue_side(context, s);
+}
+
 rf_result rf_border_continue(const struct rf_context *context,
                              const struct rf_pixels *pixels, int x0, int y0, int width,
                              int height, int border, struct rf_error *error)
 {
-    int x1 = x0 + width, y1 = y0 + height;
     struct side s = {.pixels = pixels, .border = border};
     s.n_scratch = (size_t)rf_max_int(width, pixels->height);
     size_t n = s.n_scratch * (size_t)context->n_threads;
@@ -286,24 +300,10 @@ rf_result rf_border_continue(const struct rf_context *context,
     bool is_complete = s.lines && s.scratch;
     if (is_complete) {
         /* Up and down, and then all rows to the sides. */
-        s.x0 = x0, s.n_lines = width,
-        s.depth = rf_min_int(rf_max_int(2 * border, DEPTH), height);
-        s.along_x = 1, s.along_y = s.inward_x = 0;
-        s.y0 = y0, s.inward_y = 1;
-        if (y0 > 0)
-            continue_side(context, &s);
-        s.y0 = y1 - 1, s.inward_y = -1;
-        if (y1 < pixels->height)
-            continue_side(context, &s);
-        s.y0 = 0, s.n_lines = pixels->height,
-        s.depth = rf_min_int(rf_max_int(2 * border, DEPTH), width);
-        s.along_y = 1, s.along_x = s.inward_y = 0;
-        s.x0 = x0, s.inward_x = 1;
-        if (x0 > 0)
-            continue_side(context, &s);
-        s.x0 = x1 - 1, s.inward_x = -1;
-        if (x1 < pixels->width)
-            continue_side(context, &s);
+        s.is_column = true, s.begin = x0, s.n_lines = width;
+        continue_ends(context, &s, y0, height, pixels->height);
+        s.is_column = false, s.begin = 0, s.n_lines = pixels->height;
+        continue_ends(context, &s, x0, width, pixels->width);
     }
     rf_free(context, s.scratch);
     rf_free(context, s.lines);

@@ -5,7 +5,7 @@
  * Every pixel is a small emitter that spreads over its aperture's footprint. The steps,
  * each in a module of its own:
  *
- * - border: the picture is continued by its edge pixels, bright ones dimmed to white
+ * - border: the surfaces there go on beyond it (border.c)
  * - split: edge pixels become their two surfaces (split.c)
  * - highlights, but for parts of something large: their light is taken out and added
  * at the end, each with the exact shape that things before it leave (highlights_add.c)
