@@ -3,7 +3,9 @@
  * The surface at the border goes on with its radius there. Its light goes from that of
  * the edge pixel to the mean of what lies inside, mirrored, as fast as the picture
  * changes inwards: the best guess of a pixel is its mean and what the nearest known one
- * differs from it, times their correlation (docs/algorithm.md, "Border").
+ * differs from it, times their correlation (docs/algorithm.md, "Border"). Light that is
+ * to add up with that of other pictures is mirrored alone: a guess from what this picture
+ * shows would differ from theirs.
  */
 #include "surfaces/border.h"
 
@@ -60,6 +62,7 @@ struct line {
 struct side {
     const struct rf_pixels *pixels;
     bool is_column;     /* are its lines columns? Else rows. */
+    bool is_mirrored;   /* nothing but mirrored */
     int begin, n_lines; /* which */
     int edge, way;      /* a line's first pixel; 1 or -1, the way inwards */
     int depth;          /* pixels of a line that are looked at */
@@ -119,6 +122,8 @@ static int n_brighter(const struct side *s, int line, float limit)
 /* Two to four times the median luminance of the line, or LEAST_LIMIT. */
 static float limit_of(const struct side *s, int line)
 {
+    if (s->is_mirrored)
+        return INFINITY;
     float limit = LEAST_LIMIT;
     while (n_brighter(s, line, limit / 2) > s->depth / 2)
         limit *= 2;
@@ -235,15 +240,19 @@ static float correlation_of(const struct along *a)
                               (variance + FLAT * (square + FLAT)));
 }
 
-/* Pixel k beyond the border, by lines that are `step` apart. */
-static void put_pixel(const struct side *s, int line, int k, int step,
-                      const rf_quad *light)
+/* The best guess of pixel k beyond the border, by lines that are `step` apart. */
+static rf_quad guessed_light(const struct side *s, int line, int k, int step,
+                             const rf_quad *light)
 {
     int distance = 31 - __builtin_clz((unsigned)k); /* the power of two up to k */
     struct along a = look_along(s, line, step, distance, light);
     rf_quad mean = a.sum / (float)a.n;
     rf_quad edge = mirrored_light(s, line, 1);
-    rf_quad c = mean + correlation_of(&a) * (edge - mean);
+    return mean + correlation_of(&a) * (edge - mean);
+}
+
+static void put_pixel(const struct side *s, int line, int k, rf_quad c)
+{
     struct place to = place_at(s, line, -k);
     struct rf_surface *out = surface_at(s, to);
     memcpy(out->c, &c, sizeof out->c);
@@ -263,7 +272,9 @@ static void continue_lines(void *data, int64_t begin, int64_t end, int thread)
         for (int i = first; i <= last; i++)
             scratch[i] = mirrored_light(s, i, k);
         for (int i = (int)begin; i < (int)end; i++)
-            put_pixel(s, i, k, step, scratch);
+            put_pixel(s, i, k,
+                      s->is_mirrored ? scratch[i]
+                                     : guessed_light(s, i, k, step, scratch));
     }
 }
 
@@ -288,22 +299,26 @@ static void continue_ends(const struct rf_context *context, struct side *s, int 
         continue_side(context, s);
 }
 
-rf_result rf_border_continue(const struct rf_context *context,
-                             const struct rf_pixels *pixels, int x0, int y0, int width,
-                             int height, int border, struct rf_error *error)
+rf_result rf_border_continue(const struct rf_frame *frame,
+                             const struct rf_pixels *pixels, int x0, int y0, int border,
+                             struct rf_error *error)
 {
-    struct side s = {.pixels = pixels, .border = border};
-    s.n_scratch = (size_t)rf_max_int(width, pixels->height);
+    const struct rf_context *context = frame->context;
+    const struct rf_params *params = &frame->params;
+    struct side s = {.pixels = pixels,
+                     .is_mirrored = !params->split_edges && !params->exact_highlights,
+                     .border = border};
+    s.n_scratch = (size_t)rf_max_int(frame->width, pixels->height);
     size_t n = s.n_scratch * (size_t)context->n_threads;
     s.lines = rf_alloc(context, s.n_scratch, sizeof *s.lines);
     s.scratch = rf_alloc(context, n, sizeof *s.scratch);
     bool is_complete = s.lines && s.scratch;
     if (is_complete) {
         /* Up and down, and then all rows to the sides. */
-        s.is_column = true, s.begin = x0, s.n_lines = width;
-        continue_ends(context, &s, y0, height, pixels->height);
+        s.is_column = true, s.begin = x0, s.n_lines = frame->width;
+        continue_ends(context, &s, y0, frame->height, pixels->height);
         s.is_column = false, s.begin = 0, s.n_lines = pixels->height;
-        continue_ends(context, &s, x0, width, pixels->width);
+        continue_ends(context, &s, x0, frame->width, pixels->width);
     }
     rf_free(context, s.scratch);
     rf_free(context, s.lines);

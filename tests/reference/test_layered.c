@@ -6,7 +6,7 @@
  *   -  the picture is continued up and down, then to the sides, by its edge's radii; pixel
  *      k beyond it has the mean m of nine lines' colours, 2 k px apart, mirrored up to
  *      2 px before the radius steps by more than 1 px, plus 1 - change / variance of what
- *      the edge differs from m
+ *      the edge differs from m; or its own line's colour, mirrored, and no more
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
@@ -14,7 +14,7 @@
  *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
  *      covered
  *
- * Splitting, hidden samples and highlights are off: they decide by
+ * Splitting and hidden samples are off, and nothing is a highlight: they decide by
  * thresholds, and their worth is measured on real renders. The fast code differs by the
  * steps of its radii (1/32 px below 4 px, 1/16 below 8, 1/8 above), by floats, and from
  * 8 px on by its reduced resolution, so that the agreement asked for falls from 70 dB
@@ -28,6 +28,7 @@ enum { WIDTH = 64, HEIGHT = 48, GRID = 72, MAX_SITES = 16, MAX_REACH = 40 };
 static const double PI = 3.14159265358979323846;
 
 struct model {
+    bool is_mirrored; /* beyond the border; no highlights are looked for */
     int blades, n_cells;
     double rotation, ratio; /* degrees */
     int border, width, height;
@@ -299,9 +300,11 @@ static void continue_by(const struct model *m, int i, int along, int inward, int
         double like = known > 0 ? 1 - changed / known / (fmax(variance, 0) + 1e-6) : 0;
         like = fmin(fmax(like, 0), 1);
         m->radius[to] = m->radius[at];
-        for (int c = 0; c < 3; c++)
-            m->colour[3 * to + c] =
+        for (int c = 0; c < 3; c++) {
+            double guess =
                 mean[c] / count + like * (m->colour[3 * at + c] - mean[c] / count);
+            m->colour[3 * to + c] = m->is_mirrored ? m->colour[3 * from[j] + c] : guess;
+        }
     }
     free(from);
     free(changes);
@@ -346,7 +349,8 @@ static void compare(struct model m, int kind, double r, double want_db)
     struct rf_params p;
     double *want = calloc(WIDTH * HEIGHT * 3, sizeof *want), sum = 0, worst = 0;
     plain_params(&p, RF_METHOD_LAYERED);
-    p.split_edges = p.fill_hidden = p.exact_highlights = 0;
+    p.split_edges = p.fill_hidden = 0;
+    p.exact_highlights = !m.is_mirrored;
     p.blades = m.blades;
     p.blade_rotation = m.rotation;
     p.aperture_ratio = m.ratio;
@@ -401,6 +405,12 @@ static void large_radii_at_reduced_resolution(void)
     compare((struct model){.n_cells = 1, .ratio = 1}, 2, 18, 50);
 }
 
+static void light_that_adds_up(void)
+{
+    compare((struct model){.is_mirrored = true, .n_cells = 1, .ratio = 1}, 0, 6, 70);
+    compare((struct model){.is_mirrored = true, .n_cells = 4, .ratio = 1}, 2, 5, 64);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -408,5 +418,6 @@ int main(int argc, char **argv)
     TEST(two_surfaces);
     TEST(slopes_and_patches);
     TEST(large_radii_at_reduced_resolution);
+    TEST(light_that_adds_up);
     return testing_end();
 }
