@@ -192,6 +192,38 @@ def test_highlights(rackfocus, tmp_path, value, least):
     assert (read(both)[0] == deep).all()
 
 
+def in_fog(colour):
+    return [Layer(3, plain(0.6, 0.6, 0.6), everywhere(0.4)), Layer(20, colour, everywhere(1))]
+
+
+def test_bright_sky_in_fog_up_to_the_border(rackfocus, tmp_path):
+    samples = deep_samples(SMALL, in_fog(plain(4, 4, 4)), 1)
+    path, out = write_deep(tmp_path / "a.exr", SMALL, samples), tmp_path / "o.exr"
+    rackfocus("filter", path, "-o", out, *SMALL.options(), "--type", "float")
+    want = 0.4 * 0.6 + 0.6 * 4
+    assert np.abs(read(out)[0][..., :3] / want - 1).max() < 0.01
+
+
+def test_lamp_in_fog_that_the_border_cuts(rackfocus, tmp_path):
+    """It is no bar of light: no more comes in than what the picture shows of it."""
+    camera = Camera(60, 50, 45, 2, 6)  # 10 px of blur
+    path, out, flat = (tmp_path / name for name in ("a.exr", "o.exr", "f.exr"))
+
+    def light(lamp):
+        def colour(x, y):
+            row = y / 20 * camera.focal_px + camera.height / 2
+            is_lit = (np.abs(x) < 3) & (np.minimum(row, camera.height - row) < 2)
+            return (0.1 + lamp * is_lit)[..., None] * np.ones(3)
+
+        write_deep(path, camera, deep_samples(camera, in_fog(colour)))
+        files = [path, "-o", out, "--flattened", flat]
+        rackfocus("filter", *files, *camera.options(), "--type", "float")
+        return np.array([read(p)[0][..., :3].sum() for p in (out, flat)])
+
+    blurred, shown = light(40) - light(0)
+    assert 0.3 * shown < blurred < shown
+
+
 def over(samples, shape):
     colour, left = np.zeros(shape + (3,)), np.ones(shape)
     for _, coverage, rgb in samples:

@@ -176,15 +176,6 @@ static struct rf_sample sample_of(const struct rf_deep_piece *p, float left, int
     return rf_sample_make(&s, x, y, p->a >= RF_DEEP_OPAQUE ? 1 : p->a * left);
 }
 
-/* Light that continues the picture beyond its border is no brighter than white. */
-static void dim(struct rf_sample *s)
-{
-    float l = rf_luminance(s->c[0], s->c[1], s->c[2]);
-    if (l > 1)
-        for (int n = 0; n < 3; n++)
-            s->c[n] /= l;
-}
-
 /* Whose samples a pixel of the picture has: beyond the border those beside it. */
 struct source {
     int x, y;
@@ -209,6 +200,25 @@ static bool is_continued(const struct source *source,
     return source->is_beyond && n == 1 && pieces[0].a >= RF_DEEP_OPAQUE;
 }
 
+static float flat_luminance(const struct rf_deep_work *d, int x, int y)
+{
+    const struct rf_pixels *p = &d->picture.pixels;
+    return rf_plane_row(p, p->luminance, y)[x];
+}
+
+/*
+ * Beyond the border go the samples beside it, dimmed as the flat picture is there: a lamp
+ * that is cut by the border is no bar of light. Half as bright is still its texture.
+ */
+static float dimming(const struct rf_deep_work *d, const struct source *source, int x,
+                     int y)
+{
+    int border = d->picture.border;
+    float beside = flat_luminance(d, source->x + border, source->y + border);
+    float beyond = 2 * flat_luminance(d, x, y);
+    return beyond < beside ? beyond / beside : 1;
+}
+
 static void collect_pixel(struct collector *c, int x, int y,
                           struct rf_deep_piece *pieces)
 {
@@ -224,11 +234,12 @@ static void collect_pixel(struct collector *c, int x, int y,
                         &c->out);
         return;
     }
+    float factor = source.is_beyond ? dimming(d, &source, x, y) : 1;
     for (int i = 0; i < n; i++) {
         const struct rf_deep_piece *p = &pieces[i];
         struct rf_sample s = sample_of(p, left, x, y);
-        if (source.is_beyond)
-            dim(&s);
+        for (int k = 0; k < 3; k++)
+            s.c[k] *= factor;
         if (s.kind == RF_POSITIVE)
             rf_samples_put(&c->out, &s);
         else if (s.w > 0)
@@ -479,11 +490,12 @@ static rf_result run(struct rf_deep_work *d, struct rf_work *work,
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, f->height + 2 * border);
     rf_result result = rf_picture_load(&d->picture, &whole, &view, d->n_planes, border,
-                                       false, work->task, error);
+                                       true, work->task, error);
     if (result == RF_OK && f->params.fill_hidden)
         result = find_hidden(d, work->task, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = collect_samples(d, work->task, error);
+    rf_picture_drop_pixels(&d->picture);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = composite(d, work, error);
     if (result == RF_OK && rf_task_is_cancelled(work->task))
