@@ -82,6 +82,7 @@ class Slurm:
         )
         self.env = {**os.environ, "SLURM_CONF": str(conf)}
         self.daemons = {}
+        self.begins_later = {}  # jobs that wait for their time: when that was seen
         key = self.folder / "munge.key"
         key.write_bytes(os.urandom(128))
         key.chmod(0o400)
@@ -133,13 +134,21 @@ class Slurm:
         ):
             self.ask("scontrol", "update", "nodename=ALL", "state=resume")
         for line in self.ask("squeue", "-h", "-r", "-o", "%i %r").splitlines():
-            # Slurm lets what it starts again wait for two minutes.
+            job = line.split()[0]
             if "BeginTime" in line:
-                self.ask(
-                    "scontrol", "update", f"jobid={line.split()[0]}", "starttime=now"
-                )
+                self.wake_early(job)
             elif "held" in line.lower():
-                self.ask("scontrol", "release", line.split()[0])
+                self.ask("scontrol", "release", job)
+
+    def wake_early(self, job):
+        """Slurm lets what it starts again wait for two minutes; it needs that second in
+        which it took the job back: in the same one the new start is refused ("Job
+        credential revoked"), and the task is over.
+        """
+        seen = self.begins_later.setdefault(job, time.monotonic())
+        if time.monotonic() > seen + 2:
+            self.ask("scontrol", "update", f"jobid={job}", "starttime=now")
+            del self.begins_later[job]
 
     def start_node(self):
         self.start("slurmd", "-D")
