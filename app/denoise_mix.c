@@ -1,29 +1,34 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * With c the merge of views without grain, r that of views with their grain and f that
- * of views whose grain has random signs:
+ * of views whose grain has random signs, and B_k one of three bands of a picture, finer
+ * than 1.4 px, from there to 4.5 px, and coarser:
  *
- *   e   = G[|r - c|^2]     grain of the merge, and what the denoiser did wrong, squared
- *   g   = G[|f - c|^2]     grain of the merge alone, squared
- *   w   = (e - g) / e, less where e < 2 g, 0 where e < 1.6 g
- *   out = c + min(w, w') (r - c)    w' with G' in place of G
+ *   e_k = G[|B_k(r - c)|^2]   grain of the merge, and what the denoiser did wrong, squared
+ *   g_k = G[|B_k(f - c)|^2]   grain of the merge alone, squared
+ *   w_k = (e - g) / e, less where e < 2 g, 0 where e < 1.6 g
+ *   out = c + sum of min(w_k, w'_k) B_k(r - c)    w' with G' in place of G
  *
  * |d|^2 is the sum of the squares over red, green and blue, of d as far as c + d or c - d
  * lies in 0 to 1: lamps would rule otherwise, and flipped grain of dark things, below 0,
- * counts. Views are merged for f with 0.25 added, since merges cut what is below 0. G and
- * G' are means over three boxes of 17 x 17 and 7 x 7 px, nearly Gaussians of sigma 8.5 and
- * 3.5 px; by G alone, what is wrong in one place would bring grain back beside it.
+ * counts. What d has beyond that is in no band and gets the least w_k. Views are merged
+ * for f with 0.25 added, since merges cut what is below 0. G and G' are means over three
+ * boxes of 17 x 17 and 7 x 7 px, nearly Gaussians of sigma 8.5 and 3.5 px; by G alone,
+ * what is wrong in one place would bring grain back beside it. The coarse band has no G'.
  *
  * With an error b of c that is independent of the grain of r, w = b^2 / (b^2 + grain^2)
- * leaves the least error of all mixtures; less is taken where e may be grain alone. f has
- * the grain of r as merging spreads it, for any lens. Ours; flipped signs as the wild
- * bootstrap of Wu (1986) has them. Worth: docs/notebook/rivals.md.
+ * leaves the least error of all mixtures; less is taken where e may be grain alone. Grain
+ * that the lens has blurred is coarse, and what a denoiser smears is fine, or the other way
+ * round: so each band has its own w. f has the grain of r as merging spreads it, for any
+ * lens. Ours; flipped signs as the wild bootstrap of Wu (1986) has them. Worth:
+ * docs/notebook/rivals.md.
  */
 #include "denoise_mix.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "parallel.h"
 #include "report.h"
@@ -31,6 +36,9 @@
 /* REACH_PX: on 25 pictures 4 to 32 px of sigma differ by 0.1 dB on average. NEAR_PX: grain
  * shows beside bright blurred things without it; costs 0.01 dB on average. */
 enum { REACH_PX = 8, NEAR_PX = 3, N_BOXES = 3 };
+
+/* The boxes that part the bands: 3 and 9 px. 4 and 11 px lose 0.1 dB on a tree. */
+enum { FINE_PX = 1, COARSE_PX = 4, N_BANDS = 3 };
 
 /* Ratios of e and g: grain came back over surfaces in focus of a stranger's file, where
  * every e > g counted. A tree loses 0.6 dB by it, a toy in grain gains 0.4. */
@@ -90,7 +98,7 @@ static void mean_of_line(const float *from, float *to, int n, size_t step, int r
     for (int i = -reach; i <= reach; i++)
         sum += (double)from[(size_t)clamp(i, n - 1) * step];
     for (int i = 0; i < n; i++) {
-        to[(size_t)i * step] = (float)(fmax(sum, 0) / (2 * reach + 1));
+        to[(size_t)i * step] = (float)(sum / (2 * reach + 1));
         sum += (double)from[(size_t)clamp(i + reach + 1, n - 1) * step] -
                (double)from[(size_t)clamp(i - reach, n - 1) * step];
     }
@@ -132,26 +140,68 @@ static float in_display(float v)
     return fminf(fmaxf(v, 0), 1);
 }
 
-/* Of v from a clean value on a display, upwards or downwards, where it shows more. */
+/* v less a clean value on a display, or the other way, by which it shows more. */
 static float difference(float clean, float v)
 {
     const float d = fabsf(v - clean), shown = in_display(clean);
-    return fmaxf(in_display(clean + d) - shown, shown - in_display(clean - d));
+    const float more =
+        fmaxf(in_display(clean + d) - shown, shown - in_display(clean - d));
+    return v < clean ? -more : more;
 }
 
-/* Squares of how far a merge of views that are brighter by `lift` differs. */
-static void find_squares(const struct denoise_merges *m, const float *other, float lift,
-                         float *squares)
+/* Planes of all pixels, in one piece of memory. */
+struct rooms {
+    float *bands[N_BANDS]; /* of one colour */
+    float *all[N_BANDS], *grain[N_BANDS], *weights[N_BANDS];
+    float *least, *mean_all, *mean_grain, *line;
+    size_t n; /* pixels */
+};
+
+enum { N_ROOMS = 4 * N_BANDS + 4 };
+
+static void share_rooms(struct rooms *rooms, float *memory)
 {
-    const size_t n = (size_t)m->width * (size_t)m->height;
-    for (size_t i = 0; i < n; i++) {
-        float sum = 0;
-        for (int c = 0; c < n_colours(m->n_channels); c++) {
-            const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            const float d = difference(m->clean[k], other[k] - lift);
-            sum += d * d;
-        }
-        squares[i] = sum;
+    float **const at[N_ROOMS - 4 * N_BANDS] = {&rooms->least, &rooms->mean_all,
+                                               &rooms->mean_grain, &rooms->line};
+    for (int k = 0; k < N_BANDS; k++) {
+        rooms->bands[k] = memory, memory += rooms->n;
+        rooms->all[k] = memory, memory += rooms->n;
+        rooms->grain[k] = memory, memory += rooms->n;
+        rooms->weights[k] = memory, memory += rooms->n;
+    }
+    for (int k = 0; k < N_ROOMS - 4 * N_BANDS; k++)
+        *at[k] = memory, memory += rooms->n;
+}
+
+/* Bands of colour c of how far a merge of views that are brighter by `lift` differs. */
+static void find_bands(const struct denoise_merges *m, const float *other, float lift,
+                       int c, const struct rooms *rooms)
+{
+    float *const *bands = rooms->bands;
+    for (size_t i = 0; i < rooms->n; i++) {
+        const size_t k = i * (size_t)m->n_channels + (size_t)c;
+        bands[0][i] = difference(m->clean[k], other[k] - lift);
+    }
+    memcpy(bands[1], bands[0], rooms->n * sizeof(float));
+    smooth(m, FINE_PX, bands[1], rooms->line);
+    memcpy(bands[2], bands[1], rooms->n * sizeof(float));
+    smooth(m, COARSE_PX, bands[2], rooms->line);
+    for (size_t i = 0; i < rooms->n; i++) {
+        bands[0][i] -= bands[1][i];
+        bands[1][i] -= bands[2][i];
+    }
+}
+
+static void find_squares(const struct denoise_merges *m, const float *other, float lift,
+                         const struct rooms *rooms, float *const squares[N_BANDS])
+{
+    for (int b = 0; b < N_BANDS; b++)
+        memset(squares[b], 0, rooms->n * sizeof(float));
+    for (int c = 0; c < n_colours(m->n_channels); c++) {
+        find_bands(m, other, lift, c, rooms);
+        for (int b = 0; b < N_BANDS; b++)
+            for (size_t i = 0; i < rooms->n; i++)
+                squares[b][i] += rooms->bands[b][i] * rooms->bands[b][i];
     }
 }
 
@@ -164,35 +214,63 @@ static float weight_of(float all, float grain)
     return (all - grain) / all * fminf((all - DOUBTFUL * grain) / certain, 1);
 }
 
-/* Lowers weights to those of means of this reach; room for three planes. */
-static void lower_weights(const struct denoise_merges *m, int reach, float *weights,
-                          float *room)
+/* Lowers the weights of a band to those of means of this reach. */
+static void lower_weights(const struct denoise_merges *m, int reach, int band,
+                          const struct rooms *rooms)
 {
-    const size_t n = (size_t)m->width * (size_t)m->height;
-    float *all = room, *grain = room + n;
-    find_squares(m, m->grainy, 0, all);
-    find_squares(m, m->flipped, LIFT, grain);
-    smooth(m, reach, all, room + 2 * n);
-    smooth(m, reach, grain, room + 2 * n);
-    for (size_t i = 0; i < n; i++)
-        weights[i] = fminf(weights[i], weight_of(all[i], grain[i]));
+    const size_t size = rooms->n * sizeof(float);
+    memcpy(rooms->mean_all, rooms->all[band], size);
+    memcpy(rooms->mean_grain, rooms->grain[band], size);
+    smooth(m, reach, rooms->mean_all, rooms->line);
+    smooth(m, reach, rooms->mean_grain, rooms->line);
+    for (size_t i = 0; i < rooms->n; i++)
+        rooms->weights[band][i] =
+            fminf(rooms->weights[band][i], weight_of(fmaxf(rooms->mean_all[i], 0),
+                                                     fmaxf(rooms->mean_grain[i], 0)));
+}
+
+static void find_weights(const struct denoise_merges *m, const struct rooms *rooms)
+{
+    find_squares(m, m->grainy, 0, rooms, rooms->all);
+    find_squares(m, m->flipped, LIFT, rooms, rooms->grain);
+    for (size_t i = 0; i < rooms->n; i++)
+        rooms->least[i] = 1;
+    for (int b = 0; b < N_BANDS; b++) {
+        for (size_t i = 0; i < rooms->n; i++)
+            rooms->weights[b][i] = 1;
+        lower_weights(m, REACH_PX, b, rooms);
+        if (b < N_BANDS - 1)
+            lower_weights(m, NEAR_PX, b, rooms);
+        for (size_t i = 0; i < rooms->n; i++)
+            rooms->least[i] = fminf(rooms->least[i], rooms->weights[b][i]);
+    }
+}
+
+static void mix(const struct denoise_merges *m, const struct rooms *rooms)
+{
+    for (int c = 0; c < n_colours(m->n_channels); c++) {
+        find_bands(m, m->grainy, 0, c, rooms);
+        for (size_t i = 0; i < rooms->n; i++) {
+            const size_t k = i * (size_t)m->n_channels + (size_t)c;
+            float beyond = m->grainy[k] - m->clean[k], sum = 0;
+            for (int b = 0; b < N_BANDS; b++) {
+                sum += rooms->weights[b][i] * rooms->bands[b][i];
+                beyond -= rooms->bands[b][i];
+            }
+            m->clean[k] += sum + rooms->least[i] * beyond;
+        }
+    }
 }
 
 bool denoise_mix(const struct denoise_merges *m, struct image_error *error)
 {
-    const size_t n = (size_t)m->width * (size_t)m->height;
-    float *weights = app_memory(4, n * sizeof(float), error);
-    if (!weights)
+    struct rooms rooms = {.n = (size_t)m->width * (size_t)m->height};
+    float *memory = app_memory(N_ROOMS, rooms.n * sizeof(float), error);
+    if (!memory)
         return false;
-    for (size_t i = 0; i < n; i++)
-        weights[i] = 1;
-    lower_weights(m, REACH_PX, weights, weights + n);
-    lower_weights(m, NEAR_PX, weights, weights + n);
-    for (size_t i = 0; i < n; i++)
-        for (int c = 0; c < n_colours(m->n_channels); c++) {
-            const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            m->clean[k] += weights[i] * (m->grainy[k] - m->clean[k]);
-        }
-    free(weights);
+    share_rooms(&rooms, memory);
+    find_weights(m, &rooms);
+    mix(m, &rooms);
+    free(memory);
     return true;
 }

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Merges with and without grain, mixed: each band by what is wrong with it. */
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "denoise_mix.h"
+#include "image.h"
+#include "testing.h"
+
+enum { WIDTH = 128, HEIGHT = 96, N = WIDTH * HEIGHT * 3 };
+
+static const double PI = 3.14159265358979323846;
+static const float GREY = 0.5f, LIFT = 0.25f;
+
+static float clean[N], grainy[N], flipped[N], was[N];
+static uint32_t state;
+
+/* Uniform, of mean 0 and this standard deviation. */
+static float grain(float sigma)
+{
+    state = state * 1664525u + 1013904223u;
+    return sigma * 3.4641f * ((float)(state >> 8) / 16777216.0f - 0.5f);
+}
+
+/* A wave of this length along both axes, of mean square 1/4. */
+static float wave(int x, int y, double length)
+{
+    return (float)(sin(2 * PI * x / length) * sin(2 * PI * y / length));
+}
+
+/* The truth is grey; the clean merge lacks a wave, the other has grain. */
+static void fill(float amplitude, double length, float sigma)
+{
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        for (int c = 0; c < 3; c++) {
+            float w = amplitude * wave(i % WIDTH, i / WIDTH, length);
+            clean[3 * i + c] = GREY - w;
+            grainy[3 * i + c] = GREY + grain(sigma);
+            flipped[3 * i + c] = GREY - w + grain(sigma) + LIFT;
+        }
+    memcpy(was, clean, sizeof was);
+}
+
+static double error_of(const float *picture)
+{
+    double sum = 0;
+    for (int i = 0; i < N; i++)
+        sum += pow(picture[i] - GREY, 2);
+    return sqrt(sum / N);
+}
+
+static void mix(int n_threads)
+{
+    const struct denoise_merges merges = {clean,  grainy, flipped,  WIDTH,
+                                          HEIGHT, 3,      n_threads};
+    struct image_error error;
+    CHECK(denoise_mix(&merges, &error));
+}
+
+/* Grain is fine, what is missing coarse: it comes back, less than the grain does. */
+static void what_is_coarse_comes_back_without_fine_grain(void)
+{
+    state = 1;
+    fill(0.12f, 64, 0.1f);
+    const double before = error_of(clean), noise = error_of(grainy);
+    mix(2);
+    printf("# error: clean %.4f, grainy %.4f, mixed %.4f\n", before, noise,
+           error_of(clean));
+    CHECK(error_of(clean) < 0.35 * before && error_of(clean) < 0.35 * noise);
+}
+
+/* Fine structure is missing and the grain is fine: nobody can tell, but by how much. */
+static void what_is_fine_comes_back_where_there_is_more_of_it(void)
+{
+    state = 2;
+    fill(0.4f, 4, 0.05f);
+    const double before = error_of(clean);
+    mix(2);
+    CHECK(error_of(clean) < 0.4 * before);
+}
+
+static void grain_alone_stays_out(void)
+{
+    state = 3;
+    fill(0, 16, 0.1f);
+    mix(2);
+    CHECK(error_of(clean) < 0.02);
+}
+
+static void a_lamp_is_taken_as_it_is(void)
+{
+    state = 4;
+    fill(0, 16, 0);
+    for (int c = 0; c < 3; c++)
+        grainy[3 * (40 * WIDTH + 50) + c] = 300;
+    mix(1);
+    const float *lamp = clean + 3 * (40 * WIDTH + 50);
+    CHECK(fabsf(lamp[1] - 300) < 1e-3f);
+    CHECK(fabsf(lamp[1 + 3 * 4] - GREY) < 1e-3f);
+}
+
+static void threads_do_not_matter(void)
+{
+    static float once[N];
+    state = 5;
+    fill(0.1f, 24, 0.1f);
+    mix(1);
+    memcpy(once, clean, sizeof once);
+    memcpy(clean, was, sizeof clean);
+    mix(3);
+    CHECK(memcmp(once, clean, sizeof once) == 0);
+}
+
+int main(int argc, char **argv)
+{
+    testing_begin(argc, argv);
+    TEST(what_is_coarse_comes_back_without_fine_grain);
+    TEST(what_is_fine_comes_back_where_there_is_more_of_it);
+    TEST(grain_alone_stays_out);
+    TEST(a_lamp_is_taken_as_it_is);
+    TEST(threads_do_not_matter);
+    return testing_end();
+}
