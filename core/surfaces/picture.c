@@ -261,7 +261,8 @@ static rf_result walk_rows(struct walk *walk, struct rf_error *error)
     rf_parallel(f->context, f->height, RF_EQUAL_PARTS, load_rows, walk);
     picture->has_alpha = walk->has_alpha;
     if (!is_over(walk))
-        result = rf_border_continue(f, p, picture->x0, picture->y0, picture->border, error);
+        result =
+            rf_border_continue(f, p, picture->x0, picture->y0, picture->border, error);
     if (result != RF_OK || is_over(walk))
         return result;
     rf_parallel(f->context, p->height, RF_EQUAL_PARTS, fill_rows, p);

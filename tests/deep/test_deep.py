@@ -193,7 +193,10 @@ def test_highlights(rackfocus, tmp_path, value, least):
 
 
 def in_fog(colour):
-    return [Layer(3, plain(0.6, 0.6, 0.6), everywhere(0.4)), Layer(20, colour, everywhere(1))]
+    return [
+        Layer(3, plain(0.6, 0.6, 0.6), everywhere(0.4)),
+        Layer(20, colour, everywhere(1)),
+    ]
 
 
 def test_bright_sky_in_fog_up_to_the_border(rackfocus, tmp_path):
