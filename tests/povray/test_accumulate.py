@@ -254,14 +254,16 @@ def watch(binary, scene, n, private):
 
 
 def test_neither_memory_nor_disk_grows_with_the_views(binary, tmp_path):
-    """A view is 2 MB of floats; 12 of them would show."""
+    """A view is 2 MB of floats; half of 12 of them would show. A busy machine misses some
+    of the last peak: of 4 views 11.6 MB in place of 16.
+    """
     scene = tmp_path / "scene.pov"
     scene.write_text(MOVING.format(camera=0, aperture=1, sphere=0))
     private = tmp_path / "private"
     private.mkdir()
     few, many = (watch(binary, scene, n, private) for n in (4, 16))
     print(few, many)
-    assert many[0] < few[0] + 4
+    assert many[0] < few[0] + 12
     assert many[1] <= 3 and few[1] >= 1
 
 
