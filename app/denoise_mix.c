@@ -6,8 +6,8 @@
  *
  *   e_k = G[|B_k(r - c)|^2]   grain of the merge, and what the denoiser did wrong, squared
  *   g_k = G[|B_k(f - c)|^2]   grain of the merge alone, squared
- *   w_k = (e - g) / e, less where e < 2 g, 0 where e < 1.6 g
- *   out = c + sum of min(w_k, w'_k) B_k(r - c)    w' with G' in place of G
+ *   w_k = (e_k - g_k) / e_k, less where e_k < 2 g_k, 0 where e_k < 1.6 g_k
+ *   out = c + sum of min(w_k, w'_k) B_k(r - c)    w'_k with G' in place of G
  *
  * |d|^2 is the sum of the squares over red, green and blue, of d as far as c + d or c - d
  * lies in 0 to 1: lamps would rule otherwise, and flipped grain of dark things, below 0,
@@ -149,28 +149,28 @@ static float difference(float clean, float v)
     return v < clean ? -more : more;
 }
 
-/* Planes of all pixels, in one piece of memory. */
+/* Planes of all pixels. */
 struct rooms {
     float *bands[N_BANDS]; /* of one colour */
     float *all[N_BANDS], *grain[N_BANDS], *weights[N_BANDS];
-    float *least, *mean_all, *mean_grain, *line;
+    float *mean_all, *mean_grain, *line;
     size_t n; /* pixels */
 };
 
-enum { N_ROOMS = 4 * N_BANDS + 4 };
+enum { N_ROOMS = 4 * N_BANDS + 3 };
 
 static void share_rooms(struct rooms *rooms, float *memory)
 {
-    float **const at[N_ROOMS - 4 * N_BANDS] = {&rooms->least, &rooms->mean_all,
-                                               &rooms->mean_grain, &rooms->line};
-    for (int k = 0; k < N_BANDS; k++) {
-        rooms->bands[k] = memory, memory += rooms->n;
-        rooms->all[k] = memory, memory += rooms->n;
-        rooms->grain[k] = memory, memory += rooms->n;
-        rooms->weights[k] = memory, memory += rooms->n;
+    const size_t n = rooms->n;
+    for (size_t b = 0; b < N_BANDS; b++) {
+        rooms->bands[b] = memory + b * n;
+        rooms->all[b] = memory + (N_BANDS + b) * n;
+        rooms->grain[b] = memory + (2 * N_BANDS + b) * n;
+        rooms->weights[b] = memory + (3 * N_BANDS + b) * n;
     }
-    for (int k = 0; k < N_ROOMS - 4 * N_BANDS; k++)
-        *at[k] = memory, memory += rooms->n;
+    rooms->mean_all = memory + (N_ROOMS - 3) * n;
+    rooms->mean_grain = memory + (N_ROOMS - 2) * n;
+    rooms->line = memory + (N_ROOMS - 1) * n;
 }
 
 /* Bands of colour c of how far a merge of views that are brighter by `lift` differs. */
@@ -233,16 +233,12 @@ static void find_weights(const struct denoise_merges *m, const struct rooms *roo
 {
     find_squares(m, m->grainy, 0, rooms, rooms->all);
     find_squares(m, m->flipped, LIFT, rooms, rooms->grain);
-    for (size_t i = 0; i < rooms->n; i++)
-        rooms->least[i] = 1;
     for (int b = 0; b < N_BANDS; b++) {
         for (size_t i = 0; i < rooms->n; i++)
             rooms->weights[b][i] = 1;
         lower_weights(m, REACH_PX, b, rooms);
         if (b < N_BANDS - 1)
             lower_weights(m, NEAR_PX, b, rooms);
-        for (size_t i = 0; i < rooms->n; i++)
-            rooms->least[i] = fminf(rooms->least[i], rooms->weights[b][i]);
     }
 }
 
@@ -252,12 +248,14 @@ static void mix(const struct denoise_merges *m, const struct rooms *rooms)
         find_bands(m, m->grainy, 0, c, rooms);
         for (size_t i = 0; i < rooms->n; i++) {
             const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            float beyond = m->grainy[k] - m->clean[k], sum = 0;
+            float beyond = m->grainy[k] - m->clean[k], sum = 0, least = 1;
             for (int b = 0; b < N_BANDS; b++) {
-                sum += rooms->weights[b][i] * rooms->bands[b][i];
+                const float w = rooms->weights[b][i];
+                sum += w * rooms->bands[b][i];
                 beyond -= rooms->bands[b][i];
+                least = fminf(least, w);
             }
-            m->clean[k] += sum + rooms->least[i] * beyond;
+            m->clean[k] += sum + least * beyond;
         }
     }
 }

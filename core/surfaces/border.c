@@ -251,6 +251,7 @@ static rf_quad guessed_light(const struct side *s, int line, int k, int step,
     return mean + correlation_of(&a) * (edge - mean);
 }
 
+/* Gives pixel k beyond the border this light and the edge's radius. */
 static void put_pixel(const struct side *s, int line, int k, rf_quad c)
 {
     struct place to = place_at(s, line, -k);

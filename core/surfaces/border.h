@@ -4,8 +4,8 @@
 #define RF_SURFACES_BORDER_H
 
 #include "input/frame.h"
-#include "rackfocus/rackfocus.h"
 #include "surfaces/surfaces.h"
+#include "rackfocus/rackfocus.h"
 
 /*
  * Continues the frame's pixels, the first of which lies at (x0, y0), to all of `pixels`:

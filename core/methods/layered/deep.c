@@ -216,7 +216,7 @@ static float dimming(const struct rf_deep_work *d, const struct source *source, 
     int border = d->picture.border;
     float beside = flat_luminance(d, source->x + border, source->y + border);
     float beyond = 2 * flat_luminance(d, x, y);
-    return beyond < beside ? beyond / beside : 1;
+    return beyond < beside && beside > 0 ? fmaxf(beyond, 0) / beside : 1;
 }
 
 static void collect_pixel(struct collector *c, int x, int y,
