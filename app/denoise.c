@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "denoise_lamps.h"
 #include "library.h"
 #include "report.h"
 
@@ -17,6 +18,7 @@ enum { OIDN_DEVICE_CPU = 1, OIDN_FORMAT_FLOAT3 = 3 };
 struct denoiser {
     struct os_library *library;
     void *device;
+    int n_threads;
     void *(*new_device)(int type);
     void (*commit_device)(void *device);
     void (*release_device)(void *device);
@@ -116,6 +118,7 @@ struct denoiser *denoiser_open(const char *library, int n_threads,
     struct denoiser *d = app_memory(1, sizeof(*d), error);
     if (!d)
         return NULL;
+    d->n_threads = n_threads;
     d->library = open_library(place);
     const bool is_found =
         d->library ? find_functions(d, error) : fail_library(place, error);
@@ -223,7 +226,8 @@ bool denoise_picture(struct denoiser *d, const struct denoise_picture *picture,
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++)
             rgb[3 * i + c] = picture->samples[n_channels * i + (c < n_colours ? c : 0)];
-    const bool is_done = run_filter(d, picture, rgb, guides, error);
+    const bool is_done = run_filter(d, picture, rgb, guides, error) &&
+                         denoise_keep_lamps(picture, rgb, d->n_threads, error);
     for (size_t i = 0; i < n && is_done; i++)
         for (size_t c = 0; c < n_colours; c++)
             picture->samples[n_channels * i + c] = rgb[3 * i + c];
