@@ -111,7 +111,8 @@ SANITIZED = ["behaviour/test_inputs", "behaviour/test_memory", "unit/test_params
 
 def test_no_undefined_behaviour():
     """Address and undefined-behaviour sanitizers over the tests with odd inputs."""
-    options = ["-Db_sanitize=address,undefined", "-Doptimization=1", "-Ddebug=true"]
+    options = ["-Db_sanitize=address,undefined", "-Doptimization=1", "-Db_ndebug=false"]
+    options += ["-Dc_args=-g1"]  # with more the kernels take minutes to compile
     targets = [f"tests/{name}" for name in SANITIZED]
     folder = build("sanitize", "gcc", options, *targets)
     environment = dict(
