@@ -15,9 +15,13 @@
 /* Of its header, which is not needed to build: types are opaque, values fixed. */
 enum { OIDN_DEVICE_CPU = 1, OIDN_FORMAT_FLOAT3 = 3 };
 
+/* Its numbers of enum denoise_quality, since version 2.0, 2.3 for the last. */
+static const int QUALITIES[] = {6, 5, 4};
+
 struct denoiser {
     struct os_library *library;
     void *device;
+    enum denoise_quality quality;
     int n_threads;
     void *(*new_device)(int type);
     void (*commit_device)(void *device);
@@ -29,6 +33,7 @@ struct denoiser {
                       size_t width, size_t height, size_t offset, size_t pixel_bytes,
                       size_t row_bytes);
     void (*set_bool)(void *filter, const char *name, bool value);
+    void (*set_int)(void *filter, const char *name, int value);
     void (*commit_filter)(void *filter);
     void (*execute_filter)(void *filter);
     void (*release_filter)(void *filter);
@@ -47,6 +52,7 @@ static const struct {
     {offsetof(struct denoiser, new_filter), "oidnNewFilter", NULL},
     {offsetof(struct denoiser, set_image), "oidnSetSharedFilterImage", NULL},
     {offsetof(struct denoiser, set_bool), "oidnSetFilterBool", "oidnSetFilter1b"},
+    {offsetof(struct denoiser, set_int), "oidnSetFilterInt", "oidnSetFilter1i"},
     {offsetof(struct denoiser, commit_filter), "oidnCommitFilter", NULL},
     {offsetof(struct denoiser, execute_filter), "oidnExecuteFilter", NULL},
     {offsetof(struct denoiser, release_filter), "oidnReleaseFilter", NULL},
@@ -110,14 +116,15 @@ static bool fail_library(const char *place, struct image_error *error)
                      "libOpenImageDenoise in the environment's RACKFOCUS_OIDN");
 }
 
-struct denoiser *denoiser_open(const char *library, int n_threads,
-                               struct image_error *error)
+struct denoiser *denoiser_open(const char *library, enum denoise_quality quality,
+                               int n_threads, struct image_error *error)
 {
     const char *place = getenv("RACKFOCUS_OIDN");
     place = place && *place ? place : library;
     struct denoiser *d = app_memory(1, sizeof(*d), error);
     if (!d)
         return NULL;
+    d->quality = quality;
     d->n_threads = n_threads;
     d->library = open_library(place);
     const bool is_found =
@@ -167,6 +174,8 @@ static bool execute(struct denoiser *d, void *filter,
                     const struct denoise_picture *picture, struct image_error *error)
 {
     const char *text = NULL;
+    if (d->quality != DENOISE_HIGH) /* which it has by default, and always had */
+        d->set_int(filter, "quality", QUALITIES[d->quality]);
     d->commit_filter(filter);
     d->execute_filter(filter);
     d->release_filter(filter);

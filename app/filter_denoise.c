@@ -172,7 +172,9 @@ static int denoise_and_merge(struct run *run, struct denoiser *denoiser,
 int denoise_and_filter(struct run *run,
                        int (*make_picture)(struct run *run, float *samples))
 {
-    struct denoiser *denoiser = denoiser_open(NULL, run->n_threads, run->error);
+    struct denoiser *denoiser =
+        denoiser_open(NULL, (enum denoise_quality)run->tool->denoise_quality,
+                      run->n_threads, run->error);
     if (!denoiser)
         return app_code_of(run->error);
     int code;

@@ -63,6 +63,7 @@ static int filter_passes(struct finish *f, char *const *guides, int n, const cha
                                        .shown_output = guides[0],
                                        .type = FILTER_TYPE_FLOAT,
                                        .denoise = true,
+                                       .denoise_quality = f->tool->quality,
                                        .n_threads = f->tool->n_threads,
                                        .host = f->tool->host};
     return filter_any(&how, f->settings, guides, n, f->error);
@@ -291,7 +292,8 @@ static int run(struct finish *f, const char *own, char *const *guides, int n)
         code = make_ours(f, guides, n);
     if (code != APP_DONE)
         return code;
-    f->denoiser = denoiser_open(NULL, f->n_threads, f->error);
+    f->denoiser = denoiser_open(NULL, (enum denoise_quality)f->tool->quality,
+                                f->n_threads, f->error);
     if (!f->denoiser)
         return app_code_of(f->error);
     app_begin(f->tool->host, "denoising");

@@ -20,6 +20,7 @@ struct finish_options {
                          of the other half */
     int32_t type;     /* as in struct filter_options, as the next */
     int32_t png_bits;
+    int32_t quality; /* enum denoise_quality */
     int32_t n_threads;
     const struct app_host *host;
 };

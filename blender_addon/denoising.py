@@ -39,7 +39,7 @@ def array(name):
     path = Path(folder, name + ".npy")
     return numpy.load(path) if path.exists() else None
 about = json.loads(Path(folder, "about.json").read_text())
-given = dict(library=about["library"], threads=about["threads"])
+given = {{name: about[name] for name in ("library", "quality", "threads")}}
 try:
     if about["places"]:
         size, threads = about["size"], about["threads"]
@@ -92,7 +92,13 @@ def explained(error):
     return f"{error}{more}"
 
 
-def finish(own, ours, guides):
+def quality_of(scene):
+    """Of the denoiser's filters, as Cycles is set (Render > Sampling), since 4.2."""
+    cycles = getattr(scene, "cycles", None)
+    return getattr(cycles, "denoising_quality", "HIGH").lower()
+
+
+def finish(own, ours, guides, quality="high"):
     """rackfocus.finish() into the colours of `ours`, (height, width, 3 or 4).
 
     `guides`: albedo and normals of the own render, by these names, where known. A
@@ -101,11 +107,11 @@ def finish(own, ours, guides):
     """
     path, is_own = library()
     if is_own:
-        about = {**guides, "library": path, "threads": preferences.threads()}
-        rackfocus.finish(own, ours, ours[..., :3], **about)
+        about = {"library": path, "quality": quality, "threads": preferences.threads()}
+        rackfocus.finish(own, ours, ours[..., :3], **guides, **about)
     else:
         given = {"own": own[..., :3], "ours": ours[..., :3], **guides}
-        ours[..., :3] = _run_beside(path, given, {"places": []})[0]
+        ours[..., :3] = _run_beside(path, given, {"places": [], "quality": quality})[0]
 
 
 def _run_beside(path, given, about, report=lambda _: True):
@@ -213,7 +219,7 @@ def clean(rendered, frame, scene, report):
         return  # is said later
     guides = [rendered.guides(frame.layer, j) for j in range(len(found))]
     try:
-        made = _denoised((width, height), params, found, guides, report)
+        made = _denoised(scene, (width, height), params, found, guides, report)
     except rackfocus.CancelledError:
         raise
     except (rackfocus.Error, ValueError, MemoryError, OSError) as error:
@@ -222,16 +228,17 @@ def clean(rendered, frame, scene, report):
     rendered.put_clean(frame.layer, made)
 
 
-def _denoised(size, params, found, guides, report):
+def _denoised(scene, size, params, found, guides, report):
     """Colours of the views without grain."""
     path, is_own = library()
+    quality = quality_of(scene)
     places = [(place.offset, place.shear_distance) for _, place in found]
     if not is_own:
         given = {}
         for j, (layer, _) in enumerate(found):
             given |= {f"colour{j}": layer.colour, f"depth{j}": layer.depth}
             given |= {f"{name}{j}": values for name, values in guides[j].items()}
-        about = {"places": places, "size": size, "params": params}
+        about = {"places": places, "size": size, "params": params, "quality": quality}
         return _run_beside(path, given, about, report)
     views = [
         (layer.colour, layer.depth, *place)
@@ -241,5 +248,6 @@ def _denoised(size, params, found, guides, report):
     known = [(one.get("albedo"), one.get("normal")) for one in guides]
     threads = preferences.threads()
     made = rackfocus.Filter(*size, threads=threads, **params)
-    made.denoise_views(views, outs, known, report, library=path, threads=threads)
+    about = {"library": path, "quality": quality, "threads": threads}
+    made.denoise_views(views, outs, known, report, **about)
     return outs

@@ -331,7 +331,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         colour = cut_out(own[0], source.render).colour
         guides = own[1] if colour.shape == own[0].colour.shape else None
         try:
-            finishing.clean(colour, picture[::-1], guides)
+            finishing.clean(source, colour, picture[::-1], guides)
         except finishing.FinishError as problem:
             return problem
         seconds["finish"] = time.perf_counter() - started

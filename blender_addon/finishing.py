@@ -48,14 +48,14 @@ def samples_of(scene):
     return settings.finish_samples
 
 
-def clean(own, ours, guides=None):
+def clean(scene, own, ours, guides=None):
     """rackfocus.finish() into the colours of `ours`, (height, width, 3 or 4).
 
     `guides`: albedo and normals of the own render, by these names, where known.
     FinishError.
     """
     try:
-        denoising.finish(own, ours, guides or {})
+        denoising.finish(own, ours, guides or {}, denoising.quality_of(scene))
     except (rackfocus.Error, ValueError, MemoryError, OSError) as error:
         message = f"not finished: {denoising.explained(error)}"
         raise FinishError(message) from error

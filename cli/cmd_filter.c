@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "denoise.h"
 #include "depth_repair.h"
 #include "file.h"
 #include "filter_command.h"
@@ -110,6 +111,7 @@ static const struct option options[] = {
                     "normals where the file has them; several views are denoised "
                     "before and after they are merged. RACKFOCUS_OIDN names the "
                     "library's folder where the system does not find it."),
+    OPTION_DENOISE_QUALITY_ROW(AT(denoise_quality)),
     OPTION_INT_ROW("supersample", AT(supersample), "N", 1, 16,
                    "The input was rendered at N times the size, with an N^2-th of the "
                    "samples: each N x N pixels of the result become one. [default 1]"),
@@ -209,6 +211,8 @@ static bool check_usage(const struct filter_options *tool,
         return false;
     if (operands->n > RF_MAX_VIEWS)
         return fail_usage("filter takes 64 views at most");
+    if (tool->denoise_quality != DENOISE_HIGH && !tool->denoise)
+        return fail_usage("--denoise-quality goes with --denoise");
     if (!tool->output)
         return fail_usage("filter needs an output, -o FILE.exr or -o FILE.png");
     struct image_error error;

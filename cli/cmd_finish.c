@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "cli.h"
+#include "denoise.h"
 #include "finish.h"
 #include "filter_run.h"
 #include "picture.h"
@@ -30,6 +31,7 @@ static const struct option options[] = {
     OPTION_FILE_ROW("output-error", AT(output_error), "FILE.exr",
                     "Also write the estimate of the error of every pixel, after "
                     "clipping to [0, 1] and gamma 2.2 (channel Y, float)."),
+    OPTION_DENOISE_QUALITY_ROW(AT(quality)),
     OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
                       "Samples of the EXR file: half or float. [default half]"),
     OPTION_CHOICE_ROW("png-bits", AT(png_bits), "BITS", "8|16",

@@ -120,6 +120,11 @@ const char *nearest_name(const char *name, const char *const *candidates, size_t
     OPTION_FILE_ROW("distribution-image", at, "FILE",                                  \
                     "Method scatter: picture of the aperture, EXR or PNG of any "      \
                     "size, as the camera sees it; implies --distribution image.")
+#define OPTION_DENOISE_QUALITY_ROW(at)                                                 \
+    OPTION_CHOICE_ROW("denoise-quality", at, "KIND", DENOISE_QUALITIES,                \
+                      "Of Open Image Denoise's filters, as in Cycles: high, balanced " \
+                      "or fast; they take about 1, 0.5 and 0.4 of the time. "          \
+                      "[default high]")
 #define OPTION_THREADS_ROW(at)                                                         \
     {                                                                                  \
         .name = "threads", .letter = 'j', .kind = OPTION_INT, .offset = (at),          \

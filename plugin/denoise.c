@@ -91,8 +91,19 @@ static void close_pictures(struct finish *f)
     }
 }
 
+int plugin_check_denoiser(struct plugin_denoiser *how, const char *quality)
+{
+    static const char *const qualities[] = {"high", "balanced", "fast"};
+    for (int i = 0; i < 3; i++)
+        if (strcmp(quality, qualities[i]) == 0) {
+            how->quality = i;
+            return how->n_threads < 0 ? fail("threads", "must not be negative") : 0;
+        }
+    return fail("quality", "must be high, balanced or fast");
+}
+
 /* Runs without Python's lock. */
-static bool run(struct finish *f, const char *library, int n_threads,
+static bool run(struct finish *f, const struct plugin_denoiser *how,
                 struct image_error *error)
 {
     const struct rf_image *own = &f->opened[OWN].image;
@@ -105,7 +116,8 @@ static bool run(struct finish *f, const char *library, int n_threads,
                                            .width = own->width,
                                            .height = own->height,
                                            .name = names[OWN]};
-    struct denoiser *denoiser = denoiser_open(library, n_threads, error);
+    struct denoiser *denoiser = denoiser_open(
+        how->library, (enum denoise_quality)how->quality, how->n_threads, error);
     const bool is_done = denoiser && finish_mix(denoiser, &picture, error);
     denoiser_close(denoiser);
     return is_done;
@@ -113,12 +125,12 @@ static bool run(struct finish *f, const char *library, int n_threads,
 
 /* Runs, copies the results back; -1 with an exception set. */
 static int finish(const struct module_state *state, struct finish *f,
-                  const char *library, int n_threads)
+                  const struct plugin_denoiser *how)
 {
     struct image_error error = {0};
     bool is_done;
     Py_BEGIN_ALLOW_THREADS;
-    is_done = run(f, library, n_threads, &error);
+    is_done = run(f, how, &error);
     Py_END_ALLOW_THREADS;
     if (!is_done && error.code == IMAGE_NO_MEMORY)
         PyErr_NoMemory();
@@ -144,19 +156,18 @@ static int finish(const struct module_state *state, struct finish *f,
 
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
 {
-    static char *keys[] = {"own",  "ours",  "out",     "albedo",  "normal",
-                           "half", "error", "library", "threads", NULL};
+    static char *keys[] = {"own",   "ours",    "out",     "albedo",  "normal", "half",
+                           "error", "library", "quality", "threads", NULL};
     PyObject *objects[N_PICTURES] = {0};
-    const char *library = NULL;
-    int n_threads = 0;
+    struct plugin_denoiser how = {0};
+    const char *quality = "high";
     objects[ALBEDO] = objects[NORMAL] = objects[HALF] = objects[ESTIMATE] = Py_None;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOOO$zi:finish", keys,
-                                     &objects[OWN], &objects[OURS], &objects[OUT],
-                                     &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
-                                     &objects[ESTIMATE], &library, &n_threads))
+    if (!PyArg_ParseTupleAndKeywords(
+            args, keywords, "OOO|OOOO$zsi:finish", keys, &objects[OWN], &objects[OURS],
+            &objects[OUT], &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
+            &objects[ESTIMATE], &how.library, &quality, &how.n_threads) ||
+        plugin_check_denoiser(&how, quality) < 0)
         return NULL;
-    if (n_threads < 0)
-        return fail("threads", "must not be negative"), NULL;
     struct finish f = {0};
     int status = 0;
     for (int i = 0; i < N_PICTURES && status == 0; i++)
@@ -167,7 +178,7 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
     if (status == 0)
         f.rgb[ESTIMATE] = new_plane((size_t)own->width * (size_t)own->height, 1);
     if (f.rgb[ESTIMATE])
-        status = finish(PyModule_GetState(module), &f, library, n_threads);
+        status = finish(PyModule_GetState(module), &f, &how);
     else
         status = -1;
     close_pictures(&f);

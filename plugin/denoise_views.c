@@ -166,10 +166,11 @@ static void close_job(struct job *job)
 /* ---- the run -------------------------------------------------------------------- */
 
 /* Without Python's lock; an enum app_code. */
-static int run(struct job *job, const char *library, struct image_error *error)
+static int run(struct job *job, const struct plugin_denoiser *how,
+               struct image_error *error)
 {
-    struct denoiser *denoiser =
-        denoiser_open(library, job->work.share.n_threads, error);
+    struct denoiser *denoiser = denoiser_open(
+        how->library, (enum denoise_quality)how->quality, how->n_threads, error);
     int code = APP_FAILED;
     if (denoiser)
         code = share_open(&job->work.share, error)
@@ -180,7 +181,7 @@ static int run(struct job *job, const char *library, struct image_error *error)
 }
 
 static PyObject *denoise(struct job *job, const struct module_state *state,
-                         const char *library)
+                         const struct plugin_denoiser *how)
 {
     struct image_error error = {0};
     job->work.names = job->names;
@@ -189,7 +190,7 @@ static PyObject *denoise(struct job *job, const struct module_state *state,
         job->work.user = &job->progress;
     }
     job->progress.thread = PyEval_SaveThread();
-    const int code = run(job, library, &error);
+    const int code = run(job, how, &error);
     PyEval_RestoreThread(job->progress.thread);
     if (job->progress.has_raised)
         return NULL;
@@ -213,33 +214,30 @@ static PyObject *denoise(struct job *job, const struct module_state *state,
 PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
                                       PyObject *keywords)
 {
-    static char *names[] = {"views",   "outs",    "guides", "progress",
-                            "library", "threads", NULL};
+    static char *names[] = {"views",   "outs",    "guides",  "progress",
+                            "library", "quality", "threads", NULL};
     const struct module_state *state = PyType_GetModuleState(Py_TYPE(object));
     PyObject *sequence, *outs, *guides = Py_None, *function = Py_None, *answer = NULL;
-    const char *library = NULL;
-    int n_threads = 0;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OO$zi:denoise_views", names,
-                                     &sequence, &outs, &guides, &function, &library,
-                                     &n_threads))
+    struct plugin_denoiser how = {0};
+    const char *quality = "high";
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OO$zsi:denoise_views", names,
+                                     &sequence, &outs, &guides, &function, &how.library,
+                                     &quality, &how.n_threads) ||
+        plugin_check_denoiser(&how, quality) < 0)
         return NULL;
-    if (n_threads < 0) {
-        PyErr_SetString(PyExc_ValueError, "threads: must not be negative");
-        return NULL;
-    }
     struct job *job = PyMem_Calloc(1, sizeof *job);
     if (!job)
         return PyErr_NoMemory();
     job->filter = ((struct plugin_filter *)object)->filter;
     job->views = plugin_open_views(sequence);
-    job->work.share.n_threads = thread_count(n_threads);
+    job->work.share.n_threads = thread_count(how.n_threads);
     job->progress.function = function == Py_None ? NULL : function;
     if (!job->views) {
         PyMem_Free(job);
         return NULL;
     }
     if (open_job(job, state, outs, guides) == 0)
-        answer = denoise(job, state, library);
+        answer = denoise(job, state, &how);
     close_job(job);
     return answer;
 }

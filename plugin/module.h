@@ -164,6 +164,17 @@ PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
 
 /* ---- denoise.c ----------------------------------------------------------------- */
 
+/* Which denoiser; see denoiser_open(). */
+struct plugin_denoiser {
+    const char *library;
+    int quality; /* enum denoise_quality */
+    int n_threads;
+};
+
+/* Takes the quality by its name. 0, or -1 with an exception set where that or the
+ * threads are none. */
+int plugin_check_denoiser(struct plugin_denoiser *how, const char *quality);
+
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords);
 
 /* ---- denoise_views.c ----------------------------------------------------------- */

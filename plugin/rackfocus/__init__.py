@@ -256,6 +256,7 @@ def finish(
     half=None,
     error=None,
     library=None,
+    quality="high",
     threads=0,
 ):
     """The host's own lens cleaned with our picture; returns the result.
@@ -273,6 +274,7 @@ def finish(
     [0, 1] and gamma 2.2.
     library: Open Image Denoise's file or folder, where the environment's RACKFOCUS_OIDN
     names none; None lets the system look.
+    quality: of its filters, "high", "balanced" or "fast", as Cycles names them.
     threads: of the denoiser; 0 takes all processors.
 
     Error where there is no Open Image Denoise.
@@ -284,7 +286,8 @@ def finish(
 
         out = numpy.empty(numpy.shape(own), numpy.float32)
     more = (albedo, normal, half, error)
-    _core.finish(own, ours, out, *more, library=library, threads=threads)
+    given = {"library": library, "quality": quality, "threads": threads}
+    _core.finish(own, ours, out, *more, **given)
     return out
 
 

@@ -121,6 +121,7 @@ class Filter:
         progress: Callable[[float], bool | None] | None = None,
         *,
         library: str | None = None,
+        quality: str = "high",
         threads: int = 0,
     ) -> float: ...
     def merge_denoised(
@@ -194,6 +195,7 @@ def finish(
     error: _Pixels | None = None,
     *,
     library: str | None = None,
+    quality: str = "high",
     threads: int = 0,
 ) -> None: ...
 def version() -> str: ...

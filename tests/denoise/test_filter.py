@@ -39,6 +39,21 @@ def test_views_gain_on_the_real_scene(clean, score, tmp_path):
         assert score(out, scene) > least
 
 
+def test_quality_is_that_of_the_denoisers_filters(clean, score, tmp_path):
+    """High is the default; fast is another picture, and not much worse."""
+    noisy, out = grainy(POSTS, tmp_path), tmp_path / "out.exr"
+    made, scores = {}, {}
+    for quality in ("", "high", "fast"):
+        more = ["--denoise-quality", quality] if quality else []
+        clean("filter", noisy, "-o", out, "--type", "float", "--denoise", *more)
+        made[quality], scores[quality] = read(out)[0], score(out, "posts")
+    assert np.array_equal(made[""], made["high"])
+    assert not np.array_equal(made["high"], made["fast"])
+    assert min(scores.values()) > max(scores.values()) - 1, scores
+    done = clean("filter", noisy, "-o", out, "--denoise-quality", "fast", code=2)
+    assert "--denoise-quality goes with --denoise" in done.stderr
+
+
 def test_alpha_and_grey_stay(clean, tmp_path):
     pixels, names = read(POSTS)
     alpha = np.linspace(0, 1, pixels.shape[1])[None, :, None]

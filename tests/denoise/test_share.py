@@ -197,6 +197,12 @@ fails(ValueError, "out of view 1", views, [outs[0], outs[1][1:], *outs[2:]])
 fails(ValueError, "albedo of view 0", views, outs, [(albedo[1:], None)] * 4)
 fails(TypeError, "(albedo, normal)", views, outs, [albedo] * 4)
 fails(ValueError, "threads", views, outs, threads=-1)
+fails(ValueError, "quality", views, outs, quality="medium")
+for quality in ("balanced", "fast"):
+    other = [np.empty_like(colour) for colour in colours]
+    guides = [(albedo, None)] * 4
+    made.denoise_views(views, other, guides, library=library, quality=quality)
+    assert 0 < np.abs(np.subtract(other, guided)).mean() < 0.01
 small = [(c[1:], d[1:], place, 5) for c, d, place in zip(colours, depths, places)]
 fails(rackfocus.Error, "160", small, [out[1:] for out in outs])
 fails(rackfocus.CancelledError, "cancelled", views, outs, None, lambda _: False)
