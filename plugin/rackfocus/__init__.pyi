@@ -135,6 +135,7 @@ def finish(
     half: _Pixels | None = None,
     error: _Pixels | None = None,
     library: str | None = None,
+    quality: str = "high",
     threads: int = 0,
 ) -> Any: ...
 def lens_points(
