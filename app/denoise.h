@@ -66,7 +66,8 @@ bool denoise_clean_guides(struct denoiser *denoiser,
 
 /*
  * Takes the grain out of the colours of a picture, in place; alpha stays, and so does
- * the light of lamps (denoise_lamps.h). One with NaN or infinity is left as it is, for the filter to refuse. `guides` may be NULL.
+ * the light of lamps (denoise_lamps.h). One with NaN or infinity is left as it is, for
+ * the filter to refuse. `guides` may be NULL.
  */
 bool denoise_picture(struct denoiser *denoiser, const struct denoise_picture *picture,
                      const struct denoise_guides *guides, struct image_error *error);
