@@ -149,6 +149,26 @@ static void corners_and_threads(void)
     }
 }
 
+/* Four pixels wide, with a dim rim, and with samples that lie two pixels off. */
+static void a_whole_lamp_is_meant(void)
+{
+    fill(0);
+    draw(20, 20, 4, 4, 50, 60);
+    keep(3, 1);
+    CHECK(fabs(light(22, 22) - 50.0 / 60) < 0.01);
+    fill(0);
+    draw(20, 20, 1, 1, 80, 100);
+    draw(21, 20, 1, 1, 3.6f, 4.5f);
+    keep(3, 1);
+    const int rim = 3 * (20 * WIDTH + 21);
+    CHECK(fabsf(clean[rim] / was[rim] - 0.8f) < 0.01f);
+    fill(0);
+    draw(20, 20, 1, 1, 0, 50);
+    draw(22, 22, 1, 1, 50, 0);
+    keep(3, 1);
+    CHECK(fabs(light(20, 20) - 1) < 0.01);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -157,6 +177,7 @@ int main(int argc, char **argv)
     TEST(what_was_taken_for_a_spark_stays_away);
     TEST(wide_lights_keep_what_the_denoiser_made);
     TEST(dim_lamps_change_little_by_little);
+    TEST(a_whole_lamp_is_meant);
     TEST(corners_and_threads);
     return testing_end();
 }
