@@ -237,7 +237,7 @@ bool fogs_look_inside(struct povray_scene *scene, const struct shot *shot,
     if (passes->n_inside <= INSIDE_LIMIT)
         return true;
     for (int mode = REWRITE_HOLLOW_PLANES;
-         mode <= REWRITE_HOLLOW_TOP && passes->n_inside > INSIDE_LIMIT; mode++) {
+         mode <= REWRITE_HOLLOW_DECLARED && passes->n_inside > INSIDE_LIMIT; mode++) {
         const double n_before = passes->n_inside;
         if (!try_hollow(scene, shot, (enum rewrite_mode)mode, passes, error))
             return false;

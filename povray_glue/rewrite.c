@@ -72,7 +72,8 @@ struct writer {
 
 static bool is_hollow_mode(const struct writer *w)
 {
-    return w->how->mode >= REWRITE_HOLLOW_PLANES && w->how->mode <= REWRITE_HOLLOW_TOP;
+    return w->how->mode >= REWRITE_HOLLOW_PLANES &&
+           w->how->mode <= REWRITE_HOLLOW_DECLARED;
 }
 
 static bool is_any_word(const struct tokens *tokens, int i, const char *const *words)
@@ -387,14 +388,15 @@ static int write_include(struct writer *w, int i)
     return i + 2;
 }
 
-/* A shape at i that stands outside all others. */
+/* A shape at i that stands outside all others, or that is declared. */
 static int write_hollow(struct writer *w, int i)
 {
     int after = token_skip_group(w->tokens, i + 1);
     bool is_meant =
         w->how->mode != REWRITE_HOLLOW_PLANES || token_is_word(w->tokens, i, "plane");
     if (is_meant && token_is_sign(w->tokens, after - 1, '}') &&
-        !token_is_sign(w->tokens, i - 1, '=')) {
+        (w->how->mode == REWRITE_HOLLOW_DECLARED ||
+         !token_is_sign(w->tokens, i - 1, '='))) {
         copy_to(w, begin_of(w, after - 1));
         text_addf(w->out, " hollow ");
     }
@@ -406,7 +408,8 @@ static int write_directive(struct writer *w, int i, bool is_camera)
     const struct tokens *tokens = w->tokens;
     if (token_is_directive(tokens, i, "macro")) {
         int body = token_skip_directive(tokens, i), end = token_find_end(tokens, i);
-        if (is_hollow_mode(w) && w->how->mode != REWRITE_HOLLOW &&
+        if ((w->how->mode == REWRITE_HOLLOW_PLANES ||
+             w->how->mode == REWRITE_HOLLOW_TOP) &&
             !has_loose_items(tokens, body, end))
             return end + 1;
         walk(w, body, end, has_loose_items(tokens, body, end));

@@ -13,12 +13,13 @@ enum rewrite_mode {
     REWRITE_RECORD,  /* every item of a camera is also written to the debug stream */
     REWRITE_PINHOLE, /* apertures are multiplied by zero */
     /* As pinhole, and things let atmosphere into them: planes that stand in the scene,
-     * all that stands in it or that macros make, and without what macros make. Parts of
-     * blobs and of patterns cannot be hollow, and nobody can tell what a macro's thing
-     * is for. */
+     * all that stands in it or that macros make, without what macros make, and with what
+     * is declared. Parts of blobs and of patterns cannot be hollow, and nobody can tell
+     * what a macro's thing, or a declared one, is for. */
     REWRITE_HOLLOW_PLANES,
     REWRITE_HOLLOW,
     REWRITE_HOLLOW_TOP,
+    REWRITE_HOLLOW_DECLARED,
     REWRITE_N_MODES
 };
 

@@ -10,7 +10,7 @@
 
 #define MAX_SOURCES 400
 /* Private copies are called by their mode and number. */
-#define MODE_LETTERS "rplht"
+#define MODE_LETTERS "rplhtd"
 
 /* The list owns the name, which may be NULL where memory was missing. */
 static void add_name(char ***names, int *n, char *name)

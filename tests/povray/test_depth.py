@@ -108,6 +108,7 @@ ROOMS = {
     "bounds": "intersection { sphere { <9,9,-9>,1 } box { 8,10 } bounded_by "
     "{ box { -99,99 } } } %s",
     "macro": "#macro Room() %s #end Room()",
+    "declared": "#declare Room = %s Room",
 }
 
 
