@@ -40,6 +40,13 @@ static bool is_position(const struct source *source, const char *channel)
     return false;
 }
 
+/* Mitsuba's depth, along the ray: LAYER.T. */
+static bool is_of_ray(const char *channel)
+{
+    const size_t length = strlen(channel);
+    return length > 2 && strcmp(channel + length - 2, ".T") == 0;
+}
+
 /* What the names of the channels say. */
 static void judge_names(struct depth_findings *found, const struct source *source,
                         const struct settings *settings)
@@ -55,6 +62,7 @@ static void judge_names(struct depth_findings *found, const struct source *sourc
     found->is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT;
     found->is_named_other = found->is_kind_open && names_other(name);
     found->is_position = found->is_kind_open && is_position(source, name);
+    found->is_of_ray = found->is_kind_open && is_of_ray(name);
 }
 
 /* Distances only: of other kinds 16 bit are coarse in their own way. */
@@ -81,6 +89,8 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         .stats = *stats,
         .is_mixed = stats->is_mixed,
         .is_premultiplied = stats->is_premultiplied,
+        .is_widened = is_distance && params->depth_scale > 0 && stats->is_widened &&
+                      !stats->is_mixed,
         .is_negative = is_distance && params->depth_scale > 0 &&
                        stats->n_negative > 0 && !(stats->max > 0),
     };
@@ -91,16 +101,22 @@ void depth_judge(struct depth_findings *found, const struct source *source,
 
 bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
-                const float *depth, const float *alpha, size_t stride)
+                const struct rf_depth_channel *channel)
 {
     struct rf_depth_stats stats = {.size = sizeof(stats)};
-    const struct rf_depth_channel channel = {
-        (float *)depth, alpha,          stride,
-        source->width,  source->height, settings->params.depth_infinity};
-    if (rf_depth_measure(NULL, &channel, &stats, NULL) != RF_OK)
+    if (rf_depth_measure(NULL, channel, &stats, NULL) != RF_OK)
         return false;
     depth_judge(found, source, settings, lens, &stats);
     return true;
+}
+
+const char *depth_fault(const struct depth_findings *found)
+{
+    if (found->is_premultiplied)
+        return "multiplied by alpha";
+    if (found->is_mixed)
+        return "anti-aliased";
+    return found->is_widened ? "wider than what is seen" : NULL;
 }
 
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)
@@ -162,6 +178,11 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
             "is %s, the third number of a position; that is right if positions are "
             "those in the camera's space, which --depth planar says",
             found->channel);
+    else if (found->is_of_ray)
+        snprintf(text, n_bytes,
+                 "is %s, taken for distances along the axis; Mitsuba names those along "
+                 "the ray so: say --depth radial, or --depth planar if they are not",
+                 found->channel);
     else if (found->is_kind_open && stats->kind == RF_DEPTH_PLANAR && stats->max > 0 &&
              stats->max <= 1 && stats->n_no_hit == 0)
         snprintf(text, n_bytes,
@@ -174,22 +195,25 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
     return true;
 }
 
+bool depth_move_edges(const struct depth_findings *found,
+                      struct rf_depth_channel *channel, struct depth_repaired *repaired)
+{
+    if (found->is_mixed)
+        return rf_depth_snap(NULL, channel, &repaired->n_snapped, NULL) == RF_OK;
+    return !found->is_widened || rf_depth_narrow(NULL, channel, &found->stats,
+                                                 &repaired->n_narrowed, NULL) == RF_OK;
+}
+
 bool depth_undo(const struct depth_findings *found, double infinity,
                 const struct rf_view *views, int n, struct depth_repaired *repaired)
 {
     for (int i = 0; i < n; i++) {
-        const struct rf_image *colour = &views[i].colour, *depth = &views[i].depth;
-        struct rf_depth_channel channel = {
-            .depth = depth->data,
-            .alpha = colour->channels == 4 ? (const float *)colour->data + 3 : NULL,
-            .alpha_step = 4,
-            .width = depth->width,
-            .height = depth->height,
-            .infinity = infinity};
+        const struct rf_image *depth = &views[i].depth;
+        struct rf_depth_channel channel = {depth->data, views[i].colour, depth->width,
+                                           depth->height, infinity};
         if (found->is_premultiplied)
             repaired->n_divided += rf_depth_divide_by_alpha(&channel);
-        if (found->is_mixed &&
-            rf_depth_snap(NULL, &channel, &repaired->n_snapped, NULL) != RF_OK)
+        if (!depth_move_edges(found, &channel, repaired))
             return false;
     }
     return true;
@@ -199,8 +223,9 @@ bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_byte
                 struct image_error *error)
 {
     const struct source *source = picture->source;
-    const struct rf_image *colour = &picture->views->colour;
-    const float *alpha = colour->channels == 4 ? (const float *)colour->data + 3 : NULL;
+    const struct rf_depth_channel channel = {
+        picture->views->depth.data, picture->views->colour, source->width,
+        source->height, picture->settings->params.depth_infinity};
     struct depth_findings found;
     struct depth_repaired repaired = {0};
     struct rf_lens lens;
@@ -213,17 +238,16 @@ bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_byte
                      &core_error) != RF_OK)
         return set_error(error, "%s: %s", image_path(source->colour),
                          core_error.message);
-    if (!depth_find(&found, source, picture->settings, &lens,
-                    picture->views->depth.data, alpha, 4))
+    if (!depth_find(&found, source, picture->settings, &lens, &channel))
         return set_error(error, "%s: out of memory", image_path(source->depth));
     if (depth_is_refused(&found, text, sizeof(text)))
         return set_error(error, "%s: the depth %s", image_path(source->depth), text);
     if (!depth_undo(&found, picture->params->depth_infinity, picture->views,
                     picture->n_views, &repaired))
         return set_error(error, "%s: out of memory", image_path(source->depth));
-    if (repaired.n_divided + repaired.n_snapped > 0)
+    const size_t n = repaired.n_divided + repaired.n_snapped + repaired.n_narrowed;
+    if (n > 0)
         snprintf(remark, n_bytes, "the depth was %s; %zu pixels were mended",
-                 found.is_premultiplied ? "multiplied by alpha" : "anti-aliased",
-                 repaired.n_divided + repaired.n_snapped);
+                 depth_fault(&found), n);
     return true;
 }

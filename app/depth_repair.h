@@ -19,27 +19,31 @@ enum depth_repair { DEPTH_REPAIR_AUTO, DEPTH_REPAIR_OFF };
 /* What is seen in a depth, and what filter would do about it. */
 struct depth_findings {
     struct rf_depth_stats stats;
-    bool is_premultiplied, is_mixed;
-    bool is_half;        /* 16 bit */
+    bool is_premultiplied, is_mixed, is_widened; /* and is a distance */
+    bool is_half;                                /* 16 bit */
     double half_step_px; /* largest step of the radius that 16 bit make, 0: unknown */
     bool is_mist;        /* the channel's name says so */
     bool is_kind_open;   /* nobody said which kind of depth it is */
     bool is_negative;    /* all of it, and no --depth-scale that makes it positive */
     bool is_named_other; /* the channel's name says that it holds no distances */
     bool is_position;    /* the third of Px, Py, Pz */
+    bool is_of_ray;      /* NAME.T, as Mitsuba writes distances along the ray */
     char channel[256], rival[256]; /* names; "": no other may be meant as well */
 };
 
-/* `alpha` (may be NULL) has `stride` floats from pixel to pixel. False without memory.
+/* `channel` has the depth, and the colours where they are known. False without memory.
  */
 bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
-                const float *depth, const float *alpha, size_t stride);
+                const struct rf_depth_channel *channel);
 
 /* The same from what was measured. */
 void depth_judge(struct depth_findings *found, const struct source *source,
                  const struct settings *settings, const struct rf_lens *lens,
                  const struct rf_depth_stats *stats);
+
+/* What was done to a depth that is undone, as "the depth was ..."; NULL: nothing. */
+const char *depth_fault(const struct depth_findings *found);
 
 /* Why the depth cannot be used as it is, into `text`; false: it can. */
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes);
@@ -47,10 +51,16 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
 /* Why the depth may not be what is meant, into `text`; false: there is no doubt. */
 bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes);
 
-/* Pixels that were divided by alpha, and that were given the depth of one side. */
+/* Pixels that were divided by alpha, given the depth of one side, and of what they show. */
 struct depth_repaired {
-    size_t n_divided, n_snapped;
+    size_t n_divided, n_snapped, n_narrowed;
 };
+
+/* Moves the edges of a depth to those of what is seen, where these were found to
+ * differ. Adds to *repaired. False without memory. */
+bool depth_move_edges(const struct depth_findings *found,
+                      struct rf_depth_channel *channel,
+                      struct depth_repaired *repaired);
 
 /*
  * Undoes in the depths of n views what was found in the first of them; `infinity` is

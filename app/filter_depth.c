@@ -35,12 +35,11 @@ int filter_say_repaired(const struct run *run, const struct depth_findings *foun
     const char *path = image_path(run->source.depth);
     const struct app_host *host = run->tool->host;
     int code = APP_DONE;
-    if (!repaired && (found->is_premultiplied || found->is_mixed))
-        return app_warn(
-            host, run->error,
-            "%s: the depth was %s; that is undone (--depth-repair off "
-            "takes it as it is)",
-            path, found->is_premultiplied ? "multiplied by alpha" : "anti-aliased");
+    if (!repaired && depth_fault(found))
+        return app_warn(host, run->error,
+                        "%s: the depth was %s; that is undone (--depth-repair off "
+                        "takes it as it is)",
+                        path, depth_fault(found));
     if (found->is_premultiplied)
         code = app_warn(host, run->error,
                         "%s: the depth was multiplied by alpha; %zu pixels were "
@@ -52,6 +51,13 @@ int filter_say_repaired(const struct run *run, const struct depth_findings *foun
                         "were given the depth of one (--depth-repair off takes it as "
                         "it is)",
                         path, repaired->n_snapped);
+    if (found->is_widened && code == APP_DONE)
+        code = app_warn(host, run->error,
+                        "%s: the depth was wider than what is seen, as the nearest of "
+                        "all that a pixel filter covers is; %zu pixels beside near "
+                        "things were given the depth behind these (--depth-repair off "
+                        "takes it as it is)",
+                        path, repaired->n_narrowed);
     return code;
 }
 
@@ -78,10 +84,10 @@ int filter_repair_depth(struct run *run)
 {
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
-    const float *alpha = source->n_channels == 4 ? run->colour + 3 : NULL;
     struct rf_depth_stats stats = {.size = sizeof(stats)};
     const struct rf_depth_channel channel = {
-        run->depth,    alpha,          4,
+        run->depth,
+        rf_image_packed(run->colour, source->width, source->height, source->n_channels),
         source->width, source->height, run->settings->params.depth_infinity};
     struct depth_findings found;
     struct depth_repaired repaired = {0};

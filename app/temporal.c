@@ -289,13 +289,11 @@ static int mend_depth(const struct run *run, struct neighbour *from)
     const struct source *source = &from->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
     struct rf_depth_stats stats = {.size = sizeof(stats)};
-    struct rf_depth_channel channel = {from->depth,
-                                       source->n_channels == 4 ? from->colour + 3
-                                                               : NULL,
-                                       4,
-                                       source->width,
-                                       source->height,
-                                       run->settings->params.depth_infinity};
+    struct rf_depth_channel channel = {
+        from->depth,
+        rf_image_packed(from->colour, source->width, source->height,
+                        source->n_channels),
+        source->width, source->height, run->settings->params.depth_infinity};
     const bool is_distance = run->settings->params.depth == RF_DEPTH_PLANAR ||
                              run->settings->params.depth == RF_DEPTH_RADIAL;
     rf_depth_undo_mist(from->depth, n, (enum rf_mist)run->tool->mist_falloff);

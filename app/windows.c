@@ -40,7 +40,7 @@ struct windows {
     const struct source *sources; /* of the views */
     int n_views;
     size_t max_bytes;                        /* to hold at a time */
-    bool is_premultiplied, is_mixed;         /* repairs of the depth of a lone view */
+    struct depth_findings found;             /* of the depth of a lone view */
     char made[4096];                         /* what the filter did */
     struct source_description to;            /* the output but for its samples */
     struct image_writer *writer;             /* NULL: not begun, or ended */
@@ -199,7 +199,8 @@ static bool need_rows(struct windows *w, int32_t first, int32_t end,
 static struct rf_window with_margin(const struct windows *w,
                                     const struct rf_window *box)
 {
-    const int32_t margin = w->is_mixed ? RF_DEPTH_SNAP_REACH : 0;
+    const bool are_moved = w->found.is_mixed || w->found.is_widened;
+    const int32_t margin = are_moved ? RF_DEPTH_SNAP_REACH : 0;
     const int32_t x = most(box->x - margin, 0), y = most(box->y - margin, 0);
     return (struct rf_window){x, y, least(box->x + box->width + margin, w->width) - x,
                               least(box->y + box->height + margin, w->height) - y};
@@ -210,7 +211,7 @@ static struct rf_window with_margin(const struct windows *w,
 static bool repaired_depth(struct windows *w, int j, const struct rf_window *box,
                            struct rf_image *depth)
 {
-    size_t n_snapped = 0;
+    struct depth_repaired repaired = {0};
     const struct rf_window whole = with_margin(w, box);
     const size_t row = (size_t)w->width, columns = (size_t)whole.width;
     const size_t n = columns * (size_t)whole.height;
@@ -219,22 +220,19 @@ static bool repaired_depth(struct windows *w, int j, const struct rf_window *box
         w->repaired = app_memory(n, sizeof(float), w->run->error);
         w->n_repaired = w->repaired ? n : 0;
     }
-    for (int32_t y = 0; w->repaired && y < whole.height; y++) {
-        const size_t from =
-            (size_t)(whole.y + y - w->rows.first) * row + (size_t)whole.x;
-        float *to = w->repaired + (size_t)y * columns;
-        memcpy(to, w->depth[j] + from, columns * sizeof(float));
-        if (w->is_premultiplied)
-            rf_depth_divide_by_alpha(&(struct rf_depth_channel){
-                to, w->colour[j] + from * (size_t)w->n_channels + 3, 4, whole.width, 1,
-                w->run->params.depth_infinity});
-    }
-    struct rf_depth_channel channel = {.depth = w->repaired,
-                                       .width = whole.width,
-                                       .height = whole.height,
-                                       .infinity = w->run->params.depth_infinity};
-    if (!w->repaired ||
-        (w->is_mixed && rf_depth_snap(NULL, &channel, &n_snapped, NULL) != RF_OK)) {
+    const size_t first = (size_t)(whole.y - w->rows.first) * row + (size_t)whole.x;
+    for (int32_t y = 0; w->repaired && y < whole.height; y++)
+        memcpy(w->repaired + (size_t)y * columns, w->depth[j] + first + (size_t)y * row,
+               columns * sizeof(float));
+    struct rf_depth_channel channel = {
+        w->repaired,
+        rf_image_packed(w->colour[j] + first * (size_t)w->n_channels, w->width,
+                        whole.height, w->n_channels),
+        whole.width, whole.height, w->run->params.depth_infinity};
+    channel.colour.width = whole.width;
+    if (w->repaired && w->found.is_premultiplied)
+        rf_depth_divide_by_alpha(&channel);
+    if (!w->repaired || !depth_move_edges(&w->found, &channel, &repaired)) {
         app_fail(w->run->error, APP_NO_MEMORY, "out of memory for a window");
         return false;
     }
@@ -263,8 +261,7 @@ static bool view_of(struct windows *w, int j, const struct rf_window *box,
         view.shear_distance = place->shear_distance;
     }
     *found = view;
-    return !(w->is_premultiplied || w->is_mixed) ||
-           repaired_depth(w, j, box, &found->depth);
+    return !depth_fault(&w->found) || repaired_depth(w, j, box, &found->depth);
 }
 
 /* ---- passes over the whole ------------------------------------------------------- */
@@ -283,7 +280,8 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally)
         else
             rf_depth_tally_add(
                 tally, &(struct rf_depth_channel){
-                           w->depth[0], w->n_channels == 4 ? w->colour[0] + 3 : NULL, 4,
+                           w->depth[0],
+                           rf_image_packed(w->colour[0], w->width, n, w->n_channels),
                            w->width, n, w->run->params.depth_infinity});
     }
     drop_rows(w);
@@ -295,7 +293,6 @@ static int judge_depth(struct windows *w)
 {
     struct run *run = w->run;
     struct rf_depth_stats stats = {.size = sizeof(stats)};
-    struct depth_findings found = {0};
     struct rf_depth_tally *tally;
     const struct rf_depth_channel whole = {
         .width = w->width, .height = w->height, .infinity = run->params.depth_infinity};
@@ -309,11 +306,9 @@ static int judge_depth(struct windows *w)
     w->n_views = filter_n_views(run);
     rf_depth_tally_finish(tally, &stats);
     if (code == APP_DONE)
-        code = filter_judge_depth(run, &stats, &found);
+        code = filter_judge_depth(run, &stats, &w->found);
     if (code == APP_DONE)
-        code = filter_say_repaired(run, &found, NULL);
-    w->is_premultiplied = found.is_premultiplied;
-    w->is_mixed = found.is_mixed;
+        code = filter_say_repaired(run, &w->found, NULL);
     return code;
 }
 
@@ -390,7 +385,7 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
         }
     given = (struct rf_window){0, 0, needed->width, needed->height};
     const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
-    const bool is_repaired = w->is_premultiplied || w->is_mixed;
+    const bool is_repaired = depth_fault(&w->found) != NULL;
     const size_t width = (size_t)needed->width + 2 * RF_DEPTH_SNAP_REACH;
     const size_t height = (size_t)needed->height + 2 * RF_DEPTH_SNAP_REACH;
     needed->window_bytes =

@@ -86,20 +86,23 @@ static bool measure_depth(struct info *info, const struct rf_params *params,
                           int n_threads, struct image_error *error)
 {
     const struct source *source = &info->source;
-    const bool has_alpha = source->layer.r >= 0 && source->layer.a >= 0;
+    const bool has_colour = source->layer.r >= 0;
     float *colour = NULL, *depth = NULL;
     bool is_read;
     if (source->info.is_deep && source->layer.r >= 0) {
         is_read = read_deep(info, params, n_threads, &depth, &colour, error);
     } else {
         depth = source_read_depth(source, n_threads, error);
-        if (depth && has_alpha)
+        if (depth && has_colour)
             colour = source_read_colour(source, n_threads, error);
-        is_read = depth && (!has_alpha || colour);
+        is_read = depth && (!has_colour || colour);
     }
+    const struct rf_depth_channel channel = {
+        depth,
+        rf_image_packed(colour, source->width, source->height, source->n_channels),
+        source->width, source->height, info->settings.params.depth_infinity};
     if (is_read && !depth_find(&info->depth, source, &info->settings,
-                               info->has_lens ? &info->lens : NULL, depth,
-                               has_alpha ? colour + 3 : NULL, 4))
+                               info->has_lens ? &info->lens : NULL, &channel))
         is_read = set_error(error, "%s: out of memory", image_path(source->depth));
     if (is_read) {
         info->has_stats = true;

@@ -297,6 +297,10 @@ static void print_depth(const struct info *info)
         printf("  %-20s premultiplied by alpha: %.0f %% of the part-covered pixels; "
                "filter divides by it\n",
                "suspicion", 100 * stats->premultiplied_share);
+    if (info->depth.is_widened)
+        printf("  %-20s wider than what is seen: the last pixels of near things show "
+               "%.0f %% of them; filter gives such pixels the depth behind\n",
+               "suspicion", 100 * stats->near_shares[0]);
     if (info->depth.is_half)
         printf("  %-20s 16 bit: radii come in steps of up to %.2g px\n", "precision",
                info->depth.half_step_px);
@@ -433,6 +437,7 @@ static void json_depth(struct json *json, const struct info *info)
     json_text(json, "reason", reason);
     json_bool(json, "anti_aliased", stats->is_mixed);
     json_bool(json, "premultiplied", stats->is_premultiplied);
+    json_bool(json, "widened", info->depth.is_widened);
     json_number(json, "zero_share", share(info, stats->n_zero));
     json_bool(json, "half", info->depth.is_half);
     json_number(json, "half_step_px", info->depth.half_step_px);

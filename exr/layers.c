@@ -426,10 +426,12 @@ static int find_rival(const struct image_input *input, const char *view,
 /* Names that speak of depth without being one of the usual ones. */
 static bool is_depth_like(const struct name *name)
 {
-    static const char *const bases[] = {"Z", "V", "Y", "R", "X", "red", NULL};
+    static const char *const bases[] = {"Z", "V", "Y", "R", "X", "T", "red", NULL};
     static const char *const words[] = {"distance", "Pz", NULL};
     const char *base = name->base, *layer = name->n ? name->component[name->n - 1] : "";
+    /* Mitsuba's NAME.T of any name. */
     return strcasestr(base, "depth") || is_one_of(base, words) ||
+           (name->n > 0 && strcmp(base, "T") == 0) ||
            ((strcasestr(layer, "depth") || is_one_of(layer, words)) &&
             is_one_of(base, bases));
 }

@@ -5,9 +5,12 @@
  * Averages. A pixel filter that averages depth leaves numbers between two surfaces,
  * where nothing is. Along the row and the column of a pixel the nearest two flat sides
  * are looked for, at most RF_DEPTH_STEP_PIXELS px apart, whose depths differ by
- * RF_DEPTH_STEP_RATIO: what lies between them gets the nearer of the two depths.
+ * RF_DEPTH_STEP_RATIO: what lies between them gets the nearer of the two depths. Thin
+ * things have no flat side; where 0 is behind them, they are 240 px of blur before it.
  *
  * Depth times alpha, as compositing writes it, is divided by alpha.
+ *
+ * Depth that is wider than colours are: depth_edges.c.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -18,11 +21,17 @@
 
 #include "base/context.h"
 #include "base/error.h"
-#include "input/depth_stats.h"
+#include "input/depth_steps.h"
+#include "input/image.h"
 #include "rackfocus/rackfocus.h"
 
 _Static_assert((int)RF_DEPTH_SNAP_REACH == (int)RF_DEPTH_STEP_PIXELS + 1,
                "sides end where a step does");
+
+/* Half of the widest pixel filter, and a pixel: how far averages of a thin thing reach. */
+enum { THIN_PX = 3 };
+
+_Static_assert(2 * (int)THIN_PX <= (int)RF_DEPTH_SNAP_REACH, "what a pixel looks at");
 
 void rf_depth_undo_mist(float *depth, size_t n, enum rf_mist falloff)
 {
@@ -34,18 +43,30 @@ void rf_depth_undo_mist(float *depth, size_t n, enum rf_mist falloff)
     }
 }
 
-size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel)
+/* Of a row of pixels; returns how many changed. */
+static size_t divide_row(const struct rf_image *colour, float *depth, int32_t width,
+                         int32_t y)
 {
-    const size_t n = (size_t)channel->width * (size_t)channel->height;
-    float *depth = channel->depth;
     size_t n_changed = 0;
-    for (size_t i = 0; i < n && channel->alpha; i++) {
-        const float a = channel->alpha[i * channel->alpha_step];
-        if (a >= 1 || isinf(depth[i]))
+    for (int32_t x = 0; x < width; x++) {
+        const float a = *rf_image_at(colour, x, y, 3);
+        if (a >= 1 || isinf(depth[x]))
             continue;
-        depth[i] = a > 0 ? depth[i] / a : 0;
+        depth[x] = a > 0 ? depth[x] / a : 0;
         n_changed++;
     }
+    return n_changed;
+}
+
+size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel)
+{
+    const struct rf_image *colour = &channel->colour;
+    size_t n_changed = 0;
+    for (int32_t y = 0; y < channel->height && colour->data && colour->channels == 4;
+         y++)
+        n_changed +=
+            divide_row(colour, channel->depth + (size_t)y * (size_t)channel->width,
+                       channel->width, y);
     return n_changed;
 }
 
@@ -56,10 +77,21 @@ struct line {
     int32_t n_before, n_behind;
 };
 
+/* Is the end of a side, at `at`, like a pixel across the line, too? Averages with nothing
+ * behind, along a horizon, are flat in one direction only. */
+static bool is_surface(const float *at, const struct line *across)
+{
+    const float z = *at, most = (float)RF_DEPTH_STEP_RATIO;
+    const float before = across->n_before > 0 ? at[-across->step] : z;
+    const float behind = across->n_behind > 0 ? at[across->step] : z;
+    return (before <= most * z && z <= most * before) ||
+           (behind <= most * z && z <= most * behind);
+}
+
 /* The two sides of the step that the pixel lies on, the nearest ones; of two as near
  * the ones of the higher step. `best` has what was found along another line. */
-static void find_sides(const struct line *line, double infinity,
-                       struct rf_depth_step *best)
+static void find_sides(const struct line *line, const struct line *across,
+                       double infinity, struct rf_depth_step *best)
 {
     for (int32_t n = 2; n <= RF_DEPTH_STEP_PIXELS + 1 && n <= best->n; n++)
         for (int32_t k = 1; k < n; k++) {
@@ -70,7 +102,8 @@ static void find_sides(const struct line *line, double infinity,
             struct rf_depth_step found = {.n = n, .n_low = *a < *b ? k : n - k};
             if (rf_depth_find_step(*a, a[-line->step], *b, b[line->step], infinity,
                                    &found) &&
-                (n < best->n || found.high - found.low > best->high - best->low))
+                (n < best->n || found.high - found.low > best->high - best->low) &&
+                is_surface(*a < *b ? a : b, across))
                 *best = found;
         }
 }
@@ -117,6 +150,47 @@ static bool is_flat(const struct line *line)
            fabsf(line->at[line->step] - z) <= alike;
 }
 
+/* The greatest depth of the 3 x 3 pixels around (x, y), which moves there. */
+static float climb(const struct rf_depth_channel *channel, const float *from,
+                   int32_t *x, int32_t *y)
+{
+    const int32_t at_x = *x, at_y = *y;
+    float most = 0;
+    for (int32_t k = at_y - 1; k <= at_y + 1; k++)
+        for (int32_t l = at_x - 1; l <= at_x + 1; l++) {
+            const bool is_inside =
+                k >= 0 && k < channel->height && l >= 0 && l < channel->width;
+            const float v =
+                is_inside ? from[(size_t)k * (size_t)channel->width + (size_t)l] : 0;
+            if (v > most && (double)v < channel->infinity) {
+                most = v;
+                *x = l;
+                *y = k;
+            }
+        }
+    return most;
+}
+
+/* For what lies on no step and is near pixels of 0, where nothing was hit: it may be a thin thing,
+ * whose averages with nothing are too near. So it gets the greatest depth that can be
+ * climbed to, or 0 where it has less than half of that. */
+static float crest_of(const struct rf_depth_channel *channel, const float *from,
+                      int32_t x, int32_t y, float z)
+{
+    bool is_near_nothing = false;
+    for (int32_t k = y - THIN_PX; k <= y + THIN_PX; k++)
+        for (int32_t l = x - THIN_PX; l <= x + THIN_PX; l++)
+            is_near_nothing |=
+                k >= 0 && k < channel->height && l >= 0 && l < channel->width &&
+                from[(size_t)k * (size_t)channel->width + (size_t)l] == 0;
+    float crest = z;
+    for (int32_t i = 0; i < THIN_PX && is_near_nothing; i++)
+        crest = climb(channel, from, &x, &y);
+    if (!(crest > (float)RF_DEPTH_STEP_RATIO * z))
+        return z;
+    return z > crest / 2 ? crest : 0;
+}
+
 /* The depth that pixel i gets. */
 static float snap_pixel(const struct rf_depth_channel *channel, const float *from,
                         int32_t x, int32_t y)
@@ -127,9 +201,11 @@ static float snap_pixel(const struct rf_depth_channel *channel, const float *fro
     struct rf_depth_step step = {.n = RF_DEPTH_STEP_PIXELS + 2};
     if (is_flat(&row) && is_flat(&column))
         return *at;
-    find_sides(&row, channel->infinity, &step);
-    find_sides(&column, channel->infinity, &step);
+    find_sides(&row, &column, channel->infinity, &step);
+    find_sides(&column, &row, channel->infinity, &step);
     const float z = snapped(*at, &step);
+    if (z > 0 && (double)z < channel->infinity && step.n > RF_DEPTH_STEP_PIXELS + 1)
+        return crest_of(channel, from, x, y, z);
     return z < 0 ? least_around(&row, &column, z) : z;
 }
 
@@ -170,6 +246,8 @@ rf_result rf_depth_repair(const struct rf_context *context,
         found.n_divided = rf_depth_divide_by_alpha(channel);
     if (found.is_mixed)
         result = rf_depth_snap(context, channel, &found.n_snapped, error);
+    else if (found.is_widened)
+        result = rf_depth_narrow(context, channel, &found, &found.n_narrowed, error);
     found.size = stats->size;
     memcpy(stats, &found, stats->size < sizeof found ? stats->size : sizeof found);
     return result;

@@ -2,8 +2,6 @@
 /*
  * What a depth channel looks like: its kind, and what was done to it that can be undone.
  */
-#include "input/depth_stats.h"
-
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -14,6 +12,9 @@
 #include "base/context.h"
 #include "base/error.h"
 #include "base/pool.h"
+#include "input/depth_edges.h"
+#include "input/depth_steps.h"
+#include "input/image.h"
 #include "rackfocus/rackfocus.h"
 
 /* Shares from which it is no chance: of steps with averages, of pixels times alpha. */
@@ -28,6 +29,7 @@ struct rf_depth_tally {
     size_t step, n_seen; /* of the pixels, those that the medians are taken of */
     float *hits;
     size_t n_hits, n_steps, n_mixed, n_part, n_scaled;
+    struct rf_edge_sums edges;
 };
 
 struct map {
@@ -120,24 +122,6 @@ static void count_values(const struct map *map, struct rf_depth_stats *stats)
                   stats);
 }
 
-bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
-                        double infinity, struct rf_depth_step *step)
-{
-    const bool is_a_low = a < b;
-    const double slope_a = fabs(a - beyond_a);
-    const double slope_b = fabs(b - beyond_b);
-    const double slope_low = is_a_low ? slope_a : slope_b;
-    const double slope_high = is_a_low ? slope_b : slope_a;
-    step->low = is_a_low ? a : b;
-    step->high = is_a_low ? b : a;
-    const double height = step->high - step->low;
-    /* A height of 1e10 makes all else look flat. */
-    return step->low >= 0 && step->low < infinity && isfinite(step->high) &&
-           step->high >= RF_DEPTH_STEP_RATIO * step->low && height > 0 &&
-           slope_high < 0.05 * height &&
-           slope_low < fmin(0.05 * height, 0.1 * step->low + 1e-30);
-}
-
 /* Does a pixel from `first` to before `end` lie well between both sides? */
 static bool is_mixed_between(const float *row, int32_t first, int32_t end,
                              const struct rf_depth_step *step)
@@ -187,19 +171,20 @@ static void count_mixed(const struct map *map, struct rf_depth_tally *tally)
 
 /* Next to a fully covered pixel, depth times alpha is alpha times that pixel's depth.
  */
-static void count_premultiplied(const struct map *map, const float *alpha,
-                                size_t stride, struct rf_depth_tally *tally)
+static void count_premultiplied(const struct map *map, const struct rf_image *colour,
+                                struct rf_depth_tally *tally)
 {
     for (int32_t y = 0; y < map->height; y++) {
         for (int32_t x = 1; x + 1 < map->width; x++) {
             const size_t i = (size_t)y * (size_t)map->width + (size_t)x;
-            const double a = alpha[i * stride];
+            const double a = *rf_image_at(colour, x, y, 3);
             if (a < 0.1 || a > 0.9)
                 continue;
-            const size_t solid = alpha[(i - 1) * stride] >= 0.999f ? i - 1 : i + 1;
+            const int side = *rf_image_at(colour, x - 1, y, 3) >= 0.999f ? -1 : 1;
+            const size_t solid = side < 0 ? i - 1 : i + 1;
             const double z = map->depth[i], near = map->depth[solid];
-            if (alpha[solid * stride] < 0.999f || !is_hit(map, map->depth[solid]) ||
-                near <= 0)
+            if (*rf_image_at(colour, x + side, y, 3) < 0.999f ||
+                !is_hit(map, map->depth[solid]) || near <= 0)
                 continue;
             tally->n_part++;
             tally->n_scaled += fabs(z - a * near) < 0.05 * near;
@@ -207,10 +192,9 @@ static void count_premultiplied(const struct map *map, const float *alpha,
     }
 }
 
-/* Of at least 20, so that chance does not decide. */
 static double share_of(size_t n_part, size_t n)
 {
-    return n >= 20 ? (double)n_part / (double)n : 0;
+    return n >= RF_DEPTH_FEWEST ? (double)n_part / (double)n : 0;
 }
 
 /* Of depth that is above 1 somewhere. Inverse depth is so only of what is nearer than 1,
@@ -263,20 +247,6 @@ static enum rf_depth guess_kind(const struct rf_depth_stats *stats, double hit_m
     return RF_DEPTH_PLANAR;
 }
 
-/* Memory of the context, or where there is none of the C library. */
-void *rf_depth_take(const struct rf_context *context, size_t count, size_t size)
-{
-    return context ? rf_alloc(context, count, size) : malloc(count * size);
-}
-
-void rf_depth_give_back(const struct rf_context *context, void *memory)
-{
-    if (context)
-        rf_free(context, memory);
-    else
-        free(memory);
-}
-
 rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
                                 const struct rf_context *context,
                                 const struct rf_depth_channel *channel,
@@ -312,8 +282,10 @@ void rf_depth_tally_add(struct rf_depth_tally *tally,
     count_values(&map, &tally->stats);
     keep_hits(&map, tally);
     count_mixed(&map, tally);
-    if (strip->alpha)
-        count_premultiplied(&map, strip->alpha, strip->alpha_step, tally);
+    if (strip->colour.data && strip->colour.channels == 4)
+        count_premultiplied(&map, &strip->colour, tally);
+    if (strip->colour.data)
+        rf_depth_count_edges(strip, &tally->edges);
 }
 
 void rf_depth_tally_finish(struct rf_depth_tally *tally, struct rf_depth_stats *stats)
@@ -327,6 +299,7 @@ void rf_depth_tally_finish(struct rf_depth_tally *tally, struct rf_depth_stats *
     found.premultiplied_share = share_of(tally->n_scaled, tally->n_part);
     found.is_mixed = found.mixed_share > MIXED_SHARE;
     found.is_premultiplied = found.premultiplied_share > PREMULTIPLIED_SHARE;
+    rf_depth_judge_edges(&tally->edges, &found);
     size_t n_zero = 0;
     while (n_zero < tally->n_hits && tally->hits[n_zero] == 0)
         n_zero++;

@@ -12,7 +12,7 @@ ORDER = "base kernels lens input surfaces compose methods api".split()
 # These define nothing but what rackfocus.h declares, or are pieces of kernels.h.
 PUBLIC_ONLY = set(
     """api/accumulator api/context api/deep api/seen_search api/window
-    input/depth_repair lens/lens_points lens/optics kernels/kernels_tmpl""".split()
+    input/depth_repair input/depth_stats lens/lens_points lens/optics kernels/kernels_tmpl""".split()
 )
 
 

@@ -108,6 +108,36 @@ def test_anti_aliased(filtered, seen, filter_px, far):
     assert seen(averaged)["anti_aliased"]
 
 
+@pytest.mark.parametrize("radius", [0.6, 1.2, 2])
+def test_anti_aliased_thin_things_before_nothing(rackfocus, scene, tmp_path, radius):
+    """Averages of what is thin and 0, where nothing was hit, are no distances: lamps at
+    30 would have pixels before the lens, with a blur of the whole picture."""
+
+    def change(channels):
+        height, width = channels["Z"].shape
+        y, x = numpy.mgrid[0:height, 0:width]
+        share = smooth_disc(channels, 14, 2)
+        z = 3 * share
+        for at_x, at_y in ((6, 8.4), (40.3, 4), (90.5, 30.2), (3, 55.7)):
+            lamp = numpy.clip(radius - numpy.hypot(x - at_x, y - at_y) + 0.5, 0, 1)
+            share, z = share + lamp, z + 30 * lamp
+        channels["Z"] = z.astype("f4")
+        for name in "RGB":
+            channels[name] = share.astype("f4")
+
+    coc = tmp_path / "coc.exr"
+    done = rackfocus(
+        "filter", scene(size=SIZE, change=change), "-o", tmp_path / "o.exr", *LENS,
+        "--output-coc", coc, *PLAIN,
+    )  # fmt: skip
+    assert "was anti-aliased" in done.stderr
+    radii = plainexr.read(coc)[0]["Y"]
+    near, lamps, sky = (10 * (1 / 6 - 1 / z) for z in (3, 30, numpy.inf))
+    is_near = abs(radii - near) < 0.01
+    assert 0.8 < is_near.sum() / (numpy.pi * 14**2) < 1.2
+    assert abs(radii[~is_near & (radii < sky - 0.01)] - lamps).max() < 0.3
+
+
 @pytest.mark.parametrize("far", [100, 1e10])
 def test_anti_aliased_by_a_filter_with_negative_lobes(filtered, far):
     """Beside a high step depth is below 0, which is no reason to refuse it."""
@@ -127,6 +157,32 @@ def test_anti_aliased_by_a_filter_with_negative_lobes(filtered, far):
     for name in got:
         assert abs(got[name] - plain[name]).mean() < 5e-4
         assert abs(got[name] - want[name]).mean() < 5e-3
+
+
+def test_the_nearest_depth_of_a_filter(filtered, seen):
+    """Pixels beside a disc in focus that have its depth and show the wall are the wall's."""
+
+    def change(channels, least):
+        share = smooth_disc(channels, filter_px=4)
+        channels["Z"] = numpy.where(share > least, 6, 20).astype("f4")
+        for i, name in enumerate("RGB"):
+            channels[name] = (share * 0.2 * i + (1 - share) * 0.6).astype("f4")
+
+    def change_wide(channels):
+        change(channels, 0)
+
+    got, said = filtered(change_wide)
+    assert "depth was wider than what is seen" in said and "--depth-repair off" in said
+    assert seen(change_wide)["widened"] is True
+    assert seen(lambda c: change(c, 0.5))["widened"] is False
+    want, said = filtered(lambda c: change(c, 0.5))
+    assert said == ""
+    raw, said = filtered(change_wide, "--depth-repair", "off")
+    assert said == ""
+    wrong = [sum(abs(a[c] - want[c]).sum() for c in "RGB") for a in (got, raw)]
+    assert wrong[0] < 0.4 * wrong[1]
+    nearer, said = filtered(change_wide, "--depth", "inverse")
+    assert "wider" not in said and nearer
 
 
 @pytest.mark.parametrize("kind", ["normalised", "buffer", "buffer-reversed"])
@@ -320,6 +376,15 @@ def test_names_of_other_numbers(filtered, name):
     _, said = filtered(renamed(name))
     assert f"the name of its channel, {name}, says" in said
     assert filtered(renamed(name), "--depth", "planar")[1] == ""
+
+
+def test_distances_along_the_ray(filtered):
+    """Mitsuba's: LAYER.T of any layer."""
+    planar, said = filtered(renamed("aov.T"))
+    assert "aov.T" in said and "say --depth radial" in said
+    radial, said = filtered(renamed("aov.T"), "--depth", "radial")
+    assert said == "" and difference(planar, radial) > 0.001
+    assert filtered(renamed("aov.T"), "--depth", "planar")[1] == ""
 
 
 def test_a_position_of_an_unknown_space(filtered):

@@ -107,6 +107,7 @@ NAMES = {
     "no layer": ("{}", "RGB", "linear_depth"),
     "distance": ("beauty.{}", "RGB", "beauty.Distance"),
     "Houdini": ("C.{}", "rgb", "Pz"),
+    "Mitsuba": ("{}", "RGB", "aov.T"),
 }
 
 

@@ -133,8 +133,23 @@ def mix(channels):
     z[:, 1:-1] = numpy.where(is_edge, (z[:, :-2] + z[:, 2:]) / 2, z[:, 1:-1])
 
 
+def widen(channels):
+    """The depth of the nearest sample within a filter of 3 px, the colours' mean."""
+    height, width = channels["Z"].shape
+    y, x = numpy.mgrid[0:height, 0:width]
+    share = numpy.clip((100 - numpy.hypot(x - 150, y % 300 - 150)) / 3 + 0.5, 0, 1)
+    channels["Z"] = numpy.where(share > 0, 3, 12).astype("f4")
+    for i, name in enumerate("RGB"):
+        channels[name] = (0.1 + 0.3 * i * (1 - share) + 0.5 * share).astype("f4")
+
+
 @pytest.mark.parametrize(
-    "change, remark", [(spoil, "multiplied by alpha"), (mix, "anti-aliased")]
+    "change, remark",
+    [
+        (spoil, "multiplied by alpha"),
+        (mix, "anti-aliased"),
+        (widen, "wider than what is seen"),
+    ],
 )
 def test_depth_is_repaired_in_windows(rackfocus, scene, tmp_path, change, remark):
     path = scene(size=(300, 1501), attributes=LENS, change=change)

@@ -8,11 +8,14 @@
 
 enum { WIDTH = 64, HEIGHT = 32, N = WIDTH * HEIGHT };
 
-static float depth[N], truth[N], alpha[N];
+static float depth[N], truth[N], colour[4 * N];
 
-static struct rf_depth_channel channel_of(const float *alphas)
+/* `channels` of the colours, 0: they are not known. */
+static struct rf_depth_channel channel_of(int channels)
 {
-    return (struct rf_depth_channel){depth, alphas, 1, WIDTH, HEIGHT, 1e9};
+    return (struct rf_depth_channel){
+        depth, rf_image_packed(channels ? colour : NULL, WIDTH, HEIGHT, channels),
+        WIDTH, HEIGHT, 1e9};
 }
 
 /* A surface at 2 before one at 10, and a pixel between them that is the mean. */
@@ -29,7 +32,7 @@ static void make_averaged(void)
 
 static void averages_are_found_and_undone(void)
 {
-    struct rf_depth_channel channel = channel_of(NULL);
+    struct rf_depth_channel channel = channel_of(0);
     struct rf_depth_stats stats = {.size = sizeof stats};
     make_averaged();
     REQUIRE(rf_depth_measure(NULL, &channel, &stats, NULL) == RF_OK);
@@ -46,12 +49,13 @@ static void averages_are_found_and_undone(void)
 
 static void depth_times_alpha_is_divided_by_it(void)
 {
-    struct rf_depth_channel channel = channel_of(alpha);
+    struct rf_depth_channel channel = channel_of(4);
     struct rf_depth_stats stats = {.size = sizeof stats};
     for (int i = 0; i < N; i++) {
-        alpha[i] = i % WIDTH == 30 ? 0.4f : i % WIDTH > 30 ? 0 : 1;
-        truth[i] = alpha[i] > 0 ? 4 : 0;
-        depth[i] = 4 * alpha[i];
+        const float alpha = i % WIDTH == 30 ? 0.4f : i % WIDTH > 30 ? 0 : 1;
+        colour[4 * i + 3] = alpha;
+        truth[i] = alpha > 0 ? 4 : 0;
+        depth[i] = 4 * alpha;
     }
     REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
     CHECK(stats.is_premultiplied && stats.n_divided > 0);
@@ -59,14 +63,113 @@ static void depth_times_alpha_is_divided_by_it(void)
         CHECK_NEAR(depth[i], truth[i], 1e-6);
 }
 
+/* How much of a thing of distance 2 is seen in column x: it ends at 20, and a thin one
+ * lies at 40, whose neighbours show a third of it. */
+static float share_at(int x)
+{
+    static const float end[3] = {0.7f, 0.3f, 0.1f}, thin[3] = {0.1f, 0.9f, 0.1f};
+    if (x < 20)
+        return 1;
+    if (x < 23)
+        return end[x - 20];
+    return x >= 39 && x <= 41 ? thin[x - 39] : 0;
+}
+
+/*
+ * Before a far wall whose stripes are `stripe` px wide, `behind` away. The depth is near
+ * where anything of the near thing is seen if `is_wide`, else where most of it is.
+ */
+static void make_edges(int channels, int stripe, float behind, bool is_wide)
+{
+    static const float near[3] = {0.6f, 0.1f, 0.05f}, light[3] = {0.4f, 0.5f, 0.6f};
+    for (int i = 0; i < N; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        const float share = share_at(x), far = (x + 3 * y) / stripe % 2 ? 1 : 0.3f;
+        for (int c = 0; c < channels; c++)
+            colour[i * channels + c] =
+                c == 3 ? 1 : share * near[c] + (1 - share) * far * light[c];
+        truth[i] = share > 0.5f ? 2 : behind;
+        depth[i] = share > (is_wide ? 0 : 0.5f) ? 2 : behind;
+    }
+}
+
+static void wide_depth_is_narrowed(void)
+{
+    static const struct {
+        int channels, stripe;
+        float behind;
+    } cases[] = {
+        {3, 1000, 10}, {4, 1000, 10}, {1, 1000, 10}, {3, 1000, 0}, {4, 1000, INFINITY}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct rf_depth_channel channel = channel_of(cases[i].channels);
+        struct rf_depth_stats stats = {.size = sizeof stats};
+        make_edges(cases[i].channels, cases[i].stripe, cases[i].behind, true);
+        REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
+        CHECK(stats.is_widened && !stats.is_mixed && !stats.is_premultiplied);
+        CHECK(stats.near_shares[0] < 0.2 && stats.near_shares[1] < 0.4);
+        CHECK(stats.n_narrowed == 4 * HEIGHT);
+        CHECK(memcmp(depth, truth, sizeof depth) == 0);
+    }
+}
+
+/* Before stripes that are 4 px wide, what is behind a pixel may have either colour. */
+static void wide_depth_is_narrowed_before_texture(void)
+{
+    struct rf_depth_channel channel = channel_of(3);
+    struct rf_depth_stats stats = {.size = sizeof stats, .near_shares = {0.15, 0.4, 0}};
+    size_t n_changed = 0, n_wrong = 0;
+    make_edges(3, 4, 10, true);
+    REQUIRE(rf_depth_narrow(NULL, &channel, &stats, &n_changed, NULL) == RF_OK);
+    for (int i = 0; i < N; i++)
+        n_wrong += depth[i] != truth[i];
+    CHECK(n_wrong <= 4 * HEIGHT / 6);
+}
+
+static void other_depth_is_not_narrowed(void)
+{
+    struct rf_depth_channel channel = channel_of(3), without = channel_of(0);
+    struct rf_depth_stats stats = {.size = sizeof stats};
+    make_edges(3, 1000, 10, false);
+    REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
+    CHECK(!stats.is_widened && stats.n_narrowed == 0 && stats.near_shares[0] > 0.6);
+    CHECK(memcmp(depth, truth, sizeof depth) == 0);
+    make_edges(3, 1000, 10, true);
+    REQUIRE(rf_depth_measure(NULL, &without, &stats, NULL) == RF_OK);
+    CHECK(!stats.is_widened && isnan(stats.near_shares[0]));
+    CHECK(rf_depth_narrow(NULL, &without, &stats, &stats.n_narrowed, NULL) ==
+          RF_ERROR_ARGUMENT);
+}
+
+/* Slants and what has the colour of what is behind it stay as they are. */
+static void what_nothing_tells_stays(void)
+{
+    struct rf_depth_channel channel = channel_of(3);
+    struct rf_depth_stats stats = {.size = sizeof stats,
+                                   .near_shares = {0.2, 0.6, 0.02}};
+    size_t n_changed = 0;
+    for (int i = 0; i < N; i++) {
+        truth[i] = depth[i] = powf(1.2f, (float)(i % WIDTH));
+        for (int c = 0; c < 3; c++)
+            colour[3 * i + c] = (float)(i % WIDTH) / WIDTH;
+    }
+    REQUIRE(rf_depth_narrow(NULL, &channel, &stats, &n_changed, NULL) == RF_OK);
+    CHECK(n_changed == 0 && memcmp(depth, truth, sizeof depth) == 0);
+    make_edges(3, 1000, 10, true);
+    for (int i = 0; i < 3 * N; i++)
+        colour[i] = 0.5f;
+    REQUIRE(rf_depth_narrow(NULL, &channel, &stats, &n_changed, NULL) == RF_OK);
+    /* As often as not, the last pixel of the near depth shows what is behind it. */
+    CHECK(n_changed == 3 * HEIGHT);
+}
+
 /* In strips of any height the same is measured, but for steps across their borders,
  * along which none is looked for. */
 static void strips_add_up(void)
 {
-    struct rf_depth_channel channel = channel_of(NULL);
+    struct rf_depth_channel channel = channel_of(3);
     struct rf_depth_stats whole = {.size = sizeof whole}, sum = {.size = sizeof sum};
     struct rf_depth_tally *tally;
-    make_averaged();
+    make_edges(3, 1000, 10, true);
     depth[5] = NAN;
     depth[7] = INFINITY;
     depth[9] = -1;
@@ -75,6 +178,7 @@ static void strips_add_up(void)
     for (int y = 0; y < HEIGHT; y += 5) {
         struct rf_depth_channel strip = channel;
         strip.depth += y * WIDTH;
+        strip.colour.data = colour + 3 * y * WIDTH;
         strip.height = HEIGHT - y < 5 ? HEIGHT - y : 5;
         rf_depth_tally_add(tally, &strip);
     }
@@ -82,6 +186,8 @@ static void strips_add_up(void)
     CHECK(whole.n_nan == 1 && whole.n_no_hit == 1 && whole.n_negative == 1);
     CHECK(whole.n_pixels == sum.n_pixels && sum.n_nan == 1 && sum.n_no_hit == 1);
     CHECK(whole.median == sum.median && whole.mixed_share == sum.mixed_share);
+    CHECK(whole.is_widened && sum.is_widened);
+    CHECK(memcmp(whole.near_shares, sum.near_shares, sizeof sum.near_shares) == 0);
     CHECK(whole.min == sum.min && whole.max == sum.max && whole.kind == sum.kind);
 }
 
@@ -96,7 +202,7 @@ static void mist_becomes_linear(void)
 
 static void wrong_arguments_are_errors(void)
 {
-    struct rf_depth_channel channel = channel_of(NULL), none = {.width = 0};
+    struct rf_depth_channel channel = channel_of(0), none = {.width = 0};
     struct rf_depth_stats stats = {.size = 0};
     struct rf_depth_tally *tally;
     struct rf_error error;
@@ -110,7 +216,7 @@ static void wrong_arguments_are_errors(void)
 static void memory_comes_from_the_context(void)
 {
     struct rf_context *context;
-    struct rf_depth_channel channel = channel_of(NULL);
+    struct rf_depth_channel channel = channel_of(0);
     struct rf_depth_stats stats = {.size = sizeof stats};
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     make_averaged();
@@ -123,6 +229,10 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(averages_are_found_and_undone);
+    TEST(wide_depth_is_narrowed);
+    TEST(wide_depth_is_narrowed_before_texture);
+    TEST(other_depth_is_not_narrowed);
+    TEST(what_nothing_tells_stays);
     TEST(depth_times_alpha_is_divided_by_it);
     TEST(strips_add_up);
     TEST(mist_becomes_linear);

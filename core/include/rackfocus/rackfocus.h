@@ -736,13 +736,12 @@ RF_API rf_result rf_deep_flatten(const struct rf_filter *filter,
 
 /* ---- depth as renderers write it ----------------------------------------------- */
 
-/** A depth channel in memory, packed row by row, and the alpha beside it. Since 0.1. */
+/** A depth channel in memory, packed row by row, and the colours beside it. Since 0.1. */
 struct rf_depth_channel {
-    float *depth;          /**< width * height numbers, as params.depth says */
-    const float *alpha;    /**< of the same pixels; NULL: there is none */
-    size_t alpha_step;     /**< floats from one pixel's alpha to the next, 4 in RGBA */
-    int32_t width, height; /**< px */
-    double infinity;       /**< depth from here on means that nothing was hit */
+    float *depth;           /**< width * height numbers, as params.depth says */
+    struct rf_image colour; /**< of the same pixels; data NULL: not known */
+    int32_t width, height;  /**< px */
+    double infinity;        /**< depth from here on means that nothing was hit */
 };
 
 /** What a depth channel looks like, and whether it can be used as it is. Since 0.1. */
@@ -756,11 +755,16 @@ struct rf_depth_stats {
     double inner_median; /**< the same without exact 0 and 1; NAN: there are none */
     double mixed_share;  /**< of depth steps, those with averages between the sides */
     double premultiplied_share; /**< of part-covered pixels, those scaled by alpha */
-    int32_t kind;               /**< enum rf_depth that fits best */
-    const char *kind_reason;    /**< why, half a sentence; static */
-    bool is_mixed;         /**< a pixel filter averaged depths: see rf_depth_snap() */
-    bool is_premultiplied; /**< see rf_depth_divide_by_alpha() */
+    /** How much of the near side's colour the last pixel of a near depth has, that before
+     * it, and the first of the far depth: means over depth steps in rows; NAN: too few */
+    double near_shares[3];
+    int32_t kind;            /**< enum rf_depth that fits best */
+    const char *kind_reason; /**< why, half a sentence; static */
+    bool is_mixed;           /**< a pixel filter averaged depths: see rf_depth_snap() */
+    bool is_premultiplied;   /**< see rf_depth_divide_by_alpha() */
+    bool is_widened; /**< near depth reaches over far colours: rf_depth_narrow() */
     size_t n_divided, n_snapped; /**< pixels that rf_depth_repair() has changed */
+    size_t n_narrowed;           /**< likewise, those that showed what is behind */
 };
 
 /**
@@ -793,15 +797,16 @@ RF_API void rf_depth_tally_finish(struct rf_depth_tally *tally,
 /**
  * Undoes in place what can be undone of a depth of kind planar or radial: a depth that
  * was multiplied by alpha is divided by it, pixels whose depth was averaged between two
- * sides get that of one. Measures first; `stats` receives what was found and done.
+ * sides get that of one, and those that show what is behind their depth that of it.
+ * Measures first; `stats` receives what was found and done.
  * Errors as rf_depth_measure(). Since 0.1.
  */
 RF_API rf_result rf_depth_repair(const struct rf_context *context,
                                  struct rf_depth_channel *channel,
                                  struct rf_depth_stats *stats, struct rf_error *error);
 
-/** Divides depth by alpha in place; 0 where that is 0. Returns how many pixels
- * changed. Since 0.1. */
+/** Divides depth by alpha, the fourth channel of the colours, in place; 0 where that is
+ * 0. Returns how many pixels changed. Since 0.1. */
 RF_API size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel);
 
 /** How far away pixels decide on what rf_depth_snap() gives one, px. Since 0.1. */
@@ -816,6 +821,18 @@ enum { RF_DEPTH_SNAP_REACH = 7 };
 RF_API rf_result rf_depth_snap(const struct rf_context *context,
                                struct rf_depth_channel *channel, size_t *n_changed,
                                struct rf_error *error);
+
+/**
+ * Gives pixels whose depth is that of a near thing, but whose colour is that of what is
+ * behind it, the depth behind, in place; *n_changed is raised by how many. `stats` is
+ * what rf_depth_measure() found in the whole picture, whose kind is planar or radial.
+ * What a pixel gets depends on those within RF_DEPTH_SNAP_REACH in its row and its
+ * column. Errors as rf_depth_measure(); the channel has no colours. Since 0.1.
+ */
+RF_API rf_result rf_depth_narrow(const struct rf_context *context,
+                                 struct rf_depth_channel *channel,
+                                 const struct rf_depth_stats *stats, size_t *n_changed,
+                                 struct rf_error *error);
 
 /** How Blender's Mist pass falls off over t, 0 at its start to 1 at its end. */
 enum rf_mist {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Steps of a depth channel, for who measures and who mends them. */
-#ifndef RF_INPUT_DEPTH_STATS_H
-#define RF_INPUT_DEPTH_STATS_H
+#ifndef RF_INPUT_DEPTH_STEPS_H
+#define RF_INPUT_DEPTH_STEPS_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,6 +15,9 @@
  */
 #define RF_DEPTH_STEP_RATIO 1.3
 enum { RF_DEPTH_STEP_PIXELS = 6 };
+
+/* Of steps or pixels: fewer tell nothing of a picture but by chance. */
+enum { RF_DEPTH_FEWEST = 20 };
 
 struct rf_depth_step {
     double low, high; /* depths of the sides */
