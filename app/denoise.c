@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "denoise_grain.h"
 #include "denoise_lamps.h"
 #include "library.h"
 #include "report.h"
@@ -23,6 +24,7 @@ struct denoiser {
     void *device;
     enum denoise_quality quality;
     int n_threads;
+    bool is_smeared; /* the grain: see denoise_judge_grain() */
     void *(*new_device)(int type);
     void (*commit_device)(void *device);
     void (*release_device)(void *device);
@@ -161,17 +163,27 @@ void denoise_free_guides(struct denoise_guides *guides)
     *guides = (struct denoise_guides){0};
 }
 
+/* Every step-th pixel of every step-th row of a picture, from (x, y) on. */
+struct part {
+    const struct denoise_picture *picture;
+    size_t x, y, step;
+};
+
 static void set_packed(struct denoiser *d, void *filter, const char *name,
-                       float *samples, const struct denoise_picture *picture)
+                       float *samples, const struct part *part)
 {
+    const size_t width = (size_t)part->picture->width, step = part->step;
+    const size_t height = (size_t)part->picture->height, pixel = 3 * sizeof(float);
     if (samples)
-        d->set_image(filter, name, samples, OIDN_FORMAT_FLOAT3, (size_t)picture->width,
-                     (size_t)picture->height, 0, 0, 0);
+        d->set_image(
+            filter, name, samples, OIDN_FORMAT_FLOAT3,
+            (width - part->x + step - 1) / step, (height - part->y + step - 1) / step,
+            (part->y * width + part->x) * pixel, step * pixel, step * width * pixel);
 }
 
 /* Runs a filter that has its images, and releases it. */
-static bool execute(struct denoiser *d, void *filter,
-                    const struct denoise_picture *picture, struct image_error *error)
+static bool execute(struct denoiser *d, void *filter, const struct part *part,
+                    struct image_error *error)
 {
     const char *text = NULL;
     if (d->quality != DENOISE_HIGH) /* which it has by default, and always had */
@@ -181,43 +193,78 @@ static bool execute(struct denoiser *d, void *filter,
     d->release_filter(filter);
     if (d->get_error(d->device, &text) == 0)
         return true;
-    return set_error(error, "%s: Open Image Denoise failed: %s", picture->path,
+    return set_error(error, "%s: Open Image Denoise failed: %s", part->picture->path,
                      text ? text : "without a reason");
 }
 
-bool denoise_clean_guides(struct denoiser *d, const struct denoise_picture *picture,
-                          struct denoise_guides *guides, struct image_error *error)
+/* What a filter has to work on; `rgb` NULL: the guides alone. */
+struct job {
+    float *rgb;
+    const struct denoise_guides *guides; /* may be NULL */
+};
+
+/* Runs over the parts of a picture, or all of it. */
+static bool run_parts(struct denoiser *d, const struct denoise_picture *picture,
+                      const struct job *job,
+                      bool (*run)(struct denoiser *d, const struct part *part,
+                                  const struct job *job, struct image_error *error),
+                      struct image_error *error)
 {
-    float *const samples[] = {guides->albedo, guides->normal};
+    const bool is_one = !d->is_smeared || picture->width < 2 || picture->height < 2;
+    const size_t step = is_one ? 1 : 2;
+    for (size_t y = 0; y < step; y++)
+        for (size_t x = 0; x < step; x++)
+            if (!run(d, &(struct part){picture, x, y, step}, job, error))
+                return false;
+    return true;
+}
+
+void denoise_judge_grain(struct denoiser *d, const struct denoise_picture *picture,
+                         const struct denoise_guides *guides)
+{
+    d->is_smeared = denoise_is_smeared(picture, guides);
+}
+
+static bool clean_part(struct denoiser *d, const struct part *part,
+                       const struct job *job, struct image_error *error)
+{
+    float *const samples[] = {job->guides->albedo, job->guides->normal};
     static const char *const names[] = {"albedo", "normal"};
     for (int i = 0; i < 2; i++) {
         if (!samples[i])
             continue;
         void *filter = d->new_filter(d->device, "RT");
-        set_packed(d, filter, names[i], samples[i], picture);
-        set_packed(d, filter, "output", samples[i], picture);
-        if (!execute(d, filter, picture, error))
+        set_packed(d, filter, names[i], samples[i], part);
+        set_packed(d, filter, "output", samples[i], part);
+        if (!execute(d, filter, part, error))
             return false;
     }
-    guides->are_clean = true;
     return true;
 }
 
-/* Filters packed RGB in place. */
-static bool run_filter(struct denoiser *d, const struct denoise_picture *picture,
-                       float *rgb, const struct denoise_guides *guides,
-                       struct image_error *error)
+bool denoise_clean_guides(struct denoiser *d, const struct denoise_picture *picture,
+                          struct denoise_guides *guides, struct image_error *error)
 {
+    const struct job job = {.guides = guides};
+    guides->are_clean = run_parts(d, picture, &job, clean_part, error);
+    return guides->are_clean;
+}
+
+/* Filters packed RGB in place. */
+static bool filter_part(struct denoiser *d, const struct part *part,
+                        const struct job *job, struct image_error *error)
+{
+    const struct denoise_guides *guides = job->guides;
     void *filter = d->new_filter(d->device, "RT");
-    set_packed(d, filter, "color", rgb, picture);
-    set_packed(d, filter, "output", rgb, picture);
+    set_packed(d, filter, "color", job->rgb, part);
+    set_packed(d, filter, "output", job->rgb, part);
     if (guides && guides->albedo) {
-        set_packed(d, filter, "albedo", guides->albedo, picture);
-        set_packed(d, filter, "normal", guides->normal, picture);
+        set_packed(d, filter, "albedo", guides->albedo, part);
+        set_packed(d, filter, "normal", guides->normal, part);
         d->set_bool(filter, "cleanAux", guides->are_clean);
     }
     d->set_bool(filter, "hdr", true);
-    return execute(d, filter, picture, error);
+    return execute(d, filter, part, error);
 }
 
 bool denoise_picture(struct denoiser *d, const struct denoise_picture *picture,
@@ -235,7 +282,8 @@ bool denoise_picture(struct denoiser *d, const struct denoise_picture *picture,
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++)
             rgb[3 * i + c] = picture->samples[n_channels * i + (c < n_colours ? c : 0)];
-    const bool is_done = run_filter(d, picture, rgb, guides, error) &&
+    const struct job job = {rgb, guides};
+    const bool is_done = run_parts(d, picture, &job, filter_part, error) &&
                          denoise_keep_lamps(picture, rgb, d->n_threads, error);
     for (size_t i = 0; i < n && is_done; i++)
         for (size_t c = 0; c < n_colours; c++)

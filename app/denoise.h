@@ -55,6 +55,16 @@ struct denoise_picture {
 };
 
 /*
+ * Looks whether the grain of a picture is smeared over pixels (denoise_grain.h), and has
+ * all that is denoised afterwards taken apart where it is: every second pixel of every second row is a picture
+ * of its own, whose grain OIDN knows as such. Call it with samples and guides as they
+ * were rendered. Worth 7.5 dB of 4 samples, 1.6 of 64 (docs/notebook/renderers.md).
+ */
+void denoise_judge_grain(struct denoiser *denoiser,
+                         const struct denoise_picture *picture,
+                         const struct denoise_guides *guides);
+
+/*
  * Takes the grain out of the guides of a picture, in place, as Cycles does by default
  * ("Prefilter: Accurate"). For the host's own lens, whose albedo and normals have the
  * grain of the lens: worth 0 to 3 dB at 64 samples, 6 on a plain floor. Those of a

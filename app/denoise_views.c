@@ -257,8 +257,12 @@ int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
 {
     const int n = views->share.n;
     views->n_shared = 0;
-    if (have_albedos(&views->share))
+    if (have_albedos(&views->share)) {
+        const struct denoise_picture first =
+            picture_of(views, 0, (float *)views->share.views[0].samples);
+        denoise_judge_grain(denoiser, &first, &views->share.views[0].guides);
         return denoise_by_guides(denoiser, views, made, error);
+    }
     for (int j = 0; j < n; j++) {
         if (!denoise_by_colours(denoiser, views, j, made[j], error))
             return app_code_of(error);

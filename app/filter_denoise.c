@@ -33,8 +33,11 @@ static int denoise_source(struct run *run, struct denoiser *denoiser,
     const struct denoise_picture picture = {samples, source->width, source->height,
                                             source->n_channels,
                                             image_path(source->colour)};
-    bool is_done = denoise_read_guides(source, run->n_threads, &guides, run->error) &&
-                   denoise_picture(denoiser, &picture, &guides, run->error);
+    bool is_done = denoise_read_guides(source, run->n_threads, &guides, run->error);
+    if (is_done) {
+        denoise_judge_grain(denoiser, &picture, &guides);
+        is_done = denoise_picture(denoiser, &picture, &guides, run->error);
+    }
     denoise_free_guides(&guides);
     return code_of(run, is_done);
 }

@@ -222,6 +222,7 @@ static int denoise_by_own(struct finish *f)
 {
     const struct denoise_picture picture = {f->rgb, f->own.width, f->own.height, 3,
                                             image_path(f->own.colour)};
+    denoise_judge_grain(f->denoiser, &picture, &f->guides);
     if (!denoise_clean_guides(f->denoiser, &picture, &f->guides, f->error) ||
         !denoise_picture(f->denoiser, &picture, &f->guides, f->error))
         return app_code_of(f->error);

@@ -261,6 +261,11 @@ bool finish_mix(struct denoiser *denoiser, const struct finish_picture *p,
     const struct room room = {all, all + 3 * n, all + 6 * n, all + 9 * n, all + 12 * n};
     const struct planes planes = {free_planes, free_planes + n, free_planes + 2 * n,
                                   free_planes + 3 * n, free_planes + 4 * n};
+    const struct denoise_picture own = {(float *)p->own, p->width, p->height, 3,
+                                        p->name};
+    denoise_judge_grain(denoiser, &own,
+                        &(struct denoise_guides){.albedo = (float *)p->albedo,
+                                                 .normal = (float *)p->normal});
     memset(room.sum, 0, 3 * n * sizeof(float));
     const bool is_done = denoise_own(denoiser, p, &room, error);
     for (int c = 0; c < 3 && is_done; c++)

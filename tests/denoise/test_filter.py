@@ -99,6 +99,43 @@ def test_guides_beside_the_colour_are_used(clean, tmp_path):
     assert errors["arnold"] < 0.6 * errors["none"], errors
 
 
+def smeared(v):
+    """What a pixel filter makes of it that spreads samples over their neighbours."""
+    for axis in (0, 1):
+        v = (np.roll(v, 1, axis) + 2 * v + np.roll(v, -1, axis)) / 4
+    return v
+
+
+def make_smeared(tmp_path, spread, height=99, width=160):
+    """A textured wall, in focus, with much grain: without it, and the file."""
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    albedo = np.repeat((0.3 + 0.4 * ((x // 32 + y // 32) % 2))[..., None], 3, -1)
+    noise = np.random.default_rng(2).normal(0, 0.3, albedo.shape)
+    noisy = np.maximum(spread(albedo + noise), 0)
+    planes = [noisy, np.full((height, width, 1), 10.0), spread(albedo)]
+    planes.append(np.broadcast_to([0.0, 0.0, 1.0], albedo.shape))
+    names = [*"RGBZ", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
+    path = tmp_path / "noisy.exr"
+    return spread(albedo), write(path, np.concatenate(planes, -1), names)
+
+
+def test_grain_that_a_pixel_filter_smeared(clean, tmp_path):
+    """The denoiser would take it for texture; nearly all of it goes."""
+    truth, path = make_smeared(tmp_path, smeared)
+    out = tmp_path / "out.exr"
+    lens = ["--focus-distance", "10", "--lens-radius", "0", "--focal-length-px", "100"]
+    errors = []
+    for options in ([], ["--denoise"]):
+        clean("filter", path, "-o", out, "--type", "float", *lens, *options)
+        errors.append(
+            np.square(read(out)[0][4:-4, 4:-4, :3] - truth[4:-4, 4:-4]).mean()
+        )
+    assert errors[1] < 0.1 * errors[0], errors
+    clean("finish", path, "-o", out, "--type", "float")
+    own = np.square(read(out)[0][4:-4, 4:-4, :3] - truth[4:-4, 4:-4]).mean()
+    assert own < 0.1 * errors[0], (own, errors)
+
+
 def test_what_is_not_finite_is_still_refused(clean, tmp_path):
     pixels, names = read(POSTS)
     pixels[3, 4, names.index("G")] = np.nan
