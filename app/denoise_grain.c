@@ -5,19 +5,24 @@
  * in pixels side by side, which OIDN leaves as it is: it takes it for texture. With t the square root of
  * light within 0 to 1, in blocks of 8 x 8 px of plain surfaces (albedo and normals tell),
  *
- *   q = mean of (t[x-1] - 2 t[x] + t[x+1])^2 / mean of (t[x-2] - 2 t[x] + t[x+2])^2
+ *   s_k = mean of (t[x-k] - 2 t[x] + t[x+k])^2
  *
- * which shading that changes steadily leaves alone. Medians: Cycles, LuxCore and Mitsuba
- * with a box filter 0.93 to 1.03, Mitsuba with its Gaussian 0.49 to 0.50. Ours.
+ * is of grain alone where shading changes steadily, and the same for all k where that is
+ * of single pixels. Grain that neighbours share has a small s_1 / s_2, but an s_3 / s_2
+ * near 1, which light that has a pattern seldom has. Medians of s_1 / s_2 over blocks:
+ * Cycles, LuxCore and Mitsuba with a box filter 0.93 to 1.03, Mitsuba with its Gaussian
+ * 0.49 to 0.50. Ours.
  */
 #include "denoise_grain.h"
 
 #include <math.h>
 #include <stddef.h>
 
-/* MOST_RATIO: between both. GRAIN, of t squared: smooth pictures have texture and shading
- * alone, of 3e-5 and less. PLAIN: standard deviations. */
-static const float MOST_RATIO = 0.75f, GRAIN = 1e-4f;
+/* Means of s_1 / s_2 and s_3 / s_2 over the blocks: 1/3 is grain of 2 x 2 px. GRAIN, of t
+ * squared: smooth pictures have texture and shading alone, of 3e-5 and less. */
+static const double NEAR[2] = {0.3, 0.75}, FAR[2] = {0.75, 1.33};
+static const float GRAIN = 1e-4f;
+/* Standard deviations of plain surfaces. */
 static const float PLAIN_ALBEDO = 0.01f, PLAIN_NORMAL = 0.02f;
 
 /* Of t: darker and brighter blocks have clipped grain. */
@@ -79,39 +84,47 @@ static float differences(const float t[SIDE], int step)
     return sum / (float)(SIDE - 2 * step);
 }
 
-/* q of a block; 0 where it has nothing to tell. */
-static float ratio_of(const struct block *block)
+/* Blocks, and sums of their s_1 / s_2 and s_3 / s_2. */
+struct tally {
+    size_t n;
+    double near, far;
+};
+
+/* Counts a block, unless it has nothing to tell. */
+static void count_block(const struct block *block, struct tally *tally)
 {
     const size_t n_colours = block->picture->n_channels >= 3 ? 3 : 1;
-    float near = 0, far = 0, t[SIDE];
+    float s[4] = {0}, t[SIDE];
     for (int y = 0; y < SIDE; y++)
         for (size_t c = 0; c < n_colours; c++) {
             if (!read_row(block, y, c, t))
-                return 0;
-            near += differences(t, 1);
-            far += differences(t, 2);
+                return;
+            for (int k = 1; k <= 3; k++)
+                s[k] += differences(t, k);
         }
-    const float n = (float)(SIDE * n_colours);
     /* Grain of variance v that is not smeared has 6 v. */
-    return far > 6 * GRAIN * n ? near / far : 0;
+    if (!(s[2] > 6 * GRAIN * (float)(SIDE * n_colours)))
+        return;
+    tally->n++;
+    tally->near += (double)(s[1] / s[2]);
+    tally->far += (double)(s[3] / s[2]);
 }
 
 bool denoise_is_smeared(const struct denoise_picture *picture,
                         const struct denoise_guides *guides)
 {
-    size_t n_blocks = 0, n_smeared = 0;
+    struct tally tally = {0};
     if (!guides || !guides->albedo)
         return false;
     for (int y = 0; y + SIDE <= picture->height; y += SIDE)
         for (int x = 0; x + SIDE <= picture->width; x += SIDE) {
             const struct block block = {picture,
                                         (size_t)y * (size_t)picture->width + (size_t)x};
-            if (!is_plain(&block, guides->albedo, PLAIN_ALBEDO) ||
-                !is_plain(&block, guides->normal, PLAIN_NORMAL))
-                continue;
-            const float ratio = ratio_of(&block);
-            n_blocks += ratio > 0;
-            n_smeared += ratio > 0 && ratio < MOST_RATIO;
+            if (is_plain(&block, guides->albedo, PLAIN_ALBEDO) &&
+                is_plain(&block, guides->normal, PLAIN_NORMAL))
+                count_block(&block, &tally);
         }
-    return n_blocks >= FEWEST_BLOCKS && 2 * n_smeared > n_blocks;
+    const double near = tally.near / (double)tally.n, far = tally.far / (double)tally.n;
+    return tally.n >= FEWEST_BLOCKS && near > NEAR[0] && near < NEAR[1] &&
+           far > FAR[0] && far < FAR[1];
 }

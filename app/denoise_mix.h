@@ -21,12 +21,13 @@ struct denoise_merges {
 
 /*
  * Gives the grain of view `index` random signs: clean + s (grainy - clean) + 0.25, at
- * least 0, into `grainy`; s is 1 or -1, the same for all channels of a pixel. What differs in the
- * same way in many pixels and views is grain no more; grain stays as strong. Alpha stays
- * as it is. All values are finite. n: pixels.
+ * least 0, into `grainy`; s is 1 or -1, the same for all channels of a pixel, and for
+ * 4 x 4 px where pixels side by side have grain that is alike. What differs in the same
+ * way in many pixels and views is grain no more; grain stays as strong. Alpha stays as it
+ * is. All values are finite.
  */
-void denoise_flip(float *grainy, const float *clean, size_t n, int n_channels,
-                  int index);
+void denoise_flip(float *grainy, const float *clean, int32_t width, int32_t height,
+                  int n_channels, int index);
 
 /* False where memory is missing: `clean` is then what it was. */
 bool denoise_mix(const struct denoise_merges *merges, struct image_error *error);

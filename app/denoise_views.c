@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "denoise_seeds.h"
 #include "report.h"
 
 /*
@@ -212,6 +213,8 @@ static int denoise_by_guides(struct denoiser *denoiser, struct denoise_views *vi
         else if (!go_on(views, j + 1, n > 1 ? 2 * n : n))
             code = APP_INTERRUPTED;
     }
+    if (code == APP_DONE)
+        views->have_one_seed = denoise_have_one_seed(&views->share, made);
     if (code == APP_DONE && n > 1)
         code = add_all_left(denoiser, views, guides, made, error);
     for (int j = 0; guides && j < n; j++)
@@ -257,6 +260,7 @@ int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
 {
     const int n = views->share.n;
     views->n_shared = 0;
+    views->have_one_seed = false;
     if (have_albedos(&views->share)) {
         const struct denoise_picture first =
             picture_of(views, 0, (float *)views->share.views[0].samples);
@@ -269,5 +273,6 @@ int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
         if (!go_on(views, j + 1, n))
             return APP_INTERRUPTED;
     }
+    views->have_one_seed = denoise_have_one_seed(&views->share, made);
     return APP_DONE;
 }

@@ -15,7 +15,8 @@ struct denoise_views {
     const char *const *names;                      /* of each view, for errors */
     bool (*progress)(void *user, double fraction); /* false: stop; may be NULL */
     void *user;
-    double n_shared; /* result: views that show a pixel the same, on average */
+    double n_shared;    /* result: views that show a pixel the same, on average */
+    bool have_one_seed; /* result: denoise_have_one_seed() */
 };
 
 /*

@@ -13,6 +13,7 @@
 
 #include "denoise.h"
 #include "denoise_mix.h"
+#include "denoise_seeds.h"
 #include "denoise_views.h"
 #include "filter_private.h"
 #include "interrupt.h"
@@ -116,16 +117,18 @@ static int denoise_shared(struct run *run, struct denoiser *denoiser,
         code = denoise_opened(run, denoiser, &views, made);
     close_share(&views.share);
     app_end(run->tool->host);
+    if (code == APP_DONE && views.have_one_seed)
+        code = app_warn(run->tool->host, run->error, "%s: " DENOISE_ONE_SEED,
+                        image_path(run->source.colour));
     return code;
 }
 
 /* Gives the grain of the views random signs; made[j]: view j without it. */
 static void flip_views(struct run *run, float *const *made)
 {
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
     for (int j = 0; j < run->views.n; j++)
-        denoise_flip(run->views.views[j].colour.data, made[j], n,
-                     run->source.n_channels, j);
+        denoise_flip(run->views.views[j].colour.data, made[j], run->source.width,
+                     run->source.height, run->source.n_channels, j);
 }
 
 /* With room for pictures in `grainy` and `flipped`, and for view j in made[j]. */

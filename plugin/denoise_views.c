@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "denoise_seeds.h"
 #include "denoise_views.h"
 #include "report.h"
 
@@ -208,6 +209,9 @@ static PyObject *denoise(struct job *job, const struct module_state *state,
     for (int j = 0; j < job->n_outs; j++)
         plugin_copy_pixels(&job->outs[j].image, job->outs[j].image.channels,
                            job->made[j], true);
+    if (job->work.have_one_seed &&
+        PyErr_WarnEx(PyExc_UserWarning, DENOISE_ONE_SEED, 1) < 0)
+        return NULL;
     return PyFloat_FromDouble(job->work.n_shared);
 }
 

@@ -41,8 +41,8 @@ static int flip(struct job *job, int j)
     float *clean = plugin_packed(image, image->channels);
     if (!clean)
         return -1;
-    denoise_flip(job->flipped[j], clean, (size_t)image->width * (size_t)image->height,
-                 image->channels, j);
+    denoise_flip(job->flipped[j], clean, image->width, image->height, image->channels,
+                 j);
     free(clean);
     return 0;
 }

@@ -4,6 +4,7 @@
 import os
 
 import numpy as np
+import OpenImageIO as oiio
 from conftest import REFERENCES, read, write
 
 POSTS = REFERENCES / "posts_pinhole.exr"
@@ -102,15 +103,30 @@ def test_guides_beside_the_colour_are_used(clean, tmp_path):
 def smeared(v):
     """What a pixel filter makes of it that spreads samples over their neighbours."""
     for axis in (0, 1):
-        v = (np.roll(v, 1, axis) + 2 * v + np.roll(v, -1, axis)) / 4
+        v = (np.roll(v, 1, axis) + 4 * v + np.roll(v, -1, axis)) / 6
     return v
+
+
+def write_with(path, pixels, names, facts):
+    """Writes channels of floats with some attributes, of two numbers or one."""
+    spec = oiio.ImageSpec(*pixels.shape[1::-1], len(names), "float")
+    spec.channelnames = tuple(names)
+    for name, value in facts.items():
+        if isinstance(value, tuple):
+            spec.attribute(name, oiio.TypeDesc(oiio.FLOAT, oiio.VEC2), value)
+        else:
+            spec.attribute(name, value)
+    out = oiio.ImageOutput.create(str(path))
+    assert out.open(str(path), spec)
+    assert out.write_image(np.ascontiguousarray(pixels, np.float32)) and out.close()
+    return path
 
 
 def make_smeared(tmp_path, spread, height=99, width=160):
     """A textured wall, in focus, with much grain: without it, and the file."""
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     albedo = np.repeat((0.3 + 0.4 * ((x // 32 + y // 32) % 2))[..., None], 3, -1)
-    noise = np.random.default_rng(2).normal(0, 0.3, albedo.shape)
+    noise = np.random.default_rng(2).normal(0, 0.12, albedo.shape)
     noisy = np.maximum(spread(albedo + noise), 0)
     planes = [noisy, np.full((height, width, 1), 10.0), spread(albedo)]
     planes.append(np.broadcast_to([0.0, 0.0, 1.0], albedo.shape))
@@ -134,6 +150,40 @@ def test_grain_that_a_pixel_filter_smeared(clean, tmp_path):
     clean("finish", path, "-o", out, "--type", "float")
     own = np.square(read(out)[0][4:-4, 4:-4, :3] - truth[4:-4, 4:-4]).mean()
     assert own < 0.1 * errors[0], (own, errors)
+
+
+def test_views_of_one_seed_are_told(clean, tmp_path):
+    """A wall that two views see 8 px apart, with grain that stays or differs."""
+    height, width = 80, 120
+    x = np.arange(width)
+    normal, albedo = np.zeros((height, width, 3)), np.full((height, width, 3), 0.5)
+    names = [*"RGBZ", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
+    lens = ["--focus-distance", "10", "--lens-radius", "1", "--focal-length-px", "80"]
+    rng = np.random.default_rng(5)
+    grain = rng.normal(0, 0.1, albedo.shape)
+
+    def view(i, noise):
+        path = tmp_path / f"view{i}.exr"
+        wall = 0.5 + 0.2 * np.sin((x - 8 * i) / 3)[None, :, None] + noise
+        pixels = np.concatenate(
+            [wall, np.full((height, width, 1), 20.0), albedo, normal], -1
+        )
+        facts = {
+            "rackfocus:lensOffset": (2.0 * i - 1, 0.0),
+            "rackfocus:shearDistance": 10.0,
+        }
+        return write_with(path, pixels, names, facts)
+
+    def said(*others):
+        paths = [view(i, noise) for i, noise in enumerate((grain, *others))]
+        done = clean("filter", *paths, "-o", tmp_path / "o.exr", *lens, "--denoise")
+        return done.stderr
+
+    alone = "render each view with a seed of its own"
+    assert alone in said(grain)
+    assert alone in said(np.roll(grain, 1, 1))
+    assert alone not in said(rng.normal(0, 0.1, albedo.shape))
+    assert alone not in said(np.roll(grain, 4, 1))
 
 
 def test_what_is_not_finite_is_still_refused(clean, tmp_path):

@@ -26,8 +26,8 @@ static void make_noise(float size, bool is_smeared)
     for (int i = 0; i < N; i++) {
         noise[i] = size * random_of(i);
         if (is_smeared)
-            noise[i] = size * (0.5f * random_of(i) + 0.25f * random_of(i - 1) +
-                               0.25f * random_of(i + 1));
+            noise[i] =
+                size * (4 * random_of(i) + random_of(i - 1) + random_of(i + 1)) / 6;
     }
 }
 
@@ -80,6 +80,13 @@ static void what_cannot_be_told_is_not(void)
     for (int i = 0; i < 3 * N; i++)
         normal[i] = i / 3 % 2 ? 0.4f : 0.6f;
     CHECK(!is_smeared(3, light, true)); /* bumps */
+    make_noise(0.1f, false);
+    for (float period = 2.5f; period < 20; period += 0.25f) {
+        make_light(0.3f, 0.6f);
+        for (int i = 0; i < N; i++)
+            light[i] += 0.15f * sinf((float)(i % WIDTH) * 6.2832f / period);
+        CHECK(!is_smeared(3, light, true)); /* light with a pattern */
+    }
 }
 
 /* One plain block less than FEWEST_BLOCKS tell nothing. */

@@ -135,6 +135,39 @@ static void threads_do_not_matter(void)
     CHECK(memcmp(once, clean, sizeof once) == 0);
 }
 
+/* Was the grain of pixel i turned round? */
+static bool is_turned(int i)
+{
+    return (flipped[3 * i] > GREY + LIFT) != (grainy[3 * i] > GREY);
+}
+
+/* Grain of each pixel gets a sign of its own; what neighbours share keeps its scale. */
+static void signs_are_as_wide_as_grain(void)
+{
+    static const float own[2] = {1, 0.6f};
+    for (int k = 0; k < 2; k++) {
+        float last = 0;
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            const float next = grain(0.05f), v = own[k] * next + (1 - own[k]) * last;
+            last = next;
+            for (int c = 0; c < 3; c++) {
+                clean[3 * i + c] = GREY;
+                grainy[3 * i + c] = GREY + v;
+            }
+        }
+        memcpy(flipped, grainy, sizeof flipped);
+        denoise_flip(flipped, clean, WIDTH, HEIGHT, 3, 1);
+        for (int i = 0; i < N; i++) {
+            const float before = grainy[i] - GREY, now = flipped[i] - GREY - LIFT;
+            CHECK_NEAR(fabsf(now), fabsf(before), 1e-6);
+        }
+        double n = 0; /* pixels beside one of the other sign */
+        for (int i = 1; i < WIDTH * HEIGHT; i++)
+            n += i % WIDTH && is_turned(i) != is_turned(i - 1);
+        CHECK_NEAR(n / (WIDTH * HEIGHT), k == 0 ? 0.5 : 0.5 / 4, 0.03);
+    }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -144,5 +177,6 @@ int main(int argc, char **argv)
     TEST(grain_stays_out_beside_what_is_missing);
     TEST(a_lamp_is_taken_as_it_is);
     TEST(threads_do_not_matter);
+    TEST(signs_are_as_wide_as_grain);
     return testing_end();
 }

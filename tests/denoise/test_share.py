@@ -146,6 +146,7 @@ def test_lights_keep_their_pixels(merged):
 
 PYTHON = """
 import sys
+import warnings
 import numpy as np
 import rackfocus
 folder, library = sys.argv[1:]
@@ -207,6 +208,14 @@ small = [(c[1:], d[1:], place, 5) for c, d, place in zip(colours, depths, places
 fails(rackfocus.Error, "160", small, [out[1:] for out in outs])
 fails(rackfocus.CancelledError, "cancelled", views, outs, None, lambda _: False)
 fails(rackfocus.Error, "Open Image Denoise", views, outs, library="/nowhere")
+wide = rackfocus.Filter(width, height, **{**LENS, "lens_radius": 0.3})
+far = np.full_like(depths[0], 20)
+for other, n in ((0, 1), (1, 0)):
+    two = [(colours[0], far, (-0.2, 0), 5), (colours[other], far, (0.2, 0), 5)]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        wide.denoise_views(two, outs[:2], library=library)
+    assert sum("a seed of its own" in str(w.message) for w in caught) == n
 """
 
 
