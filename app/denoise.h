@@ -56,9 +56,10 @@ struct denoise_picture {
 
 /*
  * Looks whether the grain of a picture is smeared over pixels (denoise_grain.h), and has
- * all that is denoised afterwards taken apart where it is: every second pixel of every second row is a picture
- * of its own, whose grain OIDN knows as such. Call it with samples and guides as they
- * were rendered. Worth 7.5 dB of 4 samples, 1.6 of 64 (docs/notebook/renderers.md).
+ * all that is denoised afterwards taken apart where it is: every second pixel of every
+ * second row is a picture of its own, whose grain OIDN knows as such. Call it with samples
+ * and guides as they were rendered. Worth 7.5 dB of 4 samples, 1.6 of 64
+ * (docs/notebook/renderers.md).
  */
 void denoise_judge_grain(struct denoiser *denoiser,
                          const struct denoise_picture *picture,

@@ -2,8 +2,8 @@
 /*
  * Denoisers learn from grain that differs from pixel to pixel. Renderers that spread a
  * sample over the pixels of their filter (Mitsuba, by default) make grain that is alike
- * in pixels side by side, which OIDN leaves as it is: it takes it for texture. With t the square root of
- * light within 0 to 1, in blocks of 8 x 8 px of plain surfaces (albedo and normals tell),
+ * in pixels side by side, which OIDN takes for texture and leaves. With t the square root
+ * of light within 0 to 1, in blocks of 8 x 8 px of plain surfaces (by albedo and normals),
  *
  *   s_k = mean of (t[x-k] - 2 t[x] + t[x+k])^2
  *
@@ -20,7 +20,7 @@
 
 /* Means of s_1 / s_2 and s_3 / s_2 over the blocks: 1/3 is grain of 2 x 2 px. GRAIN, of t
  * squared: smooth pictures have texture and shading alone, of 3e-5 and less. */
-static const double NEAR[2] = {0.3, 0.75}, FAR[2] = {0.75, 1.33};
+static const double BESIDE[2] = {0.3, 0.75}, BEYOND[2] = {0.75, 1.33};
 static const float GRAIN = 1e-4f;
 /* Standard deviations of plain surfaces. */
 static const float PLAIN_ALBEDO = 0.01f, PLAIN_NORMAL = 0.02f;
@@ -125,6 +125,6 @@ bool denoise_is_smeared(const struct denoise_picture *picture,
                 count_block(&block, &tally);
         }
     const double near = tally.near / (double)tally.n, far = tally.far / (double)tally.n;
-    return tally.n >= FEWEST_BLOCKS && near > NEAR[0] && near < NEAR[1] &&
-           far > FAR[0] && far < FAR[1];
+    return tally.n >= FEWEST_BLOCKS && near > BESIDE[0] && near < BESIDE[1] &&
+           far > BEYOND[0] && far < BEYOND[1];
 }

@@ -48,9 +48,9 @@ static const float DOUBTFUL = 1.6f, CERTAIN = 2;
  * much brighter. 1 in place of a quarter changes 0.1 dB, either way. */
 static const float LIFT = 0.25f;
 
-/* Correlation of the grain side by side, within LIMIT of 0: at most 0.09 in Cycles' scenes,
- * 0.37 of Mitsuba's Gaussian. Signs of single pixels would make grain of it that is finer than it was,
- * and what is not would come back as no grain. */
+/* Correlation of the grain side by side, within LIMIT of 0: at most 0.09 in Cycles'
+ * scenes, 0.37 of Mitsuba's Gaussian. Signs of single pixels would make finer grain of it,
+ * and the coarse one would come back as no grain. */
 static const double SMEARED = 0.2;
 static const float LIMIT = 0.2f;
 

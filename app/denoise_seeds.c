@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Views of one seed have one pattern of grain, which merging does not average out:
- * 8 views of 2 samples lost 4.4 dB (Mitsuba). Seeds that differ by 1 may be the same pattern, a pixel
- * farther. With r_0 and r_1 the grain of two views, within LIMIT of 0,
+ * 8 views of 2 samples lost 4.4 dB (Mitsuba). Seeds that differ by 1 may be the same
+ * pattern, a pixel farther. With r_0 and r_1 the grain of two views, within LIMIT of 0,
  *
  *   q(d) = sum of r_0(x) r_1(x + d) / sqrt(sum of r_0(x)^2  sum of r_1(x + d)^2)
  *
  * over the pixels whose point the other view shows APART_PX or more away from x + d:
  * textures that the denoiser took for grain are not alike there. Greatest q of all d
- * within 2 px: 0.31 to 0.43 of one seed in Mitsuba, 0.03 to 0.17 in Cycles, where it does little;
- * up to 0.10 of others, in eleven scenes. Ours.
+ * within 2 px: 0.31 to 0.43 of one seed in Mitsuba, 0.03 to 0.17 in Cycles, where it does
+ * little; up to 0.10 of others, in eleven scenes. Ours.
  */
 #include "denoise_seeds.h"
 
@@ -19,10 +19,8 @@
 static const float LIMIT = 0.2f, APART_PX = 2;
 static const double ALIKE = 0.24; /* q: between both */
 
-enum {
-    REACH = 2,
-    FEWEST = 2000
-}; /* FEWEST pixels: chance makes q of 0.05 of so many */
+/* Of d; pixels, of which chance makes a q of 0.05. */
+enum { REACH = 2, FEWEST = 2000 };
 
 /* Grain of a pixel of view j, of all colours, within LIMIT of 0. */
 static float grain_of(const struct share *s, int j, const float *made, size_t pixel)

@@ -46,14 +46,25 @@ static int find_passes(struct finish *f, char *const *guides, int n, bool *are_p
 {
     const struct source_request request = {.paths = guides, .n_paths = 1};
     struct source source;
+    const char *by;
+    int code = APP_DONE;
     *are_passes = n > 1;
     if (*are_passes || picture_kind(guides[0]) != PICTURE_EXR)
         return APP_DONE;
     if (!source_open(&source, &request, f->error))
         return app_code_of(f->error);
     *are_passes = source.z >= 0;
+    if (!*are_passes &&
+        !image_attribute_string(source.colour, "rackfocus:filtered", &by))
+        code =
+            app_warn(f->tool->host, f->error,
+                     "%s: has no depth that is known, and is taken for a picture that "
+                     "has its lens already, though its header does not say so; "
+                     "passes whose depth has an unusual name are for rackfocus filter "
+                     "with --depth-channel first",
+                     guides[0]);
     source_close(&source);
-    return APP_DONE;
+    return code;
 }
 
 /* Filters passes to a temporary file. */

@@ -18,8 +18,9 @@
  *   nearest of 2 x 2 px                       0.16          0.64              0.02
  *   LuxCore 2.11, boxes                       0.24          0.60              0.04
  *
- * Depth of the first two is good as it is (43.1 dB against the lens); that of the third has 42.7 dB, and
- * 43.0 dB where pixels with less than half of the near side get the depth behind it.
+ * Depth of the first two is good as it is (43.1 dB against the lens); that of the third
+ * has 42.7 dB, and 43.0 where pixels with less than half of the near side get the depth
+ * behind it.
  */
 #include "input/depth_edges.h"
 

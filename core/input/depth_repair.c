@@ -171,9 +171,9 @@ static float climb(const struct rf_depth_channel *channel, const float *from,
     return most;
 }
 
-/* For what lies on no step and is near pixels of 0, where nothing was hit: it may be a thin thing,
- * whose averages with nothing are too near. So it gets the greatest depth that can be
- * climbed to, or 0 where it has less than half of that. */
+/* For what lies on no step and is near pixels of 0, where nothing was hit: it may be a
+ * thin thing, whose averages with nothing are too near. So it gets the greatest depth that
+ * can be climbed to, or 0 where it has less than half of that. */
 static float crest_of(const struct rf_depth_channel *channel, const float *from,
                       int32_t x, int32_t y, float z)
 {

@@ -53,6 +53,18 @@ def test_a_filtered_picture_is_a_guide_as_passes_are(clean, finished, score, tmp
     assert score(out, "posts") == pytest.approx(finished("posts", ours), abs=0.02)
 
 
+def test_a_guide_whose_depth_is_not_found_is_said(clean, tmp_path):
+    """Passes that are taken for a picture with its lens would bring the pinhole back."""
+    pixels, names = read(REFERENCES / "posts_pinhole.exr")
+    renamed = ["far.W" if name == "Z" else name for name in names]
+    ours, out = tmp_path / "ours.exr", tmp_path / "out.exr"
+    write(tmp_path / "passes.exr", pixels, renamed)
+    done = clean("finish", own("posts"), tmp_path / "passes.exr", "-o", out)
+    assert "no depth that is known" in done.stderr and "--depth-channel" in done.stderr
+    clean("filter", REFERENCES / "posts_pinhole.exr", "-o", ours)
+    assert clean("finish", own("posts"), ours, "-o", out).stderr == ""
+
+
 def test_the_own_samples_decide(clean, tmp_path):
     """What the guide does not know comes back; the estimate knows where."""
     height, width = 120, 160
