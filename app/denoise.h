@@ -38,13 +38,20 @@ struct denoise_guides {
     bool are_clean;
 };
 
+/* Files of their own, as many renderers write; NULL: what lies beside the colour. */
+struct denoise_files {
+    const char *albedo, *normal;
+};
+
 /*
  * Reads the albedo and the normals beside the colour of a source, where it has them:
  * Blender's Denoising Albedo and Denoising Normal, Arnold's denoise_albedo and
- * denoise_normal, and layers named albedo and normal or N. To be freed in any case.
+ * denoise_normal, and layers named albedo and normal or N. `files` (may be NULL) have
+ * them by such names, or as their only R G B or X Y Z. To be freed in any case.
  */
-bool denoise_read_guides(const struct source *source, int n_threads,
-                         struct denoise_guides *guides, struct image_error *error);
+bool denoise_read_guides(const struct source *source, const struct denoise_files *files,
+                         int n_threads, struct denoise_guides *guides,
+                         struct image_error *error);
 void denoise_free_guides(struct denoise_guides *guides);
 
 /* Packed pixels of 1, 3 or 4 channels, the fourth alpha; `path` is for errors. */

@@ -59,16 +59,30 @@ static bool has_window_of(const struct source *source, int channel)
     return memcmp(box, &source->info.data_window, sizeof(*box)) == 0;
 }
 
-static bool read_guide(const struct source *source, const char *const *names,
-                       int n_threads, float **samples, struct image_error *error)
+/* The picture of a file, or its X Y Z. */
+static bool find_only(const struct source *file, int channels[3])
 {
-    int channels[3];
-    if (!find_guide(source, names, channels) || !has_window_of(source, channels[0]))
+    int n, n_found = 0;
+    const struct image_channel_info *info = image_channels(file->colour, &n);
+    channels[0] = file->layer.r;
+    channels[1] = file->layer.g;
+    channels[2] = file->layer.b;
+    if (file->layer.r >= 0 && file->n_channels >= 3)
         return true;
-    const size_t n = (size_t)source->width * (size_t)source->height;
+    for (int base = 0; base < 3; base++)
+        for (int c = 0; c < n && n_found == base; c++)
+            if (toupper((unsigned char)info[c].name[strlen(info[c].name) - 1]) ==
+                "XYZ"[base])
+                channels[n_found++] = c;
+    return n_found == 3;
+}
+
+/* Reads three channels; what is not finite becomes 0. */
+static bool read_channels(struct image_input *input, const int channels[3], size_t n,
+                          int n_threads, float **samples, struct image_error *error)
+{
     *samples = app_memory(n, 3 * sizeof(float), error);
-    if (!*samples ||
-        !image_read(source->colour, channels, 3, *samples, n_threads, error))
+    if (!*samples || !image_read(input, channels, 3, *samples, n_threads, error))
         return false;
     for (size_t i = 0; i < 3 * n; i++)
         if (!isfinite((*samples)[i]))
@@ -76,12 +90,60 @@ static bool read_guide(const struct source *source, const char *const *names,
     return true;
 }
 
-bool denoise_read_guides(const struct source *source, int n_threads,
-                         struct denoise_guides *guides, struct image_error *error)
+/* Reads a guide from a file of its own. */
+static bool read_file(const struct source *source, const char *path, const char *option,
+                      const char *const *names, int n_threads, float **samples,
+                      struct image_error *error)
+{
+    char *paths[] = {(char *)path};
+    struct source file;
+    int channels[3];
+    if (!source_open(&file, &(struct source_request){.paths = paths, .n_paths = 1},
+                     error))
+        return false;
+    bool is_read = find_guide(&file, names, channels) || find_only(&file, channels);
+    if (!is_read)
+        set_error(error, "%s: %s has neither R G B nor X Y Z", option, path);
+    else if (file.width != source->width || file.height != source->height)
+        is_read = set_error(error,
+                            "%s: %s is %d x %d px and %s %d x %d; render both in "
+                            "one size",
+                            option, path, file.width, file.height,
+                            image_path(source->colour), source->width, source->height);
+    else
+        is_read = read_channels(file.colour, channels,
+                                (size_t)file.width * (size_t)file.height, n_threads,
+                                samples, error);
+    source_close(&file);
+    return is_read;
+}
+
+static bool read_guide(const struct source *source, const char *const *names,
+                       int n_threads, float **samples, struct image_error *error)
+{
+    int channels[3];
+    if (!find_guide(source, names, channels) || !has_window_of(source, channels[0]))
+        return true;
+    return read_channels(source->colour, channels,
+                         (size_t)source->width * (size_t)source->height, n_threads,
+                         samples, error);
+}
+
+bool denoise_read_guides(const struct source *source, const struct denoise_files *files,
+                         int n_threads, struct denoise_guides *guides,
+                         struct image_error *error)
 {
     *guides = (struct denoise_guides){0};
+    bool is_read =
+        files && files->albedo
+            ? read_file(source, files->albedo, "--albedo-file", albedo_names, n_threads,
+                        &guides->albedo, error)
+            : read_guide(source, albedo_names, n_threads, &guides->albedo, error);
     /* Normals without an albedo are of no use to OIDN. */
-    return read_guide(source, albedo_names, n_threads, &guides->albedo, error) &&
-           (!guides->albedo ||
-            read_guide(source, normal_names, n_threads, &guides->normal, error));
+    if (!is_read || !guides->albedo)
+        return is_read;
+    return files && files->normal
+               ? read_file(source, files->normal, "--normal-file", normal_names,
+                           n_threads, &guides->normal, error)
+               : read_guide(source, normal_names, n_threads, &guides->normal, error);
 }

@@ -34,7 +34,9 @@ static int denoise_source(struct run *run, struct denoiser *denoiser,
     const struct denoise_picture picture = {samples, source->width, source->height,
                                             source->n_channels,
                                             image_path(source->colour)};
-    bool is_done = denoise_read_guides(source, run->n_threads, &guides, run->error);
+    const struct denoise_files files = {run->tool->albedo_file, run->tool->normal_file};
+    bool is_done =
+        denoise_read_guides(source, &files, run->n_threads, &guides, run->error);
     if (is_done) {
         denoise_judge_grain(denoiser, &picture, &guides);
         is_done = denoise_picture(denoiser, &picture, &guides, run->error);
@@ -65,7 +67,7 @@ static int open_share(struct run *run, struct share *share)
         to->samples = view->colour.data;
         to->shift_px = shift;
         memcpy(to->offset, view->lens_offset, sizeof(to->offset));
-        if (!shift || !denoise_read_guides(&run->views.sources[j], run->n_threads,
+        if (!shift || !denoise_read_guides(&run->views.sources[j], NULL, run->n_threads,
                                            &to->guides, run->error))
             return app_code_of(run->error);
         denoise_find_shifts(run->filter, view, shift, NULL);

@@ -68,6 +68,11 @@ static int check_views(const struct run *run)
         return app_fail(run->error, APP_USAGE,
                         "--depth-file: every view needs depth of its own, in its file");
     }
+    if (run->tool->albedo_file || run->tool->normal_file) {
+        return app_fail(run->error, APP_USAGE,
+                        "--albedo-file and --normal-file: every view needs albedo and "
+                        "normals of its own, in its file");
+    }
     if (run->tool->pass_through && run->list.items[0].name) {
         return app_fail(
             run->error, APP_USAGE,

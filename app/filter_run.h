@@ -40,6 +40,8 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(INPUT, const char *, distribution_image)                                         \
     X(INPUT, const char *, aperture_image)                                             \
     X(INPUT, const char *, depth_file)                                                 \
+    X(INPUT, const char *, albedo_file) /* for denoise */                              \
+    X(INPUT, const char *, normal_file) /* likewise */                                 \
     X(INPUTS, const char *, reflections_from)                                          \
     X(TEXT, const char *, reflections_at) /* "X,Y[,X,Y ..]" */                         \
     X(INPUT_OR_TEXT, const char *, reflection_depth)                                   \

@@ -124,7 +124,8 @@ static int make_ours(struct finish *f, char *const *guides, int n)
 /* A render with the lens, as a file has it. */
 struct render {
     struct source *source;
-    float *samples; /* as source_read_colour() gives them */
+    float *samples;             /* as source_read_colour() gives them */
+    struct denoise_files files; /* of its guides */
     struct denoise_guides guides;
 };
 
@@ -139,7 +140,8 @@ static int read_render(struct finish *f, const char *path, struct render *render
         return app_fail(f->error, APP_FAILED, "%s: has no colour", path);
     render->samples = source_read_colour(render->source, f->n_threads, f->error);
     if (!render->samples ||
-        !denoise_read_guides(render->source, f->n_threads, &render->guides, f->error))
+        !denoise_read_guides(render->source, &render->files, f->n_threads,
+                             &render->guides, f->error))
         return app_code_of(f->error);
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
@@ -215,7 +217,8 @@ static int read_half(struct finish *f, const char *path)
 
 static int read_own(struct finish *f, const char *path)
 {
-    struct render own = {.source = &f->own};
+    struct render own = {.source = &f->own,
+                         .files = {f->tool->albedo_file, f->tool->normal_file}};
     int code = read_render(f, path, &own);
     f->samples = own.samples;
     f->guides = own.guides;

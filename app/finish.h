@@ -18,7 +18,8 @@ struct finish_options {
     const char *output_error; /* EXR, or NULL: the estimate of the error */
     const char *half; /* NULL: none; else `own` is of one half of the samples, and this
                          of the other half */
-    int32_t type;     /* as in struct filter_options, as the next */
+    const char *albedo_file, *normal_file; /* of `own`, or NULL: they lie beside it */
+    int32_t type; /* as in struct filter_options, as the next */
     int32_t png_bits;
     int32_t quality; /* enum denoise_quality */
     int32_t n_threads;

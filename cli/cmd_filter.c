@@ -112,6 +112,7 @@ static const struct option options[] = {
                     "before and after they are merged. RACKFOCUS_OIDN names the "
                     "library's folder where the system does not find it."),
     OPTION_DENOISE_QUALITY_ROW(AT(denoise_quality)),
+    OPTION_GUIDE_FILE_ROWS(AT(albedo_file), AT(normal_file)),
     OPTION_INT_ROW("supersample", AT(supersample), "N", 1, 16,
                    "The input was rendered at N times the size, with an N^2-th of the "
                    "samples: each N x N pixels of the result become one. [default 1]"),
@@ -213,6 +214,16 @@ static bool check_usage(const struct filter_options *tool,
         return fail_usage("filter takes 64 views at most");
     if (tool->denoise_quality != DENOISE_HIGH && !tool->denoise)
         return fail_usage("--denoise-quality goes with --denoise");
+    if ((tool->albedo_file || tool->normal_file) && !tool->denoise)
+        return fail_usage("--albedo-file and --normal-file go with --denoise");
+    if (tool->normal_file && !tool->albedo_file)
+        return fail_usage(
+            "--normal-file goes with --albedo-file: the denoiser takes no "
+            "normals alone");
+    if (tool->albedo_file && (tool->is_over || tool->is_stereo))
+        return fail_usage(
+            "--albedo-file and --normal-file are of one picture; leave out "
+            "--over and --stereo");
     if (!tool->output)
         return fail_usage("filter needs an output, -o FILE.exr or -o FILE.png");
     struct image_error error;

@@ -31,6 +31,7 @@ static const struct option options[] = {
     OPTION_FILE_ROW("output-error", AT(output_error), "FILE.exr",
                     "Also write the estimate of the error of every pixel, after "
                     "clipping to [0, 1] and gamma 2.2 (channel Y, float)."),
+    OPTION_GUIDE_FILE_ROWS(AT(albedo_file), AT(normal_file)),
     OPTION_DENOISE_QUALITY_ROW(AT(quality)),
     OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
                       "Samples of the EXR file: half or float. [default half]"),
@@ -56,6 +57,9 @@ static bool check_usage(const struct options *all, const struct operands *operan
         text = "finish takes its guides after OWN.exr or by --guide, not both";
     else if (tool->output_error && picture_kind(tool->output_error) != PICTURE_EXR)
         text = "--output-error is written as EXR; end its name in .exr";
+    else if (tool->normal_file && !tool->albedo_file)
+        text = "--normal-file goes with --albedo-file: the denoiser takes no normals "
+               "alone";
     if (text)
         message("%s; see rackfocus finish --help", text);
     return text == NULL;

@@ -125,6 +125,11 @@ const char *nearest_name(const char *name, const char *const *candidates, size_t
                       "Of Open Image Denoise's filters, as in Cycles: high, balanced " \
                       "or fast; they take about 1, 0.5 and 0.4 of the time. "          \
                       "[default high]")
+#define OPTION_GUIDE_FILE_ROWS(at_albedo, at_normal)                                   \
+    OPTION_FILE_ROW("albedo-file", at_albedo, "FILE.exr",                              \
+                    "The albedo for the denoiser, where it is a file of its own."),    \
+        OPTION_FILE_ROW("normal-file", at_normal, "FILE.exr",                          \
+                        "The normals, likewise; with --albedo-file.")
 #define OPTION_THREADS_ROW(at)                                                         \
     {                                                                                  \
         .name = "threads", .letter = 'j', .kind = OPTION_INT, .offset = (at),          \

@@ -186,6 +186,67 @@ def test_views_of_one_seed_are_told(clean, tmp_path):
     assert alone not in said(np.roll(grain, 4, 1))
 
 
+def test_guides_in_files_of_their_own(clean, tmp_path):
+    """The same bits as beside the colour: one picture, a sequence, the own lens."""
+    _, path = make_smeared(tmp_path, lambda v: v)
+    pixels, names = read(path)
+    at = {name: i for i, name in enumerate(names)}
+    for part, wanted in (
+        ("colour", "RGBZ"),
+        ("albedo", [f"albedo.{c}" for c in "RGB"]),
+        ("normal", [f"normal.{c}" for c in "XYZ"]),
+    ):
+        plain = [name.split(".")[-1] for name in wanted]
+        write(
+            tmp_path / f"{part}.0001.exr", pixels[..., [at[n] for n in wanted]], plain
+        )
+    lens = [
+        "--focus-distance",
+        "10",
+        "--lens-radius",
+        "0.1",
+        "--focal-length-px",
+        "100",
+    ]
+    files = [
+        f"--{part}-file={tmp_path}/{part}.####.exr" for part in ("albedo", "normal")
+    ]
+    one = [word.replace("####", "0001") for word in files]
+    colour = tmp_path / "colour.0001.exr"
+
+    def made(command, source, *more):
+        out = tmp_path / "out.exr"
+        clean(command, source, "-o", out, "--type", "float", *more)
+        return read(out)[0][..., :3]
+
+    want = made("filter", path, *lens, "--denoise")
+    got = made("filter", colour, *lens, "--denoise", *one)
+    assert np.array_equal(want, got)
+    assert not np.array_equal(want, made("filter", colour, *lens, "--denoise"))
+    clean("filter", tmp_path / "colour.####.exr", "-o", tmp_path / "s.####.exr",
+          "--frames", "1", "--type", "float", *lens, "--denoise", *files)  # fmt: skip
+    assert np.array_equal(want, read(tmp_path / "s.0001.exr")[0][..., :3])
+    assert np.array_equal(made("finish", path), made("finish", colour, *one))
+
+
+def test_guides_in_files_that_do_not_fit(clean, tmp_path):
+    out = tmp_path / "out.exr"
+    pixels = np.zeros((20, 30, 3))
+    small = write(tmp_path / "small.exr", pixels, "RGB")
+    other = write(tmp_path / "other.exr", pixels[..., :2], ["U", "V"])
+    words = ["-o", out, "--denoise"]
+    for code, text, more in (
+        (1, "small.exr is 30 x 20 px", [POSTS, f"--albedo-file={small}"]),
+        (1, "neither R G B nor X Y Z", [POSTS, f"--albedo-file={other}"]),
+        (2, "--normal-file goes with --albedo", [POSTS, f"--normal-file={small}"]),
+        (2, "every view needs", [*views("posts"), f"--albedo-file={small}"]),
+    ):
+        assert text in clean("filter", *more, *words, code=code).stderr
+        assert not out.exists()
+    done = clean("filter", POSTS, "-o", out, f"--albedo-file={small}", code=2)
+    assert "go with --denoise" in done.stderr
+
+
 def test_what_is_not_finite_is_still_refused(clean, tmp_path):
     pixels, names = read(POSTS)
     pixels[3, 4, names.index("G")] = np.nan
