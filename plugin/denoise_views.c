@@ -210,7 +210,7 @@ static PyObject *denoise(struct job *job, const struct module_state *state,
         plugin_copy_pixels(&job->outs[j].image, job->outs[j].image.channels,
                            job->made[j], true);
     if (job->work.have_one_seed &&
-        PyErr_WarnEx(PyExc_UserWarning, DENOISE_ONE_SEED, 1) < 0)
+        PyErr_WarnFormat(PyExc_UserWarning, 1, DENOISE_ONE_SEED) < 0)
         return NULL;
     return PyFloat_FromDouble(job->work.n_shared);
 }
