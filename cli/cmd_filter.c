@@ -70,7 +70,8 @@ static const struct option options[] = {
                     "float; positive behind the focus)."),
     OPTION_CHOICE_ROW(
         "depth-repair", AT(depth_repair), "WHEN", DEPTH_REPAIR_CHOICES,
-        "Depth that was multiplied by alpha or anti-aliased: auto undoes it and says "
+        "Depth that was multiplied by alpha, anti-aliased or wider than what is seen: "
+        "auto undoes it and says "
         "so; off takes the depth as it is, whatever it looks like. [default auto]"),
     OPTION_CHOICE_ROW("mist-falloff", AT(mist_falloff), "KIND", MIST_CHOICES,
                       "Blender's Mist pass as depth: how it grows from start to end; "

@@ -54,7 +54,8 @@ static const struct option options[] = {
      .offset = AT(depth_repair),
      .value = "WHEN",
      .choices = DEPTH_REPAIR_CHOICES,
-     .help = "Depth that was multiplied by alpha or anti-aliased: auto undoes it, off "
+     .help = "Depth that was multiplied by alpha, anti-aliased or wider than what is "
+             "seen: auto undoes it, off "
              "takes the depth as it is. [default auto]"},
     {.name = "mist-falloff",
      .kind = OPTION_CHOICE,

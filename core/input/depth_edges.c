@@ -72,10 +72,13 @@ static bool is_inside(const struct map *map, int32_t x, int32_t y)
     return x >= 0 && y >= 0 && x < map->width && y < map->height;
 }
 
-/* INFINITY where nothing was hit, which 0 means as well. */
+/* INFINITY where nothing was hit, which 0 means as well; NAN what is no depth, and on no
+ * side of a step. */
 static float depth_at(const struct map *map, int32_t x, int32_t y)
 {
     const float z = map->depth[(size_t)y * (size_t)map->width + (size_t)x];
+    if (!(z >= 0))
+        return NAN;
     return z > 0 && z < map->infinity ? z : INFINITY;
 }
 
@@ -225,8 +228,8 @@ static bool is_slant(const struct map *map, int32_t x, int32_t y, int32_t dx,
            z - depth_at(map, x - dx, y - dy) > 0.25f * (far - z);
 }
 
-/* Adds the share of the near side in a pixel: of the colours up to INNER_PX from the
- * step, at (far_x, far_y), those that explain the pixel best are the far side's. */
+/* Adds the share of the near side in a pixel: of the colours behind it, up to INNER_PX
+ * from the step, that which explains the pixel best is the far side's. */
 static void add_share(const struct map *map, int32_t x, int32_t y, int32_t dx,
                       int32_t dy, struct verdict *verdict)
 {
@@ -277,22 +280,24 @@ static void look_along(const struct map *map, int32_t x, int32_t y, int32_t dx,
     }
 }
 
-/* The depth that a pixel gets. */
-static float narrow_pixel(const struct map *map, int32_t x, int32_t y,
-                          const double near_shares[N_NEAR])
+/* The depth that a pixel gets; `data`: the shares that near pixels have on average. */
+static float narrow_pixel(const struct rf_depth_channel *from, int32_t x, int32_t y,
+                          const void *data)
 {
     static const int32_t along[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    const double *near_shares = data;
+    const struct map map = map_of(from);
     struct verdict verdict = {.n = N_NEAR + 1};
-    const float own = map->depth[(size_t)y * (size_t)map->width + (size_t)x];
-    if (isinf(depth_at(map, x, y)))
+    const float own = from->depth[(size_t)y * (size_t)from->width + (size_t)x];
+    if (!isfinite(depth_at(&map, x, y)))
         return own;
     for (int i = 0; i < 4; i++)
-        look_along(map, x, y, along[i][0], along[i][1], &verdict);
+        look_along(&map, x, y, along[i][0], along[i][1], &verdict);
     if (verdict.n > N_NEAR)
         return own;
     const float usual = (float)near_shares[verdict.n - 1];
     const float share = (verdict.shares + UNSURE * usual) / (verdict.squares + UNSURE);
-    return share < 0.5f ? map->depth[verdict.from] : own;
+    return share < 0.5f ? from->depth[verdict.from] : own;
 }
 
 rf_result rf_depth_narrow(const struct rf_context *context,
@@ -300,22 +305,9 @@ rf_result rf_depth_narrow(const struct rf_context *context,
                           const struct rf_depth_stats *stats, size_t *n_changed,
                           struct rf_error *error)
 {
-    if (!channel || !channel->depth || !channel->colour.data || !stats || !n_changed)
-        return rf_fail(error, RF_ERROR_ARGUMENT, n_changed ? "channel" : "n_changed",
+    if (!stats || (channel && !channel->colour.data))
+        return rf_fail(error, RF_ERROR_ARGUMENT, stats ? "channel" : "stats",
                        "a pointer is NULL");
-    const size_t n = (size_t)channel->width * (size_t)channel->height;
-    float *from = rf_depth_take(context, n, sizeof *from);
-    if (!from)
-        return rf_fail_memory(error, n, sizeof *from);
-    memcpy(from, channel->depth, n * sizeof *from);
-    struct map map = map_of(channel);
-    map.depth = from;
-    for (int32_t y = 0; y < channel->height; y++)
-        for (int32_t x = 0; x < channel->width; x++) {
-            const size_t i = (size_t)y * (size_t)channel->width + (size_t)x;
-            channel->depth[i] = narrow_pixel(&map, x, y, stats->near_shares);
-            *n_changed += memcmp(&channel->depth[i], &from[i], sizeof *from) != 0;
-        }
-    rf_depth_give_back(context, from);
-    return RF_OK;
+    return rf_depth_change_all(context, channel, narrow_pixel, stats->near_shares,
+                               n_changed, error);
 }

@@ -151,18 +151,18 @@ static bool is_flat(const struct line *line)
 }
 
 /* The greatest depth of the 3 x 3 pixels around (x, y), which moves there. */
-static float climb(const struct rf_depth_channel *channel, const float *from,
-                   int32_t *x, int32_t *y)
+static float climb(const struct rf_depth_channel *from, int32_t *x, int32_t *y)
 {
     const int32_t at_x = *x, at_y = *y;
     float most = 0;
     for (int32_t k = at_y - 1; k <= at_y + 1; k++)
         for (int32_t l = at_x - 1; l <= at_x + 1; l++) {
             const bool is_inside =
-                k >= 0 && k < channel->height && l >= 0 && l < channel->width;
+                k >= 0 && k < from->height && l >= 0 && l < from->width;
             const float v =
-                is_inside ? from[(size_t)k * (size_t)channel->width + (size_t)l] : 0;
-            if (v > most && (double)v < channel->infinity) {
+                is_inside ? from->depth[(size_t)k * (size_t)from->width + (size_t)l]
+                          : 0;
+            if (v > most && (double)v < from->infinity) {
                 most = v;
                 *x = l;
                 *y = k;
@@ -174,38 +174,39 @@ static float climb(const struct rf_depth_channel *channel, const float *from,
 /* For what lies on no step and is near pixels of 0, where nothing was hit: it may be a
  * thin thing, whose averages with nothing are too near. So it gets the greatest depth that
  * can be climbed to, or 0 where it has less than half of that. */
-static float crest_of(const struct rf_depth_channel *channel, const float *from,
-                      int32_t x, int32_t y, float z)
+static float crest_of(const struct rf_depth_channel *from, int32_t x, int32_t y,
+                      float z)
 {
     bool is_near_nothing = false;
     for (int32_t k = y - THIN_PX; k <= y + THIN_PX; k++)
         for (int32_t l = x - THIN_PX; l <= x + THIN_PX; l++)
             is_near_nothing |=
-                k >= 0 && k < channel->height && l >= 0 && l < channel->width &&
-                from[(size_t)k * (size_t)channel->width + (size_t)l] == 0;
+                k >= 0 && k < from->height && l >= 0 && l < from->width &&
+                from->depth[(size_t)k * (size_t)from->width + (size_t)l] == 0;
     float crest = z;
     for (int32_t i = 0; i < THIN_PX && is_near_nothing; i++)
-        crest = climb(channel, from, &x, &y);
+        crest = climb(from, &x, &y);
     if (!(crest > (float)RF_DEPTH_STEP_RATIO * z))
         return z;
     return z > crest / 2 ? crest : 0;
 }
 
-/* The depth that pixel i gets. */
-static float snap_pixel(const struct rf_depth_channel *channel, const float *from,
-                        int32_t x, int32_t y)
+/* The depth that a pixel gets. */
+static float snap_pixel(const struct rf_depth_channel *from, int32_t x, int32_t y,
+                        const void *data)
 {
-    const float *at = from + (size_t)y * (size_t)channel->width + (size_t)x;
-    const struct line row = {at, 1, x, channel->width - 1 - x};
-    const struct line column = {at, channel->width, y, channel->height - 1 - y};
+    const float *at = from->depth + (size_t)y * (size_t)from->width + (size_t)x;
+    const struct line row = {at, 1, x, from->width - 1 - x};
+    const struct line column = {at, from->width, y, from->height - 1 - y};
+    (void)data;
     struct rf_depth_step step = {.n = RF_DEPTH_STEP_PIXELS + 2};
     if (is_flat(&row) && is_flat(&column))
         return *at;
-    find_sides(&row, &column, channel->infinity, &step);
-    find_sides(&column, &row, channel->infinity, &step);
+    find_sides(&row, &column, from->infinity, &step);
+    find_sides(&column, &row, from->infinity, &step);
     const float z = snapped(*at, &step);
-    if (z > 0 && (double)z < channel->infinity && step.n > RF_DEPTH_STEP_PIXELS + 1)
-        return crest_of(channel, from, x, y, z);
+    if (z > 0 && (double)z < from->infinity && step.n > RF_DEPTH_STEP_PIXELS + 1)
+        return crest_of(from, x, y, z);
     return z < 0 ? least_around(&row, &column, z) : z;
 }
 
@@ -213,22 +214,7 @@ rf_result rf_depth_snap(const struct rf_context *context,
                         struct rf_depth_channel *channel, size_t *n_changed,
                         struct rf_error *error)
 {
-    if (!channel || !channel->depth || !n_changed)
-        return rf_fail(error, RF_ERROR_ARGUMENT, n_changed ? "channel" : "n_changed",
-                       "a pointer is NULL");
-    const size_t n = (size_t)channel->width * (size_t)channel->height;
-    float *from = rf_depth_take(context, n, sizeof *from);
-    if (!from)
-        return rf_fail_memory(error, n, sizeof *from);
-    memcpy(from, channel->depth, n * sizeof *from);
-    for (int32_t y = 0; y < channel->height; y++)
-        for (int32_t x = 0; x < channel->width; x++) {
-            const size_t i = (size_t)y * (size_t)channel->width + (size_t)x;
-            channel->depth[i] = snap_pixel(channel, from, x, y);
-            *n_changed += channel->depth[i] != from[i];
-        }
-    rf_depth_give_back(context, from);
-    return RF_OK;
+    return rf_depth_change_all(context, channel, snap_pixel, NULL, n_changed, error);
 }
 
 rf_result rf_depth_repair(const struct rf_context *context,

@@ -3,8 +3,10 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/context.h"
+#include "base/error.h"
 #include "base/pool.h"
 
 bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
@@ -37,4 +39,29 @@ void rf_depth_give_back(const struct rf_context *context, void *memory)
         rf_free(context, memory);
     else
         free(memory);
+}
+
+rf_result rf_depth_change_all(const struct rf_context *context,
+                              struct rf_depth_channel *channel, rf_depth_change *change,
+                              const void *data, size_t *n_changed,
+                              struct rf_error *error)
+{
+    if (!channel || !channel->depth || !n_changed)
+        return rf_fail(error, RF_ERROR_ARGUMENT, n_changed ? "channel" : "n_changed",
+                       "a pointer is NULL");
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    struct rf_depth_channel from = *channel;
+    from.depth = rf_depth_take(context, n, sizeof *from.depth);
+    if (!from.depth)
+        return rf_fail_memory(error, n, sizeof *from.depth);
+    memcpy(from.depth, channel->depth, n * sizeof *from.depth);
+    float *to = channel->depth;
+    for (int32_t y = 0; y < channel->height; y++)
+        for (int32_t x = 0; x < channel->width; x++, to++) {
+            const float z = change(&from, x, y, data);
+            *n_changed += memcmp(to, &z, sizeof z) != 0;
+            *to = z;
+        }
+    rf_depth_give_back(context, from.depth);
+    return RF_OK;
 }

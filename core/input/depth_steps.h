@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "base/context.h"
+#include "rackfocus/rackfocus.h"
 
 /*
  * A step: two flat sides whose depths differ by this factor, and at most so many pixels
@@ -30,6 +31,18 @@ struct rf_depth_step {
  */
 bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
                         double infinity, struct rf_depth_step *step);
+
+/*
+ * Gives each pixel of a channel what `change` makes of it, which sees the depths as they
+ * were, in `from`; *n_changed is raised by how many differ. RF_ERROR_ARGUMENT where a
+ * pointer is NULL, RF_ERROR_MEMORY.
+ */
+typedef float rf_depth_change(const struct rf_depth_channel *from, int32_t x, int32_t y,
+                              const void *data);
+rf_result rf_depth_change_all(const struct rf_context *context,
+                              struct rf_depth_channel *channel, rf_depth_change *change,
+                              const void *data, size_t *n_changed,
+                              struct rf_error *error);
 
 /* Memory of the context; of the C library where that is NULL. */
 void *rf_depth_take(const struct rf_context *context, size_t count, size_t size);

@@ -125,6 +125,24 @@ static void wide_depth_is_narrowed_before_texture(void)
     CHECK(n_wrong <= 4 * HEIGHT / 6);
 }
 
+/* It is refused where it is, and nowhere else. */
+static void what_is_no_depth_does_not_spread(void)
+{
+    struct rf_depth_channel channel = channel_of(3);
+    struct rf_depth_stats stats = {.size = sizeof stats};
+    make_edges(3, 1000, 10, true);
+    for (int y = 8; y < 12; y++)
+        for (int x = 23; x < 30; x++)
+            depth[y * WIDTH + x] = y % 2 ? NAN : -1;
+    REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
+    CHECK(stats.is_widened);
+    for (int i = 0; i < N; i++) {
+        const bool was_depth =
+            i / WIDTH < 8 || i / WIDTH >= 12 || i % WIDTH < 23 || i % WIDTH >= 30;
+        CHECK((depth[i] >= 0) == was_depth);
+    }
+}
+
 static void other_depth_is_not_narrowed(void)
 {
     struct rf_depth_channel channel = channel_of(3), without = channel_of(0);
@@ -231,6 +249,7 @@ int main(int argc, char **argv)
     TEST(averages_are_found_and_undone);
     TEST(wide_depth_is_narrowed);
     TEST(wide_depth_is_narrowed_before_texture);
+    TEST(what_is_no_depth_does_not_spread);
     TEST(other_depth_is_not_narrowed);
     TEST(what_nothing_tells_stays);
     TEST(depth_times_alpha_is_divided_by_it);
