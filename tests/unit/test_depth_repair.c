@@ -75,6 +75,8 @@ static float share_at(int x)
     return x >= 39 && x <= 41 ? thin[x - 39] : 0;
 }
 
+static int slant = 3; /* px that stripes move to the left from row to row */
+
 /*
  * Before a far wall whose stripes are `stripe` px wide, `behind` away. The depth is near
  * where anything of the near thing is seen if `is_wide`, else where most of it is.
@@ -84,7 +86,7 @@ static void make_edges(int channels, int stripe, float behind, bool is_wide)
     static const float near[3] = {0.6f, 0.1f, 0.05f}, light[3] = {0.4f, 0.5f, 0.6f};
     for (int i = 0; i < N; i++) {
         const int x = i % WIDTH, y = i / WIDTH;
-        const float share = share_at(x), far = (x + 3 * y) / stripe % 2 ? 1 : 0.3f;
+        const float share = share_at(x), far = (x + slant * y) / stripe % 2 ? 1 : 0.3f;
         for (int c = 0; c < channels; c++)
             colour[i * channels + c] =
                 c == 3 ? 1 : share * near[c] + (1 - share) * far * light[c];
@@ -123,6 +125,12 @@ static void wide_depth_is_narrowed_before_texture(void)
     for (int i = 0; i < N; i++)
         n_wrong += depth[i] != truth[i];
     CHECK(n_wrong <= 4 * HEIGHT / 6);
+    /* Upright ones, of which the pixel beside the step has the other colour. */
+    slant = 0;
+    make_edges(3, 2, 10, true);
+    REQUIRE(rf_depth_narrow(NULL, &channel, &stats, &n_changed, NULL) == RF_OK);
+    CHECK(memcmp(depth, truth, sizeof depth) == 0);
+    slant = 3;
 }
 
 /* It is refused where it is, and nowhere else. */
