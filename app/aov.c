@@ -221,6 +221,7 @@ static rf_result make_lenses(struct lenses *lenses, const struct rf_context *con
     plain.blend_gamma = 1;
     rf_result result =
         rf_filter_create(&lenses->colours, context, &plain, s->width, s->height, error);
+    plain.white = 1;
     plain.axial_chroma = plain.lateral_chroma = 0;
     if (result == RF_OK)
         result = rf_filter_create(&lenses->data, context, &plain, s->width, s->height,

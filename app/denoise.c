@@ -281,13 +281,15 @@ bool denoise_picture(struct denoiser *d, const struct denoise_picture *picture,
         return false;
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++)
-            rgb[3 * i + c] = picture->samples[n_channels * i + (c < n_colours ? c : 0)];
+            rgb[3 * i + c] =
+                picture->samples[n_channels * i + (c < n_colours ? c : 0)] /
+                picture->white;
     const struct job job = {rgb, guides};
     const bool is_done = run_parts(d, picture, &job, filter_part, error) &&
                          denoise_keep_lamps(picture, rgb, d->n_threads, error);
     for (size_t i = 0; i < n && is_done; i++)
         for (size_t c = 0; c < n_colours; c++)
-            picture->samples[n_channels * i + c] = rgb[3 * i + c];
+            picture->samples[n_channels * i + c] = picture->white * rgb[3 * i + c];
     free(rgb);
     return is_done;
 }

@@ -59,6 +59,7 @@ struct denoise_picture {
     float *samples;
     int32_t width, height, n_channels;
     const char *path;
+    float white; /* luminance that is shown as white, a power of two */
 };
 
 /*

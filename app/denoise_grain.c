@@ -67,7 +67,8 @@ static bool read_row(const struct block *block, int y, size_t channel, float t[S
     bool is_told = true;
     for (int x = 0; x < SIDE; x++) {
         const size_t i = pixel_of(block, x, y) * n_channels + channel;
-        t[x] = sqrtf(fminf(fmaxf(block->picture->samples[i], 0), 1));
+        const float v = block->picture->samples[i] / block->picture->white;
+        t[x] = sqrtf(fminf(fmaxf(v, 0), 1));
         is_told &= t[x] > DARKEST && t[x] < BRIGHTEST;
     }
     return is_told;

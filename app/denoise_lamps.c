@@ -103,7 +103,8 @@ bool denoise_keep_lamps(const struct denoise_picture *grainy, float *clean,
     struct lamps l = {grainy->width, grainy->height, room, room + n, clean};
     for (size_t i = 0; i < n; i++) {
         l.grainy[i] = luminance_of(grainy->samples + i * (size_t)grainy->n_channels,
-                                   grainy->n_channels);
+                                   grainy->n_channels) /
+                      grainy->white;
         l.clean[i] = luminance_of(clean + 3 * i, 3);
     }
     os_parallel(n_threads, l.height, 16, keep_rows, &l);

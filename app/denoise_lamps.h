@@ -10,8 +10,8 @@
 struct image_error;
 
 /*
- * Gives the lamps of `clean`, packed RGB of the size of the picture, the light that the
- * samples of the picture have around them. Both are finite.
+ * Gives the lamps of `clean`, packed RGB of the size of the picture with a white of 1,
+ * the light that the samples of the picture have around them. Both are finite.
  */
 bool denoise_keep_lamps(const struct denoise_picture *grainy, float *clean,
                         int n_threads, struct image_error *error);

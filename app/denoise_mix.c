@@ -10,11 +10,12 @@
  *   out = c + sum of min(w_k, w'_k) B_k(r - c)    w'_k with G' in place of G
  *
  * |d|^2 is the sum of the squares over red, green and blue, of d as far as c + d or c - d
- * lies in 0 to 1: lamps would rule otherwise, and flipped grain of dark things, below 0,
- * counts. What d has beyond that is in no band and gets the least w_k. Views are merged
- * for f with 0.25 added, since merges cut what is below 0. G and G' are means over three
- * boxes of 17 x 17 and 7 x 7 px, nearly Gaussians of sigma 8.5 and 3.5 px; by G alone,
- * what is wrong in one place would bring grain back beside it. The coarse band has no G'.
+ * lies in 0 to white, which is 1 here: lamps would rule otherwise, and flipped grain of
+ * dark things, below 0, counts. What d has beyond that is in no band and gets the least
+ * w_k. Views are merged for f with 0.25 added, since merges cut what is below 0. G and G'
+ * are means over three boxes of 17 x 17 and 7 x 7 px, nearly Gaussians of sigma 8.5 and
+ * 3.5 px; by G alone, what is wrong in one place would bring grain back beside it. The
+ * coarse band has no G'.
  *
  * With an error b of c that is independent of the grain of r, w = b^2 / (b^2 + grain^2)
  * leaves the least error of all mixtures; less is taken where e may be grain alone. Grain
@@ -72,25 +73,25 @@ static uint64_t scramble(uint64_t v)
 }
 
 /* Of a pixel and all its colours, within LIMIT of 0. */
-static float grain_of(const float *grainy, const float *clean, int n_channels)
+static float grain_of(const struct denoise_picture *grainy, const float *clean,
+                      size_t at)
 {
     float sum = 0;
-    for (int c = 0; c < n_colours(n_channels); c++)
-        sum += grainy[c] - clean[c];
-    return fminf(fmaxf(sum, -LIMIT), LIMIT);
+    for (size_t c = 0; c < (size_t)n_colours(grainy->n_channels); c++)
+        sum += grainy->samples[at + c] - clean[at + c];
+    return fminf(fmaxf(sum / grainy->white, -LIMIT), LIMIT);
 }
 
 /* Is the grain of pixels side by side alike? */
-static bool is_smeared(const float *grainy, const float *clean, int32_t width,
-                       int32_t height, int n_channels)
+static bool is_smeared(const struct denoise_picture *grainy, const float *clean)
 {
+    const size_t width = (size_t)grainy->width, height = (size_t)grainy->height;
     double products = 0, squares = 0;
-    for (int32_t y = 0; y < height; y++) {
+    for (size_t y = 0; y < height; y++) {
         float last = 0;
-        for (int32_t x = 0; x < width; x++) {
-            const size_t k =
-                ((size_t)y * (size_t)width + (size_t)x) * (size_t)n_channels;
-            const float grain = grain_of(grainy + k, clean + k, n_channels);
+        for (size_t x = 0; x < width; x++) {
+            const size_t at = (y * width + x) * (size_t)grainy->n_channels;
+            const float grain = grain_of(grainy, clean, at);
             products += (double)(grain * last);
             squares += (double)(grain * grain);
             last = grain;
@@ -99,18 +100,18 @@ static bool is_smeared(const float *grainy, const float *clean, int32_t width,
     return products > SMEARED * squares;
 }
 
-void denoise_flip(float *grainy, const float *clean, int32_t width, int32_t height,
-                  int n_channels, int index)
+void denoise_flip(const struct denoise_picture *grainy, const float *clean, int index)
 {
-    const size_t row = (size_t)width, n = row * (size_t)height;
-    const size_t side = is_smeared(grainy, clean, width, height, n_channels) ? 4 : 1;
+    const size_t row = (size_t)grainy->width, n = row * (size_t)grainy->height;
+    const size_t n_channels = (size_t)grainy->n_channels;
+    const size_t side = is_smeared(grainy, clean) ? 4 : 1;
     for (size_t i = 0; i < n; i++) {
         const size_t block = i / row / side * row + i % row / side;
         const bool is_kept = scramble((uint64_t)index << 48 ^ (uint64_t)block) & 1;
-        for (int c = 0; c < n_colours(n_channels); c++) {
-            const size_t k = i * (size_t)n_channels + (size_t)c;
-            const float v = is_kept ? grainy[k] : 2 * clean[k] - grainy[k];
-            grainy[k] = fminf(fmaxf(v + LIFT, 0), FLT_MAX);
+        for (size_t c = 0; c < (size_t)n_colours(grainy->n_channels); c++) {
+            float *to = &grainy->samples[i * n_channels + c];
+            const float v = is_kept ? *to : 2 * clean[i * n_channels + c] - *to;
+            *to = fminf(fmaxf(v + LIFT * grainy->white, 0), FLT_MAX);
         }
     }
 }
@@ -217,7 +218,7 @@ static void find_bands(const struct denoise_merges *m, const float *other, float
     float *const *bands = rooms->bands;
     for (size_t i = 0; i < rooms->n; i++) {
         const size_t k = i * (size_t)m->n_channels + (size_t)c;
-        bands[0][i] = difference(m->clean[k], other[k] - lift);
+        bands[0][i] = difference(m->clean[k] / m->white, other[k] / m->white - lift);
     }
     memcpy(bands[1], bands[0], rooms->n * sizeof(float));
     smooth(m, FINE_PX, bands[1], rooms->line);
@@ -285,14 +286,14 @@ static void mix(const struct denoise_merges *m, const struct rooms *rooms)
         find_bands(m, m->grainy, 0, c, rooms);
         for (size_t i = 0; i < rooms->n; i++) {
             const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            float beyond = m->grainy[k] - m->clean[k], sum = 0, least = 1;
+            float beyond = (m->grainy[k] - m->clean[k]) / m->white, sum = 0, least = 1;
             for (int b = 0; b < N_BANDS; b++) {
                 const float w = rooms->weights[b][i];
                 sum += w * rooms->bands[b][i];
                 beyond -= rooms->bands[b][i];
                 least = fminf(least, w);
             }
-            m->clean[k] += sum + least * beyond;
+            m->clean[k] += m->white * (sum + least * beyond);
         }
     }
 }

@@ -29,7 +29,7 @@ static float grain_of(const struct share *s, int j, const float *made, size_t pi
     float sum = 0;
     for (size_t c = 0; c < n_colours; c++)
         sum += s->views[j].samples[pixel * n + c] - made[pixel * n + c];
-    return fminf(fmaxf(sum / (float)n_colours, -LIMIT), LIMIT);
+    return fminf(fmaxf(sum / (float)n_colours / s->white, -LIMIT), LIMIT);
 }
 
 /* q(d). */

@@ -57,7 +57,7 @@ static bool add_tone(const struct share *s, const float *samples, float sums[N_T
 {
     bool is_light = false;
     for (int c = 0; c < 3; c++) {
-        const float v = samples[s->n_channels >= 3 ? c : 0];
+        const float v = samples[s->n_channels >= 3 ? c : 0] / s->white;
         is_light |= v > LIGHT;
         const float clipped = fminf(fmaxf(v, 0), 1);
         sums[c] += sqrtf(clipped);

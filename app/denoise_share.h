@@ -28,6 +28,7 @@ struct share {
     struct share_view *views;
     int32_t n, width, height, n_channels; /* of n_channels the fourth is alpha */
     double lens_radius;                   /* scene units */
+    float white; /* luminance that is shown as white, a power of two */
     int n_threads;
     float *tones; /* of share_open() */
 };

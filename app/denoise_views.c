@@ -86,8 +86,8 @@ static struct denoise_picture picture_of(const struct denoise_views *views, int 
                                          float *samples)
 {
     const struct share *share = &views->share;
-    return (struct denoise_picture){samples, share->width, share->height,
-                                    share->n_channels, views->names[j]};
+    return (struct denoise_picture){samples,           share->width,    share->height,
+                                    share->n_channels, views->names[j], share->white};
 }
 
 /* Of all samples of a view. */

@@ -155,3 +155,19 @@ int filter_make(struct run *run, size_t max_bytes)
     run->context = kept->context;
     return create_filter(run);
 }
+
+bool filter_needs_white(const struct run *run)
+{
+    return white_is_open(run->settings) && !run->is_deep &&
+           (run->tool->denoise || rf_method_find(run->params.method)->has_layers);
+}
+
+int filter_take_white(struct run *run, const struct white_tally *tally)
+{
+    const double white = white_of(tally);
+    if (white == 1)
+        return APP_DONE;
+    settings_set_header(run->settings, "white", white, "the picture", NULL);
+    run->params.white = white;
+    return filter_make(run, (size_t)run->tool->max_memory_mib << 20);
+}

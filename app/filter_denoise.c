@@ -26,14 +26,22 @@ static int code_of(const struct run *run, bool is_done)
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
+static float white_of_run(const struct run *run)
+{
+    return (float)white_round(run->params.white);
+}
+
 /* Takes the grain out of the pixels of a source. */
 static int denoise_source(struct run *run, struct denoiser *denoiser,
                           const struct source *source, float *samples)
 {
     struct denoise_guides guides;
-    const struct denoise_picture picture = {samples, source->width, source->height,
+    const struct denoise_picture picture = {samples,
+                                            source->width,
+                                            source->height,
                                             source->n_channels,
-                                            image_path(source->colour)};
+                                            image_path(source->colour),
+                                            white_of_run(run)};
     const struct denoise_files files = {run->tool->albedo_file, run->tool->normal_file};
     bool is_done =
         denoise_read_guides(source, &files, run->n_threads, &guides, run->error);
@@ -58,6 +66,7 @@ static int open_share(struct run *run, struct share *share)
                             .height = source->height,
                             .n_channels = source->n_channels,
                             .lens_radius = rf_filter_lens(run->filter)->lens_radius,
+                            .white = white_of_run(run),
                             .n_threads = run->n_threads};
     share->views = app_memory((size_t)run->views.n, sizeof(*share->views), run->error);
     for (int j = 0; j < run->views.n && share->views; j++) {
@@ -128,9 +137,16 @@ static int denoise_shared(struct run *run, struct denoiser *denoiser,
 /* Gives the grain of the views random signs; made[j]: view j without it. */
 static void flip_views(struct run *run, float *const *made)
 {
-    for (int j = 0; j < run->views.n; j++)
-        denoise_flip(run->views.views[j].colour.data, made[j], run->source.width,
-                     run->source.height, run->source.n_channels, j);
+    const struct source *source = &run->source;
+    for (int j = 0; j < run->views.n; j++) {
+        const struct denoise_picture grainy = {run->views.views[j].colour.data,
+                                               source->width,
+                                               source->height,
+                                               source->n_channels,
+                                               image_path(source->colour),
+                                               white_of_run(run)};
+        denoise_flip(&grainy, made[j], j);
+    }
 }
 
 /* With room for pictures in `grainy` and `flipped`, and for view j in made[j]. */
@@ -141,9 +157,10 @@ static int run_views(struct run *run, struct denoiser *denoiser,
     const struct source *source = &run->source;
     const size_t n =
         (size_t)source->width * (size_t)source->height * (size_t)source->n_channels;
-    const struct denoise_merges merges = {
-        run->colour,        grainy,        flipped, source->width, source->height,
-        source->n_channels, run->n_threads};
+    const struct denoise_merges merges = {run->colour,       grainy,
+                                          flipped,           source->width,
+                                          source->height,    source->n_channels,
+                                          white_of_run(run), run->n_threads};
     int code = make_picture(run, grainy);
     if (code == APP_DONE)
         code = denoise_shared(run, denoiser, made);

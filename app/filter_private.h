@@ -13,6 +13,7 @@
 #include "temporal.h"
 #include "temporal_border.h"
 #include "views.h"
+#include "white.h"
 
 /* Everything that one run holds. */
 struct run {
@@ -58,6 +59,13 @@ int filter_fail_view(const struct run *run, int view, const struct rf_error *err
 /* Makes the filter, in place of the one before, and a context where none with that
  * bound was handed on; max_bytes 0: no bound. An enum app_code. */
 int filter_make(struct run *run, size_t max_bytes);
+
+/* Is white to be told by the picture? Nobody gave it, and it is read. */
+bool filter_needs_white(const struct run *run);
+
+/* Takes the white of a picture of which the pixels were counted; where it is not 1, makes
+ * the filter anew. An enum app_code. */
+int filter_take_white(struct run *run, const struct white_tally *tally);
 
 static inline int filter_n_views(const struct run *run)
 {

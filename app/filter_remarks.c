@@ -20,8 +20,10 @@ int filter_warn_unread(const struct run *run)
     const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n; i++) {
         const char *why_not;
+        const bool is_denoisers =
+            run->tool->denoise && strcmp(list[i].key, "white") == 0;
         if (settings_origin(run->settings, list[i].key) != ORIGIN_COMMAND_LINE ||
-            rf_param_is_read(&run->params, list[i].key, &why_not))
+            is_denoisers || rf_param_is_read(&run->params, list[i].key, &why_not))
             continue;
         const int code = app_warn(run->tool->host, run->error,
                                   "--%s: has no effect: %s", list[i].key, why_not);
@@ -158,10 +160,12 @@ void filter_say_done(const struct run *run)
     if (run->shared_views > 0)
         snprintf(shared, sizeof(shared), ", grain: %.1f of %d views share a pixel",
                  run->shared_views, run->views.n);
-    char seen[160];
+    char seen[160], white[40] = "";
+    if (params->white != 1)
+        snprintf(white, sizeof(white), ", white %g", params->white);
     seen_describe(&run->seen, seen, sizeof(seen));
-    app_say(tool->host, "%s: focus %g, %s%s, method %s%s%s",
+    app_say(tool->host, "%s: focus %g, %s%s, method %s%s%s%s",
             tool->shown_output ? tool->shown_output : tool->output,
-            rf_filter_lens(run->filter)->focus_distance, aperture, radii, method,
+            rf_filter_lens(run->filter)->focus_distance, aperture, radii, method, white,
             shared, seen);
 }

@@ -277,6 +277,18 @@ static int read_facts(struct run *run)
     return filter_warn_unread(run);
 }
 
+/* Of a picture in memory. */
+static int find_white(struct run *run)
+{
+    const struct source *source = &run->source;
+    struct white_tally tally = {{0}};
+    if (run->windows || !filter_needs_white(run))
+        return APP_DONE;
+    white_tally_add(&tally, run->colour, (size_t)source->width * (size_t)source->height,
+                    source->n_channels);
+    return filter_take_white(run, &tally);
+}
+
 static int make_filter(struct run *run)
 {
     return filter_make(run, (size_t)run->tool->max_memory_mib << 20);
@@ -444,9 +456,9 @@ static int do_step(struct run *run, int (*step)(struct run *))
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
-        find_layers,   read_facts,    make_filter, open_views, read_pixels,
-        warn_facts,    temporal_find, seen_find,   process,    filter_layers,
-        filter_shrink, write_output,  say_done};
+        find_layers,   read_facts,    make_filter,   open_views, read_pixels,
+        find_white,    warn_facts,    temporal_find, seen_find,  process,
+        filter_layers, filter_shrink, write_output,  say_done};
     if (!source_check(&run->source, run->error) ||
         !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&

@@ -18,6 +18,7 @@
 #include "report.h"
 #include "settings.h"
 #include "source.h"
+#include "white.h"
 
 /* What one run holds; pictures are packed RGB of width x height. */
 struct finish {
@@ -31,6 +32,7 @@ struct finish {
     float *estimate;   /* of the error, a channel */
     struct denoise_guides guides;
     struct denoiser *denoiser;
+    float white; /* luminance that is shown as white, a power of two */
     int n_threads;
 };
 
@@ -215,6 +217,16 @@ static int read_half(struct finish *f, const char *path)
     return code;
 }
 
+/* The white that was given, else that of the own picture. */
+static void find_white(struct finish *f)
+{
+    struct white_tally tally = {{0}};
+    white_tally_add(&tally, f->rgb, n_pixels(f), 3);
+    f->white =
+        (float)(white_is_open(f->settings) ? white_of(&tally)
+                                           : white_round(f->settings->params.white));
+}
+
 static int read_own(struct finish *f, const char *path)
 {
     struct render own = {.source = &f->own,
@@ -228,14 +240,16 @@ static int read_own(struct finish *f, const char *path)
     if (!f->rgb)
         return APP_NO_MEMORY;
     code = find_rgb(f, path, f->samples, f->rgb);
+    if (code == APP_DONE)
+        find_white(f);
     return code == APP_DONE && f->tool->half ? read_half(f, f->tool->half) : code;
 }
 
 /* Denoises the own picture by its own albedo and normals, into f->ours. */
 static int denoise_by_own(struct finish *f)
 {
-    const struct denoise_picture picture = {f->rgb, f->own.width, f->own.height, 3,
-                                            image_path(f->own.colour)};
+    const struct denoise_picture picture = {
+        f->rgb, f->own.width, f->own.height, 3, image_path(f->own.colour), f->white};
     denoise_judge_grain(f->denoiser, &picture, &f->guides);
     if (!denoise_clean_guides(f->denoiser, &picture, &f->guides, f->error) ||
         !denoise_picture(f->denoiser, &picture, &f->guides, f->error))
@@ -258,6 +272,7 @@ static int finish_by_ours(struct finish *f)
                                            .estimate = f->estimate,
                                            .width = f->own.width,
                                            .height = f->own.height,
+                                           .white = f->white,
                                            .name = image_path(f->own.colour)};
     if (!finish_mix(f->denoiser, &picture, f->error))
         return app_code_of(f->error);

@@ -12,7 +12,7 @@
  *   w   = G[b2 / (b2 + k se2)]
  *   out = y + w (g - y)
  *
- * per channel; G and H are Gaussian means, sigma 1.4 px and 2 px: bright samples are
+ * per channel, in units of white; G and H are Gaussian means, sigma 1.4 px and 2 px: bright samples are
  * rare, and more pixels tell how rare; k = 2, tau = 0.007. Differences are of
  * linear light, which the grain leaves unbiased: t of a grainy pixel is too dark on
  * average, and more so the more grain it has. g is the mean of three pictures: half of
@@ -124,11 +124,11 @@ static void find_means(const struct finish_picture *p, const float *denoised,
 {
     const size_t n = n_pixels(p);
     for (size_t i = 0; i < n; i++)
-        to->slope[i] = fmaxf(p->ours[3 * i + (size_t)channel], 0);
+        to->slope[i] = fmaxf(p->ours[3 * i + (size_t)channel] / p->white, 0);
     smooth(to->slope, to->room, p->width, p->height, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
-        const float slope = display_slope(to->slope[i]);
+        const float slope = display_slope(to->slope[i]) / p->white;
         to->slope[i] = slope;
         to->mean[i] = slope * (p->own[k] - p->ours[k]);
         to->rest[i] = slope * (p->apart ? p->apart[k] : p->own[k] - denoised[k]);
@@ -168,8 +168,9 @@ static void mix_channel(const struct finish_picture *p, const float *denoised,
         const float e = sqrtf(left * left * ours[i] + w * w * with->square[i] +
                               (float)(LEAST_ERROR * LEAST_ERROR / 4));
         p->ours[k] += weight[i] * (denoised[k] - p->ours[k]);
-        p->estimate[i] = fmaxf(channel == 0 ? 0 : p->estimate[i],
-                               display_error(p->ours[k], e, with->slope[i]));
+        p->estimate[i] =
+            fmaxf(channel == 0 ? 0 : p->estimate[i],
+                  display_error(p->ours[k] / p->white, e, with->slope[i] * p->white));
     }
 }
 
@@ -180,7 +181,8 @@ static bool denoise(struct denoiser *denoiser, const struct finish_picture *p,
                     float *rgb, const struct denoise_guides *guides,
                     struct image_error *error)
 {
-    const struct denoise_picture picture = {rgb, p->width, p->height, 3, p->name};
+    const struct denoise_picture picture = {rgb, p->width, p->height,
+                                            3,   p->name,  p->white};
     memcpy(rgb, p->own, 3 * n_pixels(p) * sizeof(*rgb));
     return denoise_picture(denoiser, &picture, guides, error);
 }
@@ -208,7 +210,8 @@ static bool clean_guides(struct denoiser *denoiser, const struct finish_picture 
                          struct image_error *error)
 {
     const size_t n_bytes = 3 * n_pixels(p) * sizeof(float);
-    const struct denoise_picture size = {NULL, p->width, p->height, 3, p->name};
+    const struct denoise_picture size = {NULL, p->width, p->height,
+                                         3,    p->name,  p->white};
     *guides = (struct denoise_guides){.albedo = p->albedo ? room->albedo : NULL,
                                       .normal = p->normal ? room->normal : NULL};
     if (guides->albedo)
@@ -226,7 +229,7 @@ static bool denoise_own(struct denoiser *denoiser, const struct finish_picture *
     struct denoise_guides own;
     struct denoise_guides by = {.albedo = room->limited, .are_clean = true};
     for (size_t i = 0; i < n; i++)
-        room->limited[i] = fminf(fmaxf(p->ours[i], 0), 1);
+        room->limited[i] = fminf(fmaxf(p->ours[i] / p->white, 0), 1);
     if (!clean_guides(denoiser, p, room, &own, error))
         return false;
     const float left = own.albedo ? 0.5f : 1;
@@ -262,7 +265,7 @@ bool finish_mix(struct denoiser *denoiser, const struct finish_picture *p,
     const struct planes planes = {free_planes, free_planes + n, free_planes + 2 * n,
                                   free_planes + 3 * n, free_planes + 4 * n};
     const struct denoise_picture own = {(float *)p->own, p->width, p->height, 3,
-                                        p->name};
+                                        p->name,         p->white};
     denoise_judge_grain(denoiser, &own,
                         &(struct denoise_guides){.albedo = (float *)p->albedo,
                                                  .normal = (float *)p->normal});

@@ -20,6 +20,7 @@ struct finish_picture {
                             mean is `own`; NULL: not known */
     float *estimate; /* a channel, becomes the error that is left, of display values */
     int32_t width, height;
+    float white;      /* luminance that is shown as white, a power of two */
     const char *name; /* of the own picture, for errors */
 };
 

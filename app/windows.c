@@ -266,8 +266,9 @@ static bool view_of(struct windows *w, int j, const struct rf_window *box,
 
 /* ---- passes over the whole ------------------------------------------------------- */
 
-/* Counts the rows of the first view's depth. */
-static int tally_rows(struct windows *w, struct rf_depth_tally *tally)
+/* Counts the rows of the first view: its depth and its light. */
+static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
+                      struct white_tally *light)
 {
     const int32_t n_rows = most(w->step, SURVEY_ROWS);
     int code = make_room(w, n_rows);
@@ -277,39 +278,45 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally)
             code = APP_INTERRUPTED;
         else if (!need_rows(w, y, y + n, w->run->error))
             code = fail_image(w);
-        else
+        else {
             rf_depth_tally_add(
                 tally, &(struct rf_depth_channel){
                            w->depth[0],
                            rf_image_packed(w->colour[0], w->width, n, w->n_channels),
                            w->width, n, w->run->params.depth_infinity});
+            white_tally_add(light, w->colour[0], (size_t)w->width * (size_t)n,
+                            w->n_channels);
+        }
     }
     drop_rows(w);
     return code;
 }
 
-/* The repairs of the depth, from a pass over the first view's file. */
-static int judge_depth(struct windows *w)
+/* The repairs of the depth and the white, from a pass over the first view's file. */
+static int judge_picture(struct windows *w)
 {
     struct run *run = w->run;
     struct rf_depth_stats stats = {.size = sizeof(stats)};
     struct rf_depth_tally *tally;
+    struct white_tally light = {{0}};
+    const bool needs_depth = filter_needs_depth(run);
+    const bool needs_white = filter_needs_white(run);
     const struct rf_depth_channel whole = {
         .width = w->width, .height = w->height, .infinity = run->params.depth_infinity};
-    if (!filter_needs_depth(run))
+    if (!needs_depth && !needs_white)
         return APP_DONE;
     if (rf_depth_tally_create(&tally, NULL, &whole, NULL) != RF_OK)
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(run->source.depth));
     w->n_views = 1;
-    int code = tally_rows(w, tally);
+    int code = tally_rows(w, tally, &light);
     w->n_views = filter_n_views(run);
     rf_depth_tally_finish(tally, &stats);
-    if (code == APP_DONE)
+    if (code == APP_DONE && needs_depth)
         code = filter_judge_depth(run, &stats, &w->found);
-    if (code == APP_DONE)
+    if (code == APP_DONE && needs_depth)
         code = filter_say_repaired(run, &w->found, NULL);
-    return code;
+    return code == APP_DONE && needs_white ? filter_take_white(run, &light) : code;
 }
 
 static int survey_strip(struct windows *w, int32_t y, int32_t n)
@@ -556,7 +563,7 @@ int windows_open(struct run *run)
     w->step = image_row_step(run->source.colour, run->source.part);
     for (int j = 0; j < w->n_views; j++)
         w->surveys[j].size = sizeof w->surveys[j];
-    const int code = judge_depth(w);
+    const int code = judge_picture(w);
     return code == APP_DONE ? survey_all(w) : code;
 }
 

@@ -113,6 +113,13 @@ def crop_parameters(params, whole_size, size):
     return part
 
 
+def white_of(scene):
+    """Luminance that a scene shows as white: its exposure is in stops."""
+    white = next(p for p in rackfocus.parameters() if p.field == "white")
+    shown = 2.0 ** -round(scene.view_settings.exposure)
+    return min(max(shown, white.min), white.max)
+
+
 def frame_parameters(camera, settings, render, size, scale=1):
     """All parameters for a picture of `size` px that shows the frame or a part of it.
 
@@ -120,7 +127,7 @@ def frame_parameters(camera, settings, render, size, scale=1):
     lengths in px are those of the settings times it.
     """
     params = camera_parameters(camera, render)
-    params.update(settings.method_parameters())
+    params.update(settings.method_parameters(), white=white_of(render.id_data))
     for p in rackfocus.parameters() if scale > 1 else ():
         if p.unit == "px" and p.field in params:
             params[p.field] = min(params[p.field] * scale, p.max)

@@ -21,6 +21,7 @@ LENS_POINTS = ("lens_pattern", "lens_random", "lens_seed")
 # What the camera does not have, beside the parameters of the methods.
 FIRST_VIEWS = 8  # of a camera that gets a method of several views
 OF_OTHER_GROUPS = ("coc_limit", "film_depth")
+OF_THE_SCENE = ("quality", "white")
 
 
 def _find(field):
@@ -77,7 +78,7 @@ def method_table():
     return [
         p
         for p in rackfocus.parameters()
-        if p.field != "quality"
+        if p.field not in OF_THE_SCENE
         and (p.group == "method" or p.field in OF_OTHER_GROUPS or p.field in looks)
     ]
 

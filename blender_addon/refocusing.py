@@ -38,6 +38,7 @@ def key_of(scene):
         settings = camera.data.rack_focus
         try:
             params = lens.frame_parameters(camera, settings, scene.render, size)
+            params.pop("white")  # an exposure is no reason to filter anew
         except (lens.CameraError, rackfocus.Error):
             params = {}
         found.append((camera.name, tuple(sorted(params.items())), look.of(settings)))

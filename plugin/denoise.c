@@ -20,6 +20,7 @@ struct finish {
     struct plugin_image opened[N_PICTURES];
     bool is_open[N_PICTURES];
     float *rgb[N_PICTURES];
+    float white; /* a power of two */
 };
 
 static int fail(const char *name, const char *what)
@@ -115,6 +116,7 @@ static bool run(struct finish *f, const struct plugin_denoiser *how,
                                            .estimate = f->rgb[ESTIMATE],
                                            .width = own->width,
                                            .height = own->height,
+                                           .white = f->white,
                                            .name = names[OWN]};
     struct denoiser *denoiser = denoiser_open(
         how->library, (enum denoise_quality)how->quality, how->n_threads, error);
@@ -157,18 +159,23 @@ static int finish(const struct module_state *state, struct finish *f,
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
 {
     static char *keys[] = {"own",   "ours",    "out",     "albedo",  "normal", "half",
-                           "error", "library", "quality", "threads", NULL};
+                           "error", "library", "quality", "threads", "white",  NULL};
     PyObject *objects[N_PICTURES] = {0};
     struct plugin_denoiser how = {0};
     const char *quality = "high";
+    double white = 1;
     objects[ALBEDO] = objects[NORMAL] = objects[HALF] = objects[ESTIMATE] = Py_None;
     if (!PyArg_ParseTupleAndKeywords(
-            args, keywords, "OOO|OOOO$zsi:finish", keys, &objects[OWN], &objects[OURS],
+            args, keywords, "OOO|OOOO$zsid:finish", keys, &objects[OWN], &objects[OURS],
             &objects[OUT], &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
-            &objects[ESTIMATE], &how.library, &quality, &how.n_threads) ||
+            &objects[ESTIMATE], &how.library, &quality, &how.n_threads, &white) ||
         plugin_check_denoiser(&how, quality) < 0)
         return NULL;
-    struct finish f = {0};
+    if (!(white >= 1e-6 && white <= 1e6)) {
+        fail("white", "must lie in 1e-6 to 1e6");
+        return NULL;
+    }
+    struct finish f = {.white = plugin_round_white(white)};
     int status = 0;
     for (int i = 0; i < N_PICTURES && status == 0; i++)
         status = open_picture(&f, i, objects[i]);

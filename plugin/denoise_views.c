@@ -12,6 +12,7 @@
 /* Everything of one call. */
 struct job {
     const struct rf_filter *filter;
+    float white; /* of the filter */
     struct plugin_views *views;
     struct plugin_image outs[RF_MAX_VIEWS], guides[2 * RF_MAX_VIEWS];
     int n_outs, n_guides;
@@ -133,6 +134,7 @@ static int open_job(struct job *job, const struct module_state *state, PyObject 
     share->height = first->height;
     share->n_channels = first->channels;
     share->lens_radius = rf_filter_lens(job->filter)->lens_radius;
+    share->white = job->white;
     share->views = calloc((size_t)n, sizeof *share->views);
     if (!share->views) {
         PyErr_NoMemory();
@@ -233,6 +235,7 @@ PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
     if (!job)
         return PyErr_NoMemory();
     job->filter = ((struct plugin_filter *)object)->filter;
+    job->white = ((struct plugin_filter *)object)->white;
     job->views = plugin_open_views(sequence);
     job->work.share.n_threads = thread_count(how.n_threads);
     job->progress.function = function == Py_None ? NULL : function;

@@ -63,6 +63,7 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
         self->context = Py_NewRef(context);
         self->size_px[0] = size_px[0];
         self->size_px[1] = size_px[1];
+        self->white = plugin_round_white(params.white);
     }
     if (self && make_filter(state, self, &params, picture) < 0)
         Py_CLEAR(self);

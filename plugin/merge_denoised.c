@@ -12,6 +12,7 @@ enum { N_MERGES = 3 };
 /* Everything of one call. */
 struct job {
     const struct rf_filter *filter;
+    float white; /* of the filter */
     struct plugin_views *views;
     struct plugin_image cleans[RF_MAX_VIEWS], out;
     int n_cleans;
@@ -41,8 +42,9 @@ static int flip(struct job *job, int j)
     float *clean = plugin_packed(image, image->channels);
     if (!clean)
         return -1;
-    denoise_flip(job->flipped[j], clean, image->width, image->height, image->channels,
-                 j);
+    const struct denoise_picture grainy = {job->flipped[j], image->width, image->height,
+                                           image->channels, "views",      job->white};
+    denoise_flip(&grainy, clean, j);
     free(clean);
     return 0;
 }
@@ -138,6 +140,7 @@ static bool run(struct job *job, int n_threads, struct rf_error *error,
                                           .width = first->width,
                                           .height = first->height,
                                           .n_channels = first->channels,
+                                          .white = job->white,
                                           .n_threads = n_threads};
     struct rf_view clean[RF_MAX_VIEWS], flipped[RF_MAX_VIEWS];
     for (int j = 0; j < job->views->n; j++) {
@@ -179,6 +182,7 @@ PyObject *plugin_filter_merge_denoised(PyObject *object, PyObject *args,
     if (!job)
         return PyErr_NoMemory();
     job->filter = filter->filter;
+    job->white = filter->white;
     job->progress.function = function == Py_None ? NULL : function;
     job->views = plugin_open_views(sequence);
     if (!job->views) {

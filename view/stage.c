@@ -14,6 +14,7 @@
 #include "picture.h"
 #include "povray_files.h"
 #include "report.h"
+#include "white.h"
 
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
 
@@ -135,6 +136,8 @@ static bool resolve_source(const struct stage *stage, const struct source *sourc
         return false;
     if (stage->has_views)
         settings_set_header(settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET, NULL);
+    if (stage->white > 0)
+        settings_set_header(settings, "white", stage->white, "the picture", NULL);
     if (settings_fit_window(settings, &source->info, params, &error) == RF_OK)
         return true;
     snprintf(text, n_bytes, "%s", error.message);
@@ -169,6 +172,14 @@ static bool mend_depth(struct stage *stage, const struct settings *typed,
         add_remark(stage, text);
     }
     return true;
+}
+
+static double white_of_light(const struct rf_image *colour)
+{
+    struct white_tally tally = {{0}};
+    white_tally_add(&tally, colour->data,
+                    (size_t)colour->width * (size_t)colour->height, colour->channels);
+    return white_of(&tally);
 }
 
 static bool open_source(struct stage *stage, const struct source_request *request,
@@ -226,6 +237,8 @@ static bool read_files(struct stage *stage, const struct settings *typed,
     is_good =
         is_good && stage->input &&
         (is_deep || mend_depth(stage, typed, &stage->source, stage->input, error));
+    if (is_good && !is_deep)
+        stage->white = white_of_light(&stage->input->views[0].colour);
     views_list_free(&list);
     return is_good;
 }

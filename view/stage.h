@@ -48,6 +48,7 @@ struct stage {
     struct source others[STACK_MOST]; /* of the layers above, of the right eye */
     int n_others;
     struct input *input;
+    double white; /* of its light, as rackfocus filter tells it */
     /* For other threads. */
     volatile double fraction; /* of rendering */
     volatile bool is_cancelled;

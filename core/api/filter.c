@@ -22,6 +22,7 @@
 #include "input/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
+#include "input/white.h"
 #include "lens/aperture.h"
 #include "lens/params.h"
 #include "methods/methods.h"
@@ -327,19 +328,37 @@ static rf_result process_colours(const struct rf_frame *f, const struct rf_view 
                : make(f, views, n_views, out, progress, error);
 }
 
+/* Makes the picture of views whose white is 1. */
+static rf_result process_whitened(const struct rf_whitened *w, int n_views,
+                                  const struct rf_image *out,
+                                  const struct rf_progress *progress,
+                                  struct rf_error *error)
+{
+    const struct rf_frame *f = &w->frame;
+    rf_result result =
+        w->views[0].n_seen > 0
+            ? rf_seen_process(f, w->views, out, progress, process_colours, error)
+            : process_colours(f, w->views, n_views, out, progress, error);
+    if (result == RF_OK)
+        rf_unwhiten(f, out);
+    return result;
+}
+
 rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view *views,
                             int32_t n_views, const struct rf_image *out,
                             const struct rf_progress *progress, struct rf_error *error)
 {
     struct rf_view known[RF_MAX_VIEWS];
+    struct rf_whitened whitened;
     rf_result result = check_views(filter, views, n_views, out, error);
     if (result != RF_OK)
         return result;
-    const struct rf_frame *f = &filter->frame;
     rf_views_copy(known, views, n_views);
-    return known[0].n_seen > 0
-               ? rf_seen_process(f, known, out, progress, process_colours, error)
-               : process_colours(f, known, n_views, out, progress, error);
+    result = rf_whiten(&whitened, &filter->frame, known, n_views, error);
+    if (result == RF_OK)
+        result = process_whitened(&whitened, n_views, out, progress, error);
+    rf_whitened_free(&whitened);
+    return result;
 }
 
 static rf_result convert(const struct rf_filter *filter, const struct rf_image *depth,

@@ -46,6 +46,7 @@
 #include "input/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
+#include "input/white.h"
 #include "kernels/data.h"
 #include "lens/aperture.h"
 #include "methods/views/views.h"
@@ -193,13 +194,16 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
         return result;
     struct rf_frame part = part_of(&filter->frame, given);
     struct rf_work_view work_view = {.radius = NULL};
-    struct rf_work work = {.frame = &part,
+    struct rf_whitened whitened;
+    struct rf_work work = {.frame = &whitened.frame,
                            .n_planes = view->colour.channels,
                            .n_views = 1,
                            .views = &work_view};
     struct rf_areas areas = {.mean = NULL};
     int64_t n_known = 0;
-    result = load(&work, view, &n_known, error);
+    result = rf_whiten(&whitened, &part, view, 1, error);
+    if (result == RF_OK)
+        result = load(&work, whitened.views, &n_known, error);
     if (result == RF_OK)
         result = rf_areas_measure(&areas, &part, &work_view, work.n_planes, error);
     if (result == RF_OK) {
@@ -213,6 +217,7 @@ rf_result rf_filter_survey(const struct rf_filter *filter, const struct rf_view 
     }
     rf_areas_free(&areas, part.context);
     rf_work_free(&work);
+    rf_whitened_free(&whitened);
     return result;
 }
 
@@ -374,7 +379,8 @@ size_t rf_window_bytes(const struct rf_filter *filter, const struct rf_survey *s
     int width = given->width + (given->width < f->width ? border / 2 : border);
     int height = given->height + (given->height < f->height ? border / 2 : border);
     return (size_t)width * (size_t)height *
-               (RF_WINDOW_BYTES_PER_PIXEL + n_more * RF_WINDOW_BYTES_PER_VIEW) +
+               (RF_WINDOW_BYTES_PER_PIXEL + n_more * RF_WINDOW_BYTES_PER_VIEW +
+                (size_t)n_views * rf_whitened_bytes(f)) +
            RF_WINDOW_BYTES;
 }
 
@@ -439,15 +445,16 @@ static rf_result check_job(const struct job *job, struct rf_error *error)
     return result;
 }
 
-static rf_result run(const struct job *job, struct rf_work *work,
-                     struct rf_error *error)
+/* Makes the window of `views`, those of the job with a white of 1. */
+static rf_result run(const struct job *job, const struct rf_view *views,
+                     struct rf_work *work, struct rf_error *error)
 {
     const struct rf_frame *f = work->frame;
     const struct rf_window *given = job->given, *kept = job->kept;
     int x = kept->x - given->x, y = kept->y - given->y;
     if (work->n_views == 1 && work->largest_radius < RF_SHARP_PX) {
-        struct rf_image from = job->views->colour;
-        from.data = (void *)rf_image_at(&job->views->colour, x, y, 0);
+        struct rf_image from = views->colour;
+        from.data = (void *)rf_image_at(&views->colour, x, y, 0);
         rf_frame_copy_light(&f->params, &from, job->out);
         return RF_OK;
     }
@@ -468,10 +475,11 @@ static rf_result process(const struct job *job, struct rf_task *task,
                          struct rf_error *error)
 {
     struct rf_frame part = part_of(&job->filter->frame, job->given);
+    struct rf_whitened whitened;
     struct rf_work_view work_views[RF_MAX_VIEWS] = {{.radius = NULL}};
     for (int j = 0; j < job->n_views; j++)
         work_views[j].survey = &job->surveys[j];
-    struct rf_work work = {.frame = &part,
+    struct rf_work work = {.frame = &whitened.frame,
                            .n_planes = job->views->colour.channels,
                            .n_views = job->n_views,
                            .views = work_views,
@@ -479,13 +487,18 @@ static rf_result process(const struct job *job, struct rf_task *task,
                            .largest_radius = largest_radius(job->surveys, job->n_views),
                            .task = task};
     int64_t n_known;
-    rf_result result = load(&work, job->views, &n_known, error);
+    rf_result result = rf_whiten(&whitened, &part, job->views, job->n_views, error);
     if (result == RF_OK)
-        result = run(job, &work, error);
+        result = load(&work, whitened.views, &n_known, error);
+    if (result == RF_OK)
+        result = run(job, whitened.views, &work, error);
     if (result == RF_OK)
         result = rf_take_vignette(&part, job->kept->x - job->given->x,
                                   job->kept->y - job->given->y, job->out, error);
+    if (result == RF_OK)
+        rf_unwhiten(&part, job->out);
     rf_work_free(&work);
+    rf_whitened_free(&whitened);
     return result;
 }
 

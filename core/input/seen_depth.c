@@ -63,8 +63,10 @@ struct search {
 
 /* ---- the range ----------------------------------------------------------------- */
 
-static float mean_luminance(const struct rf_image *colour)
+static float mean_luminance(const struct rf_params *params,
+                            const struct rf_image *colour)
 {
+    const float most = 4 * (float)params->white;
     double sum = 0;
     int g = colour->channels > 2 ? 1 : 0, b = colour->channels > 2 ? 2 : 0;
     for (int y = 0; y < colour->height; y++)
@@ -73,8 +75,8 @@ static float mean_luminance(const struct rf_image *colour)
                                   *rf_image_at(colour, x, y, g),
                                   *rf_image_at(colour, x, y, b)};
             /* One lamp must not make all else dark. */
-            sum +=
-                rf_min_float(rf_max_float(rf_luminance(rgb[0], rgb[1], rgb[2]), 0), 4);
+            sum += rf_min_float(rf_max_float(rf_luminance(rgb[0], rgb[1], rgb[2]), 0),
+                                most);
         }
     return (float)(sum / ((double)colour->width * colour->height));
 }
@@ -387,7 +389,8 @@ rf_result rf_seen_find(const struct rf_frame *frame, const struct rf_view *views
 {
     struct rf_frame f = *frame;
     f.lens.max_radius_px = INFINITY;
-    struct search s = {.frame = &f, .mean = mean_luminance(&views[0].colour)};
+    struct search s = {.frame = &f,
+                       .mean = mean_luminance(&f.params, &views[0].colour)};
     size_t n = (size_t)f.width * (size_t)f.height;
     float *surface = rf_alloc(f.context, n, sizeof *surface);
     if (!surface)
@@ -453,7 +456,7 @@ rf_result rf_seen_keep_flat(const struct rf_frame *frame, const struct rf_view *
                        .factor = 1,
                        .width = f.width,
                        .height = f.height,
-                       .mean = mean_luminance(&view->colour),
+                       .mean = mean_luminance(&f.params, &view->colour),
                        .problem = {.width = f.width, .height = f.height, .n_views = 1}};
     size_t n = (size_t)f.width * (size_t)f.height;
     float *surface = rf_alloc(f.context, n, sizeof *surface);

@@ -258,6 +258,7 @@ def finish(
     library=None,
     quality="high",
     threads=0,
+    white=1.0,
 ):
     """The host's own lens cleaned with our picture; returns the result.
 
@@ -276,6 +277,7 @@ def finish(
     names none; None lets the system look.
     quality: of its filters, "high", "balanced" or "fast", as Cycles names them.
     threads: of the denoiser; 0 takes all processors.
+    white: luminance that is shown as white, to the nearest power of two.
 
     Error where there is no Open Image Denoise.
     """
@@ -286,7 +288,7 @@ def finish(
 
         out = numpy.empty(numpy.shape(own), numpy.float32)
     more = (albedo, normal, half, error)
-    given = {"library": library, "quality": quality, "threads": threads}
+    given = {"library": library, "quality": quality, "threads": threads, "white": white}
     _core.finish(own, ours, out, *more, **given)
     return out
 

@@ -137,6 +137,7 @@ def finish(
     library: str | None = None,
     quality: str = "high",
     threads: int = 0,
+    white: float = 1.0,
 ) -> Any: ...
 def lens_points(
     n: int, *, frame: int = 0, **params: Unpack[Parameters]

@@ -108,6 +108,7 @@ class Parameters(TypedDict, total=False):
     highlight_saturation: float
     stage: Literal["result", "levels", "alpha", "slices"]
     box_direction: Literal["both", "horizontal", "vertical"]
+    white: float
 
 
 class FilterParameters(Parameters, total=False):

@@ -128,6 +128,7 @@ static const struct param_case cases[] = {
      "highlight-saturation=1", "", 0},
     {"stage", PICTURE, "method=box blend=region", "alpha", "stage=result", "", 0},
     {"box-direction", PICTURE, "method=box", "horizontal", "box-direction=both", "", 0},
+    {"white", PICTURE, "", "0.02", "white=1.2", "", 0},
     {"tilt-x", PICTURE, "", "10", "tilt-x=0", "", 0},
     {"tilt-y", PICTURE, "", "10", "tilt-y=0", "", 0},
     {"field-curvature", RADIUS, "", "0.1", "field-curvature=0", "", 0},

@@ -182,6 +182,9 @@ np.save(f"{folder}/made.npy", made)
 np.save(f"{folder}/error.npy", error)
 padded = np.dstack([own, np.full(own.shape[:2], 0.5, np.float32)])
 again = rackfocus.finish(padded, ours, library=library)
+WHITE = np.float32(1 / 128)
+dark = rackfocus.finish(own * WHITE, ours * WHITE, library=library, white=1 / 128)
+assert np.array_equal(dark, made * WHITE)
 assert np.array_equal(again[..., :3], made) and (again[..., 3] == 0.5).all()
 
 
@@ -198,6 +201,7 @@ fails(ValueError, "as large as own", own, ours[1:])
 fails(ValueError, "3 or 4 channels", own, ours[..., :2])
 fails(ValueError, "NaN", own, np.where(ours > 0.5, np.nan, ours))
 fails(rackfocus.Error, "Open Image Denoise", own, ours, library="/nowhere")
+fails(ValueError, "white", own, ours, white=0)
 """
 
 

@@ -31,13 +31,17 @@ static void make_noise(float size, bool is_smeared)
     }
 }
 
+/* What samples are multiplied by. */
+static float white = 1;
+
 static bool is_smeared(int n_channels, const float *light, bool has_albedo)
 {
-    const struct denoise_picture picture = {samples, WIDTH, HEIGHT, n_channels, "it"};
+    const struct denoise_picture picture = {samples,    WIDTH, HEIGHT,
+                                            n_channels, "it",  white};
     const struct denoise_guides guides = {has_albedo ? albedo : NULL, normal, false};
     for (int i = 0; i < N; i++)
         for (int c = 0; c < n_channels; c++)
-            samples[i * n_channels + c] = light[i] + noise[i];
+            samples[i * n_channels + c] = white * (light[i] + noise[i]);
     return denoise_is_smeared(&picture, &guides);
 }
 
@@ -107,8 +111,12 @@ static void few_blocks_are_chance(void)
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
-    TEST(smeared_grain_is_told);
-    TEST(what_cannot_be_told_is_not);
-    TEST(few_blocks_are_chance);
+    static const float whites[] = {1, 1 / 128.0f, 64};
+    for (int i = 0; i < 3; i++) {
+        white = whites[i];
+        TEST(smeared_grain_is_told);
+        TEST(what_cannot_be_told_is_not);
+        TEST(few_blocks_are_chance);
+    }
     return testing_end();
 }

@@ -177,6 +177,17 @@ guided = [np.empty_like(colour) for colour in colours]
 made.denoise_views(views, guided, [(albedo, None)] * 4, library=library)
 assert not np.array_equal(guided, outs)
 assert np.array_equal(np.stack(guided)[..., 3], colours[..., 3])
+dark, WHITE = {**LENS, "white": 1 / 128}, np.float32(1 / 128)
+low = [(c * WHITE, d, place, 5) for c, d, place, _ in bare]
+low_clean = [np.empty_like(view[0]) for view in low]
+assert made.denoise_views(bare, clean, library=library) == rackfocus.Filter(
+    width, height, **dark
+).denoise_views(low, low_clean, library=library)
+assert np.array_equal(low_clean, np.multiply(clean, WHITE))
+low_picture = np.empty_like(picture)
+merger = rackfocus.Filter(width, height, method="views", **dark)
+merger.merge_denoised(low, low_clean, low_picture)
+assert np.array_equal(low_picture, picture * WHITE)
 in_place = [colour.copy() for colour in colours]
 again = [(c, d, place, 5) for c, d, place in zip(in_place, depths, places)]
 made.denoise_views(again, in_place, library=library)

@@ -104,6 +104,7 @@ static const struct {
     {"highlight_saturation", 560},
     {"stage", 568},
     {"box_direction", 572},
+    {"white", 576},
 };
 enum { N_PARAMS = sizeof golden / sizeof *golden };
 
