@@ -9,7 +9,8 @@
  *
  *   a_k = clamp((c_k - b) . e / |e|^2)     share of the near side in pixel k
  *
- * Colours are square roots of light within 0 to 1. Means over all steps that lie between
+ * Colours are square roots of light, of 0 to the brighter side's or to 1, which is what
+ * shows as white here. Means over all steps that lie between
  * flat sides of plain colours, in rows (ours; checkered boxes, balls and posts):
  *
  *                                  last near pixel   that before   first far pixel
@@ -86,14 +87,25 @@ struct tone {
     float c[3];
 };
 
-static struct tone tone_at(const struct map *map, int32_t x, int32_t y)
+static float light_at(const struct map *map, int32_t x, int32_t y, int i)
 {
-    const struct rf_image *colour = map->colour;
+    return *rf_image_at(map->colour, x, y, map->colour->channels >= 3 ? i : 0);
+}
+
+/* The largest channel of a pixel, or `white`, which is no less than 1. */
+static float brighter(const struct map *map, int32_t x, int32_t y, float white)
+{
+    for (int i = 0; i < 3; i++)
+        white = fmaxf(white, light_at(map, x, y, i));
+    return white;
+}
+
+/* Of light from 0 to `white`. */
+static struct tone tone_at(const struct map *map, int32_t x, int32_t y, float white)
+{
     struct tone tone;
-    for (int i = 0; i < 3; i++) {
-        const float v = *rf_image_at(colour, x, y, colour->channels >= 3 ? i : 0);
-        tone.c[i] = sqrtf(fminf(fmaxf(v, 0), 1));
-    }
+    for (int i = 0; i < 3; i++)
+        tone.c[i] = sqrtf(fminf(fmaxf(light_at(map, x, y, i) / white, 0), 1));
     return tone;
 }
 
@@ -139,8 +151,11 @@ static void count_step(const struct map *map, int32_t x, int32_t y, int32_t side
         !are_flat(depth_at(map, x, y), depth_at(map, inner, y)) ||
         !are_flat(depth_at(map, x + side, y), depth_at(map, outer, y)))
         return;
-    const struct tone near[2] = {tone_at(map, inner, y), tone_at(map, inner + side, y)};
-    const struct tone far[2] = {tone_at(map, outer - side, y), tone_at(map, outer, y)};
+    const float white = brighter(map, outer, y, brighter(map, inner, y, 1));
+    const struct tone near[2] = {tone_at(map, inner, y, white),
+                                 tone_at(map, inner + side, y, white)};
+    const struct tone far[2] = {tone_at(map, outer - side, y, white),
+                                tone_at(map, outer, y, white)};
     const struct tone f = between(near[0], near[1], 0.5f),
                       b = between(far[0], far[1], 0.5f);
     const float square = square_between(f, b);
@@ -150,7 +165,7 @@ static void count_step(const struct map *map, int32_t x, int32_t y, int32_t side
     const int32_t at[3] = {x, x - side, x + side};
     double shares[3];
     for (int k = 0; k < 3; k++) {
-        const struct tone c = tone_at(map, at[k], y);
+        const struct tone c = tone_at(map, at[k], y, white);
         const float share = share_of_near(c, f, b, square);
         if (!(square_between(c, between(b, f, share)) < PLAIN * square))
             return;
@@ -202,10 +217,10 @@ struct verdict {
     size_t from; /* the pixel whose depth is that behind */
 };
 
-/* The colour of the near side, INNER_PX from a step that is n px away; that of the middle
- * of what is thinner. */
-static struct tone near_tone(const struct map *map, int32_t x, int32_t y, int32_t dx,
-                             int32_t dy, int32_t n)
+/* How many pixels back from one the colour is the near side's, INNER_PX from a step that
+ * is n px away; that of the middle of what is thinner. */
+static int32_t near_side(const struct map *map, int32_t x, int32_t y, int32_t dx,
+                         int32_t dy, int32_t n)
 {
     const float z = depth_at(map, x, y);
     int32_t length = n; /* px from the step to the end of the near side */
@@ -215,8 +230,7 @@ static struct tone near_tone(const struct map *map, int32_t x, int32_t y, int32_
             !are_same(z, depth_at(map, x - k * dx, y - k * dy)))
             break;
     }
-    const int32_t k = (length < INNER_PX ? (length + 2) / 2 : length) - n;
-    return tone_at(map, x - k * dx, y - k * dy);
+    return (length < INNER_PX ? (length + 2) / 2 : length) - n;
 }
 
 /* Does the depth grow towards the step as it does there? It is no step then. */
@@ -234,14 +248,18 @@ static void add_share(const struct map *map, int32_t x, int32_t y, int32_t dx,
                       int32_t dy, struct verdict *verdict)
 {
     const float z = depth_at(map, x, y);
-    const struct tone own = tone_at(map, x, y);
-    const struct tone f = near_tone(map, x, y, dx, dy, verdict->n);
+    const int32_t back = near_side(map, x, y, dx, dy, verdict->n);
+    const int32_t near_x = x - back * dx, near_y = y - back * dy;
+    const float near_white = brighter(map, near_x, near_y, 1);
     float least = INFINITY, best_share = 0, best_square = 0;
     for (int32_t k = verdict->n; k < verdict->n + INNER_PX; k++) {
         if (!is_inside(map, x + k * dx, y + k * dy) ||
             !(depth_at(map, x + k * dx, y + k * dy) > SAME * z))
             break;
-        const struct tone b = tone_at(map, x + k * dx, y + k * dy);
+        const float white = brighter(map, x + k * dx, y + k * dy, near_white);
+        const struct tone own = tone_at(map, x, y, white);
+        const struct tone f = tone_at(map, near_x, near_y, white);
+        const struct tone b = tone_at(map, x + k * dx, y + k * dy, white);
         const float square = square_between(f, b);
         const float share = square > 0 ? share_of_near(own, f, b, square) : 0;
         const float left = square_between(own, between(b, f, share));

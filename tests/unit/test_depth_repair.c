@@ -81,6 +81,9 @@ static int slant = 3; /* px that stripes move to the left from row to row */
  * Before a far wall whose stripes are `stripe` px wide, `behind` away. The depth is near
  * where anything of the near thing is seen if `is_wide`, else where most of it is.
  */
+/* Of what is near and of what is behind, which may be brighter than white. */
+static float near_light = 1, far_light = 1;
+
 static void make_edges(int channels, int stripe, float behind, bool is_wide)
 {
     static const float near[3] = {0.6f, 0.1f, 0.05f}, light[3] = {0.4f, 0.5f, 0.6f};
@@ -89,7 +92,9 @@ static void make_edges(int channels, int stripe, float behind, bool is_wide)
         const float share = share_at(x), far = (x + slant * y) / stripe % 2 ? 1 : 0.3f;
         for (int c = 0; c < channels; c++)
             colour[i * channels + c] =
-                c == 3 ? 1 : share * near[c] + (1 - share) * far * light[c];
+                c == 3 ? 1
+                       : near_light * share * near[c] +
+                             far_light * (1 - share) * far * light[c];
         truth[i] = share > 0.5f ? 2 : behind;
         depth[i] = share > (is_wide ? 0 : 0.5f) ? 2 : behind;
     }
@@ -112,6 +117,26 @@ static void wide_depth_is_narrowed(void)
         CHECK(stats.n_narrowed == 4 * HEIGHT);
         CHECK(memcmp(depth, truth, sizeof depth) == 0);
     }
+}
+
+/* A pixel of which a sky fills a third is no pixel of the sky, and a lamp's likewise. */
+static void brightness_does_not_tell_width(void)
+{
+    static const float lights[][2] = {{10, 10}, {1, 10}, {10, 1}, {300, 1}};
+    for (int i = 0; i < 4; i++)
+        for (int is_wide = 0; is_wide < 2; is_wide++) {
+            struct rf_depth_channel channel = channel_of(3);
+            struct rf_depth_stats stats = {.size = sizeof stats};
+            near_light = lights[i][0];
+            far_light = lights[i][1];
+            make_edges(3, 1000, 10, is_wide);
+            REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
+            CHECK(stats.is_widened == is_wide);
+            printf("# %g %g %d: %.2f %.2f %.2f\n", (double)near_light,
+                   (double)far_light, is_wide, stats.near_shares[0],
+                   stats.near_shares[1], stats.near_shares[2]);
+        }
+    near_light = far_light = 1;
 }
 
 /* Before stripes that are 4 px wide, what is behind a pixel may have either colour. */
@@ -256,6 +281,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(averages_are_found_and_undone);
     TEST(wide_depth_is_narrowed);
+    TEST(brightness_does_not_tell_width);
     TEST(wide_depth_is_narrowed_before_texture);
     TEST(what_is_no_depth_does_not_spread);
     TEST(other_depth_is_not_narrowed);
