@@ -19,9 +19,9 @@
  *
  *   w = T min(1, W_l / T_l),  out += S_l w / W_l,  T -= w
  *
- * The order is: near levels, coarse to fine; level 0; far levels, fine to coarse; first
- * for the visible samples and then for the hidden ones, which so fill only what is
- * left. Averaging down and magnifying widen a footprint by 4^l / 4 px^2 per axis (box
+ * The order is: near levels, coarse to fine; level 0; far levels, fine to coarse. Hidden
+ * samples come once what is visible is done up to one level behind theirs: they fill only
+ * what is left, and what is far behind shows through no gap that they close. Averaging down and magnifying widen a footprint by 4^l / 4 px^2 per axis (box
  * and tent), so its radius is shortened to keep the second moment r^2/4.
  *
  * Work is cut into tiles of 64 x 32 px of the level; a tile is one thread's from its
@@ -58,6 +58,13 @@
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
 
+/*
+ * Levels of visible samples behind a hidden one that come before it. Last of all, as it
+ * was once, a bright sky drew lines along every little step of a dark house before it: 28.7
+ * and 35.2 dB. 0: posts -0.07; 2: 0.
+ */
+enum { LEVELS_BEHIND = 1 };
+
 /* ---- one set of samples -------------------------------------------------------- */
 
 static bool has_samples(const struct rf_group *g)
@@ -84,31 +91,21 @@ static void run_full_tiles(void *data, int64_t begin, int64_t end, int thread)
     }
 }
 
-static rf_result run_groups(struct rf_composer *c, const struct rf_group *groups,
-                            int n_groups, double progress_to, struct rf_error *error)
+static rf_result run_group(struct rf_composer *c, const struct rf_group *g,
+                           double progress_to, struct rf_error *error)
 {
     struct rf_task *task = c->scene->task;
-    rf_result result = RF_OK;
     const struct rf_group full = rf_group_make(c, 0, false);
-    int64_t n_steps = 0;
-    for (int k = 0; k < n_groups; k++)
-        if (has_samples(&groups[k]))
-            n_steps += groups[k].n_x * groups[k].n_y +
-                       (groups[k].level ? full.n_x * full.n_y : 0);
-    rf_task_phase(task, progress_to, n_steps);
-    for (int k = 0; k < n_groups && result == RF_OK && !rf_task_is_cancelled(task);
-         k++) {
-        const struct rf_group *g = &groups[k];
-        int n_tiles = g->n_x * g->n_y;
-        bool is_filled = has_samples(g);
-        if (is_filled && g->level > 0)
-            result = rf_run_level(c, g, error);
-        else if (is_filled) {
-            struct full_tiles tiles = {c, g};
-            rf_parallel(c->context, n_tiles, 1, run_full_tiles, &tiles);
-        }
-    }
-    return result;
+    const int64_t n_tiles = (int64_t)g->n_x * g->n_y;
+    if (rf_task_is_cancelled(task) || !has_samples(g))
+        return RF_OK;
+    rf_task_phase(task, progress_to,
+                  n_tiles + (g->level ? (int64_t)full.n_x * full.n_y : 0));
+    if (g->level > 0)
+        return rf_run_level(c, g, error);
+    struct full_tiles tiles = {c, g};
+    rf_parallel(c->context, n_tiles, 1, run_full_tiles, &tiles);
+    return RF_OK;
 }
 
 /* A set of samples, and its lists once there are some. */
@@ -136,15 +133,33 @@ static rf_result build_set(struct rf_composer *c, struct set *set, double lists_
     return result;
 }
 
-static rf_result run_set(struct rf_composer *c, struct set *set, double progress_to,
-                         struct rf_error *error)
+static int order_of(const struct rf_group *g)
 {
+    return g->is_near ? -g->level : g->level;
+}
+
+/* The set whose next group is composited; at[k] of set k are. */
+static int next_set(const struct set sets[2], const int at[2])
+{
+    if (at[0] == sets[0].groups.n || at[1] == sets[1].groups.n)
+        return at[0] == sets[0].groups.n;
+    return order_of(&sets[1].groups.at[at[1]]) + LEVELS_BEHIND <
+           order_of(&sets[0].groups.at[at[0]]);
+}
+
+/* Both sets, whose lists are built. */
+static rf_result run_sets(struct rf_composer *c, const struct set sets[2],
+                          double progress_to, struct rf_error *error)
+{
+    const int n = sets[0].groups.n + sets[1].groups.n;
     double from = c->scene->task->to, room = progress_to - from;
-    rf_result result =
-        build_set(c, set, from + 0.05 * room, from + 0.145 * room, error);
-    if (result == RF_OK && set->groups.n > 0)
-        result = run_groups(c, set->groups.at, set->groups.n, progress_to, error);
-    rf_groups_free(&set->groups, c);
+    int at[2] = {0, 0};
+    rf_result result = RF_OK;
+    for (int i = 0; i < n && result == RF_OK; i++) {
+        int k = next_set(sets, at);
+        result =
+            run_group(c, &sets[k].groups.at[at[k]++], from + (i + 1) * room / n, error);
+    }
     return result;
 }
 
@@ -397,15 +412,20 @@ static rf_result begin_gaps(struct rf_composer *c, const struct rf_crop *crop,
     return c->gaps ? RF_OK : rf_fail_memory(error, n, sizeof *c->gaps);
 }
 
-/* Both sets, one after the other, on a canvas. */
+/* Both sets, on a canvas. */
 static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
-                            double visible_to, double hidden_to, struct rf_error *error)
+                            double progress_to, struct rf_error *error)
 {
+    double from = c->scene->task->to, room = progress_to - from;
     rf_result result = allocate_canvas(c, error);
+    for (int k = 0; k < 2 && result == RF_OK; k++) {
+        double lists_to = from + (0.1 * k + 0.05) * room;
+        result = build_set(c, &sets[k], lists_to, lists_to + 0.05 * room, error);
+    }
     if (result == RF_OK)
-        result = run_set(c, &sets[0], visible_to, error);
-    if (result == RF_OK)
-        result = run_set(c, &sets[1], hidden_to, error);
+        result = run_sets(c, sets, progress_to, error);
+    for (int k = 0; k < 2; k++)
+        rf_groups_free(&sets[k].groups, c);
     if (result == RF_OK)
         rf_begin_canvas(c);
     return result;
@@ -452,7 +472,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     bool is_local = !gives_canvas && is_fine(&c, &sets[0]) && is_fine(&c, &sets[1]);
     double most = from + (1 - kept) * room;
     if (result == RF_OK && !is_local)
-        result = run_canvas(&c, sets, from + 0.6 * room, most, error);
+        result = run_canvas(&c, sets, most, error);
     struct rf_crop crop = {.x = 0};
     if (result == RF_OK)
         crop = crop_of(&c, work);

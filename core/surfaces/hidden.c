@@ -60,6 +60,7 @@ enum {
     GROUP = RF_HIDDEN_GROUP, /* px a side: pixels that may share one answer */
     FAR_HOLE2 = 3 * 3,       /* px^2: if the rim of the hole is as far as this */
     FAR_BLOCK2 = 12 * 12,    /* px^2: the same for BLOCK x BLOCK, from their middle */
+    RIM_PX = 2,              /* a mixed pixel lies between */
     MOST_RINGS = RF_HIDDEN_RINGS,
     AREA = RF_HIDDEN_AREA,
     MOST_BLOCKS = RF_HIDDEN_BLOCKS,
@@ -422,6 +423,36 @@ static enum answer ask(const struct rf_hidden_search *search, struct scratch *sc
     return fill_in(search, &query, scratch, &guess, &search->out->at[i]) ? OWN : NONE;
 }
 
+/* Do n pixels from one on, step by step, show something behind radius r by more than a
+ * pixel? */
+static bool shows_behind(const struct rf_hidden_search *search, int x, int y, int dx,
+                         int dy, int n, float r)
+{
+    const struct rf_backs *b = &search->backs;
+    for (int i = 0; i < n; i++, x += dx, y += dy)
+        if ((unsigned)x < (unsigned)b->width && (unsigned)y < (unsigned)b->height &&
+            b->r[(size_t)y * b->stride + (size_t)x] > r + 1)
+            return true;
+    return false;
+}
+
+/*
+ * Is the rim of a hole next to a square of pixels, which have the radius r or more? What
+ * lies behind its middle may be another thing then than behind its sides: the sky, and a
+ * wall that is one step behind a roof.
+ */
+static bool is_beside_rim(const struct rf_hidden_search *search, int x, int y, int side,
+                          float r)
+{
+    for (int d = 1; d <= RIM_PX; d++)
+        if (shows_behind(search, x, y - d, 1, 0, side, r) ||
+            shows_behind(search, x, y + side - 1 + d, 1, 0, side, r) ||
+            shows_behind(search, x - d, y, 0, 1, side, r) ||
+            shows_behind(search, x + side - 1 + d, y, 0, 1, side, r))
+            return true;
+    return false;
+}
+
 /*
  * Answers 4 x 4 pixels: deep behind a surface they share one answer, and everywhere
  * where other pictures show most of what is hidden.
@@ -448,7 +479,8 @@ static void search_group(const struct rf_hidden_search *search, struct scratch *
             (is_shared && share_quad(search, first, x, y)))
             continue;
         int d2 = search_quad(search, scratch, x, y);
-        is_shared |= k == 0 && d2 >= FAR_HOLE2;
+        is_shared |= k == 0 && d2 >= FAR_HOLE2 &&
+                     !is_beside_rim(search, x0, y0, GROUP, scratch->group.query.s);
     }
 }
 
@@ -470,7 +502,7 @@ static bool share_block(const struct rf_hidden_search *search, struct scratch *s
     float r = s->near[(size_t)y * (size_t)s->width + (size_t)x].r;
     struct rf_hidden_query query = query_at(search, x, y, r);
     if (!estimate(search, &query, scratch, &found, &d2) || d2 < FAR_BLOCK2 ||
-        fabsf(found.r) < BLURRED_PX)
+        fabsf(found.r) < BLURRED_PX || is_beside_rim(search, x0, y0, BLOCK, b->lowest))
         return false;
     for (y = y0; y < y0 + BLOCK; y++) {
         struct rf_surface *row = search->out->at + (size_t)y * (size_t)s->width;
