@@ -20,6 +20,9 @@ struct os_file_facts {
  * nobody may look. */
 struct os_file_facts os_file_facts(const char *path);
 
+/* Do both paths name one file? Of files that are not there yet: would they? */
+bool os_file_is_same(const char *a, const char *b);
+
 /* Opens a file to read; does not wait where it is a pipe. `facts` (may be NULL) are of
  * what was opened. 0 or errno. */
 int os_file_open(const char *path, int *fd, struct os_file_facts *facts);
