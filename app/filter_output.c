@@ -5,8 +5,35 @@
 #include <string.h>
 
 #include "filter_private.h"
+#include "outputs.h"
 #include "picture.h"
 #include "report.h"
+
+/* ---- names ---------------------------------------------------------------------- */
+
+/* How each kind of FILTER_OPTIONS is looked at. */
+#define CHECK_OUTPUT(name) outputs_add(&outputs, #name, tool->name)
+#define CHECK_INPUT(name) outputs_spare(&outputs, #name, tool->name)
+#define CHECK_INPUTS(name) outputs_spare_list(&outputs, #name, tool->name)
+#define CHECK_INPUT_OR_TEXT(name) CHECK_INPUT(name)
+#define CHECK_TEXT(name)
+#define CHECK_NUMBER(name)
+#define CHECK_ASIDE(name)
+#define CHECK_OPTION(kind, type, name) CHECK_##kind(name);
+
+int filter_check_files(const struct filter_options *tool, char *const *paths,
+                       int n_paths, const struct frame_list *frames,
+                       struct image_error *error)
+{
+    struct outputs outputs = {
+        .frames = frames, .may_replace = frames == NULL, .error = error};
+    FILTER_OPTIONS(CHECK_OPTION)
+    for (int i = 0; i < n_paths; i++)
+        outputs_spare(&outputs, NULL, paths[i]);
+    return outputs.code;
+}
+
+/* ---- files ---------------------------------------------------------------------- */
 
 static const char *const compressions[] = {
     NULL, "none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"};

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 struct app_host;
+struct frame_list;
 struct temporal_frames;
 struct image_error;
 struct settings;
@@ -24,7 +25,8 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
  * that whoever adds one says it, and a sequence that is taken up again (sequence.h)
  * cannot forget it. The kinds:
  *
- *   OUTPUT  a file that is written, or NULL; its name has a place for the frame
+ *   OUTPUT  a file that is written, or NULL; its name has a place for the frame; these
+ *           come first, the picture before all others (filter_check_files())
  *   INPUT   a file that is read, or NULL; another file is another result
  *   INPUTS  the same of several files, separated by commas
  *   INPUT_OR_TEXT  the same of a file or a name within the input
@@ -96,6 +98,13 @@ void filter_kept_free(struct filter_kept *kept);
  */
 int filter_run(const struct filter_options *tool, struct settings *settings,
                char *const *paths, int n_paths, struct image_error *error);
+
+/* Refuses outputs that are each other or an input; but the picture may take the place of
+ * what it is made of, unless it is one of the frames of a sequence, which is taken up
+ * again. `frames` NULL: no sequence. An enum app_code. */
+int filter_check_files(const struct filter_options *tool, char *const *paths,
+                       int n_paths, const struct frame_list *frames,
+                       struct image_error *error);
 
 /*
  * Writes a filtered picture as filter_run does: windows, channel names and attributes

@@ -14,6 +14,7 @@
 #include "folder.h"
 #include "leftovers.h"
 #include "interrupt.h"
+#include "outputs.h"
 #include "picture.h"
 #include "report.h"
 #include "settings.h"
@@ -332,6 +333,22 @@ static int run(struct finish *f, const char *own, char *const *guides, int n)
     return code == APP_DONE ? write_output(f) : code;
 }
 
+/* The picture may take the place of what it is made of, the error may not. */
+static int check_files(const struct finish_options *tool, const char *own,
+                       char *const *guides, int n_guides, struct image_error *error)
+{
+    struct outputs outputs = {.may_replace = true, .error = error};
+    outputs_add(&outputs, "output", tool->output);
+    outputs_add(&outputs, "output-error", tool->output_error);
+    outputs_spare(&outputs, NULL, own);
+    outputs_spare(&outputs, "half", tool->half);
+    outputs_spare(&outputs, "albedo-file", tool->albedo_file);
+    outputs_spare(&outputs, "normal-file", tool->normal_file);
+    for (int i = 0; i < n_guides; i++)
+        outputs_spare(&outputs, NULL, guides[i]);
+    return outputs.code;
+}
+
 int finish_run(const struct finish_options *tool, struct settings *settings,
                const char *own, char *const *guides, int n_guides,
                struct image_error *error)
@@ -344,7 +361,9 @@ int finish_run(const struct finish_options *tool, struct settings *settings,
         return app_fail(error, APP_USAGE,
                         "--output-error: is told by our picture; give passes or a "
                         "filtered picture after the own one");
-    const int code = run(&f, own, guides, n_guides);
+    int code = check_files(tool, own, guides, n_guides, error);
+    if (code == APP_DONE)
+        code = run(&f, own, guides, n_guides);
     denoiser_close(f.denoiser);
     denoise_free_guides(&f.guides);
     free(f.estimate);

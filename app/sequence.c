@@ -461,16 +461,18 @@ static int summarise(const struct sequence *sequence, double seconds)
     return os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
-/* What was filtered must not be read again as if it had not been. */
-static bool check_inputs(const struct sequence *sequence)
+static int take_frames(struct sequence *sequence, const struct frame_list *list)
 {
-    for (int i = 0; i < sequence->n_paths; i++)
-        if (strcmp(sequence->paths[i], sequence->tool->output) == 0)
-            return set_error(sequence->error,
-                             "--output: '%s' is also the input; a run that is taken up "
-                             "again would blur its frames twice; give another name",
-                             sequence->tool->output);
-    return true;
+    sequence->n_frames = list->n;
+    sequence->frames =
+        app_memory((size_t)list->n, sizeof(*sequence->frames), sequence->error);
+    for (int i = 0; sequence->frames && i < list->n; i++)
+        sequence->frames[i].number = list->numbers[i];
+    const bool has_memory =
+        sequence->frames &&
+        (!sequence->how->report ||
+         frames_report_start(sequence->how->report, list, sequence->error));
+    return has_memory ? APP_DONE : APP_NO_MEMORY;
 }
 
 static int list_frames(struct sequence *sequence, const char *pattern)
@@ -483,17 +485,12 @@ static int list_frames(struct sequence *sequence, const char *pattern)
     if (!is_good)
         return app_fail(sequence->error, APP_USAGE, "%s%s", asked ? "--frames: " : "",
                         error.message);
-    sequence->n_frames = list.n;
-    sequence->frames =
-        app_memory((size_t)list.n, sizeof(*sequence->frames), sequence->error);
-    for (int i = 0; sequence->frames && i < list.n; i++)
-        sequence->frames[i].number = list.numbers[i];
-    const bool has_memory =
-        sequence->frames &&
-        (!sequence->how->report ||
-         frames_report_start(sequence->how->report, &list, sequence->error));
+    int code = filter_check_files(sequence->tool, sequence->paths, sequence->n_paths,
+                                  &list, sequence->error);
+    if (code == APP_DONE)
+        code = take_frames(sequence, &list);
     frame_list_free(&list);
-    return has_memory ? APP_DONE : APP_NO_MEMORY;
+    return code;
 }
 
 /* Every output needs a place for the number, or frames would write over each other. */
@@ -543,7 +540,7 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
                                 .paths = paths,
                                 .n_paths = n_paths,
                                 .n_jobs = how->n_jobs ? how->n_jobs : 2};
-    if (!check_outputs(tool, error) || !check_inputs(&sequence))
+    if (!check_outputs(tool, error))
         return APP_USAGE;
     int code = list_frames(&sequence, paths[0]);
     if (code == APP_DONE &&

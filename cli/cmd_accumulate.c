@@ -11,6 +11,7 @@
 #include "frames_check.h"
 #include "interrupt.h"
 #include "looks.h"
+#include "outputs.h"
 #include "picture.h"
 #include "progress.h"
 #include "rackfocus/rackfocus.h"
@@ -363,6 +364,18 @@ static int run_frames(const struct accumulate_options *tool,
     return tally.n_failed ? EXIT_FAILED : code;
 }
 
+/* Of a sequence, which may be taken up again, every view stays. */
+static int check_files(const struct accumulate_options *tool,
+                       const struct operands *views, const struct frame_list *list)
+{
+    struct image_error error;
+    struct outputs outputs = {.frames = list, .error = &error};
+    outputs_add(&outputs, "output", tool->output);
+    for (int i = 0; i < views->n; i++)
+        outputs_spare(&outputs, NULL, views->items[i]);
+    return exit_code(outputs.code, &error);
+}
+
 static int accumulate_sequence(const struct accumulate_options *tool,
                                const struct operands *views,
                                struct frames_report *report)
@@ -380,8 +393,8 @@ static int accumulate_sequence(const struct accumulate_options *tool,
         message("%s%s", tool->frames ? "--frames: " : "", error.message);
         return EXIT_USAGE;
     }
-    int code = EXIT_DONE;
-    if (report)
+    int code = check_files(tool, views, &list);
+    if (code == EXIT_DONE && report)
         code = frames_report_start(report, &list, &error) ? EXIT_DONE
                                                           : exit_without_memory();
     if (code == EXIT_DONE)

@@ -10,6 +10,7 @@
 #include "flip.h"
 #include "json.h"
 #include "measure.h"
+#include "outputs.h"
 #include "picture.h"
 #include "pipes.h"
 
@@ -146,6 +147,17 @@ static bool check_png_name(const char *option, const char *path)
     return false;
 }
 
+static int check_files(const struct compare_options *tool, char *const *pictures)
+{
+    struct image_error error;
+    struct outputs outputs = {.error = &error};
+    outputs_add(&outputs, "heatmap", tool->heatmap);
+    outputs_add(&outputs, "side-by-side", tool->side_by_side);
+    for (int i = 0; i < 2; i++)
+        outputs_spare(&outputs, NULL, pictures[i]);
+    return exit_code(outputs.code, &error);
+}
+
 static int cmd_compare(int argc, char **argv)
 {
     struct compare_options tool = {0};
@@ -158,7 +170,8 @@ static int cmd_compare(int argc, char **argv)
         message("compare takes two pictures, not %d; see rackfocus compare --help",
                 operands.n);
     } else if (check_png_name("heatmap", tool.heatmap) &&
-               check_png_name("side-by-side", tool.side_by_side)) {
+               check_png_name("side-by-side", tool.side_by_side) &&
+               check_files(&tool, operands.items) == EXIT_DONE) {
         struct picture a = {0}, b = {0};
         struct pipes pipes = {.folder = ""};
         struct image_error error;

@@ -14,6 +14,7 @@
 #include "measure.h"
 #include "methods_page.h"
 #include "methods_sheet.h"
+#include "outputs.h"
 #include "parallel.h"
 #include "path.h"
 #include "picture.h"
@@ -590,6 +591,18 @@ static bool ends_in_html(const char *path)
     return ending && (!strcmp(ending, ".html") || !strcmp(ending, ".htm"));
 }
 
+static int check_files(const struct compare_methods_options *tool,
+                       const struct operands *operands)
+{
+    struct image_error error;
+    struct outputs outputs = {.error = &error};
+    outputs_add(&outputs, "sheet", tool->sheet);
+    outputs_spare(&outputs, "reference", tool->reference);
+    for (int i = 0; i < operands->n; i++)
+        outputs_spare(&outputs, NULL, operands->items[i]);
+    return exit_code(outputs.code, &error);
+}
+
 static bool check_usage(const struct compare_methods_options *tool,
                         const struct operands *operands)
 {
@@ -605,7 +618,7 @@ static bool check_usage(const struct compare_methods_options *tool,
         message("--sheet: '%s' does not end in .png; it is written as PNG",
                 tool->sheet);
     else
-        return true;
+        return check_files(tool, operands) == EXIT_DONE;
     return false;
 }
 

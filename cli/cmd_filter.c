@@ -373,7 +373,7 @@ static int run(struct options *all, struct settings *settings,
         return app_code_of(error);
     if (tool->look && !look_read(tool->look, settings, error))
         return APP_USAGE;
-    const int code = warn_of_kind(tool, all->pipes.has_output, operands, error);
+    int code = warn_of_kind(tool, all->pipes.has_output, operands, error);
     if (code != APP_DONE)
         return code;
     if (all->sequence.report && !sequence_is_pattern(operands->items[0]))
@@ -384,6 +384,9 @@ static int run(struct options *all, struct settings *settings,
     if (sequence_is_pattern(operands->items[0]))
         return sequence_run(&all->sequence, tool, settings, operands->items,
                             operands->n, error);
+    code = filter_check_files(tool, operands->items, operands->n, NULL, error);
+    if (code != APP_DONE)
+        return code;
     return filter_any(tool, settings, operands->items, operands->n, error);
 }
 

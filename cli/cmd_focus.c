@@ -8,6 +8,7 @@
 #include "cli.h"
 #include "focus_pick.h"
 #include "frame_list.h"
+#include "outputs.h"
 #include "settings.h"
 #include "source.h"
 #include "text_file.h"
@@ -120,6 +121,21 @@ static int write_csv(const struct pull *pull)
     return EXIT_FAILED;
 }
 
+/* The table must be none of the frames, whether they are picked from or not. */
+static int check_output(const struct focus_options *tool, const char *pattern)
+{
+    struct image_error error;
+    struct frame_list list;
+    if (!tool->output || !frame_list_find(&list, pattern, &error))
+        return EXIT_DONE; /* to measure says what is not there */
+    struct outputs outputs = {.frames = &list, .error = &error};
+    outputs_add(&outputs, "output", tool->output);
+    outputs_spare(&outputs, NULL, pattern);
+    outputs_spare(&outputs, "depth-file", tool->depth_file);
+    frame_list_free(&list);
+    return exit_code(outputs.code, &error);
+}
+
 static int compare_picks(const void *a, const void *b)
 {
     const int32_t x = ((const struct pick *)a)->frame;
@@ -133,7 +149,6 @@ static int run(const struct focus_options *tool, const struct settings *settings
     char *input = operands->items[0];
     const bool is_sequence = frame_is_pattern(input);
     const int n = operands->n - 1;
-    int code = EXIT_DONE;
     if (!is_sequence && (tool->output || n != 1)) {
         message(
             "focus: '%s' is one picture, and takes one pick and no --output; name a "
@@ -144,6 +159,7 @@ static int run(const struct focus_options *tool, const struct settings *settings
     for (int i = 0; i < n; i++)
         if (!parse_pick(operands->items[i + 1], is_sequence, &picks[i]))
             return EXIT_USAGE;
+    int code = check_output(tool, input);
     for (int i = 0; i < n && code == EXIT_DONE; i++)
         code = measure(tool, settings, input, is_sequence, &picks[i]);
     if (code != EXIT_DONE)

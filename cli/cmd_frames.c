@@ -9,6 +9,7 @@
 #include "frames_check.h"
 #include "frames_print.h"
 #include "interrupt.h"
+#include "outputs.h"
 
 struct frames_options {
     const char *frames, *html;
@@ -86,12 +87,27 @@ static void fold(const char *pattern)
     journal_close(&journal);
 }
 
+/* The page must be none of the frames. */
+static int check_page(const struct frames_options *tool,
+                      const struct frames_report *report)
+{
+    struct image_error error;
+    struct outputs outputs = {.error = &error};
+    outputs_add(&outputs, "html", tool->html);
+    for (int i = 0; i < report->n; i++)
+        outputs_spare(&outputs, NULL, report->frames[i].path);
+    return exit_code(outputs.code, &error);
+}
+
 static int report_frames(const struct frames_options *tool,
                          const struct operands *operands,
                          const struct command_line *line,
                          const struct frames_report *report)
 {
     struct image_error error;
+    const int code = check_page(tool, report);
+    if (code != EXIT_DONE)
+        return code;
     const int n_open = report->n - frames_report_count(report, FRAME_FINISHED);
     fold(line->command ? command_line_value(line, "output") : operands->items[0]);
     if (tool->is_json)

@@ -8,6 +8,7 @@
 
 #include "cli.h"
 #include "interrupt.h"
+#include "outputs.h"
 #include "picture.h"
 #include "report.h"
 
@@ -55,6 +56,17 @@ static bool parse_point(const char *text, double point[3])
     return *at == 0 || fail_usage("--focal-point takes three numbers such as 5,10,5");
 }
 
+static bool check_files(const struct povray_tool *tool)
+{
+    struct image_error error;
+    struct outputs outputs = {.may_replace = true, .error = &error};
+    outputs_add(&outputs, "output", tool->output);
+    outputs_add(&outputs, "keep", tool->keep);
+    outputs_add(&outputs, "reference-output", tool->reference);
+    outputs_spare(&outputs, "distribution-image", tool->distribution_image);
+    return exit_code(outputs.code, &error) == EXIT_DONE;
+}
+
 static bool check_usage(const struct povray_tool *tool, const struct operands *operands)
 {
     if (operands->n == 0)
@@ -75,7 +87,7 @@ static bool check_usage(const struct povray_tool *tool, const struct operands *o
         message("%s", error.message);
         return false;
     }
-    return true;
+    return check_files(tool);
 }
 
 static bool is_typed(const struct settings *settings, const char *name)

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Outputs that are each other or an input are refused, and nothing is lost."""
+
+import os
+
+import pytest
+
+LENS = ["--lens-radius", "0.1", "--focal-length-px", "100", "--focus-distance", "6"]
+
+
+@pytest.fixture
+def folder(scene, tmp_path, monkeypatch):
+    """Pictures, depths and two frames, in the folder that commands run in."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    names = ["in.exr", "own.exr", "z.exr", "a.png"]
+    names += [f"{name}.{i:04d}.exr" for name in ("s", "t", "sub/z") for i in (1, 2)]
+    for name in names:
+        scene(name)
+    os.symlink(".", tmp_path / "link")
+    os.symlink("in.exr", tmp_path / "linked.exr")
+    return tmp_path
+
+
+@pytest.fixture
+def refused(folder, rackfocus):
+    """Exit code 2, a message with these words, and every file as it was."""
+
+    def contents():
+        files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+        return {path: path.read_bytes() for path in files}
+
+    def check(*command, words):
+        before = contents()
+        done = rackfocus(*command, code=2)
+        assert "is also" in done.stderr and "another name" in done.stderr
+        for word in words:
+            assert word in done.stderr, done.stderr
+        assert contents() == before
+
+    return check
+
+
+SIDES = [
+    ("filter in.exr -o o.exr --output-coc {}", "--output-coc"),
+    ("filter in.exr -o o.exr --flattened {}", "--flattened"),
+    ("filter in.exr -o o.exr --output-coc c.exr --flattened {}", "--flattened"),
+    ("finish own.exr in.exr -o o.exr --output-error {}", "--output-error"),
+    ("finish in.exr own.exr -o o.exr --output-error {}", "--output-error"),
+    ("finish own.exr --guide in.exr -o o.exr --output-error {}", "--output-error"),
+]
+
+
+@pytest.mark.parametrize("command, option", SIDES)
+@pytest.mark.parametrize("name", ["in.exr", "./in.exr", "link/in.exr", "linked.exr"])
+def test_a_side_output_is_an_input(refused, command, option, name):
+    refused(*command.format(name).split(), words=[option, "the input", f"'{name}'"])
+
+
+@pytest.mark.parametrize("command, option", SIDES)
+@pytest.mark.parametrize("name", ["o.exr", "./o.exr", "link/o.exr", "sub/../o.exr"])
+@pytest.mark.parametrize("is_there", [False, True])
+def test_a_side_output_is_the_picture(refused, folder, command, option, name, is_there):
+    if is_there:
+        (folder / "o.exr").write_bytes(b"old")
+    refused(*command.format(name).split(), words=[f"{option}: '{name}'", "--output '"])
+
+
+def test_two_side_outputs(refused):
+    command = "filter in.exr -o o.exr --output-coc c.exr --flattened ./c.exr"
+    refused(*command.split(), words=["--flattened: './c.exr'", "--output-coc 'c.exr'"])
+
+
+@pytest.mark.parametrize(
+    "option",
+    "--depth-file --holdout --aperture-image --distribution-image --reflections-from "
+    "--reflection-depth --transmission-depth".split(),
+)
+def test_inputs_that_options_name(refused, option):
+    command = f"filter in.exr {option} z.exr -o o.exr --output-coc ./z.exr"
+    refused(*command.split(), words=["--output-coc: './z.exr'", f"{option} 'z.exr'"])
+
+
+def test_one_of_a_list(refused):
+    command = (
+        "filter in.exr --reflections-from own.exr,z.exr -o o.exr --output-coc z.exr"
+    )
+    refused(*command.split(), words=["--output-coc", "--reflections-from 'z.exr'"])
+
+
+def test_a_picture_replaces_its_own_input(folder, rackfocus):
+    rackfocus("filter", "in.exr", "-o", "o.exr", *LENS)
+    rackfocus("filter", "in.exr", "-o", "./in.exr", *LENS)
+    assert (folder / "in.exr").read_bytes() == (folder / "o.exr").read_bytes()
+    rackfocus("filter", "own.exr", "-o", "linked.exr", *LENS, "--output-coc", "c.exr")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["s.####.exr", "./s.####.exr", "s.%04d.exr", "link/s.####.exr", "{}/s.$F4.exr"],
+)
+@pytest.mark.parametrize(
+    "command, option",
+    [
+        ("filter s.####.exr -o", "--output"),
+        ("filter s.%04d.exr --frames 2 -o", "--output"),
+        ("filter s.####.exr -o o.####.exr --output-coc", "--output-coc"),
+        ("accumulate s.####.exr t.####.exr -o", "--output"),
+        ("accumulate t.####.exr s.####.exr -o", "--output"),
+    ],
+)
+def test_frames_of_a_sequence(refused, folder, command, option, name):
+    name = name.format(folder)
+    refused(*command.split(), name, words=[f"{option}: '", "the input"])
+
+
+def test_a_link_for_a_single_frame(refused, folder):
+    os.symlink("s.0002.exr", folder / "o.0002.exr")
+    words = ["--output: 'o.0002.exr'", "the input 's.0002.exr'"]
+    refused("filter", "s.####.exr", "-o", "o.####.exr", words=words)
+
+
+@pytest.mark.parametrize("name", ["o.####.exr", "./o.####.exr", "o.%04d.exr"])
+def test_results_of_a_sequence(refused, name):
+    command = "filter s.####.exr -o o.####.exr --output-coc"
+    refused(*command.split(), name, words=["--output-coc: '", "--output 'o."])
+
+
+@pytest.mark.parametrize("name", ["sub/z.####.exr", "./sub/z.%04d.exr"])
+def test_depths_of_a_sequence(refused, name):
+    command = "filter s.####.exr --depth-file sub/z.####.exr -o"
+    refused(*command.split(), name, words=["--output: '", "--depth-file 'sub/z."])
+
+
+def test_sequences_beside_each_other(folder, rackfocus):
+    command = "filter s.####.exr --depth-file sub/z.####.exr -o sub/s.####.exr"
+    done = rackfocus(*command.split(), "--output-coc", "s.####.coc.exr", *LENS)
+    assert "2 frames: 2 filtered" in done.stdout
+    rackfocus("accumulate", "s.####.exr", "t.####.exr", "-o", "sub/t.####.exr")
+
+
+@pytest.mark.parametrize("name", ["s.0001.exr", "s.0002.exr", "link/s.0001.exr"])
+def test_the_table_of_a_pull(refused, name):
+    command = f"focus s.####.exr 1@10,10 -o {name}"
+    refused(*command.split(), words=[f"--output: '{name}'", "the input 's.000"])
+
+
+def test_the_table_of_a_pull_by_other_depths(refused):
+    command = "focus s.####.exr 1@10,10 --depth-file sub/z.####.exr -o sub/z.0002.exr"
+    refused(*command.split(), words=["--output", "--depth-file 'sub/z.0002.exr'"])
+
+
+@pytest.mark.parametrize(
+    "command, words",
+    [
+        ("compare a.png in.exr --heatmap ./a.png", ["--heatmap", "the input"]),
+        ("compare in.exr a.png --side-by-side a.png", ["--side-by-side", "the input"]),
+        (
+            "compare in.exr in.exr --heatmap h.png --side-by-side ./h.png",
+            ["--side-by-side", "--heatmap"],
+        ),
+        (
+            "compare-methods in.exr --reference a.png --sheet a.png",
+            ["--sheet", "--reference"],
+        ),
+        (
+            "povray x.pov -o o.exr --reference 4 --reference-output ./o.exr",
+            ["--reference-output", "--output"],
+        ),
+        ("povray x.pov -o o.exr --keep ./o.exr", ["--keep", "--output"]),
+        ("frames s.####.exr --html s.0002.exr", ["--html", "the input"]),
+    ],
+)
+def test_other_commands(refused, command, words):
+    refused(*command.split(), words=words)
