@@ -114,7 +114,11 @@ def crop_parameters(params, whole_size, size):
 
 
 def white_of(scene):
-    """Luminance that a scene shows as white: its exposure is in stops."""
+    """Luminance that a scene shows as white: its exposure is in stops.
+
+    scene: the user's, or the one that filters it.
+    """
+    scene = scene.rack_focus.source or scene
     white = next(p for p in rackfocus.parameters() if p.field == "white")
     shown = 2.0 ** -round(scene.view_settings.exposure)
     return min(max(shown, white.min), white.max)

@@ -86,6 +86,29 @@ def sockets():
 
 
 @check
+def white_is_that_of_the_exposure():
+    """A scene that is shown brighter has lamps that are as much darker."""
+    scene, data = start()
+    size = addon("lens").picture_size(scene.render)
+    for exposure, white in ((0, 1), (5, 1 / 32), (-2.4, 4), (32, 1e-6)):
+        with contextlib.suppress(TypeError, ValueError):  # 10 at the most, once
+            scene.view_settings.exposure = exposure
+        if scene.view_settings.exposure < exposure:
+            continue
+        params = addon("lens").frame_parameters(
+            scene.camera, data.rack_focus, scene.render, size
+        )
+        assert params["white"] == white, (exposure, params["white"])
+    scene.view_settings.exposure = 5
+    key = addon("refocusing").key_of(scene)
+    made = rgba(render(scene, OUT / "w.exr"))
+    sharp = pinhole(scene, OUT / "p.exr")
+    same(made, filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp)))
+    scene.view_settings.exposure = 0
+    assert addon("refocusing").key_of(scene) == key  # no reason to filter anew
+
+
+@check
 def animated_focus():
     """Three frames, each with its own focus; the stored value does not matter."""
     scene, data = start()
