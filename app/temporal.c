@@ -56,6 +56,7 @@ struct target {
     int32_t margin;        /* px beyond the border, from which light comes in */
     int32_t frame;         /* beside, whose points are added: 0 is the first */
     bool wants_lights;
+    float least_light;              /* luminance of lamps */
     struct light_points *lights;    /* that it does not show */
     struct temporal_border *border; /* NULL: it is not continued */
 };
@@ -152,6 +153,7 @@ static int target_open(struct run *run, int view, struct target *target)
         return APP_NO_MEMORY;
     target->lights->most = n / POINTS_EVERY;
     target->wants_lights = !run->has_views && run->settings->params.exact_highlights;
+    target->least_light = LEAST_LIGHT * (float)run->params.white;
     const struct rf_image depth =
         rf_image_packed(run->has_views ? run->views.views[view].depth.data : run->depth,
                         target->width, target->height, 1);
@@ -502,7 +504,8 @@ static void spread_point(const struct target *target, const struct temporal_plac
     const float across = (float)(at->x - 0.5 - left), down = (float)(at->y - 0.5 - top);
     const float r = radius_at(&target->lens, at->z);
     const bool is_light =
-        target->wants_lights && luminance_of(colour, target->n_channels) > LEAST_LIGHT;
+        target->wants_lights &&
+        luminance_of(colour, target->n_channels) > target->least_light;
     const int32_t margin = is_light || target->border ? target->margin : 0;
     if (!(left >= -1 - margin && left < target->width + margin && top >= -1 - margin &&
           top < target->height + margin))
@@ -647,7 +650,8 @@ static int warn_lights(const struct run *run)
                     "(above %g) behind what it shows than it has room for, a quarter "
                     "of its own; some are left out; where these are no lamps, add "
                     "--no-exact-highlights",
-                    image_path(run->source.colour), (double)LEAST_LIGHT);
+                    image_path(run->source.colour),
+                    (double)LEAST_LIGHT * run->params.white);
 }
 
 int temporal_find(struct run *run)
