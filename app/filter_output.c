@@ -35,13 +35,12 @@ int filter_check_files(const struct filter_options *tool, char *const *paths,
 
 /* ---- files ---------------------------------------------------------------------- */
 
-static const char *const compressions[] = {
-    NULL, "none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"};
+static const char *const compressions[] = {NULL,  "none",  "rle", "zips", "zip",
+                                           "piz", "pxr24", "b44", "b44a"};
 
 const char *filter_compression(const struct run *run)
 {
-    const char *asked = compressions[run->tool->compression];
-    return asked ? asked : run->source.info.compression;
+    return compressions[run->tool->compression];
 }
 
 /* Attributes that the lens's picture does not have: it is no view, and one merged from

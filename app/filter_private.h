@@ -129,7 +129,7 @@ void filter_drop_view(const struct run *run, struct source_description *to);
 
 /* What the filter did, for the header. */
 void filter_describe(const struct run *run, char *text, size_t n_bytes);
-/* Of the output; that of the input where nothing was said. */
+/* Of the output, where one was asked for; NULL: that of the input. */
 const char *filter_compression(const struct run *run);
 /* The picture and, from the depth, which holds radii by then, the radii. */
 bool filter_write_files(const struct run *run, struct image_error *error);

@@ -15,7 +15,7 @@ struct settings;
 struct source;
 
 /* The order of the table in filter_run.c. */
-#define FILTER_COMPRESSIONS "input|none|rle|zips|zip|piz|pxr24|b44|b44a|dwaa|dwab"
+#define FILTER_COMPRESSIONS "input|none|rle|zips|zip|piz|pxr24|b44|b44a"
 
 enum filter_type { FILTER_TYPE_HALF, FILTER_TYPE_FLOAT };
 enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };

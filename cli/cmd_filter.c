@@ -132,8 +132,9 @@ static const struct option options[] = {
     OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
                       "Samples of the EXR file: half or float. [default half]"),
     OPTION_CHOICE_ROW("compression", AT(compression), "KIND", FILTER_COMPRESSIONS,
-                      "Compression of the EXR file: input (as there), none, rle, zips, "
-                      "zip, piz, pxr24, b44, b44a, dwaa or dwab. [default input]"),
+                      "Compression of the EXR file: input (as there; zip for DWAA and "
+                      "DWAB, which are only read), none, rle, zips, zip, piz, pxr24, "
+                      "b44 or b44a. [default input]"),
     OPTION_CHOICE_ROW("png-bits", AT(png_bits), "BITS", "8|16",
                       "Bits per sample of the PNG file: 8 or 16. [default 8]"),
     OPTION_TEXT_ROW("frames", AT_SEQUENCE(frames), "LIST",

@@ -3,9 +3,10 @@
  * What a file will hold, part by part, and its header. What can be asked for is checked
  * before anything is written.
  *
- * OpenEXRCore 3.1 cannot compress DWAA and DWAB; where that is inherited from the
- * input, zip takes its place. So does it for every lossy compression when channels of
- * the input are kept in the part, which a second compression would change.
+ * DWAA and DWAB are only read: OpenEXRCore 3.1 cannot compress them, and no later one
+ * promises the same bits on every processor. Where one is inherited from the input, zip
+ * takes its place. So does it for every lossy compression when channels of the input
+ * are kept in the part, which a second compression would change.
  */
 #include "exr_writer.h"
 
@@ -100,6 +101,11 @@ static bool add_kept_channels(struct writer *w, struct out_part *part, bool is_t
     return true;
 }
 
+static bool is_only_read(int compression)
+{
+    return compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
+}
+
 static void choose_compression(const struct image_output *output, struct out_part *part,
                                bool is_target)
 {
@@ -108,12 +114,11 @@ static void choose_compression(const struct image_output *output, struct out_par
         name = output->like->parts[part->like_part].compression;
     part->compression = image_compression_number(name ? name : "zip");
     bool is_inherited = !(is_target && output->compression);
-    bool is_dwa = part->compression == EXR_COMPRESSION_DWAA ||
-                  part->compression == EXR_COMPRESSION_DWAB;
     bool has_kept = false;
     for (int i = 0; i < part->n_channels; i++)
         has_kept |= part->channels[i].sample < 0;
-    if (is_inherited && (is_dwa || (has_kept && image_is_lossy(part->compression))))
+    if (is_inherited && (is_only_read(part->compression) ||
+                         (has_kept && image_is_lossy(part->compression))))
         part->compression = EXR_COMPRESSION_ZIP;
 }
 
@@ -245,9 +250,8 @@ bool writer_check(const struct image_output *output, const char *path,
                           "unknown compression \"%s\"; known are none, rle, zips, zip, "
                           "piz, pxr24, b44, b44a",
                           output->compression);
-    if (compression >= EXR_COMPRESSION_DWAA)
-        return image_fail(error, path,
-                          "%s cannot be written by this version of OpenEXR; take zip",
+    if (is_only_read(compression))
+        return image_fail(error, path, "%s can be read, but not written; take zip",
                           output->compression);
     for (int i = 0; i < output->n_channels; i++)
         for (int k = 0; k < i; k++)

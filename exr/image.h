@@ -195,8 +195,8 @@ struct image_output {
     int n_channels;
     const char *const *channel_names; /* n_channels */
     const enum image_sample_type *types;
-    const float *samples;                     /* interleaved */
-    const char *compression;                  /* NULL: "zip" */
+    const float *samples;    /* interleaved */
+    const char *compression; /* NULL: that of `like`, else "zip" (exr_write_plan.c) */
     const struct image_attribute *attributes; /* win over those taken from `like` */
     int n_attributes;
     /* Attributes of like_part not to take ("name": its name), ended by NULL; "X*" drops

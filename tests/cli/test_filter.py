@@ -187,6 +187,14 @@ def test_compression(rackfocus, scene, tmp_path):
         assert found["compression"] == number
 
 
+@pytest.mark.parametrize("name", ["dwaa", "dwab"])
+def test_dwa_is_refused_before_anything_is_read(rackfocus, tmp_path, name):
+    out = tmp_path / "out.exr"
+    done = rackfocus("filter", "no.exr", "-o", out, "--compression", name, code=2)
+    assert f"--compression: '{name}' is none of input|none|" in done.stderr
+    assert "dwaa|" not in rackfocus("filter", "--help").stdout
+
+
 def test_coc(rackfocus, scene, tmp_path):
     radii = tmp_path / "coc.exr"
     path = scene()

@@ -87,6 +87,56 @@ def test_storage(filtered, want, tmp_path, compression, kind, tile):
     assert (got == want).all()
 
 
+@pytest.fixture
+def compressed(tmp_path):
+    """Makes a picture in that compression, tiled or not."""
+
+    def make(compression, tile=0, name="a.exr", size=SIZE):
+        channels = picture(size)
+        spec = spec_of(channels, "half", tile, compression=compression)
+        return write(tmp_path / name, (channels, spec))
+
+    return make
+
+
+def spec_at(path):
+    return oiio.ImageInput.open(str(path)).spec()
+
+
+@pytest.mark.parametrize("tile", [0, 16])
+@pytest.mark.parametrize("options", [(), ("--pass-through",)])
+@pytest.mark.parametrize("compression", ["dwaa", "dwab"])
+def test_zip_takes_the_place_of_dwa(
+    rackfocus, compressed, tmp_path, compression, options, tile
+):
+    path, out = compressed(compression, tile), tmp_path / "out.exr"
+    rackfocus("filter", path, "-o", out, *LENS, *options)
+    assert spec_at(out)["compression"] == "zip"
+
+
+def test_zip_takes_the_place_of_dwa_in_windows(rackfocus, compressed, tmp_path):
+    path, out = compressed("dwaa", 16, size=(701, 1603)), tmp_path / "out.exr"
+    lens = (*LENS, "--sub-apertures", "1", "--max-radius", "5")
+    rackfocus("filter", path, "-o", out, *lens, "--max-memory", "200")
+    assert spec_at(out).tile_width > 0  # windows alone keep tiles
+    assert spec_at(out)["compression"] == "zip"
+
+
+def test_zip_takes_the_place_of_dwa_in_a_mean(rackfocus, compressed, tmp_path):
+    paths = [compressed("dwaa", name=f"{i}.exr") for i in range(2)]
+    out = tmp_path / "out.exr"
+    rackfocus("accumulate", *paths, "-o", out)
+    assert spec_at(out)["compression"] == "zip"
+
+
+def test_kept_channels_are_not_compressed_twice(rackfocus, compressed, tmp_path):
+    """Inherited b44 serves the picture alone, zip a picture beside its depth."""
+    path, out = compressed("b44"), tmp_path / "out.exr"
+    for options, want in (((), "b44"), (("--pass-through",), "zip")):
+        rackfocus("filter", path, "-o", out, *LENS, *options)
+        assert spec_at(out)["compression"] == want
+
+
 NAMES = {
     "Blender": ("ViewLayer.Combined.{}", "RGB", "ViewLayer.Depth.Z"),
     "Blender, a space": ("View Layer.Combined.{}", "RGB", "View Layer.Depth.Z"),
