@@ -21,7 +21,7 @@ struct run {
     struct image_error *error;
     int remark; /* APP_DONE, or an error that the core's remarks were to the host */
     struct settings *settings;
-    struct rf_params params; /* for the data window */
+    struct rf_params params; /* for the data window: what was given is in settings */
     struct source_request request;
     struct source source; /* of the first view where there are several */
     bool has_views;

@@ -23,7 +23,8 @@ int filter_warn_unread(const struct run *run)
         const bool is_denoisers =
             run->tool->denoise && strcmp(list[i].key, "white") == 0;
         if (settings_origin(run->settings, list[i].key) != ORIGIN_COMMAND_LINE ||
-            is_denoisers || rf_param_is_read(&run->params, list[i].key, &why_not))
+            is_denoisers ||
+            rf_param_is_read(&run->settings->params, list[i].key, &why_not))
             continue;
         const int code = app_warn(run->tool->host, run->error,
                                   "--%s: has no effect: %s", list[i].key, why_not);
@@ -39,7 +40,7 @@ int filter_warn_unread(const struct run *run)
 static bool is_missing(const struct run *run, const char *key)
 {
     return settings_origin(run->settings, key) == ORIGIN_DEFAULT &&
-           rf_param_is_read(&run->params, key, NULL);
+           rf_param_is_read(&run->settings->params, key, NULL);
 }
 
 /* Without these a lens is a guess; the others are, with them, often right. */
@@ -122,7 +123,7 @@ int filter_warn_defaults(const struct run *run)
 int filter_warn_cut(const struct run *run)
 {
     const double most = rf_filter_lens(run->filter)->max_radius_px;
-    if (!(run->has_radii || run->windows) || run->params.max_radius > 0 ||
+    if (!(run->has_radii || run->windows) || run->settings->params.max_radius > 0 ||
         run->largest_radius < most)
         return APP_DONE;
     return app_warn(run->tool->host, run->error,

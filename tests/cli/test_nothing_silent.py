@@ -544,3 +544,31 @@ def test_a_blur_that_the_largest_radius_cuts_is_said(run, scene):
     assert "is cut" not in run(path, "--max-radius", "24", lens=wide).stderr
     assert "is cut" not in run(path, "--max-radius", "4000", lens=wide).stderr
     assert "is cut" not in run(path).stderr
+
+
+# ---- a window that is not the display's ----------------------------------------------
+
+
+@pytest.fixture(params=["crop", "overscan"])
+def windowed(request, scene):
+    """A picture of 48 x 32 px that is part of the display window, or beyond it."""
+    sides = {"crop": (99, 79), "overscan": (39, 27)}[request.param]
+    return scene(data=(4, 4, 51, 35), display=(0, 0, *sides))
+
+
+def test_the_sensor_of_a_window_is_read(run, windowed):
+    lens = ["--focus-distance", "6", "--f-stop", "2", "--unit-scale", "1"]
+    given = ["--focal-length", "50", "--sensor-width", "36"]
+    assert run(windowed, *given, "--strict", lens=lens).stderr == ""
+    useless = run(windowed, *given, "--focal-length-px", "60", lens=lens).stderr
+    assert no_effect("sensor-width") + "focal-length-px is given" in useless
+
+
+def test_the_sensor_that_is_taken_for_a_window_is_said(run, windowed):
+    done = run(windowed, lens=["--focus-distance", "6"])
+    assert "sensor 36 mm wide" in done.stderr and "--sensor-width" in done.stderr
+
+
+def test_a_blur_that_is_cut_in_a_window_is_said(run, windowed):
+    done = run(windowed, lens=[*LENS, "--lens-radius", "20"])
+    assert "the blur is cut at a radius of" in done.stderr
