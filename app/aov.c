@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "report.h"
 
@@ -57,8 +56,7 @@ static bool find_one(struct aovs *aovs, const struct source *source, const char 
         if (channels[c].part != source->part ||
             !is_of_layer(channels[c].name, layer, length))
             continue;
-        if (channels[c].type == IMAGE_SAMPLE_UINT ||
-            strcasestr(channels[c].name, "crypto"))
+        if (image_is_identifier(&channels[c]))
             return fail_layer(source, layer, length,
                               "holds identifiers, which cannot be blurred; use "
                               "--pass-through",

@@ -95,6 +95,9 @@ int filter_repair_depth(struct run *run);
 /* Parameters that were given and that nothing reads. */
 int filter_warn_unread(const struct run *run);
 
+/* Several layers that may be the picture. */
+int filter_warn_layers(const struct run *run);
+
 /* From run->depth, as read. */
 void filter_measure_radii(struct run *run);
 

@@ -34,6 +34,15 @@ int filter_warn_unread(const struct run *run)
     return APP_DONE;
 }
 
+int filter_warn_layers(const struct run *run)
+{
+    char text[400];
+    if (!source_is_doubtful(&run->source, text, sizeof(text)))
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error, "%s: the picture %s",
+                    image_path(run->source.colour), text);
+}
+
 /* ---- radii ------------------------------------------------------------------------
  */
 

@@ -263,6 +263,8 @@ static int read_facts(struct run *run)
                      "%s: was filtered before (%s); filter the pinhole render instead",
                      image_path(source->colour), by);
     if (code == APP_DONE)
+        code = filter_warn_layers(run);
+    if (code == APP_DONE)
         code = check_mist(run);
     if (code == APP_DONE)
         code = check_distribution(run);

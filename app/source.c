@@ -111,7 +111,8 @@ static bool find_colour(struct source *source, const struct source_request *requ
         return false;
     if (!image_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
                                &source->layer, error)) {
-        source->layer = (struct image_layer){-1, -1, -1, -1, -1, -1, "", false};
+        source->layer = (struct image_layer){
+            .r = -1, .g = -1, .b = -1, .a = -1, .z = -1, .z_rival = -1};
         return depth_channel == NULL;
     }
     return true;
@@ -204,9 +205,20 @@ static bool check_windows(const struct source *source, struct image_error *error
                      image_path(source->colour), colour->min_x, colour->min_y);
 }
 
+bool source_has_only_data(const struct source *source, char *text, size_t n_bytes)
+{
+    const struct image_layer *layer = &source->layer;
+    if (layer->is_data)
+        snprintf(text, n_bytes,
+                 "there is no picture: by their names all layers hold data (%s); to "
+                 "filter one all the same, name it with --layer",
+                 layer->fitting[0] ? layer->fitting : layer->name);
+    return layer->is_data;
+}
+
 bool source_check(const struct source *source, struct image_error *error)
 {
-    char channels[400];
+    char channels[400], text[500];
     source_list_channels(source->colour, channels, sizeof(channels));
     if (source->layer.r < 0)
         return set_error(
@@ -214,6 +226,8 @@ bool source_check(const struct source *source, struct image_error *error)
             "%s: there is no colour; its channels are %s; give the file of the "
             "picture first, and that of the depth with --depth-file",
             image_path(source->colour), channels);
+    if (source_has_only_data(source, text, sizeof(text)))
+        return set_error(error, "%s: %s", image_path(source->colour), text);
     if (source->z < 0)
         return set_error(
             error,
@@ -228,6 +242,18 @@ bool source_check(const struct source *source, struct image_error *error)
             "the file of the depth out",
             image_path(source->colour));
     return check_windows(source, error);
+}
+
+bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes)
+{
+    const struct image_layer *layer = &source->layer;
+    if (layer->is_data || !layer->fitting[0])
+        return false;
+    snprintf(text, n_bytes,
+             "is the first of the layers %s, which fit equally well; name one with "
+             "--layer",
+             layer->fitting);
+    return true;
 }
 
 float *source_read_colour(const struct source *source, int n_threads,

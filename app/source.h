@@ -50,6 +50,12 @@ bool source_read_facts(const struct source *source, struct settings *settings,
 /* Is there all that a filter needs, in one size? */
 bool source_check(const struct source *source, struct image_error *error);
 
+/* Are all colours data, such as normals? Says so into `text`. */
+bool source_has_only_data(const struct source *source, char *text, size_t n_bytes);
+
+/* Why the colour may not be what is meant, into `text`; false: there is no doubt. */
+bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes);
+
 /* Do colour and depth cover the same pixels? */
 bool source_has_one_window(const struct source *source);
 

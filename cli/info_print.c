@@ -153,6 +153,11 @@ static void print_choice_of_channels(const struct info *info)
                layer->a >= 0 ? ", with alpha" : "", source->is_grey ? ", grey" : "");
     else
         printf("  %-16s none\n", "colour");
+    char doubt[500];
+    if (source_has_only_data(source, doubt, sizeof(doubt)))
+        printf("  %-16s %s\n", "filter refuses", doubt);
+    else if (source_is_doubtful(source, doubt, sizeof(doubt)))
+        printf("  %-16s the picture %s\n", "filter warns", doubt);
     if (source->z >= 0)
         printf("  %-16s %s of %s\n", "depth",
                image_channels(source->depth, &n)[source->z].name,

@@ -58,6 +58,16 @@ const char *image_compression_name(int compression);
 int image_compression_number(const char *name);
 bool image_is_lossy(int compression);
 
+/* Is the word in the list, which NULL ends? Case does not matter. */
+bool image_is_one_of(const char *word, const char *const *list);
+
+/* What the name of a layer says of it (layer_names.c): the picture itself; that and, for
+ * a part, nothing more than a plain R G B; data, such as albedo, normals, identifiers. */
+bool image_means_picture(const char *name);
+bool image_means_plain(const char *name);
+bool image_means_data(const char *name);
+bool image_means_identifiers(const char *name);
+
 /*
  * A run of samples of one channel as stored, little-endian, unaligned: `n` samples from
  * column x of row y of the channel, both counted from the data window's corner, in

@@ -60,6 +60,10 @@ const struct image_part_info *image_parts(const struct image_input *input, int *
 const struct image_channel_info *image_channels(const struct image_input *input,
                                                 int *n);
 
+/* Does it hold numbers of objects or materials, such as Cryptomatte's, by its type or its
+ * name? A mean of two is a third. */
+bool image_is_identifier(const struct image_channel_info *channel);
+
 /* Header attributes (part 0 first, then the others). False where absent or of another
  * type; ints, floats and doubles convert to each other. The string belongs to input. */
 bool image_attribute_number(const struct image_input *input, const char *name,
@@ -97,6 +101,10 @@ struct image_layer {
     int z;
     int z_rival;    /* another layer's depth that fits as well as z; -1: none */
     char name[256]; /* layer as found, "" for the plain R G B A */
+    char
+        fitting[256]; /* "key, fill": layers that fit equally well, the one taken first;
+                          "" where it is the only one */
+    bool is_data;   /* nobody named it, and all that there are hold data, no picture */
     bool is_chroma; /* r, g and b are Y, RY and BY: image_read_layer makes R G B of them
                      */
 };
@@ -104,7 +112,9 @@ struct image_layer {
 /*
  * Finds the colour and depth of a layer. `layer` (may be NULL) is matched against whole
  * dotted components: "ViewLayer", "ViewLayer.Combined", "Composite". NULL takes the
- * first of: plain R G B; *.Combined.*; Composite.*; any other layer with R G B.
+ * first of: plain R G B; *.Combined.*; Composite.*; other names that mean the picture
+ * ("beauty", "rgba"); any other layer with R G B; one of data, such as albedo, normals
+ * and Cryptomatte (layer_names.c has the names).
  * Depth: `depth_channel` where given (exact name), else in the same layer or view layer
  * Z, Depth.Z, depth.Z, *.Depth.Z, *.V/Depth variants that Blender, Arnold, RenderMan,
  * Nuke and V-Ray write. A missing depth is not an error here (z = -1), a missing colour

@@ -27,34 +27,19 @@ enum { MAX_COMPONENTS = 12, NAME_SIZE = 512 };
 struct name {
     char text[NAME_SIZE]; /* the components, each ended by 0 */
     const char *component[MAX_COMPONENTS];
-    int n; /* of the layer: without view and base */
+    int n;       /* of the layer: without view and base */
+    int n_named; /* the same with a part's name that says no more than plain R G B */
     const char *view;
     const char *base;
     int part;
 };
-
-static bool is_one_of(const char *word, const char *const *list)
-{
-    for (; *list; list++)
-        if (strcasecmp(word, *list) == 0)
-            return true;
-    return false;
-}
 
 /* The word that ends with `word`, as "VRayZDepth" does with "zdepth". */
 static bool is_depth_word(const char *word)
 {
     static const char *const words[] = {"depth",   "z",          "zdepth", "vrayzdepth",
                                         "zbuffer", "depthlayer", NULL};
-    return is_one_of(word, words);
-}
-
-/* Parts that only repeat what a single-part file says with plain R G B A. */
-static bool is_main_word(const char *word)
-{
-    static const char *const words[] = {"rgba",  "rgb",    "beauty", "main",
-                                        "color", "colour", NULL};
-    return is_one_of(word, words);
+    return image_is_one_of(word, words);
 }
 
 static int colour_index(const char *base)
@@ -169,7 +154,8 @@ static void parse_name(const struct image_input *input, int channel, struct name
         name->base = word;
     }
     /* The views of a plain file are parts or prefixes like "left": no layer at all. */
-    if (name->n == 1 && is_main_word(name->component[0]) && input->n_parts > 1)
+    name->n_named = name->n;
+    if (name->n == 1 && image_means_plain(name->component[0]) && input->n_parts > 1)
         name->n = 0;
 }
 
@@ -193,7 +179,7 @@ static bool is_asked_for(const struct name *name, const char *layer)
 {
     const char *words[MAX_COMPONENTS + 1];
     int n = 0;
-    for (int i = 0; i < name->n; i++)
+    for (int i = 0; i < name->n_named; i++)
         words[n++] = name->component[i];
     if (name->view[0])
         words[n++] = name->view;
@@ -210,6 +196,19 @@ static bool is_asked_for(const struct name *name, const char *layer)
     return true;
 }
 
+/* Identifiers are told by all of the name, as of the part "Cryptomatte". */
+static bool is_data(const struct image_input *input, int channel,
+                    const struct name *name)
+{
+    if (name->n == 0 || image_means_picture(name->component[name->n - 1]))
+        return false;
+    for (int i = 0; i < name->n; i++)
+        if (image_means_identifiers(name->component[i]))
+            return true;
+    return image_means_data(name->component[name->n - 1]) ||
+           input->channels[channel].type == IMAGE_SAMPLE_UINT;
+}
+
 /* Lower is better; the order that the header promises. */
 static int rank_of(const struct name *name)
 {
@@ -222,15 +221,17 @@ static int rank_of(const struct name *name)
         return 1;
     if (is_composite)
         return 2;
-    return 3;
+    return image_means_picture(name->component[name->n - 1]) ? 3 : 4;
 }
 
-static void format_layer(const struct name *name, char *text, size_t size)
+/* The first n components and the view. */
+static void format_layer(const struct name *name, int n_components, char *text,
+                         size_t size)
 {
     size_t n = 0;
     text[0] = '\0';
-    for (int i = 0; i <= name->n; i++) {
-        const char *word = i < name->n ? name->component[i] : name->view;
+    for (int i = 0; i <= n_components; i++) {
+        const char *word = i < n_components ? name->component[i] : name->view;
         if (word[0] && n < size)
             n += (size_t)snprintf(text + n, size - n, "%s%s", n ? "." : "", word);
     }
@@ -304,35 +305,99 @@ static bool has_sibling(const struct image_input *input, const struct name *of,
     return false;
 }
 
-static bool find_colour(const struct image_input *input, const char *view,
-                        const char *wanted, struct image_layer *found)
+enum { RANK_GREY = 20, RANK_DATA = 100, RANK_NONE = 1000 };
+
+/* What is asked of a colour; each may be NULL. */
+struct wanted {
+    const char *view, *layer;
+};
+
+/* Lower is better; RANK_NONE: a channel that is neither a red nor a grey, or not of what
+ * is wanted. */
+static int colour_rank(const struct image_input *input, const struct wanted *wanted,
+                       int channel, const struct name *name)
 {
-    int best = 1000;
+    const bool is_red = colour_index(name->base) == 0;
+    if (!is_red && (strcmp(name->base, "Y") != 0 || has_sibling(input, name, "X")))
+        return RANK_NONE;
+    if ((wanted->layer && !is_asked_for(name, wanted->layer)) ||
+        (wanted->view && !is_of_view(input, name->view, wanted->view)))
+        return RANK_NONE;
+    /* "ZDepth.R" is depth in all of R G B. */
+    if (name->n > 0 && is_depth_word(name->component[name->n - 1]))
+        return RANK_NONE;
+    return 2 * rank_of(name) + (is_red ? 0 : RANK_GREY) +
+           (is_data(input, channel, name) ? RANK_DATA : 0) +
+           !is_of_view(input, name->view, NULL);
+}
+
+/* The layer that a red or a grey is of; false where one of its colours is missing. */
+static bool collect(const struct image_input *input, const struct name *name,
+                    int channel, struct image_layer *layer)
+{
+    *layer = (struct image_layer){.z = -1, .z_rival = -1};
+    return colour_index(name->base) == 0 ? collect_colour(input, name, layer)
+                                         : collect_grey(input, name, channel, layer);
+}
+
+/* False where there is no room for more; it then ends in ", ...". */
+static bool append_layer(const struct name *name, char *text, size_t size)
+{
+    char layer[256];
+    const size_t n = strlen(text);
+    format_layer(name, name->n_named, layer, sizeof layer);
+    const char *word = layer[0] ? layer : "(plain R G B)";
+    const bool has_room = n + strlen(word) + sizeof ", , ..." < size;
+    snprintf(text + n, size - n, "%s%s", n ? ", " : "", has_room ? word : "...");
+    return has_room;
+}
+
+/* Lists the layers that rank as high as the one found, which is the first of them. */
+static void list_fitting(const struct image_input *input, const struct wanted *wanted,
+                         int rank, struct image_layer *found)
+{
+    struct name first, name;
+    struct image_layer layer;
+    char text[sizeof found->fitting] = "", own[256];
+    int n = 0;
+    parse_name(input, found->r, &first);
+    format_layer(&first, first.n_named, own, sizeof own);
+    for (int c = found->r; c < input->n_channels; c++) {
+        parse_name(input, c, &name);
+        const bool is_same = is_same_layer(&name, name.n_named, &first, first.n_named);
+        if (is_same && c != found->r)
+            continue;
+        if (colour_rank(input, wanted, c, &name) != rank ||
+            !collect(input, &name, c, &layer))
+            continue;
+        n++;
+        if (!append_layer(&name, text, sizeof text))
+            break;
+    }
+    const bool is_named = wanted->layer && strcmp(wanted->layer, own) == 0;
+    if (n > 1 && !is_named)
+        memcpy(found->fitting, text, sizeof text);
+}
+
+static bool find_colour(const struct image_input *input, const struct wanted *wanted,
+                        struct image_layer *found)
+{
+    int best = RANK_NONE;
     for (int c = 0; c < input->n_channels; c++) {
         struct name name;
-        struct image_layer layer = {.z = -1, .z_rival = -1};
+        struct image_layer layer;
         parse_name(input, c, &name);
-        bool is_red = colour_index(name.base) == 0;
-        if (!is_red && (strcmp(name.base, "Y") != 0 || has_sibling(input, &name, "X")))
+        const int rank = colour_rank(input, wanted, c, &name);
+        if (rank >= best || !collect(input, &name, c, &layer))
             continue;
-        if ((wanted && !is_asked_for(&name, wanted)) ||
-            (view && !is_of_view(input, name.view, view)))
-            continue;
-        /* "ZDepth.R" is depth in all of R G B. */
-        if (name.n > 0 && is_depth_word(name.component[name.n - 1]))
-            continue;
-        int rank = 2 * (rank_of(&name) + (is_red ? 0 : 10)) +
-                   !is_of_view(input, name.view, NULL);
-        if (rank >= best)
-            continue;
-        if (is_red ? !collect_colour(input, &name, &layer)
-                   : !collect_grey(input, &name, c, &layer))
-            continue;
-        format_layer(&name, layer.name, sizeof layer.name);
+        format_layer(&name, name.n, layer.name, sizeof layer.name);
+        layer.is_data = !wanted->layer && rank >= RANK_DATA;
         *found = layer;
         best = rank;
     }
-    return best < 1000;
+    if (best < RANK_NONE)
+        list_fitting(input, wanted, best, found);
+    return best < RANK_NONE;
 }
 
 /*
@@ -344,7 +409,7 @@ static int depth_owner(const struct image_input *input, const struct name *name)
 {
     static const char *const bases[] = {"Z", "V", "Y", "R", "depth", "distance", NULL};
     if (name->n > 0 && is_depth_word(name->component[name->n - 1]))
-        return is_one_of(name->base, bases) ? name->n - 1 : -1;
+        return image_is_one_of(name->base, bases) ? name->n - 1 : -1;
     if (strcasecmp(name->base, "Z") == 0)
         return has_sibling(input, name, "X") || has_sibling(input, name, "x") ? -1
                                                                               : name->n;
@@ -430,10 +495,10 @@ static bool is_depth_like(const struct name *name)
     static const char *const words[] = {"distance", "Pz", NULL};
     const char *base = name->base, *layer = name->n ? name->component[name->n - 1] : "";
     /* Mitsuba's NAME.T of any name. */
-    return strcasestr(base, "depth") || is_one_of(base, words) ||
+    return strcasestr(base, "depth") || image_is_one_of(base, words) ||
            (name->n > 0 && strcmp(base, "T") == 0) ||
-           ((strcasestr(layer, "depth") || is_one_of(layer, words)) &&
-            is_one_of(base, bases));
+           ((strcasestr(layer, "depth") || image_is_one_of(layer, words)) &&
+            image_is_one_of(base, bases));
 }
 
 /* The only layer, or channel, that is depth by such a name; -1: none, several, or there
@@ -468,7 +533,7 @@ static void list_layers(const struct image_input *input, char *text, size_t size
         parse_name(input, c, &name);
         if (colour_index(name.base) != 0 && strcmp(name.base, "Y") != 0)
             continue;
-        format_layer(&name, layer, sizeof layer);
+        format_layer(&name, name.n, layer, sizeof layer);
         n += (size_t)snprintf(text + n, size - n, "%s%s", n ? ", " : "",
                               layer[0] ? layer : "(plain R G B)");
     }
@@ -544,7 +609,8 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
     char list[600];
     *found = (struct image_layer){
         .r = -1, .g = -1, .b = -1, .a = -1, .z = -1, .z_rival = -1};
-    bool has_colour = find_colour(input, view, layer, found);
+    const struct wanted wanted = {view, layer};
+    bool has_colour = find_colour(input, &wanted, found);
     if (!has_colour && !depth_only)
         return fail_without_colour(input, layer, error);
 

@@ -170,6 +170,85 @@ def test_names(filtered, want, tmp_path, layout):
     assert (filtered(path, names) == want).all()
 
 
+def layer(name, channels, bases="RGB"):
+    """The channels as those of a layer."""
+    return {f"{name}.{b}": channels[c] for b, c in zip(bases, "RGB", strict=True)}
+
+
+PICTURES = (
+    "rgba RGB Beauty final render.main primary color C ViewLayer.Combined lit".split()
+)
+DATA = [
+    ("crypto_object00", ("red", "green", "blue")),
+    ("CryptoAsset", "RGB"),
+    ("uCryptoMaterial01", "rgb"),
+    ("ObjectId", "RGB"),
+    ("albedo", "RGB"),
+    ("VRayMtlID", "RGB"),
+    ("N", "RGB"),
+    ("aWorldNormal", "RGB"),
+    ("P", "RGB"),
+    ("a_motion_vectors", "RGB"),
+    ("UV", "RGB"),
+]
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_data_is_no_picture(filtered, want, tmp_path, name):
+    """Whatever of it stands before or behind the picture in the file's order."""
+    channels = {"Z": picture()["Z"], **layer(name, picture())}
+    blank = {base: 1 - picture()[base] for base in "RGB"}
+    for data, bases in DATA:
+        channels |= layer(data, blank, bases)
+    path = plainexr.write(tmp_path / "a.exr", channels)
+    got = filtered(path, [f"{name}.{base}" for base in "RGB"], "--strict")
+    assert (got == want).all()
+
+
+def test_data_alone_is_refused(rackfocus, filtered, want, tmp_path):
+    channels = {"Z": picture()["Z"], **layer("albedo", picture())}
+    path = plainexr.write(tmp_path / "a.exr", channels)
+    done = rackfocus("filter", path, "-o", tmp_path / "o.exr", *LENS, code=1)
+    assert "there is no picture: by their names all layers hold data (albedo)" in (
+        done.stderr
+    )
+    assert "filter refuses   there is no picture" in rackfocus("info", path).stdout
+    names = [f"albedo.{base}" for base in "RGB"]
+    assert (filtered(path, names, "--layer", "albedo", "--strict") == want).all()
+
+
+def test_several_pictures_are_warned_of(rackfocus, filtered, want, tmp_path):
+    channels = {"Z": picture()["Z"], **layer("fill", picture())}
+    channels |= layer("key", picture()) | layer("N", picture())
+    path, out = plainexr.write(tmp_path / "a.exr", channels), tmp_path / "o.exr"
+    said = "the picture is the first of the layers fill, key, which fit equally well"
+    assert said in rackfocus("filter", path, "-o", out, *LENS).stderr
+    assert said in rackfocus("info", path).stdout
+    rackfocus("filter", path, "-o", out, *LENS, "--strict", code=1)
+    names = [f"key.{base}" for base in "RGB"]
+    assert (filtered(path, names, "--layer", "key", "--strict") == want).all()
+
+
+def test_of_many_pictures_the_first_are_named(rackfocus, tmp_path):
+    channels = {}
+    for i in range(30):
+        channels |= layer(f"light_{i:02}", picture())
+    path = plainexr.write(tmp_path / "a.exr", channels)
+    said = rackfocus("info", path).stdout
+    assert "layers light_00, light_01, " in said
+    assert ", ..., which fit equally well" in said
+
+
+def test_parts_of_the_picture_are_named(rackfocus, tmp_path):
+    """Where a part's name says no more than plain R G B, --layer takes it all the same."""
+    parts = [(picture(), spec_of(picture(), name=name)) for name in ("rgb", "beauty")]
+    path, out = write(tmp_path / "a.exr", *parts), tmp_path / "o.exr"
+    done = rackfocus("filter", path, "-o", out, *LENS)
+    assert "the first of the layers rgb, beauty, which" in done.stderr
+    for name in ("rgb", "beauty"):
+        rackfocus("filter", path, "-o", out, *LENS, "--layer", name, "--strict")
+
+
 def test_an_unusual_name_must_be_the_only_one(rackfocus, tmp_path):
     """The channels of one layer are one; two layers are a question."""
     channels = picture()

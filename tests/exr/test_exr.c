@@ -124,6 +124,20 @@ static const struct layer_case layer_cases[] = {
     {"diffuse.R diffuse.G diffuse.B diffuse.Z Z", NULL, NULL, false,
      "diffuse diffuse.R diffuse.Z"},
     {"a.red a.green a.blue", NULL, NULL, false, "a a.red -"},
+    {"RGBA.R RGBA.G RGBA.B crypto.R crypto.G crypto.B crypto00.red crypto00.green "
+     "crypto00.blue Z",
+     NULL, NULL, false, "RGBA RGBA.R Z"},
+    {"albedo.R albedo.G albedo.B uCryptoAsset.R uCryptoAsset.G uCryptoAsset.B key.R "
+     "key.G key.B",
+     NULL, NULL, false, "key key.R -"},
+    {"N.R N.G N.B composition.R composition.G composition.B", NULL, NULL, false,
+     "composition composition.R -"},
+    {"Albedo.R Albedo.G Albedo.B lit.Y", NULL, NULL, false, "lit lit.Y -"},
+    {"ids.Combined.R ids.Combined.G ids.Combined.B ids.Emit.R ids.Emit.G ids.Emit.B",
+     NULL, NULL, false, "ids.Combined ids.Combined.R -"},
+    {"albedo.R albedo.G albedo.B", NULL, NULL, false, "albedo albedo.R -"},
+    {"albedo.R albedo.G albedo.B key.R key.G key.B", "albedo", NULL, false,
+     "albedo albedo.R -"},
     {"R G B v.Z v.X", NULL, NULL, false, " R -"},
     {"ViewLayer.Normal.X ViewLayer.Normal.Y ViewLayer.Normal.Z", NULL, NULL, false,
      "FAIL no R G B"},
@@ -176,6 +190,41 @@ static void find_one(const struct layer_case *c)
         CHECK_STR(error.message, c->want);
     }
     image_close(input);
+}
+
+/* Which layers fit as well as the one that is found, and whether it holds data. */
+static const struct {
+    const char *channels, *layer, *fitting;
+    bool is_data;
+} fitting_cases[] = {
+    {"key.R key.G key.B fill.R fill.G fill.B rim.R rim.G", NULL, "fill, key", false},
+    {"key.R key.G key.B fill.R fill.G fill.B", "key", "", false},
+    {"key.R key.G key.B fill.R fill.G fill.B N.R N.G N.B R G B", NULL, "", false},
+    {"key.R key.G key.B N.R N.G N.B", NULL, "", false},
+    {"beauty.R beauty.G beauty.B final.R final.G final.B", NULL, "beauty, final",
+     false},
+    {"N.R N.G N.B P.R P.G P.B", NULL, "N, P", true},
+    {"N.R N.G N.B P.R P.G P.B", "P", "", false},
+};
+
+static void finds_what_fits_as_well(void)
+{
+    for (size_t i = 0; i < sizeof fitting_cases / sizeof fitting_cases[0]; i++) {
+        char buffer[600];
+        const char *names[64];
+        struct image_error error = {.message = ""};
+        struct image_input *input;
+        struct image_layer layer;
+        const int n = split(fitting_cases[i].channels, buffer, names);
+        REQUIRE(write_channels(in_folder("layers.exr"), names, n, IMAGE_SAMPLE_HALF,
+                               &error));
+        REQUIRE(image_open(&input, in_folder("layers.exr"), &error));
+        CHECK(image_find_layer(input, fitting_cases[i].layer, NULL, false, &layer,
+                               &error));
+        CHECK_STR(layer.fitting, fitting_cases[i].fitting);
+        CHECK(layer.is_data == fitting_cases[i].is_data);
+        image_close(input);
+    }
 }
 
 static void finds_layers(void)
@@ -536,6 +585,7 @@ int main(int argc, char **argv)
         return 1;
     TEST(writes_and_reads_back);
     TEST(finds_layers);
+    TEST(finds_what_fits_as_well);
     TEST(keeps_old_file_on_failure);
     TEST(follows_links);
     TEST(says_why_it_cannot_write);
