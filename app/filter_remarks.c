@@ -43,6 +43,24 @@ int filter_warn_layers(const struct run *run)
                     image_path(run->source.colour), text);
 }
 
+/* Methods whose steps are as long along columns as along rows. */
+static bool is_blind_to_aspect(int32_t method)
+{
+    return method == RF_METHOD_MIPMAP || method == RF_METHOD_MIPMAP_OFFSET ||
+           method == RF_METHOD_RECURSIVE_OFFSET;
+}
+
+int filter_warn_aspect(const struct run *run)
+{
+    const struct rf_params *params = &run->params;
+    if (params->pixel_aspect == 1 || !is_blind_to_aspect(params->method))
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "--pixel-aspect: the method %s blurs as if pixels were square, not "
+                    "%g times as wide as high; box, lowres and offset know better",
+                    rf_method_find(params->method)->name, params->pixel_aspect);
+}
+
 /* ---- radii ------------------------------------------------------------------------
  */
 

@@ -276,7 +276,8 @@ static int read_facts(struct run *run)
     if (settings_fit_window(run->settings, &source->info, &run->params, &error) !=
         RF_OK)
         return filter_fail_core(run, &error);
-    return filter_warn_unread(run);
+    code = filter_warn_unread(run);
+    return code == APP_DONE ? filter_warn_aspect(run) : code;
 }
 
 /* Of a picture in memory. */

@@ -274,11 +274,20 @@ static const char *read_shift(const struct rf_params *p)
                : "read only with projection perspective, and depth radial or a tilt";
 }
 
+/* Are discs round on the screen, and not in stored pixels? */
+static bool has_round_discs(const struct rf_params *p)
+{
+    bool is_box =
+        p->method == RF_METHOD_BOX && p->box_direction != RF_DIRECTION_HORIZONTAL;
+    return method_of(p)->reads_aperture || p->method == RF_METHOD_SCATTER ||
+           p->method == RF_METHOD_LOWRES || is_box;
+}
+
 static const char *read_aspect(const struct rf_params *p)
 {
     bool is_fitted = !read_fit(p) && p->sensor_fit != RF_SENSOR_FIT_HORIZONTAL;
     bool has_place = p->cat_eye > 0 || p->field_curvature != 0 || p->split_diopter > 0;
-    return is_fitted || has_axis(p) || has_place || method_of(p)->reads_aperture
+    return is_fitted || has_axis(p) || has_place || has_round_discs(p)
                ? NULL
                : "not read by this method with this sensor-fit";
 }

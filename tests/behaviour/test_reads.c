@@ -33,6 +33,7 @@ static const char *const setups[] = {
     "blades=5",
     "aperture=disc blades=5",
     "blend=region",
+    "box-direction=horizontal sensor-fit=horizontal",
     "blend=slices leak-control=product",
     "blend=region leak-control=hint leave-focus-out=true",
     "quality=preview",

@@ -98,6 +98,24 @@ def test_layers_over_each_other_have_no_other_layers(run, scene):
     assert "--filter-layers is of one picture" in done.stderr
 
 
+@pytest.mark.parametrize("method", ["mipmap", "mipmap-offset", "recursive-offset"])
+def test_methods_that_take_pixels_for_square_say_so(run, scene, method):
+    warning = f"--pixel-aspect: the method {method} blurs as if pixels were square"
+    stretched = scene("wide.exr", aspect=2.0)
+    assert warning in run(stretched, "--method", method).stderr
+    assert warning in run(scene(), "--method", method, "--pixel-aspect", "2").stderr
+    assert run(scene(), "--method", method).stderr == ""
+    run(stretched, "--method", method, "--strict", code=1)
+
+
+@pytest.mark.parametrize("method", ["layered", "scatter", "box", "lowres", "offset"])
+def test_others_blur_round_on_the_screen(run, scene, method, tmp_path):
+    assert run(scene(aspect=2.0), "--method", method).stderr == ""
+    run(scene(), "--method", method, name="square.exr")
+    wide, square = (plainexr.read(tmp_path / n)[0] for n in ("out.exr", "square.exr"))
+    assert (wide["R"] != square["R"]).any()
+
+
 # ---- the camera ----------------------------------------------------------------------
 
 

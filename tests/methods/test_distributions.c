@@ -13,20 +13,26 @@ static double density(int kind, double t)
                                             : 1;
 }
 
-/* A lone lamp of radius r in the middle, the rest in focus. */
-static struct frame lamp(int kind, double r_px, double light)
+/* A lone lamp of radius r in the middle, the rest in focus; of pixels of an aspect. */
+static struct frame lamp_of_pixels(double aspect, int kind, double r_px, double light)
 {
-    int size = 2 * (int)ceil(r_px) + 5;
+    int size = 2 * (int)ceil(r_px * fmax(aspect, 1)) + 5;
     struct frame f = frame_make(size, size, 1);
     struct rf_params params;
     plain_params(&params, RF_METHOD_SCATTER);
     params.distribution = kind;
+    params.pixel_aspect = aspect;
     for (size_t i = 0; i < frame_pixels(&f); i++)
         f.depth[i] = PLAIN_FOCUS;
     f.depth[frame_pixels(&f) / 2] = plain_depth(r_px);
     f.colour[frame_pixels(&f) / 2] = (float)light;
     CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
     return f;
+}
+
+static struct frame lamp(int kind, double r_px, double light)
+{
+    return lamp_of_pixels(1, kind, r_px, light);
 }
 
 static double sum_of(const struct frame *f)
@@ -70,6 +76,56 @@ static void every_weight_is_the_formula(void)
             CHECK_NEAR(worst, 0, 3e-5); /* the table of D has 1024 steps */
             frame_free(&f);
         }
+}
+
+/* Twice the deviation along columns and rows, px; of a disc it is the radius. */
+static void spread_of(const struct frame *f, double spread[2])
+{
+    double square[2] = {0, 0}, sum = sum_of(f);
+    int c = f->width / 2;
+    for (int y = 0; y < f->height; y++)
+        for (int x = 0; x < f->width; x++) {
+            square[0] += *frame_at(f, f->out, x, y) * pow(x - c, 2);
+            square[1] += *frame_at(f, f->out, x, y) * pow(y - c, 2);
+        }
+    for (int k = 0; k < 2; k++)
+        spread[k] = 2 * sqrt(square[k] / sum);
+}
+
+/* Circles of pixels that are not square are as many rows high as are round. */
+static void circles_are_round_on_the_screen(void)
+{
+    static const double aspects[] = {0.25, 0.5, 1.3, 2, 40};
+    for (int kind = 0; kind <= RF_DISTRIBUTION_RING; kind++)
+        for (int k = 0; k < 5; k++) {
+            struct frame square = lamp(kind, 20.5, 1e4);
+            struct frame f = lamp_of_pixels(aspects[k], kind, 20.5, 1e4);
+            double want[2], spread[2];
+            spread_of(&square, want);
+            spread_of(&f, spread);
+            CHECK_NEAR(sum_of(&f) / 1e4, 1, 1e-5);
+            CHECK_NEAR(spread[0] / want[0], 1, 0.03);
+            CHECK_NEAR(spread[1] / want[1] / aspects[k], 1, 0.04);
+            frame_free(&f);
+            frame_free(&square);
+        }
+}
+
+/* And what is in focus stays as it is, whatever else is in the picture. */
+static void focus_is_the_identity_at_any_aspect(void)
+{
+    static const double aspects[] = {1e-3, 0.5, 2, 1e3};
+    for (int k = 0; k < 4; k++) {
+        struct frame f = lamp(RF_DISTRIBUTION_UNIFORM, 30, 1);
+        struct rf_params params;
+        plain_params(&params, RF_METHOD_SCATTER);
+        params.pixel_aspect = aspects[k];
+        f.depth[0] = plain_depth(30); /* black */
+        f.depth[frame_pixels(&f) / 2] = PLAIN_FOCUS;
+        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        CHECK(memcmp(f.out, f.colour, frame_pixels(&f) * sizeof *f.out) == 0);
+        frame_free(&f);
+    }
 }
 
 /* What each is there for: a soft edge, a bright rim, and the same on both sides. */
@@ -120,18 +176,22 @@ static double share(const float *picture, int w, int h, int step, double r, int 
            light_within(picture, w, h, step, 0, w, 0, h);
 }
 
+/* The pixels of stamped(), width through height. */
+static double stamp_aspect = 1;
+
 /* A frame of `channels` whose middle is a lamp of signed radius r, blurred by picture.
  */
 static struct frame stamped(double r, int channels, const float *picture, int w, int h,
                             int picture_channels)
 {
-    int size = 2 * (int)ceil(fabs(r)) + 5;
+    int size = 2 * (int)ceil(fabs(r) * fmax(stamp_aspect, 1)) + 5;
     struct frame f = frame_make(size, size, channels);
     struct rf_params params;
     struct rf_context *context;
     struct rf_filter *filter;
     plain_params(&params, RF_METHOD_SCATTER);
     params.distribution = RF_DISTRIBUTION_IMAGE;
+    params.pixel_aspect = stamp_aspect;
     size_t middle = frame_pixels(&f) / 2;
     for (size_t i = 0; i < frame_pixels(&f); i++)
         f.depth[i] = PLAIN_FOCUS;
@@ -186,6 +246,35 @@ static void picture_is_integrated_over_each_pixel(void)
             CHECK_NEAR(sum, 1, 1e-6);
             frame_free(&f);
         }
+}
+
+/* Pixels twice as wide as high: two rows hold what one held. */
+static void pictures_are_upright_in_any_pixels(void)
+{
+    float picture[7 * 5];
+    draw_picture(picture, 7, 5, 1);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        double r = sign * 12.5, worst = 0, sum = 0;
+        stamp_aspect = 2;
+        struct frame f = stamped(r, 1, picture, 7, 5, 1);
+        stamp_aspect = 1;
+        int c = f.width / 2;
+        for (int y = 0; y < f.height; y++)
+            for (int x = 0; x < f.width; x++) {
+                double got = *frame_at(&f, f.out, x, y) / 10;
+                double scale = 7 / (2 * r), x0 = 3.5 + (x - c - 0.5) * scale;
+                double y0 = 2.5 + (y - c - 0.5) * scale / 2;
+                double x1 = x0 + scale, y1 = y0 + scale / 2;
+                double want = light_within(picture, 7, 5, 1, fmin(x0, x1), fmax(x0, x1),
+                                           fmin(y0, y1), fmax(y0, y1)) /
+                              light_within(picture, 7, 5, 1, 0, 7, 0, 5);
+                sum += got;
+                worst = fmax(worst, fabs(got - want));
+            }
+        CHECK_NEAR(worst, 0, 2e-5);
+        CHECK_NEAR(sum, 1, 1e-6);
+        frame_free(&f);
+    }
 }
 
 /* Each channel of a coloured picture has unit energy of its own; alpha gets the mean
@@ -268,7 +357,10 @@ int main(int argc, char **argv)
     TEST(unit_energy_at_any_radius);
     TEST(every_weight_is_the_formula);
     TEST(the_shapes_differ);
+    TEST(circles_are_round_on_the_screen);
+    TEST(focus_is_the_identity_at_any_aspect);
     TEST(picture_is_integrated_over_each_pixel);
+    TEST(pictures_are_upright_in_any_pixels);
     TEST(coloured_pictures);
     TEST(bad_pictures_are_named);
     return testing_end();

@@ -160,6 +160,37 @@ static void highlights_leave_no_trace(void)
     }
 }
 
+/* What a spread along rows is along columns, times the aspect of the pixels. */
+static void the_spread_is_round_on_the_screen(void)
+{
+    static const int methods[] = {RF_METHOD_BOX, RF_METHOD_LOWRES};
+    static const double aspects[] = {0.5, 2, 2.5};
+    for (int i = 0; i < 6; i++) {
+        double square[2] = {0, 0}, aspect = aspects[i / 2];
+        int rows = (int)(8 * aspect), top = 64 / rows * rows;
+        struct rf_params p;
+        struct frame f = frame_make(129, 129, 1);
+        plain_params(&p, methods[i % 2]);
+        p.pixel_aspect = aspect;
+        p.lowres_factor = 8;
+        for (size_t k = 0; k < frame_pixels(&f); k++) {
+            f.depth[k] = plain_depth(8);
+            /* All of a block, so that its middle is the lamp's. */
+            f.colour[k] = k % 129 / 8 == 8 && (int)k / 129 / rows == 64 / rows;
+        }
+        CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
+        double middle[2] = {67.5, top + (rows - 1) / 2.0};
+        for (int y = 0; y < 129; y++)
+            for (int x = 0; x < 129; x++) {
+                double v = *frame_at(&f, f.out, x, y);
+                square[0] += v * pow(x - middle[0], 2);
+                square[1] += v * pow(y - middle[1], 2);
+            }
+        CHECK_NEAR(sqrt(square[1] / square[0]) / aspect, 1, 0.02);
+        frame_free(&f);
+    }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -172,5 +203,6 @@ int main(int argc, char **argv)
     TEST(a_constant_stays_constant);
     TEST(the_spread_is_that_of_the_disc);
     TEST(highlights_leave_no_trace);
+    TEST(the_spread_is_round_on_the_screen);
     return testing_end();
 }

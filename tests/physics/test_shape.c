@@ -274,15 +274,15 @@ static void a_panel_blurs_by_the_radius_along_both_axes(void)
 static void pixel_aspect_stretches_rows(void)
 {
     for (size_t method = 0; method < n_methods; method++) {
-        if (!knows_apertures(method))
-            continue;
         struct rf_params params;
         plain_params(&params, (int)method);
         params.pixel_aspect = 0.5; /* pixels half as wide as high */
         struct frame f = lamp(&params, 20, BRIGHT);
         struct moments m = moments_of(&f);
-        CHECK_NEAR(m.xx / m.sum / 100, 1, 0.02);
-        CHECK_NEAR(m.yy / m.sum / 25, 1, 0.02);
+        /* Those of scatter move in whole pixels. */
+        double most = knows_apertures(method) ? 0.02 : 0.03;
+        CHECK_NEAR(m.xx / m.sum / 100, 1, most);
+        CHECK_NEAR(m.yy / m.sum / 25, 1, most);
         frame_free(&f);
     }
 }

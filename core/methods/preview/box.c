@@ -7,7 +7,8 @@
  *   W = 2 k + 1 + 2 f,  v = r^2 / (4 n),  k (k + 1) / 3 <= v < (k + 1) (k + 2) / 3,
  *   f = (v (2 k + 1) - k (k + 1) (2 k + 1) / 3) / (2 ((k + 1)^2 - v))
  *
- *   c   the pixels of a row or column       r   radius of the pixel, px
+ *   c   the pixels of a row or column
+ *   r   radius of the pixel in that direction, px: along columns times the pixel aspect
  *   W   width of the box, px                n   repeats, --box-repeats
  *
  * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
@@ -56,7 +57,7 @@ struct box {
     float over_n;      /* 1 / n_repeats */
     struct sums *sums; /* per thread */
     size_t n_sums;     /* of one thread */
-    float width_px;    /* where there is no map */
+    float stretch;     /* pixels of this direction per px */
     bool is_still;     /* this direction is not blurred */
 };
 
@@ -76,8 +77,11 @@ static void widths_at(const struct box *b, int x, int y, int n, float *width)
     const float *r = blur->radius_map;
     if (r)
         r += (size_t)y * (size_t)blur->source->width + (size_t)x;
+    const float alone = box_width(blur->radius_px * b->stretch, b->over_n);
     for (int i = 0; i < n; i++)
-        width[i] = b->is_still ? 1 : r ? box_width(r[i], b->over_n) : b->width_px;
+        width[i] = b->is_still ? 1
+                   : r         ? box_width(r[i] * b->stretch, b->over_n)
+                               : alone;
 }
 
 static inline void add_pixel(struct sums *s, rf_f4 v)
@@ -195,11 +199,13 @@ static void repeat(struct box *b, struct rf_grid *rows, struct rf_grid *columns)
     b->from = blur->source;
     for (int i = 0; i < b->n_repeats; i++) {
         b->to = rows;
+        b->stretch = 1;
         b->is_still = direction == RF_DIRECTION_VERTICAL;
         rf_blur_pass(blur, 2 * i, n_passes, blur->source->height, RF_BAND_ROWS,
                      rows_band, b);
         b->from = rows;
         b->to = i + 1 < b->n_repeats ? columns : NULL;
+        b->stretch = (float)blur->frame->params.pixel_aspect;
         b->is_still = direction == RF_DIRECTION_HORIZONTAL;
         rf_blur_pass(blur, 2 * i + 1, n_passes, blur->source->width, STRIP,
                      columns_band, b);
@@ -214,7 +220,6 @@ rf_result rf_generate_box(const struct rf_blur *blur, struct rf_error *error)
     struct box b = {.blur = blur, .n_repeats = blur->frame->params.box_repeats};
     b.n_sums = (size_t)rf_max_int(width, height * STRIP);
     b.over_n = 1 / (float)b.n_repeats;
-    b.width_px = box_width(blur->radius_px, b.over_n);
     struct rf_grid rows = {0}, columns = {0};
     size_t n_threads = (size_t)context->n_threads;
     b.sums = rf_alloc(context, b.n_sums * n_threads, sizeof *b.sums);

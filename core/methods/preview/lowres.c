@@ -2,11 +2,12 @@
 /*
  * lowres: the picture at 1/F of its size, magnified bilinearly.
  *
- *   L(j, i) = mean of the F x F pixels of the block (j, i)
+ *   L(j, i) = mean of the F x F' pixels of the block (j, i)
  *   B(x, y) = bilinear in L, whose samples lie at the centres of the blocks
  *   out = c + a (B - c),   a = min(1, r^2 / F^2)
  *
  *   c   the pixel        r   its radius, px        F   --lowres-factor
+ *   F'  F times the pixel aspect in whole rows, 1 at the least
  *
  * Source: master's thesis on depth of field in a surgical simulator (docs/methods.md),
  * "low resolution": 128 x 128 of 1024 x 1024. There the small picture is rendered; here
@@ -21,6 +22,7 @@
  */
 #include "methods/preview/lowres.h"
 
+#include <math.h>
 #include <stddef.h>
 
 #include "base/context.h"
@@ -32,14 +34,14 @@
 
 struct lowres {
     const struct rf_blur *blur;
-    int factor;
+    int factor[2]; /* columns and rows of a block */
     struct rf_grid small;
 };
 
-static rf_f4 block_mean(const struct rf_grid *from, int x0, int y0, int factor)
+static rf_f4 block_mean(const struct rf_grid *from, int x0, int y0, const int factor[2])
 {
-    int x1 = rf_min_int(x0 + factor, from->width);
-    int y1 = rf_min_int(y0 + factor, from->height);
+    int x1 = rf_min_int(x0 + factor[0], from->width);
+    int y1 = rf_min_int(y0 + factor[1], from->height);
     rf_f4 sum = {0};
     for (int y = y0; y < y1; y++) {
         const rf_f4 *row = from->at + (size_t)y * (size_t)from->width;
@@ -56,15 +58,15 @@ static void reduce_band(void *user, int from, int to, int thread)
     struct lowres *l = user;
     for (int j = from; j < to; j++)
         for (int i = 0; i < l->small.width; i++)
-            l->small.at[(size_t)j * (size_t)l->small.width + (size_t)i] =
-                block_mean(l->blur->source, i * l->factor, j * l->factor, l->factor);
+            l->small.at[(size_t)j * (size_t)l->small.width + (size_t)i] = block_mean(
+                l->blur->source, i * l->factor[0], j * l->factor[1], l->factor);
 }
 
 static void magnify_piece(const struct lowres *l, int x0, int y, int n, rf_f4 *out)
 {
     const struct rf_grid *small = &l->small;
-    float scale = 1 / (float)l->factor, radius[RF_PIECE];
-    float v = ((float)y + 0.5f) * scale + 0.5f;
+    float scale = 1 / (float)l->factor[0], radius[RF_PIECE];
+    float v = ((float)y + 0.5f) * (1 / (float)l->factor[1]) + 0.5f;
     int j = (int)v;
     rf_f4 fy = rf_f4_of(v - (float)j);
     const rf_f4 *top = small->at + (size_t)rf_clamp_int(j - 1, 0, small->height - 1) *
@@ -104,9 +106,11 @@ static void magnify_band(void *user, int from, int to, int thread)
 rf_result rf_generate_lowres(const struct rf_blur *blur, struct rf_error *error)
 {
     const struct rf_context *context = blur->frame->context;
-    struct lowres l = {.blur = blur, .factor = blur->frame->params.lowres_factor};
-    int width = (blur->source->width + l.factor - 1) / l.factor;
-    int height = (blur->source->height + l.factor - 1) / l.factor;
+    const struct rf_params *p = &blur->frame->params;
+    int rows = (int)rint(p->lowres_factor * p->pixel_aspect);
+    struct lowres l = {.blur = blur, .factor = {p->lowres_factor, rf_max_int(rows, 1)}};
+    int width = (blur->source->width + l.factor[0] - 1) / l.factor[0];
+    int height = (blur->source->height + l.factor[1] - 1) / l.factor[1];
     if (!rf_grid_alloc(context, &l.small, width, height))
         return rf_fail_memory(error, (size_t)width * (size_t)height,
                               sizeof *l.small.at);

@@ -3,11 +3,15 @@
  * scatter: every pixel's light spread over its circle of confusion.
  *
  *   out(q) = sum over p of colour(p) w(q - p; r_p),   w = D(t) / sum of D,
- *   t = |q - p|^2 / m,   m = max(ceil(r_p^2), 1)
+ *   t = |q - p|^2 / m,   m = max(ceil((u r_p)^2), 1)
+ *   |q - p|^2 = floor((u col)^2 + (u row / a)^2)
  *
  *   r_p   radius of the circle of confusion of pixel p, px (no sign)
- *   D     the distribution; the pixels with hypot(row, col) < r take part, and the
- *         pixel itself always does, so r = 0 is the identity
+ *   a     the pixel aspect: a circle is r px wide and a r rows high either way
+ *   u     units of keys per px, max(a, 1): the side of a pixel that is the shorter one
+ *         is 1; less where keys would be too many, 1 at the least
+ *   D     the distribution; the pixels with |q - p|^2 < m take part, and the pixel
+ *         itself always does, so r = 0 is the identity
  *
  *   uniform    D = 1            Yu 2004
  *   gaussian   D = exp(-2 t)    sigma = r / 2 as a disc has it, cut at the circle
@@ -53,6 +57,9 @@ enum { BAND_ROWS = 32, ROWS_TO_POLL = 8 };
 
 enum { N_DENSITIES = 1024 }; /* steps of the table of D */
 
+/* Keys of pixels that are not square are made finer up to circles of this radius. */
+static const double FINE_RADIUS = 2048;
+
 typedef double (*density_fn)(double t);
 
 /* A disc of the same mean square distance: sigma = r / 2 on each axis. */
@@ -81,32 +88,52 @@ struct scatter {
     const struct rf_bokeh *image; /* NULL: a density */
     bool is_uniform;
     double density[N_DENSITIES + 2]; /* D at t = i / N_DENSITIES */
+    double side[2];                  /* of a pixel in the units of keys: u and u / a */
     float *source; /* a copy of the colour planes, n_planes each width x height */
     double *area;  /* area[m]: sum of D over the circle of key m, where one occurs */
     int *ring;     /* ring[k]: how many pixels have the squared distance k */
     int max_key;
-    int reach; /* of the largest circle, px */
+    bool has_squares; /* both sides are 1 */
+    int reach[2];     /* of the largest circle, columns and rows */
 };
 
-/*
- * hypot(row, col) < r means row^2 + col^2 <= ceil(r^2) - 1: circles of the same key m =
- * max(ceil(r^2), 1) hold the same pixels.
- */
-static int circle_key(float r)
+/* Circles of the same key hold the same pixels. */
+static int circle_key(const struct scatter *s, float r)
 {
-    double m = ceil((double)r * (double)r);
+    double m = ceil(s->side[0] * s->side[0] * ((double)r * (double)r));
     return m < 1 ? 1 : (int)m;
 }
 
-static int half_width(int key, int dy)
+/* |q - p|^2, 0 for the pixel itself only. */
+static int square(const struct scatter *s, int dx, int dy)
 {
-    int rest = key - 1 - dy * dy;
-    int w = (int)sqrt((double)rest);
-    while (w * w > rest)
-        w--;
-    while ((w + 1) * (w + 1) <= rest)
-        w++;
-    return w;
+    if (s->has_squares)
+        return dx * dx + dy * dy;
+    double x = dx * s->side[0], y = dy * s->side[1];
+    return dx || dy ? rf_max_int((int)(x * x + y * y), 1) : 0;
+}
+
+/* The largest n with (n side)^2 < rest. */
+static int half_side(double rest, double side)
+{
+    int n = (int)(sqrt(rest) / side);
+    while (n > 0 && n * side * (n * side) >= rest)
+        n--;
+    while ((n + 1) * side * ((n + 1) * side) < rest)
+        n++;
+    return n;
+}
+
+/* Columns of a circle beside its middle, in the row `dy` of those it has. */
+static int half_width(const struct scatter *s, int key, int dy)
+{
+    double y = dy * s->side[1];
+    return half_side(key - y * y, s->side[0]);
+}
+
+static int half_height(const struct scatter *s, int key)
+{
+    return key > 1 ? half_side(key, s->side[1]) : 0;
 }
 
 static double density_at(const struct scatter *s, int d2, int key)
@@ -125,20 +152,33 @@ static void build_densities(struct scatter *s, density_fn density)
 
 static void count_rings(struct scatter *s)
 {
-    for (int y = -s->reach; y <= s->reach; y++)
-        for (int x = -s->reach; x <= s->reach; x++)
-            if (x * x + y * y < s->max_key)
-                s->ring[x * x + y * y]++;
+    for (int y = -s->reach[1]; y <= s->reach[1]; y++)
+        for (int x = -s->reach[0]; x <= s->reach[0]; x++)
+            if (square(s, x, y) < s->max_key)
+                s->ring[square(s, x, y)]++;
+}
+
+/* The sides of a pixel, the largest key and how far its circle goes. */
+static void measure_circles(struct scatter *s)
+{
+    const struct rf_frame *f = s->work->frame;
+    double aspect = f->params.pixel_aspect, most = 1;
+    size_t n = (size_t)f->width * (size_t)f->height;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, fabs((double)s->work->radius[i]));
+    s->side[0] = fmax(fmin(aspect, FINE_RADIUS / most), 1);
+    s->side[1] = s->side[0] / aspect;
+    s->has_squares = aspect == 1;
+    s->max_key = circle_key(s, (float)most);
+    s->reach[0] = half_width(s, s->max_key, 0) + (s->image ? 1 : 0);
+    s->reach[1] = half_height(s, s->max_key) + (s->image ? 1 : 0);
 }
 
 static rf_result build_areas(struct scatter *s, struct rf_error *error)
 {
     const struct rf_frame *f = s->work->frame;
     size_t n = (size_t)f->width * (size_t)f->height;
-    s->max_key = 1;
-    for (size_t i = 0; i < n; i++)
-        s->max_key = rf_max_int(s->max_key, circle_key(s->work->radius[i]));
-    s->reach = half_width(s->max_key, 0) + (s->image ? 1 : 0);
+    measure_circles(s);
     if (s->image)
         return RF_OK;
     size_t n_keys = (size_t)s->max_key + 1;
@@ -153,7 +193,7 @@ static rf_result build_areas(struct scatter *s, struct rf_error *error)
         return RF_OK;
     }
     for (size_t i = 0; i < n; i++) {
-        int key = circle_key(s->work->radius[i]);
+        int key = circle_key(s, s->work->radius[i]);
         if (s->area[key] > 0)
             continue;
         for (int d2 = 0; d2 < key; d2++)
@@ -164,11 +204,12 @@ static rf_result build_areas(struct scatter *s, struct rf_error *error)
 }
 
 /*
- * What looks leave of a circle: the pixels d = (dx, dy) from its middle, y up, with
+ * What looks leave of a circle: the pixels d = (dx, dy) from its middle, px, y up, with
  * |d - eye| <= eye_r and, for each door, side_i . d >= least_i. lens/look.c has the
  * formulas; without astigmatism the pixel's own place comes out of them.
  */
 struct opening {
+    double row_px;        /* height of a row */
     double eye[2], eye_r; /* INFINITY: no second disc */
     double side[RF_N_DOORS], least[RF_N_DOORS];
 };
@@ -176,7 +217,7 @@ struct opening {
 static struct opening opening_of(const struct scatter *s, int x, int y, double r)
 {
     const struct rf_look *look = &s->look;
-    struct opening o = {.eye_r = INFINITY};
+    struct opening o = {.row_px = 1 / look->pixel_aspect, .eye_r = INFINITY};
     double q[2], scale = 1 / r - look->cat_eye / look->half_px;
     rf_look_place(look, x + 0.5, y + 0.5, q);
     if (look->cat_eye > 0 && scale != 0) {
@@ -197,7 +238,7 @@ static struct opening opening_of(const struct scatter *s, int x, int y, double r
  */
 static void open_row(const struct opening *o, int dy, int w, int n[2])
 {
-    double from = -w, to = w, up = -dy, h = up - o->eye[1];
+    double from = -w, to = w, up = -dy * o->row_px, h = up - o->eye[1];
     if (o->eye_r < INFINITY) {
         double rest = o->eye_r * o->eye_r - h * h;
         double half = rest < 0 ? -INFINITY : sqrt(rest);
@@ -223,14 +264,14 @@ static void open_row(const struct opening *o, int dy, int w, int n[2])
 /* The sum of D over what is open of a circle; 0: nothing is. */
 static double open_area(const struct scatter *s, const struct opening *o, int key)
 {
-    int reach = half_width(key, 0), n[2];
+    int reach = half_height(s, key), n[2];
     double sum = 0;
     for (int dy = -reach; dy <= reach; dy++) {
-        open_row(o, dy, half_width(key, dy), n);
+        open_row(o, dy, half_width(s, key, dy), n);
         if (s->is_uniform)
             sum += rf_max_int(n[1] - n[0] + 1, 0);
         for (int dx = n[0]; dx <= n[1] && !s->is_uniform; dx++)
-            sum += density_at(s, dx * dx + dy * dy, key);
+            sum += density_at(s, square(s, dx, dy), key);
     }
     return sum;
 }
@@ -243,7 +284,7 @@ static void scatter_row(const struct scatter *s, double *line, int x, int dy,
     int width = s->work->frame->width, stride = width + 1;
     int left = rf_max_int(x + n[0], 0), right = rf_min_int(x + n[1], width - 1);
     for (int i = left; i <= right; i++) {
-        double d = density_at(s, (i - x) * (i - x) + dy * dy, key);
+        double d = density_at(s, square(s, i - x, dy), key);
         for (int c = 0; c < s->work->n_planes; c++)
             line[c * stride + i] += light[c] * d;
     }
@@ -256,7 +297,7 @@ static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
     int width = work->frame->width, stride = width + 1, n_planes = work->n_planes;
     size_t at = (size_t)y * (size_t)width + (size_t)x;
     size_t n_all = (size_t)width * (size_t)work->frame->height;
-    int key = circle_key(work->radius[at]);
+    int key = circle_key(s, work->radius[at]);
     double light[4], area = s->area[key];
     struct opening opening;
     bool is_cut = s->is_dark && key > 1;
@@ -268,10 +309,10 @@ static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
     }
     for (int c = 0; c < n_planes; c++)
         light[c] = s->source[(size_t)c * n_all + at] / area;
-    int reach = half_width(key, 0);
+    int reach = half_height(s, key);
     int from = rf_max_int(y - reach, y0), to = rf_min_int(y + reach, y1 - 1);
     for (int row = from; row <= to; row++) {
-        int w = half_width(key, row - y), n[2] = {-w, w};
+        int w = half_width(s, key, row - y), n[2] = {-w, w};
         double *line = band + (size_t)(row - y0) * (size_t)(stride * n_planes);
         if (is_cut)
             open_row(&opening, row - y, w, n);
@@ -295,18 +336,18 @@ static void scatter_pixel(const struct scatter *s, int x, int y, int y0, int y1,
  */
 struct stamp {
     const struct rf_bokeh *image;
-    int n_planes, n_corners, reach;
-    double scale; /* pixels of the picture per px, negative where it is upside down */
+    int n_planes, n_corners, reach[2];
+    double scale[2]; /* its pixels per column and row, negative where upside down */
     double *corners[2];
 };
 
 static void integrate_line(const struct stamp *stamp, int line, double *corners)
 {
     const struct rf_bokeh *d = stamp->image;
-    double y = d->height / 2.0 + (line - stamp->reach - 0.5) * stamp->scale;
+    double y = d->height / 2.0 + (line - stamp->reach[1] - 0.5) * stamp->scale[1];
     for (int c = 0; c < stamp->n_planes; c++)
         for (int i = 0; i < stamp->n_corners; i++) {
-            double x = d->width / 2.0 + (i - stamp->reach - 0.5) * stamp->scale;
+            double x = d->width / 2.0 + (i - stamp->reach[0] - 0.5) * stamp->scale[0];
             corners[c * stamp->n_corners + i] = rf_bokeh_sum(d, c, x, y);
         }
 }
@@ -315,18 +356,33 @@ static void stamp_row(const struct scatter *s, const struct stamp *stamp, int x,
                       const double light[4], double *line)
 {
     int width = s->work->frame->width, stride = width + 1;
-    int left = rf_max_int(x - stamp->reach, 0);
-    int right = rf_min_int(x + stamp->reach, width - 1);
+    int left = rf_max_int(x - stamp->reach[0], 0);
+    int right = rf_min_int(x + stamp->reach[0], width - 1);
     for (int c = 0; c < s->work->n_planes; c++) {
         int plane = stamp->n_planes == 1 ? 0 : s->work->n_planes == 1 ? 3 : c;
         const double *above = stamp->corners[0] + plane * stamp->n_corners;
         const double *below = stamp->corners[1] + plane * stamp->n_corners;
         for (int i = left; i <= right; i++) {
-            int k = i - x + stamp->reach;
+            int k = i - x + stamp->reach[0];
             line[c * stride + i] +=
                 light[c] * (below[k + 1] - below[k] - above[k + 1] + above[k]);
         }
     }
+}
+
+static struct stamp stamp_of(const struct scatter *s, double r)
+{
+    struct stamp stamp = {.image = s->image, .n_planes = s->image->n_planes};
+    int longer = rf_max_int(s->image->width, s->image->height);
+    for (int k = 0; k < 2; k++) {
+        /* Up to half a pixel all of the picture lies within the pixel. */
+        double aspect = k ? s->work->frame->params.pixel_aspect : 1;
+        double size = fmax(fabs(r) * aspect, 0.5);
+        stamp.reach[k] = (int)ceil(size - 0.5);
+        stamp.scale[k] = longer / copysign(2 * size, r);
+    }
+    stamp.n_corners = 2 * stamp.reach[0] + 2;
+    return stamp;
 }
 
 static void scatter_picture(const struct scatter *s, int x, int y, int y0, int y1,
@@ -336,24 +392,18 @@ static void scatter_picture(const struct scatter *s, int x, int y, int y0, int y
     int width = work->frame->width, n_planes = work->n_planes;
     size_t at = (size_t)y * (size_t)width + (size_t)x;
     size_t n = (size_t)width * (size_t)work->frame->height;
-    /* Up to half a pixel all of the picture lies within the pixel. */
-    double r = (double)work->radius[at], size = fmax(fabs(r), 0.5);
-    struct stamp stamp = {.image = s->image,
-                          .n_planes = s->image->n_planes,
-                          .reach = (int)ceil(size - 0.5)};
-    stamp.n_corners = 2 * stamp.reach + 2;
-    stamp.scale = rf_max_int(s->image->width, s->image->height) / copysign(2 * size, r);
+    struct stamp stamp = stamp_of(s, (double)work->radius[at]);
     stamp.corners[0] = corners;
     stamp.corners[1] = corners + stamp.n_planes * stamp.n_corners;
     double light[4];
     for (int c = 0; c < n_planes; c++)
         light[c] = (double)s->source[(size_t)c * n + at];
-    int from = rf_max_int(y - stamp.reach, y0);
-    int to = rf_min_int(y + stamp.reach, y1 - 1);
+    int from = rf_max_int(y - stamp.reach[1], y0);
+    int to = rf_min_int(y + stamp.reach[1], y1 - 1);
     if (from <= to)
-        integrate_line(&stamp, from - y + stamp.reach, stamp.corners[0]);
+        integrate_line(&stamp, from - y + stamp.reach[1], stamp.corners[0]);
     for (int row = from; row <= to; row++) {
-        integrate_line(&stamp, row - y + stamp.reach + 1, stamp.corners[1]);
+        integrate_line(&stamp, row - y + stamp.reach[1] + 1, stamp.corners[1]);
         stamp_row(s, &stamp, x, light,
                   band + (size_t)(row - y0) * (size_t)((width + 1) * n_planes));
         double *kept = stamp.corners[0];
@@ -385,7 +435,8 @@ static void run_band(const struct scatter *s, int band_index, double *band)
     int y0 = band_index * BAND_ROWS, y1 = rf_min_int(y0 + BAND_ROWS, f->height);
     size_t n = (size_t)(f->width + 1) * (size_t)s->work->n_planes * BAND_ROWS;
     memset(band, 0, n * sizeof *band);
-    int from = rf_max_int(y0 - s->reach, 0), to = rf_min_int(y1 + s->reach, f->height);
+    int from = rf_max_int(y0 - s->reach[1], 0);
+    int to = rf_min_int(y1 + s->reach[1], f->height);
     for (int y = from; y < to; y++) {
         /* A band of large radii takes long: who cancels must not wait for its end. */
         if ((y - from) % ROWS_TO_POLL == 0 && !rf_task_poll(s->work->task))
@@ -447,7 +498,7 @@ rf_result rf_scatter_run(struct rf_work *work, struct rf_error *error)
         result = build_areas(&s, error);
     size_t band_size = (size_t)(f->width + 1) * (size_t)work->n_planes * BAND_ROWS;
     if (s.image) /* and two lines of corners behind each band */
-        band_size += 2 * (size_t)s.image->n_planes * (2 * (size_t)s.reach + 2);
+        band_size += 2 * (size_t)s.image->n_planes * (2 * (size_t)s.reach[0] + 2);
     size_t n_bands = band_size * (size_t)context->n_threads;
     s.source = result == RF_OK ? rf_alloc(context, n_source, sizeof *s.source) : NULL;
     double *bands = s.source ? rf_alloc(context, n_bands, sizeof *bands) : NULL;
