@@ -14,20 +14,65 @@
 /* ---- given for nothing ------------------------------------------------------------
  */
 
+static const char *const MEAN_HAS_LENS =
+    "the mean of views has the focus and the lens that they were rendered with; "
+    "--method views can change those";
+
+/* A mean of views, which are rendered with a lens. */
+static bool is_mean(const struct run *run)
+{
+    return run->params.method == RF_METHOD_ACCUMULATE;
+}
+
+/* Does a mean's lens count beside the picture: for radii, or for grain? */
+static bool has_lens_beside(const struct run *run)
+{
+    return run->tool->output_coc || run->tool->denoise;
+}
+
+/* Does it say where on the lens views are taken? */
+static bool places_views(const char *key)
+{
+    return strcmp(key, "lens-pattern") == 0 || strcmp(key, "lens-random") == 0 ||
+           strcmp(key, "lens-seed") == 0;
+}
+
+/* Why nothing of this run reads a parameter; NULL: it does. */
+static const char *why_unread(const struct run *run, const struct rf_param_info *info)
+{
+    const char *why_not;
+    if (!rf_param_is_read(&run->settings->params, info->key, &why_not))
+        return why_not;
+    if (is_mean(run) && ((info->group == RF_GROUP_LENS && !has_lens_beside(run)) ||
+                         info->group == RF_GROUP_APERTURE))
+        return MEAN_HAS_LENS;
+    return places_views(info->key) ? "read only where views are rendered, as by povray"
+                                   : NULL;
+}
+
+static int warn_no_effect(const struct run *run, const char *option, const char *why)
+{
+    return app_warn(run->tool->host, run->error, "--%s: has no effect: %s", option,
+                    why);
+}
+
 int filter_warn_unread(const struct run *run)
 {
+    if (run->tool->aperture_at && is_mean(run) && !has_lens_beside(run)) {
+        const int code = warn_no_effect(run, "aperture-at", MEAN_HAS_LENS);
+        if (code != APP_DONE)
+            return code;
+    }
     size_t n;
     const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n; i++) {
-        const char *why_not;
+        const char *why_not = why_unread(run, &list[i]);
         const bool is_denoisers =
             run->tool->denoise && strcmp(list[i].key, "white") == 0;
         if (settings_origin(run->settings, list[i].key) != ORIGIN_COMMAND_LINE ||
-            is_denoisers ||
-            rf_param_is_read(&run->settings->params, list[i].key, &why_not))
+            is_denoisers || !why_not)
             continue;
-        const int code = app_warn(run->tool->host, run->error,
-                                  "--%s: has no effect: %s", list[i].key, why_not);
+        const int code = warn_no_effect(run, list[i].key, why_not);
         if (code != APP_DONE)
             return code;
     }
@@ -67,7 +112,7 @@ int filter_warn_aspect(const struct run *run)
 static bool is_missing(const struct run *run, const char *key)
 {
     return settings_origin(run->settings, key) == ORIGIN_DEFAULT &&
-           rf_param_is_read(&run->settings->params, key, NULL);
+           !why_unread(run, rf_param_find(key));
 }
 
 /* Without these a lens is a guess; the others are, with them, often right. */
@@ -85,7 +130,7 @@ static bool is_heard(const struct run *run)
 
 void filter_measure_radii(struct run *run)
 {
-    if (!is_heard(run))
+    if (!is_heard(run) || (is_mean(run) && !run->tool->output_coc))
         return;
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
@@ -172,17 +217,31 @@ static void describe_aperture(const struct run *run, char *text, size_t n_bytes)
                  rf_filter_lens(run->filter)->lens_radius);
 }
 
-void filter_say_done(const struct run *run)
+/* What the lens made of the picture. */
+static void describe_lens(const struct run *run, char *text, size_t n_bytes)
 {
-    const struct rf_params *params = &run->settings->params;
-    char aperture[80], radii[80] = "", method[40];
+    char aperture[80], radii[80] = "";
+    if (is_mean(run)) {
+        const int n = filter_n_views(run);
+        snprintf(text, n_bytes, "mean of %d view%s", n, n == 1 ? "" : "s");
+        return;
+    }
     describe_aperture(run, aperture, sizeof(aperture));
-    rf_params_get(params, "method", method, sizeof(method));
     if (run->has_radii)
         snprintf(radii, sizeof(radii), ", radii %.1f to %.1f px", run->least_radius,
                  run->most_radius);
     else if (run->largest_radius > 0)
         snprintf(radii, sizeof(radii), ", radii up to %.1f px", run->largest_radius);
+    snprintf(text, n_bytes, "focus %g, %s%s",
+             rf_filter_lens(run->filter)->focus_distance, aperture, radii);
+}
+
+void filter_say_done(const struct run *run)
+{
+    const struct rf_params *params = &run->settings->params;
+    char lens[240], method[40];
+    describe_lens(run, lens, sizeof(lens));
+    rf_params_get(params, "method", method, sizeof(method));
     const struct filter_options *tool = run->tool;
     char shared[80] = "";
     if (run->shared_views > 0)
@@ -192,8 +251,7 @@ void filter_say_done(const struct run *run)
     if (params->white != 1)
         snprintf(white, sizeof(white), ", white %g", params->white);
     seen_describe(&run->seen, seen, sizeof(seen));
-    app_say(tool->host, "%s: focus %g, %s%s, method %s%s%s%s",
-            tool->shown_output ? tool->shown_output : tool->output,
-            rf_filter_lens(run->filter)->focus_distance, aperture, radii, method, white,
+    app_say(tool->host, "%s: %s, method %s%s%s%s",
+            tool->shown_output ? tool->shown_output : tool->output, lens, method, white,
             shared, seen);
 }

@@ -58,6 +58,51 @@ def test_views_can_be_averaged(rackfocus, views, tmp_path):
         assert a[name] == pytest.approx(b[name], rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("focus-distance", 3),
+        ("lens-radius", 0.3),
+        ("focal-length-px", 70),
+        ("pixel-aspect", 2),
+        ("coc-limit", 2),
+        ("blades", 6),
+        ("aperture-ratio", 2),
+        ("lens-pattern", "polygon"),
+        ("aperture-at", "0.01,0"),
+    ],
+)
+def test_a_mean_has_the_lens_of_its_views(rackfocus, views, tmp_path, option):
+    """What is typed of the lens changes nothing, and the user is told."""
+    paths, mean = views(), ["--method", "accumulate"]
+    typed = [f"--{option[0]}", option[1]]
+    plain = rackfocus("filter", *paths, "-o", tmp_path / "a.exr", *mean)
+    told = rackfocus("filter", *paths, "-o", tmp_path / "b.exr", *mean, *typed)
+    assert plain.stderr == ""
+    assert f"--{option[0]}: has no effect: " in told.stderr
+    a, b = (plainexr.read(tmp_path / f"{name}.exr")[0] for name in "ab")
+    assert all((a[name] == b[name]).all() for name in "RGB")
+    rackfocus("filter", *paths, "-o", tmp_path / "c.exr", *mean, *typed, "--strict",
+              code=1)  # fmt: skip
+
+
+def test_a_mean_says_what_it_is(rackfocus, views, tmp_path):
+    mean = ["--method", "accumulate"]
+    done = rackfocus("filter", *views(), "-o", tmp_path / "o.exr", *mean)
+    assert f"{tmp_path / 'o.exr'}: mean of 3 views, method accumulate" in done.stdout
+
+
+def test_a_means_radii_are_of_the_lens_that_is_typed(rackfocus, views, tmp_path):
+    arguments = ["filter", *views(), "-o", tmp_path / "o.exr", "--method", "accumulate"]
+    radii = []
+    for radius in (0.1, 0.2):
+        path = tmp_path / f"coc{radius}.exr"
+        done = rackfocus(*arguments, "--output-coc", path, "--lens-radius", radius)
+        assert done.stderr == ""
+        radii.append(plainexr.read(path)[0])
+    assert any((radii[0][name] != radii[1][name]).any() for name in radii[0])
+
+
 def test_one_view_is_no_lens(rackfocus, views, tmp_path):
     """Its mean is the pinhole picture, which would look like a broken command."""
     path = views()[0]
