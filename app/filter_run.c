@@ -297,6 +297,35 @@ static int make_filter(struct run *run)
     return filter_make(run, (size_t)run->tool->max_memory_mib << 20);
 }
 
+/*
+ * Is the aperture where views were taken? Beside them all pictures get worse by and by:
+ * of posts, whose eight reach 0.03, stopped down to a pinhole, 0.5 % of the pixels have
+ * nothing 1 reach from the middle, 2.7 % at 2, 7 % at 3 and 37 % at 16.
+ */
+static int check_aperture_place(const struct run *run)
+{
+    static const double MOST_REACHES = 3;
+    double middle[2], reach = views_reach(&run->views, middle);
+    const double *at = run->aperture_at, ratio = run->params.aperture_ratio;
+    const double radius = rf_filter_lens(run->filter)->lens_radius * fmax(1, 1 / ratio);
+    const double distance = hypot(at[0] - middle[0], at[1] - middle[1]);
+    if (!run->tool->aperture_at || distance <= reach + radius ||
+        run->params.method == RF_METHOD_ACCUMULATE)
+        return APP_DONE;
+    if (distance > MOST_REACHES * reach + radius)
+        return app_fail(run->error, APP_USAGE,
+                        "--aperture-at: no view saw the scene from near %g,%g: they "
+                        "lie within %.3g of %.3g,%.3g; with this lens radius, %.3g, "
+                        "give a place within %.3g of that",
+                        at[0], at[1], reach, middle[0], middle[1], radius,
+                        reach + radius);
+    return app_warn(run->tool->host, run->error,
+                    "--aperture-at: an aperture of radius %.3g at %g,%g is beside the "
+                    "views, which lie within %.3g of %.3g,%.3g: what they do not show "
+                    "is missing or guessed",
+                    radius, at[0], at[1], reach, middle[0], middle[1]);
+}
+
 /* Opens the files of several views, places counted from the aperture's middle. */
 static int open_views(struct run *run)
 {
@@ -304,10 +333,11 @@ static int open_views(struct run *run)
         return APP_DONE;
     if (!views_open(&run->views, &run->source, &run->list, &run->request, run->error))
         return fail_image(run);
+    const int code = check_aperture_place(run);
     for (int i = 0; i < run->views.n; i++)
         for (int k = 0; k < 2; k++)
             run->views.views[i].lens_offset[k] -= run->aperture_at[k];
-    return APP_DONE;
+    return code;
 }
 
 /* Samples, and the flat picture, whose colour makes room for the result. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "views.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -140,6 +141,20 @@ bool views_open(struct views *views, const struct source *first,
                          &view->shear_distance);
     }
     return true;
+}
+
+double views_reach(const struct views *views, double middle[2])
+{
+    double reach = 0;
+    middle[0] = middle[1] = 0;
+    for (int i = 0; i < views->n; i++)
+        for (int k = 0; k < 2; k++)
+            middle[k] += views->views[i].lens_offset[k] / views->n;
+    for (int i = 0; i < views->n; i++) {
+        const double *at = views->views[i].lens_offset;
+        reach = fmax(reach, hypot(at[0] - middle[0], at[1] - middle[1]));
+    }
+    return reach;
 }
 
 bool views_read_pixels(struct views *views, int n_threads, struct image_error *error)

@@ -49,6 +49,8 @@ struct views {
 bool views_open(struct views *views, const struct source *first,
                 const struct view_list *list, const struct source_request *request,
                 struct image_error *error);
+/* The middle of the views' places, and how far the farthest is from it; scene units. */
+double views_reach(const struct views *views, double middle[2]);
 bool views_read_pixels(struct views *views, int n_threads, struct image_error *error);
 /* Both. */
 bool views_read(struct views *views, const struct source *first,

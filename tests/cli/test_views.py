@@ -86,6 +86,26 @@ def test_a_mean_has_the_lens_of_its_views(rackfocus, views, tmp_path, option):
               code=1)  # fmt: skip
 
 
+@pytest.mark.parametrize("place", ["0.5,0", "0,-0.6", "7,7"])
+def test_no_view_near_the_aperture_is_an_error(rackfocus, views, tmp_path, place):
+    out = tmp_path / "o.exr"
+    arguments = ["filter", *views(), "-o", out, "--lens-radius", "0.01"]
+    done = rackfocus(*arguments, f"--aperture-at={place}", code=2)
+    assert f"--aperture-at: no view saw the scene from near {place}" in done.stderr
+    assert "they lie within 0.137 of -0.00333,-0.0233" in done.stderr
+    assert "give a place within 0.147 of that" in done.stderr
+    assert not out.exists()
+
+
+def test_an_aperture_beside_the_views_is_warned_of(rackfocus, views, tmp_path):
+    arguments = ["filter", *views(), "-o", tmp_path / "o.exr", "--aperture-at=0.3,0"]
+    beside = rackfocus(*arguments, "--lens-radius", "0.01").stderr
+    assert "--aperture-at: an aperture of radius 0.01 at 0.3,0 is beside" in beside
+    assert rackfocus(*arguments, "--lens-radius", "0.2").stderr == ""
+    arguments[-1] = "--aperture-at=0.1,-0.1"
+    assert rackfocus(*arguments, "--lens-radius", "0.01").stderr == ""
+
+
 def test_a_mean_says_what_it_is(rackfocus, views, tmp_path):
     mean = ["--method", "accumulate"]
     done = rackfocus("filter", *views(), "-o", tmp_path / "o.exr", *mean)
