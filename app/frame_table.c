@@ -44,6 +44,17 @@ static bool copy_text(char **copy, const char *text, struct image_error *error)
     return *copy != NULL;
 }
 
+/* A column may be named by key or by field. */
+static bool has_column(const struct frame_table *table, const char *word)
+{
+    for (int i = 0; i < table->n_keys; i++)
+        if (strcmp(table->keys[i], word) == 0 ||
+            (i != table->easing_key && rf_param_find(word) &&
+             rf_param_find(word) == rf_param_find(table->keys[i])))
+            return true;
+    return false;
+}
+
 static bool read_keys(struct frame_table *table, char *line, const char *path,
                       struct image_error *error)
 {
@@ -56,6 +67,10 @@ static bool read_keys(struct frame_table *table, char *line, const char *path,
     while (rest) {
         word = trim(strsep(&rest, ","));
         const bool is_easing = strcmp(word, "easing") == 0;
+        if (has_column(table, word))
+            return set_error(error,
+                             "%s:1: there are two columns '%s'; leave one of them out",
+                             path, word);
         if (is_easing)
             table->easing_key = table->n_keys;
         else if (!rf_param_find(word))
@@ -93,6 +108,14 @@ static bool check_easing(const char *word, const char *path, int number,
                      path, number, word);
 }
 
+static bool has_row(const struct frame_table *table, int32_t frame)
+{
+    for (int i = 0; i < table->n_rows; i++)
+        if (table->frames[i] == frame)
+            return true;
+    return false;
+}
+
 static bool read_row(struct frame_table *table, char *line, const char *path,
                      int number, struct image_error *error)
 {
@@ -101,6 +124,11 @@ static bool read_row(struct frame_table *table, char *line, const char *path,
     const char *word = trim(strsep(&rest, ","));
     int32_t frame;
     bool is_good = frame_number_parse(word, &frame);
+    if (is_good && has_row(table, frame))
+        return set_error(error,
+                         "%s:%d: frame %s has a row before this one; leave one of "
+                         "them out",
+                         path, number, word);
     if (!grow((void **)&table->frames, n_rows, n_rows + 1, sizeof(*table->frames),
               error) ||
         !grow((void **)&table->values, n_rows * n_keys, (n_rows + 1) * n_keys,
@@ -200,10 +228,10 @@ bool frame_table_value(const struct frame_table *table, int key, int32_t frame,
     int before, after;
     double a, b;
     find_rows(table, frame, &before, &after);
-    const bool has_row = before >= 0 && table->frames[before] == frame;
-    if (!has_row && table->easing_key < 0)
+    const bool is_row = before >= 0 && table->frames[before] == frame;
+    if (!is_row && table->easing_key < 0)
         return false;
-    const bool is_between = !has_row && before >= 0 && after >= 0;
+    const bool is_between = !is_row && before >= 0 && after >= 0;
     if (is_between && read_number(table, before, key, &a) &&
         read_number(table, after, key, &b)) {
         const double t = ((double)frame - table->frames[before]) /

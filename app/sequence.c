@@ -61,13 +61,21 @@ struct job {
     uint64_t hash;
 };
 
+/* Is a column for nothing, since its parameter was typed? */
+static bool is_typed(const struct sequence *sequence, int column)
+{
+    const struct settings *typed = sequence->how->typed;
+    return column != sequence->table.easing_key && typed &&
+           settings_origin(typed, sequence->table.keys[column]) == ORIGIN_COMMAND_LINE;
+}
+
 static bool set_row(const struct sequence *sequence, int32_t number,
                     struct settings *settings, struct image_error *error)
 {
     const struct frame_table *table = &sequence->table;
     for (int i = 0; i < table->n_keys; i++) {
         char value[FRAME_VALUE];
-        if (i == table->easing_key)
+        if (i == table->easing_key || is_typed(sequence, i))
             continue;
         if (!frame_table_value(table, i, number, value))
             return set_error(error,
@@ -527,6 +535,23 @@ static struct app_host host_of_frames(const struct app_host *host)
     return of_frames;
 }
 
+static int warn_typed(const struct sequence *sequence)
+{
+    const struct frame_table *table = &sequence->table;
+    for (int i = 0; i < table->n_keys && !sequence->how->report; i++) {
+        if (!is_typed(sequence, i))
+            continue;
+        const char *name = rf_param_find(table->keys[i])->key;
+        const int code = app_warn(sequence->tool->host, sequence->error,
+                                  "--%s: is taken for all frames, and the column '%s' "
+                                  "of %s is not read; leave one of them out",
+                                  name, table->keys[i], sequence->how->parameters);
+        if (code != APP_DONE)
+            return code;
+    }
+    return APP_DONE;
+}
+
 int sequence_run(const struct sequence_options *how, const struct filter_options *tool,
                  const struct settings *settings, char *const *paths, int n_paths,
                  struct image_error *error)
@@ -543,10 +568,11 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
     if (!check_outputs(tool, error))
         return APP_USAGE;
     int code = list_frames(&sequence, paths[0]);
-    if (code == APP_DONE &&
-        ((how->parameters &&
-          !frame_table_read(&sequence.table, how->parameters, error)) ||
-         !journal_open(&sequence.journal, tool->output, error)))
+    if (code == APP_DONE && how->parameters)
+        code = frame_table_read(&sequence.table, how->parameters, error)
+                   ? warn_typed(&sequence)
+                   : app_code_of(error);
+    if (code == APP_DONE && !journal_open(&sequence.journal, tool->output, error))
         code = app_code_of(error);
     if (code == APP_DONE) {
         os_lock_init(&sequence.lock);

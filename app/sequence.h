@@ -23,8 +23,10 @@ struct frames_report;
 struct sequence_options {
     const char *frames;     /* "1-240x2,300"; NULL: those that there are */
     const char *parameters; /* CSV file or NULL */
-    int32_t n_jobs;         /* frames at a time, 0: 2 */
-    bool is_anew;           /* skip nothing */
+    /* What was typed wins over the file, not what looks and files say; or NULL. */
+    const struct settings *typed;
+    int32_t n_jobs; /* frames at a time, 0: 2 */
+    bool is_anew;   /* skip nothing */
     /* Not NULL: makes nothing, and fills it with what is there of each frame. */
     struct frames_report *report;
 };

@@ -365,6 +365,8 @@ static int run(struct options *all, struct settings *settings,
 {
     struct filter_options *tool = &all->filter;
     struct cli_host host;
+    const struct settings typed = *settings;
+    all->sequence.typed = &typed;
     tool->host = cli_host_open(&host, all->is_quiet, all->is_strict);
     if (all->pipes.has_output) {
         host.results = stderr;

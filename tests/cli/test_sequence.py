@@ -123,6 +123,25 @@ def test_parameters_per_frame(run, shot, rackfocus, tmp_path):
     assert "2 filtered, 2 skipped" in summary(done)
 
 
+def test_what_is_typed_wins_over_the_table(run, shot, tmp_path):
+    """Over a file of parameters, which is for all frames, the table wins."""
+    table, params = tmp_path / "focus.csv", tmp_path / "all.params"
+    table.write_text("frame,focus-distance,blades\n1,3,5\n2,4,6\n")
+    params.write_text("focus-distance 9\nblades 9\n")
+    arguments = [shot(2), "--frame-parameters", table, "--params", params]
+    done = run(*arguments, "--blades", "7")
+    assert (
+        f"--blades: is taken for all frames, and the column 'blades' of {table} is"
+        in (done.stderr)
+    )
+    assert done.stderr.count("--blades") == 1 and "--focus-distance" not in done.stderr
+    for i, focus in ((1, "3"), (2, "4")):
+        found = focus_of(tmp_path / f"out.{i:04d}.exr")
+        assert found == {"focus-distance": focus, "blades": "7"}
+    assert run(*arguments).stderr == ""
+    run(*arguments, "--blades", "7", "--strict", code=1)
+
+
 def focus_of(path):
     text = plainexr.read_header(path.read_bytes())[0]["rackfocus:filtered"]
     return {
@@ -165,6 +184,10 @@ def test_focus_pulls(run, shot, tmp_path, easing, low, last, high, want):
         ("frame,f-stop\n1,2,3\n", "csv:2: a row is"),
         ("frame,f-stop\none,2\n", "csv:2: a row is"),
         ("frame,f-stop\n", "has no rows"),
+        ("frame,f-stop,f-stop\n1,2,3\n", "csv:1: there are two columns 'f-stop'"),
+        ("frame,f-stop,f_stop\n1,2,3\n", "csv:1: there are two columns 'f_stop'"),
+        ("frame,easing,easing\n1,hold,hold\n", "two columns 'easing'; leave one"),
+        ("frame,f-stop\n1,2\n# x\n01,4\n", "csv:4: frame 01 has a row before this"),
         ("frame,f-stop,easing\n1,2,slow\n", "csv:2: 'slow' is no easing; there are"),
     ],
 )
