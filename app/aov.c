@@ -217,6 +217,8 @@ static rf_result make_lenses(struct lenses *lenses, const struct rf_context *con
     struct rf_params plain = *params;
     plain.split_edges = plain.exact_highlights = 0;
     plain.blend_gamma = 1;
+    plain.highlight_clamp = 0;
+    plain.highlight_gain = plain.highlight_saturation = 1;
     rf_result result =
         rf_filter_create(&lenses->colours, context, &plain, s->width, s->height, error);
     plain.white = 1;

@@ -25,7 +25,7 @@ bool aovs_find(struct aovs *aovs, const struct source *source, const char *names
  * Reads and filters them, three channels at a time, with weights that follow from depth
  * and lens alone: linear, so that what was added up before the lens adds up behind it.
  * What belongs to the colours of one picture is left out: split edges, highlights
- * apart, a blend gamma. The layers of the picture itself may so differ from it at such
+ * apart or changed, a blend gamma. The layers of the picture itself may so differ from it at such
  * places.
  */
 bool aovs_filter(struct aovs *aovs, const struct source *source,

@@ -101,6 +101,9 @@ int filter_warn_layers(const struct run *run);
 /* Warns where discs are round in stored pixels and pixels are not square. */
 int filter_warn_aspect(const struct run *run);
 
+/* Other layers of which something is left out that the picture has. */
+int filter_warn_layers(const struct run *run);
+
 /* From run->depth, as read. */
 void filter_measure_radii(struct run *run);
 

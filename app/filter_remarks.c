@@ -204,6 +204,42 @@ int filter_warn_cut(const struct run *run)
                     image_path(run->source.colour), most);
 }
 
+/* ---- other layers -----------------------------------------------------------------
+ */
+
+static bool is_default(const struct rf_params *params, const char *key)
+{
+    struct rf_params defaults;
+    char value[64], usual[64];
+    rf_params_init(&defaults);
+    rf_params_get(params, key, value, sizeof(value));
+    rf_params_get(&defaults, key, usual, sizeof(usual));
+    return strcmp(value, usual) == 0;
+}
+
+int filter_warn_layers(const struct run *run)
+{
+    static const char *const of_picture[] = {"blend-gamma", "highlight-clamp",
+                                             "highlight-threshold", "highlight-gain",
+                                             "highlight-saturation"};
+    char names[160] = "";
+    if (!run->tool->filter_layers)
+        return APP_DONE;
+    for (size_t i = 0; i < sizeof(of_picture) / sizeof(of_picture[0]); i++) {
+        char name[40];
+        snprintf(name, sizeof(name), "--%s", of_picture[i]);
+        if (!is_default(&run->params, of_picture[i]) &&
+            rf_param_is_read(&run->params, of_picture[i], NULL))
+            append(names, sizeof(names), name);
+    }
+    if (!*names)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "--filter-layers: the layers are filtered in plain linear light, "
+                    "without what %s made of the picture: they do not add up to it",
+                    names);
+}
+
 /* ---- what was done ----------------------------------------------------------------
  */
 

@@ -277,7 +277,9 @@ static int read_facts(struct run *run)
         RF_OK)
         return filter_fail_core(run, &error);
     code = filter_warn_unread(run);
-    return code == APP_DONE ? filter_warn_aspect(run) : code;
+    if (code == APP_DONE)
+        code = filter_warn_aspect(run);
+    return code == APP_DONE ? filter_warn_layers(run) : code;
 }
 
 /* Of a picture in memory. */

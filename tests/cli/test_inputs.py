@@ -236,6 +236,34 @@ def test_layers_are_filtered_with_the_same_weights(rackfocus, scene, tmp_path):
     assert abs(share - (got["N.Y"] + 0.75)).max() < 1e-4
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--blend-gamma", 2.2],
+        ["--highlight-clamp", 0.7],
+        ["--highlight-gain", 3, "--highlight-threshold", 0.4],
+        ["--highlight-saturation", 0.5, "--highlight-threshold", 0.4],
+    ],
+)
+def test_layers_stay_in_linear_light_and_say_so(rackfocus, scene, tmp_path, options):
+    path, out = scene(change=light_groups), tmp_path / "o.exr"
+    arguments = ["filter", path, "-o", out, *LENS, "--filter-layers", "key,fill,N"]
+    plain = rackfocus(*arguments)
+    assert "--filter-layers" not in plain.stderr
+    before, _ = plainexr.read(out)
+    told = rackfocus(*arguments, *options).stderr
+    assert told.count("--filter-layers: the layers are filtered in plain linear") == 1
+    assert all(name in told for name in options[::2])
+    after, _ = plainexr.read(out)
+    assert (after["R"] != before["R"]).any()
+    for name in before:
+        if "." in name:
+            assert after[name].tobytes() == before[name].tobytes()
+    rackfocus(*arguments, *options, "--strict", code=1)
+    assert "--filter-layers" not in rackfocus("filter", path, "-o", out, *LENS,
+                                              *options).stderr  # fmt: skip
+
+
 def test_a_lens_disperses_layers_of_colour_alone(rackfocus, scene, tmp_path):
     """A copy of the beauty has the beauty's fringes, normals and a mask have none."""
 
