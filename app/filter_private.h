@@ -96,7 +96,7 @@ int filter_repair_depth(struct run *run);
 int filter_warn_unread(const struct run *run);
 
 /* Several layers that may be the picture. */
-int filter_warn_layers(const struct run *run);
+int filter_warn_choice(const struct run *run);
 
 /* Warns where discs are round in stored pixels and pixels are not square. */
 int filter_warn_aspect(const struct run *run);

@@ -79,7 +79,7 @@ int filter_warn_unread(const struct run *run)
     return APP_DONE;
 }
 
-int filter_warn_layers(const struct run *run)
+int filter_warn_choice(const struct run *run)
 {
     char text[400];
     if (!source_is_doubtful(&run->source, text, sizeof(text)))

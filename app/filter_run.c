@@ -263,7 +263,7 @@ static int read_facts(struct run *run)
                      "%s: was filtered before (%s); filter the pinhole render instead",
                      image_path(source->colour), by);
     if (code == APP_DONE)
-        code = filter_warn_layers(run);
+        code = filter_warn_choice(run);
     if (code == APP_DONE)
         code = check_mist(run);
     if (code == APP_DONE)
