@@ -192,9 +192,9 @@ def why_not(scene):
     return ""
 
 
-def prepare(copy):
-    """Lets a copy that renders views keep its grain and what guides the denoiser."""
-    copy.cycles.use_denoising = False
+def prepare(copy, is_noisy):
+    """Lets a copy that renders views keep what guides the denoiser; its grain too?"""
+    copy.cycles.use_denoising = not is_noisy
     for layer in copy.view_layers:
         layer.cycles.denoising_store_passes = True
 

@@ -56,6 +56,21 @@ def aperture_parameters(dof):
     }
 
 
+def why_not(camera):
+    """Why a camera object cannot be filtered, in the artist's words; "" if it can."""
+    if camera.data.type not in ("PERSP", "ORTHO"):
+        return (
+            "Rack Focus needs a perspective or orthographic camera; "
+            f"“{camera.name}” is of another type"
+        )
+    if focus_distance(camera) < NO_DISTANCE:
+        return (
+            f"“{camera.name}” is focused on itself: set its focus distance, which is 0, "
+            "or another focus object"
+        )
+    return ""
+
+
 def camera_parameters(camera, render):
     """Parameters of the lens for the whole frame, as keywords of rackfocus.Lens.
 
@@ -63,17 +78,10 @@ def camera_parameters(camera, render):
     """
     data = camera.data
     dof = data.dof
-    if data.type not in ("PERSP", "ORTHO"):
-        raise CameraError(
-            "Rack Focus needs a perspective or orthographic camera; "
-            f"“{camera.name}” is of another type"
-        )
+    reason = why_not(camera)
+    if reason:
+        raise CameraError(reason)
     distance = focus_distance(camera)
-    if distance < NO_DISTANCE:
-        raise CameraError(
-            f"“{camera.name}” is focused on itself: set its focus distance, which is 0, "
-            "or another focus object"
-        )
     f_stop = max(dof.aperture_fstop, TINY_F_STOP)
     radius = 0.0  # from focal length and f-stop
     if data.type == "ORTHO" and ORTHO_LENS_IS_AT_CLIP:

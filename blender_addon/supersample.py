@@ -51,7 +51,7 @@ def factor(scene):
 
 
 def prepare(copy, scale):
-    """Lets a copy of a scene render parts of pixels."""
+    """Lets a copy of a scene render parts of pixels; 1: whole ones, as sampling.py says."""
     if scale < 2:
         return
     copy.cycles.pixel_filter_type = "BLACKMAN_HARRIS"

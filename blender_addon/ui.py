@@ -188,6 +188,8 @@ def describe_supersample(settings, scene):
     reason = supersample.why_not(scene)
     if reason:
         return [reason]
+    if views.is_unfiltered(settings, scene):
+        return ["The picture is not filtered: without Supersample"]
     scale, n = supersample.factor(scene), views.view_count(settings)
     width, height = lens.picture_size(scene.render)
     whole, each = views.samples_of(scene), settings.view_samples

@@ -10,6 +10,9 @@ the nodes themselves: a file saved in the middle of a render is put right when i
 
 Where the views differ in time (shutter spread), or where native multi-view does not
 work, each view has a copy of its own, and Blender renders them one after another.
+
+A frame whose camera cannot be filtered is rendered as the scene says: one view, with all
+samples.
 """
 
 import math
@@ -65,6 +68,8 @@ class Session:
         self.camera_names = []
         self.samples = samples_of(scene)
         self.camera = None  # of the frame
+        self.n_views = 1  # of the frame
+        self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = []  # of the frame's views
         self.problem = ""  # why they could not be placed
         self.is_collected = False
@@ -72,6 +77,10 @@ class Session:
     def copies(self):
         """The scenes that render the views."""
         return [bpy.data.scenes[name] for name in self.copy_names]
+
+    def n_cameras(self):
+        """How many cameras the frame's views and the parts of their pixels need."""
+        return self.n_views * self.frame_scale**2
 
     def own(self):
         """The scene that renders with the camera's own lens, or None."""
@@ -111,6 +120,8 @@ def describe(settings, scene, n):
         return ["With Rack Focus nodes on pictures, one view is rendered"]
     if freestyle.is_drawn(scene):
         return ["With Freestyle's lines, one view is rendered"]
+    if is_unfiltered(settings, scene):
+        return ["The picture is not filtered: one view is rendered"]
     width, height = lens.picture_size(scene.render)
     lines = []
     samples, scale = samples_of(scene), supersample.factor(scene)
@@ -135,6 +146,13 @@ def describe(settings, scene, n):
         n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL
         lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
     return lines
+
+
+def is_unfiltered(settings, scene):
+    """Are they of the scene's camera, and it one that cannot be filtered?"""
+    camera = scene.camera
+    is_its = camera is not None and camera.data == settings.id_data
+    return is_its and bool(lens.why_not(camera))
 
 
 def samples_of(scene):
@@ -192,9 +210,6 @@ def begin(scene, own_samples=0, is_refocus=False):
     session.is_noisy = bool(copies) and most > 1 and denoising.is_possible(scene)
     try:
         for index, copy in enumerate(copies):
-            supersample.prepare(copy, scale)
-            if session.is_noisy:
-                denoising.prepare(copy)
             indices = [index] if is_sequence else range(most * scale**2)
             session.camera_names += _add_cameras(scene, copy, indices)
         _hand_over(scene, copies, own)
@@ -372,25 +387,40 @@ def prepare_frame(scene):
     session.camera = camera_at(scene, scene.frame_current)
     if session.own_name:
         finishing.prepare_copy(scene, session.own(), session.camera)
-    settings = session.camera.data.rack_focus
-    n = view_count(settings)
     session.places = []
+    session.n_views = view_count(session.camera.data.rack_focus)
+    session.frame_scale, is_noisy = session.scale, session.is_noisy
+    if session.copy_names and lens.why_not(_at_frame(session.camera, scene)):
+        session.n_views, session.frame_scale, is_noisy = 1, 1, False
     for index, copy in enumerate(session.copies()):
-        _prepare_copy(session, copy, index, n)
+        supersample.prepare(copy, session.frame_scale)
+        _prepare_copy(session, copy, index)
+        if session.is_noisy:
+            denoising.prepare(copy, is_noisy)
 
 
-def _prepare_copy(session, copy, index, n):
-    """One copy for n views; `index` is its place among the copies."""
-    n_cameras = n * session.scale**2
+def _at_frame(camera, scene):
+    """A camera object with the values of the frame that is about to be rendered.
+
+    The filter scene, which has little else than the cameras, is evaluated for that.
+    """
+    ours, data = setup.filter_scene_of(scene), camera.data
+    if ours is None or not (data.animation_data or data.dof.focus_object):
+        return camera
+    ours.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+    return camera.evaluated_get(ours.view_layers[0].depsgraph)
+
+
+def _prepare_copy(session, copy, index):
+    """One copy for a frame; `index` is its place among the copies."""
+    n_cameras, source = session.n_cameras(), copy.rack_focus.viewed
     is_used = index < n_cameras or index == 0
-    for layer, own in zip(
-        copy.view_layers, copy.rack_focus.viewed.view_layers, strict=True
-    ):
+    for layer, own in zip(copy.view_layers, source.view_layers, strict=True):
         layer.use = own.use and is_used
-    _split_samples(copy.rack_focus.viewed, copy, n, index)
+    _split_samples(source, copy, index)
     copy.render.use_multiview = n_cameras > 1 and not session.is_sequence
-    if session.is_sequence and is_spread(session.camera.data.rack_focus):
-        copy.render.use_motion_blur = False
+    is_still = session.n_views > 1 and is_spread(session.camera.data.rack_focus)
+    copy.render.use_motion_blur = source.render.use_motion_blur and not is_still
     for number, view in enumerate(copy.render.views):
         view.use = number < n_cameras or number < 2  # Blender wants two
     if n_cameras < 2:
@@ -414,13 +444,14 @@ def samples_of_view(whole, n, each, scale=1):
     return max(samples // scale**2, 1)
 
 
-def _split_samples(scene, copy, n, index):
+def _split_samples(scene, copy, index):
     """An n-th of the samples, of the time limit, n times the variance.
 
     Where the camera sets the samples of a view, they are those, and the limits stay.
     """
     session = _sessions[scene.name]
-    each, scale = session.camera.data.rack_focus.view_samples, session.scale
+    each, scale = session.camera.data.rack_focus.view_samples, session.frame_scale
+    n = session.n_views
     owner, name = _samples_at(copy)
     if owner is not None:
         whole = getattr(_samples_at(scene)[0], name)
@@ -431,7 +462,7 @@ def _split_samples(scene, copy, n, index):
     if scene.render.engine != "CYCLES":
         return
     if scale == 1:
-        sampling.prepare(copy, scene, _is_moved(scene, session, n))
+        sampling.prepare(copy, scene, _is_moved(scene, session))
     own, ours = scene.cycles, copy.cycles
     parts = (1 if each and n > 1 else n) * scale**2
     ours.time_limit = own.time_limit * scale**2 / parts
@@ -441,9 +472,9 @@ def _split_samples(scene, copy, n, index):
         ours.seed = (own.seed + 1664525 * index) % 2**31
 
 
-def _is_moved(scene, session, n):
-    """Are the n views moved within their pixels? See sampling.py."""
-    data, scale = session.camera.data, session.scale
+def _is_moved(scene, session):
+    """Are the frame's views moved within their pixels? See sampling.py."""
+    data, n, scale = session.camera.data, session.n_views, session.frame_scale
     each = data.rack_focus.view_samples
     samples = samples_of_view(samples_of(scene), n, each, scale)
     return n > 1 and sampling.is_needed(scene, data, samples, scale)
@@ -457,11 +488,10 @@ def moment_of(scene):
         return None
     if scene.name not in session.copy_names:
         return None
-    settings = session.camera.data.rack_focus
-    n = view_count(settings)
-    if n < 2 or not is_spread(settings):
+    n = session.n_views
+    if n < 2 or not is_spread(session.camera.data.rack_focus):
         return None
-    index = session.copy_names.index(scene.name) // session.scale**2
+    index = session.copy_names.index(scene.name) // session.frame_scale**2
     start = compat.shutter_start(source)
     time = _points(session.camera, source, n)[min(index, n - 1)][2]
     return source.frame_current + start + source.render.motion_blur_shutter * time
@@ -476,7 +506,7 @@ def follow(scene, depsgraph):
     if scene.name not in session.copy_names:  # that of its own lens, Freestyle's
         return
     settings = session.camera.data.rack_focus
-    n, n_parts = view_count(settings), session.scale**2
+    n, n_parts = session.n_views, session.frame_scale**2
     if n * n_parts < 2:
         return
     index = session.copy_names.index(scene.name)
@@ -493,7 +523,7 @@ def follow(scene, depsgraph):
     made = rackfocus.Lens(*lens.picture_size(source.render), **params)
     if not session.is_sequence:
         session.places = []
-    is_moved = _is_moved(source, session, n)
+    is_moved = _is_moved(source, session)
     plane = sampling.plane_in_place(made) if is_moved else made.focus_distance
     for number in [index] if session.is_sequence else range(n * n_parts):
         camera = bpy.data.objects[session.camera_names[number]]
@@ -502,7 +532,9 @@ def follow(scene, depsgraph):
         if is_moved:
             sampling.open_lens(camera.data, made, source.cycles.filter_width)
         part = number % n_parts
-        right, up = supersample.shift_of(seen.data, source.render, session.scale, part)
+        right, up = supersample.shift_of(
+            seen.data, source.render, session.frame_scale, part
+        )
         camera.data.shift_x += right
         camera.data.shift_y += up
         if part == 0:
@@ -663,12 +695,10 @@ def collect(scene):
 
 def _take(session):
     global multiview_works
-    copies = session.copies()
-    n_views = view_count(session.camera.data.rack_focus)
-    n = n_views * session.scale**2
+    copies, n_views, n = session.copies(), session.n_views, session.n_cameras()
     if n < 2 and not session.is_noisy:
         return passes.RenderedPasses(copies[0])
-    if n < 2:  # another frame's camera has several
+    if n < 2:  # another frame's camera has several, or it cannot be filtered
         files = [(passes.RenderedPasses(copies[0]), "", "")]
         return ViewPasses(files, [passes.MIDDLE], False, 1, is_noisy=True)
     if len(session.places) != n_views:
@@ -688,7 +718,7 @@ def _take(session):
         files = [(rendered, _suffix(i), f"v{i:02d}") for i in range(n)]
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
-    about = is_look_at, session.scale, session.is_noisy
+    about = is_look_at, session.frame_scale, session.is_noisy
     return ViewPasses(files, session.places, *about)
 
 

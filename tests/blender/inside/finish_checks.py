@@ -89,8 +89,8 @@ def the_supersampled_picture():
     _, data = start(supersample=2, max_radius=20)
     seen, kept = [], addon("views")._split_samples
 
-    def watched(own, copy, n, index):
-        kept(own, copy, n, index)
+    def watched(own, copy, index):
+        kept(own, copy, index)
         seen.append((copy.cycles.samples, copy.cycles.pixel_filter_type))
 
     addon("views")._split_samples = watched

@@ -634,6 +634,78 @@ def cameras_bound_to_markers_with_views():
         same(rgba(render(scene, OUT / "vm.exr")), picture)
 
 
+# What makes a camera one that cannot be filtered, and what the message says.
+UNFILTERED = (
+    ("another type", lambda data: setattr(data, "type", "PANO")),
+    ("focused on itself", lambda data: setattr(data.dof, "focus_distance", 0)),
+)
+MANY = (
+    {"views": 4},
+    {"views": 4, "view_samples": 3},
+    {"supersample": 2},
+    {"views": 2, "supersample": 2},
+    {"views": 2, "method": "accumulate", "shutter_spread": True},
+)
+
+
+@check
+def a_camera_that_cannot_be_filtered():
+    """One view with all samples, bit for bit the plain one; and it is said."""
+    for words, spoil in UNFILTERED:
+        for settings in MANY:
+            bpy.ops.wm.open_mainfile(filepath=str(BASE))
+            scene = bpy.context.scene
+            scene.cycles.samples = 16
+            spoil(scene.camera.data)
+            plain = rgba(render(scene, OUT / "unfiltered.exr"))
+            _, data = start(**settings)
+            before = settings_of(scene)
+            try:
+                made = rgba(render(scene, OUT / "unfiltered.exr"))
+            except RuntimeError as error:
+                assert words in str(error), error
+                made = rgba(common.read(OUT / "unfiltered.exr"))
+            assert words in last_message(scene), last_message(scene)
+            same(made, plain)
+            unchanged(scene, before)
+            lines = addon("views").describe(data.rack_focus, scene, 4)
+            assert lines == ["The picture is not filtered: one view is rendered"], lines
+            lines = addon("ui").describe_supersample(data.rack_focus, scene)
+            assert "without Supersample" in lines[0], lines
+
+
+@check
+def a_frame_that_cannot_be_filtered():
+    """The first one only: its camera is focused on itself."""
+    scene, data = start(views=3, supersample=2)
+    for frame, distance in ((1, 0), (2, 3)):
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    scene.frame_start, scene.frame_end = 1, 2
+    counts = []
+
+    def look():
+        copy = copy_of(scene)
+        cycles = copy.cycles.samples, copy.cycles.filter_width
+        counts.append((len(kept(scene)), copy.render.use_multiview, *cycles))
+
+    common.set_output(scene, OUT / "vfirst_####.exr")
+    with Watch(look):
+        try:
+            bpy.ops.render.render(animation=True)
+        except RuntimeError as error:
+            assert "focused on itself" in str(error), error
+    assert counts[0] == (1, False, 16, scene.cycles.filter_width), counts
+    assert counts[1][:3] == (3, True, 1), counts
+    assert counts[1][3] < scene.cycles.filter_width / 2, counts
+    made = [rgba(common.read(OUT / f"vfirst_{f:04d}.exr")) for f in (1, 2)]
+    scene.frame_set(2)
+    same(rgba(render(scene, OUT / "vf.exr")), made[1])
+    data.rack_focus.enabled = False
+    scene.frame_set(1)
+    same(rgba(render(scene, OUT / "vf.exr")), made[0])
+
+
 @check
 def border_and_layers_with_views():
     """A part of the frame; two view layers over transparent film."""
