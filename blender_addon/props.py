@@ -378,6 +378,11 @@ class SceneState(bpy.types.PropertyGroup):
         description="A scene for a moment, in which a node's inputs are computed",
         options={"HIDDEN"},
     )
+    nodes_off: PointerProperty(
+        description="Compositing nodes that were switched off, from 5.0 on",
+        type=bpy.types.NodeTree,
+        options={"HIDDEN"},
+    )
     record: StringProperty(
         description="What the set-up changed, as JSON", options={"HIDDEN"}
     )

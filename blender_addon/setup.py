@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import compat, freestyle, group, mirrors, sharp
+from . import asleep, compat, freestyle, group, mirrors, sharp
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
@@ -75,15 +75,17 @@ def is_wanted(scene):
 
 
 def layer_nodes(tree, scene):
-    """Render Layers nodes of a scene; `scene` may be a filter scene."""
-    return [n for n in tree.nodes if n.type == "R_LAYERS" and n.scene == scene]
+    """Render Layers nodes of a scene, which may be a filter scene; none that sleeps."""
+    nodes = [n for n in tree.nodes if n.type == "R_LAYERS" and not asleep.is_asleep(n)]
+    return [n for n in nodes if n.scene == scene]
 
 
 def _with_groups(tree):
     """A tree and all node groups inside it, each once."""
     found = [tree]
     for one in found:
-        inside = (node.node_tree for node in one.nodes if node.type == "GROUP")
+        groups = (n for n in one.nodes if n.type == "GROUP" and not asleep.is_asleep(n))
+        inside = (node.node_tree for node in groups)
         found += [group for group in inside if group and group not in found]
     return found
 
@@ -269,11 +271,26 @@ def _add_caller(scene, tree, used):
     put_below(tree, node, group.nodes_of(scene)[0])
 
 
+def _lead_past(scene, tree, used):
+    """Leads the picture past nodes that sleep to an output; returns names of new nodes.
+
+    used: names of the view layers that are rendered.
+    """
+    if not used or not any(map(asleep.is_asleep, tree.nodes)):
+        return []
+    source, output = compat.new_layer_node(tree, scene), compat.output_socket(tree)
+    source.scene, source.layer = scene, used[0]
+    put_below(tree, source, output.node)
+    tree.links.new(source.outputs["Image"], output)
+    return [source.name]
+
+
 def _add_nodes(scene, tree, is_new):
     """Our node for every view layer in the tree; returns names of other new nodes."""
     used = [layer.name for layer in scene.view_layers if layer.use]
     ours, others = [], []
     helpers = [node.name for node in compat.complete_nodes(tree, scene)]
+    helpers += _lead_past(scene, tree, used)
     is_alone = bool(helpers)  # does no node of the artist's lead to the output?
     for source in layer_nodes(tree, scene):
         _follow_denoisers(tree, source)
@@ -299,7 +316,9 @@ def _add_nodes(scene, tree, is_new):
             node = add_node(tree, scene, name)
             put_below(tree, node, ours[-1])
             ours.append(node)
-        others = _put_over(tree, ours, compat.output_socket(tree))
+        others = _put_over(tree, ours, output)
+    for end in [e for e in asleep.outputs(tree) if not e.is_linked]:
+        tree.links.new(output.links[0].from_socket, end)
     return helpers + [node.name for node in others]
 
 
@@ -366,9 +385,13 @@ def enable(scene):
             record["z"].append(layer.name)
     sync(scene)
     record["was_in_use"] = compat.compositor_tree(scene) is not None
+    record["was_off"] = asleep.is_off(scene) and not group.nodes_of(scene)
+    if record["was_off"]:
+        asleep.begin(scene)
     tree, record["is_new"] = compat.start_compositor(scene)
     record["nodes"] = _node_names(tree)
-    record["helpers"] = _add_nodes(scene, tree, record["is_new"])
+    is_ours = record["is_new"] or record["was_off"]
+    record["helpers"] = _add_nodes(scene, tree, is_ours)
     scene.render.use_compositing = True
     scene.rack_focus.record = json.dumps(record)
 
@@ -388,9 +411,14 @@ def disable(scene):
     freestyle.SWITCH.drop(scene, record)
     tree = compat.compositor_tree(scene)
     is_untouched = tree is not None and _node_names(tree) == record["nodes"]
-    if is_untouched and not record["was_in_use"]:
+    was_off = record.get("was_off", False)
+    if was_off:
+        asleep.end(scene, is_untouched)
+        if not compat.HAS_NODE_GROUPS:
+            scene.use_nodes = record["was_in_use"]
+    elif is_untouched and not record["was_in_use"]:
         compat.stop_compositor(scene, record["is_new"])
-    if is_untouched and not record["was_compositing"]:
+    if (was_off or is_untouched) and not record["was_compositing"]:
         scene.render.use_compositing = False
     scene.rack_focus.filter_scene = None
     scene.rack_focus.record = ""
@@ -399,6 +427,11 @@ def disable(scene):
         ours.collection.objects.unlink(camera)
     compat.remove_scene(ours)
     group.remove_unused()
+
+
+def has_sleepers(scene):
+    """Has a scene nodes that were switched off and stay out of the picture?"""
+    return json.loads(scene.rack_focus.record or "{}").get("was_off", False)
 
 
 def heal(scene):

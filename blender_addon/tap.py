@@ -92,7 +92,7 @@ def _new_stand(scene):
 def _mark(stand):
     stand.rack_focus.is_tap = True
     state = stand.rack_focus
-    state.filter_scene = state.source = None
+    state.filter_scene = state.source = state.nodes_off = None
     state.record = state.muted = ""
     stand.render.engine = setup.ENGINE
     stand.timeline_markers.clear()

@@ -152,6 +152,10 @@ def draw_messages(layout, scene):
         layout.label(text=message, icon="ERROR")
     if setup.filter_scene_of(scene) is None:
         return
+    if setup.has_sleepers(scene):
+        layout.label(
+            text="Compositing: your nodes, which were off, stay off", icon="INFO"
+        )
     reason = setup.why_not(scene)
     if reason:
         layout.label(text=reason[0].upper() + reason[1:], icon="ERROR")

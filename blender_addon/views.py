@@ -252,7 +252,7 @@ def _make_copy(scene):
     copy = scene.copy()
     copy.name = f"{scene.name} Rack Focus Views"
     state = copy.rack_focus
-    state.filter_scene = None
+    state.filter_scene = state.nodes_off = None
     state.record = state.muted = ""
     state.viewed = scene
     state.is_views_copy = True

@@ -3,10 +3,12 @@
 
 import json
 import math
+import shutil
 
 import bpy
 import common
 import numpy as np
+import round_trip
 from checking import BASE, OUT, Checks
 from common import (
     addon,
@@ -138,6 +140,122 @@ def an_empty_tree():
         after = snapshot(scene)
         before[0]["images"] = after[0]["images"]
         assert after == before, (before, after)
+
+
+FILES = OUT / "asleep"
+TWO = "Two"
+
+
+def with_old_nodes(scene):
+    """Nodes of an artist: a flip, a File Output, a Viewer, an output without alpha, another scene."""
+    two = scene.copy()
+    two.name = TWO
+    addon("compat").drop_compositor(two)
+    tree, _ = addon("compat").start_compositor(scene)
+    source, links = addon("setup").layer_nodes(tree, scene)[0], tree.links
+    flip = tree.nodes.new("CompositorNodeFlip")
+    if "Flip X" in flip.inputs:  # 4.5 and later
+        flip.inputs["Flip X"].default_value = True
+    out = addon("compat").output_socket(tree)
+    links.new(source.outputs["Image"], flip.inputs[0])
+    links.new(flip.outputs[0], out)
+    over, below, above = addon("compat").alpha_over(tree)
+    other = addon("compat").new_layer_node(tree, scene)
+    other.scene = two
+    links.new(other.outputs["Image"], below)
+    links.new(flip.outputs[0], above)
+    links.new(over.outputs[0], tree.nodes.new("CompositorNodeViewer").inputs[0])
+    links.new(over.outputs[0], addon("compat").file_output(tree, FILES, "a", ["b"])[0])
+    tree.nodes.new("CompositorNodeBlur").mute = True
+    if "Alpha" in out.node.inputs:  # up to 4.4
+        links.new(source.outputs["Alpha"], out.node.inputs["Alpha"])
+        out.node.use_alpha = False
+    if common.V < (5, 0, 0):
+        more = tree.nodes.new("CompositorNodeComposite")
+        links.new(over.outputs[0], more.inputs["Image"])
+    return tree
+
+
+def all_of(scene, tree):
+    """What of a scene and its nodes must be the same afterwards.
+
+    Blender hides sockets of passes that are gone when it next uses the nodes.
+    """
+    nodes, links = round_trip.state_of_tree(tree)
+    keys = {node.name: sorted(node.keys()) for node in tree.nodes}
+    nodes = [(name, values, keys[name]) for name, values, _ in nodes]
+    switches = scene.render.use_compositing, len(bpy.data.node_groups)
+    return round_trip.plain_values(scene), nodes, links, switches
+
+
+def switch(scene, is_by_nodes, is_on):
+    """Use Nodes, up to 4.5, or Post Processing > Compositing."""
+    if is_by_nodes:
+        scene.use_nodes = is_on
+    else:
+        scene.render.use_compositing = is_on
+
+
+@check
+def nodes_that_are_switched_off():
+    """They are not in the picture, write and render nothing, and are as they were."""
+    shutil.rmtree(FILES, ignore_errors=True)
+    for is_by_nodes in (False, True) if common.V < (5, 0, 0) else (False,):
+        for is_opened in (False, True):
+            bpy.ops.wm.open_mainfile(filepath=str(BASE))
+            scene = bpy.context.scene
+            sharp = pinhole(scene, OUT / "asleep_passes.exr")
+            name = with_old_nodes(scene).name
+            switch(scene, is_by_nodes, False)
+            asleep = addon("asleep")
+            before = all_of(scene, asleep._tree_of(scene))
+            start()
+            if is_opened:
+                path = str(OUT / "asleep.blend")
+                bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+                bpy.ops.wm.open_mainfile(filepath=path)
+                scene = bpy.context.scene
+            rendered = []
+            bpy.app.handlers.frame_change_pre.append(lambda s, *_: rendered.append(s))
+            made = rgba(render(scene, OUT / "asleep.exr"))
+            assert not common.last_message(scene), common.last_message(scene)
+            assert rendered and bpy.data.scenes[TWO] not in rendered, rendered
+            assert not FILES.exists(), list(FILES.glob("*"))
+            colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+            same(made, filtered(scene, colour, depth))
+            assert addon("setup").has_sleepers(scene)
+            bpy.ops.rack_focus.refocus()
+            same(common.result(scene, OUT / "asleep.exr"), made)
+            scene.camera.data.rack_focus.enabled = False
+            bpy.context.view_layer.update()
+            tree = asleep._tree_of(scene)
+            assert tree.name == name, tree.name
+            after = all_of(scene, tree)
+            assert after == before, round_trip.first_difference(before, after)
+            bpy.app.handlers.frame_change_pre.pop()
+            switch(scene, is_by_nodes, True)
+            render(scene, OUT / "asleep.exr")
+            assert list(FILES.glob("*"))  # what it looked for can be there
+            shutil.rmtree(FILES)
+
+
+@check
+def nodes_that_are_switched_off_and_views():
+    """Several views pass them by too."""
+    scene = bpy.context.scene
+    with_old_nodes(scene)
+    switch(scene, False, False)
+    _, data = start(views=3)
+    made = rgba(render(scene, OUT / "asleep.exr"))
+    assert not common.last_message(scene), common.last_message(scene)
+    data.rack_focus.enabled = False
+    tree = addon("asleep")._tree_of(scene)
+    if common.V < (5, 0, 0):
+        tree.nodes.clear()
+    else:
+        scene.compositing_node_group = None
+    start(views=3)
+    same(rgba(render(scene, OUT / "asleep.exr")), made)
 
 
 @check
