@@ -26,6 +26,7 @@ from . import (
     refocusing,
     setup,
     sharp,
+    shining,
     tap,
     views,
 )
@@ -172,6 +173,7 @@ def on_load(*_):
 
 
 def _mend():
+    shining.forget()
     refocusing.forget()
     park.forget()
     for scene in setup.user_scenes():
@@ -219,6 +221,7 @@ _is_busy = False
 def on_change(*_):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
+    shining.forget()
     if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
         return
     _is_busy = True

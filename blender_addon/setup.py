@@ -80,7 +80,7 @@ def layer_nodes(tree, scene):
     return [n for n in nodes if n.scene == scene]
 
 
-def _with_groups(tree):
+def with_groups(tree):
     """A tree and all node groups inside it, each once."""
     found = [tree]
     for one in found:
@@ -95,7 +95,7 @@ def linked_outputs(scene, layer_name):
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     return {
         output.name
-        for one in (_with_groups(tree) if tree is not None else ())
+        for one in (with_groups(tree) if tree is not None else ())
         for node in layer_nodes(one, ours)
         if node.layer == layer_name
         for output in node.outputs
@@ -127,7 +127,7 @@ def trees_of(scene):
 
 def all_trees_of(scene):
     """The same with the groups inside them."""
-    trees = [one for tree in trees_of(scene) for one in _with_groups(tree)]
+    trees = [one for tree in trees_of(scene) for one in with_groups(tree)]
     return list(dict.fromkeys(trees))
 
 
@@ -299,7 +299,7 @@ def _add_nodes(scene, tree, is_new):
         return helpers
     # Blender renders the scenes that nodes of the tree itself look at; those in groups
     # then show them too.
-    for one in _with_groups(tree):
+    for one in with_groups(tree):
         for source in layer_nodes(one, scene):
             node = add_node(one, scene, source.layer)
             take_over(one, source, node)
@@ -326,7 +326,7 @@ def _remove_nodes(scene, record):
     """Takes our nodes out of every tree of the scene and closes the gaps."""
     for tree in trees_of(scene):
         _remove_inserted(tree)
-        for one in _with_groups(tree):
+        for one in with_groups(tree):
             sources = {node.layer: node for node in layer_nodes(one, scene)}
             for node in layer_nodes(one, filter_scene_of(scene)):
                 source = sources.get(node.layer)
@@ -665,7 +665,7 @@ def why_not(scene):
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     if tree is None:
         return "the compositor is switched off"
-    nodes = [n for one in _with_groups(tree) for n in layer_nodes(one, ours)]
+    nodes = [n for one in with_groups(tree) for n in layer_nodes(one, ours)]
     if all(node.mute for node in nodes):
         return "the compositor has no active Rack Focus node"
     return ""

@@ -493,6 +493,61 @@ def add_node():
     assert len(addon("setup").layer_nodes(common.tree_of(scene), ours)) == 2
 
 
+# ---- what the box says ------------------------------------------------------------
+
+
+def hole_in(tree, light):
+    """Mixes what a node gives with a Transparent BSDF; returns the Mix Shader."""
+    hole = tree.nodes.new("ShaderNodeBsdfTransparent")
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    tree.links.new(hole.outputs[0], mix.inputs[1])
+    tree.links.new(light.outputs[0], mix.inputs[2])
+    return mix
+
+
+def flame(material):
+    """Mixes the Emission of a material with Transparent."""
+    tree = material.node_tree
+    light = next(node for node in tree.nodes if node.type == "EMISSION")
+    end = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(hole_in(tree, light).outputs[0], end.inputs["Surface"])
+
+
+def flame_in_a_group(material):
+    """The same within a node group."""
+    inside = bpy.data.node_groups.new("flame", "ShaderNodeTree")
+    hole_in(inside, inside.nodes.new("ShaderNodeEmission"))
+    material.node_tree.nodes.new("ShaderNodeGroup").node_tree = inside
+
+
+@check
+def flames_want_a_lower_alpha_threshold():
+    """The box says so where such a surface is rendered and the threshold is high."""
+    for spoil in (flame, flame_in_a_group):
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        scene, data = start()
+
+        def said(scene=scene, data=data):
+            bpy.context.view_layer.update()
+            return addon("shining").describe(scene, data.rack_focus)
+
+        layer, cube = scene.view_layers[0], scene.objects["cube"]
+        assert layer.pass_alpha_threshold == 0.5 and not said()
+        spoil(cube.material_slots[0].material)
+        first, second = said()
+        assert first.startswith(f"“{cube.material_slots[0].material.name}” mixes")
+        assert second.endswith("Alpha Threshold to 0.01"), second
+        cube.hide_render = True
+        assert not said()
+        cube.hide_render = False
+        data.rack_focus.method = "accumulate"
+        assert not said()
+        data.rack_focus.method = "views"
+        assert said()
+        layer.pass_alpha_threshold = 0.01
+        assert not said()
+
+
 # ---- cost -------------------------------------------------------------------------
 
 

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Flames and holograms: surfaces of Emission that are mixed with Transparent.
+
+Cycles' depth leaves out a surface where its alpha lies below the view layer's Passes >
+Data > Alpha Threshold. What is lit there is then taken to be as far as what is behind it,
+often the sky: a halo. The box says so. The threshold itself is left alone: what is as
+good as invisible, a veil or the rim of a leaf's picture, would come into the depth too.
+"""
+
+from . import compat, setup
+
+LIGHT, HOLE = "EMISSION", "BSDF_TRANSPARENT"
+LOW = 0.01  # a threshold that leaves nothing out that is seen
+
+_found = {}  # name of a scene: that of such a material in it, or ""
+
+
+def describe(scene, settings):
+    """Lines for the panel of a camera on the thresholds of a scene's view layers."""
+    if settings.method == "accumulate":  # it needs no depth
+        return []
+    layers = [layer for layer in scene.view_layers if layer.use]
+    is_high = any(layer.pass_alpha_threshold > LOW for layer in layers)
+    if scene.render.engine != "CYCLES" or not is_high:
+        return []
+    if scene.name not in _found:
+        _found[scene.name] = _name_in(scene, layers)
+    name = _found[scene.name]
+    if not name:
+        return []
+    return [
+        f"“{name}” mixes Emission with Transparent: set",
+        f"View Layer > Passes > Data > Alpha Threshold to {LOW}",
+    ]
+
+
+def forget():
+    """Something was changed."""
+    _found.clear()
+
+
+def _name_in(scene, layers):
+    """Name of such a material of an object that is rendered, or ""."""
+    seen = set()
+    for layer in layers:
+        for item in layer.objects:
+            for material in _materials(item) - seen:
+                if _is_shining(material):
+                    return material.name
+                seen.add(material)
+    return ""
+
+
+def _materials(item):
+    """Materials of an object that is rendered, and of what it is an instance of."""
+    if item.hide_render:
+        return set()
+    inside = item.instance_collection if item.instance_type == "COLLECTION" else None
+    items = [item, *(inside.all_objects if inside is not None else ())]
+    slots = [
+        slot for one in items if not one.hide_render for slot in one.material_slots
+    ]
+    return {slot.material for slot in slots} - {None}
+
+
+def _is_shining(material):
+    """Do the nodes of a material, or groups in them, have both?"""
+    is_used = compat.HAS_NODE_GROUPS or material.use_nodes  # always, from 5.0 on
+    if not is_used or material.node_tree is None:
+        return False
+    trees = setup.with_groups(material.node_tree)
+    types = {node.type for tree in trees for node in tree.nodes if not node.mute}
+    return {LIGHT, HOLE} <= types
