@@ -366,7 +366,8 @@ static int run(struct options *all, struct settings *settings,
     struct filter_options *tool = &all->filter;
     struct cli_host host;
     const struct settings typed = *settings;
-    all->sequence.typed = &typed;
+    struct sequence_options sequence = all->sequence;
+    sequence.typed = &typed;
     tool->host = cli_host_open(&host, all->is_quiet, all->is_strict);
     if (all->pipes.has_output) {
         host.results = stderr;
@@ -385,8 +386,8 @@ static int run(struct options *all, struct settings *settings,
                         "digits of the number, as in 'shot.####.exr'",
                         operands->items[0]);
     if (sequence_is_pattern(operands->items[0]))
-        return sequence_run(&all->sequence, tool, settings, operands->items,
-                            operands->n, error);
+        return sequence_run(&sequence, tool, settings, operands->items, operands->n,
+                            error);
     code = filter_check_files(tool, operands->items, operands->n, NULL, error);
     if (code != APP_DONE)
         return code;
