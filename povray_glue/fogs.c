@@ -17,6 +17,9 @@
 /* The same for rays that go on behind the first surface, and how often they may. */
 static const double through_fogs[FOGS_MOST] = {3, 12, 60};
 #define THROUGH_LEVELS 8
+/* And for a glance at what is seen through things; half floats end at 65504. */
+static const double glance_fog = 0.5;
+#define GLANCE_LIGHT 1e4
 /* More than this share of pixels without fog is worth a second try and a warning. */
 #define INSIDE_LIMIT 1e-3
 
@@ -61,16 +64,19 @@ bool fogs_start(struct povray_scene *scene, const struct shot *shot,
     const double focus = scene->camera.focus_distance;
     const bool is_dark = scene->sources.has_fog || fogs->is_through;
     const double usual[2] = {NEAR_FOG, FAR_FOG};
-    const double *distances = fogs->is_through ? through_fogs : usual;
-    fogs->light = FOG_LIGHT;
+    const double *distances = fogs->is_glance    ? &glance_fog
+                              : fogs->is_through ? through_fogs
+                                                 : usual;
+    const int n = fogs->is_glance ? 1 : fogs->is_through ? FOGS_MOST : 2;
+    fogs->light = fogs->is_glance ? GLANCE_LIGHT : FOG_LIGHT;
     if (scene->space.gamma > FOGS_MAX_GAMMA && !fogs->is_linear)
         fogs->light =
             pow(60000, 1 / scene->space.gamma); /* known on a second try only */
-    for (int i = 0; i < (fogs->is_through ? FOGS_MOST : 2); i++) {
+    for (int i = 0; i < n; i++) {
         const char base[] = {'b', 'a', 's', 'e', (char)('0' + i), '\0'};
         const char fog[] = {'f', 'o', 'g', (char)('0' + i), '\0'};
         fogs->distances[i] = distances[i] * focus;
-        if ((i == 0 || is_dark) &&
+        if (!fogs->is_glance && (i == 0 || is_dark) &&
             !start_fog(scene, shot, fogs, &fogs->bases[i], base,
                        is_dark ? fogs->distances[i] : 0, 0, error))
             return false;

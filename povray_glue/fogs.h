@@ -22,6 +22,9 @@ struct fog_runs {
         is_linear; /* in an assumed_gamma of 1: half floats then hold brighter things */
     /* The rays go on behind the first surface, bases[] have black fog (through.c). */
     bool is_through;
+    /* The same at a glance: one lit fog, so bright that the scene's own light is nothing
+     * beside it. */
+    bool is_glance;
 };
 
 /* Starts the renders of a copy of the scene. */

@@ -27,6 +27,7 @@ struct povray_scene {
     int32_t width, height;          /* of the picture */
     int32_t supersample, border_px; /* as in struct povray_passes */
     char *copies;         /* folder of files that the scene writes to, as they were */
+    bool has_glanced;     /* at what is seen through clear things */
     bool has_written;     /* a render has written the scene's files where it should */
     char clock_words[96]; /* options that shift the clock, "" or with blanks between */
 };
@@ -53,6 +54,10 @@ char *shot_options(const struct shot *shot, const char *options);
 
 /* Chooses the samples and the border of the passes, once the camera is known. */
 void scene_choose_window(struct povray_scene *scene, bool is_one_view);
+
+/* Radius of the blur of what is infinitely far (orthographic: twice as far as the
+ * focus), px of the picture. */
+double scene_far_radius_px(const struct povray_scene *scene);
 
 /* Parses the scene, at the clock that clock_words say, for the items of its cameras. */
 bool scene_find_items(struct povray_scene *scene, struct povray_error *error);

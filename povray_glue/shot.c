@@ -37,9 +37,7 @@ int32_t povray_picture_height(const struct povray_passes *passes)
     return passes->height / passes->supersample - 2 * passes->border_px;
 }
 
-/* Radius of the blur of what is infinitely far (orthographic: twice as far as the
- * focus), px of the picture. */
-static double far_radius_px(const struct povray_scene *scene)
+double scene_far_radius_px(const struct povray_scene *scene)
 {
     const struct povray_camera *camera = &scene->camera;
     double px_per_unit = scene->width / vector_length(camera->right);
@@ -52,7 +50,7 @@ void scene_choose_window(struct povray_scene *scene, bool is_one_view)
 {
     const struct povray_options *options = &scene->options;
     const int32_t side = scene->width > scene->height ? scene->width : scene->height;
-    const double radius_px = far_radius_px(scene);
+    const double radius_px = scene_far_radius_px(scene);
     const bool is_small = (int64_t)scene->width * scene->height <= SMALL_PX;
     scene->supersample = options->supersample > 0 ? options->supersample
                          : !is_one_view           ? 1

@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "ini.h"
 #include "path.h"
@@ -92,12 +93,32 @@ static void note_file(struct sources *sources, const struct tokens *tokens, int 
     add_name(&sources->written, &sources->n_written, name);
 }
 
+/* Does the word stand where something lets light through? Names of textures and finishes
+ * count by what they are called: T_Glass3, Clear. */
+static bool is_of_clear(const struct tokens *tokens, int i)
+{
+    static const char *const words[] = {"rgbt",  "rgbf",   "rgbft",  "srgbt",
+                                        "srgbf", "srgbft", "filter", "transmit",
+                                        "alpha", "Clear",  "png"};
+    const struct token *token = &tokens->items[i];
+    if (token->kind != TOKEN_WORD)
+        return false;
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        if (token_is_word(tokens, i, words[k]))
+            return true;
+    for (size_t at = token->begin; at + 5 <= token->end; at++)
+        if (strncasecmp(tokens->text + at, "glass", 5) == 0)
+            return true;
+    return false;
+}
+
 static void note_words(struct sources *sources, const struct tokens *tokens)
 {
     for (int i = 0; i < tokens->n; i++) {
         sources->has_fog |= token_is_word(tokens, i, "fog");
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
         sources->has_photons |= token_is_word(tokens, i, "photons");
+        sources->has_clear |= is_of_clear(tokens, i);
         sources->writes_files |= token_is_word(tokens, i, "Parse_String");
         if (token_is_directive(tokens, i, "fopen"))
             note_file(sources, tokens, i);

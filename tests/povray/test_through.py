@@ -79,3 +79,57 @@ def test_views_look_through_glass(depth):
         kept="k/passes_v01.exr",
     )  # fmt: skip
     assert numpy.allclose(depths[0][MIDDLE], 14, rtol=0.01)
+
+
+# Before the whole scene: the depth of what is to be blurred is that of the pane.
+CLEAR = {
+    "box": "box { <-9, -9, -2.5>, <9, 9, 12> pigment { rgbt 1 } hollow }",
+    "plane": """plane { -z, 2.5 pigment { rgbf <1, 0.9, 0.7, 1> }
+        finish { ambient 0 diffuse 0 } hollow no_shadow }""",
+    "pane": "object { " + PANE.replace("THING", "") + " translate -z * 2.5 }",
+    "texture": """#include "colors.inc"
+        box { <-9, -9, -2.5>, <9, 9, -2.4> texture { pigment { Clear } } hollow }""",
+}
+SEEN_THROUGH = "of the picture is seen through something flat and clear"
+
+
+@pytest.mark.parametrize("name", CLEAR)
+def test_what_is_seen_through_clear_things_is_told(depth, name):
+    """Unless the option is there."""
+    _, said = depth(CLEAR[name])
+    assert SEEN_THROUGH in said and "--through-glass" in said
+    after, said = depth(CLEAR[name], "--through-glass")
+    assert said == "" and numpy.allclose(after[MIDDLE], 14, rtol=0.01)
+
+
+def test_it_is_told_once_of_views_and_frames(depth):
+    for more in (["--views", 3], ["--frames", "1-2"]):
+        _, said = depth(
+            CLEAR["box"], *more,
+            kept="k/passes_v00.exr" if "--views" in more else "k/passes0001.exr",
+        )  # fmt: skip
+        assert said.count(SEEN_THROUGH) == 1
+
+
+SMALL_PANE = CLEAR["pane"].replace("translate", "scale 0.1 translate y * 0.9 translate")
+NEAR_PANE = """box { <-9, -9, 9.8>, <9, 9, 9.9> pigment { rgbt 1 } hollow }"""
+
+
+@pytest.mark.parametrize(
+    "more",
+    [BALL, STONE, SMALL_PANE, NEAR_PANE],
+    ids=["ball", "polished", "small", "near what it shows"],
+)
+def test_what_does_not_count_is_not_told(depth, more):
+    """Balls show an image near them; the rest changes little."""
+    _, said = depth(more)
+    assert said == ""
+
+
+def test_strict_takes_it_for_an_error(rackfocus, tmp_path):
+    """--quiet alone asks for no such render."""
+    (tmp_path / "s.pov").write_text(SCENE.replace("GAMMA", "1.0") + CLEAR["box"])
+    words = ["povray", "s.pov", "-o", "o.exr", "--quiet"]
+    assert rackfocus(*words, "--", *SIZE, cwd=tmp_path).stderr == ""
+    said = rackfocus(*words, "--strict", "--", *SIZE, cwd=tmp_path, code=1).stderr
+    assert SEEN_THROUGH in said
