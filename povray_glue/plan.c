@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is to be rendered: the scene, and the frames that options and files ask for. */
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@
 struct found {
     char *scene;
     double first, last, from, to; /* NAN: not said */
-    bool has_antialiasing;
+    enum { ANTIALIASING_UNSAID, ANTIALIASING_ON, ANTIALIASING_OFF } antialiasing;
     char *part; /* an option that asks for a part of the picture */
 };
 
@@ -51,6 +52,30 @@ static bool is_partial(const char *option)
     return false;
 }
 
+static bool is_off(const char *value)
+{
+    static const char *const words[] = {"off", "no", "false", "0"};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strcasecmp(value, words[i]) == 0)
+            return true;
+    return false;
+}
+
+/* The last switch counts; a threshold or a method says how, which is a wish, too. */
+static void note_antialiasing(struct found *found, const char *option)
+{
+    const char *value = ini_value(option, "Antialias", "A");
+    const bool is_letter = option[0] == '+' || option[0] == '-';
+    const bool is_switch = value && (!is_letter || !isalpha((unsigned char)*value));
+    if (is_switch)
+        found->antialiasing = (is_letter ? option[0] == '-' : is_off(value))
+                                  ? ANTIALIASING_OFF
+                                  : ANTIALIASING_ON;
+    else if (found->antialiasing == ANTIALIASING_UNSAID &&
+             (value || ini_value(option, "Antialias_Threshold", "")))
+        found->antialiasing = ANTIALIASING_ON;
+}
+
 static void note_option(void *user, const char *option, const char *file)
 {
     struct found *found = user;
@@ -69,8 +94,7 @@ static void note_option(void *user, const char *option, const char *file)
             *numbers[i].number = strtod(value, NULL);
     }
     if (file == NULL || !strstr(file, "povray.ini"))
-        found->has_antialiasing |= ini_value(option, "Antialias", "A") ||
-                                   ini_value(option, "Antialias_Threshold", "A");
+        note_antialiasing(found, option);
     if (is_partial(option)) {
         free(found->part);
         found->part = text_format("%s", option);
@@ -168,7 +192,7 @@ static bool use_found(struct povray_plan *plan, const struct found *found,
     if ((is_ini && !found->scene) || found->part)
         return fail_found(found, operand, error);
     plan->scene = find_scene(is_ini ? found->scene : operand, is_ini ? operand : NULL);
-    plan->has_antialiasing = found->has_antialiasing;
+    plan->has_antialiasing = found->antialiasing == ANTIALIASING_ON;
     return choose_frames(plan, found, operand, error);
 }
 

@@ -288,6 +288,32 @@ def test_alpha(rackfocus, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "options, n_samples",
+    [
+        ([], 3),
+        (["-A"], 3),
+        (["+A0.1", "Antialias=off"], 3),
+        (["off.ini"], 3),
+        (["off.ini", "+A"], 1),
+        (["Antialias=On"], 1),
+        (["Antialias_Threshold=0.1"], 1),
+    ],
+)
+def test_no_antialiasing_is_no_wish_for_few_samples(
+    rackfocus, tmp_path, options, n_samples
+):
+    """What POV-Ray shall not do is done by the samples of the passes."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "off.ini").write_text("Antialias=Off\nAntialias_Threshold=0.3\n")
+    words = ["povray", "s.pov", "-o"]
+    rackfocus(*words, "a.exr", "--", *SIZE, *options, cwd=tmp_path)
+    rackfocus(*words, "b.exr", "--supersample", n_samples, "--", *SIZE, *options,
+              cwd=tmp_path)  # fmt: skip
+    a, b = (read_exr(tmp_path / f"{name}.exr")["G"] for name in "ab")
+    assert numpy.array_equal(a, b)
+
+
+@pytest.mark.parametrize(
     "arguments, code, words",
     [
         (["missing.pov", "-o", "o.exr"], 1, "missing.pov: No such file"),
