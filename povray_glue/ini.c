@@ -106,6 +106,36 @@ static bool is_section(const char *line, const char *wanted)
     return strlen(wanted) == n && strncasecmp(line, wanted, n) == 0;
 }
 
+char *ini_file(const char *name)
+{
+    const char *bracket = strchr(name, '[');
+    const bool has_section =
+        bracket && name[strlen(name) - 1] == ']' && !path_is_file(name);
+    return text_format("%.*s", (int)(has_section ? bracket - name : (long)strlen(name)),
+                       name);
+}
+
+bool ini_has_section(const char *name)
+{
+    char *path = ini_file(name), *state = NULL;
+    const char *bracket =
+        path && strlen(path) < strlen(name) ? strchr(name, '[') : NULL;
+    char *section = text_format("%.*s", (int)strcspn(bracket ? bracket + 1 : "", "]"),
+                                bracket ? bracket + 1 : "");
+    struct text text = {0};
+    bool is_found = !bracket;
+    if (!is_found && section && text_read_file(&text, path))
+        for (char *line = strtok_r(text.data, "\r\n", &state); line && !is_found;
+             line = strtok_r(NULL, "\r\n", &state)) {
+            const char *begin = line + strspn(line, " \t");
+            is_found = *begin == '[' && is_section(begin, section);
+        }
+    text_free(&text);
+    free(section);
+    free(path);
+    return is_found;
+}
+
 /* `name` may end with a section; nothing happens where it is no initialisation file. */
 static void walk_file(struct walk *walk, const char *name)
 {

@@ -25,6 +25,13 @@ const char *ini_value(const char *option, const char *name, const char *letters)
 /* Does the name end with .ini? */
 bool ini_is_name(const char *name);
 
+/* The file of "file.ini[Section]", or the name as it is; the caller frees. NULL without
+ * memory. */
+char *ini_file(const char *name);
+
+/* Is the section that the name ends with in its file? True where it names none. */
+bool ini_has_section(const char *name);
+
 /* The standard initialisation file that POV-Ray reads, NULL where there is none. The
  * caller frees. */
 char *ini_standard_file(void);

@@ -183,34 +183,49 @@ static bool choose_frames(struct povray_plan *plan, const struct found *found,
     return false;
 }
 
+/* `ini` is the file that the operand names; NULL where that is the scene. */
 static bool use_found(struct povray_plan *plan, const struct found *found,
-                      const char *operand, struct povray_error *error)
+                      const char *operand, const char *ini, struct povray_error *error)
 {
-    const bool is_ini = ini_is_name(operand);
     if (glue_is_lost())
         return false;
-    if ((is_ini && !found->scene) || found->part)
+    if ((ini && !found->scene) || found->part)
         return fail_found(found, operand, error);
-    plan->scene = find_scene(is_ini ? found->scene : operand, is_ini ? operand : NULL);
+    plan->scene = find_scene(ini ? found->scene : operand, ini);
     plan->has_antialiasing = found->antialiasing == ANTIALIASING_ON;
     return choose_frames(plan, found, operand, error);
+}
+
+static bool check_ini(const char *ini, const char *operand, struct povray_error *error)
+{
+    const bool is_there = path_is_file(ini);
+    if (is_there && ini_has_section(operand))
+        return true;
+    snprintf(error->message, sizeof error->message,
+             is_there ? "%s: the file has no such section; name one that it has"
+                      : "%s: no such file",
+             is_there ? operand : ini);
+    return false;
 }
 
 bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
                       int n_args, struct povray_error *error)
 {
     struct found found = {.first = NAN, .last = NAN, .from = NAN, .to = NAN};
-    const bool is_ini = ini_is_name(operand);
+    char *ini = ini_file(operand);
+    if (ini && !ini_is_name(ini)) {
+        free(ini);
+        ini = NULL;
+    }
     *error = (struct povray_error){.message = ""};
     *plan = (struct povray_plan){.first = 1, .last = 1};
-    if (!copy_args(plan, is_ini ? operand : NULL, args, n_args))
-        return glue_settle(false, error);
-    if (is_ini && !path_is_file(operand)) {
-        snprintf(error->message, sizeof error->message, "%s: no such file", operand);
-        return false;
+    bool is_good = copy_args(plan, ini ? operand : NULL, args, n_args) &&
+                   (!ini || check_ini(ini, operand, error));
+    if (is_good) {
+        ini_walk(plan->args, plan->n_args, note_option, &found);
+        is_good = use_found(plan, &found, operand, ini, error);
     }
-    ini_walk(plan->args, plan->n_args, note_option, &found);
-    const bool is_good = use_found(plan, &found, operand, error);
+    free(ini);
     free(found.part);
     free(found.scene);
     return glue_settle(is_good, error);

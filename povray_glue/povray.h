@@ -46,7 +46,7 @@ struct povray_plan {
 
 /*
  * Makes a plan of what the user named, a scene (".pov" may be missing) or an
- * initialisation file that names one, and of options for POV-Ray. False with a message
+ * initialisation file ("file.ini[Section]", too) that names one, and of options for POV-Ray. False with a message
  * where the file is not there or names no scene. povray_plan_free() in any case.
  */
 bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,

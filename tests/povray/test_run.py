@@ -158,6 +158,9 @@ def test_initialisation_files(rackfocus, tmp_path):
     late = frames_of(rackfocus, tmp_path, "s.pov", *to, "--", "anim.ini[late]")
     assert list(late) == ["o0003.exr", "o0004.exr"]
     assert all(numpy.array_equal(late[n], alone[n]) for n in late)
+    named = frames_of(rackfocus, tmp_path, "anim.ini[Late]", *to)
+    assert list(named) == list(late)
+    assert all(numpy.array_equal(late[n], named[n]) for n in late)
     # One of the standard name in the folder is read without being named.
     (tmp_path / "anim.ini").rename(tmp_path / "povray.ini")
     found = frames_of(rackfocus, tmp_path, "s", *to, "--", "+SF2", "+EF2")
@@ -329,6 +332,8 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
         ),
         (["macro.pov", "-o", "o.exr", "--", "End_Row=0.5"], 1, "crop the result"),
         (["missing.ini", "-o", "o.exr"], 1, "missing.ini: no such file"),
+        (["missing.ini[a]", "-o", "o.exr"], 1, "missing.ini: no such file"),
+        (["sections.ini[b]", "-o", "o.exr"], 1, "sections.ini[b]: the file has no"),
         (["macro.pov", "-o", "missing/o.exr"], 1, "missing/o.exr"),
         (["macro.pov", "-o", "o.exr", "--", "+Wx"], 1, "POV-Ray says"),
     ],
