@@ -95,6 +95,24 @@ static bool is_typed(const struct settings *settings, const char *name)
     return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
 }
 
+/* What is said twice would be silently one of the two. */
+static bool check_lens(const struct povray_tool *tool, const struct settings *settings)
+{
+    const bool has_aperture = !isnan(tool->aperture);
+    if (tool->focal_point && is_typed(settings, "focus-distance"))
+        return fail_usage(
+            "--focal-point and --focus-distance both say what is in focus; "
+            "leave one out");
+    if (has_aperture && is_typed(settings, "lens-radius"))
+        return fail_usage("--aperture and --lens-radius both say how wide the lens is; "
+                          "leave one out");
+    if (has_aperture && is_typed(settings, "f-stop"))
+        return fail_usage(
+            "--aperture and --f-stop both say how wide the lens is; leave "
+            "one out");
+    return true;
+}
+
 static bool fail_number_of_views(int32_t n, const char *method, int least, int most)
 {
     message("--views: %d; the method %s takes %d to %d; see rackfocus povray --help", n,
@@ -254,6 +272,6 @@ static bool check_only_views(const struct povray_tool *tool)
 bool povray_command_check(struct povray_tool *tool, const struct settings *settings,
                           const struct operands *operands)
 {
-    return check_usage(tool, operands) && check_views(tool, settings) &&
-           check_only_views(tool);
+    return check_usage(tool, operands) && check_lens(tool, settings) &&
+           check_views(tool, settings) && check_only_views(tool);
 }

@@ -402,6 +402,12 @@ static bool refuse(const struct state *state, struct povray_error *error)
             error->message, sizeof error->message,
             "the camera has a normal that bends its rays, which no lens filter can "
             "follow; remove the normal from the camera");
+    else if (strcmp(what, "bokeh") == 0)
+        snprintf(
+            error->message, sizeof error->message,
+            "the camera's bokeh { }, the light over its lens, cannot be read; remove "
+            "it from the camera, and give a picture of it with "
+            "--distribution-image FILE, or a shape such as --blades 6");
     else
         snprintf(error->message, sizeof error->message,
                  "the camera is of type %s, whose pictures have no lens that a filter "

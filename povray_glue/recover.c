@@ -175,7 +175,10 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     if (options->has_aperture)
         camera->aperture = options->aperture;
     const char *what = NULL;
-    if (options->wants_lens && camera->aperture == 0)
+    if (options->wants_lens && options->has_aperture && camera->aperture == 0)
+        what = "an aperture of 0 blurs nothing, and POV-Ray itself makes that picture; "
+               "give a larger --aperture, or leave it out for the scene's";
+    else if (options->wants_lens && camera->aperture == 0)
         what = "the scene's camera has no aperture; give one with --aperture";
     else if ((options->has_aperture || options->has_f_stop) && !has_lens &&
              camera->focus == POVRAY_FOCUS_DIRECTION)

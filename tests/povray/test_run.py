@@ -326,6 +326,24 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
         (["macro.pov", "-o", "o.exr", "--focal-point", "1,2"], 2, "three numbers"),
         (["macro.pov", "-o", "o.exr", "--frames", "5-1"], 2, "--frames: "),
         (
+            ["macro.pov", "-o", "o.exr", "--focus-distance=6", "--focal-point=0,1,0"],
+            2,
+            "both say what is in focus; leave one out",
+        ),
+        (
+            ["macro.pov", "-o", "o.exr", "--aperture=0.5", "--lens-radius=0.3"],
+            2,
+            "--aperture and --lens-radius both say how wide",
+        ),
+        (
+            ["macro.pov", "-o", "o.exr", "--aperture=0.5", "--f-stop=2"],
+            2,
+            "--aperture and --f-stop both say how wide",
+        ),
+        (["macro.pov", "-o", "o.exr", "--aperture=0"], 1, "0 blurs nothing"),
+        (["macro.pov", "-o", "o.exr", "--lens-radius=0"], 1, "0 blurs nothing"),
+        (["bokeh.pov", "-o", "o.exr"], 1, "bokeh { }, the light over its lens"),
+        (
             ["macro.pov", "-o", "o.exr", "--", "+SC10"],
             1,
             "+SC10: a part of the picture",
