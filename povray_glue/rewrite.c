@@ -13,6 +13,7 @@
  */
 #include "rewrite.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -321,21 +322,20 @@ static char *declared_name(const struct tokens *tokens, int i)
 
 static void walk(struct writer *w, int i, int end, bool is_camera);
 
-static int write_camera(struct writer *w, int i)
+/* The camera at i; NAME is what is declared as it, "" for none. */
+static int write_named_camera(struct writer *w, int i, const char *camera_name)
 {
     const struct tokens *tokens = w->tokens;
     int after = token_skip_group(tokens, i + 1), first = i + 2;
     copy_to(w, tokens->items[i + 1].end);
     if (w->how->mode == REWRITE_RECORD) {
-        char *name = declared_name(tokens, i);
         text_addf(w->out,
                   " #debug concat(\"@rf~camera~\",str(version,0,4),\"~%s;\\n\") ",
-                  or_nothing(name));
-        free(name);
+                  camera_name);
         /* A name that calls nothing is a declared camera. */
         if (first < after - 1 && tokens->items[first].kind == TOKEN_WORD &&
             !token_is_sign(tokens, first + 1, '(') && !is_item(tokens, first)) {
-            name = token_text(tokens, first);
+            char *name = token_text(tokens, first);
             record_text(w, "copy", name);
             free(name);
         }
@@ -345,6 +345,71 @@ static int write_camera(struct writer *w, int i)
         copy_to(w, begin_of(w, after - 1));
         record_text(w, "end", "");
     }
+    return after;
+}
+
+static int write_camera(struct writer *w, int i)
+{
+    char *name = declared_name(w->tokens, i);
+    int after = write_named_camera(w, i, or_nothing(name));
+    free(name);
+    return after;
+}
+
+static bool is_camera_block(const struct tokens *tokens, int i)
+{
+    return token_is_word(tokens, i, "camera") && token_is_sign(tokens, i + 1, '{');
+}
+
+/* The brace of `#declare NAME = array[N] { camera {...} ... }` with the directive at i; 0
+ * where it is another. */
+static int find_camera_array(const struct tokens *tokens, int i)
+{
+    if ((!token_is_directive(tokens, i, "declare") &&
+         !token_is_directive(tokens, i, "local")) ||
+        !token_is_sign(tokens, i + 2, '=') || !token_is_word(tokens, i + 3, "array"))
+        return 0;
+    int brace = i + 4;
+    while (token_is_sign(tokens, brace, '['))
+        brace = token_skip_group(tokens, brace);
+    const int after =
+        token_is_sign(tokens, brace, '{') ? token_skip_group(tokens, brace) : 0;
+    for (int k = brace; k < after; k++)
+        if (is_camera_block(tokens, k))
+            return brace;
+    return 0;
+}
+
+/* POV-Ray takes no directives in an array's braces, which the records need: each camera
+ * becomes a declared one before it, RA_ and its token's number, and the array holds
+ * copies of these. */
+static int write_camera_array(struct writer *w, int i, int brace)
+{
+    const struct tokens *tokens = w->tokens;
+    const int after = token_skip_group(tokens, brace);
+    copy_to(w, begin_of(w, i));
+    for (int k = brace; k < after;) {
+        char name[16];
+        if (!is_camera_block(tokens, k)) {
+            k++;
+            continue;
+        }
+        snprintf(name, sizeof name, "RA_%d", k);
+        skip_to(w, begin_of(w, k));
+        text_addf(w->out, " #declare %s=", name);
+        k = write_named_camera(w, k, name);
+        copy_to(w, end_before(w, k));
+    }
+    skip_to(w, end_before(w, after));
+    for (int k = i; k < after;) {
+        const bool is_camera = is_camera_block(tokens, k);
+        char *word =
+            is_camera ? text_format("camera{RA_%d}", k) : token_text(tokens, k);
+        text_addf(w->out, " %s", or_nothing(word));
+        free(word);
+        k = is_camera ? token_skip_group(tokens, k + 1) : k + 1;
+    }
+    text_addf(w->out, " ");
     return after;
 }
 
@@ -417,6 +482,9 @@ static int write_directive(struct writer *w, int i, bool is_camera)
     }
     if (token_is_directive(tokens, i, "include"))
         return write_include(w, i);
+    const int brace = w->how->mode == REWRITE_RECORD ? find_camera_array(tokens, i) : 0;
+    if (brace > 0)
+        return write_camera_array(w, i, brace);
     return is_camera ? token_skip_directive(tokens, i) : i + 1;
 }
 

@@ -90,6 +90,13 @@ def test_copies_that_only_povray_can_resolve(camera):
     assert found["aperture"] == 0.2
 
 
+def test_cameras_in_an_array(camera):
+    found = camera("array.pov")
+    assert found["location"] == near(2, 2, -6)
+    assert found["aperture"] == approx(0.4)
+    assert found["focus_distance"] == approx(53**0.5)
+
+
 def test_guessed_cameras_render(rackfocus):
     rackfocus("povray", "guesses.pov", "-o", "out.png", "--", "+W64", "+H48")
 
