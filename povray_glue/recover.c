@@ -159,6 +159,17 @@ static void choose_focus(struct povray_camera *camera,
     }
 }
 
+/* May the scene make its camera while it is parsed? No file read so far has one. */
+static bool may_make_camera(const struct povray_scene *scene)
+{
+    int n;
+    char **list = records_list(scene->records, "camera", &n);
+    for (int i = 0; i < n; i++)
+        free(list[i]);
+    free(list);
+    return n == 0 && scene->sources.writes_files;
+}
+
 /* The camera of the records, with the user's lens in place of the scene's. */
 bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
 {
@@ -178,6 +189,11 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     if (options->wants_lens && options->has_aperture && camera->aperture == 0)
         what = "an aperture of 0 blurs nothing, and POV-Ray itself makes that picture; "
                "give a larger --aperture, or leave it out for the scene's";
+    else if (options->wants_lens && camera->aperture == 0 && may_make_camera(scene))
+        what =
+            "the scene writes out no camera; give a lens for POV-Ray's usual one with "
+            "--aperture and --focal-point, or, where the scene makes a camera while "
+            "it is parsed (Parse_String, #fopen), write it out";
     else if (options->wants_lens && camera->aperture == 0)
         what = "the scene's camera has no aperture; give one with --aperture";
     else if ((options->has_aperture || options->has_f_stop) && !has_lens &&
@@ -273,6 +289,14 @@ bool scene_probe_again(struct povray_scene *scene, struct povray_error *error)
     scene->probe_scale = 1;
     if (error->is_interrupted || try_guesses(scene, error))
         return !error->is_interrupted;
+    if (!error->is_interrupted && may_make_camera(scene)) {
+        snprintf(error->message, sizeof error->message,
+                 "%s: the scene makes its camera while it is parsed (Parse_String, "
+                 "#fopen), where its items cannot be read; write the camera out in the "
+                 "scene",
+                 scene->options.scene);
+        return false;
+    }
     const double size = scene->camera.look_at_distance;
     if (!error->is_interrupted && size > 0 && size < LEAST_SIZE)
         snprintf(error->message, sizeof error->message,

@@ -342,6 +342,12 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
         ),
         (["macro.pov", "-o", "o.exr", "--aperture=0"], 1, "0 blurs nothing"),
         (["macro.pov", "-o", "o.exr", "--lens-radius=0"], 1, "0 blurs nothing"),
+        (["made.pov", "-o", "o.exr"], 1, "--aperture and --focal-point, or, where the"),
+        (
+            ["made.pov", "-o", "o.exr", "--aperture=0.4", "--focal-point=0,1,-1"],
+            1,
+            "makes its camera while it is parsed",
+        ),
         (["bokeh.pov", "-o", "o.exr"], 1, "bokeh { }, the light over its lens"),
         (
             ["macro.pov", "-o", "o.exr", "--", "+SC10"],
