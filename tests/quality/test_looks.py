@@ -36,13 +36,13 @@ ONE_DB = {
     "cat_eye": 40.7,
     "cat_eye_tilt": 40.3,
     "doors": 40.0,
-    "field_curvature": 41.2,
+    "field_curvature": 41.1,
     "image": 38.3,
     "lateral_chroma": 40.2,
     "spherical": 38.9,
-    "spherical_below": 40.8,
+    "spherical_below": 40.7,
     "split_diopter": 36.9,
-    "swirl": 40.4,
+    "swirl": 40.3,
     "tilt": 40.0,
 }
 
@@ -105,8 +105,9 @@ def test_a_look_is_as_good_as_the_disc(look, plain, tmp_path):
 
 
 #: Where eight views gain less over one than with the plain disc, dB: what is left lies at
-#: lamps and at thin posts near the border (docs/notebook/views.md).
-LESS_DB = {"cat_eye_tilt": 0.15}
+#: lamps and at thin posts near the border (docs/notebook/views.md); 0.15 before one view
+#: of it, and eight of the plain disc, had hidden samples before a far wall.
+LESS_DB = {"cat_eye_tilt": 0.25}
 
 #: What eight views have at the least, dB: a gain may not come from a worse single view.
 EIGHT_DB = {
