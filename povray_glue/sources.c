@@ -118,6 +118,7 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
         sources->has_fog |= token_is_word(tokens, i, "fog");
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
         sources->has_photons |= token_is_word(tokens, i, "photons");
+        sources->has_media |= token_is_word(tokens, i, "media");
         sources->has_clear |= is_of_clear(tokens, i);
         sources->writes_files |= token_is_word(tokens, i, "Parse_String");
         if (token_is_directive(tokens, i, "fopen"))

@@ -30,7 +30,7 @@ struct sources {
     const char *temp_folder; /* with its slash */
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
-    bool has_fog, has_radiosity, has_photons;
+    bool has_fog, has_radiosity, has_photons, has_media;
     bool has_clear;        /* something may let light through */
     bool writes_files;     /* each run needs a folder of its own to write to */
     bool writes_elsewhere; /* where no such folder helps: runs must not overlap */

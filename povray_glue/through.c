@@ -376,10 +376,14 @@ static bool glance(struct povray_scene *scene, const struct shot *shot,
         if (share > GLANCE_SHARE)
             scene_add_warning(
                 passes,
-                "%.0f %% of the picture is seen through something flat and "
-                "clear, or in a flat mirror, and is blurred as if it were "
-                "on it; --through-glass blurs it by its own distance",
-                100 * share);
+                "%.0f %% of the picture is seen through something flat and clear, or "
+                "in a flat mirror, and is blurred as if it were on it; "
+                "--through-glass blurs it by its own distance%s",
+                100 * share,
+                scene->sources.has_media
+                    ? ", but media, too, by that of what is behind; where they are "
+                      "dense, --method accumulate is right"
+                    : "");
     }
     free(t.lit[0].rgba);
     free(t.made);

@@ -98,6 +98,7 @@ def test_what_is_seen_through_clear_things_is_told(depth, name):
     """Unless the option is there."""
     _, said = depth(CLEAR[name])
     assert SEEN_THROUGH in said and "--through-glass" in said
+    assert "accumulate" not in said
     after, said = depth(CLEAR[name], "--through-glass")
     assert said == "" and numpy.allclose(after[MIDDLE], 14, rtol=0.01)
 
@@ -109,6 +110,13 @@ def test_it_is_told_once_of_views_and_frames(depth):
             kept="k/passes_v00.exr" if "--views" in more else "k/passes0001.exr",
         )  # fmt: skip
         assert said.count(SEEN_THROUGH) == 1
+
+
+def test_media_in_a_clear_box_have_another_way(depth):
+    """They are nearer than what is behind them."""
+    media = "hollow interior { media { emission 0.1 } }"
+    _, said = depth(CLEAR["box"].replace("hollow", media))
+    assert SEEN_THROUGH in said and "--method accumulate" in said
 
 
 SMALL_PANE = CLEAR["pane"].replace("translate", "scale 0.1 translate y * 0.9 translate")
