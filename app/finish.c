@@ -44,6 +44,29 @@ static size_t n_pixels(const struct finish *f)
 
 /* ---- our picture ------------------------------------------------------------------ */
 
+static int check_size(const struct finish *f, const char *shown, int32_t width,
+                      int32_t height)
+{
+    if (width == f->own.width && height == f->own.height)
+        return APP_DONE;
+    return app_fail(f->error, APP_FAILED,
+                    "%s: is %d x %d px and %s %d x %d; render both in one size", shown,
+                    width, height, image_path(f->own.colour), f->own.width,
+                    f->own.height);
+}
+
+/* Have passes the size of the own picture? Before they are filtered. */
+static int check_passes(struct finish *f, char *const *guides)
+{
+    const struct source_request request = {.paths = guides, .n_paths = 1};
+    struct source source;
+    if (!source_open(&source, &request, f->error))
+        return app_code_of(f->error);
+    const int code = check_size(f, guides[0], source.width, source.height);
+    source_close(&source);
+    return code;
+}
+
 /* Do the guides have a depth, so that our picture is to be made of them? */
 static int find_passes(struct finish *f, char *const *guides, int n, bool *are_passes)
 {
@@ -90,12 +113,7 @@ static int read_ours(struct finish *f, const char *path, const char *shown)
     if (!picture_read(path, NULL, f->n_threads, &picture, f->error))
         return app_code_of(f->error);
     f->ours = picture.samples;
-    if (picture.width == f->own.width && picture.height == f->own.height)
-        return APP_DONE;
-    return app_fail(f->error, APP_FAILED,
-                    "%s: is %d x %d px and %s %d x %d; render both in one size", shown,
-                    picture.width, picture.height, image_path(f->own.colour),
-                    f->own.width, f->own.height);
+    return check_size(f, shown, picture.width, picture.height);
 }
 
 static int make_ours(struct finish *f, char *const *guides, int n)
@@ -107,6 +125,9 @@ static int make_ours(struct finish *f, char *const *guides, int n)
         return code;
     if (!are_passes)
         return read_ours(f, guides[0], guides[0]);
+    code = check_passes(f, guides);
+    if (code != APP_DONE)
+        return code;
     snprintf(path, sizeof(path), "%.900s/rackfocus-", os_folder_for_temporary());
     os_leftovers_remove(path);
     if (os_folder_make_temporary(path, folder, sizeof(folder)) != 0)

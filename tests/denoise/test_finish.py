@@ -125,6 +125,17 @@ def test_names_what_is_wrong(clean, tmp_path):
     assert not out.exists()
 
 
+def test_passes_of_another_size_are_not_filtered_first(rackfocus, tmp_path):
+    """It is said before a denoiser is looked for."""
+    small = tmp_path / "small.exr"
+    pixels, names = read(REFERENCES / "posts_pinhole.exr")
+    write(small, pixels[:20, :30], names, REFERENCES / "posts_pinhole.exr")
+    environment = {**os.environ, "RACKFOCUS_OIDN": "/nowhere"}
+    words = ("finish", own("posts"), small, "-o", tmp_path / "out.exr")
+    done = rackfocus(*words, code=1, env=environment)
+    assert "30 x 20 px" in done.stderr and "render both in one size" in done.stderr
+
+
 def test_halves_tell_what_is_grain(clean, tmp_path):
     """What both halves show is no grain, however fine: it stays, and is certain."""
     rng = np.random.default_rng(8)
