@@ -51,6 +51,7 @@
 #include "kernels/kernels.h"
 #include "lens/aperture.h"
 #include "surfaces/hidden_blocks.h"
+#include "surfaces/hidden_steps.h"
 #include "rackfocus/rackfocus.h"
 
 enum {
@@ -571,6 +572,22 @@ static void search_rows(void *data, int64_t begin, int64_t end, int thread)
     }
 }
 
+/* Answers of pixels beside little steps. */
+static void step_rows(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct rf_hidden_search *search = data;
+    const int width = search->s->width;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0; x < width; x += 64) {
+            uint64_t bits = rf_found_at(search->out, x, y, rf_min_int(width - x, 64));
+            struct rf_surface *at = search->out->at + (size_t)y * (size_t)width + x;
+            for (; bits; bits &= bits - 1) {
+                int i = __builtin_ctzll(bits);
+                rf_hidden_behind_step(search, x + i, y, &at[i]);
+            }
+        }
+}
+
 /* The plane of radii, at hand or not, and room for the rest. */
 static rf_result begin(struct rf_hidden_search *search,
                        const struct rf_context *context, const struct rf_radii *radii,
@@ -633,6 +650,8 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
         rf_parallel(context, search.n_y, 1, search_rows, &s);
         for (int y = 0; y < surfaces->height && radii; y++)
             rf_hidden_restore_row(&search, y);
+        if (!rf_task_is_cancelled(task))
+            rf_parallel(context, surfaces->height, RF_EQUAL_PARTS, step_rows, &search);
     }
     rf_free(context, scratch);
     rf_free(context, search.highest);
