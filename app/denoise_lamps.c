@@ -20,6 +20,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "luminance.h"
 #include "parallel.h"
 #include "report.h"
 
@@ -37,11 +38,6 @@ struct lamps {
     float *grainy, *clean; /* luminance */
     float *rgb;
 };
-
-static float luminance_of(const float *c, int n_channels)
-{
-    return n_channels < 3 ? c[0] : 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
-}
 
 /* The pixels within `reach` of one. */
 struct box {

@@ -22,6 +22,7 @@
 
 #include "filter_private.h"
 #include "interrupt.h"
+#include "luminance.h"
 #include "report.h"
 #include "temporal_lights.h"
 #include "temporal_map.h"
@@ -374,13 +375,6 @@ struct fit {
     double score; /* of the colours, 0: the same; where they disagree 1 */
     double share; /* of what lies within the frame */
 };
-
-static float luminance_of(const float *colour, int n_channels)
-{
-    return n_channels < 3
-               ? colour[0]
-               : 0.2126f * colour[0] + 0.7152f * colour[1] + 0.0722f * colour[2];
-}
 
 /* Where pixel (x, y) lies in the frame; false where it shows nothing that can be used. */
 static bool find_place(const struct neighbour *from, int32_t x, int32_t y,

@@ -14,6 +14,7 @@
 
 #include <math.h>
 
+#include "luminance.h"
 #include "settings.h"
 
 static const double DARK = 0.125, BRIGHT = 4;
@@ -35,9 +36,7 @@ void white_tally_add(struct white_tally *tally, const float *samples, size_t n,
 {
     const size_t step = (size_t)n_channels;
     for (size_t i = 0; i < n; i++) {
-        const float *c = samples + i * step;
-        const float luminance =
-            n_channels < 3 ? c[0] : 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
+        const float luminance = luminance_of(samples + i * step, n_channels);
         if (luminance > 0 && isfinite(luminance))
             tally->bins[bin_of(luminance)]++;
     }
@@ -72,11 +71,6 @@ double white_of(const struct white_tally *tally)
     else if (stops_of(middle) > log2(BRIGHT))
         stops = stops_of(middle) + 2;
     return ldexp(1, (int)fmax(fmin(lrint(stops), 19), -19));
-}
-
-double white_round(double white)
-{
-    return ldexp(1, (int)lrint(log2(white)));
 }
 
 bool white_is_open(const struct settings *settings)

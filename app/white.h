@@ -3,6 +3,7 @@
 #ifndef APP_WHITE_H
 #define APP_WHITE_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -23,8 +24,11 @@ void white_tally_add(struct white_tally *tally, const float *samples, size_t n,
 /* A power of two: 1 for pictures that can be meant for a white of 1. */
 double white_of(const struct white_tally *tally);
 
-/* To the nearest power of two, which the core takes. */
-double white_round(double white);
+/* To the nearest power of two, as the core takes it. */
+static inline double white_round(double white)
+{
+    return ldexp(1, (int)lrint(log2(white)));
+}
 
 /* Has nobody given it? */
 bool white_is_open(const struct settings *settings);

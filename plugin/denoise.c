@@ -9,6 +9,7 @@
 #include "denoise.h"
 #include "finish_mix.h"
 #include "image.h"
+#include "white.h"
 
 enum { OWN, OURS, OUT, ALBEDO, NORMAL, HALF, ESTIMATE, N_PICTURES };
 
@@ -175,7 +176,7 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
         fail("white", "must lie in 1e-6 to 1e6");
         return NULL;
     }
-    struct finish f = {.white = plugin_round_white(white)};
+    struct finish f = {.white = (float)white_round(white)};
     int status = 0;
     for (int i = 0; i < N_PICTURES && status == 0; i++)
         status = open_picture(&f, i, objects[i]);

@@ -2,6 +2,8 @@
 /* rackfocus.Filter: one size and one set of parameters, any number of frames. */
 #include "module.h"
 
+#include "white.h"
+
 /* ---- making and ending --------------------------------------------------------- */
 
 /* Takes the keyword `distribution_image` out of `keywords`; *picture is a new reference
@@ -63,7 +65,7 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
         self->context = Py_NewRef(context);
         self->size_px[0] = size_px[0];
         self->size_px[1] = size_px[1];
-        self->white = plugin_round_white(params.white);
+        self->white = (float)white_round(params.white);
     }
     if (self && make_filter(state, self, &params, picture) < 0)
         Py_CLEAR(self);

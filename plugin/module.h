@@ -6,8 +6,6 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
-#include <math.h>
-
 #include "rackfocus/rackfocus.h"
 
 /* Classes of the module; one set per interpreter. */
@@ -27,12 +25,6 @@ int plugin_add_errors(PyObject *module, struct module_state *state);
 PyObject *plugin_raise(const struct module_state *state, const struct rf_error *error);
 
 /* ---- params.c ------------------------------------------------------------------ */
-
-/* A white to the nearest power of two, as the core takes it. */
-static inline float plugin_round_white(double white)
-{
-    return (float)ldexp(1, (int)lrint(log2(white)));
-}
 
 /* The lists of the core as tuples of tuples; see rackfocus/__init__.py. */
 PyObject *plugin_parameters(PyObject *module, PyObject *unused);

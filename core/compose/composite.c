@@ -133,6 +133,25 @@ static rf_result build_set(struct rf_composer *c, struct set *set, double lists_
     return result;
 }
 
+/* The same of both sets, in a fifth of the time up to progress_to. */
+static rf_result build_sets(struct rf_composer *c, struct set sets[2],
+                            double progress_to, struct rf_error *error)
+{
+    double from = c->scene->task->to, room = progress_to - from;
+    rf_result result = RF_OK;
+    for (int k = 0; k < 2 && result == RF_OK; k++) {
+        double lists_to = from + (0.1 * k + 0.05) * room;
+        result = build_set(c, &sets[k], lists_to, lists_to + 0.05 * room, error);
+    }
+    return result;
+}
+
+static void free_sets(const struct rf_composer *c, struct set sets[2])
+{
+    for (int k = 0; k < 2; k++)
+        rf_groups_free(&sets[k].groups, c);
+}
+
 static int order_of(const struct rf_group *g)
 {
     return g->is_near ? -g->level : g->level;
@@ -339,20 +358,15 @@ static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
                            struct rf_error *error)
 {
     struct rf_task *task = c->scene->task;
-    double from = task->to, room = progress_to - from;
     const struct rf_group *at[2], g = rf_group_make(c, 0, false);
-    rf_result result = RF_OK;
-    for (int k = 0; k < 2 && result == RF_OK; k++) {
-        double lists_to = from + (0.1 * k + 0.05) * room;
-        result = build_set(c, &sets[k], lists_to, lists_to + 0.05 * room, error);
+    rf_result result = build_sets(c, sets, progress_to, error);
+    for (int k = 0; k < 2; k++)
         at[k] = sets[k].groups.n > 0 ? sets[k].groups.at : NULL;
-    }
     rf_task_phase(task, progress_to, (int64_t)g.n_x * g.n_y);
     struct finishing f = {c, crop, at, g};
     if (result == RF_OK)
         rf_parallel(c->context, (int64_t)g.n_x * g.n_y, 1, run_lone_tiles, &f);
-    for (int k = 0; k < 2; k++)
-        rf_groups_free(&sets[k].groups, c);
+    free_sets(c, sets);
     return result;
 }
 
@@ -416,16 +430,12 @@ static rf_result begin_gaps(struct rf_composer *c, const struct rf_crop *crop,
 static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
                             double progress_to, struct rf_error *error)
 {
-    double from = c->scene->task->to, room = progress_to - from;
     rf_result result = allocate_canvas(c, error);
-    for (int k = 0; k < 2 && result == RF_OK; k++) {
-        double lists_to = from + (0.1 * k + 0.05) * room;
-        result = build_set(c, &sets[k], lists_to, lists_to + 0.05 * room, error);
-    }
+    if (result == RF_OK)
+        result = build_sets(c, sets, progress_to, error);
     if (result == RF_OK)
         result = run_sets(c, sets, progress_to, error);
-    for (int k = 0; k < 2; k++)
-        rf_groups_free(&sets[k].groups, c);
+    free_sets(c, sets);
     if (result == RF_OK)
         rf_begin_canvas(c);
     return result;

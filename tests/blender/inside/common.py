@@ -132,6 +132,37 @@ def tree_of(scene):
     return addon("compat").compositor_tree(scene)
 
 
+def settings_of(scene):
+    """Every plain value of the scene's render settings, its camera and its nodes."""
+    owners = [
+        scene.render,
+        scene.render.image_settings,
+        scene.cycles,
+        scene.view_layers[0],
+    ]
+    owners += [scene.camera.data, scene.camera.data.dof, scene.camera.data.rack_focus]
+    found = [(v.name, v.use, v.camera_suffix) for v in scene.render.views]
+    for owner in owners:
+        for item in owner.bl_rna.properties:
+            value = getattr(owner, item.identifier, None)
+            is_plain = isinstance(value, bool | int | float | str)
+            if is_plain and not item.identifier.startswith("session_u"):
+                found.append((str(owner.rna_type), item.identifier, value))
+    for node in tree_of(scene).nodes:
+        sockets = [(s.name, s.enabled, s.is_linked) for s in node.outputs]
+        looks_at = (node.scene, node.layer) if node.type == "R_LAYERS" else None
+        found.append((node.name, node.mute, looks_at, list(node.keys()), sockets))
+    return found
+
+
+def unchanged(scene, before):
+    """Nothing differs from an earlier settings_of(); no scene was left."""
+    after = settings_of(scene)
+    differences = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
+    assert not differences, differences
+    assert len(bpy.data.scenes) == 2, [s.name for s in bpy.data.scenes]
+
+
 def snapshot(scene):
     """Everything of a scene that enabling may touch."""
     tree = tree_of(scene)
