@@ -67,6 +67,7 @@ struct rf_composer {
     struct rf_canvas canvas;
     struct rf_footprints *footprints;
     struct rf_spread_sums *acc; /* one per thread */
+    float *factors;             /* of slants, see struct rf_spread_sums */
     float *tiles;               /* per thread n_tile floats: t of a tile, its sums */
     size_t n_tile;
     unsigned char *needed; /* per footprint: does a splat use it? Of a set */

@@ -51,6 +51,7 @@
 #include "compose/levels.h"
 #include "compose/sample_lists.h"
 #include "compose/scene.h"
+#include "compose/slants.h"
 #include "input/frame.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
@@ -397,8 +398,9 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     c->n_tile = (size_t)(canvas->n_cells + canvas->n_planes) * RF_TILE_H * RF_TILE_W;
     c->tiles = rf_alloc(c->context, c->n_tile * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
+    c->factors = rf_slant_factors_make(c);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
-    if (!c->tiles || !c->acc || !acc) {
+    if (!c->tiles || !c->acc || !c->factors || !acc) {
         rf_free(c->context, acc);
         rf_free(c->context, c->acc);
         c->acc = NULL;
@@ -409,6 +411,7 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
                                             .n_planes = canvas->n_planes,
                                             .first_colour = c->scene->first_colour,
                                             .at = acc + n_acc * (size_t)i,
+                                            .factors = c->factors,
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
         for (int cell = 0; cell < canvas->n_cells; cell++)
@@ -504,6 +507,7 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
     if (c.acc)
         rf_free(c.context, c.acc[0].at);
     rf_free(c.context, c.acc);
+    rf_free(c.context, c.factors);
     rf_free(c.context, c.tiles);
     rf_free(c.context, c.canvas.is_begun);
     rf_free(c.context, c.canvas.sum);

@@ -139,6 +139,27 @@ static void measure_shares(struct rf_lens_cells *cells, const struct rf_shape *s
         cells->share[c] /= total;
 }
 
+void rf_lens_cells_middle(const struct rf_lens_cells *cells,
+                          const struct rf_shape *shape, double middle[][2])
+{
+    enum { N_LINES = 256 };
+    const struct rf_interval range = rf_shape_v_range(shape);
+    for (int c = 0; c < cells->n; c++) {
+        double area = 0, u = 0, v = 0;
+        for (int i = 0; i < N_LINES; i++) {
+            double at = rf_line_at(range, i, N_LINES);
+            struct rf_interval part =
+                rf_lens_cell_line(cells, c, at, rf_shape_line(shape, at));
+            double length = fmax(part.to - part.from, 0);
+            area += length;
+            u += length * (part.from + part.to) / 2;
+            v += length * at;
+        }
+        middle[c][0] = area > 0 ? u / area : 0;
+        middle[c][1] = area > 0 ? v / area : 0;
+    }
+}
+
 void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
                         int n)
 {

@@ -33,6 +33,10 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
 void rf_lens_cells_follow(struct rf_lens_cells *cells, const struct rf_shape *shape,
                           const struct rf_lens_cells *plain, double variance[2][2]);
 
+/* The middle of each cell's area. */
+void rf_lens_cells_middle(const struct rf_lens_cells *cells,
+                          const struct rf_shape *shape, double middle[][2]);
+
 /* From the lowest to the highest point. */
 struct rf_interval rf_shape_v_range(const struct rf_shape *shape);
 

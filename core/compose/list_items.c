@@ -21,6 +21,7 @@
 #include "compose/footprint.h"
 #include "compose/levels.h"
 #include "compose/scene.h"
+#include "compose/slants.h"
 #include "compose/zones.h"
 #include "input/frame.h"
 #include "kernels/data.h"
@@ -190,12 +191,14 @@ static inline void put_item(struct rf_tile_items *s, uint64_t item, int key)
 static void emit_pixel(const struct rf_lister *lister, const struct rf_group *full,
                        int x, int y, struct rf_tile_items *s)
 {
+    const int slant = s->has_slants ? s->slants[RF_TILE_W * y + x] : 0;
     const struct rf_source *source = lister->source;
     struct rf_sample *at = s->samples + s->n_samples;
     int n = source->emit(source->user, s->surfaces.x + x, s->surfaces.y + y, at);
     for (int i = 0; i < n; i++, at++) {
         int key = rf_key_of(lister, at->r), other;
         int32_t slot = 0;
+        at->slant = at->r == rf_tile_surface(&s->surfaces, x, y)->r ? slant : 0;
         if (rf_is_full_key(full, key)) {
             struct rf_splat *splat = &s->others[s->n_others];
             *splat = rf_full_splat(lister->c, s->zone, at);
@@ -260,17 +263,26 @@ alike_end(const float *radius, int x0, int x1, const struct alike *alike)
     return x;
 }
 
-/* Surfaces of one slot in turn: one item or, beside an array's samples, one each. */
+/* Surfaces of one slot and slant in turn: one item or, beside an array's samples, one
+ * each. */
 static void put_surfaces(const struct rf_lister *lister, struct rf_tile_items *s,
-                         int32_t slot, int x, int end, int y)
+                         int32_t slot, int slant, int x, int end, int y)
 {
     if (end - x > 1 && !lister->start) {
-        s->at[s->n++] = rf_packed_make(slot, x, y, RF_PACKED_RUN + end - x - 1);
+        s->at[s->n++] = rf_packed_make(slot, x, y, rf_packed_run(end - x, slant));
         s->has_runs = true;
         return;
     }
     for (; x < end; x++)
-        s->at[s->n++] = rf_packed_make(slot, x, y, 0);
+        s->at[s->n++] = rf_packed_make(slot, x, y, rf_packed_run(1, slant));
+}
+
+/* The first pixel from x on, up to x1, that has not this slant. */
+static int slant_end(const int16_t *slants, int x, int x1, int slant)
+{
+    while (x < x1 && slants[x] == slant)
+        x++;
+    return x;
 }
 
 /*
@@ -281,17 +293,20 @@ static int put_places(const struct rf_lister *lister, const struct rf_group *ful
                       int x0, int x1, int y, const float *radius,
                       struct known_radius *known, struct rf_tile_items *s)
 {
+    const int16_t *slants = s->has_slants ? s->slants + RF_TILE_W * y : NULL;
     int x = x0;
     while (x < x1 && known->is_full) {
-        int key = known->key, from = x;
+        int key = known->key, from = x, slant = slants ? slants[x] : 0;
         int32_t slot = known->slot;
         do {
-            x = alike_end(radius, x + 1, x1, &(struct alike){.same = known->r});
-            if (x < x1)
+            int end = alike_end(radius, x + 1, x1, &(struct alike){.same = known->r});
+            x = slants ? slant_end(slants, x, end, slant) : end;
+            if (x == end && x < x1)
                 know_radius(lister, full, radius[x], known);
-        } while (x < x1 && known->is_full && known->slot == slot && known->key == key);
+        } while (x < x1 && known->is_full && known->slot == slot && known->key == key &&
+                 (!slants || slants[x] == slant));
         set_key(s, key);
-        put_surfaces(lister, s, slot, from, x, y);
+        put_surfaces(lister, s, slot, slant, from, x, y);
     }
     return x;
 }
@@ -369,6 +384,9 @@ static void list_source(const struct rf_lister *lister, int tile,
         .y = y0};
     int n_x = rf_min_int(g->width - x0, RF_TILE_W);
     int n_y = rf_min_int(g->height - y0, RF_TILE_H);
+    for (int y = 0; y < n_y && rf_has_slants(lister->c, source); y++)
+        s->has_slants |= rf_slants_row(lister->c, source, x0, y0 + y, n_x,
+                                       s->slants + RF_TILE_W * y);
     for (int y = 0; y < n_y; y++)
         list_row(lister, g, y, n_x, &known, s);
 }
@@ -416,7 +434,7 @@ void rf_list_items(const struct rf_lister *lister, int tile, struct rf_tile_item
 {
     s->zone = zone_of(lister, tile);
     s->n = s->n_key_runs = s->n_samples = s->n_others = 0;
-    s->has_runs = false;
+    s->has_runs = s->has_slants = false;
     s->has_array = lister->start && lister->start[tile + 1] > lister->start[tile];
     if (lister->source)
         list_source(lister, tile, s);

@@ -47,6 +47,8 @@ struct rf_tile_items {
     bool has_array; /* are samples of the array among them? */
     bool has_runs;  /* is an item of full resolution more than one surface? */
     struct rf_tile_surfaces surfaces; /* of a source */
+    bool has_slants;                  /* is any of these not 0? Of its pixels */
+    int16_t slants[RF_TILE_H * RF_TILE_W];
     /* Room for as many as a tile may have; a key run more than items. */
     uint64_t *at;
     struct rf_key_run *key_runs;
@@ -121,6 +123,7 @@ static inline struct rf_splat rf_full_splat(const struct rf_composer *c, int zon
     struct rf_splat s = {
         .x = rf_floor_int(p->x),
         .y = rf_floor_int(p->y),
+        .slant = p->slant,
         .slot = rf_splat_slot(c, zone, p->r, phase, p->kind, 0),
         .cover = p->kind == RF_SHARP ? p->w : 0,
     };

@@ -30,6 +30,7 @@
 #include "compose/levels.h"
 #include "compose/list_items.h"
 #include "compose/scene.h"
+#include "compose/slants.h"
 #include "kernels/data.h"
 #include "rackfocus/rackfocus.h"
 
@@ -37,7 +38,7 @@
 
 /* Sums of the samples of one bin that share a block and a kind. */
 struct block_sum {
-    float c[4], w, rw;
+    float c[4], w, rw, slope[2];
 };
 
 struct reducer {
@@ -134,6 +135,15 @@ static inline void add_surfaces(struct block_sum *sum, const struct rf_surface *
     sum->rw = rw;
 }
 
+/* Adds the slope of w surfaces of a slant. */
+static inline void add_slant(struct block_sum *sum, float w, int slant)
+{
+    float slope[2];
+    rf_slant_slope(slant, slope);
+    for (int k = 0; k < 2; k++)
+        sum->slope[k] += w * slope[k];
+}
+
 /* Adds an item of a coarse level; the surfaces of a run block by block. */
 static void reduce_item(const struct builder *b, struct worker *w,
                         const struct part *part, int level, uint64_t item)
@@ -143,15 +153,22 @@ static void reduce_item(const struct builder *b, struct worker *w,
         struct block_sum *sum = block_of(&w->reducer, part, level, rf_floor_int(p->x),
                                          rf_floor_int(p->y), p->kind);
         add_to_block(sum, p->w, p->r, p->c);
+        if (p->slant)
+            add_slant(sum, p->w, p->slant);
         return;
     }
     int x = rf_packed_x(item), y = rf_packed_y(item), end = x + rf_packed_slot(item);
     const struct rf_surface *row = rf_tile_surface(&w->items.surfaces, 0, y);
+    const int16_t *slants =
+        w->items.has_slants ? w->items.slants + RF_TILE_W * y : NULL;
     int first = ((w->items.surfaces.y + y) >> level) - part->y0;
     first = (first * part->width + (x >> level)) * RF_N_KINDS + RF_SHARP;
     for (int block = first; x < end; block += RF_N_KINDS) {
         int stop = rf_min_int(((x >> level) + 1) << level, end);
         add_surfaces(sum_at(&w->reducer, block), row + x, stop - x);
+        for (int i = x; i < stop && slants; i++)
+            if (slants[i])
+                add_slant(&w->reducer.sum[block], 1, slants[i]);
         x = stop;
     }
 }
@@ -177,6 +194,9 @@ static int reduce_end(const struct rf_composer *c, struct worker *w,
         };
         for (int n = 0; n < 4; n++)
             out[i].c[n] = b->c[n] * scale;
+        if (b->slope[0] != 0 || b->slope[1] != 0)
+            out[i].slant =
+                rf_slant_of((float[]){b->slope[0] / b->w, b->slope[1] / b->w});
         *b = (struct block_sum){0};
     }
     int n = reducer->n_touched;

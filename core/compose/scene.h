@@ -24,7 +24,8 @@ struct rf_sample {
      * RF_SHARP: a surface. RF_POSITIVE: only light, without coverage, for what is so
      * far above its surroundings that negative weights would show.
      */
-    enum rf_footprint_kind kind;
+    enum rf_footprint_kind kind : 16;
+    int slant : 16; /* of its surface's radius, see kernels/data.h */
 };
 
 struct rf_samples {

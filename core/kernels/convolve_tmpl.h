@@ -5,7 +5,7 @@
  *
  *   row[x] += sum over dx of  F(dx, dy) c(x - dx)
  *
- * with zeros for c beyond the run, summed from one side to the other for every pixel:
+ * (times a factor, of a slanted surface) with zeros for c beyond the run, summed from one side to the other for every pixel:
  * it does not matter for the bits where the run is cut, as long as what reaches the
  * tile is there. An even footprint has F(dx, dy) = F(-dx, dy) = F(dx, -dy): what stands
  * to both sides of x is added up first, and rows above and below are the same.
@@ -122,10 +122,11 @@ convolve_even(const struct run_planes *run, float *origin, const struct rf_footp
     }
 }
 
-/* The same with any footprint. */
+/* The same with any footprint, and the factors of a slant. */
 static inline __attribute__((always_inline)) void
 convolve_any(const struct run_planes *run, float *origin, const struct rf_footprint *f,
-             int x, int y, int n_planes, bool is_full, int n_vectors)
+             const float *factors, int x, int y, int n_planes, bool is_full,
+             int n_vectors)
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
     const int n_summed = is_full ? n_planes - 1 : n_planes;
@@ -145,25 +146,29 @@ convolve_any(const struct run_planes *run, float *origin, const struct rf_footpr
                 for (int i = 0; i < n_vectors; i++)
                     sum[p][i] +=
                         SPLAT(weight[k]) * LOAD(c + RUN_STRIDE * p + LANES * i - k);
-        add_to_row(origin + row_size * (y + g->row) + x, sum, SPLAT(g->sum), n_planes,
-                   is_full, n_vectors);
+        const vf factor = factors ? SPLAT(factors[g->cell]) : SPLAT(1);
+        for (int p = 0; p < n_summed && factors; p++)
+            for (int i = 0; i < n_vectors; i++)
+                sum[p][i] *= factor;
+        add_to_row(origin + row_size * (y + g->row) + x, sum, factor * SPLAT(g->sum),
+                   n_planes, is_full, n_vectors);
     }
 }
 
 static inline __attribute__((always_inline)) void
 convolve(const struct run_planes *run, float *origin, const struct rf_footprint *f,
-         int x, int y, int n_planes, bool is_full, int n_vectors)
+         const float *factors, int x, int y, int n_planes, bool is_full, int n_vectors)
 {
     if (f->is_even)
         convolve_even(run, origin, f, x, y, n_planes, is_full, n_vectors);
     else
-        convolve_any(run, origin, f, x, y, n_planes, is_full, n_vectors);
+        convolve_any(run, origin, f, factors, x, y, n_planes, is_full, n_vectors);
 }
 
 /* Spreads a run in row y; with is_surface all of it covers its pixels. */
 static inline __attribute__((always_inline)) void
 convolve_run(const struct run_planes *run, float *origin, const struct rf_footprint *f,
-             int y, int n_planes, bool is_surface)
+             const float *factors, int y, int n_planes, bool is_surface)
 {
     int x = rf_max_int(run->from + f->min_dx, 0) / LANES * LANES;
     int end = rf_min_int(run->to + f->max_dx, RF_TILE_W);
@@ -172,34 +177,31 @@ convolve_run(const struct run_planes *run, float *origin, const struct rf_footpr
         bool is_full = is_surface && x - f->max_dx >= run->from &&
                        x + VECTORS * LANES - f->min_dx <= run->to;
         if (n_vectors < VECTORS)
-            convolve(run, origin, f, x, y, n_planes, false, 1);
+            convolve(run, origin, f, factors, x, y, n_planes, false, 1);
         else if (is_full)
-            convolve(run, origin, f, x, y, n_planes, true, VECTORS);
+            convolve(run, origin, f, factors, x, y, n_planes, true, VECTORS);
         else
-            convolve(run, origin, f, x, y, n_planes, false, VECTORS);
+            convolve(run, origin, f, factors, x, y, n_planes, false, VECTORS);
     }
 }
 
-static __attribute__((noinline)) void convolve_2(const struct run_planes *run,
-                                                 float *origin,
-                                                 const struct rf_footprint *f, int y,
-                                                 bool is_surface)
+static __attribute__((noinline)) void
+convolve_2(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+           const float *factors, int y, bool is_surface)
 {
-    convolve_run(run, origin, f, y, RF_LONE_PLANES, is_surface);
+    convolve_run(run, origin, f, factors, y, RF_LONE_PLANES, is_surface);
 }
 
-static __attribute__((noinline)) void convolve_4(const struct run_planes *run,
-                                                 float *origin,
-                                                 const struct rf_footprint *f, int y,
-                                                 bool is_surface)
+static __attribute__((noinline)) void
+convolve_4(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+           const float *factors, int y, bool is_surface)
 {
-    convolve_run(run, origin, f, y, 4, is_surface);
+    convolve_run(run, origin, f, factors, y, 4, is_surface);
 }
 
-static __attribute__((noinline)) void convolve_5(const struct run_planes *run,
-                                                 float *origin,
-                                                 const struct rf_footprint *f, int y,
-                                                 bool is_surface)
+static __attribute__((noinline)) void
+convolve_5(const struct run_planes *run, float *origin, const struct rf_footprint *f,
+           const float *factors, int y, bool is_surface)
 {
-    convolve_run(run, origin, f, y, RF_MAX_PLANES, is_surface);
+    convolve_run(run, origin, f, factors, y, RF_MAX_PLANES, is_surface);
 }

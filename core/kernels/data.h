@@ -136,9 +136,27 @@ enum {
 /* Four floats in turn, such as a colour, on every instruction set. */
 typedef float rf_quad __attribute__((vector_size(16), aligned(4)));
 
-/* A sample ready to be spread: pixel of its level, footprint, coverage, light. */
+/*
+ * The slope of a surface's radius, px per px, rounded: x' + RF_SLANT_ROW y' with the steps
+ * x' to the right and y' down, from -RF_SLANT_STEPS to RF_SLANT_STEPS; 0: it is flat. The
+ * slope of step i is RF_SLANT_HALF t / (1 - |t|) with t = i RF_SLANT_STEP: 0.02 of the
+ * first, 1 of the last.
+ */
+enum {
+    RF_SLANT_STEPS = 10,
+    RF_SLANT_ROW = 2 * RF_SLANT_STEPS + 1,
+    RF_N_SLANTS = RF_SLANT_ROW * RF_SLANT_ROW,
+    RF_MOST_SLANT = RF_N_SLANTS / 2, /* and -RF_MOST_SLANT is the least */
+};
+#define RF_SLANT_HALF 0.24f
+#define RF_SLANT_STEP 0.08f
+#define RF_SLANT_LEAST 0.01f /* below it a slope is rounded to 0 */
+
+/* A sample ready to be spread: pixel of its level, slant, footprint, coverage, light. */
 struct rf_splat {
-    int32_t x, y;
+    int32_t x;
+    int32_t y : 22;
+    int32_t slant : 10;
     int32_t slot;
     float cover; /* 0 for light that belongs to another splat's surface */
     float c[4];  /* colour times weight */
@@ -147,8 +165,8 @@ struct rf_splat {
 /*
  * Splats of the surfaces of pixels side by side as they are: where the first lies in
  * its tile. 64 bits: slot << 16 | x << 48 | y << 56 | other, where the last is 0 for
- * one surface, RF_PACKED_RUN + n - 1 for n of them, or, for a splat of another kind, 1
- * + its index.
+ * one flat surface, rf_packed_run() for n of one slant, or, for a splat of another kind,
+ * 1 + its index.
  */
 typedef uint64_t rf_packed;
 
@@ -178,13 +196,28 @@ static inline int rf_packed_other(rf_packed p)
     return (int)(p & 0xffff);
 }
 
-enum { RF_PACKED_RUN = 0x8000 };
+enum { RF_PACKED_RUN = 0x8000, RF_PACKED_N = RF_TILE_W - 1, RF_PACKED_SLANT = 6 };
+
+/* What stands for n surfaces of one slant. */
+static inline int rf_packed_run(int n, int slant)
+{
+    return n == 1 && slant == 0
+               ? 0
+               : RF_PACKED_RUN | (slant & 0x1ff) << RF_PACKED_SLANT | (n - 1);
+}
 
 /* How many surfaces a place stands for; 0: a splat of another kind. */
 static inline int rf_packed_n(rf_packed p)
 {
     int other = rf_packed_other(p);
-    return other >= RF_PACKED_RUN ? other - RF_PACKED_RUN + 1 : other == 0;
+    return other >= RF_PACKED_RUN ? (other & RF_PACKED_N) + 1 : other == 0;
+}
+
+/* The slant of the surfaces that a place stands for. */
+static inline int rf_packed_slant(rf_packed p)
+{
+    int slant = rf_packed_other(p) >> RF_PACKED_SLANT & 0x1ff;
+    return slant > RF_MOST_SLANT ? slant - 0x200 : slant;
 }
 
 /* What the places of a tile stand for. */
@@ -210,8 +243,11 @@ static inline struct rf_splat rf_packed_splat(const struct rf_tile_surfaces *t,
     if (rf_packed_n(place) == 0)
         return t->others[rf_packed_other(place) - 1];
     int x = rf_packed_x(place) + i, y = rf_packed_y(place);
-    struct rf_splat splat = {
-        .x = t->x + x, .y = t->y + y, .slot = rf_packed_slot(place), .cover = 1};
+    struct rf_splat splat = {.x = t->x + x,
+                             .y = t->y + y,
+                             .slant = rf_packed_slant(place),
+                             .slot = rf_packed_slot(place),
+                             .cover = 1};
     memcpy(splat.c, rf_tile_surface(t, x, y)->c, sizeof splat.c);
     return splat;
 }
@@ -231,7 +267,12 @@ struct rf_spread_sums {
     uint32_t
         common_rows; /* a bit for each row that the common one holds something of */
     float share[RF_MAX_CELLS]; /* of each cell in what is common */
-    int reach;                 /* px that the footprints of the bin reach at the most */
+    /*
+     * [slant][cell], from -RF_MOST_SLANT on, of cells and what is common: what light and
+     * coverage of a slanted surface are multiplied by.
+     */
+    const float *factors;
+    int reach; /* px that the footprints of the bin reach at the most */
     int first_row,
         last_row; /* rows touched since the last flush; empty: first > last */
 };
@@ -241,6 +282,14 @@ _Static_assert(RF_TILE_H == 32, "a bit for each row");
 static inline int rf_spread_sums_slots(int n_cells)
 {
     return n_cells > 1 ? n_cells + 1 : 1;
+}
+
+/* Of a slant: one for each cell, and 1 for what is common; NULL: all are 1. */
+static inline const float *rf_slant_factors(const struct rf_spread_sums *acc, int slant)
+{
+    if (slant == 0)
+        return NULL;
+    return acc->factors + (acc->n_cells + 1) * (slant + RF_MOST_SLANT);
 }
 
 /* Transmittance per cell, and sums per cell or over all cells, of a tile of planes. */

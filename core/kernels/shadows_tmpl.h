@@ -4,11 +4,6 @@
 #include "kernels/kernels.h"
 #include "kernels/vector.h"
 
-static inline vf vabs(vf v)
-{
-    return (vf)((vi)v & ~(vi)SPLAT(-0.0f));
-}
-
 /* Of numbers that an int holds. */
 static inline vi vfloor(vf v)
 {

@@ -9,15 +9,15 @@
 #include "kernels/vector.h"
 
 /*
- * Adds a segment of n weights, n > 0 and a multiple of eight, to the row at a, and to
- * that at b where there is one: as many splats side by side as there are values, each
+ * Adds a segment of n weights times a factor, n > 0 and a multiple of eight, to the row at
+ * a, and to that at b where there is one: as many splats side by side as there are values, each
  * with the weights one place further on. If `is_summed` what they add is summed up
  * first; a splat that is missing counts as one without weight, so that it does not
  * matter for the bits whether those that do not reach a pixel are there. Otherwise
  * they are added one by one, and it does not matter which ones are together.
  */
 static inline __attribute__((always_inline)) void
-spread_segment(float *a, float *b, const float *weight, int n,
+spread_segment(float *a, float *b, const float *weight, int n, vf factor,
                vf value[][RF_MAX_PLANES], int n_splats, int n_planes, bool is_summed)
 {
     do {
@@ -31,14 +31,14 @@ spread_segment(float *a, float *b, const float *weight, int n,
             for (int i = 1; i < n_splats; i++) {
                 vf next = value[i][p] * k[i];
                 if (!is_summed) {
-                    sum_a += sum;
-                    sum_b += sum;
+                    sum_a += factor * sum;
+                    sum_b += factor * sum;
                 }
                 sum = is_summed ? sum + next : next;
             }
-            STORE(to_a, sum_a + sum);
+            STORE(to_a, sum_a + factor * sum);
             if (b)
-                STORE(to_b, sum_b + sum);
+                STORE(to_b, sum_b + factor * sum);
         }
         a += LANES;
         b = b ? b + LANES : NULL;
@@ -47,12 +47,19 @@ spread_segment(float *a, float *b, const float *weight, int n,
     } while (n > 0);
 }
 
-/* Spreads n_splats neighbours with one footprint, the first at (x, y) of the tile; with
- * is_inside all of its rows are. */
+/* Of a segment; without factors it is 1. */
+static inline __attribute__((always_inline)) vf factor_of(const float *factors,
+                                                          const struct rf_segment *g)
+{
+    return factors ? SPLAT(factors[g->cell]) : SPLAT(1);
+}
+
+/* Spreads n_splats neighbours with one footprint and the factors of one slant, the first
+ * at (x, y) of the tile; with is_inside all of its rows are. */
 static inline __attribute__((always_inline)) void
 spread_rows(float *base, vf value[][RF_MAX_PLANES], int n_splats,
-            const struct rf_footprint *f, int y, int n_planes, bool is_summed,
-            bool is_inside)
+            const struct rf_footprint *f, const float *factors, int y, int n_planes,
+            bool is_summed, bool is_inside)
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
     const float *weights = f->weights;
@@ -63,27 +70,33 @@ spread_rows(float *base, vf value[][RF_MAX_PLANES], int n_splats,
         bool has_a = is_inside || (unsigned)(y + g->dy) < RF_TILE_H;
         bool has_b = is_inside || (unsigned)(y - g->dy) < RF_TILE_H;
         if (has_a && has_b)
-            spread_segment(a, b, weights + g->weight, g->n, value, n_splats, n_planes,
-                           is_summed);
+            spread_segment(a, b, weights + g->weight, g->n, SPLAT(1), value, n_splats,
+                           n_planes, is_summed);
         else if (has_a || has_b)
-            spread_segment(has_a ? a : b, NULL, weights + g->weight, g->n, value,
-                           n_splats, n_planes, is_summed);
+            spread_segment(has_a ? a : b, NULL, weights + g->weight, g->n, SPLAT(1),
+                           value, n_splats, n_planes, is_summed);
     }
     for (end -= f->n_mirrored; g < end; g++)
         if (is_inside || (unsigned)(y + g->dy) < RF_TILE_H)
             spread_segment(base + row_size * g->row + g->dx, NULL, weights + g->weight,
-                           g->n, value, n_splats, n_planes, is_summed);
+                           g->n, factor_of(factors, g), value, n_splats, n_planes,
+                           is_summed);
 }
 
 static inline __attribute__((always_inline)) void
 spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
-              const struct rf_footprint *f, int x, int y, int n_planes, bool is_summed)
+              const struct rf_footprint *f, const float *factors, int x, int y,
+              int n_planes, bool is_summed)
 {
     float *base = origin + n_planes * RF_ACC_STRIDE * (ptrdiff_t)y + x;
-    if (y + f->min_dy >= 0 && y + f->max_dy < RF_TILE_H)
-        spread_rows(base, value, n_splats, f, y, n_planes, is_summed, true);
+    bool is_inside = y + f->min_dy >= 0 && y + f->max_dy < RF_TILE_H;
+    if (!factors && is_inside)
+        spread_rows(base, value, n_splats, f, NULL, y, n_planes, is_summed, true);
+    else if (!factors)
+        spread_rows(base, value, n_splats, f, NULL, y, n_planes, is_summed, false);
     else
-        spread_rows(base, value, n_splats, f, y, n_planes, is_summed, false);
+        spread_rows(base, value, n_splats, f, factors, y, n_planes, is_summed,
+                    is_inside);
 }
 
 /* Samples side by side with one footprint. */
@@ -93,6 +106,7 @@ struct strip {
     bool is_surface; /* all cover their pixels; else cover stands before each colour */
     int x, y, n;     /* pixel of the tile of the first */
     int colour;      /* of each that goes to the first plane */
+    const float *factors; /* of their slant */
 };
 
 static inline __attribute__((always_inline)) void
@@ -112,7 +126,8 @@ spread_some(const struct strip *s, int first, int n_splats, float *origin,
     const float *c = s->c + s->stride * (size_t)first;
     for (int i = 0; i < n_splats; i++, c += s->stride)
         load_value(value[i], c, s->is_surface, s->colour, n_planes);
-    spread_values(origin, value, n_splats, f, s->x + first, s->y, n_planes, is_summed);
+    spread_values(origin, value, n_splats, f, s->factors, s->x + first, s->y, n_planes,
+                  is_summed);
 }
 
 static inline __attribute__((always_inline)) void
@@ -147,7 +162,7 @@ spread_long(const struct strip *s, struct run_planes *run, float *origin,
         cover[i] = s->is_surface ? 1 : (s->c + s->stride * (size_t)i)[-1];
     (n_planes == RF_LONE_PLANES ? convolve_2
      : n_planes == 4            ? convolve_4
-                                : convolve_5)(run, origin, f, s->y, s->is_surface);
+                     : convolve_5)(run, origin, f, s->factors, s->y, s->is_surface);
     clear_run(run, n_planes);
 }
 
@@ -191,12 +206,13 @@ spread_strip(struct rf_spread_sums *acc, struct strip s, struct run_planes *run,
         spread_short(&s, origin, f, n_planes, is_summed);
 }
 
-/* How many of n splats from the first one on lie side by side and have its footprint.
- */
+/* How many of n splats from the first one on lie side by side and have its footprint and
+ * slant. */
 static inline int count_neighbours(const struct rf_splat *s, int n)
 {
     int i = 1;
-    while (i < n && s[i].slot == s->slot && s[i].x == s->x + i && s[i].y == s->y)
+    while (i < n && s[i].slot == s->slot && s[i].x == s->x + i && s[i].y == s->y &&
+           s[i].slant == s->slant)
         i++;
     return i;
 }
@@ -231,7 +247,7 @@ spread_splats(struct rf_spread_sums *acc, const struct rf_splat *splats, int n,
         n_strip = count_neighbours(s, (int)(end - s));
         spread_strip(acc,
                      (struct strip){s->c, sizeof *s / sizeof *s->c, false, x, y,
-                                    n_strip, colour},
+                                    n_strip, colour, rf_slant_factors(acc, s->slant)},
                      &run, f, n_planes, false);
     }
 }
@@ -266,18 +282,23 @@ static inline void fetch_surfaces(const struct rf_surface *at, size_t width, int
 }
 
 /* What a place stands for; x and y are the tile's. */
-static inline struct strip strip_of(const struct rf_tile_surfaces *t, rf_packed place,
+static inline struct strip strip_of(const struct rf_spread_sums *acc,
+                                    const struct rf_tile_surfaces *t, rf_packed place,
                                     int x, int y, int colour)
 {
     int n = rf_packed_n(place);
     if (n == 0) {
         const struct rf_splat *other = &t->others[rf_packed_other(place) - 1];
-        return (struct strip){other->c, 0, false, x, y, 1, colour};
+        return (struct strip){other->c, 0, false,  x,
+                              y,        1, colour, rf_slant_factors(acc, other->slant)};
     }
     const struct rf_surface *at =
         rf_tile_surface(t, rf_packed_x(place), rf_packed_y(place));
     fetch_surfaces(at, t->width, n);
-    return (struct strip){at->c, sizeof *at / sizeof *at->c, true, x, y, n, colour};
+    return (struct strip){at->c,  sizeof *at / sizeof *at->c,
+                          true,   x,
+                          y,      n,
+                          colour, rf_slant_factors(acc, rf_packed_slant(place))};
 }
 
 /* Is one splat of any kind to the right of another, with the same footprint? */
@@ -296,7 +317,8 @@ spread_pair(struct rf_spread_sums *acc, const struct strip *left,
     note_rows(acc, f, left->y);
     load_value(value[0], left->c, left->is_surface, left->colour, n_planes);
     load_value(value[1], right->c, right->is_surface, right->colour, n_planes);
-    spread_values(acc->at + RF_ACC_LEFT, value, 2, f, left->x, left->y, n_planes, true);
+    spread_values(acc->at + RF_ACC_LEFT, value, 2, f, left->factors, left->x, left->y,
+                  n_planes, true);
 }
 
 static inline __attribute__((always_inline)) void
@@ -326,12 +348,14 @@ spread_all(struct rf_spread_sums *acc, const rf_packed *places, int n,
             rf_footprint_at(footprints, (size_t)rf_packed_slot(place));
         if (!reaches_rows(f, y))
             continue;
-        struct strip strip = strip_of(surfaces, place, x, y, colour);
-        bool is_pair = i < n && n_strip <= 1 && is_next(place, places[i]) &&
-                       f->n_side_by_side > 1 && x + f->max_dx >= 0 &&
-                       x + 1 + f->min_dx < RF_TILE_W;
-        if (is_pair) {
-            struct strip next = strip_of(surfaces, places[i], x + 1, y, colour);
+        struct strip strip = strip_of(acc, surfaces, place, x, y, colour);
+        bool may_pair = i < n && n_strip <= 1 && is_next(place, places[i]) &&
+                        f->n_side_by_side > 1 && x + f->max_dx >= 0 &&
+                        x + 1 + f->min_dx < RF_TILE_W;
+        struct strip next;
+        if (may_pair)
+            next = strip_of(acc, surfaces, places[i], x + 1, y, colour);
+        if (may_pair && next.factors == strip.factors) {
             spread_pair(acc, &strip, &next, f, n_planes);
             i++;
         } else {

@@ -96,6 +96,12 @@ static inline bool is_same(vu a, vu b)
 #endif
 }
 
+/* Without its sign. */
+static inline vf vabs(vf v)
+{
+    return (vf)((vi)v & ~(vi)SPLAT(-0.0f));
+}
+
 /* a < b ? a : b */
 static inline vf vmin(vf a, vf b)
 {

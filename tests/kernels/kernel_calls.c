@@ -62,10 +62,13 @@ void make_given(void)
                        (const int[]){3, 6, 10, 7}[i], (const int[]){2, 1, 4, 3}[i],
                        i % 2 == 0, i == 0, i == 3 ? -4 : 0);
     }
+    for (int i = 0; i < 3 * RF_N_SLANTS; i++)
+        given.factors[i] = i % 3 == 2 ? 1 : 0.5f + noise();
     for (int i = 0; i < N_SPLATS; i++) {
         struct rf_splat *s = &given.splats[i];
         *s = (struct rf_splat){.x = 100 + (int)(noise() * 88) - 12,
                                .y = 50 + (int)(noise() * 56) - 12,
+                               .slant = i % 3 ? 0 : i % 24 - 12,
                                .slot = i % N_FOOTPRINTS,
                                .cover = i % 7 ? 0.5f + noise() : 0};
         for (int c = 0; c < 4; c++)
@@ -74,6 +77,7 @@ void make_given(void)
             s->x = s[-1].x + 1;
             s->y = s[-1].y;
             s->slot = s[-1].slot;
+            s->slant = i % 24 == 18 ? 3 : s[-1].slant;
         }
     }
 }
@@ -85,6 +89,7 @@ struct rf_spread_sums *make_accumulator(struct workspace *w, int n_planes)
                                      .first_colour = n_planes == RF_LONE_PLANES,
                                      .at = w->at,
                                      .share = {0.375f, 0.625f},
+                                     .factors = given.factors,
                                      .reach = RF_TILE_HALO,
                                      .first_row = RF_TILE_H,
                                      .last_row = -1};
@@ -141,8 +146,7 @@ static void call_places(const struct rf_kernels *k, struct workspace *w, int var
         }
         places[i] = rf_packed_make(i / 3 % N_FOOTPRINTS, column, row,
                                    i % 4 == 0 ? 1 + i % N_SPLATS
-                                   : n > 1    ? RF_PACKED_RUN + n - 1
-                                              : 0);
+                                              : rf_packed_run(n, i % 3 * 30 - 30));
         column += n + i % 5 / 4;
     }
     k->spread_places(make_accumulator(w, planes_of(variant)), places, N_PLACES,
@@ -250,6 +254,23 @@ static void call_extremes(const struct rf_kernels *k, struct workspace *w, int v
     k->extremes(rows, 2 * reach + 1, reach, n, w->at + 20000,
                 variant / 3 == 1 ? NULL : w->at + 30000,
                 variant / 3 == 2 ? NULL : w->at + 31000);
+}
+
+/* Slopes of all kinds, steps between them, and what is flat. */
+static void call_slants(const struct rf_kernels *k, struct workspace *w, int variant)
+{
+    int16_t *out = (int16_t *)(void *)(w->at + 20000);
+    const float *rows[5];
+    for (int i = 0; i < 5; i++)
+        rows[i] = w->at + 100 + 400 * i;
+    for (int i = 0; i < 5 * 400; i++) {
+        int x = i % 400, y = i / 400;
+        float slope = 0.3f * (float)(x / 31 - 5), noise_px = 0.01f * w->at[100 + i];
+        w->at[100 + i] = (float)x * slope + (float)(y * x / 60) * 0.1f + noise_px +
+                         (float)(x / 37 + y / 3 * (x / 90));
+    }
+    for (int n = 1; n <= 300; n += 13)
+        out[320 * n + 319] = k->find_slants(rows, n + variant, out + 320 * n);
 }
 
 /* Slanted planes with a step between them, and more noise from left to right. */
@@ -677,6 +698,7 @@ const struct kernel kernels[] = {
     {"spread_places", call_places, 6, NULL},
     {"find_others", call_others, 4, prepare_pixels},
     {"find_above", call_above, 4, prepare_pixels},
+    {"find_slants", call_slants, 4, NULL},
     {"flush", call_flush, 6, NULL},
     {"average", call_average, 3, NULL},
     {"find_some", call_some, 4, NULL},

@@ -29,6 +29,7 @@ struct given {
     struct rf_footprint *pointers[N_FOOTPRINTS];
     struct rf_segment segments[N_FOOTPRINTS][MAX_SEGMENTS];
     float weights[N_FOOTPRINTS][(MAX_SEGMENTS + 1) * 24];
+    float factors[3 * RF_N_SLANTS]; /* of two cells and what they have in common */
 };
 
 extern struct given given;

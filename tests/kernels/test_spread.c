@@ -23,13 +23,17 @@ static void places_spread_as_splats_do(void)
         bool is_other = i % 13 == 4;
         struct rf_surface *at = &surfaces[64 * y + x];
         *at = (struct rf_surface){{noise(), noise(), noise(), noise()}, noise()};
-        splats[i] = (struct rf_splat){100 + x, 50 + y, slot, 1, {0}};
+        int slant = i % 5 ? 0 : 3 * i - RF_MOST_SLANT;
+        splats[i] = (struct rf_splat){
+            .x = 100 + x, .y = 50 + y, .slant = slant, .slot = slot, .cover = 1};
         memcpy(splats[i].c, at->c, sizeof at->c);
         if (is_other) {
+            splats[i].slant = given.splats[i].slant;
             splats[i].cover = given.splats[i].cover;
             memcpy(splats[i].c, given.splats[i].c, sizeof splats[i].c);
         }
-        places[i] = rf_packed_make(slot, x, y, is_other ? i + 1 : 0);
+        places[i] =
+            rf_packed_make(slot, x, y, is_other ? i + 1 : rf_packed_run(1, slant));
     }
     for (int i = 0; i < 6; i++) { /* a tile to the left, about them, to the right */
         int n_planes = 4 + i % 2, x0 = (const int[]){40, 90, 127}[i / 2];
@@ -55,17 +59,18 @@ static void spread_run_at(struct workspace *w, int x0, int slot, int start, int 
     static struct rf_surface surfaces[32 * 64];
     const struct rf_tile_surfaces tile = {surfaces, 0, 64, given.splats, 100, 50};
     struct rf_splat splats[N_RUN];
-    int n = end - start;
+    int n = end - start, slant = slot % 2 ? 70 * slot - 100 : 0; /* the others mirror */
     memset(w, 0, sizeof *w);
     for (int i = 0; i < n; i++) {
         int x = RUN_X + start + i;
         struct rf_surface *at = &surfaces[64 * 10 + x];
         memcpy(at->c, given.splats[start + i].c, sizeof at->c);
-        splats[i] = (struct rf_splat){100 + x, 50 + 10, slot, 1, {0}};
+        splats[i] = (struct rf_splat){
+            .x = 100 + x, .y = 50 + 10, .slant = slant, .slot = slot, .cover = 1};
         memcpy(splats[i].c, at->c, sizeof at->c);
     }
     const rf_packed place =
-        rf_packed_make(slot, RUN_X + start, 10, n > 1 ? RF_PACKED_RUN + n - 1 : 0);
+        rf_packed_make(slot, RUN_X + start, 10, rf_packed_run(n, slant));
     struct rf_spread_sums *acc = make_accumulator(w, 5);
     const struct rf_kernels *k = rf_kernels_at(0);
     if (as_place)
@@ -162,8 +167,8 @@ static void places_of_runs_spread_as_their_splats_do(void)
         for (int x = 0, n; x < RF_TILE_W; x += n, n_places++) {
             n = rf_min_int(1 + (int)(noise() * 40), RF_TILE_W - x);
             int slot = n_places % N_FOOTPRINTS;
-            places[n_places] =
-                rf_packed_make(slot, x, y, n > 1 ? RF_PACKED_RUN + n - 1 : 0);
+            places[n_places] = rf_packed_make(
+                slot, x, y, rf_packed_run(n, slot % 2 ? n_places % 400 - 200 : 0));
             for (int i = x; i < x + n; i++) {
                 struct rf_surface *at = &surfaces[y * RF_TILE_W + i];
                 *at = (struct rf_surface){{noise(), noise(), noise(), 1}, 0};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * The layered method's core in double precision, brute force, written from the formulas
- * (docs/algorithm.md, "Border", "Footprints", "The saturating sum"):
+ * (docs/algorithm.md, "Border", "Footprints", "Slanted surfaces", "The saturating sum"):
  *
  *   -  the picture is continued up and down, then to the sides, by its edge's radii; pixel
  *      k beyond it has the mean m of nine lines' colours, 2 k px apart, mirrored up to
@@ -10,6 +10,10 @@
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
+ *   -  with several cells, a surface of the slope g is multiplied by 1 + m . g, m a cell's
+ *      middle and g rounded: i = t / 0.08 with t = g / (0.24 + |g|); g is the mean of two
+ *      differences of radii in turn, about the pixel or on one side of it, that differ by
+ *      less than half of the larger + 0.02 px, below 1 px
  *   -  bins floor(r / 2 px), near to far: w = T f(W / T), out += colour w / W, T -= w,
  *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
  *      covered
@@ -72,6 +76,84 @@ static double catmull_rom(double t)
 
 enum { SIDE = 2 * MAX_REACH + 1 };
 
+/* The middle of each cell of the lens. */
+static void find_middles(const struct model *m, double middle[][2])
+{
+    double wide = fmax(1, 1 / m->ratio);
+    int n[MAX_SITES] = {0};
+    memset(middle, 0, sizeof *middle * MAX_SITES);
+    for (int i = 0; i < 10 * GRID; i++)
+        for (int k = 0; k < 10 * GRID; k++) {
+            double u = ((i + 0.5) / (10 * GRID) * 2 - 1) * wide;
+            double v = (k + 0.5) / (10 * GRID) * 2 - 1;
+            if (!is_inside(m, u, v))
+                continue;
+            int cell = nearest_site(m, u, v);
+            middle[cell][0] += u;
+            middle[cell][1] += v;
+            n[cell]++;
+        }
+    for (int i = 0; i < m->n_cells; i++) {
+        middle[i][0] /= n[i];
+        middle[i][1] /= n[i];
+    }
+}
+
+static double limited(double v, double least, double most)
+{
+    return fmin(fmax(v, least), most);
+}
+
+/* The radius k px from place x of a line of n, `step` apart, of which `at` is the first. */
+static double radius_beside(const double *at, int step, int n, int x, int k)
+{
+    return at[(int)limited(x + k, 0, n - 1) * step];
+}
+
+/* Do the differences before and after place x + k differ by little, and by how much? */
+static bool is_slope(const double *at, int step, int n, int x, int k, double *slope,
+                     double *apart)
+{
+    double before =
+        radius_beside(at, step, n, x, k) - radius_beside(at, step, n, x, k - 1);
+    double after =
+        radius_beside(at, step, n, x, k + 1) - radius_beside(at, step, n, x, k);
+    double larger = fmax(fabs(before), fabs(after));
+    *slope = (before + after) / 2;
+    *apart = fabs(before - after);
+    return *apart < larger / 2 + 0.02 && larger < 1;
+}
+
+/* The slope at place x of a line, rounded. */
+static double slope_at(const double *at, int step, int n, int x)
+{
+    double slope, beside[2], apart[2];
+    double across;
+    bool is_across = is_slope(at, step, n, x, 0, &slope, &across);
+    bool is_before = is_slope(at, step, n, x, -1, &beside[0], &apart[0]);
+    bool is_after = is_slope(at, step, n, x, 1, &beside[1], &apart[1]);
+    if (!is_across)
+        slope = is_after && (!is_before || apart[1] < apart[0]) ? beside[1]
+                : is_before                                     ? beside[0]
+                                                                : 0;
+    double t = rint(slope / (0.24 + fabs(slope)) / 0.08) * 0.08;
+    return 0.24 * t / (1 - fabs(t));
+}
+
+/* What the surface of a pixel is multiplied by in each cell. */
+static void find_factors(const struct model *m, double middle[][2], int x, int y,
+                         double *factor)
+{
+    const double *r = m->radius;
+    double along = slope_at(r + y * m->width, 1, m->width, x);
+    double down = slope_at(r + x, m->width, m->height, y);
+    for (int c = 0; c < m->n_cells; c++)
+        factor[c] =
+            m->n_cells == 1 || fabs(r[y * m->width + x]) < 0.25
+                ? 1
+                : limited(1 + middle[c][0] * along - middle[c][1] * down, 0.3, 3);
+}
+
 /* weights[cell][dy][dx] of radius r, total 1; also each cell's share. */
 static void footprint(const struct model *m, double r, double *weights, double *share)
 {
@@ -106,11 +188,12 @@ static double saturate(double x)
 }
 
 struct sums {
-    double *acc;         /* [pixel][cell][4]: colour and coverage of the bin */
-    double *left;        /* [pixel][cell]: T */
-    double *out;         /* [pixel][4]: colour and coverage */
-    double *weights;     /* the footprint in use */
-    double weights_of_r; /* whose it is */
+    double *acc;                 /* [pixel][cell][4]: colour and coverage of the bin */
+    double *left;                /* [pixel][cell]: T */
+    double *out;                 /* [pixel][4]: colour and coverage */
+    double *weights;             /* the footprint in use */
+    double weights_of_r;         /* whose it is */
+    double middle[MAX_SITES][2]; /* of each cell */
 };
 
 static void spread(const struct model *m, struct sums *s, int x, int y, double *share)
@@ -120,6 +203,8 @@ static void spread(const struct model *m, struct sums *s, int x, int y, double *
     if (r != s->weights_of_r)
         footprint(m, r, s->weights, share);
     s->weights_of_r = r;
+    double factor[MAX_SITES];
+    find_factors(m, s->middle, x, y, factor);
     int reach = (int)ceil(fabs(r) * fmax(1, 1 / m->ratio)) + 2;
     for (int c = 0; c < m->n_cells; c++)
         for (int dy = -reach; dy <= reach; dy++)
@@ -128,6 +213,7 @@ static void spread(const struct model *m, struct sums *s, int x, int y, double *
                 if (qx < 0 || qy < 0 || qx >= m->width || qy >= m->height)
                     continue;
                 double w =
+                    factor[c] *
                     s->weights[(c * SIDE + dy + MAX_REACH) * SIDE + dx + MAX_REACH];
                 double *acc =
                     s->acc + ((size_t)(qy * m->width + qx) * MAX_SITES + (size_t)c) * 4;
@@ -164,6 +250,7 @@ static void model_run(const struct model *m, double *out)
                      .weights_of_r = NAN};
     double share[MAX_SITES];
     footprint(m, 1, s.weights, share);
+    find_middles(m, s.middle);
     for (size_t i = 0; i < n * MAX_SITES; i++)
         s.left[i] = share[i % MAX_SITES];
     for (int bin = -20; bin <= 20; bin++) {

@@ -468,7 +468,8 @@ static void emit_batch(const struct rf_view_cell *cell, struct batch *b,
             continue;
         size_t pixel = (size_t)found.y[i] * (size_t)own->width + (size_t)found.x[i];
         struct rf_sample *p = &out->at[out->n];
-        *p = (struct rf_sample){at_x, at_y, r, u->weight, {0}, RF_SHARP};
+        *p = (struct rf_sample){
+            .x = at_x, .y = at_y, .r = r, .w = u->weight, .kind = RF_SHARP};
         memcpy(p->c, b->surface[i]->c, sizeof p->c);
         /* Nothing of it is listed that a pixel of one surface sees. */
         if ((found.rendered >> i & 1) && rf_is_mixed(&own->surfaces, pixel))
