@@ -67,6 +67,7 @@ struct rf_composer {
     struct rf_canvas canvas;
     struct rf_footprints *footprints;
     struct rf_spread_sums *acc; /* one per thread */
+    float least_slope;          /* that matters, px per px; see slants.h */
     float *factors;             /* of slants, see struct rf_spread_sums */
     float *tiles;               /* per thread n_tile floats: t of a tile, its sums */
     size_t n_tile;

@@ -12,17 +12,18 @@
  * (the kernel rounds a coverage of 95 % of T or more up to T).
  *
  * Levels. |r| < 8 px (less for shapes wider than high) is spread at full resolution.
- * Level l = 1, 2, ... takes 8 2^(l-1)
- * <= |r| < 8 2^l at 1/2^l resolution, where the radius is again 4 to 8 px: the samples
- * of a block and bin become one. Each level starts from T averaged down to it, T_l, and
- * gives sums S_l with coverage W_l; at full resolution, bilinearly magnified,
+ * Level l = 1, 2, ... takes 8 2^(l-1) <= |r| < 8 2^l at 1/2^l resolution, where the
+ * radius is again 4 to 8 px: the samples of a block and bin become one. Each level
+ * starts from T averaged down to it, T_l, and gives sums S_l with coverage W_l; at full
+ * resolution, bilinearly magnified,
  *
  *   w = T min(1, W_l / T_l),  out += S_l w / W_l,  T -= w
  *
- * The order is: near levels, coarse to fine; level 0; far levels, fine to coarse. Hidden
- * samples come once what is visible is done up to one level behind theirs: they fill only
- * what is left, and what is far behind shows through no gap that they close. Averaging down and magnifying widen a footprint by 4^l / 4 px^2 per axis (box
- * and tent), so its radius is shortened to keep the second moment r^2/4.
+ * The order is: near levels, coarse to fine; level 0; far levels, fine to coarse.
+ * Hidden samples come once what is visible is done up to one level behind theirs: they
+ * fill only what is left, and what is far behind shows through no gap that they close.
+ * Averaging down and magnifying widen a footprint by 4^l / 4 px^2 per axis (box and
+ * tent), so its radius is shortened to keep the second moment r^2/4.
  *
  * Work is cut into tiles of 64 x 32 px of the level; a tile is one thread's from its
  * first bin to its last, and the order of sums in it is fixed.
@@ -61,8 +62,8 @@
 
 /*
  * Levels of visible samples behind a hidden one that come before it. Last of all, as it
- * was once, a bright sky drew lines along every little step of a dark house before it: 28.7
- * and 35.2 dB. 0: posts -0.07; 2: 0.
+ * was once, a bright sky drew lines along every little step of a dark house before it:
+ * 28.7 and 35.2 dB. 0: posts -0.07; 2: 0.
  */
 enum { LEVELS_BEHIND = 1 };
 
@@ -398,9 +399,9 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
     c->n_tile = (size_t)(canvas->n_cells + canvas->n_planes) * RF_TILE_H * RF_TILE_W;
     c->tiles = rf_alloc(c->context, c->n_tile * (size_t)c->n_threads, sizeof(float));
     c->acc = rf_calloc(c->context, (size_t)c->n_threads, sizeof *c->acc);
-    c->factors = rf_slant_factors_make(c);
+    bool has_slants = rf_slants_init(c);
     float *acc = rf_calloc(c->context, n_acc * (size_t)c->n_threads, sizeof(float));
-    if (!c->tiles || !c->acc || !c->factors || !acc) {
+    if (!c->tiles || !c->acc || !has_slants || !acc) {
         rf_free(c->context, acc);
         rf_free(c->context, c->acc);
         c->acc = NULL;

@@ -5,10 +5,11 @@
  *
  *   row[x] += sum over dx of  F(dx, dy) c(x - dx)
  *
- * (times a factor, of a slanted surface) with zeros for c beyond the run, summed from one side to the other for every pixel:
- * it does not matter for the bits where the run is cut, as long as what reaches the
- * tile is there. An even footprint has F(dx, dy) = F(-dx, dy) = F(dx, -dy): what stands
- * to both sides of x is added up first, and rows above and below are the same.
+ * (times a factor, of a slanted surface) with zeros for c beyond the run, summed from
+ * one side to the other for every pixel: it does not matter for the bits where the run
+ * is cut, as long as what reaches the tile is there. An even footprint has F(dx, dy) =
+ * F(-dx, dy) = F(dx, -dy): what stands to both sides of x is added up first, and rows
+ * above and below are the same.
  */
 #include "base/math.h"
 #include "kernels/kernels.h"

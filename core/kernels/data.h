@@ -137,10 +137,10 @@ enum {
 typedef float rf_quad __attribute__((vector_size(16), aligned(4)));
 
 /*
- * The slope of a surface's radius, px per px, rounded: x' + RF_SLANT_ROW y' with the steps
- * x' to the right and y' down, from -RF_SLANT_STEPS to RF_SLANT_STEPS; 0: it is flat. The
- * slope of step i is RF_SLANT_HALF t / (1 - |t|) with t = i RF_SLANT_STEP: 0.02 of the
- * first, 1 of the last.
+ * The slope of a surface's radius, px per px, rounded: x' + RF_SLANT_ROW y' with the
+ * steps x' to the right and y' down, from -RF_SLANT_STEPS to RF_SLANT_STEPS; 0: it is
+ * flat. The slope of step i is RF_SLANT_HALF t / (1 - |t|) with t = i RF_SLANT_STEP:
+ * 0.02 of the first, 1 of the last.
  */
 enum {
     RF_SLANT_STEPS = 10,
@@ -150,9 +150,10 @@ enum {
 };
 #define RF_SLANT_HALF 0.24f
 #define RF_SLANT_STEP 0.08f
-#define RF_SLANT_LEAST 0.01f /* below it a slope is rounded to 0 */
 
-/* A sample ready to be spread: pixel of its level, slant, footprint, coverage, light. */
+/*
+ * A sample ready to be spread: pixel of its level, slant, footprint, coverage, light.
+ */
 struct rf_splat {
     int32_t x;
     int32_t y : 22;
@@ -165,8 +166,8 @@ struct rf_splat {
 /*
  * Splats of the surfaces of pixels side by side as they are: where the first lies in
  * its tile. 64 bits: slot << 16 | x << 48 | y << 56 | other, where the last is 0 for
- * one flat surface, rf_packed_run() for n of one slant, or, for a splat of another kind,
- * 1 + its index.
+ * one flat surface, rf_packed_run() for n of one slant, or, for a splat of another
+ * kind, 1 + its index.
  */
 typedef uint64_t rf_packed;
 
@@ -268,8 +269,8 @@ struct rf_spread_sums {
         common_rows; /* a bit for each row that the common one holds something of */
     float share[RF_MAX_CELLS]; /* of each cell in what is common */
     /*
-     * [slant][cell], from -RF_MOST_SLANT on, of cells and what is common: what light and
-     * coverage of a slanted surface are multiplied by.
+     * [slant][cell], from -RF_MOST_SLANT on, of cells and what is common: what light
+     * and coverage of a slanted surface are multiplied by.
      */
     const float *factors;
     int reach; /* px that the footprints of the bin reach at the most */

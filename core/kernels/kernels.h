@@ -46,9 +46,10 @@ struct rf_kernels {
     void (*find_above)(const float *v, float limit, int n, uint64_t *bits);
     /*
      * The slants of n pixels, rounded up to eight in `out`, from radii in the rows two
-     * above them to two below; two values before and after are read. Is any not 0?
+     * above them to two below; two values before and after are read. 0 of slopes up to
+     * `least`, px per px. Is any not 0?
      */
-    bool (*find_slants)(const float *const rows[5], int n, int16_t *out);
+    bool (*find_slants)(const float *const rows[5], float least, int n, int16_t *out);
     /*
      * Saturating sum: w = min(coverage, t); sum += colour w / coverage; t -= w. Clears
      * the accumulator.

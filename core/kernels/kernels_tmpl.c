@@ -7,9 +7,9 @@
  *   flush    w = T f(acc_w / T),  sum_p += acc_p w / acc_w,  T -= w
  *
  * with f(x) = min(x, 1), but for a ramp from 0.9 at x = 0.9 to 1 at x = 0.95: a curved
- * surface covers pixels to 95 % only, and the rest must not be let through to
- * what lies behind (worth 0.5 dB on a house before a sky, 1.2 on columns, -0.1 on plane; a
- * wider ramp moves the edges of mattes by 0.1 and costs plane 0.3).
+ * surface covers pixels to 95 % only, and the rest must not be let through to what lies
+ * behind (worth 0.5 dB on a house before a sky, 1.2 on columns, -0.1 on plane; a wider
+ * ramp moves the edges of mattes by 0.1 and costs plane 0.3).
  *
  * Preconditions: segments are padded with zero weights to eight lanes; a footprint
  * reaches at most RF_TILE_HALO px from its middle, which lies at most 9 px beside its

@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Slopes of the radius, rounded; part of kernels_tmpl.c. compose/slants.h says what for. */
+/*
+ * Slopes of the radius, rounded; part of kernels_tmpl.c. compose/slants.h says what
+ * for.
+ */
 #include "kernels/kernels.h"
 #include "kernels/vector.h"
 
 typedef int16_t vs __attribute__((vector_size(16), aligned(2)));
 
 /*
- * Two differences in turn are of one slope if they differ by less than ALIKE of the larger
- * and SLACK px, and that is below MOST px. Ours; ALIKE 0.25 and 1, SLACK 0.1: within 0.05 dB.
- * MOST: 0.25 loses 0.4 dB on a house, 0.7 on a bridge.
+ * Two differences in turn are of one slope if they differ by less than ALIKE of the
+ * larger and SLACK px, and that is below MOST px. Ours; ALIKE 0.25 and 1, SLACK 0.1:
+ * within 0.05 dB. MOST: 0.25 loses 0.4 dB on a house, 0.7 on a bridge.
  */
 #define SLANT_ALIKE SPLAT(0.5f)
 #define SLANT_SLACK SPLAT(0.02f)
@@ -28,8 +31,10 @@ static inline __attribute__((always_inline)) struct slope slope_between(vf a, vf
                               (larger < SLANT_MOST)};
 }
 
-/* The slope across the third of five radii or, where an edge passes beside it, on one side
- * of it; 0: there is none. Four differences of them. */
+/*
+ * The slope across the third of five radii or, where an edge passes beside it, on one
+ * side of it; 0: there is none. Four differences of them.
+ */
 static inline __attribute__((always_inline)) vf slope_at(const vf d[4])
 {
     const struct slope before = slope_between(d[0], d[1]);
@@ -49,19 +54,23 @@ static inline __attribute__((always_inline)) vi slope_steps(vf g)
     return (vi)(t + whole) - (vi)whole;
 }
 
-/* Eight slants from the differences along x and y. */
-static inline __attribute__((always_inline)) vi slants_of(vf d[2][4])
+/* Eight slants from the differences along x and y; 0 of slopes of `least` and less. */
+static inline __attribute__((always_inline)) vi slants_of(vf d[2][4], vf least)
 {
     vf most = vabs(d[0][0]);
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 4; i++)
             most = vmax(most, vabs(d[k][i]));
-    if (!lane_bits(most > SPLAT(RF_SLANT_LEAST)))
+    if (!lane_bits(most > least))
         return (vi){0};
-    return slope_steps(slope_at(d[1])) * RF_SLANT_ROW + slope_steps(slope_at(d[0]));
+    vf right = slope_at(d[0]), down = slope_at(d[1]);
+    vi is_slanted = vmax(vabs(right), vabs(down)) > least;
+    return is_slanted & (slope_steps(down) * RF_SLANT_ROW + slope_steps(right));
 }
 
-/* Radii of m pixels from x on in each of the five rows and of each of the five columns. */
+/*
+ * Radii of m pixels from x on in each of the five rows and of each of the five columns.
+ */
 static inline __attribute__((always_inline)) void
 radius_steps(const float *const rows[5], int x, int m, vf d[2][4])
 {
@@ -76,13 +85,13 @@ radius_steps(const float *const rows[5], int x, int m, vf d[2][4])
             d[k][i] = r[k][i + 1] - r[k][i];
 }
 
-static bool find_slants(const float *const rows[5], int n, int16_t *out)
+static bool find_slants(const float *const rows[5], float least, int n, int16_t *out)
 {
     vi any = {0};
     for (int x = 0; x < n; x += LANES) {
         vf d[2][4];
         radius_steps(rows, x, n - x, d);
-        vi found = slants_of(d);
+        vi found = slants_of(d, SPLAT(least));
         vs part = __builtin_convertvector(found, vs);
         memcpy(out + x, &part, sizeof part);
         any |= found;

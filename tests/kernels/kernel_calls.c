@@ -270,7 +270,8 @@ static void call_slants(const struct rf_kernels *k, struct workspace *w, int var
                          (float)(x / 37 + y / 3 * (x / 90));
     }
     for (int n = 1; n <= 300; n += 13)
-        out[320 * n + 319] = k->find_slants(rows, n + variant, out + 320 * n);
+        out[320 * n + 319] =
+            k->find_slants(rows, 0.02f * (float)variant, n + variant, out + 320 * n);
 }
 
 /* Slanted planes with a step between them, and more noise from left to right. */

@@ -10,10 +10,11 @@
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
  *      belong to the nearest of k Vogel points
- *   -  with several cells, a surface of the slope g is multiplied by 1 + m . g, m a cell's
- *      middle and g rounded: i = t / 0.08 with t = g / (0.24 + |g|); g is the mean of two
- *      differences of radii in turn, about the pixel or on one side of it, that differ by
- *      less than half of the larger + 0.02 px, below 1 px
+ *   -  with several cells, a surface of the slope g is multiplied by 1 + m . g, m a
+ *      cell's middle and g rounded, but where that changes no cell by more than 0.02: i =
+ *      t / 0.08 with t = g / (0.24 + |g|); g is the mean of two differences of radii in
+ *      turn, about the pixel or on one side of it, that differ by less than half of the
+ *      larger + 0.02 px, below 1 px
  *   -  bins floor(r / 2 px), near to far: w = T f(W / T), out += colour w / W, T -= w,
  *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
  *      covered
@@ -124,7 +125,7 @@ static bool is_slope(const double *at, int step, int n, int x, int k, double *sl
     return *apart < larger / 2 + 0.02 && larger < 1;
 }
 
-/* The slope at place x of a line, rounded. */
+/* The slope at place x of a line. */
 static double slope_at(const double *at, int step, int n, int x)
 {
     double slope, beside[2], apart[2];
@@ -136,6 +137,11 @@ static double slope_at(const double *at, int step, int n, int x)
         slope = is_after && (!is_before || apart[1] < apart[0]) ? beside[1]
                 : is_before                                     ? beside[0]
                                                                 : 0;
+    return slope;
+}
+
+static double rounded(double slope)
+{
     double t = rint(slope / (0.24 + fabs(slope)) / 0.08) * 0.08;
     return 0.24 * t / (1 - fabs(t));
 }
@@ -146,12 +152,17 @@ static void find_factors(const struct model *m, double middle[][2], int x, int y
 {
     const double *r = m->radius;
     double along = slope_at(r + y * m->width, 1, m->width, x);
-    double down = slope_at(r + x, m->width, m->height, y);
+    double down = slope_at(r + x, m->width, m->height, y), most = 0;
+    for (int c = 0; c < m->n_cells; c++)
+        most = fmax(most, hypot(middle[c][0], middle[c][1]));
+    bool is_flat = m->n_cells == 1 || fabs(r[y * m->width + x]) < 0.25 ||
+                   fmax(fabs(along), fabs(down)) <= 0.02 / most;
+    along = rounded(along);
+    down = rounded(down);
     for (int c = 0; c < m->n_cells; c++)
         factor[c] =
-            m->n_cells == 1 || fabs(r[y * m->width + x]) < 0.25
-                ? 1
-                : limited(1 + middle[c][0] * along - middle[c][1] * down, 0.3, 3);
+            is_flat ? 1
+                    : limited(1 + middle[c][0] * along - middle[c][1] * down, 0.3, 3);
 }
 
 /* weights[cell][dy][dx] of radius r, total 1; also each cell's share. */

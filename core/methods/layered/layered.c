@@ -10,15 +10,16 @@
  * - highlights, but for parts of something large: their light is taken out and added
  * at the end, each with the exact shape that things before it leave (highlights_add.c)
  * - hidden: background that only the lens can see is estimated (hidden.c)
- * - composite: samples near to far, then the hidden ones (composite.c), those of slanted
+ * - composite: samples near to far, then the hidden ones (composite.c); slanted
  * surfaces as each cell of the lens sees them (slants.c)
  * - smooth: a smooth surface near the focus has no holes (smooth.c)
  * - gaps: what is still open looks like the pixels around (gaps.c)
  *
  * Ours; reading: Kosloff 2009 (spreading), Lee, Eisemann and Seidel 2009 (layers), the
  * coverage partition of deep compositing. Approximates: one hidden surface behind each
- * pixel; surfaces without slope within a cell of the lens; bins of 2 px of radius; radii above 8 px at a reduced
- * resolution. Mirrors and glass are blurred by the depth of their surface.
+ * pixel; surfaces without slope within a cell of the lens; bins of 2 px of radius;
+ * radii above 8 px at a reduced resolution. Mirrors and glass are blurred by the depth
+ * of their surface.
  */
 #include "methods/layered/layered.h"
 
