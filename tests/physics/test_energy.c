@@ -251,6 +251,26 @@ static void a_bright_sky_reaches_the_border(void)
     }
 }
 
+/* The same of a sky to the left that is narrower than it is blurred, and than the wall. */
+static void a_narrow_sky_reaches_the_border(void)
+{
+    enum { WIDE = 60, SKY_PX = 90 };
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    struct frame f = frame_make(200, 120, 3);
+    for (int y = 0; y < f.height; y++)
+        for (int x = 0; x < f.width; x++) {
+            f.depth[y * f.width + x] = x < WIDE ? plain_depth(SKY_PX) : PLAIN_FOCUS;
+            for (int n = 0; n < 3; n++)
+                frame_at(&f, f.colour, x, y)[n] = x < WIDE ? 9 : 0.05f;
+        }
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    for (int x = 0; x < WIDE - 8; x++)
+        for (int y = 0; y < f.height; y++)
+            CHECK_NEAR(frame_at(&f, f.out, x, y)[1], 9, 0.2);
+    frame_free(&f);
+}
+
 /* What is seen of a lamp that the border cuts shines, and what continues it does not. */
 static void a_lamp_at_the_border_is_no_bar(void)
 {
@@ -294,6 +314,7 @@ int main(int argc, char **argv)
     TEST(a_slanted_thing_has_no_cracks);
     TEST(a_bright_window_goes_on_behind_an_edge);
     TEST(a_bright_sky_reaches_the_border);
+    TEST(a_narrow_sky_reaches_the_border);
     TEST(a_lamp_at_the_border_is_no_bar);
     return testing_end();
 }
