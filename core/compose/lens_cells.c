@@ -6,6 +6,7 @@
 #include "compose/lens_cells.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -160,18 +161,30 @@ void rf_lens_cells_middle(const struct rf_lens_cells *cells,
     }
 }
 
+/*
+ * Two lie side by side, three around the middle, one on top: as floors slant down, that
+ * gains 0.4 dB (plane) over Vogel's three, 0.02 to 0.05 elsewhere. Four around the middle
+ * gain 0.2 (plane) and 0.05 (portrait), and lose 0.1 on a house and on looks.
+ */
+static void place_site(int i, int n, double site[2])
+{
+    const double low = sqrt(0.75);
+    const double around[2][3][2] = {{{1, 0}, {-1, 0}},
+                                    {{0, 1}, {-low, -0.5}, {low, -0.5}}};
+    double rho = sqrt((i + 0.5) / n), theta = 2.399963 * i;
+    bool is_around = n == 2 || n == 3;
+    site[0] = is_around ? 0.5 * around[n - 2][i][0] : rho * cos(theta);
+    site[1] = is_around ? 0.5 * around[n - 2][i][1] : rho * sin(theta);
+}
+
 void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shape,
                         int n)
 {
     *cells = (struct rf_lens_cells){.n = n};
-    for (int i = 0; i < n; i++) {
-        double rho = n == 1 ? 0 : sqrt((i + 0.5) / n), theta = 2.399963 * i;
-        if (n == 2) { /* side by side */
-            rho = 0.5;
-            theta = RF_PI * i;
-        }
-        cells->site[i][0] = rho * cos(theta) * shape->size[0];
-        cells->site[i][1] = rho * sin(theta) * shape->size[1];
+    for (int i = 0; i < n && n > 1; i++) {
+        place_site(i, n, cells->site[i]);
+        for (int k = 0; k < 2; k++)
+            cells->site[i][k] *= shape->size[k];
     }
     measure_shares(cells, shape, MAX_LINES);
 }

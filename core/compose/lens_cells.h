@@ -8,7 +8,8 @@
 
 /*
  * The sub-apertures: the lens is cut into k cells whose visibility is kept apart. The
- * sites are Vogel's points, but two stand side by side; a cell is what lies nearest to
+ * sites are Vogel's points, but two or three lie around the middle; a
+ * cell is what lies nearest to
  * its site, less `weight` (0 where no look has moved it).
  */
 struct rf_lens_cells {

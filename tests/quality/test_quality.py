@@ -80,11 +80,16 @@ def test_a_pixel_of_one_surface_keeps_its_depth(scores):
 
 
 def test_textures_go_on_beyond_the_border(scores):
-    # Where edge pixels are repeated plane has 40.7 dB, ortho 41.8, macro 31.4, posts 35.3.
-    assert scores["plane"]["k4"] >= 45.2
+    # Where edge pixels are repeated ortho has 41.8 dB, macro 31.4, posts 35.3, plane 40.7.
     assert scores["ortho"]["k4"] >= 42.2
-    assert scores["macro"]["k4"] >= 31.5
+    assert scores["macro"]["k4"] >= 31.6
     assert scores["posts"]["k4"] >= 35.4
+
+
+def test_slanted_surfaces_cover_what_each_cell_sees(scores):
+    # Without slants plane has 45.3 dB, portrait 36.1.
+    assert scores["plane"]["k4"] >= 45.6
+    assert scores["portrait"]["k4"] >= 36.2
 
 
 @pytest.mark.parametrize("scene", MANIFEST)

@@ -9,7 +9,7 @@
  *      the edge differs from m; or its own line's colour, mirrored, and no more
  *   -  a sample of radius r is deposited at (x + u r, y - v r) for a dense grid of lens
  *      points (u, v) inside the aperture, with 4 x 4 Catmull-Rom weights; lens points
- *      belong to the nearest of k Vogel points
+ *      belong to the nearest of k Vogel points, of three to that around the middle
  *   -  with several cells, a surface of the slope g is multiplied by 1 + m . g, m a
  *      cell's middle and g rounded, but where that changes no cell by more than 0.02: i =
  *      t / 0.08 with t = g / (0.24 + |g|); g is the mean of two differences of radii in
@@ -52,12 +52,17 @@ static bool is_inside(const struct model *m, double u, double v)
     return hypot(x, v) * cos(off_middle) < cos(step / 2);
 }
 
+/* Three sites lie around the middle, the first on top. */
 static int nearest_site(const struct model *m, double u, double v)
 {
-    int best = 0;
+    int best = 0, n = m->n_cells;
     double best_d = INFINITY;
-    for (int i = 0; i < m->n_cells; i++) {
-        double rho = sqrt((i + 0.5) / m->n_cells), theta = 2.399963 * i;
+    for (int i = 0; i < n; i++) {
+        double rho = sqrt((i + 0.5) / n), theta = 2.399963 * i;
+        if (n == 3) {
+            rho = 0.5;
+            theta = 2 * PI * i / n + PI / 2;
+        }
         double d = hypot(u - rho * cos(theta), v - rho * sin(theta));
         if (d < best_d) {
             best_d = d;
@@ -492,6 +497,7 @@ static void two_surfaces(void)
 static void slopes_and_patches(void)
 {
     compare((struct model){.n_cells = 1, .ratio = 1}, 2, 5, 64);
+    compare((struct model){.n_cells = 3, .ratio = 1}, 2, 5, 64);
     compare((struct model){.n_cells = 4, .ratio = 1}, 2, 5, 64);
     compare((struct model){.n_cells = 4, .blades = 7, .ratio = 1}, 3, 4, 64);
 }
