@@ -42,6 +42,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/close_insides.h"
 #include "compose/coarse_levels.h"
 #include "compose/composer.h"
 #include "compose/composite_tiles.h"
@@ -77,15 +78,15 @@ static bool has_samples(const struct rf_group *g)
     return false;
 }
 
-/* A group of level 0, whose tiles the threads share. */
-struct full_tiles {
+/* A group whose tiles, or the canvas' after it, the threads share. */
+struct group_tiles {
     const struct rf_composer *c;
     const struct rf_group *g;
 };
 
 static void run_full_tiles(void *data, int64_t begin, int64_t end, int thread)
 {
-    const struct full_tiles *t = data;
+    const struct group_tiles *t = data;
     struct rf_task *task = t->c->scene->task;
     for (int i = (int)begin; i < (int)end && !rf_task_is_cancelled(task); i++) {
         rf_run_full_tile(t->c, t->g, i, thread);
@@ -93,19 +94,40 @@ static void run_full_tiles(void *data, int64_t begin, int64_t end, int thread)
     }
 }
 
+/* Closes the insides of surfaces up to the end of a coarse level, which is in the canvas. */
+static void close_tiles(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct group_tiles *t = data;
+    const struct rf_composer *c = t->c;
+    float inner = rf_level_from(&c->levels, t->g->level, t->g->is_near);
+    float outer = c->levels.limit[t->g->is_near][t->g->level];
+    float from = t->g->is_near ? -2 * outer : inner / 2;
+    for (int i = (int)begin; i < (int)end; i++) {
+        struct rf_tile_state state = rf_canvas_tile(c, i);
+        if (c->canvas.is_begun[i])
+            rf_close_insides(c, i % c->canvas.n_x, i / c->canvas.n_x, from,
+                             t->g->is_near ? -inner : outer, &state);
+    }
+}
+
 static rf_result run_group(struct rf_composer *c, const struct rf_group *g,
-                           double progress_to, struct rf_error *error)
+                           bool is_visible, double progress_to, struct rf_error *error)
 {
     struct rf_task *task = c->scene->task;
     const struct rf_group full = rf_group_make(c, 0, false);
     const int64_t n_tiles = (int64_t)g->n_x * g->n_y;
+    struct group_tiles tiles = {c, g};
     if (rf_task_is_cancelled(task) || !has_samples(g))
         return RF_OK;
     rf_task_phase(task, progress_to,
                   n_tiles + (g->level ? (int64_t)full.n_x * full.n_y : 0));
-    if (g->level > 0)
-        return rf_run_level(c, g, error);
-    struct full_tiles tiles = {c, g};
+    if (g->level > 0) {
+        rf_result result = rf_run_level(c, g, error);
+        if (result == RF_OK && is_visible && c->scene->insides)
+            rf_parallel(c->context, (int64_t)full.n_x * full.n_y, RF_EQUAL_PARTS,
+                        close_tiles, &tiles);
+        return result;
+    }
     rf_parallel(c->context, n_tiles, 1, run_full_tiles, &tiles);
     return RF_OK;
 }
@@ -178,8 +200,8 @@ static rf_result run_sets(struct rf_composer *c, const struct set sets[2],
     rf_result result = RF_OK;
     for (int i = 0; i < n && result == RF_OK; i++) {
         int k = next_set(sets, at);
-        result =
-            run_group(c, &sets[k].groups.at[at[k]++], from + (i + 1) * room / n, error);
+        result = run_group(c, &sets[k].groups.at[at[k]++], k == 0,
+                           from + (i + 1) * room / n, error);
     }
     return result;
 }

@@ -9,6 +9,7 @@
 
 #include "base/math.h"
 #include "base/parallel.h"
+#include "compose/close_insides.h"
 #include "compose/composer.h"
 #include "compose/footprint.h"
 #include "compose/levels.h"
@@ -121,6 +122,9 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
         has_sharp |= is_reached && is_near_focus(g, b);
         if (has_sharp && g->first_bin + b == 0)
             rf_close_smooth(c, tx, ty, state);
+        float end = (float)(RF_BIN_PX * (g->first_bin + b + 1));
+        if (is_reached && g->level == 0)
+            rf_close_insides(c, tx, ty, end - 2 * RF_BIN_PX, end, state);
         if (is_reached && rf_is_used_up(state, c->canvas.n_cells))
             return;
     }

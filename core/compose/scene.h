@@ -73,6 +73,8 @@ struct rf_occluders {
     float lens[2], shift_scale, shift_bias; /* as in struct rf_work_view */
 };
 
+struct rf_insides;
+
 struct rf_scene {
     const struct rf_frame *frame;
     int width, height; /* with the border */
@@ -83,7 +85,8 @@ struct rf_scene {
      * 0; and what its radii are more than the samples', px. */
     int colour;
     float radius_shift;
-    bool is_opaque;  /* every alpha is 1: it needs no sums */
+    bool is_opaque;                   /* every alpha is 1: it needs no sums */
+    const struct rf_insides *insides; /* of the visible surfaces; NULL: not known */
     bool fills_gaps; /* what samples leave open looks like the pixels around */
     int n_phases;    /* sub-pixel positions per axis; 1: samples lie on pixel centres */
     struct rf_drift drift;     /* of the samples' footprints */

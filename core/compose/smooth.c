@@ -4,8 +4,8 @@
  * have different radii and cover each other to 85 or 95 % only, and what lies far
  * behind would shine through in specks and contour lines. No lens sees past an edge
  * that is farther than the radius: a pixel is closed that is whole, as are those around
- * it, if their radii are small and it does not stand before them, and what is left of
- * it shows its own colour.
+ * it, if their radii are small, and what is left of it shows its own colour or, where it
+ * stands before them, theirs.
  */
 #include "compose/smooth.h"
 
@@ -26,9 +26,13 @@
 static const float MOST_PX = 1.5f;
 /* Between the least and the largest of 3 x 3 radii. 0; 0. */
 static const float MOST_RANGE_PX = 1.5f;
-/* Nearer by more than the mean of two pixels to both sides is a thing of its own. 0; 0:
- * few of these scenes have things as thin. */
-static const float MOST_BEFORE_PX = 0.15f;
+/* Nearer by more than the mean of two pixels to both sides it stands before them, and
+ * what is left of it shows theirs. 0; 0: few of these scenes have things as thin. */
+static const float MOST_OWN_PX = 0.15f;
+/* By more than that it is a thing of its own, behind which anything may lie. At 0.15, as
+ * it was once, a surface in focus whose depth is rough by 0.1 px lets a sky through in 1 %
+ * of its pixels. */
+static const float MOST_BEFORE_PX = 1;
 
 enum { N_AROUND = RF_TILE_W + 2 }; /* pixels of a tile's row, and those beside it */
 
@@ -68,7 +72,9 @@ static float most_opposite(const float *const r[3], int x)
     return most_of(straight, r[0][x] + r[2][x + 2], r[0][x + 2] + r[2][x]);
 }
 
-/* 1 for each of n pixels that is closed; rows and columns begin one before the first,
+enum { OPEN, OWN, BESIDE }; /* what the rest of a pixel shows */
+
+/* What each of n pixels is closed with; rows and columns begin one before the first,
  * and all radii are more by `shift`. */
 static bool find_closed(const struct rows *rows, const struct columns *v, float shift,
                         int n, unsigned char *closed)
@@ -79,25 +85,35 @@ static bool find_closed(const struct rows *rows, const struct columns *v, float 
         float most = most_of(v->most[x], v->most[x + 1], v->most[x + 2]);
         float share = least_of(v->share[x], v->share[x + 1], v->share[x + 2]);
         float before = most_opposite(rows->radius, x) / 2 - rows->radius[1][x + 1];
-        closed[x] = (least >= -MOST_PX - shift) & (most <= MOST_PX - shift) &
-                    (share >= 1) & (most - least <= MOST_RANGE_PX) &
-                    (before <= MOST_BEFORE_PX);
-        any |= closed[x];
+        bool is_closed = (least >= -MOST_PX - shift) & (most <= MOST_PX - shift) &
+                         (share >= 1) & (most - least <= MOST_RANGE_PX) &
+                         (before <= MOST_BEFORE_PX);
+        closed[x] = !is_closed ? OPEN : before > MOST_OWN_PX ? BESIDE : OWN;
+        any |= is_closed;
     }
     return any;
 }
 
-/* Gives what is left of the closed pixels of a row their own colour. */
+/* A colour of a pixel, or the mean of the four beside it. */
+static float colour_at(const struct rf_surface *own, size_t width, int p, int shown)
+{
+    return shown == OWN ? own->c[p]
+                        : 0.25f * (own[-1].c[p] + own[1].c[p] + (own - width)->c[p] +
+                                   own[width].c[p]);
+}
+
+/* Gives what is left of the closed pixels of a row its colour. */
 static void close_row(const struct rf_scene *scene, const struct rf_surface *own,
                       const unsigned char *closed, int n, float *t, float *sum,
                       size_t plane)
 {
+    const size_t width = (size_t)scene->width;
     for (int x = 0; x < n; x++) {
-        if (!closed[x] || !(t[x] > 0))
+        if (closed[x] == OPEN || !(t[x] > 0))
             continue;
         for (int p = 0; p < scene->n_colours; p++)
             sum[plane * (size_t)p + (size_t)x] +=
-                t[x] * own[x].c[scene->first_colour + p];
+                t[x] * colour_at(&own[x], width, scene->first_colour + p, closed[x]);
         sum[plane * (size_t)scene->n_colours + (size_t)x] += t[x];
         t[x] = 0;
     }

@@ -161,7 +161,7 @@ static void list_blocks(const struct rf_hidden_search *search, int bx, int by,
         return;
     double reach_px = room * fmax(search->extent[0], search->extent[1]);
     int reach = (int)fmin(ceil(reach_px), MAX_REACH) / BLOCK + 1;
-    if (!rf_hidden_has_rough(search, bx, by, reach))
+    if (!rf_hidden_has_rough(search->blocks, search->n_x, search->n_y, bx, by, reach))
         return;
     memset(scratch->n_of_ring, 0, sizeof scratch->n_of_ring);
     int x0 = rf_max_int(bx - reach, 0);
@@ -656,7 +656,11 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
     rf_free(context, scratch);
     rf_free(context, search.highest);
     rf_free(context, search.rough);
-    rf_free(context, search.blocks);
+    estimates->insides =
+        (struct rf_insides){.blocks = search.blocks,
+                            .n_x = search.n_x,
+                            .n_y = search.n_y,
+                            .extent = (float)fmax(search.extent[0], search.extent[1])};
     rf_free(context, own);
     return result;
 }
@@ -665,6 +669,8 @@ void rf_estimates_free(struct rf_estimates *e, const struct rf_context *context)
 {
     rf_free(context, e->found);
     rf_free(context, e->at);
+    rf_free(context, e->insides.blocks);
+    e->insides.blocks = NULL;
     e->found = NULL;
     e->at = NULL;
 }

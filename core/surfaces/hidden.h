@@ -11,6 +11,7 @@
 #include "base/task.h"
 #include "input/frame.h"
 #include "kernels/data.h"
+#include "surfaces/insides.h"
 #include "rackfocus/rackfocus.h"
 
 /*
@@ -24,6 +25,7 @@ struct rf_known {
 
 /* What lies behind the near surfaces of a picture, where that was found. */
 struct rf_estimates {
+    struct rf_insides insides;
     int width;             /* of the picture */
     struct rf_surface *at; /* packed */
     uint8_t *found;        /* a bit for each pixel, rows in whole bytes and some more */

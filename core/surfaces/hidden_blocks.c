@@ -104,18 +104,18 @@ static void sum_rough(struct rf_hidden_search *search)
     }
 }
 
-static int rough_before(const struct rf_hidden_search *search, int x, int y)
+static int rough_before(const struct rf_hidden_facts *blocks, int n_x, int x, int y)
 {
-    return x > 0 && y > 0 ? search->blocks[(y - 1) * search->n_x + x - 1].n_rough : 0;
+    return x > 0 && y > 0 ? blocks[(y - 1) * n_x + x - 1].n_rough : 0;
 }
 
-bool rf_hidden_has_rough(const struct rf_hidden_search *search, int bx, int by,
-                         int reach)
+bool rf_hidden_has_rough(const struct rf_hidden_facts *blocks, int n_x, int n_y, int bx,
+                         int by, int reach)
 {
-    int x0 = rf_max_int(bx - reach, 0), x1 = rf_min_int(bx + reach + 1, search->n_x);
-    int y0 = rf_max_int(by - reach, 0), y1 = rf_min_int(by + reach + 1, search->n_y);
-    return rough_before(search, x1, y1) - rough_before(search, x0, y1) -
-               rough_before(search, x1, y0) + rough_before(search, x0, y0) >
+    int x0 = rf_max_int(bx - reach, 0), x1 = rf_min_int(bx + reach + 1, n_x);
+    int y0 = rf_max_int(by - reach, 0), y1 = rf_min_int(by + reach + 1, n_y);
+    return rough_before(blocks, n_x, x1, y1) - rough_before(blocks, n_x, x0, y1) -
+               rough_before(blocks, n_x, x1, y0) + rough_before(blocks, n_x, x0, y0) >
            0;
 }
 

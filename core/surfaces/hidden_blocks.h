@@ -69,9 +69,9 @@ static inline int rf_hidden_n_areas(int n_blocks)
     return (n_blocks + RF_HIDDEN_AREA - 1) / RF_HIDDEN_AREA;
 }
 
-/* Is one of the blocks within `reach` blocks of block (bx, by) rough? */
-bool rf_hidden_has_rough(const struct rf_hidden_search *search, int bx, int by,
-                         int reach);
+/* Is one of the n_x x n_y blocks within `reach` blocks of block (bx, by) rough? */
+bool rf_hidden_has_rough(const struct rf_hidden_facts *blocks, int n_x, int n_y, int bx,
+                         int by, int reach);
 
 /* Fills the rows of radii (if they are not at hand) and all that is known of blocks. */
 void rf_hidden_measure(struct rf_hidden_search *search, bool has_radii);

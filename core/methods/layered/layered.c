@@ -158,6 +158,7 @@ static rf_result run(struct layered *state, struct rf_work *work,
         .n_phases = 1,
         .is_opaque =
             view->survey ? view->survey->n_transparent == 0 : !state->picture.has_alpha,
+        .insides = state->hidden.insides.blocks ? &state->hidden.insides : NULL,
         .fills_gaps = params->fill_hidden,
         .highlights = {state->picture.highlights, state->picture.n_highlights},
         .n_views = 1,
@@ -187,7 +188,7 @@ static rf_result run(struct layered *state, struct rf_work *work,
 rf_result rf_layered_run(struct rf_work *work, struct rf_error *error)
 {
     const struct rf_context *context = work->frame->context;
-    struct layered state = {.hidden = {0}};
+    struct layered state = {.hidden = {.width = 0}};
     rf_result result = run(&state, work, error);
     rf_estimates_free(&state.hidden, context);
     rf_picture_free(&state.picture);
