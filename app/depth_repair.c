@@ -89,6 +89,7 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         .stats = *stats,
         .is_mixed = stats->is_mixed,
         .is_premultiplied = stats->is_premultiplied,
+        .is_speckled = is_distance && params->depth_scale > 0 && stats->is_speckled,
         .is_widened = is_distance && params->depth_scale > 0 && stats->is_widened &&
                       !stats->is_mixed,
         .is_negative = is_distance && params->depth_scale > 0 &&
@@ -116,7 +117,9 @@ const char *depth_fault(const struct depth_findings *found)
         return "multiplied by alpha";
     if (found->is_mixed)
         return "anti-aliased";
-    return found->is_widened ? "wider than what is seen" : NULL;
+    if (found->is_widened)
+        return "wider than what is seen";
+    return found->is_speckled ? "missing in pixels scattered as fog has them" : NULL;
 }
 
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)
@@ -198,6 +201,9 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
 bool depth_move_edges(const struct depth_findings *found,
                       struct rf_depth_channel *channel, struct depth_repaired *repaired)
 {
+    if (found->is_speckled &&
+        rf_depth_fill(NULL, channel, &repaired->n_filled, NULL) != RF_OK)
+        return false;
     if (found->is_mixed)
         return rf_depth_snap(NULL, channel, &repaired->n_snapped, NULL) == RF_OK;
     return !found->is_widened || rf_depth_narrow(NULL, channel, &found->stats,
@@ -245,7 +251,8 @@ bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_byte
     if (!depth_undo(&found, picture->params->depth_infinity, picture->views,
                     picture->n_views, &repaired))
         return set_error(error, "%s: out of memory", image_path(source->depth));
-    const size_t n = repaired.n_divided + repaired.n_snapped + repaired.n_narrowed;
+    const size_t n = repaired.n_divided + repaired.n_snapped + repaired.n_narrowed +
+                     repaired.n_filled;
     if (n > 0)
         snprintf(remark, n_bytes, "the depth was %s; %zu pixels were mended",
                  depth_fault(&found), n);

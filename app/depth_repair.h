@@ -19,8 +19,9 @@ enum depth_repair { DEPTH_REPAIR_AUTO, DEPTH_REPAIR_OFF };
 /* What is seen in a depth, and what filter would do about it. */
 struct depth_findings {
     struct rf_depth_stats stats;
-    bool is_premultiplied, is_mixed, is_widened; /* and is a distance */
-    bool is_half;                                /* 16 bit */
+    /* And is a distance. */
+    bool is_premultiplied, is_mixed, is_widened, is_speckled;
+    bool is_half;        /* 16 bit */
     double half_step_px; /* largest step of the radius that 16 bit make, 0: unknown */
     bool is_mist;        /* the channel's name says so */
     bool is_kind_open;   /* nobody said which kind of depth it is */
@@ -51,13 +52,14 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
 /* Why the depth may not be what is meant, into `text`; false: there is no doubt. */
 bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes);
 
-/* Pixels that were divided by alpha, given the depth of one side, and of what they show. */
+/* Pixels that were divided by alpha, given the depth of one side, of what they show, and
+ * of the surface that they are holes in. */
 struct depth_repaired {
-    size_t n_divided, n_snapped, n_narrowed;
+    size_t n_divided, n_snapped, n_narrowed, n_filled;
 };
 
-/* Moves the edges of a depth to those of what is seen, where these were found to
- * differ. Adds to *repaired. False without memory. */
+/* Fills holes of a depth and moves its edges to those of what is seen, where these were
+ * found to differ. Adds to *repaired. False without memory. */
 bool depth_move_edges(const struct depth_findings *found,
                       struct rf_depth_channel *channel,
                       struct depth_repaired *repaired);

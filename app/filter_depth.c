@@ -45,6 +45,14 @@ int filter_say_repaired(const struct run *run, const struct depth_findings *foun
                         "%s: the depth was multiplied by alpha; %zu pixels were "
                         "divided by it (--depth-repair off takes it as it is)",
                         path, repaired->n_divided);
+    if (found->is_speckled && code == APP_DONE)
+        code =
+            app_warn(host, run->error,
+                     "%s: %.0f %% of the depth of surfaces was missing, scattered as "
+                     "fog and other volumes do it; %zu pixels were given the depth "
+                     "of the surface around them (--depth-repair off takes it as it "
+                     "is)",
+                     path, 100 * found->stats.hole_share, repaired->n_filled);
     if (found->is_mixed && code == APP_DONE)
         code = app_warn(host, run->error,
                         "%s: the depth was anti-aliased; %zu pixels between two sides "

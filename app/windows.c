@@ -22,13 +22,14 @@
 #include "report.h"
 
 enum {
-    SURVEY_ROWS = 64,        /* counted at a time */
-    SURVEY_COLUMNS = 4096,   /* likewise */
-    LEAST_SIDE = 32,         /* of what a window is kept of */
-    MOST_ROWS = 4096,        /* of a strip */
-    CHUNK_BYTES = 8 << 20,   /* of the file, per thread, coming or going */
-    VIEW_BYTES = 2 << 20,    /* of each open file */
-    PROGRAM_BYTES = 24 << 20 /* the rest of the program */
+    SURVEY_ROWS = 64,         /* counted at a time */
+    SURVEY_COLUMNS = 4096,    /* likewise */
+    LEAST_SIDE = 32,          /* of what a window is kept of */
+    MOST_ROWS = 4096,         /* of a strip */
+    CHUNK_BYTES = 8 << 20,    /* of the file, per thread, coming or going */
+    VIEW_BYTES = 2 << 20,     /* of each open file */
+    PROGRAM_BYTES = 24 << 20, /* the rest of the program */
+    REPAIR_REACH = RF_DEPTH_SNAP_REACH + RF_DEPTH_FILL_REACH /* px */
 };
 
 struct rows {
@@ -47,8 +48,8 @@ struct windows {
     int32_t width, height, n_channels, step; /* strips end at multiples of step */
     struct rows rows;                        /* in memory, from the first on */
     float *colour[RF_MAX_VIEWS], *depth[RF_MAX_VIEWS]; /* of them, per view */
-    float *repaired; /* depth of one window; room for n_repaired */
-    size_t n_repaired;
+    float *repaired[RF_MAX_VIEWS]; /* depth of one window; room for n_repaired */
+    size_t n_repaired[RF_MAX_VIEWS];
     float *out; /* of one strip */
     struct rf_survey surveys[RF_MAX_VIEWS];
     int32_t kept_width, kept_height; /* of a window */
@@ -200,7 +201,8 @@ static struct rf_window with_margin(const struct windows *w,
                                     const struct rf_window *box)
 {
     const bool are_moved = w->found.is_mixed || w->found.is_widened;
-    const int32_t margin = are_moved ? RF_DEPTH_SNAP_REACH : 0;
+    const int32_t margin = (are_moved ? RF_DEPTH_SNAP_REACH : 0) +
+                           (w->found.is_speckled ? RF_DEPTH_FILL_REACH : 0);
     const int32_t x = most(box->x - margin, 0), y = most(box->y - margin, 0);
     return (struct rf_window){x, y, least(box->x + box->width + margin, w->width) - x,
                               least(box->y + box->height + margin, w->height) - y};
@@ -211,32 +213,33 @@ static struct rf_window with_margin(const struct windows *w,
 static bool repaired_depth(struct windows *w, int j, const struct rf_window *box,
                            struct rf_image *depth)
 {
-    struct depth_repaired repaired = {0};
+    struct depth_repaired done = {0};
     const struct rf_window whole = with_margin(w, box);
     const size_t row = (size_t)w->width, columns = (size_t)whole.width;
     const size_t n = columns * (size_t)whole.height;
-    if (n > w->n_repaired) {
-        free(w->repaired);
-        w->repaired = app_memory(n, sizeof(float), w->run->error);
-        w->n_repaired = w->repaired ? n : 0;
+    if (n > w->n_repaired[j]) {
+        free(w->repaired[j]);
+        w->repaired[j] = app_memory(n, sizeof(float), w->run->error);
+        w->n_repaired[j] = w->repaired[j] ? n : 0;
     }
+    float *repaired = w->repaired[j];
     const size_t first = (size_t)(whole.y - w->rows.first) * row + (size_t)whole.x;
-    for (int32_t y = 0; w->repaired && y < whole.height; y++)
-        memcpy(w->repaired + (size_t)y * columns, w->depth[j] + first + (size_t)y * row,
+    for (int32_t y = 0; repaired && y < whole.height; y++)
+        memcpy(repaired + (size_t)y * columns, w->depth[j] + first + (size_t)y * row,
                columns * sizeof(float));
     struct rf_depth_channel channel = {
-        w->repaired,
+        repaired,
         rf_image_packed(w->colour[j] + first * (size_t)w->n_channels, w->width,
                         whole.height, w->n_channels),
         whole.width, whole.height, w->run->params.depth_infinity};
     channel.colour.width = whole.width;
-    if (w->repaired && w->found.is_premultiplied)
+    if (repaired && w->found.is_premultiplied)
         rf_depth_divide_by_alpha(&channel);
-    if (!w->repaired || !depth_move_edges(&w->found, &channel, &repaired)) {
+    if (!repaired || !depth_move_edges(&w->found, &channel, &done)) {
         app_fail(w->run->error, APP_NO_MEMORY, "out of memory for a window");
         return false;
     }
-    *depth = rf_image_packed(w->repaired + (size_t)(box->y - whole.y) * columns +
+    *depth = rf_image_packed(repaired + (size_t)(box->y - whole.y) * columns +
                                  (size_t)(box->x - whole.x),
                              whole.width, box->height, 1);
     depth->width = box->width;
@@ -349,8 +352,7 @@ static int survey_strip(struct windows *w, int32_t y, int32_t n)
 static int survey_all(struct windows *w)
 {
     app_begin(w->run->tool->host, "measuring");
-    int code =
-        make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * RF_DEPTH_SNAP_REACH);
+    int code = make_room(w, SURVEY_ROWS + 2 * RF_SURVEY_MARGIN + 2 * REPAIR_REACH);
     for (int32_t y = 0; code == APP_DONE && y < w->height; y += SURVEY_ROWS) {
         code = survey_strip(w, y, least(SURVEY_ROWS, w->height - y));
         if (!app_progress((void *)w->run->tool->host, (double)y / w->height))
@@ -393,15 +395,15 @@ static bool find_needed(const struct windows *w, int32_t kept_width,
     given = (struct rf_window){0, 0, needed->width, needed->height};
     const size_t pixel = (size_t)w->n_channels * sizeof(float), row = (size_t)w->width;
     const bool is_repaired = depth_fault(&w->found) != NULL;
-    const size_t width = (size_t)needed->width + 2 * RF_DEPTH_SNAP_REACH;
-    const size_t height = (size_t)needed->height + 2 * RF_DEPTH_SNAP_REACH;
+    const size_t width = (size_t)needed->width + 2 * REPAIR_REACH;
+    const size_t height = (size_t)needed->height + 2 * REPAIR_REACH;
     needed->window_bytes =
         rf_window_bytes(w->run->filter, w->surveys, w->n_views, &given);
     needed->n_bytes =
         needed->window_bytes +
         (size_t)w->n_views * height * row * (pixel + sizeof(float)) +
         (size_t)kept_height * row * 2 * pixel + /* and as it is compressed */
-        (is_repaired ? 2 : 0) * width * height * sizeof(float) +
+        (is_repaired ? (size_t)w->n_views + 1 : 0) * width * height * sizeof(float) +
         (size_t)w->run->n_threads * CHUNK_BYTES + (size_t)w->n_views * VIEW_BYTES +
         PROGRAM_BYTES;
     return true;
@@ -511,7 +513,7 @@ static int filter_all(struct windows *w, const struct needed *needed)
         return fail_image(w);
     const int64_t n_columns = (w->width + w->kept_width - 1) / w->kept_width;
     w->n_windows = n_columns * ((w->height + w->kept_height - 1) / w->kept_height);
-    int code = make_room(w, needed->height + 2 * RF_DEPTH_SNAP_REACH);
+    int code = make_room(w, needed->height + 2 * REPAIR_REACH);
     w->out = app_memory((size_t)w->kept_height * (size_t)w->width,
                         (size_t)w->n_channels * sizeof(float), run->error);
     if (!w->out)
@@ -594,7 +596,8 @@ void windows_free(struct run *run)
         image_write_abort(w->writer);
     drop_rows(w);
     free(w->out);
-    free(w->repaired);
+    for (int j = 0; j < RF_MAX_VIEWS; j++)
+        free(w->repaired[j]);
     free(w);
     run->windows = NULL;
 }

@@ -306,6 +306,11 @@ static void print_depth(const struct info *info)
         printf("  %-20s wider than what is seen: the last pixels of near things show "
                "%.0f %% of them; filter gives such pixels the depth behind\n",
                "suspicion", 100 * stats->near_shares[0]);
+    if (info->depth.is_speckled)
+        printf(
+            "  %-20s holes in %.0f %% of surfaces, scattered as fog has them; filter "
+            "gives them the depth around them\n",
+            "suspicion", 100 * stats->hole_share);
     if (info->depth.is_half)
         printf("  %-20s 16 bit: radii come in steps of up to %.2g px\n", "precision",
                info->depth.half_step_px);
@@ -443,6 +448,7 @@ static void json_depth(struct json *json, const struct info *info)
     json_bool(json, "anti_aliased", stats->is_mixed);
     json_bool(json, "premultiplied", stats->is_premultiplied);
     json_bool(json, "widened", info->depth.is_widened);
+    json_bool(json, "speckled", info->depth.is_speckled);
     json_number(json, "zero_share", share(info, stats->n_zero));
     json_bool(json, "half", info->depth.is_half);
     json_number(json, "half_step_px", info->depth.half_step_px);

@@ -10,7 +10,7 @@
  *
  * Depth times alpha, as compositing writes it, is divided by alpha.
  *
- * Depth that is wider than colours are: depth_edges.c.
+ * Depth that is wider than colours are: depth_edges.c. With holes in it: depth_holes.c.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -230,9 +230,11 @@ rf_result rf_depth_repair(const struct rf_context *context,
         return result;
     if (found.is_premultiplied)
         found.n_divided = rf_depth_divide_by_alpha(channel);
-    if (found.is_mixed)
+    if (found.is_speckled)
+        result = rf_depth_fill(context, channel, &found.n_filled, error);
+    if (result == RF_OK && found.is_mixed)
         result = rf_depth_snap(context, channel, &found.n_snapped, error);
-    else if (found.is_widened)
+    else if (result == RF_OK && found.is_widened)
         result = rf_depth_narrow(context, channel, &found, &found.n_narrowed, error);
     found.size = stats->size;
     memcpy(stats, &found, stats->size < sizeof found ? stats->size : sizeof found);

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/pool.h"
 #include "input/depth_edges.h"
+#include "input/depth_holes.h"
 #include "input/depth_steps.h"
 #include "input/image.h"
 #include "rackfocus/rackfocus.h"
@@ -30,6 +31,7 @@ struct rf_depth_tally {
     float *hits;
     size_t n_hits, n_steps, n_mixed, n_part, n_scaled;
     struct rf_edge_sums edges;
+    struct rf_hole_count *holes;
 };
 
 struct map {
@@ -259,7 +261,10 @@ rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
     const size_t step = n / MOST_HITS + 1, n_hits = n / step + 1;
     struct rf_depth_tally *t = rf_depth_take(context, 1, sizeof *t);
     float *hits = rf_depth_take(context, n_hits, sizeof *hits);
-    if (!t || !hits) {
+    struct rf_hole_count *holes =
+        rf_hole_count_create(context, channel->width, channel->infinity);
+    if (!t || !hits || !holes) {
+        rf_depth_give_back(context, holes);
         rf_depth_give_back(context, t);
         rf_depth_give_back(context, hits);
         return rf_fail_memory(error, n_hits, sizeof *hits);
@@ -270,6 +275,7 @@ rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
         .infinity = channel->infinity,
         .step = step,
         .hits = hits,
+        .holes = holes,
     };
     *tally = t;
     return RF_OK;
@@ -282,6 +288,7 @@ void rf_depth_tally_add(struct rf_depth_tally *tally,
     count_values(&map, &tally->stats);
     keep_hits(&map, tally);
     count_mixed(&map, tally);
+    rf_hole_count_add(tally->holes, strip);
     if (strip->colour.data && strip->colour.channels == 4)
         count_premultiplied(&map, &strip->colour, tally);
     if (strip->colour.data)
@@ -300,6 +307,7 @@ void rf_depth_tally_finish(struct rf_depth_tally *tally, struct rf_depth_stats *
     found.is_mixed = found.mixed_share > MIXED_SHARE;
     found.is_premultiplied = found.premultiplied_share > PREMULTIPLIED_SHARE;
     rf_depth_judge_edges(&tally->edges, &found);
+    rf_hole_count_judge(tally->holes, &found);
     size_t n_zero = 0;
     while (n_zero < tally->n_hits && tally->hits[n_zero] == 0)
         n_zero++;

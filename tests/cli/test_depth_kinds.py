@@ -185,6 +185,61 @@ def test_the_nearest_depth_of_a_filter(filtered, seen):
     assert "wider" not in said and nearer
 
 
+@pytest.mark.parametrize("limit", [[], ["--max-memory", "150"]])
+def test_holes_of_fog(rackfocus, scene, tmp_path, limit):
+    """Scattered pixels without depth get that of their surface, in every view, and in
+    windows with the bits of the whole; other files of the frame say how wrong it was.
+    """
+    size = (300, 1101)
+
+    def make(name, x, has_fog):
+        rng = numpy.random.default_rng(7 + has_fog * round(100 * x))
+
+        def change(channels):
+            share = numpy.round(smooth_disc(channels, 100))
+            mix(share, 12, channels)
+            for i, colour in enumerate("RGB"):
+                channels[colour] = (0.2 * i + 0.3 * share).astype("f4")
+            if has_fog:
+                channels["Z"][rng.random(share.shape) < 0.4] = 1e10
+
+        facts = {"rackfocus:lensOffset": (x, 0.0)}
+        return scene(name, size, attributes=facts, change=change)
+
+    for places in ((0.0,), (-0.05, 0.05)):
+        clear = [make(f"clear{x}.exr", x, False) for x in places]
+        foggy = [make(f"foggy{x}.exr", x, True) for x in places]
+        made, said = {}, {}
+        for name, paths, words in (
+            ("want", clear, limit),
+            ("got", foggy, limit),
+            ("whole", foggy, []),
+            ("raw", foggy, ["--depth-repair", "off"]),
+        ):
+            out = tmp_path / f"{name}.exr"
+            done = rackfocus("filter", *paths, "-o", out, *LENS, *PLAIN, *words)
+            made[name], said[name] = plainexr.read(out)[0], done.stderr
+        assert "scattered as fog" in said["got"]
+        assert "--depth-repair off" in said["got"]
+        assert said["want"] == "" and "fog" not in said["raw"]
+        assert difference(made["got"], made["whole"]) == 0
+        wrong = [
+            sum(abs(made[name][c] - made["want"][c]).sum() for c in "RGB")
+            for name in ("got", "raw")
+        ]
+        assert wrong[0] < 0.1 * wrong[1]
+
+
+def test_info_tells_fog(seen):
+    def fog(channels):
+        rng = numpy.random.default_rng(1)
+        channels["Z"][rng.random(channels["Z"].shape) < 0.3] = 1e10
+        for name in "RGB":
+            channels[name] = smooth_disc(channels)
+
+    assert seen(fog)["speckled"] is True and seen(None)["speckled"] is False
+
+
 @pytest.mark.parametrize("kind", ["normalised", "buffer", "buffer-reversed"])
 def test_what_is_no_distance_is_refused(filtered, seen, kind):
     def remap(channels):

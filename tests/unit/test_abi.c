@@ -266,6 +266,10 @@ static const struct member members[] = {
     MEMBER(rf_depth_stats, n_divided, 152),
     MEMBER(rf_depth_stats, n_snapped, 160),
     MEMBER(rf_depth_stats, n_narrowed, 168),
+    MEMBER(rf_depth_stats, n_holes, 176),
+    MEMBER(rf_depth_stats, hole_share, 184),
+    MEMBER(rf_depth_stats, is_speckled, 192),
+    MEMBER(rf_depth_stats, n_filled, 200),
 };
 
 static void parameters_stay_where_they_are(void)

@@ -765,6 +765,12 @@ struct rf_depth_stats {
     bool is_widened; /**< near depth reaches over far colours: rf_depth_narrow() */
     size_t n_divided, n_snapped; /**< pixels that rf_depth_repair() has changed */
     size_t n_narrowed;           /**< likewise, those that showed what is behind */
+    /** Pixels without depth between two of one surface, in rows, and their share of all
+     * pixels between two of one surface */
+    size_t n_holes;
+    double hole_share;
+    bool is_speckled; /**< holes are scattered over surfaces: rf_depth_fill() */
+    size_t n_filled;  /**< pixels that rf_depth_repair() gave the depth of a surface */
 };
 
 /**
@@ -797,7 +803,8 @@ RF_API void rf_depth_tally_finish(struct rf_depth_tally *tally,
 /**
  * Undoes in place what can be undone of a depth of kind planar or radial: a depth that
  * was multiplied by alpha is divided by it, pixels whose depth was averaged between two
- * sides get that of one, and those that show what is behind their depth that of it.
+ * sides get that of one, those that show what is behind their depth that of it, and
+ * those that fog left without depth that of the surface around them.
  * Measures first; `stats` receives what was found and done.
  * Errors as rf_depth_measure(). Since 0.1.
  */
@@ -833,6 +840,20 @@ RF_API rf_result rf_depth_narrow(const struct rf_context *context,
                                  struct rf_depth_channel *channel,
                                  const struct rf_depth_stats *stats, size_t *n_changed,
                                  struct rf_error *error);
+
+/** How far away pixels decide on what rf_depth_fill() gives one, px. Since 0.1. */
+enum { RF_DEPTH_FILL_REACH = 5 };
+
+/**
+ * Gives pixels without depth that have a surface of their colour around them its depth,
+ * in place; *n_changed is raised by how many. It is for depth of kind planar or radial
+ * that fog made holes in (rf_depth_stats.is_speckled, or the renderer says so): gaps of
+ * a pixel or two that show the sky may be filled, too. What a pixel gets depends on
+ * those within RF_DEPTH_FILL_REACH. Errors as rf_depth_measure(). Since 0.1.
+ */
+RF_API rf_result rf_depth_fill(const struct rf_context *context,
+                               struct rf_depth_channel *channel, size_t *n_changed,
+                               struct rf_error *error);
 
 /** How Blender's Mist pass falls off over t, 0 at its start to 1 at its end. */
 enum rf_mist {
