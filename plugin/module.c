@@ -80,6 +80,17 @@ static PyMethodDef functions[] = {
      "max_error_pixel: its (x, y) in px from the first row and column\n"
      "identical: whether all values are equal\n"
      "flip: LDR-FLIP of Andersson et al. 2020, 0 alike to 1"},
+    {"fill_depth", (PyCFunction)(void (*)(void))plugin_fill_depth,
+     METH_VARARGS | METH_KEYWORDS,
+     "fill_depth($module, /, depth, colour, *, infinity=1e9, always=False)\n--\n\n"
+     "Gives pixels without depth that fog made holes in a surface its depth, in place, "
+     "as the command does.\n\n"
+     "depth: (height, width) float32, planar or radial distances; 0, or infinity and "
+     "more, is none. colour: of the same pixels. always: also where the picture alone "
+     "does not tell fog, since you know that there is some; gaps of a pixel or two "
+     "before a sky may be filled then.\n\n"
+     "Returns (pixels filled, share of the pixels between two of one surface that were "
+     "holes)."},
     {0},
 };
 

@@ -162,6 +162,7 @@ PyObject *plugin_filter_seen_way(PyObject *object, PyObject *args, PyObject *key
 /* ---- compare.c ----------------------------------------------------------------- */
 
 PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords);
+PyObject *plugin_fill_depth(PyObject *module, PyObject *args, PyObject *keywords);
 
 /* ---- denoise.c ----------------------------------------------------------------- */
 

@@ -30,6 +30,7 @@ from ._core import (
     UnreadParameterWarning,
     compare,
     cpu_level,
+    fill_depth,
     version,
 )
 
@@ -56,6 +57,7 @@ __all__ = [
     "apply",
     "compare",
     "cpu_level",
+    "fill_depth",
     "finish",
     "lens_points",
     "look",

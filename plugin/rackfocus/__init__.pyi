@@ -15,6 +15,7 @@ from ._core import _Pixels
 from ._core import UnreadParameterWarning as UnreadParameterWarning
 from ._core import compare as compare
 from ._core import cpu_level as cpu_level
+from ._core import fill_depth as fill_depth
 from ._core import version as version
 from ._params import FilterParameters, Parameters
 
@@ -41,6 +42,7 @@ __all__ = [
     "apply",
     "compare",
     "cpu_level",
+    "fill_depth",
     "finish",
     "lens_points",
     "look",

@@ -594,3 +594,53 @@ def test_looks(monkeypatch, tmp_path):
     (own / "mine.params").write_text("method\n")
     with pytest.raises(ValueError, match="look mine, line 1: 'method'"):
         rackfocus.looks()
+
+
+# ---- depth ------------------------------------------------------------------------
+
+
+def foggy(share):
+    """Colours, the depth of a floor and a box, and the same with holes in a share."""
+    rng = np.random.default_rng(2)
+    y, x = np.mgrid[0:160, 0:200].astype(np.float32)
+    is_box = (abs(x - 100) < 40) & (abs(y - 80) < 50)
+    depth = np.where(is_box, 3, 400 / (y + 20)).astype(np.float32)
+    colour = np.repeat(np.where(is_box, 0.7, 0.2).astype(np.float32)[..., None], 3, 2)
+    with_holes = depth.copy()
+    with_holes[rng.random(depth.shape) < share] = 1e10
+    return colour, depth, with_holes
+
+
+def test_fog_is_filled():
+    colour, truth, depth = foggy(0.4)
+    n_holes = (depth > 1e9).sum()
+    n_filled, share = rackfocus.fill_depth(depth, colour)
+    assert 0.98 * n_holes < n_filled <= n_holes and abs(share - 0.4) < 0.02
+    assert (abs(depth - truth) < 0.05 * truth).mean() > 0.99
+    assert rackfocus.fill_depth(depth, colour)[0] == 0
+
+
+def test_always_fills_what_the_picture_does_not_tell():
+    colour, truth, depth = foggy(0)
+    depth[20:40:5, 20:40:5] = np.inf  # too few
+    as_it_is = depth.copy()
+    assert rackfocus.fill_depth(depth, colour)[0] == 0
+    assert np.array_equal(depth, as_it_is)
+    wide = np.repeat(depth[:, :, None], 2, 2)
+    assert rackfocus.fill_depth(wide[..., :1], colour, always=True)[0] == 16
+    assert (abs(wide[..., 0] - truth) < 0.05 * truth).all()
+    assert np.array_equal(wide[..., 1], as_it_is)
+    far = np.where(depth > 50, 60, depth)
+    assert rackfocus.fill_depth(far, colour, always=True)[0] == 0
+    assert rackfocus.fill_depth(far, colour, always=True, infinity=55)[0] == 16
+
+
+def test_what_cannot_be_filled_is_refused():
+    colour, _, depth = foggy(0.4)
+    with pytest.raises(ValueError, match="depth: 1 channel is needed, not 3"):
+        rackfocus.fill_depth(colour, colour)
+    with pytest.raises(ValueError, match="colour: is 200 x 150 px"):
+        rackfocus.fill_depth(depth, colour[:150])
+    with pytest.raises(TypeError):
+        depth.flags.writeable = False
+        rackfocus.fill_depth(depth, colour)
