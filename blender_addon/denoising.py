@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import lens, passes, preferences, supersample
+from . import fog, lens, passes, preferences, supersample
 from .library import rackfocus
 
 # Of builds of blender.org and of PyPI's bpy, from the folder above that of the version.
@@ -205,7 +205,7 @@ def clean(rendered, frame, scene, report):
     rendered: views.ViewPasses; frame: engine.Frame of a view layer; scene: the user's;
     report: as of Filter.process().
     """
-    found = rendered.views(frame.layer)
+    found = fog.filled(rendered.views(frame.layer), scene)
     if any(layer.depth is None for layer, _ in found):
         return  # is said later
     height, width = found[0][0].depth.shape

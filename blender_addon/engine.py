@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The filter scene's engine: Blender runs it between render and compositing."""
 
+import sys
 import time
 import traceback
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from . import (
     exr,
     failures,
     finishing,
+    fog,
     freestyle,
     group,
     keep,
@@ -262,6 +264,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
                     frame.layer, frame.suffix, frame.view
                 )
             ]
+            found = fog.filled(found, source)
             try:
                 self._render_frame(frame, found, depsgraph.scene, seconds)
                 self._keep(frame, found, depsgraph.scene, source)
@@ -394,6 +397,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         ]
         depth = found[0][0].depth
         params["method"] = views.method_for(params["method"], found)
+        if params["method"] != "accumulate":
+            self._note(source, fog.why_wrong(found, source))
         self.doing = f"Rack Focus: {params['method']}, {width} x {height}"
         started = time.perf_counter()
         made = rackfocus.Filter(
@@ -426,6 +431,16 @@ class RackFocusEngine(bpy.types.RenderEngine):
             last_run[source.name]["message"] = message
             failures.say(source, message)
         return None
+
+    def _note(self, scene, message):
+        """What the user should know of a picture that is filtered all the same."""
+        if not message:
+            return
+        last_run[scene.name]["message"] = message
+        self.report({"WARNING"}, f"Rack Focus: {message}")
+        print(
+            f"Rack Focus: scene “{scene.name}”: {message}", file=sys.stderr, flush=True
+        )
 
     def _report(self, fraction):
         """Progress to the status bar, now and then; False once Esc was pressed."""

@@ -44,16 +44,16 @@ def _name_in(scene, layers):
     seen = set()
     for layer in layers:
         for item in layer.objects:
-            for material in _materials(item) - seen:
+            for material in materials_of(item) - seen:
                 if _is_shining(material):
                     return material.name
                 seen.add(material)
     return ""
 
 
-def _materials(item):
+def materials_of(item):
     """Materials of an object that is rendered, and of what it is an instance of."""
-    if item.hide_render:
+    if item is None or item.hide_render:  # None: just removed
         return set()
     inside = item.instance_collection if item.instance_type == "COLLECTION" else None
     items = [item, *(inside.all_objects if inside is not None else ())]

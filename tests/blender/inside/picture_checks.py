@@ -517,6 +517,83 @@ def new_view_layers_get_their_depth():
     assert not layer.use_pass_z
 
 
+def _add_fog(density):
+    """A cube of fog around everything."""
+    mesh = bpy.data.meshes.new("fog")
+    corners = [(x, y, z) for x in (-40, 40) for y in (-40, 40) for z in (-40, 40)]
+    faces = [
+        (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4),
+        (1, 5, 7, 3),
+    ]  # fmt: skip
+    mesh.from_pydata(corners, [], faces)
+    material = bpy.data.materials.new("fog")
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    scatter = nodes.new("ShaderNodeVolumeScatter")
+    scatter.inputs["Density"].default_value = density
+    out = nodes.new("ShaderNodeOutputMaterial")
+    material.node_tree.links.new(scatter.outputs[0], out.inputs["Volume"])
+    mesh.materials.append(material)
+    item = bpy.data.objects.new("fog", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+@check
+def fog_leaves_no_holes():
+    """Where Cycles' first sample was scattered, the depth is that of the surface; in one
+    view and in several; the user is told of fog that hides too much."""
+    scene, data = start()
+    scene.cycles.samples = 16
+    scene.render.resolution_x, scene.render.resolution_y = 144, 96
+    floor = common.emitter("floor", (0.3, 0.3, 0.3), 80, (0, 20, -40.4))
+    fog = _add_fog(0.05)
+    has_volume = addon("fog").has_volume
+    for views in (1, 3):
+        data.rack_focus.views = views
+        data.rack_focus.method = "layered" if views == 1 else "views"
+        fog.hide_render = True
+        assert not has_volume(scene)
+        render(scene, OUT / "fog.exr")
+        clear = [layer.depth for layer, _ in common.kept(scene)]
+        fog.hide_render = False
+        assert has_volume(scene)
+        data.rack_focus.passes_folder = str(OUT / f"fog{views}")
+        made = rgba(render(scene, OUT / "fog.exr"))
+        assert not last_message(scene), last_message(scene)
+        raw = [layer.depth for layer, _ in common.kept(scene)]
+        files = addon("keep").KeptFiles(scene, OUT / f"fog{views}", scene.frame_current)
+        filled = [layer.depth for layer, _ in files.views("ViewLayer")]
+        data.rack_focus.passes_folder = ""
+        for want, holes, got in zip(clear, raw, filled, strict=True):
+            is_hit = (want < 1e9) & (want < 15)
+            assert (holes[is_hit] > 1e9).mean() > 0.1
+            wrong = np.abs(got / want - 1)[is_hit] > 0.1
+            assert wrong.mean() < 0.03, wrong.mean()
+            assert (got[want > 1e9] < 1e9).mean() < 0.04  # corners of the sky
+        bpy.ops.rack_focus.refocus()
+        same(common.result(scene, OUT / "fog_result.exr"), made)
+    dense = np.full_like(want, 1e10)
+    dense[::4, ::4] = 5
+    found = [
+        (kept_layer._replace(depth=dense), place)
+        for kept_layer, place in common.kept(scene)
+    ]
+    assert "hides the depth" in addon("fog").why_wrong(found, scene)
+    assert not addon("fog").why_wrong(common.kept(scene)[:0], scene)
+    bpy.data.objects.remove(fog)
+    bpy.data.objects.remove(floor)
+    assert not has_volume(scene)
+    scene.world = bpy.data.worlds.new("fog")
+    scene.world.use_nodes = True
+    nodes = scene.world.node_tree.nodes
+    out = next(n for n in nodes if n.type == "OUTPUT_WORLD")
+    scatter = nodes.new("ShaderNodeVolumeScatter")
+    scene.world.node_tree.links.new(scatter.outputs[0], out.inputs["Volume"])
+    assert has_volume(scene)
+
+
 def _mirror_before_cubes(scene):
     """A mirror in focus that fills the frame, and cubes behind the camera."""
     for item in [o for o in scene.objects if o.type == "MESH"]:
