@@ -67,6 +67,7 @@ def _prepare(scene):
     if setup.filter_scene_of(scene) is not None:
         for node in group.nodes_of(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
+        park.lead_past_muted(scene)
         setup.need_source(scene)
         sharp.need_pass(scene)
         mirrors.need_passes(scene)
@@ -110,6 +111,7 @@ def _finish(scene):
         tap.clean_up()
     if views.is_active(scene):
         views.end(scene)
+    park.restore(scene)
 
 
 @persistent

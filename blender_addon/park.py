@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that render sharp, not black, where the add-on is missing.
+"""Files that render sharp, not black, where the add-on is missing or our nodes are muted.
 
 Without the add-on nobody renders the filter scene: its nodes are black (or Blender
 starts EEVEE for it). So a file is written with what follows our nodes linked to the
@@ -42,10 +42,10 @@ def _stand_in(tree, scene, node):
     return source
 
 
-def _park_node(tree, scene, node):
+def _park_node(tree, scene, node, is_led_past):
     links = [k for k in tree.links if k.from_node == node]
     links = [k for k in links if k.from_socket.name in INSTEAD]
-    source = _stand_in(tree, scene, node) if links and not node.mute else None
+    source = _stand_in(tree, scene, node) if links and is_led_past else None
     about = {"mute": node.mute, "label": node.label, "links": []}
     for link in links if source is not None else ():
         name, end = link.from_socket.name, link.to_socket
@@ -57,8 +57,20 @@ def _park_node(tree, scene, node):
         tree.links.remove(link)
         tree.links.new(output, end)
     about["source"] = source.name if source is not None else ""
-    node.mute, node.label = True, LABEL
+    node.mute = True
     node[PARKED] = json.dumps(about)
+
+
+def lead_past_muted(scene):
+    """Links what follows muted nodes of ours to the scene's own, for a render.
+
+    Blender gives black for a muted Render Layers node. restore() undoes it.
+    """
+    ours = setup.filter_scene_of(scene)
+    for tree in setup.all_trees_of(scene) if ours is not None else ():
+        for node in setup.layer_nodes(tree, ours):
+            if node.mute and PARKED not in node:
+                _park_node(tree, scene, node, True)
 
 
 def park(scene):
@@ -67,7 +79,8 @@ def park(scene):
     for tree in setup.all_trees_of(scene) if ours is not None else ():
         for node in setup.layer_nodes(tree, ours):
             if PARKED not in node:
-                _park_node(tree, scene, node)
+                _park_node(tree, scene, node, not node.mute)
+                node.label = LABEL
     for node in group.nodes_of(scene):
         # Images that were made are not written.
         _shown[node.node_tree.name] = node.node_tree.rack_focus.is_filtered

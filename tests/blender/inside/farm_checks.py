@@ -199,12 +199,18 @@ def a_compositor_that_leads_past_us():
     assert not addon("setup").why_not(scene)
     ours.mute = True
     assert "no active" in addon("setup").why_not(scene)
+    common.set_output(scene, OUT / "past.exr")
+    before = common.settings_of(scene)
+    muted = rgba(render(scene, OUT / "past.exr"))
+    assert "no active" in addon("failures").told[scene.name]
+    common.unchanged(scene, before)
     scene.render.use_compositing = False
     made = rgba(render(scene, OUT / "past.exr"))
     assert "Compositing is off" in addon("failures").told[scene.name]
     data.rack_focus.enabled = False
     scene.render.use_compositing = False
     same(made, rgba(render(scene, OUT / "past.exr")))
+    same(made, muted)
 
 
 @check
