@@ -12,7 +12,9 @@ import math
 from .compat import ORTHO_LENS_IS_AT_CLIP
 from .library import rackfocus
 
-TINY_F_STOP = 1e-3
+LEAST_F_STOP = 1e-5  # Cycles' own (blender_camera_init(), intern/cycles/blender)
+# The filter's least; below, which scenes in large units need, the radius is spelt out.
+LEAST_OF_FILTER = 1e-3
 # Below, a focus was never set: files of 2.7x have 0. Cycles takes 1e-5 for it.
 NO_DISTANCE = 1e-5
 
@@ -82,15 +84,18 @@ def camera_parameters(camera, render):
     if reason:
         raise CameraError(reason)
     distance = focus_distance(camera)
-    f_stop = max(dof.aperture_fstop, TINY_F_STOP)
+    f_stop = max(dof.aperture_fstop, LEAST_F_STOP)
     radius = 0.0  # from focal length and f-stop
+    if f_stop < LEAST_OF_FILTER:
+        focal = 1 if data.type == "ORTHO" else data.lens * 1e-3
+        radius = focal / (2 * f_stop)
     if data.type == "ORTHO" and ORTHO_LENS_IS_AT_CLIP:
         # The same line r = R (z - clip - s) / s, with distances from the camera.
         radius = (distance + data.clip_start) / distance / (2 * f_stop)
         distance += data.clip_start
     return {
         "focus_distance": distance,
-        "f_stop": f_stop,
+        "f_stop": max(f_stop, LEAST_OF_FILTER),
         "lens_radius": radius,
         "focal_length": data.lens,
         "sensor_width": data.sensor_width,

@@ -142,6 +142,24 @@ def telephoto(scene, camera):
     camera.data.dof.aperture_fstop = 0.6
 
 
+@case
+def in_millimetres(scene, camera):
+    """Scenes in large units have f-stops below the filter's own least."""
+    camera["units"] = 1000
+    camera.data.dof.focus_distance = 1000 * FOCUS
+    camera.data.dof.aperture_fstop = 0.16 / 1000
+    camera.data.clip_end = 1e6
+
+
+@case
+def beyond_cycles_least(scene, camera):
+    """Cycles takes 1e-5 for what is below it."""
+    camera["units"] = 16000
+    camera.data.dof.focus_distance = 16000 * FOCUS
+    camera.data.dof.aperture_fstop = 1e-6
+    camera.data.clip_end = 1e6
+
+
 # ---- measuring --------------------------------------------------------------------
 
 
@@ -172,13 +190,13 @@ def build(change):
     camera = scene.camera
     change(scene, camera)
     bpy.context.view_layer.update()
-    turn = camera.matrix_world.normalized()
+    turn, units = camera.matrix_world.normalized(), camera.get("units", 1)
     for name, size, strength, depth in (
         ("dot", 0.5 if camera.data.type == "ORTHO" else 0.12, 1, DEPTH),
         ("plate", 50, 0, DEPTH * 1.0001),
     ):
-        item = quad(name, size, strength)
-        item.matrix_world = turn @ Matrix.Translation((0, 0, -depth))
+        item = quad(name, units * size, strength)
+        item.matrix_world = turn @ Matrix.Translation((0, 0, -units * depth))
     return scene, camera
 
 
@@ -221,7 +239,8 @@ def measure(name):
     lens_module = addon("lens")
     size = lens_module.picture_size(scene.render)
     params = lens_module.frame_parameters(camera, data.rack_focus, scene.render, size)
-    radius = addon("library").rackfocus.Lens(*size, **params).radius_px(DEPTH)
+    depth = DEPTH * camera.get("units", 1)
+    radius = addon("library").rackfocus.Lens(*size, **params).radius_px(depth)
     return {
         "case": name,
         "predicted": [radius / data.dof.aperture_ratio, radius],
