@@ -243,7 +243,7 @@ static const struct member members[] = {
     MEMBER(rf_depth_channel, width, 56),
     MEMBER(rf_depth_channel, height, 60),
     MEMBER(rf_depth_channel, infinity, 64),
-    SIZE(rf_depth_stats, 176),
+    SIZE(rf_depth_stats, 208),
     MEMBER(rf_depth_stats, size, 0),
     MEMBER(rf_depth_stats, n_pixels, 8),
     MEMBER(rf_depth_stats, n_nan, 16),

@@ -765,12 +765,10 @@ struct rf_depth_stats {
     bool is_widened; /**< near depth reaches over far colours: rf_depth_narrow() */
     size_t n_divided, n_snapped; /**< pixels that rf_depth_repair() has changed */
     size_t n_narrowed;           /**< likewise, those that showed what is behind */
-    /** Pixels without depth between two of one surface, in rows, and their share of all
-     * pixels between two of one surface */
-    size_t n_holes;
-    double hole_share;
-    bool is_speckled; /**< holes are scattered over surfaces: rf_depth_fill() */
-    size_t n_filled;  /**< pixels that rf_depth_repair() gave the depth of a surface */
+    size_t n_holes;    /**< pixels without depth between two of one surface, in rows */
+    double hole_share; /**< theirs of all pixels between two of one surface */
+    bool is_speckled;  /**< holes are scattered over surfaces: rf_depth_fill() */
+    size_t n_filled;   /**< pixels that rf_depth_repair() gave the depth of a surface */
 };
 
 /**
