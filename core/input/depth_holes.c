@@ -28,10 +28,10 @@
  * The hole gets the depth that most of w agrees on, the mean of 1/z, which is linear on
  * a plane. Colours are square roots of light up to 1.
  *
- * Ours. Against Cycles' own lens, one view and 8: cubes in thin fog 27.3 to 37.6 and 34.9
- * to 43.6 dB (without fog 37.0 and 46.7), in fog three times as dense 27.2 to 37.1 and
- * 34.9 to 40.7. docs/notebook/depth.md has more. Cost: measuring 1 ns per pixel,
- * filling 0.3 us per hole.
+ * Ours. Against Cycles' own lens, one view and 8: cubes in thin fog 27.3 to 37.4 and 34.9
+ * to 43.6 dB (without fog 37.0 and 46.7), in fog three times as dense 27.2 to 37.0 and
+ * 34.9 to 40.8. docs/notebook/depth.md has more. Cost: measuring 1.4 ns per
+ * pixel, filling 0.5 us per hole.
  */
 #include "input/depth_holes.h"
 
