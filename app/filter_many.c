@@ -316,6 +316,22 @@ static int filter_eyes(const struct filter_options *tool, struct settings *setti
     return code;
 }
 
+/* An output per eye that is an input; filter_check_files() knows no names of views. */
+static int check_eyes(const struct filter_options *tool, const struct eye *eyes, int n,
+                      char *const *paths, int n_paths, struct image_error *error)
+{
+    for (int i = 0; i < n; i++) {
+        struct filter_options one = *tool;
+        char path[4200];
+        mark_name(tool->output, eyes[i].name, path, sizeof(path));
+        one.output = path;
+        const int code = filter_check_files(&one, paths, n_paths, NULL, error);
+        if (code != APP_DONE)
+            return code;
+    }
+    return APP_DONE;
+}
+
 int filter_stereo(const struct filter_options *tool, struct settings *settings,
                   char *const *paths, int n_paths, struct image_error *error)
 {
@@ -328,8 +344,11 @@ int filter_stereo(const struct filter_options *tool, struct settings *settings,
         n = 0;
     if (n == 0 || !picture_check_writable(tool->output, error))
         return fail_image(error);
-    if (filter_has_view_mark(tool->output))
-        return filter_eyes(tool, settings, eyes, n, NULL, error);
+    if (filter_has_view_mark(tool->output)) {
+        const int code = check_eyes(tool, eyes, n, paths, n_paths, error);
+        return code == APP_DONE ? filter_eyes(tool, settings, eyes, n, NULL, error)
+                                : code;
+    }
     if (!folder_make(&folder, tool->output, error))
         return fail_image(error);
     int code = filter_eyes(tool, settings, eyes, n, &folder, error);

@@ -25,9 +25,9 @@ int filter_check_files(const struct filter_options *tool, char *const *paths,
                        int n_paths, const struct frame_list *frames,
                        struct image_error *error)
 {
-    struct outputs outputs = {
-        .frames = frames, .may_replace = frames == NULL, .error = error};
+    struct outputs outputs = {.frames = frames, .error = error};
     FILTER_OPTIONS(CHECK_OPTION)
+    outputs_spare(&outputs, "params", tool->params);
     for (int i = 0; i < n_paths; i++)
         outputs_spare(&outputs, NULL, paths[i]);
     return outputs.code;

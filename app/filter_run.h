@@ -99,9 +99,8 @@ void filter_kept_free(struct filter_kept *kept);
 int filter_run(const struct filter_options *tool, struct settings *settings,
                char *const *paths, int n_paths, struct image_error *error);
 
-/* Refuses outputs that are each other or an input; but the picture may take the place of
- * what it is made of, unless it is one of the frames of a sequence, which is taken up
- * again. `frames` NULL: no sequence. An enum app_code. */
+/* Refuses outputs that are each other or an input: the picture has no depth, which would
+ * be lost. `frames` NULL: no sequence. An enum app_code. */
 int filter_check_files(const struct filter_options *tool, char *const *paths,
                        int n_paths, const struct frame_list *frames,
                        struct image_error *error);

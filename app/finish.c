@@ -354,11 +354,10 @@ static int run(struct finish *f, const char *own, char *const *guides, int n)
     return code == APP_DONE ? write_output(f) : code;
 }
 
-/* The picture may take the place of what it is made of, the error may not. */
 static int check_files(const struct finish_options *tool, const char *own,
                        char *const *guides, int n_guides, struct image_error *error)
 {
-    struct outputs outputs = {.may_replace = true, .error = error};
+    struct outputs outputs = {.error = error};
     outputs_add(&outputs, "output", tool->output);
     outputs_add(&outputs, "output-error", tool->output_error);
     outputs_spare(&outputs, NULL, own);

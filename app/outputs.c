@@ -71,7 +71,7 @@ void outputs_add(struct outputs *outputs, const char *option, const char *path)
 void outputs_spare(struct outputs *outputs, const char *option, const char *path)
 {
     const struct output_file file = {option, path};
-    for (int i = outputs->may_replace; path && i < outputs->n; i++)
+    for (int i = 0; path && i < outputs->n; i++)
         check_pair(outputs, &outputs->files[i], &file);
 }
 

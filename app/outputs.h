@@ -3,7 +3,7 @@
  * Files that a run writes may be neither each other nor what it reads: one of them would
  * be lost without a word. First all that is written is added, then all that is read:
  *
- *     struct outputs outputs = {.error = error, .may_replace = true};
+ *     struct outputs outputs = {.error = error};
  *     outputs_add(&outputs, "output", tool->output);
  *     outputs_add(&outputs, "output-error", tool->output_error);
  *     outputs_spare(&outputs, NULL, paths[0]);
@@ -26,8 +26,7 @@ struct outputs {
     /* A sequence: the names are patterns (frame_list.h) and these are its frames. NULL:
      * they are names of files. */
     const struct frame_list *frames;
-    bool may_replace; /* the first output may be what is read */
-    int code;         /* enum app_code; after the first error nothing is done */
+    int code; /* enum app_code; after the first error nothing is done */
     struct image_error *error;
     struct output_file files[4];
     int n;

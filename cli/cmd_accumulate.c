@@ -364,7 +364,7 @@ static int run_frames(const struct accumulate_options *tool,
     return tally.n_failed ? EXIT_FAILED : code;
 }
 
-/* Of a sequence, which may be taken up again, every view stays. */
+/* Every view stays; `list` NULL: no sequence. */
 static int check_files(const struct accumulate_options *tool,
                        const struct operands *views, const struct frame_list *list)
 {
@@ -409,8 +409,10 @@ static int accumulate_any(const struct accumulate_options *tool,
 {
     if (sequence_is_pattern(views->items[0]))
         return accumulate_sequence(tool, views, report);
-    if (!report && !tool->frames && !tool->is_anew)
-        return accumulate(tool, views);
+    if (!report && !tool->frames && !tool->is_anew) {
+        const int code = check_files(tool, views, NULL);
+        return code == EXIT_DONE ? accumulate(tool, views) : code;
+    }
     message("'%s' is no sequence, for which --frames, --anew and submit are; name its "
             "frames with # for the digits of the number, as in 'view_0.####.exr'",
             views->items[0]);

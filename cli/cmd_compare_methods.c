@@ -598,6 +598,7 @@ static int check_files(const struct compare_methods_options *tool,
     struct outputs outputs = {.error = &error};
     outputs_add(&outputs, "sheet", tool->sheet);
     outputs_spare(&outputs, "reference", tool->reference);
+    outputs_spare(&outputs, "depth-file", tool->depth_file);
     for (int i = 0; i < operands->n; i++)
         outputs_spare(&outputs, NULL, operands->items[i]);
     return exit_code(outputs.code, &error);

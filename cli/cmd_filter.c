@@ -451,8 +451,8 @@ const struct command command_filter = {
         "finished and would be made in the same way are skipped, those that fail are "
         "listed at the end.\n\n"
         "- is standard input and output: 'render | rackfocus filter - -o -'.\n\n"
-        "The output is written beside its place and renamed, so it may be the input "
-        "itself, and an old file survives any failure.",
+        "The output is written beside its place and renamed, so an old file survives "
+        "any failure; one that is an input is refused, since its depth would be lost.",
     .examples =
         "rackfocus filter passes.exr -o out.exr --focus-distance 8 --f-stop 1.4\n"
         "rackfocus filter colour.exr --depth-file z.exr -o out.png --blades 6\n"

@@ -640,6 +640,7 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
         message("%s", error.message);
         code = EXIT_FAILED;
     } else if (povray_command_frames(tool->frames, &plan, &frames) &&
+               povray_command_spares(tool, &plan, &frames) &&
                povray_command_plan(tool, settings, &plan, &job.options)) {
         code = run_with_views(&job, &plan, &frames);
     }

@@ -10,6 +10,7 @@
 #include "interrupt.h"
 #include "outputs.h"
 #include "picture.h"
+#include "povray_job.h"
 #include "report.h"
 
 /* ---- the command line ----------------------------------------------------------- */
@@ -59,7 +60,7 @@ static bool parse_point(const char *text, double point[3])
 static bool check_files(const struct povray_tool *tool)
 {
     struct image_error error;
-    struct outputs outputs = {.may_replace = true, .error = &error};
+    struct outputs outputs = {.error = &error};
     outputs_add(&outputs, "output", tool->output);
     outputs_add(&outputs, "keep", tool->keep);
     outputs_add(&outputs, "reference-output", tool->reference);
@@ -89,6 +90,60 @@ static bool check_usage(const struct povray_tool *tool, const struct operands *o
     }
     return check_files(tool);
 }
+
+/* ---- what the scene reads ------------------------------------------------------ */
+
+struct spared {
+    const struct povray_tool *tool;
+    const struct povray_frames *frames;
+    int code; /* enum exit_code */
+};
+
+/* Is the input no output of frame i of `frames`, of the still? */
+static void spare_of_frame(struct spared *spared, const char *input, int i)
+{
+    const struct povray_tool *tool = spared->tool;
+    const bool keeps_file = tool->keep && picture_kind(tool->keep) == PICTURE_EXR;
+    const struct output_file files[] = {{"output", tool->output},
+                                        {"keep", keeps_file ? tool->keep : NULL},
+                                        {"reference-output", tool->reference}};
+    const struct povray_frames *frames = spared->frames;
+    for (size_t k = 0; k < sizeof(files) / sizeof(files[0]); k++) {
+        struct image_error error;
+        struct outputs outputs = {.error = &error};
+        if (!files[k].path || spared->code != EXIT_DONE)
+            continue;
+        char *path = povray_picture_name(
+            files[k].path, frames->is_animation ? frames->list.numbers[i] : -1);
+        outputs_add(&outputs, files[k].option, path);
+        outputs_spare(&outputs, NULL, input);
+        spared->code = path ? exit_code(outputs.code, &error) : exit_without_memory();
+        free(path);
+    }
+}
+
+static void spare_input(void *user, const char *text, bool is_file)
+{
+    struct spared *spared = user;
+    const struct povray_frames *frames = spared->frames;
+    const int n = frames->is_animation ? frames->list.n : 1;
+    for (int i = 0; is_file && i < n; i++)
+        spare_of_frame(spared, text, i);
+}
+
+bool povray_command_spares(const struct povray_tool *tool,
+                           const struct povray_plan *plan,
+                           const struct povray_frames *frames)
+{
+    struct spared spared = {.tool = tool, .frames = frames, .code = EXIT_DONE};
+    bool has_computed;
+    /* A scene that cannot be read is told of when it is rendered. */
+    if (!tool->is_camera_only)
+        povray_list_inputs(plan, spare_input, &spared, &has_computed);
+    return spared.code == EXIT_DONE;
+}
+
+/* ---- the lens ------------------------------------------------------------------- */
 
 static bool is_typed(const struct settings *settings, const char *name)
 {

@@ -78,6 +78,21 @@ bool save_may_replace(struct app *app, const char *path)
     return false;
 }
 
+/* A picture has no depth: over what it is made of it would be a loss, asked or not. */
+static bool is_input(struct app *app, const char *path)
+{
+    const bool has_own = !app->stage && app->operands->n > 0; /* of the demo */
+    if (!(app->stage ? stage_reads(app->stage, path)
+                     : has_own && os_file_is_same(app->operands->items[0], path)))
+        return false;
+    view_say(app,
+             "not saved: %s is what is shown here, and would be lost; type "
+             "another name into File",
+             path);
+    trace_text(app, "refused", app->status);
+    return true;
+}
+
 void save_picture(struct app *app)
 {
     struct image_error error;
@@ -92,7 +107,7 @@ void save_picture(struct app *app)
                  "that line");
         return;
     }
-    if (!save_may_replace(app, app->output))
+    if (is_input(app, app->output) || !save_may_replace(app, app->output))
         return;
     struct saving *saving = app_memory(1, sizeof(*saving), &error);
     if (!saving) {
@@ -180,7 +195,7 @@ void save_passes(struct app *app)
     /* The pixels are there once something was shown. */
     if (!app->shot || app->shot->input != app->source)
         view_say(app, "wait until the picture is shown");
-    else if (!save_may_replace(app, "demo.exr"))
+    else if (is_input(app, "demo.exr") || !save_may_replace(app, "demo.exr"))
         return;
     else if (demo_save_passes("demo.exr", app->source, n_threads, &error) &&
              (!right || demo_save_passes("demo_right.exr", right, n_threads, &error)))

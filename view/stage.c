@@ -538,6 +538,18 @@ bool stage_save(const struct stage *stage, const struct settings *settings,
     return filter_write(&tool, &copy, &stage->source, pixels, error);
 }
 
+bool stage_reads(const struct stage *stage, const char *path)
+{
+    const char *const others[] = {stage->options->depth_file,
+                                  stage->options->distribution_image};
+    bool is_read = false;
+    for (int i = 0; i < stage->files->n_paths; i++)
+        is_read |= os_file_is_same(stage->files->paths[i], path);
+    for (int i = 0; i < 2; i++)
+        is_read |= others[i] && os_file_is_same(others[i], path);
+    return is_read;
+}
+
 const char *stage_find_missing(const struct stage *stage)
 {
     for (int i = 0; stage->files && i < stage->files->n_paths; i++)

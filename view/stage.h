@@ -87,6 +87,10 @@ void stage_command(const struct stage *stage, const struct settings *typed,
 bool stage_save(const struct stage *stage, const struct settings *settings,
                 const char *path, float *pixels, struct image_error *error);
 
+/* Would a file of this name, whatever it is called here, take the place of one that the
+ * stage was read from? */
+bool stage_reads(const struct stage *stage, const char *path);
+
 /* Is a file of the stage gone, or another than was read? Names it. */
 const char *stage_find_missing(const struct stage *stage);
 

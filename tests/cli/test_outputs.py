@@ -88,11 +88,87 @@ def test_one_of_a_list(refused):
     refused(*command.split(), words=["--output-coc", "--reflections-from 'z.exr'"])
 
 
-def test_a_picture_replaces_its_own_input(folder, rackfocus):
-    rackfocus("filter", "in.exr", "-o", "o.exr", *LENS)
-    rackfocus("filter", "in.exr", "-o", "./in.exr", *LENS)
-    assert (folder / "in.exr").read_bytes() == (folder / "o.exr").read_bytes()
-    rackfocus("filter", "own.exr", "-o", "linked.exr", *LENS, "--output-coc", "c.exr")
+@pytest.mark.parametrize("name", ["in.exr", "./in.exr", "link/in.exr", "linked.exr"])
+@pytest.mark.parametrize(
+    "command, words",
+    [
+        ("filter in.exr", ["the input 'in.exr'"]),
+        ("filter own.exr in.exr", ["the input 'in.exr'"]),
+        ("filter own.exr --depth-file in.exr", ["--depth-file 'in.exr'"]),
+        ("filter own.exr --holdout in.exr", ["--holdout 'in.exr'"]),
+        ("filter own.exr --aperture-image in.exr", ["--aperture-image 'in.exr'"]),
+        ("filter own.exr --reflections-from z.exr,in.exr", ["--reflections-from"]),
+        ("filter own.exr in.exr --over", ["the input 'in.exr'"]),
+        ("filter own.exr in.exr --stereo", ["the input 'in.exr'"]),
+        ("finish in.exr", ["the input 'in.exr'"]),
+        ("finish own.exr in.exr", ["the input 'in.exr'"]),
+        ("finish own.exr --guide in.exr", ["the input 'in.exr'"]),
+        ("finish own.exr --half in.exr z.exr", ["--half 'in.exr'"]),
+        ("accumulate in.exr own.exr", ["the input 'in.exr'"]),
+        ("accumulate own.exr in.exr", ["the input 'in.exr'"]),
+    ],
+)
+def test_the_picture_is_an_input(refused, command, words, name):
+    """Its depth would be lost, and a second run would find none."""
+    refused(*command.split(), "-o", name, words=[f"--output: '{name}'", *words])
+
+
+def test_the_picture_is_the_parameters(refused, folder):
+    (folder / "look.exr").write_text("blades 6\n")
+    command = "filter in.exr --params look.exr -o ./look.exr"
+    refused(*command.split(), words=["--output: './look.exr'", "--params 'look.exr'"])
+
+
+@pytest.mark.parametrize(
+    "command", ["filter in.exr", "finish in.exr", "accumulate in.exr"]
+)
+def test_the_picture_is_an_input_by_a_hard_link(refused, folder, command):
+    os.link(folder / "in.exr", folder / "hard.exr")
+    refused(*command.split(), "-o", "hard.exr", words=["--output: 'hard.exr'"])
+
+
+@pytest.mark.parametrize("output", ["%V.exr", "./%V.exr", "link/%v%V.exr"])
+def test_the_picture_of_an_eye_is_an_input(refused, scene, output):
+    for name in ("left.exr", "right.exr", "lleft.exr", "rright.exr"):
+        scene(name)
+    side = "" if "%v" not in output else output[5] and "r"
+    inputs = ["in.exr", f"{side}right.exr"]
+    words = ["--output: '", f"the input '{inputs[1]}'"]
+    refused("filter", *inputs, "--stereo", "-o", output, words=words)
+
+
+def test_eyes_beside_their_inputs(folder, scene, rackfocus):
+    """Names of views that are no inputs are written."""
+    scene("a_left.exr")
+    scene("a_right.exr")
+    command = "filter a_left.exr a_right.exr --stereo -o b_%V.exr"
+    rackfocus(*command.split(), *LENS)
+    assert (folder / "b_left.exr").exists() and (folder / "b_right.exr").exists()
+
+
+@pytest.mark.parametrize("name", ["a.png", "link/a.png"])
+@pytest.mark.parametrize(
+    "options, option",
+    [
+        ("-o {}", "--output"),
+        ("-o o.exr --reference 4 --reference-output {}", "--reference-output"),
+        ("-o o.exr --keep {}", "--keep"),
+    ],
+)
+def test_what_a_scene_reads(refused, folder, options, option, name):
+    """A picture that the scene or one of its includes names."""
+    name = name if option == "--output" else name.replace(".png", ".exr")
+    (folder / "map.inc").write_text('#declare Map = "a.png" #declare Sky = "a.exr"')
+    (folder / "a.exr").write_bytes((folder / "in.exr").read_bytes())
+    (folder / "x.pov").write_text('#include "map.inc"')
+    words = [f"{option}: '{name}'", "the input"]
+    refused("povray", "x.pov", *options.format(name).split(), words=words)
+
+
+def test_what_a_scene_reads_of_frames(refused, folder):
+    (folder / "x.pov").write_text('#declare Map = "s.0002.exr";')
+    command = "povray x.pov --frames 1-3 -o s.####.exr"
+    refused(*command.split(), words=["--output: 's.0002.exr'", "the input"])
 
 
 @pytest.mark.parametrize(

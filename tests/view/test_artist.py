@@ -41,6 +41,23 @@ def test_save_asks_before_it_replaces(window, tmp_path):
     assert (tmp_path / "passes_focus.params").read_text() == before
 
 
+@pytest.mark.parametrize("name", ["passes.exr", "./passes.exr", "link.exr"])
+def test_what_is_shown_is_not_replaced(window, tmp_path, name):
+    """Neither at the first nor at the second try: its depth would be lost."""
+    (tmp_path / "link.exr").symlink_to("passes.exr")
+    before = (tmp_path / "passes.exr").read_bytes()
+    window.click_control("File")
+    window.type(name)
+    for _ in range(2):
+        window.key("ctrl+s")
+        assert "another name" in window.wait_text("refused", name)
+    assert (tmp_path / "passes.exr").read_bytes() == before
+    window.click_control("File")
+    window.type("typed.exr")
+    window.key("ctrl+s")
+    window.wait_text("saved", "typed.exr")
+
+
 def test_a_name_that_is_being_typed_is_the_one(window, tmp_path):
     """Ctrl+S without Enter before it."""
     window.click_control("File")
