@@ -93,6 +93,8 @@ void povray_print_lens(const struct povray_job *job)
            : job->passes.is_srgb    ? "the curve of sRGB (gamma 2.2)"
            : job->passes.gamma == 1 ? "linear light"
                                     : "the scene's assumed_gamma");
+    if (*povray_lens_remark(camera))
+        printf("%s: %s\n", job->options.scene, povray_lens_remark(camera));
 }
 
 /* Writes POV-Ray's own focal blur, RGBA, where that is asked for. */

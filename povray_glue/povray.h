@@ -31,6 +31,7 @@ struct povray_camera {
     double look_at_distance; /* 0: the camera has no look_at */
     int32_t blur_samples;    /* 0: POV-Ray draws no blur, whatever the aperture */
     enum povray_focus focus; /* where focus_distance comes from */
+    bool is_sharp;           /* the lens is the scene's, and POV-Ray draws none of it */
 };
 
 /* What is to be rendered, as POV-Ray's options and initialisation files have it. */
@@ -124,6 +125,10 @@ void povray_close(struct povray_scene *scene);
 
 /* A sentence that the user should read before the render, or "". */
 const char *povray_remark(const struct povray_scene *scene);
+
+/* What POV-Ray itself makes of the scene's lens, where that is another picture than ours,
+ * with the ways out; else "". */
+const char *povray_lens_remark(const struct povray_camera *camera);
 
 /* The private folder, with its slash; what is put there goes with the scene. */
 const char *povray_folder(const struct povray_scene *scene);

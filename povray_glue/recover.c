@@ -183,6 +183,8 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     }
     const bool has_lens = camera->aperture != 0;
     choose_focus(camera, options);
+    camera->is_sharp = has_lens && camera->blur_samples == 0 &&
+                       !options->has_aperture && !options->has_f_stop;
     if (options->has_aperture)
         camera->aperture = options->aperture;
     const char *what = NULL;

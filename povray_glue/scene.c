@@ -66,6 +66,15 @@ bool povray_open(struct povray_scene **scene, const struct povray_options *optio
     return is_good;
 }
 
+const char *povray_lens_remark(const struct povray_camera *camera)
+{
+    return camera->is_sharp
+               ? "the camera has an aperture but no blur_samples: POV-Ray itself draws "
+                 "the scene without blur; write 'blur_samples 37' into the camera to "
+                 "have it blur as well, or take POV-Ray's own picture for a sharp one"
+               : "";
+}
+
 const char *povray_remark(const struct povray_scene *scene)
 {
     const struct sources *sources = &scene->sources;

@@ -115,6 +115,9 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
         is_good = povray_render(stage->scene, &passes, &povray_error);
     if (!is_good)
         return set_error(error, "%s", povray_error.message);
+    if (stage->options->n_views > 1)
+        povray_describe(stage->scene, &passes);
+    add_remark(stage, povray_lens_remark(&passes.camera));
     if (stage->options->n_views == 1) {
         add_remark(stage, passes.warning);
         is_good = write_pass(stage, &passes, 0, false, error);

@@ -47,6 +47,47 @@ def test_the_reference_is_kept(rackfocus, tmp_path):
     assert tpsnr(found) == tpsnr(again)
 
 
+@pytest.mark.parametrize(
+    "items, options, is_said",
+    [
+        ("", [], True),
+        ("", ["--focus-distance", "4"], True),
+        ("", ["--views", "2"], True),
+        ("", ["--method", "accumulate", "--views", "2"], True),
+        ("blur_samples 7", [], False),
+        ("blur_samples 4, 20", [], False),
+        ("", ["--aperture", "0.6"], False),
+        ("", ["--lens-radius", "0.15"], False),
+        ("", ["--f-stop", "2", "--focal-length", "50", "--sensor-width", "36"], False),
+        ("", ["--quiet"], False),
+    ],
+)
+def test_a_lens_that_povray_does_not_draw(rackfocus, tmp_path, items, options, is_said):
+    """An aperture is nothing to POV-Ray without blur_samples, and is blurred here."""
+    (tmp_path / "s.pov").write_text(
+        SCENE.replace("aperture 0.6", f"aperture 0.6 {items}")
+    )
+    done = rackfocus(
+        "povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE, cwd=tmp_path
+    )
+    said = done.stdout + done.stderr
+    assert ("no blur_samples: POV-Ray itself draws" in said) == is_said
+    assert ("'blur_samples 37'" in said) == is_said
+
+
+def test_povray_draws_no_blur_without_samples(rackfocus, tmp_path):
+    """What is said of POV-Ray holds: its picture is the pinhole's."""
+    sharp = SCENE.replace("aperture 0.6 focal_point <0, 1, 0>", "")
+    scenes = {"lens": SCENE, "sharp": sharp}
+    for name, text in scenes.items():
+        (tmp_path / f"{name}.pov").write_text(text)
+        subprocess.run(["povray", f"{name}.pov", f"+O{name}.ppm", "+FP", "-D", *SIZE],
+                       cwd=tmp_path, check=True, capture_output=True)  # fmt: skip
+    # The header has the time.
+    lens, sharp = ((tmp_path / f"{name}.ppm").read_bytes() for name in scenes)
+    assert lens[-160 * 120 * 3 :] == sharp[-160 * 120 * 3 :]
+
+
 def test_a_look_is_its_parameters(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(SCENE)
     for name, words in {
