@@ -18,14 +18,36 @@ static double number_of(const struct app *app, const struct rf_param_info *info)
                                        : *(const int32_t *)member;
 }
 
+/* Where a value comes from: the file, the command line or who set it in the window. A
+ * sentence, "" of a default. */
+static void describe_origin(const struct state *state, const char *key, char *text,
+                            size_t n_bytes)
+{
+    char origin[160];
+    const enum origin kind = settings_origin(&state->settings, key);
+    const enum setter setter =
+        kind == ORIGIN_COMMAND_LINE ? state_setter(state, key) : SETTER_COMMAND_LINE;
+    settings_describe_origin(&state->settings, key, origin, sizeof(origin));
+    if (kind == ORIGIN_DEFAULT)
+        *text = 0;
+    else if (kind == ORIGIN_DERIVED)
+        snprintf(text, n_bytes, "\nFrom the header and what is set %s.",
+                 origin + strcspn(origin, "("));
+    else if (setter == SETTER_USER)
+        snprintf(text, n_bytes, "\nFrom you.");
+    else if (setter == SETTER_LOOK)
+        snprintf(text, n_bytes, "\nFrom the look %s.", state->setters.look);
+    else
+        snprintf(text, n_bytes, "\nFrom the %s.", origin);
+}
+
 /* What is said about a parameter; `tip` is room for its text. */
 static struct ui_about about_of(const struct app *app, const struct rf_param_info *info,
                                 char *tip, size_t n_bytes)
 {
-    char origin[160], fallback[64];
+    char fallback[64];
     const struct state *state = &app->state;
     const bool is_guess = state_is_guess(state, info->key);
-    settings_describe_origin(&state->settings, info->key, origin, sizeof(origin));
     ui_format(info->def, fallback, sizeof(fallback));
     if (info->choices)
         snprintf(fallback, sizeof(fallback), "%s", info->choices[(int)info->def].name);
@@ -35,10 +57,9 @@ static struct ui_about about_of(const struct app *app, const struct rf_param_inf
     snprintf(tip, n_bytes, "%s\n--%s, default %s%s%s%s", info->help, info->key,
              fallback, has_unit ? " " : "", has_unit ? info->unit : "",
              is_guess ? "\nThe file does not say it: this is a guess." : "");
-    if (!is_guess && settings_origin(&state->settings, info->key) != ORIGIN_DEFAULT) {
-        const size_t n = strlen(tip);
-        snprintf(tip + n, n_bytes - n, "\nFrom the %s.", origin);
-    }
+    const size_t n = strlen(tip);
+    if (!is_guess)
+        describe_origin(state, info->key, tip + n, n_bytes - n);
     return (struct ui_about){.tip = tip,
                              .why_off = state_why_off(state, info->key),
                              .mark = is_guess ? "guess" : NULL};
@@ -300,27 +321,64 @@ static int list_looks(const char **names)
     static int n_looks;
     if (n_looks == 0) /* once: the menu is made for every picture */
         n_looks = look_list(looks, MOST_LOOKS);
-    names[0] = "set a look";
+    names[0] = "no look";
     for (int i = 0; i < n_looks; i++)
         names[i + 1] = looks[i].name;
     return n_looks + 1;
 }
 
-/* A look sets several parameters at once. */
+/* Parameters of surface in focus, aperture and character that are set beside a look: "",
+ * or "; swirl, cat-eye stay as they were set". */
+static void list_others(const struct state *state, char *text, size_t n_bytes)
+{
+    size_t n, used = 0;
+    int n_others = 0;
+    const struct rf_param_info *list = rf_param_list(&n);
+    *text = 0;
+    for (size_t i = 0; i < n && used < n_bytes; i++) {
+        struct field field;
+        field_of(&list[i], &field);
+        if (field.section < FIELD_FOCUS_SURFACE || field.section > FIELD_CHARACTER ||
+            settings_origin(&state->typed, list[i].key) != ORIGIN_COMMAND_LINE ||
+            state_setter(state, list[i].key) == SETTER_LOOK)
+            continue;
+        used += (size_t)snprintf(text + used, n_bytes - used, "%s%s",
+                                 n_others++ ? ", " : "; ", list[i].key);
+    }
+    if (n_others > 0 && used < n_bytes)
+        snprintf(text + used, n_bytes - used, " %s",
+                 n_others == 1 ? "stays as it was set" : "stay as they were set");
+}
+
+/* A look sets several parameters at once, in place of the look before. */
 static void look_row(struct app *app)
 {
     const char *names[MOST_LOOKS + 1];
+    char others[256];
     const int n = list_looks(names);
     int index = 0;
+    for (int i = 1; i < n; i++)
+        if (strcmp(names[i], app->state.setters.look) == 0)
+            index = i;
     ui_about(&app->ui,
              &(struct ui_about){.tip = "Sets the parameters of a kind of lens, as "
-                                       "--look does; rackfocus looks lists them."});
-    if (!ui_choice(&app->ui, "Look", names, n, &index) || index == 0)
+                                       "--look does, in place of those that the look "
+                                       "before set; rackfocus looks lists them."});
+    const bool is_changed = ui_choice(&app->ui, "Look", names, n, &index);
+    const bool was_reset = ui_was_reset(&app->ui);
+    if (!is_changed && !was_reset)
         return;
-    if (state_set_look(&app->state, names[index]))
-        view_say(app, "look %s is set", names[index]);
-    else
+    if (was_reset)
+        index = 0;
+    if (!state_set_look(&app->state, index ? names[index] : "")) {
         ui_fail(&app->ui, app->state.problem);
+        return;
+    }
+    list_others(&app->state, others, sizeof(others));
+    if (index)
+        view_say(app, "look %s is set%s", names[index], others);
+    else
+        view_say(app, "no look is set%s", others);
 }
 
 static void character_rows(struct app *app)

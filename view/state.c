@@ -2,6 +2,7 @@
 #include "state.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -20,7 +21,9 @@ void state_init(struct state *state, const struct settings *typed, double exposu
 
 /* ---- parameters ----------------------------------------------------------------- */
 
-static bool resolve(struct state *state, const struct settings *typed)
+/* `setters` of what was typed; NULL: they stay. */
+static bool resolve(struct state *state, const struct settings *typed,
+                    const struct setters *setters)
 {
     struct settings settings;
     struct rf_params params;
@@ -34,6 +37,8 @@ static bool resolve(struct state *state, const struct settings *typed)
         return false;
     }
     state->typed = *typed;
+    if (setters)
+        memcpy(&state->setters, setters, sizeof(*setters)); /* compared with padding */
     state->settings = settings;
     state->params = params;
     state->lens = lens;
@@ -52,7 +57,7 @@ bool state_open(struct state *state, const struct resolver *resolver, int32_t wi
     state->zoom.aspect = aspect;
     state->is_valid = false;
     const struct settings typed = state->typed;
-    return resolve(state, &typed);
+    return resolve(state, &typed, NULL);
 }
 
 static bool is_default(const struct state *state, const char *key)
@@ -76,28 +81,39 @@ static const struct {
     {"f-stop", "aperture-coefficient"},  {"lens-radius", "aperture-coefficient"},
 };
 
-/* Takes back what says the same as `key`. */
-static void take_back_others(const struct settings *from, struct settings *typed,
-                             const char *key)
+static unsigned char *setter_of(struct setters *setters, const char *key)
 {
+    return &setters->of_typed[rf_param_find(key) - rf_param_list(NULL)];
+}
+
+/* Takes what says the same as `key` back to `from`; all of them are the setter's. */
+static void take_back_others(const struct settings *from, struct settings *typed,
+                             struct setters *setters, const char *key,
+                             enum setter setter)
+{
+    *setter_of(setters, key) = (unsigned char)setter;
     for (size_t i = 0; i < sizeof(same) / sizeof(same[0]); i++) {
-        if (strcmp(key, same[i].a) == 0)
-            settings_take(typed, from, same[i].b);
-        if (strcmp(key, same[i].b) == 0)
-            settings_take(typed, from, same[i].a);
+        const char *other = strcmp(key, same[i].a) == 0   ? same[i].b
+                            : strcmp(key, same[i].b) == 0 ? same[i].a
+                                                          : NULL;
+        if (!other)
+            continue;
+        settings_take(typed, from, other);
+        *setter_of(setters, other) = (unsigned char)setter;
     }
 }
 
 bool state_set(struct state *state, const char *key, double value)
 {
     struct settings plain, typed = state->typed;
+    struct setters setters = state->setters;
     struct rf_error error;
     char text[40];
     const struct rf_param_info *info = rf_param_find(key);
     if (!state->is_valid)
         return false;
     settings_init(&plain);
-    take_back_others(&plain, &typed, key);
+    take_back_others(&plain, &typed, &setters, key, SETTER_USER);
     if (info->choices)
         snprintf(text, sizeof(text), "%s", info->choices[(int)value].name);
     else if (info->type == RF_TYPE_BOOL)
@@ -108,57 +124,102 @@ bool state_set(struct state *state, const char *key, double value)
         snprintf(state->problem, sizeof(state->problem), "%s", error.message);
         return false;
     }
-    return resolve(state, &typed);
+    return resolve(state, &typed, &setters);
 }
 
 bool state_reset(struct state *state, const char *key)
 {
     struct settings typed = state->typed;
+    struct setters setters = state->setters;
     if (!state->is_valid)
         return false;
     settings_take(&typed, &state->started, key);
-    take_back_others(&state->started, &typed, key);
-    return resolve(state, &typed);
+    take_back_others(&state->started, &typed, &setters, key, SETTER_COMMAND_LINE);
+    return resolve(state, &typed, &setters);
+}
+
+/* Takes what `over` says over `typed`, for the setter. */
+static void put_over(const struct settings *over, struct settings *typed,
+                     struct setters *setters, enum setter setter)
+{
+    struct settings plain;
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    settings_init(&plain);
+    for (size_t i = 0; i < n; i++) {
+        if (settings_origin(over, list[i].key) != ORIGIN_COMMAND_LINE)
+            continue;
+        take_back_others(&plain, typed, setters, list[i].key, setter);
+        settings_take(typed, over, list[i].key);
+    }
 }
 
 bool state_merge(struct state *state, const struct settings *over)
 {
-    struct settings plain, typed = state->typed;
-    size_t n;
-    const struct rf_param_info *list = rf_param_list(&n);
-    settings_init(&plain);
+    struct settings typed = state->typed;
+    struct setters setters = state->setters;
     if (!state->is_valid)
         return false;
+    put_over(over, &typed, &setters, SETTER_USER);
+    return resolve(state, &typed, &setters);
+}
+
+enum setter state_setter(const struct state *state, const char *key)
+{
+    const ptrdiff_t i = rf_param_find(key) - rf_param_list(NULL);
+    return (enum setter)state->setters.of_typed[i];
+}
+
+/* Takes away what the look set that nobody has set since. */
+static void take_back_look(struct settings *typed, struct setters *setters)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n; i++) {
-        if (settings_origin(over, list[i].key) != ORIGIN_COMMAND_LINE)
+        if (setters->of_typed[i] != SETTER_LOOK)
             continue;
-        take_back_others(&plain, &typed, list[i].key);
-        settings_take(&typed, over, list[i].key);
+        settings_take(typed, &setters->below, list[i].key);
+        setters->of_typed[i] = setters->of_below[i];
     }
-    return resolve(state, &typed);
 }
 
 bool state_set_look(struct state *state, const char *name)
 {
-    struct settings of_look;
+    struct settings of_look, typed = state->typed;
+    struct setters setters = state->setters;
     struct image_error error;
     settings_init(&of_look);
-    if (look_read(name, &of_look, &error))
-        return state_merge(state, &of_look);
-    snprintf(state->problem, sizeof(state->problem), "%.500s", error.message);
-    return false;
+    if (!state->is_valid)
+        return false;
+    if (*name && !look_read(name, &of_look, &error)) {
+        snprintf(state->problem, sizeof(state->problem), "%.500s", error.message);
+        return false;
+    }
+    take_back_look(&typed, &setters);
+    memset(&setters.below, 0, sizeof(setters.below));
+    memset(setters.look, 0, sizeof(setters.look));
+    if (*name) {
+        memcpy(&setters.below, &typed, sizeof(typed));
+        memcpy(setters.of_below, setters.of_typed, sizeof(setters.of_below));
+        snprintf(setters.look, sizeof(setters.look), "%s", name);
+    } else {
+        memset(setters.of_below, 0, sizeof(setters.of_below));
+    }
+    put_over(&of_look, &typed, &setters, SETTER_LOOK);
+    return resolve(state, &typed, &setters);
 }
 
 void state_look(const struct state *state, struct look *look)
 {
     memset(look, 0, sizeof(*look)); /* its padding too */
     memcpy(&look->typed, &state->typed, sizeof(look->typed));
+    memcpy(&look->setters, &state->setters, sizeof(look->setters));
     look->exposure = state->exposure;
 }
 
 bool state_apply(struct state *state, const struct look *look)
 {
-    if (!state->is_valid || !resolve(state, &look->typed))
+    if (!state->is_valid || !resolve(state, &look->typed, &look->setters))
         return false;
     state->exposure = look->exposure;
     return true;

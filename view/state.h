@@ -21,9 +21,25 @@ struct resolver {
     void *user;
 };
 
+/* Who set a value of state->typed. */
+enum setter {
+    SETTER_COMMAND_LINE, /* or nobody */
+    SETTER_USER,         /* in the window */
+    SETTER_LOOK,         /* the look that is set; taken back with it */
+};
+
+/* The same of all parameters, in the order of rf_param_list, and what the look that is
+ * set lies over. */
+struct setters {
+    char look[64]; /* its name; "": none */
+    struct settings below;
+    unsigned char of_typed[SETTINGS_MAX_PARAMS], of_below[SETTINGS_MAX_PARAMS];
+};
+
 /* What the user can set and undo, and what a snapshot keeps. Compared byte by byte. */
 struct look {
     struct settings typed;
+    struct setters setters;
     double exposure; /* stops */
 };
 
@@ -31,6 +47,7 @@ struct state {
     struct resolver resolver;
     struct settings started;  /* the command line */
     struct settings typed;    /* the command line and what was changed since */
+    struct setters setters;   /* of `typed` */
     struct settings settings; /* with the header's facts */
     struct rf_params params;  /* for the data window */
     struct rf_lens lens;
@@ -80,8 +97,13 @@ bool state_apply(struct state *state, const struct look *look);
 /* Sets what `over` says as typed, over what was set before. As state_set(). */
 bool state_merge(struct state *state, const struct settings *over);
 
-/* Sets what a look of looks.h says, over what was set before. As state_set(). */
+/* Sets what a look of looks.h says in place of what the look before it set, which becomes
+ * what it was before that; but what the user has set since stays. "": no look. As
+ * state_set(). */
 bool state_set_look(struct state *state, const char *name);
+
+/* Who set it; `key` or field. */
+enum setter state_setter(const struct state *state, const char *key);
 
 /* Puts the depth in focus: any above 0, INFINITY too. */
 bool state_focus(struct state *state, double depth);

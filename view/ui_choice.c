@@ -61,8 +61,6 @@ static int step_choice(const struct ui *ui, int n, int index)
         return (index + n - 1) % n;
     case UI_KEY_RIGHT:
     case UI_KEY_DOWN:
-    case UI_KEY_ENTER:
-    case UI_KEY_SPACE:
         return (index + 1) % n;
     default:
         return index;
@@ -84,6 +82,10 @@ bool ui_choice(struct ui *ui, const char *label, const char *const *names, int n
             ui->popup = ui->popup == now.id ? 0 : now.id;
         if (ui->focus == now.id)
             *index = step_choice(ui, n, *index);
+        /* Space and Enter open the list, and close it when it was walked. */
+        if (ui->focus == now.id &&
+            (ui->input.key == UI_KEY_ENTER || ui->input.key == UI_KEY_SPACE))
+            ui->popup = ui->popup == now.id ? 0 : now.id;
     }
     char text[96];
     snprintf(text, sizeof(text), "▸ %s", names[*index]);

@@ -116,7 +116,7 @@ def test_guesses_are_marked(view, tmp_path):
     window.set_number("Focal length", "85mm")
     window.move(20, 20)
     window.move(*window.control("Focal length"))
-    assert "guess" not in window.wait_text("tip", "From the command line")
+    assert "guess" not in window.wait_text("tip", "From you")
 
 
 def test_a_lens_without_millimetres(view, tmp_path):
@@ -164,6 +164,51 @@ def test_a_look_sets_its_parameters(window):
     window.wait_text("said", "bubble")
     words = window.copied()
     assert abs(float(words[words.index("--spherical") + 1])) == 3
+
+
+def test_looks_are_walked_by_keys(window):
+    """Each takes the place of the one before; one step back brings that again."""
+    window.open_section("Character")
+    window.click_control("Look")  # opens the list
+    window.key("Down")
+    assert window.wait_text("said", "look ") == "look vintage is set"
+    window.key("Down")
+    assert window.wait_text("said", "look ") == "look anamorphic is set"
+    window.key("Return")
+    window.wait_until(lambda: window.layout()["list"][3] == 0, "the list to close")
+    words = window.copied()
+    assert "--swirl" not in words and "--aperture-ratio" in words
+    window.key("ctrl+z")
+    words = window.copied()
+    assert "--swirl" in words and "--aperture-ratio" not in words
+    window.set_number("Swirl", "0.2")
+    window.choose("Look", 6)
+    said = window.wait_text("said", "look miniature")
+    assert said == "look miniature is set; swirl stays as it was set"
+    window.choose("Look", 0)
+    assert (
+        window.wait_text("said", "no look")
+        == "no look is set; swirl stays as it was set"
+    )
+    words = window.copied()
+    assert "--swirl" in words and "--tilt-y" not in words and "--cat-eye" not in words
+
+
+def test_the_tip_says_whose_the_value_is(view, passes):
+    window = view(passes(), "--cat-eye", "0.1")
+    window.wait_open()
+    window.open_section("Character")
+    window.set_number("Swirl", "0.2")
+
+    def tip(label, part):
+        window.move(*window.control(label))
+        return window.wait_text("tip", part)
+
+    assert "From you." in tip("Swirl", "--swirl")
+    assert "From the command line." in tip("Cat's eye", "--cat-eye,")
+    assert "From the header rackfocus:fStop." in tip("f-stop", "--f-stop")
+    window.choose("Look", 1)
+    assert "From the look vintage." in tip("Astigmatism", "--astigmatism")
 
 
 def test_paste_into_a_number(window):

@@ -189,6 +189,49 @@ static void a_look_is_taken_and_comes_back(void)
     CHECK(memcmp(&before, &again, sizeof(before)) == 0);
 }
 
+/* What --look would set, and nothing of the look before. */
+static void a_look_takes_the_place_of_another(void)
+{
+    struct state state = open(NULL);
+    CHECK(state_set_look(&state, "vintage") && state.params.swirl == 0.35);
+    CHECK(state_setter(&state, "swirl") == SETTER_LOOK);
+    CHECK(state_set_look(&state, "bubble"));
+    CHECK(state.params.spherical == 3 && state.params.cat_eye == 0.4);
+    CHECK(state.params.swirl == 0 && state.params.astigmatism == 0);
+    CHECK_STR(state.setters.look, "bubble");
+    CHECK(state_setter(&state, "swirl") == SETTER_COMMAND_LINE);
+    CHECK(state_set_look(&state, ""));
+    CHECK(state.params.spherical == 0 && state.params.cat_eye == 0);
+    CHECK_STR(state.setters.look, "");
+    CHECK(settings_origin(&state.typed, "cat-eye") == ORIGIN_DEFAULT);
+}
+
+/* What the user set since the look stays, what was set before it comes back. */
+static void a_look_leaves_what_is_the_user_s(void)
+{
+    static struct look before, again;
+    struct state state = open(NULL);
+    state_set(&state, "cat-eye", 0.9);
+    state_set_look(&state, "vintage");
+    CHECK(state.params.cat_eye == 0.6 &&
+          state_setter(&state, "cat-eye") == SETTER_LOOK);
+    state_set(&state, "swirl", 0.1);
+    CHECK(state_setter(&state, "swirl") == SETTER_USER);
+    state_look(&state, &before);
+    state_set_look(&state, "miniature");
+    CHECK(state.params.cat_eye == 0.9 && state.params.swirl == 0.1);
+    CHECK(state_setter(&state, "cat-eye") == SETTER_USER);
+    CHECK(state.params.astigmatism == 0 && state.params.tilt_y == 8);
+    CHECK(state_reset(&state, "cat-eye") && state.params.cat_eye == 0);
+    CHECK(state_setter(&state, "cat-eye") == SETTER_COMMAND_LINE);
+    /* One step back is the other look, with all that belongs to it. */
+    CHECK(state_apply(&state, &before) && state.params.cat_eye == 0.6);
+    CHECK_STR(state.setters.look, "vintage");
+    state_look(&state, &again);
+    CHECK(memcmp(&before, &again, sizeof(before)) == 0);
+    CHECK(state_set_look(&state, "") && state.params.cat_eye == 0.9);
+}
+
 static void modes_toggle(void)
 {
     struct state state = open(NULL);
@@ -245,6 +288,8 @@ int main(int argc, char **argv)
     TEST(the_last_of_two_that_say_the_same_counts);
     TEST(reset_goes_back_to_what_was_given);
     TEST(a_look_is_taken_and_comes_back);
+    TEST(a_look_takes_the_place_of_another);
+    TEST(a_look_leaves_what_is_the_user_s);
     TEST(modes_toggle);
     TEST(the_job_has_what_is_seen);
     TEST(the_eye_stays_on_the_lens);

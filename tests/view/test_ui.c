@@ -355,6 +355,28 @@ static void keys_change_values(void)
     CHECK_STR(text, "new");
 }
 
+static void a_list_is_walked_by_keys(void)
+{
+    start();
+    key(UI_KEY_TAB);
+    key(UI_KEY_TAB);
+    key(UI_KEY_ENTER);
+    CHECK(ui.popup != 0 && choice == 0);
+    key(UI_KEY_DOWN);
+    key(UI_KEY_DOWN);
+    CHECK(ui.popup != 0 && choice == 2);
+    key(UI_KEY_ENTER);
+    CHECK(ui.popup == 0 && choice == 2);
+    key(UI_KEY_SPACE);
+    CHECK(ui.popup != 0);
+    key(UI_KEY_UP);
+    key(UI_KEY_SPACE);
+    CHECK(ui.popup == 0 && choice == 1);
+    key(UI_KEY_SPACE);
+    key(UI_KEY_TAB); /* goes on, and closes it */
+    CHECK(ui.popup == 0 && choice == 1);
+}
+
 static void a_list_opens_above_the_rest(void)
 {
     start();
@@ -454,6 +476,7 @@ int main(int argc, char **argv)
     TEST(long_text_is_wrapped);
     TEST(tab_goes_round);
     TEST(keys_change_values);
+    TEST(a_list_is_walked_by_keys);
     TEST(a_list_opens_above_the_rest);
     TEST(a_button_needs_the_release);
     TEST(a_long_column_scrolls);
