@@ -141,6 +141,18 @@ static void scale_focus(struct app *app, double factor, double divisor)
                 app->state.settings.params.focus_distance * factor / divisor);
 }
 
+/* Nearer by 5 %; from where the picture is that of a focus at infinity, within the limit
+ * of sharpness, to the farthest thing of the scene, or that limit where it is nearer. */
+static void focus_nearer(struct app *app)
+{
+    const double focus = app->state.settings.params.focus_distance;
+    const double farthest = app->source ? app->source->farthest : INFINITY;
+    const double hyperfocal = rf_lens_hyperfocal(&app->state.lens);
+    const bool is_far = focus > 2 * fmax(farthest, hyperfocal);
+    const double end = hyperfocal > 0 ? fmin(farthest, hyperfocal) : farthest;
+    state_focus(&app->state, is_far ? end : focus / 1.05);
+}
+
 static void change_exposure(struct app *app, double stops, double unused)
 {
     state_set_exposure(&app->state, app->state.exposure + stops);
@@ -308,7 +320,7 @@ static const struct {
     [ACTION_COMPARE] = {.plain = toggle_compare},
     [ACTION_KEEP] = {.plain = keep_as_reference},
     [ACTION_CENTRE] = {.plain = focus_on_centre},
-    [ACTION_NEARER] = {.with = scale_focus, .a = 1, .b = 1.05},
+    [ACTION_NEARER] = {.plain = focus_nearer},
     [ACTION_FARTHER] = {.with = scale_focus, .a = 1.05, .b = 1},
     [ACTION_NEAREST] = {.plain = focus_nearest},
     [ACTION_INFINITY] = {.with = scale_focus, .a = INFINITY, .b = 1},

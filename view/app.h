@@ -210,7 +210,9 @@ struct app {
     char replacing[MAX_PATH]; /* a file that is replaced if it is saved once more */
     double replacing_until_s;
     double status_until_s;
-    bool is_missing; /* a file has gone */
+    bool is_missing;   /* a file has gone */
+    char unshown[400]; /* the picture that the slider stands at, and why; "": shown */
+    uint32_t traced_unshown;
     double looked_s; /* when it was last looked for */
     struct stats stats;
     struct bench bench;

@@ -113,11 +113,16 @@ static void fail_to_show(struct app *app, const char *text)
     app->is_ending = true;
 }
 
+static const char *last_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
 static void name_window(struct app *app, const char *name)
 {
     char title[512];
-    const char *slash = strrchr(name, '/');
-    snprintf(title, sizeof(title), "%.400s - Rack Focus", slash ? slash + 1 : name);
+    snprintf(title, sizeof(title), "%.400s - Rack Focus", last_name(name));
     SDL_SetWindowTitle(app->window, title);
 }
 
@@ -214,10 +219,16 @@ static void end_opening(struct app *app, bool is_good)
     app->is_opening = false;
 }
 
-/* What was read cannot be shown. */
+/* What was read cannot be shown. Where it is the next picture of the same list, this is
+ * said until another one is shown: slider and picture do not go together. */
 static void give_up(struct app *app, struct stage *stage, const char *why)
 {
     app->play.is_on = false;
+    if (app->stage && stage && !app->is_opening)
+        snprintf(app->unshown, sizeof(app->unshown),
+                 "%.100s is not shown: %.200s; this is still %.60s",
+                 last_name(stage->files->paths[0]), why,
+                 last_name(app->stage->files->paths[0]));
     fail_to_show(app, why);
     drop_stage(stage);
     end_opening(app, false);
@@ -250,6 +261,7 @@ void load_end(struct app *app)
     }
     app->stage = stage;
     app->is_missing = false;
+    app->unshown[0] = 0;
     drop_stage(old);
     end_opening(app, true);
     remember_file(app, stage->files->paths[0]);

@@ -279,22 +279,29 @@ static void draw_loading(struct app *app)
                  app->loader.stage->label, TEXT);
 }
 
+/* A line in a box over the picture, `y` from the window's top. */
+static void draw_line(struct app *app, int y, const char *text, uint32_t colour)
+{
+    struct ui *ui = &app->ui;
+    const struct area area = view_picture_area(app);
+    const int em = app->font.size_px, room = area.width - 2 * em;
+    const int width = font_width(&app->font, text, SIZE_MAX) + em;
+    const struct area ground = {area.x + em, y, width < room ? width : room, 2 * em};
+    ui_draw_box(ui, &ui->above, &ground, GROUND);
+    ui_draw_text(ui, &ui->above, ground.x + em / 2,
+                 ground.y + (ground.height - app->font.line) / 2, ground.width - em,
+                 text, colour);
+}
+
 static void draw_eye(struct app *app)
 {
     char text[128];
-    struct ui *ui = &app->ui;
     const struct area area = view_picture_area(app);
-    const int em = app->font.size_px;
     const bool has_views = app->source && app->source->n_views > 1;
     snprintf(text, sizeof(text), "eye at (%.2f, %.2f) of the lens, %s",
              app->state.eye[0], app->state.eye[1],
              has_views ? "from the views" : "relief from depth");
-    const int width = font_width(&app->font, text, SIZE_MAX) + em;
-    const struct area ground = {area.x + em, area.y + area.height - 3 * em, width,
-                                2 * em};
-    ui_draw_box(ui, &ui->above, &ground, GROUND);
-    ui_draw_text(ui, &ui->above, ground.x + em / 2,
-                 ground.y + (ground.height - app->font.line) / 2, width, text, TEXT);
+    draw_line(app, area.y + area.height - 3 * app->font.size_px, text, TEXT);
 }
 
 void overlay_draw(struct app *app)
@@ -304,6 +311,10 @@ void overlay_draw(struct app *app)
         draw_loading(app);
     if (app->state.has_eye)
         draw_eye(app);
+    if (app->unshown[0])
+        draw_line(app, view_picture_area(app).y + app->font.size_px, app->unshown,
+                  WARN);
+    trace_once(app, &app->traced_unshown, "unshown", app->unshown);
     if (app->has_stage)
         legend_draw(app);
     open_list_draw(app);

@@ -46,6 +46,23 @@ def test_the_slider_goes_to_a_frame(window, frames, command_picture):
     assert "from 1 to 4" in window.wait_text("field error")
 
 
+def test_a_damaged_frame_is_marked(view, frames):
+    """As long as the slider stands at it, over the picture of another one."""
+    bad = frames / "passes.0012.exr"
+    bad.write_bytes(bad.read_bytes()[:2000])
+    window = view(frames)
+    window.wait_open()
+    plain = window.look()
+    window.move(20, 20)
+    window.key("Next")
+    said = window.wait_text("unshown", bad.name)
+    assert "is not shown" in said and "this is still passes.0011.exr" in said
+    marked = window.look_until(lambda seen: (seen[:40] != plain[:40]).any())
+    assert (marked[:40] != plain[:40]).any()
+    window.key("Next")  # a good one
+    window.wait(lambda e: e["event"] == "unshown" and e["text"] == "", "no mark")
+
+
 def test_playing(window, frames, command_picture):
     """All frames in their order, again and again; from memory at the given speed."""
     window.set_number("Frames a second", "10")

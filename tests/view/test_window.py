@@ -289,6 +289,12 @@ def test_by_keyboard_alone(window):
     window.wait_best(focus=NEAR)
     window.key("i")
     window.wait_best(focus=1e9)
+    window.type("[")  # into the scene at once, to its farthest thing
+    window.wait_best(focus=FAR)
+    window.type("[")
+    window.wait_best(focus=float(f"{FAR / 1.05:.6g}"))
+    window.type("]")
+    window.wait_best(focus=FAR)
     window.key("n")
     window.wait_best(focus=NEAR)
     before = window.events()[-1]
