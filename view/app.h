@@ -164,6 +164,7 @@ struct app {
     int fitted_size[2];     /* of the window as the program chose it; 0: it did not */
     struct browser browser; /* of files to open */
     bool has_browser;
+    double typed_s;       /* when a letter was last typed into it */
     struct dialog dialog; /* of the desktop, to open a file */
     char **dropped;       /* paths that are being dropped */
     int n_dropped;
@@ -291,6 +292,7 @@ void open_any(struct app *app);    /* by the desktop's dialog, else by the list 
 void open_step(struct app *app);   /* of the main loop: takes what was chosen */
 void open_list(struct app *app);   /* shows or hides it */
 bool open_list_key(struct app *app, SDL_Keycode key); /* true: it took the key */
+void open_list_type(struct app *app, const char *text);
 bool open_list_click(struct app *app, double x, double y);
 void open_list_draw(struct app *app);
 

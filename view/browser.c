@@ -8,6 +8,7 @@
 
 #include "file.h"
 #include "folder.h"
+#include "path.h"
 #include "report.h"
 
 static bool add(struct browser *b, enum browser_kind kind, const char *name)
@@ -71,7 +72,8 @@ static void forget_items(struct browser *b)
     free(b->items);
     b->items = NULL;
     b->n = b->at = 0;
-    b->problem[0] = 0;
+    b->problem[0] = b->typed[0] = 0;
+    b->is_unknown = false;
 }
 
 void browser_free(struct browser *b)
@@ -100,8 +102,24 @@ void browser_open(struct browser *b, const char *folder,
               compare);
 }
 
+void browser_type(struct browser *b, const char *text, bool is_anew)
+{
+    const size_t n_before = is_anew ? 0 : strlen(b->typed);
+    snprintf(b->typed + n_before, sizeof(b->typed) - n_before, "%s", text);
+    b->is_unknown = true;
+    for (int i = 0; i < b->n && b->is_unknown; i++) {
+        const char *name = os_path_name(b->items[i].name);
+        if (strncasecmp(name, b->typed, strlen(b->typed)) != 0)
+            continue;
+        b->at = i;
+        b->is_unknown = false;
+    }
+}
+
 void browser_move(struct browser *b, int by)
 {
+    b->typed[0] = 0;
+    b->is_unknown = false;
     b->at += by;
     b->at = b->at >= b->n ? b->n - 1 : b->at;
     b->at = b->at < 0 ? 0 : b->at;

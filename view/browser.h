@@ -22,6 +22,8 @@ struct browser {
     char folder[REMEMBERED_PATH];
     struct browser_item *items;
     int n, at;         /* items; the chosen one */
+    char typed[64];    /* what names are looked for by */
+    bool is_unknown;   /* no name begins with it */
     char problem[160]; /* why the folder cannot be read; "" */
 };
 
@@ -32,6 +34,10 @@ void browser_open(struct browser *browser, const char *folder,
 void browser_free(struct browser *browser);
 
 void browser_move(struct browser *browser, int by);
+
+/* Chooses the first item whose name begins with what was typed, capitals or not: with `text`
+ * behind what was typed before, or alone. */
+void browser_type(struct browser *browser, const char *text, bool is_anew);
 
 /* The chosen item's path; true where it is a file to open. A folder is listed then, and
  * false returned. */

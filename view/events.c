@@ -364,7 +364,9 @@ void events_take(struct app *app, const SDL_Event *event)
         press_key(app, &event->key);
         break;
     case SDL_TEXTINPUT:
-        if (!app->has_browser)
+        if (app->has_browser)
+            open_list_type(app, event->text.text);
+        else
             type_text(app, event->text.text);
         break;
     case SDL_DROPBEGIN:

@@ -7,7 +7,10 @@
 
 #include "app.h"
 #include "cli.h"
+#include "clock.h"
 #include "params_file.h"
+
+#define TYPING_S 1.0 /* between letters of one name */
 
 static bool ends_with(const char *path, const char *ending)
 {
@@ -235,6 +238,16 @@ bool open_list_key(struct app *app, SDL_Keycode key)
     return true;
 }
 
+void open_list_type(struct app *app, const char *text)
+{
+    const double now_s = os_clock_s();
+    browser_type(&app->browser, text, now_s > app->typed_s + TYPING_S);
+    app->typed_s = now_s;
+    app->is_redraw_due = true;
+    trace_text(app, app->browser.is_unknown ? "not in list" : "in list",
+               app->browser.typed);
+}
+
 bool open_list_click(struct app *app, double x, double y)
 {
     int first;
@@ -276,8 +289,11 @@ void open_list_draw(struct app *app)
         ui_draw_text(ui, &ui->above, row.x + pad, row.y + 4, width, text,
                      item->kind == BROWSER_RECENT ? 0xb8b8beff : 0xecececff);
     }
+    char hint[160];
+    snprintf(hint, sizeof(hint), "no name begins with %s", b->typed);
     ui_draw_text(ui, &ui->above, area.x + pad, area.y + area.height - height, width,
-                 "Enter opens, Backspace goes up, Escape leaves; a PNG becomes the "
-                 "reference",
-                 0xb8b8beff);
+                 b->is_unknown ? hint
+                               : "Letters find a name, Enter opens, Backspace goes up, "
+                                 "Escape leaves; a PNG becomes the reference",
+                 b->is_unknown ? 0xffc14dff : 0xb8b8beff);
 }

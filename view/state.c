@@ -246,10 +246,14 @@ const char *state_why_off(const struct state *state, const char *key)
     }
     if (!why)
         return NULL;
+    const enum origin radius = settings_origin(&state->settings, "lens-radius");
+    const bool is_of_units =
+        radius == ORIGIN_HEADER ||
+        (radius == ORIGIN_COMMAND_LINE &&
+         settings_origin(&state->settings, "focal-length-px") == ORIGIN_HEADER);
     for (size_t i = 0; i < sizeof(of_mm) / sizeof(of_mm[0]); i++)
-        if (strcmp(key, of_mm[i]) == 0 && lacks_millimetres(state) &&
-            settings_origin(&state->settings, "lens-radius") == ORIGIN_HEADER)
-            return "the file gives the lens by its radius in scene units, without "
+        if (strcmp(key, of_mm[i]) == 0 && lacks_millimetres(state) && is_of_units)
+            return "the lens is given by its radius in scene units, without "
                    "millimetres: set the lens radius";
     if (settings_origin(&state->settings, "focal-length-px") == ORIGIN_HEADER &&
         is_default(state, "focal-length") && is_default(state, "sensor-width") &&

@@ -2,6 +2,7 @@
 """Files, comparing, reading the picture and its colours, as an artist does it."""
 
 import os
+import time
 
 import numpy
 import pytest
@@ -80,6 +81,20 @@ def test_open_from_the_list(window, passes, tmp_path, command_picture):
     kept = tmp_path / "state/rackfocus/view.txt"
     files = [f for f in kept.read_text().splitlines() if f.startswith("file ")]
     assert files[0].endswith("zz_other.exr") and files[1].endswith("passes.exr")
+
+
+def test_a_name_is_typed_into_the_list(window, passes):
+    passes("aa_other.exr")
+    passes("zz_other.exr")
+    press(window, "ctrl+shift+o")
+    window.wait_text("list")
+    window.type("zq")
+    assert window.wait_text("not in list") == "zq"
+    time.sleep(1.5)  # a new name begins
+    window.type("zz")
+    assert window.wait(lambda e: e["event"] == "in list" and e["text"] == "zz")
+    window.key("Return")
+    window.wait_text("loaded", "zz_other.exr")
 
 
 @pytest.fixture

@@ -131,6 +131,8 @@ def test_a_lens_without_millimetres(view, tmp_path):
     assert "set the lens radius" in window.wait_text("tip", "Without effect")
     window.set_number("Lens radius", "0.1")
     assert window.wait_best()["f_stop"] is None
+    # A radius that was typed wakes them no more than that of the file.
+    assert {"f-stop", "Focal length"} <= set(window.layout()["off"])
 
 
 def test_all_parameters_are_there(window, rackfocus):

@@ -104,6 +104,16 @@ static void a_folder_is_listed_and_entered(void)
     CHECK(b.at == 0);
     browser_up(&b);
     CHECK(b.n > 1);
+    browser_type(&b, "B", true);
+    browser_type(&b, ".", false);
+    CHECK_STR(b.items[b.at].name, "b.exr");
+    CHECK(!b.is_unknown);
+    browser_type(&b, "inn", true);
+    CHECK_STR(b.items[b.at].name, "inner");
+    browser_type(&b, "x", false);
+    CHECK(b.is_unknown && strcmp(b.items[b.at].name, "inner") == 0);
+    browser_move(&b, 0);
+    CHECK(!b.is_unknown && !b.typed[0]);
     browser_open(&b, "/nowhere/at/all", NULL);
     CHECK(b.n == 0 && b.problem[0] && !browser_choose(&b, path, sizeof(path)));
     browser_free(&b);
