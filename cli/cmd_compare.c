@@ -174,12 +174,13 @@ static int cmd_compare(int argc, char **argv)
                check_files(&tool, operands.items) == EXIT_DONE) {
         struct picture a = {0}, b = {0};
         struct pipes pipes = {.folder = ""};
+        enum app_code opened;
         struct image_error error;
         const int n_threads = thread_count(tool.n_threads);
         code = EXIT_FAILED;
         if (pipes_are_named(&operands, NULL) &&
-            !pipes_open(&pipes, &operands, NULL, false, &error))
-            code = exit_code(APP_USAGE, &error);
+            (opened = pipes_open(&pipes, &operands, NULL, false, &error)) != APP_DONE)
+            code = exit_code(opened, &error);
         else if (picture_read(operands.items[0], tool.layer, n_threads, &a, &error) &&
                  picture_read(operands.items[1], tool.layer, n_threads, &b, &error))
             code = compare(&tool, operands.items[0], operands.items[1], &a, &b);

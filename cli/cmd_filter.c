@@ -401,14 +401,16 @@ int filter_command_run(int argc, char **argv, struct frames_report *report)
     struct settings settings;
     struct operands operands;
     struct image_error error;
+    enum app_code opened;
     int code = options_parse(&command_filter, argc, argv, &all, &settings, &operands);
     if (code != OPTIONS_GO_ON)
         return code;
     if (all.preset == PRESET_SHOT && !options_given(&operands, "temporal"))
         all.filter.temporal = TEMPORAL_OF_SHOTS;
     if (pipes_are_named(&operands, tool->output) &&
-        !pipes_open(&all.pipes, &operands, &all.filter.output, all.format == 1, &error))
-        code = exit_code(APP_USAGE, &error);
+        (opened = pipes_open(&all.pipes, &operands, &all.filter.output, all.format == 1,
+                             &error)) != APP_DONE)
+        code = exit_code(opened, &error);
     else if (!check_usage(tool, &operands) || !check_globs(&operands) ||
              !check_sequence(&all, &operands))
         code = EXIT_USAGE;

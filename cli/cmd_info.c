@@ -168,14 +168,16 @@ static int cmd_info(int argc, char **argv)
                                            .depth_channel = tool.depth_channel};
     struct image_error error;
     struct pipes pipes = {.folder = ""};
+    enum app_code opened;
     if (operands.n < 1 || operands.n > 2) {
         message("info takes one EXR file, and one of depth at most, not %d; see "
                 "rackfocus info --help",
                 operands.n);
         code = EXIT_USAGE;
     } else if (pipes_are_named(&operands, NULL) &&
-               !pipes_open(&pipes, &operands, NULL, false, &error)) {
-        code = exit_code(APP_USAGE, &error);
+               (opened = pipes_open(&pipes, &operands, NULL, false, &error)) !=
+                   APP_DONE) {
+        code = exit_code(opened, &error);
     } else if (!source_open(&info->source, &request, &error)) {
         message("%s", error.message);
         code = EXIT_FAILED;

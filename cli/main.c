@@ -12,6 +12,7 @@
 #include "help.h"
 #include "interrupt.h"
 #include "rackfocus/rackfocus.h"
+#include "terminal.h"
 
 static int fail_unknown_command(const char *name)
 {
@@ -93,9 +94,10 @@ int main(int argc, char **argv)
     /* Whoever ends the program: no half files. */
     atexit(os_clean_up);
     const int code = run(argc, argv);
-    const bool is_pipe_closed =
+    const bool is_reader_gone =
         fflush(stdout) != 0 && os_interrupt_is_reader_gone(errno);
-    if (ferror(stdout) && !is_pipe_closed && code == EXIT_DONE) {
+    const bool is_read = os_stream_is_open(stdout) && !is_reader_gone;
+    if (ferror(stdout) && is_read && code == EXIT_DONE) {
         message("standard output: %s", strerror(errno));
         return EXIT_FAILED;
     }

@@ -47,12 +47,19 @@ static bool take_input(struct pipes *pipes, struct image_error *error)
     return reason == 0 || set_error(error, "standard input: %s", strerror(reason));
 }
 
-static bool check(const struct operands *operands, const char *output,
-                  struct image_error *error)
+/* Are the streams there that are named, before anything is read or done? */
+static bool check_open(int n_inputs, const char *output, struct image_error *error)
 {
-    int n = 0;
-    for (int i = 0; i < operands->n; i++)
-        n += is_dash(operands->items[i]);
+    if (n_inputs > 0 && !os_stream_is_open(stdin))
+        return set_error(error, "-: standard input is closed; send it a file");
+    if (is_dash(output) && !os_stream_is_open(stdout))
+        return set_error(error, "-: standard output is closed; send it into a file or "
+                                "a program");
+    return true;
+}
+
+static bool check_usage(int n, const char *output, struct image_error *error)
+{
     if (n > 1)
         return set_error(error, "-: standard input can be one of the inputs only");
     if (n == 1 && os_terminal_is_one(stdin))
@@ -63,26 +70,36 @@ static bool check(const struct operands *operands, const char *output,
     return true;
 }
 
-bool pipes_open(struct pipes *pipes, struct operands *operands, const char **output,
-                bool is_png, struct image_error *error)
+/* A private folder for both. */
+static bool make_folder(struct pipes *pipes, struct image_error *error)
 {
     char prefix[300];
-    *pipes = (struct pipes){.has_output = output && is_dash(*output)};
-    if (!check(operands, output ? *output : NULL, error))
-        return false;
     snprintf(prefix, sizeof(prefix), "%.200s/rackfocus-", os_folder_for_temporary());
     os_leftovers_remove(prefix);
     const int reason =
         os_folder_make_temporary(prefix, pipes->folder, sizeof(pipes->folder));
-    if (reason != 0) {
-        pipes->folder[0] = '\0';
-        return set_error(error, "%s: cannot make a folder: %s", prefix,
-                         strerror(reason));
-    }
+    if (reason == 0)
+        return true;
+    pipes->folder[0] = '\0';
+    return set_error(error, "%s: cannot make a folder: %s", prefix, strerror(reason));
+}
+
+enum app_code pipes_open(struct pipes *pipes, struct operands *operands,
+                         const char **output, bool is_png, struct image_error *error)
+{
+    const char *out = output ? *output : NULL;
+    int n = 0;
+    *pipes = (struct pipes){.has_output = is_dash(out)};
+    for (int i = 0; i < operands->n; i++)
+        n += is_dash(operands->items[i]);
+    if (!check_usage(n, out, error))
+        return APP_USAGE;
+    if (!check_open(n, out, error) || !make_folder(pipes, error))
+        return APP_FAILED;
     for (int i = 0; i < operands->n; i++)
         if (is_dash(operands->items[i])) {
             if (!take_input(pipes, error))
-                return false;
+                return APP_FAILED;
             operands->items[i] = pipes->input;
             message_show_as(pipes->input, "standard input");
         }
@@ -92,7 +109,7 @@ bool pipes_open(struct pipes *pipes, struct operands *operands, const char **out
         *output = pipes->output;
         message_show_as(pipes->output, "standard output");
     }
-    return true;
+    return APP_DONE;
 }
 
 bool pipes_send(const struct pipes *pipes, struct image_error *error)

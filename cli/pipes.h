@@ -10,6 +10,7 @@
 
 #include "image.h"
 #include "operands.h"
+#include "report.h"
 
 struct pipes {
     char folder[512]; /* "" where none was needed */
@@ -23,10 +24,10 @@ bool pipes_are_named(const struct operands *operands, const char *output);
 /*
  * Reads standard input to its end where it is an input, and puts the name of the file
  * in its place. `*output` (may be NULL) that is "-" becomes a file, EXR, or PNG where
- * `is_png`. False with the error; close in any case.
+ * `is_png`. APP_DONE, APP_USAGE or APP_FAILED with the error; close in any case.
  */
-bool pipes_open(struct pipes *pipes, struct operands *operands, const char **output,
-                bool is_png, struct image_error *error);
+enum app_code pipes_open(struct pipes *pipes, struct operands *operands,
+                         const char **output, bool is_png, struct image_error *error);
 
 /* Copies the output to standard output. */
 bool pipes_send(const struct pipes *pipes, struct image_error *error);

@@ -5,8 +5,10 @@
 
 /*
  * The arguments of main() as UTF-8, up to NULL, and their number; where the system has
- * them so, argv itself. Standard input and output pass bytes from then on. First in a
- * main(); what it returns lives as long as the process.
+ * them so, argv itself. Standard input and output pass bytes from then on, and a
+ * standard stream that the caller closed fails when it is used, instead of being the
+ * next file that is opened. First in a main(); what it returns lives as long as the
+ * process.
  */
 char **os_arguments(int *argc, char **argv);
 

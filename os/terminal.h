@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The terminal that messages go to. */
+/* The standard streams, and the terminal that messages go to. */
 #ifndef OS_TERMINAL_H
 #define OS_TERMINAL_H
 
 #include <stdbool.h>
 #include <stdio.h>
+
+/* Can a standard stream be used: the input to read, the others to write? Not where who
+ * started the program closed it. */
+bool os_stream_is_open(FILE *stream);
 
 /* Is it a terminal? */
 bool os_terminal_is_one(FILE *stream);

@@ -11,6 +11,13 @@ static HANDLE handle_of(FILE *stream)
     return (HANDLE)_get_osfhandle(_fileno(stream));
 }
 
+/* -2 where the process has none; no file that is opened gets its number. */
+bool os_stream_is_open(FILE *stream)
+{
+    const int fd = _fileno(stream);
+    return fd >= 0 && _get_osfhandle(fd) >= 0;
+}
+
 /* _isatty() takes NUL for one, too. */
 bool os_terminal_is_one(FILE *stream)
 {

@@ -316,6 +316,41 @@ def test_a_bad_pipe_is_named(binary, tmp_path):
     assert done.stderr == b"rackfocus: standard input: is not an OpenEXR file\n"
 
 
+@pytest.mark.parametrize("words", [["filter", "-", "-o", "o.exr"], ["info", "-"]])
+def test_a_closed_input_is_said(binary, tmp_path, words):
+    """Descriptor 0 is then free: the pipe of signals got it, and was waited for."""
+    done = subprocess.run(
+        [binary, *words], cwd=tmp_path, capture_output=True, timeout=20,
+        preexec_fn=lambda: os.close(0),
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == b"rackfocus: -: standard input is closed; send it a file\n"
+
+
+def test_a_closed_output_is_said_before_the_work(binary, scene, tmp_path):
+    done = subprocess.run(
+        [binary, "filter", scene(), "-o", "-", *LENS], stderr=subprocess.PIPE,
+        timeout=20, preexec_fn=lambda: os.close(1),
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert b"-: standard output is closed; send it into a file" in done.stderr
+
+
+def test_no_file_gets_the_number_of_a_closed_stream(binary, scene, tmp_path):
+    """Messages would be written into it."""
+    out = tmp_path / "out.exr"
+    child = subprocess.Popen(
+        [binary, "filter", "-", "-o", out, *LENS], stdin=subprocess.PIPE,
+        preexec_fn=lambda: os.closerange(1, 3),
+    )  # fmt: skip
+    while len(os.listdir(f"/proc/{child.pid}/fd")) < 5:  # it catches signals
+        assert child.poll() is None
+    places = [os.readlink(f"/proc/{child.pid}/fd/{n}") for n in (1, 2)]
+    child.communicate(pathlib.Path(scene()).read_bytes(), timeout=60)
+    assert places == ["/dev/null", "/dev/null"]
+    assert child.returncode == 0 and out.exists()
+
+
 def test_pipes_have_no_other_name(binary, scene, tmp_path):
     """Warnings, results and info say standard input, never a file of ours."""
     data = pathlib.Path(scene(attributes={})).read_bytes()
