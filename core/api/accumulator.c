@@ -145,9 +145,12 @@ rf_result rf_accumulator_mean(const struct rf_accumulator *accumulator,
 {
     float *planes[4];
     rf_result result = check_image(accumulator, out, "out", error);
+    const struct rf_accumulator *a = accumulator;
+    if (result == RF_OK)
+        result =
+            rf_image_check_out(out, "out", a->frame.width, a->frame.height, 0, error);
     if (result != RF_OK)
         return result;
-    const struct rf_accumulator *a = accumulator;
     if (a->count == 0)
         return rf_fail(error, RF_ERROR_ARGUMENT, "accumulator",
                        "nothing was added, so there is no mean");

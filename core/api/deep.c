@@ -31,7 +31,7 @@ static rf_result check(const struct rf_filter *filter, const struct rf_deep *dee
                        "the deep frame is %d x %d px, but the filter was made for %d x "
                        "%d px",
                        deep->width, deep->height, f->width, f->height);
-    return rf_image_check(out, name, f->width, f->height, error);
+    return rf_image_check_out(out, name, f->width, f->height, 0, error);
 }
 
 rf_result rf_filter_process_deep(const struct rf_filter *filter,
@@ -72,7 +72,8 @@ rf_result rf_deep_flatten(const struct rf_filter *filter, const struct rf_deep *
 {
     rf_result result = check(filter, deep, colour, "colour", error);
     if (result == RF_OK && depth)
-        result = rf_image_check(depth, "depth", deep->width, deep->height, error);
+        result =
+            rf_image_check_out(depth, "depth", deep->width, deep->height, 1, error);
     return result == RF_OK
                ? rf_deep_flatten_to(&filter->frame, deep, colour, depth, error)
                : result;

@@ -188,8 +188,8 @@ static rf_result check_behind(const struct rf_frame *f, const struct rf_view *vi
     rf_result result = rf_image_check(&view->behind_colour, "behind_colour", f->width,
                                       f->height, error);
     if (result == RF_OK)
-        result = rf_image_check(&view->behind_depth, "behind_depth", f->width,
-                                f->height, error);
+        result = rf_image_check_one(&view->behind_depth, "behind_depth", f->width,
+                                    f->height, error);
     if (result == RF_OK && view->behind_colour.channels != view->colour.channels)
         result = rf_fail(error, RF_ERROR_ARGUMENT, "behind_colour",
                          "behind_colour has %d channels and colour %d: give both the "
@@ -225,7 +225,7 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
     rf_result result =
         rf_image_check(&view->colour, "colour", f->width, f->height, error);
     if (result == RF_OK)
-        result = rf_image_check(&view->depth, "depth", f->width, f->height, error);
+        result = rf_image_check_one(&view->depth, "depth", f->width, f->height, error);
     if (result == RF_OK && out->channels != view->colour.channels)
         result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
                          "out has %d channels and colour %d: give both the same",
@@ -253,7 +253,7 @@ static rf_result check_views(const struct rf_filter *filter,
         return rf_fail(error, RF_ERROR_ARGUMENT, "n_views",
                        "%d views were given; the method %s takes 1 to %d", n_views,
                        method->name, method->max_views);
-    rf_result result = rf_image_check(out, "out", f->width, f->height, error);
+    rf_result result = rf_image_check_out(out, "out", f->width, f->height, 0, error);
     if (result == RF_OK)
         result = rf_view_check_size(views, error);
     struct rf_view known[RF_MAX_VIEWS];
@@ -369,9 +369,9 @@ static rf_result convert(const struct rf_filter *filter, const struct rf_image *
         return rf_fail(error, RF_ERROR_ARGUMENT, "filter", "filter is NULL");
     const struct rf_frame *f = &filter->frame;
     int w = f->width, h = f->height;
-    rf_result result = rf_image_check(depth, "depth", w, h, error);
+    rf_result result = rf_image_check_one(depth, "depth", w, h, error);
     if (result == RF_OK)
-        result = rf_image_check(out, "out", w, h, error);
+        result = rf_image_check_out(out, "out", w, h, 1, error);
     if (result != RF_OK)
         return result;
     const struct rf_context *context = f->context;
@@ -386,9 +386,7 @@ static rf_result convert(const struct rf_filter *filter, const struct rf_image *
         rf_field_apply(f, memory, &unused);
     if (result == RF_OK) {
         struct rf_image packed = rf_image_packed(memory, w, h, 1);
-        struct rf_image one = *out;
-        one.channels = 1;
-        rf_image_copy(&packed, &one);
+        rf_image_copy(&packed, out);
     }
     rf_free(context, memory);
     return result;

@@ -64,7 +64,7 @@ rf_result rf_seen_check_light(const struct rf_frame *f, const struct rf_view *vi
     rf_result result =
         rf_image_check(&light->colour, "seen", f->width, f->height, error);
     if (result == RF_OK)
-        result = rf_image_check(&light->depth, "seen", f->width, f->height, error);
+        result = rf_image_check_one(&light->depth, "seen", f->width, f->height, error);
     if (result == RF_OK && light->colour.channels != n)
         return rf_fail(error, RF_ERROR_ARGUMENT, "seen",
                        "a seen light has %d channels; beside %d of the colour it must "

@@ -40,11 +40,11 @@ static rf_result check_images(const struct rf_frame *f, const struct rf_view *vi
                               const struct rf_image *out, struct rf_error *error)
 {
     int w = f->width, h = f->height;
-    rf_result result = rf_image_check(out, "out", w, h, error);
+    rf_result result = rf_image_check_out(out, "out", w, h, 1, error);
     if (result == RF_OK)
         result = rf_image_check(&views[0].colour, "colour", w, h, error);
     if (result == RF_OK)
-        result = rf_image_check(&views[0].depth, "depth", w, h, error);
+        result = rf_image_check_one(&views[0].depth, "depth", w, h, error);
     for (int j = 0; j < n_views && result == RF_OK; j++) {
         const struct rf_seen_light light = {lights[j], views[0].depth};
         result = rf_seen_check_light(f, views, &light, error);
@@ -73,11 +73,9 @@ rf_result rf_filter_seen_depth(const struct rf_filter *filter,
     if (!planar)
         return rf_fail_memory(error, n, sizeof *planar);
     result = rf_seen_find(f, known, n_views, lights, planar, error);
-    struct rf_image one = *out;
-    one.channels = 1;
     const struct rf_image packed = rf_image_packed(planar, f->width, f->height, 1);
     if (result == RF_OK)
-        rf_image_copy(&packed, &one);
+        rf_image_copy(&packed, out);
     rf_free(f->context, planar);
     return result;
 }
@@ -96,7 +94,7 @@ rf_result rf_filter_seen_way(const struct rf_filter *filter, const struct rf_vie
     rf_views_copy(&known, view, 1);
     result = check_images(f, &known, 1, light, out, error);
     if (result == RF_OK)
-        result = rf_image_check(way, "way", f->width, f->height, error);
+        result = rf_image_check_one(way, "way", f->width, f->height, error);
     if (result != RF_OK)
         return result;
     size_t n = (size_t)f->width * (size_t)f->height;
@@ -104,12 +102,10 @@ rf_result rf_filter_seen_way(const struct rf_filter *filter, const struct rf_vie
     if (!planar)
         return rf_fail_memory(error, n, sizeof *planar);
     const struct rf_image packed = rf_image_packed(planar, f->width, f->height, 1);
-    struct rf_image from = *way, to = *out;
-    from.channels = to.channels = 1;
-    rf_image_copy(&from, &packed);
+    rf_image_copy(way, &packed);
     result = rf_seen_keep_flat(f, &known, light, planar, error);
     if (result == RF_OK)
-        rf_image_copy(&packed, &to);
+        rf_image_copy(&packed, out);
     rf_free(f->context, planar);
     return result;
 }

@@ -140,8 +140,8 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
         result =
             rf_image_check(&view->colour, "colour", given->width, given->height, error);
     if (result == RF_OK)
-        result =
-            rf_image_check(&view->depth, "depth", given->width, given->height, error);
+        result = rf_image_check_one(&view->depth, "depth", given->width, given->height,
+                                    error);
     if (result == RF_OK)
         result = rf_view_check_place(view, error);
     return result;
@@ -437,7 +437,7 @@ static rf_result check_job(const struct job *job, struct rf_error *error)
                        "for %d x %d px from (%d, %d)",
                        given->width, given->height, given->x, given->y, needed.width,
                        needed.height, needed.x, needed.y);
-    result = rf_image_check(job->out, "out", kept->width, kept->height, error);
+    result = rf_image_check_out(job->out, "out", kept->width, kept->height, 0, error);
     if (result == RF_OK && job->out->channels != job->views->colour.channels)
         result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
                          "out has %d channels and colour %d: give both the same",

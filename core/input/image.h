@@ -7,9 +7,18 @@
 
 #include "rackfocus/rackfocus.h"
 
-/* Checks one view; `name` is the field in errors. */
+/* Checks one view, of 1, 3 or 4 channels; `name` is the field in errors. */
 rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
                          int height, struct rf_error *error);
+
+/* The same of what has one channel: depth and its like. */
+rf_result rf_image_check_one(const struct rf_image *image, const char *name, int width,
+                             int height, struct rf_error *error);
+
+/* The same of what is written to, of `channels` channels, 0 for 1, 3 or 4: no stride
+ * of 0 puts several samples into one place. */
+rf_result rf_image_check_out(const struct rf_image *image, const char *name, int width,
+                             int height, int channels, struct rf_error *error);
 
 static inline const float *rf_image_at(const struct rf_image *image, int x, int y,
                                        int c)

@@ -411,10 +411,155 @@ static void a_failed_frame_leaves_the_filter_usable(void)
     }
 }
 
+/* ---- channels and strides -------------------------------------------------------- */
+
+enum { W = 6, H = 4 };
+
+/* A filter and memory for views that are not as they should be. */
+static struct views {
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_params params;
+    float colour[W * H * 3], depth[W * H * 3], out[W * H * 4];
+    struct rf_image one, three; /* of depth: as it is, and of three channels */
+    struct rf_view view;
+    struct rf_image to;
+} v;
+
+static void views_begin(void)
+{
+    scene_params(&v.params, RF_METHOD_LAYERED);
+    for (int i = 0; i < W * H * 3; i++)
+        v.depth[i] = 10;
+    v.one = rf_image_packed(v.depth, W, H, 1);
+    v.three = rf_image_packed(v.depth, W, H, 3);
+    v.view =
+        (struct rf_view){.colour = rf_image_packed(v.colour, W, H, 3), .depth = v.one};
+    v.to = rf_image_packed(v.out, W, H, 3);
+    REQUIRE(rf_context_create(&v.context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&v.filter, v.context, &v.params, W, H, NULL) == RF_OK);
+}
+
+static void views_end(void)
+{
+    rf_filter_destroy(v.filter);
+    rf_context_destroy(v.context);
+}
+
+static void check_refused(rf_result result, const struct rf_error *error,
+                          const char *field, const char *text)
+{
+    CHECK(result == RF_ERROR_ARGUMENT && error->code == RF_ERROR_ARGUMENT);
+    CHECK_STR(error->field, field);
+    CHECK_CONTAINS(error->message, field);
+    CHECK_CONTAINS(error->message, text);
+}
+
+#define REFUSED(call, field, text)                                                     \
+    do {                                                                               \
+        struct rf_error error = {0};                                                   \
+        check_refused(call, &error, field, text);                                      \
+    } while (0)
+
+/* Its first channel was taken without a word. */
+static void a_depth_of_three_channels_is_refused(void)
+{
+    struct rf_window all = {0, 0, W, H};
+    struct rf_survey survey = {.size = sizeof survey};
+    views_begin();
+    struct rf_view bad = v.view, behind = v.view, seen = v.view;
+    bad.depth = v.three;
+    behind.behind_colour = v.view.colour;
+    behind.behind_depth = v.three;
+    const struct rf_seen_light light = {v.view.colour, v.three};
+    seen.seen = &light;
+    seen.n_seen = 1;
+    const struct rf_view two[] = {bad, v.view};
+    const struct rf_image lights[] = {v.view.colour, v.view.colour};
+    REFUSED(rf_filter_process(v.filter, &bad, 1, &v.to, NULL, &error), "depth",
+            "3 channels");
+    REFUSED(rf_filter_process(v.filter, &behind, 1, &v.to, NULL, &error),
+            "behind_depth", "3 channels");
+    REFUSED(rf_filter_process(v.filter, &seen, 1, &v.to, NULL, &error), "seen",
+            "3 channels");
+    REFUSED(rf_filter_survey(v.filter, &bad, &all, &all, &survey, &error), "depth",
+            "3 channels");
+    REFUSED(rf_filter_coc(v.filter, &v.three, &v.one, &error), "depth", "3 channels");
+    REFUSED(rf_filter_planar_depth(v.filter, &v.three, &v.one, &error), "depth",
+            "3 channels");
+    REFUSED(rf_filter_seen_depth(v.filter, two, 2, lights, &v.one, &error), "depth",
+            "3 channels");
+    REFUSED(rf_filter_seen_way(v.filter, &bad, &v.view.colour, &v.one, &v.one, &error),
+            "depth", "3 channels");
+    REFUSED(
+        rf_filter_seen_way(v.filter, &v.view, &v.view.colour, &v.three, &v.one, &error),
+        "way", "3 channels");
+    REFUSED(rf_apply(&v.params, &v.view.colour, &v.three, &v.to, &error), "depth",
+            "3 channels");
+    views_end();
+}
+
+static void maps_go_into_one_channel(void)
+{
+    views_begin();
+    const size_t first[W * H + 1] = {0};
+    const struct rf_deep deep = {W, H, first, NULL};
+    const struct rf_view two[] = {v.view, v.view};
+    const struct rf_image lights[] = {v.view.colour, v.view.colour};
+    REFUSED(rf_filter_coc(v.filter, &v.one, &v.to, &error), "out", "it gets 1");
+    REFUSED(rf_filter_planar_depth(v.filter, &v.one, &v.to, &error), "out",
+            "it gets 1");
+    REFUSED(rf_filter_seen_depth(v.filter, two, 2, lights, &v.to, &error), "out",
+            "it gets 1");
+    REFUSED(rf_filter_seen_way(v.filter, two, lights, &v.one, &v.to, &error), "out",
+            "it gets 1");
+    REFUSED(rf_deep_flatten(v.filter, &deep, &v.to, &v.three, &error), "depth",
+            "it gets 1");
+    CHECK(rf_deep_flatten(v.filter, &deep, &v.to, &v.one, NULL) == RF_OK);
+    views_end();
+}
+
+/* What is read may have the same sample everywhere; what is written may not. */
+static void outputs_with_a_stride_of_0_are_refused(void)
+{
+    struct rf_accumulator *sum;
+    views_begin();
+    struct rf_image flat = v.to, line = v.to, grey = v.to;
+    flat.pixel_bytes = 0;
+    line.row_bytes = 0;
+    grey.channel_bytes = 0;
+    const struct rf_image bad[] = {flat, line, grey};
+    const size_t first[W * H + 1] = {0};
+    const struct rf_deep deep = {W, H, first, NULL};
+    REQUIRE(rf_accumulator_create(&sum, v.context, &v.params, W, H, 3, NULL) == RF_OK);
+    CHECK(rf_accumulator_add(sum, &flat, NULL) == RF_OK);
+    for (int i = 0; i < 3; i++) {
+        const struct rf_image *to = &bad[i];
+        struct rf_view view = v.view;
+        view.colour = *to;
+        view.depth.pixel_bytes = view.depth.row_bytes = 0;
+        CHECK(rf_filter_process(v.filter, &view, 1, &v.to, NULL, NULL) == RF_OK);
+        REFUSED(rf_filter_process(v.filter, &v.view, 1, to, NULL, &error), "out",
+                "stride");
+        REFUSED(rf_filter_process_deep(v.filter, &deep, to, NULL, &error), "out",
+                "stride");
+        REFUSED(rf_deep_flatten(v.filter, &deep, to, NULL, &error), "colour", "stride");
+        REFUSED(rf_accumulator_mean(sum, to, &error), "out", "stride");
+    }
+    struct rf_image radii = v.one;
+    radii.row_bytes = 0;
+    REFUSED(rf_filter_coc(v.filter, &v.one, &radii, &error), "out", "stride");
+    rf_accumulator_destroy(sum);
+    views_end();
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     rf_method_list(&n_methods);
+    TEST(a_depth_of_three_channels_is_refused);
+    TEST(maps_go_into_one_channel);
+    TEST(outputs_with_a_stride_of_0_are_refused);
     TEST(bad_sizes_are_rejected);
     TEST(odd_sizes_work);
     TEST(the_longest_side_works);

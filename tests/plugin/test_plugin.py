@@ -419,6 +419,8 @@ def test_bad_depth_and_bad_colour():
         (lambda c, d, o: (c[:0], d, o), ValueError, "colour"),
         (lambda c, d, o: (c, d, None), TypeError, "out"),
         (lambda c, d, o: (c[..., :2], d, o), ValueError, "colour"),
+        (lambda c, d, o: (c, c, o), ValueError, "depth has 4 channels"),
+        (lambda c, d, o: (c, d, np.broadcast_to(o[:1, :1], o.shape)), TypeError, "out"),
     ],
 )
 def test_wrong_buffers_are_named(spoil, error, name):

@@ -365,8 +365,10 @@ RF_API rf_result rf_lens_points(const struct rf_params *params, int32_t n,
 /**
  * A view of 32 bit float pixels that the caller owns. Sample c of pixel (x, y) lies at
  * data + y * row_bytes + x * pixel_bytes + c * channel_bytes; every stride may be
- * negative (data then points at the first pixel all the same). Rows may be padded; the
- * padding is neither read nor written.
+ * negative (data then points at the first pixel all the same). Of an image that is read
+ * a stride may be 0, as of a colour that is the same everywhere; of one that is written
+ * only where there is one step (RF_ERROR_ARGUMENT). Rows may be padded; the padding is
+ * neither read nor written.
  */
 struct rf_image {
     void *data; /**< the first sample of the first pixel, aligned as floats are */
