@@ -34,14 +34,11 @@ static void list_planes(const struct rf_accumulator *a, float *planes[4])
 static rf_result check_size(int32_t width, int32_t height, int32_t channels,
                             struct rf_error *error)
 {
-    if (width < 1 || height < 1 || width > UINT16_MAX || height > UINT16_MAX)
-        return rf_fail(error, RF_ERROR_ARGUMENT,
-                       width < 1 || width > UINT16_MAX ? "width" : "height",
-                       "%d x %d px: each side must lie in 1 to 65535", width, height);
-    if (channels != 1 && channels != 3 && channels != 4)
+    const rf_result result = rf_lens_check_size(width, height, error);
+    if (result == RF_OK && channels != 1 && channels != 3 && channels != 4)
         return rf_fail(error, RF_ERROR_ARGUMENT, "channels",
                        "%d channels were given; pictures have 1, 3 or 4", channels);
-    return RF_OK;
+    return result;
 }
 
 rf_result rf_accumulator_create(struct rf_accumulator **accumulator,

@@ -102,10 +102,6 @@ rf_result rf_filter_create_with(struct rf_filter **filter,
                        : !context ? "context"
                                   : "params",
                        "a pointer is NULL");
-    if (width < 1 || height < 1 || width > UINT16_MAX || height > UINT16_MAX)
-        return rf_fail(error, RF_ERROR_ARGUMENT,
-                       width < 1 || width > UINT16_MAX ? "width" : "height",
-                       "%d x %d px: each side must lie in 1 to 65535", width, height);
     struct rf_lens lens;
     rf_result result = rf_lens_init(&lens, params, width, height, error);
     if (result != RF_OK)

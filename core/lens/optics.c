@@ -140,10 +140,21 @@ static rf_result check_planes(const struct rf_params *p, struct rf_error *error)
     return RF_OK;
 }
 
+rf_result rf_lens_check_size(int32_t width, int32_t height, struct rf_error *error)
+{
+    const bool is_width = width < 1 || width > UINT16_MAX;
+    if (!is_width && height >= 1 && height <= UINT16_MAX)
+        return RF_OK;
+    return rf_fail(error, RF_ERROR_ARGUMENT, is_width ? "width" : "height",
+                   "%d x %d px: each side must lie in 1 to 65535", width, height);
+}
+
 static rf_result resolve(struct rf_lens *lens, const struct rf_params *params,
                          int32_t width, int32_t height, struct rf_error *error)
 {
     rf_result result = rf_params_check(params, error);
+    if (result == RF_OK)
+        result = rf_lens_check_size(width, height, error);
     if (result != RF_OK)
         return result;
     struct rf_params full;
@@ -204,6 +215,8 @@ rf_result rf_lens_init_sized(struct rf_lens *lens, size_t size,
 double rf_lens_radius_px(const struct rf_lens *lens, double z)
 {
     double r;
+    if (isnan(z))
+        return NAN;
     if (lens->projection == RF_PROJECTION_ORTHOGRAPHIC)
         r = isinf(z) && lens->scale == 0 ? 0 : lens->bias_px + lens->scale * z;
     else
@@ -214,6 +227,8 @@ double rf_lens_radius_px(const struct rf_lens *lens, double z)
 double rf_lens_depth_at(const struct rf_lens *lens, double r_px)
 {
     double t = r_px - lens->bias_px;
+    if (isnan(r_px))
+        return NAN;
     if (lens->scale == 0)
         return r_px > 0 ? INFINITY : 0;
     if (lens->projection == RF_PROJECTION_ORTHOGRAPHIC)

@@ -107,6 +107,42 @@ const struct rf_param_info *rf_param_find(const char *name)
     return NULL;
 }
 
+/*
+ * The members of version 0.1, which is the oldest: once there are more, up to the last of
+ * them. A struct that says less was not begun with rf_params_init(); of one that says
+ * more, from a newer header, this library would leave parameters out.
+ */
+enum { LEAST_PARAMS_SIZE = sizeof(struct rf_params) };
+
+bool rf_params_have_size(const struct rf_params *params)
+{
+    return params->size >= LEAST_PARAMS_SIZE && params->size <= sizeof *params;
+}
+
+static rf_result check_size(const struct rf_params *params, struct rf_error *error)
+{
+    if (!params)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "params", "params is NULL");
+    if (params->size > sizeof *params)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "size",
+                       "rf_params.size is %zu, but this library knows %zu bytes: start "
+                       "with rf_params_init(), or use a library as new as the header",
+                       params->size, sizeof *params);
+    if (params->size < LEAST_PARAMS_SIZE)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "size",
+                       "rf_params.size is %zu, less than any version had: start with "
+                       "rf_params_init()",
+                       params->size);
+    return RF_OK;
+}
+
+/* Is the parameter within the struct of a caller who may be older? */
+static bool has_member(const struct rf_params *params, const struct rf_param_info *p)
+{
+    const bool is_float = p->type == RF_TYPE_FLOAT;
+    return p->offset + (is_float ? sizeof(double) : sizeof(int32_t)) <= params->size;
+}
+
 static double get_number(const struct rf_params *params, const struct rf_param_info *p)
 {
     const char *member = (const char *)params + p->offset;
@@ -151,8 +187,15 @@ static rf_result check_range(const struct rf_param_info *p, double v,
     return RF_OK;
 }
 
-static rf_result fail_unknown(const char *name, struct rf_error *error)
+static rf_result find(const struct rf_params *params, const char *name,
+                      const struct rf_param_info **found, struct rf_error *error)
 {
+    const rf_result result = check_size(params, error);
+    if (result != RF_OK)
+        return result;
+    *found = rf_param_find(name);
+    if (*found && has_member(params, *found))
+        return RF_OK;
     return rf_fail(error, RF_ERROR_PARAMETER, name ? name : "",
                    "there is no parameter %s", name ? name : "NULL");
 }
@@ -160,10 +203,10 @@ static rf_result fail_unknown(const char *name, struct rf_error *error)
 rf_result rf_params_set_number(struct rf_params *params, const char *name, double value,
                                struct rf_error *error)
 {
-    const struct rf_param_info *p = rf_param_find(name);
-    if (!p)
-        return fail_unknown(name, error);
-    rf_result result = check_range(p, value, error);
+    const struct rf_param_info *p;
+    rf_result result = find(params, name, &p, error);
+    if (result == RF_OK)
+        result = check_range(p, value, error);
     if (result == RF_OK)
         put_number(params, p, value);
     return result;
@@ -204,9 +247,13 @@ static bool parse_bool(const char *text, double *value)
 rf_result rf_params_set(struct rf_params *params, const char *name, const char *text,
                         struct rf_error *error)
 {
-    const struct rf_param_info *p = rf_param_find(name);
-    if (!p)
-        return fail_unknown(name, error);
+    const struct rf_param_info *p;
+    const rf_result result = find(params, name, &p, error);
+    if (result != RF_OK)
+        return result;
+    if (!text)
+        return rf_fail(error, RF_ERROR_PARAMETER, p->field,
+                       "%s has no text: it is NULL", p->key);
     double value;
     if (p->type == RF_TYPE_ENUM) {
         for (int i = 0; i < p->n_choices; i++)
@@ -226,31 +273,41 @@ rf_result rf_params_set(struct rf_params *params, const char *name, const char *
     return rf_params_set_number(params, name, value, error);
 }
 
-rf_result rf_params_get(const struct rf_params *params, const char *name, char *text,
-                        size_t n_bytes)
+/* The shortest decimals that read back to the same double. */
+static void print_number(double value, char text[RF_PARAM_TEXT_BYTES])
 {
-    const struct rf_param_info *p = rf_param_find(name);
-    if (!p)
-        return RF_ERROR_PARAMETER;
-    double value = get_number(params, p);
-    if (p->type == RF_TYPE_ENUM) {
-        bool is_known = value >= 0 && value < p->n_choices;
-        snprintf(text, n_bytes, "%s", is_known ? p->choices[(int)value].name : "?");
-        return RF_OK;
-    }
-    if (p->type == RF_TYPE_BOOL) {
-        snprintf(text, n_bytes, "%s", value != 0 ? "true" : "false");
-        return RF_OK;
-    }
-    /* The shortest decimals that read back to the same double. */
     for (int digits = 6; digits <= 17; digits++) {
         double back;
-        snprintf(text, n_bytes, "%.*g", digits, value);
+        snprintf(text, RF_PARAM_TEXT_BYTES, "%.*g", digits, value);
         for (char *comma = strchr(text, ','); comma; comma = NULL)
             *comma = '.';
         if (parse_number(text, &back) && back == value)
             break;
     }
+}
+
+rf_result rf_params_get(const struct rf_params *params, const char *name, char *text,
+                        size_t n_bytes)
+{
+    const struct rf_param_info *p;
+    const rf_result result = find(params, name, &p, NULL);
+    if (result != RF_OK)
+        return result;
+    char number[RF_PARAM_TEXT_BYTES];
+    const char *whole = number;
+    const double value = get_number(params, p);
+    if (p->type == RF_TYPE_ENUM)
+        whole = value >= 0 && value < p->n_choices ? p->choices[(int)value].name : "?";
+    else if (p->type == RF_TYPE_BOOL)
+        whole = value != 0 ? "true" : "false";
+    else
+        print_number(value, number);
+    if (!text || strlen(whole) >= n_bytes) {
+        if (text && n_bytes > 0)
+            text[0] = '\0';
+        return RF_ERROR_ARGUMENT;
+    }
+    strcpy(text, whole);
     return RF_OK;
 }
 
@@ -263,9 +320,9 @@ void rf_params_complete(struct rf_params *full, const struct rf_params *params)
 
 rf_result rf_params_check(const struct rf_params *params, struct rf_error *error)
 {
-    if (!params || params->size == 0)
-        return rf_fail(error, RF_ERROR_ARGUMENT, "params",
-                       "start with rf_params_init()");
+    const rf_result size_result = check_size(params, error);
+    if (size_result != RF_OK)
+        return size_result;
     struct rf_params full;
     rf_params_complete(&full, params);
     params = &full;

@@ -452,7 +452,7 @@ bool rf_param_is_read(const struct rf_params *params, const char *name,
 {
     const struct rf_param_info *info = rf_param_find(name);
     const char *reason = "there is no such parameter";
-    if (info && params && params->size > 0) {
+    if (info && params && rf_params_have_size(params)) {
         struct rf_params full;
         rf_params_complete(&full, params);
         reason = rf_method_find(full.method) ? rules[info - rf_param_list(NULL)](&full)

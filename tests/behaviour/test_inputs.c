@@ -553,6 +553,61 @@ static void outputs_with_a_stride_of_0_are_refused(void)
     views_end();
 }
 
+/* ---- deep frames --------------------------------------------------------------- */
+
+struct remarks {
+    int n;
+    char text[256];
+};
+
+static void keep_remark(void *user, enum rf_log_level level, const char *text)
+{
+    struct remarks *remarks = user;
+    CHECK(level == RF_LOG_WARNING);
+    remarks->n++;
+    snprintf(remarks->text, sizeof remarks->text, "%s", text);
+}
+
+/* One sample, of this opacity, in the pixels (4, 2) and (5, 2). */
+static rf_result filter_opacity(float opacity, struct remarks *remarks)
+{
+    const struct rf_context_params with = {
+        .size = sizeof with, .log = keep_remark, .user = remarks};
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    size_t first[W * H + 1];
+    float out[W * H * 4];
+    const struct rf_image to = rf_image_packed(out, W, H, 4);
+    const struct rf_deep_sample s = {10, 10, {0.5f, 0.5f, 0.5f, 1}, opacity};
+    const struct rf_deep_sample samples[] = {s, s};
+    const struct rf_deep deep = {W, H, first, samples};
+    for (int i = 0; i <= W * H; i++)
+        first[i] = i <= 2 * W + 4 ? 0 : i == 2 * W + 5 ? 1 : 2;
+    *remarks = (struct remarks){0};
+    scene_params(&params, RF_METHOD_LAYERED);
+    CHECK(rf_context_create(&context, &with, NULL) == RF_OK &&
+          rf_filter_create(&filter, context, &params, W, H, NULL) == RF_OK);
+    const rf_result result = rf_filter_process_deep(filter, &deep, &to, NULL, NULL);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return result;
+}
+
+static void opacity_above_1_is_remarked(void)
+{
+    struct remarks remarks;
+    CHECK(filter_opacity(1, &remarks) == RF_OK && remarks.n == 0);
+    CHECK(filter_opacity(1.0005f, &remarks) == RF_OK && remarks.n == 0);
+    CHECK(filter_opacity(1.02f, &remarks) == RF_OK && remarks.n == 1);
+    CHECK_STR(remarks.text,
+              "2 deep samples have an opacity above 1, the first at pixel "
+              "(4, 2): taken as 1");
+    CHECK(filter_opacity(INFINITY, &remarks) == RF_ERROR_PIXEL);
+    CHECK(filter_opacity(-0.1f, &remarks) == RF_ERROR_PIXEL);
+    CHECK(filter_opacity(NAN, &remarks) == RF_ERROR_PIXEL);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -560,6 +615,7 @@ int main(int argc, char **argv)
     TEST(a_depth_of_three_channels_is_refused);
     TEST(maps_go_into_one_channel);
     TEST(outputs_with_a_stride_of_0_are_refused);
+    TEST(opacity_above_1_is_remarked);
     TEST(bad_sizes_are_rejected);
     TEST(odd_sizes_work);
     TEST(the_longest_side_works);

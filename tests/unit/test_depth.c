@@ -312,6 +312,8 @@ static void in_place_and_into_a_wider_image(void)
     REQUIRE(rf_filter_create(&filter, context, &p, WIDTH, HEIGHT, NULL) == RF_OK);
     struct rf_image in = rf_image_packed(depth, WIDTH, HEIGHT, 1);
     struct rf_image out = rf_image_packed(wide, WIDTH, HEIGHT, 3);
+    CHECK(rf_filter_coc(filter, &in, &out, NULL) == RF_ERROR_ARGUMENT);
+    out.channels = 1; /* the first of three */
     CHECK(rf_filter_coc(filter, &in, &out, NULL) == RF_OK);
     CHECK(rf_filter_coc(filter, &in, &in, NULL) == RF_OK);
     for (int i = 0; i < N; i++) {

@@ -328,6 +328,35 @@ static void missing_pointers(void)
     CHECK(rf_lens_init(&lens, NULL, 64, 48, NULL) == RF_ERROR_ARGUMENT);
 }
 
+static void no_picture_has_no_lens(void)
+{
+    static const int sizes[][2] = {{0, 0}, {0, 30}, {40, 0}, {-1, 30}, {40, 65536}};
+    for (int i = 0; i < 5; i++) {
+        struct rf_params params;
+        struct rf_lens lens = {.scale = 7};
+        struct rf_error error = {0};
+        rf_params_init(&params);
+        CHECK(rf_lens_init(&lens, &params, sizes[i][0], sizes[i][1], &error) ==
+              RF_ERROR_ARGUMENT);
+        CHECK_STR(error.field, sizes[i][0] < 1 ? "width" : "height");
+        CHECK_CONTAINS(error.message, "1 to 65535");
+        CHECK(lens.scale == 7);
+    }
+}
+
+static void nan_stays_nan(void)
+{
+    for (int projection = 0; projection < 2; projection++) {
+        struct rf_params params;
+        struct rf_lens lens;
+        rf_params_init(&params);
+        params.projection = projection;
+        REQUIRE(rf_lens_init(&lens, &params, 40, 30, NULL) == RF_OK);
+        CHECK(isnan(rf_lens_radius_px(&lens, NAN)));
+        CHECK(isnan(rf_lens_depth_at(&lens, NAN)));
+    }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -347,5 +376,7 @@ int main(int argc, char **argv)
     TEST(yu_focuses_by_the_screen);
     TEST(conflicts_name_the_field);
     TEST(missing_pointers);
+    TEST(no_picture_has_no_lens);
+    TEST(nan_stays_nan);
     return testing_end();
 }

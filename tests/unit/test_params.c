@@ -262,12 +262,62 @@ static void get_keeps_to_its_buffer(void)
     struct rf_params params;
     rf_params_init(&params);
     for (size_t i = 0; i < n_rows; i++) {
-        char text[8];
-        memset(text, '#', sizeof text);
-        rf_params_get(&params, rows[i].key, text, 4);
-        check_row(memchr(text, '\0', 4) != NULL, &rows[i], "terminated");
-        check_row(!memcmp(text + 4, "####", 4), &rows[i], "no byte more");
+        const char *key = rows[i].key;
+        char whole[RF_PARAM_TEXT_BYTES], text[RF_PARAM_TEXT_BYTES + 1];
+        put_member(&params, &rows[i], rows[i].max / 3); /* many digits, or a choice */
+        check_row(rf_params_get(&params, key, whole, sizeof whole) == RF_OK, &rows[i],
+                  "enough");
+        const size_t needed = strlen(whole) + 1;
+        for (size_t n = 0; n <= needed; n++) {
+            memset(text, ',', sizeof text); /* what a comma was looked for in */
+            const rf_result result = rf_params_get(&params, key, text, n);
+            check_row(result == (n < needed ? RF_ERROR_ARGUMENT : RF_OK), &rows[i],
+                      "says whether it fits");
+            if (n > 0)
+                check_row(!strcmp(text, n < needed ? "" : whole), &rows[i], "whole");
+            for (size_t k = n; k < sizeof text; k++)
+                check_row(text[k] == ',', &rows[i], "no byte more");
+        }
+        check_row(rf_params_get(&params, key, NULL, 0) == RF_ERROR_ARGUMENT, &rows[i],
+                  "NULL");
+        rf_params_init(&params);
     }
+}
+
+/* Of every call that takes parameters. */
+static void sizes_that_no_version_had_are_refused(void)
+{
+    const size_t sizes[] = {0,
+                            3,
+                            sizeof(size_t),
+                            sizeof(struct rf_params) - 8,
+                            sizeof(struct rf_params) + 8,
+                            1 << 20};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        struct rf_params params;
+        struct rf_lens lens;
+        struct rf_error errors[4] = {{0}};
+        char text[RF_PARAM_TEXT_BYTES] = "#";
+        rf_params_init(&params);
+        params.size = sizes[i];
+        const struct rf_params before = params;
+        CHECK(rf_params_check(&params, &errors[0]) == RF_ERROR_ARGUMENT);
+        CHECK(rf_params_set(&params, "f-stop", "2", &errors[1]) == RF_ERROR_ARGUMENT);
+        CHECK(rf_params_set_number(&params, "white", 2, &errors[2]) ==
+              RF_ERROR_ARGUMENT);
+        CHECK(rf_lens_init(&lens, &params, 40, 30, &errors[3]) == RF_ERROR_ARGUMENT);
+        for (int k = 0; k < 4; k++) {
+            CHECK_STR(errors[k].field, "size");
+            CHECK_CONTAINS(errors[k].message, "rf_params_init()");
+        }
+        CHECK(rf_params_get(&params, "f-stop", text, sizeof text) == RF_ERROR_ARGUMENT);
+        CHECK(!memcmp(&params, &before, sizeof params));
+        CHECK(!rf_param_is_read(&params, "f-stop", NULL));
+    }
+    CHECK(rf_params_set(NULL, "f-stop", "2", NULL) == RF_ERROR_ARGUMENT);
+    struct rf_params params;
+    rf_params_init(&params);
+    CHECK(rf_params_set(&params, "f-stop", NULL, NULL) == RF_ERROR_PARAMETER);
 }
 
 static void blades_need_three(void)
@@ -339,6 +389,7 @@ int main(int argc, char **argv)
     TEST(messages_list_ranges_and_choices);
     TEST(unknown_names_are_rejected);
     TEST(get_keeps_to_its_buffer);
+    TEST(sizes_that_no_version_had_are_refused);
     TEST(blades_need_three);
     TEST(locale_does_not_matter);
     return testing_end();

@@ -121,7 +121,9 @@ enum rf_exposure { RF_LIST_EXPOSURE(RF_X_ENUM) };
 
 /**
  * All parameters; params.def documents each one (unit, range, default, help).
- * Always start with rf_params_init(). Members are only ever added at the end.
+ * Always start with rf_params_init(). Members are only ever added at the end. A `size`
+ * that no version had, or that is of a newer header than the library, which would leave
+ * parameters out, is RF_ERROR_ARGUMENT, field "size", wherever parameters are taken.
  */
 struct rf_params {
     size_t size; /**< sizeof(struct rf_params) of the caller; set by rf_params_init */
@@ -135,6 +137,9 @@ struct rf_params {
 #undef RF_BOOL
 #undef RF_ENUM
 };
+
+/** Bytes of the longest text of rf_params_get(), its final zero with it. Since 0.1. */
+enum { RF_PARAM_TEXT_BYTES = 64 };
 
 /** Sets every parameter to its default. */
 #define rf_params_init(params) rf_params_init_sized((params), sizeof(struct rf_params))
@@ -203,7 +208,9 @@ RF_API rf_result rf_params_set_number(struct rf_params *params, const char *name
 
 /**
  * Prints one parameter so that rf_params_set() reads the same value back. At most
- * `n_bytes` with the final zero. RF_ERROR_PARAMETER for an unknown name.
+ * `n_bytes` with the final zero; RF_PARAM_TEXT_BYTES are enough for every one.
+ * RF_ERROR_PARAMETER: an unknown name, and `text` is as it was. RF_ERROR_ARGUMENT: it
+ * does not fit, or `text` is NULL; a `text` of 1 byte and more is then "".
  */
 RF_API rf_result rf_params_get(const struct rf_params *params, const char *name,
                                char *text, size_t n_bytes);
@@ -281,9 +288,10 @@ struct rf_lens {
 };
 
 /**
- * Resolves the lens for a picture of width x height px.
+ * Resolves the lens for a picture of width x height px, 1 to 65535 each.
  * RF_ERROR_PARAMETER names the field: a focus distance inside the focal length with a
  * real lens, depth_far not beyond depth_near with optics buffer, and so on.
+ * RF_ERROR_ARGUMENT: the size of the picture or of a struct.
  */
 #define rf_lens_init(lens, params, width, height, error)                               \
     rf_lens_init_sized((lens), sizeof(struct rf_lens), (params), (width), (height),    \
@@ -295,11 +303,12 @@ RF_API rf_result rf_lens_init_sized(struct rf_lens *lens, size_t size,
 
 /**
  * Signed radius in px of a point at planar depth z (scene units, > 0, may be INFINITY),
- * clipped to +-max_radius_px.
+ * clipped to +-max_radius_px. NAN of NAN.
  */
 RF_API double rf_lens_radius_px(const struct rf_lens *lens, double z);
 
-/** Planar depth whose signed radius is r_px; INFINITY where there is none beyond. */
+/** Planar depth whose signed radius is r_px; INFINITY where there is none beyond; NAN of
+ * NAN. */
 RF_API double rf_lens_depth_at(const struct rf_lens *lens, double r_px);
 
 /** Near and far limit of the depth of field: abs(r) <= coc_limit_px. Far may be
@@ -403,7 +412,8 @@ struct rf_context_params {
     /** Allocator: 64-byte aligned memory or NULL; both or neither must be set. */
     void *(*allocate)(void *user, size_t n_bytes);
     void (*release)(void *user, void *memory); /**< what `allocate` gave */
-    /** Remarks such as "12 pixels had a negative colour"; NULL: silent. */
+    /** Remarks such as "12 deep samples have an opacity above 1, the first at pixel (7,
+     * 4): taken as 1"; NULL: silent. */
     void (*log)(void *user, enum rf_log_level level, const char *message);
     void *user; /**< handed to the callbacks */
     /**
@@ -460,7 +470,8 @@ struct rf_filter;
 /**
  * Progress: called on the thread that called rf_filter_process(), with a fraction that
  * never falls, 0 first and 1 last. Returning false cancels; processing then ends after
- * the tiles in flight (each thread finishes at most one) with RF_ERROR_CANCELLED.
+ * the tiles in flight (each thread finishes at most one) with RF_ERROR_CANCELLED. The
+ * picture is whole when 1 is reported: what is returned then is not looked at.
  */
 struct rf_progress {
     bool (*report)(void *user, double fraction); /**< false cancels */
@@ -507,7 +518,8 @@ struct rf_view {
      * members of 0.1. */
     size_t size;
     struct rf_image
-        colour; /**< scene-linear, alpha premultiplied; no NaN, no infinity */
+        colour; /**< scene-linear, alpha premultiplied; no NaN, no infinity; sums of
+                     values beyond +-1e36 may overflow, so that no picture comes out */
     struct rf_image depth; /**< one channel, in the convention params.depth names */
     /** Where on the lens the view was taken, scene units right and up; 0 for one view.
      */
@@ -692,7 +704,9 @@ struct rf_deep_sample {
     /**
      * Share of what lies behind that it hides, [0, 1]. Of an ordinary sample equal to
      * its alpha; a holdout has it with colour and alpha 0. 0 with a colour only adds
-     * light.
+     * light. Above 1, as pixel filters of renderers make it, counts as 1, which is
+     * remarked to rf_context_params.log from 1.001 on; below 0, infinity and NaN are
+     * RF_ERROR_PIXEL.
      */
     float opacity;
 };

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/log.h"
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
@@ -16,6 +17,8 @@
 
 static const float SLICE_PX = 1;
 static const float LEAST_OPACITY = 1e-6f; /* below, colour / opacity means nothing */
+/* Above, an opacity is worth a remark: a half that is rounded up is 1.001. */
+static const float MOST_OPACITY = 1.001f;
 
 /* ---- the pieces of a pixel ----------------------------------------------------- */
 
@@ -117,15 +120,15 @@ struct rf_deep_piece *rf_deep_scratch(const struct rf_deep_work *d, int thread)
 /* ---- checks -------------------------------------------------------------------- */
 
 struct tally {
-    int64_t n_depth, n_pixel;
-    int x_depth, x_pixel;
+    int64_t n_depth, n_pixel, n_above;
+    int x_depth, x_pixel, x_above;
     float depth;
 };
 
 static bool is_colour_good(const struct rf_deep_work *d, const struct rf_deep_sample *s)
 {
     struct rf_deep_piece p = whole_piece(d, s);
-    bool is_good = s->opacity >= 0;
+    bool is_good = s->opacity >= 0 && isfinite(s->opacity);
     for (int n = 0; n < 4; n++)
         is_good &= isfinite(s->colour[n]) && rf_is_light(&d->frame->params, p.c[n]);
     return is_good;
@@ -148,6 +151,8 @@ static void check_row(const struct rf_deep_work *d, int y, struct tally *t)
             }
             if (!is_colour_good(d, s) && t->n_pixel++ == 0)
                 t->x_pixel = x;
+            if (s->opacity > MOST_OPACITY && t->n_above++ == 0)
+                t->x_above = x;
         }
     }
 }
@@ -178,6 +183,22 @@ static rf_result report_tallies(const struct tally *rows, int height,
                        (long long)n_pixel, n_pixel == 1 ? "" : "s",
                        rows[y_pixel].x_pixel, y_pixel);
     return RF_OK;
+}
+
+/* Renderers' pixel filters make an opacity of 1.02, so that it is no error. */
+static void remark_above(const struct rf_deep_work *d, const struct tally *rows)
+{
+    int64_t n = 0;
+    int first = -1;
+    for (int y = 0; y < d->deep->height; y++) {
+        first = rows[y].n_above && first < 0 ? y : first;
+        n += rows[y].n_above;
+    }
+    if (n)
+        rf_log(d->frame->context, RF_LOG_WARNING,
+               "%lld deep sample%s an opacity above 1, the first at pixel (%d, %d): "
+               "taken as 1",
+               (long long)n, n == 1 ? " has" : "s have", rows[first].x_above, first);
 }
 
 /* What the threads share that check samples. */
@@ -216,6 +237,8 @@ rf_result rf_deep_check(struct rf_deep_work *d, struct rf_error *error)
     struct checking checking = {d, rows};
     rf_parallel(context, deep->height, 8, check_rows, &checking);
     rf_result result = report_tallies(rows, deep->height, error);
+    if (result == RF_OK)
+        remark_above(d, rows);
     rf_free(context, rows);
     return result;
 }
