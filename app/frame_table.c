@@ -218,7 +218,7 @@ static bool read_number(const struct frame_table *table, int row, int key, doubl
     char *end;
     const char *text = cell(table, row, key);
     *v = strtod(text, &end);
-    return end != text && *end == '\0' &&
+    return end != text && *end == '\0' && !strpbrk(text, "xX") && /* no 0x10 */
            rf_param_find(table->keys[key])->type == RF_TYPE_FLOAT;
 }
 

@@ -109,12 +109,17 @@ static int fail_image(const struct windows *w)
 
 static int fail_core(const struct windows *w, int view, const struct rf_error *error)
 {
+    const char *path = image_path(w->sources[view].colour);
+    if (error->code == RF_ERROR_MEMORY && w->kept_width == 0) /* while it is counted */
+        return app_fail(w->run->error, APP_FAILED,
+                        "--max-memory: %zu MiB are too few to read %s: %s; allow more",
+                        w->max_bytes >> 20, path, error->message);
     if (error->code == RF_ERROR_MEMORY)
         return app_fail(w->run->error, APP_FAILED,
                         "--max-memory: %zu MiB are too few for windows of %d x %d px "
                         "of %s: %s; allow more",
                         w->max_bytes >> 20, (int)w->kept_width, (int)w->kept_height,
-                        image_path(w->sources[view].colour), error->message);
+                        path, error->message);
     struct rf_error told = *error;
     const size_t n = strlen(told.message);
     if (error->code == RF_ERROR_PARAMETER)

@@ -123,7 +123,8 @@ static int set_number(const struct option *option, const char *text, char *targe
     char *end;
     const double number = strtod(text, &end);
     const bool is_int = option->kind == OPTION_INT;
-    if (end == text || *end || !(number >= option->min && number <= option->max))
+    if (end == text || *end || strpbrk(text, "xX") || /* no 0x10, as of parameters */
+        !(number >= option->min && number <= option->max))
         return fail_number(option, text);
     if (is_int && number != (double)(int32_t)number) {
         message("--%s: '%s' is not a whole number", option->name, text);

@@ -39,9 +39,35 @@ static int check(const Py_buffer *buffer, const char *name)
     return 0;
 }
 
+/* Is it one of NumPy's masked arrays, with something masked? Its buffer is that of all
+ * numbers, those that the mask calls bad among them. */
+static int check_mask(PyObject *object, const char *name)
+{
+    int is_masked = 0;
+    if (!PyObject_HasAttrString(object, "filled") ||
+        !PyObject_HasAttrString(object, "mask"))
+        return 0;
+    PyObject *mask = PyObject_GetAttrString(object, "mask");
+    PyObject *any = mask ? PyObject_CallMethod(mask, "any", NULL) : NULL;
+    if (any)
+        is_masked = PyObject_IsTrue(any);
+    Py_XDECREF(any);
+    Py_XDECREF(mask);
+    if (PyErr_Occurred())
+        return -1;
+    if (is_masked)
+        PyErr_Format(PyExc_TypeError,
+                     "%s: its mask would be lost; give %s.filled(VALUE), with what "
+                     "stands for the masked pixels",
+                     name, name);
+    return is_masked ? -1 : 0;
+}
+
 int plugin_open_image(struct plugin_image *image, PyObject *object, const char *name,
                       bool is_writable)
 {
+    if (check_mask(object, name) < 0)
+        return -1;
     int flags = is_writable ? PyBUF_RECORDS : PyBUF_RECORDS_RO;
     Py_buffer *buffer = &image->buffer;
     if (PyObject_GetBuffer(object, buffer, flags) < 0) {

@@ -228,7 +228,8 @@ static bool parse_number(const char *text, double *value)
 {
     char *end;
     *value = rf_system_strtod(text, &end);
-    return end != text && *end == '\0';
+    /* 0x10 is more likely half of a mistake than 16. */
+    return end != text && *end == '\0' && !strpbrk(text, "xX");
 }
 
 static bool parse_bool(const char *text, double *value)

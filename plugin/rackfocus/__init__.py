@@ -198,6 +198,22 @@ def _context(context, threads):
     return {name: value for name, value in given.items() if value is not None}
 
 
+def _shape(name, picture):
+    """The shape of a picture, or an error that names it."""
+    try:
+        shape = memoryview(picture).shape
+    except TypeError:
+        raise TypeError(
+            f"{name}: a readable buffer of floats is needed, not {type(picture).__name__}"
+        ) from None
+    if len(shape) not in (2, 3):
+        raise ValueError(
+            f"{name}: the shape must be (height, width) or (height, width, channels), "
+            f"not of {len(shape)} dimensions"
+        )
+    return shape
+
+
 def apply(
     colour, depth, /, out=None, *, progress=None, context=None, threads=None, **params
 ):
@@ -212,11 +228,12 @@ def apply(
     params, depth="radial" among them: any of parameters() by field name, such as focus_distance=8, blades=6; and
     distribution_image, a picture of the aperture for method="scatter".
     """
+    shape = _shape("colour", colour)
     if out is None:
         import numpy
 
-        out = numpy.empty(numpy.shape(colour), numpy.float32)
-    height, width = memoryview(colour).shape[:2]
+        out = numpy.empty(shape, numpy.float32)
+    height, width = shape[:2]
     own = _context(context, threads)
     Filter(width, height, **own, **params).process(colour, depth, out, progress)
     return out
@@ -232,7 +249,7 @@ def accumulate(pictures, out=None, *, context=None, threads=None, **params):
     total = None
     for picture in pictures:
         if total is None:
-            shape = memoryview(picture).shape
+            shape = _shape("pictures", picture)
             height, width, channels = (*shape, 1)[:3]
             own = _context(context, threads)
             total = Accumulator(width, height, channels, **own, **params)

@@ -255,6 +255,8 @@ def test_two_blades(fails, scene):
         (["--no-f-stop"], ["unknown option --no-f-stop"]),
         (["--no-split-edges=1"], ["--no-split-edges takes no value"]),
         (["-j", "-1"], ["--threads: '-1' is not a number from 0 to 1024"]),
+        (["-j", "0x10"], ["--threads: '0x10' is not a number from 0 to 1024"]),
+        (["--f-stop", "0x10"], ["f-stop cannot be '0x10'; it is a number from"]),
         (["-j", "1.5"], ["--threads: '1.5' is not a whole number"]),
         (["--type", "double"], ["--type: 'double' is none of half|float"]),
         (["--quiet=yes"], ["--quiet takes no value"]),

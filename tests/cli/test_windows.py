@@ -73,6 +73,9 @@ def test_windows_take_nothing_from_frames_beside(rackfocus, large, tmp_path):
 
 def test_too_little_memory_for_windows(rackfocus, large, tmp_path):
     path, out = large(400, 900, 32, "none", 4), tmp_path / "out.exr"
+    done = rackfocus("filter", path, "-o", out, "--max-memory", 1, code=1)
+    assert f"--max-memory: 1 MiB are too few to read {path}: " in done.stderr
+    assert "0 x 0 px" not in done.stderr
     done = rackfocus("filter", path, "-o", out, "--max-memory", 40, code=1)
     assert "--max-memory: 40 MiB are too few" in done.stderr
     assert "in windows it takes" in done.stderr

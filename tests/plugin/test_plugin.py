@@ -431,6 +431,45 @@ def test_wrong_buffers_are_named(spoil, error, name):
         made.process(*spoil(colour, depth, np.empty_like(colour)))
 
 
+@pytest.mark.parametrize(
+    "colour, error, text",
+    [
+        (b"abcd", ValueError, "colour: .*not of 1 dimensions"),
+        (np.float32(1), ValueError, "colour: .*not of 0 dimensions"),
+        (
+            None,
+            TypeError,
+            "colour: a readable buffer of floats is needed, not NoneType",
+        ),
+        ([[1.0, 2.0]], TypeError, "colour: .*, not list"),
+        (np.ones((2, 3, 4, 5), "f4"), ValueError, "colour: .*not of 4 dimensions"),
+    ],
+)
+def test_what_is_no_picture_is_named(colour, error, text):
+    """And not that too few values were unpacked."""
+    with pytest.raises(error, match=text):
+        rackfocus.apply(colour, np.ones((2, 3), "f4"))
+    with pytest.raises(error, match=text.replace("colour", "pictures")):
+        rackfocus.accumulate([colour])
+
+
+def test_masked_arrays_are_refused():
+    """Their buffer has the masked numbers as well. Without a mask they are arrays."""
+    colour, depth = make_frame()
+    want = rackfocus.apply(colour, depth, **LENS)
+    masked = np.ma.masked_array(depth, depth > depth.mean())
+    assert masked.mask.any()
+    with pytest.raises(TypeError, match=r"depth: its mask .*depth.filled\("):
+        rackfocus.apply(colour, masked, **LENS)
+    with pytest.raises(TypeError, match=r"colour: its mask"):
+        rackfocus.apply(np.ma.masked_array(colour, colour > 0.3), depth, **LENS)
+    for mask in (np.ma.nomask, np.zeros(depth.shape, bool)):
+        bare = np.ma.masked_array(depth, mask)
+        assert (rackfocus.apply(colour, bare, **LENS) == want).all()
+    filled = masked.filled(12).astype("f4")
+    assert rackfocus.apply(colour, filled, **LENS).shape == colour.shape
+
+
 # ---- progress ---------------------------------------------------------------------
 
 

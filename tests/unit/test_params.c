@@ -202,8 +202,8 @@ static void out_of_range_is_rejected(void)
 
 static void bad_text_is_rejected(void)
 {
-    static const char *const texts[] = {"",    " ",  "abc", "1x",
-                                        "1,5", "--", "nan", "1e999"};
+    static const char *const texts[] = {"",   " ",   "abc",   "1x",  "1,5",
+                                        "--", "nan", "1e999", "0x1", "0X1p0"};
     for (size_t i = 0; i < n_rows; i++)
         for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) {
             struct rf_params params, before;

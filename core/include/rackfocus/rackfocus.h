@@ -194,8 +194,8 @@ RF_API const struct rf_param_info *rf_param_at(size_t i);
 RF_API const struct rf_param_info *rf_param_find(const char *name);
 
 /**
- * Sets one parameter from text ("2.8", "polygon", "true"). Numbers are read in the C
- * locale whatever the program's locale is.
+ * Sets one parameter from text ("2.8", "polygon", "true"). Numbers are decimal and read
+ * in the C locale whatever the program's locale is.
  * RF_ERROR_PARAMETER: unknown name, not a number, out of range, no such choice; the
  * message lists the range or the choices.
  */
