@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Files that appear complete or not at all: written as PATH.partXXXXXX in the same
- * folder, synced, renamed over PATH. An old file stays until the rename.
+ * folder, synced, renamed over PATH. An old file stays until the rename. Of a long name
+ * the temporary one has the beginning (part.h); files that begin alike then take each
+ * other's for their own, which the lock makes harmless.
  *
  * Whoever writes such a file holds a lock on it, which the system lets go when the
  * process dies, however that comes. So the next one to write PATH knows which of the
@@ -40,6 +42,9 @@
 #include <linux/magic.h>
 #include <sys/vfs.h>
 #endif
+
+#include "part.h"
+#include "path.h"
 
 enum { N_SLOTS = 16 };
 enum slot_state { SLOT_FREE, SLOT_CLAIMED, SLOT_SHOWN };
@@ -133,17 +138,6 @@ static void remove_if_stale(const char *path)
     close(fd);
 }
 
-/* Is it NAME.partXXXXXX? */
-static bool is_part_of(const char *entry, const char *name)
-{
-    static const char mark[] = ".part";
-    size_t n = strlen(name), n_mark = sizeof mark - 1;
-    if (strncmp(entry, name, n) != 0 || strncmp(entry + n, mark, n_mark) != 0)
-        return false;
-    const char *number = entry + n + n_mark;
-    return strlen(number) == 6 && strspn(number, "0123456789abcdef") == 6;
-}
-
 static void remove_stale(const char *target)
 {
     char folder[PATH_MAX], path[PATH_MAX];
@@ -155,7 +149,7 @@ static void remove_stale(const char *target)
     folder[n] = '\0';
     DIR *stream = opendir(n > 0 ? folder : ".");
     for (struct dirent *entry; stream && (entry = readdir(stream));)
-        if (is_part_of(entry->d_name, target + n) &&
+        if (os_part_is_of(entry->d_name, target + n) &&
             snprintf(path, sizeof path, "%s%s", folder, entry->d_name) <
                 (int)sizeof path)
             remove_if_stale(path);
@@ -174,17 +168,16 @@ static bool is_ours(int fd, const char *path)
 
 static int open_unique(struct os_replace *file, mode_t mode)
 {
-    size_t size = strlen(file->target) + sizeof ".part123456";
     struct timespec now;
-    file->path = malloc(size);
-    if (!file->path)
-        return ENOMEM;
     clock_gettime(CLOCK_REALTIME, &now);
     uint32_t number = (uint32_t)now.tv_nsec ^ (uint32_t)getpid() << 8;
     for (int attempt = 0; attempt < 100; attempt++) {
         number = number * 1664525u + 1013904223u;
-        snprintf(file->path, size, "%s.part%06x", file->target,
-                 (unsigned)(number >> 8));
+        free(file->path);
+        file->path =
+            os_part_path(file->target, os_path_name(file->target), number >> 8);
+        if (!file->path)
+            return ENOMEM;
         file->fd = open(file->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
         if (file->fd >= 0 && is_ours(file->fd, file->path))
             return 0;

@@ -24,6 +24,8 @@
 #include "clock.h"
 #include "file.h"
 #include "folder.h"
+#include "part.h"
+#include "path.h"
 #include "wide.h"
 
 enum { N_SLOTS = 16 };
@@ -70,17 +72,6 @@ void os_replace_remove_all(void)
 
 /* ---- files of dead processes ---------------------------------------------------- */
 
-/* Is it NAME.partXXXXXX? */
-static bool is_part_of(const char *entry, const char *name)
-{
-    static const char mark[] = ".part";
-    const size_t n = strlen(name), n_mark = sizeof mark - 1;
-    if (strncmp(entry, name, n) != 0 || strncmp(entry + n, mark, n_mark) != 0)
-        return false;
-    const char *number = entry + n + n_mark;
-    return strlen(number) == 6 && strspn(number, "0123456789abcdef") == 6;
-}
-
 struct search {
     const char *target, *name; /* its last part */
 };
@@ -88,7 +79,7 @@ struct search {
 static bool remove_if_stale(void *user, const char *entry)
 {
     const struct search *search = user;
-    if (!is_part_of(entry, search->name))
+    if (!os_part_is_of(entry, search->name))
         return true;
     const size_t n = (size_t)(search->name - search->target);
     char *path = malloc(n + strlen(entry) + 1);
@@ -124,17 +115,16 @@ static void remove_stale(const char *target)
 
 static int open_unique(struct os_replace *file)
 {
-    const size_t size = strlen(file->target) + sizeof ".part123456";
     LARGE_INTEGER now;
-    file->path = malloc(size);
-    if (!file->path)
-        return ENOMEM;
     QueryPerformanceCounter(&now);
     uint32_t number = (uint32_t)now.QuadPart ^ (uint32_t)GetCurrentProcessId() << 8;
     for (int attempt = 0; attempt < 100; attempt++) {
         number = number * 1664525u + 1013904223u;
-        snprintf(file->path, size, "%s.part%06x", file->target,
-                 (unsigned)(number >> 8));
+        free(file->path);
+        file->path =
+            os_part_path(file->target, os_path_name(file->target), number >> 8);
+        if (!file->path)
+            return ENOMEM;
         HANDLE handle =
             os_handle_open(file->path, GENERIC_READ | GENERIC_WRITE | DELETE,
                            FILE_SHARE_READ, CREATE_NEW, 0);

@@ -300,6 +300,27 @@ def test_what_is_left_of_dead_writers(binary, tmp_path):
     assert not living.exists()
 
 
+def test_names_as_long_as_can_be(binary, tmp_path):
+    """The one it is written under is no longer; two that begin alike do not meet."""
+    source = scene(tmp_path / "in.exr")
+    long = ["a" * 251 + ".exr", "a" * 250 + "b.exr", "\u00e4" * 125 + "x.exr"]
+    dead = tmp_path / ("\u00e4" * 122 + ".part00c0de")
+    dead.write_bytes(b"left")
+    for name in long:
+        done = run(binary, "filter", source, "-o", tmp_path / name, *LENS)
+        assert done.returncode == 0, done.stderr
+        assert os.path.getsize(tmp_path / name) > 1000
+    assert leftovers(tmp_path) == []
+    living = tmp_path / ("a" * 244 + ".part00beef")
+    with living.open("wb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert (
+            run(binary, "filter", source, "-o", tmp_path / long[0], *LENS).returncode
+            == 0
+        )
+        assert leftovers(tmp_path) == [living.name]
+
+
 def test_output_is_the_input(binary, tmp_path):
     """It is refused, and stays as it was."""
     path = tmp_path / "in.exr"
