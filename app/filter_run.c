@@ -555,6 +555,10 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
         views_list_free(&run.list);
         return code;
     }
+    if (tool->kept) {
+        tool->kept->width = run.source.width;
+        tool->kept->height = run.source.height;
+    }
     code = run_steps(&run);
     free_run(&run);
     return code;

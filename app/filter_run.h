@@ -89,8 +89,9 @@ struct filter_options {
  */
 struct filter_kept {
     struct rf_context *context;
-    size_t max_bytes; /* of the context */
-    struct run *run;  /* whose remarks it makes */
+    size_t max_bytes;      /* of the context */
+    struct run *run;       /* whose remarks it makes */
+    int32_t width, height; /* of the last input, px; 0: there was none */
 };
 void filter_kept_free(struct filter_kept *kept);
 

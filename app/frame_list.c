@@ -113,6 +113,35 @@ bool frame_list_parse(struct frame_list *list, const char *text,
     return true;
 }
 
+/* The step that all differences are multiples of. */
+static int32_t common_step(const struct frame_list *list)
+{
+    int32_t step = 0;
+    for (int i = 1; i < list->n; i++) {
+        int32_t a = list->numbers[i] - list->numbers[i - 1];
+        while (a != 0) {
+            const int32_t rest = step % a;
+            step = a;
+            a = rest;
+        }
+    }
+    return step;
+}
+
+bool frame_list_missing(struct frame_list *missing, const struct frame_list *list,
+                        struct image_error *error)
+{
+    const int32_t step = common_step(list);
+    *missing = (struct frame_list){0};
+    for (int i = 1; i < list->n; i++)
+        for (int32_t k = list->numbers[i - 1] + step; k < list->numbers[i]; k += step)
+            if (!add(missing, k, error)) {
+                frame_list_free(missing);
+                return false;
+            }
+    return true;
+}
+
 char *frame_list_text(const int32_t *numbers, int n, struct image_error *error)
 {
     const size_t n_bytes = 14 * (size_t)n + 1;

@@ -23,6 +23,10 @@ bool frame_list_parse(struct frame_list *list, const char *text,
 /* The files that a pattern names. */
 bool frame_list_find(struct frame_list *list, const char *pattern,
                      struct image_error *error);
+/* The frames between the first and the last that a list lacks, where it goes in equal
+ * steps otherwise. False without memory. */
+bool frame_list_missing(struct frame_list *missing, const struct frame_list *list,
+                        struct image_error *error);
 /* n rising numbers as frame_list_parse() reads them: "1-240,300". The caller frees; NULL
  * without memory. */
 char *frame_list_text(const int32_t *numbers, int n, struct image_error *error);

@@ -24,6 +24,7 @@ struct frame {
     int32_t number;
     enum state state;
     int code;
+    int32_t width, height;    /* of its input, px; 0: not known */
     struct image_error error; /* of a failed one */
 };
 
@@ -332,6 +333,8 @@ static void make_files(struct sequence *sequence, struct frame *frame, struct jo
     job->tool.kept = kept;
     frame->code =
         filter_any(&job->tool, &job->settings, job->paths, job->n_paths, &frame->error);
+    frame->width = kept->width;
+    frame->height = kept->height;
     if (frame->code == APP_DONE) {
         frame->state = MADE;
         note_finished(sequence, job, frame->number, os_clock_s() - started_s);
@@ -445,6 +448,55 @@ static int count(const struct sequence *sequence, enum state state)
     return n;
 }
 
+static bool is_like(const struct frame *a, const struct frame *b)
+{
+    return a->width == b->width && a->height == b->height;
+}
+
+/* Has the frame been made in this run, so that its size is known? */
+static bool is_made(const struct frame *frame)
+{
+    return frame->state == MADE && frame->width > 0;
+}
+
+/* A frame of the size that most have that were made; NULL: there is none. */
+static const struct frame *find_usual(const struct sequence *sequence)
+{
+    const struct frame *usual = NULL;
+    int lead = 0; /* Boyer and Moore's vote */
+    for (int i = 0; i < sequence->n_frames; i++) {
+        const struct frame *frame = &sequence->frames[i];
+        if (!is_made(frame))
+            continue;
+        if (lead == 0)
+            usual = frame;
+        lead += is_like(frame, usual) ? 1 : -1;
+    }
+    return usual;
+}
+
+/* Frames of a shot are of one size; a proxy among them is no mistake of ours. */
+static int warn_of_sizes(const struct sequence *sequence)
+{
+    const struct frame *usual = find_usual(sequence), *other = NULL;
+    int n = 0;
+    for (int i = 0; i < sequence->n_frames && usual; i++) {
+        const struct frame *frame = &sequence->frames[i];
+        if (!is_made(frame) || is_like(frame, usual))
+            continue;
+        other = other ? other : frame;
+        n++;
+    }
+    if (!other)
+        return APP_DONE;
+    return app_warn(sequence->tool->host, sequence->error,
+                    "%s: frames are of different sizes: %d is %d x %d px%s, %d is "
+                    "%d x %d px; each was filtered as it is",
+                    sequence->paths[0], (int)other->number, (int)other->width,
+                    (int)other->height, n > 1 ? ", as others are" : "",
+                    (int)usual->number, (int)usual->width, (int)usual->height);
+}
+
 static int summarise(const struct sequence *sequence, double seconds)
 {
     const int n_failed = count(sequence, FAILED), n_made = count(sequence, MADE);
@@ -466,6 +518,8 @@ static int summarise(const struct sequence *sequence, double seconds)
     /* Each failure has been said: the error has no words of its own. */
     if (code != APP_DONE)
         app_fail(sequence->error, code, "%s", "");
+    else
+        code = warn_of_sizes(sequence);
     return os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
@@ -483,6 +537,29 @@ static int take_frames(struct sequence *sequence, const struct frame_list *list)
     return has_memory ? APP_DONE : APP_NO_MEMORY;
 }
 
+/* Holes in a shot, that is where more frames are there than not: a few stills have none.
+ */
+static int warn_of_missing(const struct sequence *sequence,
+                           const struct frame_list *list)
+{
+    struct frame_list missing;
+    if (!frame_list_missing(&missing, list, sequence->error))
+        return APP_NO_MEMORY;
+    int code = APP_DONE;
+    if (missing.n > 0 && missing.n < list->n) {
+        char *text = frame_list_text(missing.numbers, missing.n, sequence->error);
+        code = !text ? APP_NO_MEMORY
+                     : app_warn(sequence->tool->host, sequence->error,
+                                "%s: of frames %d to %d there is no %.200s; name with "
+                                "--frames what is to be filtered",
+                                sequence->paths[0], (int)list->numbers[0],
+                                (int)list->numbers[list->n - 1], text);
+        free(text);
+    }
+    frame_list_free(&missing);
+    return code;
+}
+
 static int list_frames(struct sequence *sequence, const char *pattern)
 {
     struct frame_list list;
@@ -495,6 +572,8 @@ static int list_frames(struct sequence *sequence, const char *pattern)
                         error.message);
     int code = filter_check_files(sequence->tool, sequence->paths, sequence->n_paths,
                                   &list, sequence->error);
+    if (code == APP_DONE && !asked && !sequence->how->report)
+        code = warn_of_missing(sequence, &list);
     if (code == APP_DONE)
         code = take_frames(sequence, &list);
     frame_list_free(&list);

@@ -256,3 +256,34 @@ def test_any_number_at_a_time(run, shot, tmp_path):
         files = sorted(pathlib.Path(tmp_path).glob("out.[0-9]*.exr"))
         pictures.append([path.read_bytes() for path in files])
     assert pictures[0] == pictures[1] == pictures[2]
+
+
+def test_holes_in_a_shot_are_said(run, shot, tmp_path):
+    pattern = shot(7)
+    for i in (3, 5, 6):
+        (tmp_path / f"shot.000{i}.exr").unlink()
+    done = run(pattern)
+    assert (
+        f"{pattern}: of frames 1 to 7 there is no 3,5-6; name with --frames"
+        in done.stderr
+    )
+    assert made(tmp_path) == [1, 2, 4, 7]
+    assert "there is no" not in run(pattern, "--frames", "1-2,4").stderr
+    run(pattern, "--strict", code=1)
+
+
+@pytest.mark.parametrize("there", [(1, 2, 3), (1, 3, 5, 7), (2, 5), (1, 4, 6)])
+def test_steps_and_stills_are_no_holes(run, shot, tmp_path, there):
+    pattern = shot(7)
+    for i in set(range(1, 8)) - set(there):
+        (tmp_path / f"shot.000{i}.exr").unlink()
+    assert "there is no" not in run(pattern).stderr
+    assert made(tmp_path) == list(there)
+
+
+def test_frames_of_different_sizes_are_said(run, shot, scene, tmp_path):
+    pattern = shot(4)
+    assert "sizes" not in run(pattern).stderr
+    scene("shot.0003.exr", size=(24, 16))
+    said = run(pattern, "--anew").stderr
+    assert "frames are of different sizes: 3 is 24 x 16 px, 1 is 48 x 32 px" in said
