@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SIGINT and SIGTERM at random moments: the command and all that it started end soon,
-with the code that says so, and no half-written file or temporary folder is left."""
+"""SIGINT, SIGTERM and SIGHUP at random moments: the command and all that it started end
+soon, with the code that says so; no half-written file or temporary folder is left, and
+what was there before stays.
+"""
 
 import os
 import pathlib
@@ -17,6 +19,7 @@ N_MOMENTS = 100  # of each kind
 # The command ends what does not ask after 0.6 s (os/interrupt.h); the rest is for a
 # machine that has other work.
 PATIENCE_S = 10
+OLD = b"what was there before"
 SCENE = """#version 3.7;
 global_settings { assumed_gamma 1.0 }
 camera { location <0, 1, -5> look_at <0, 1, 0> right x*image_width/image_height
@@ -63,6 +66,7 @@ def start(binary, words, folder):
     return subprocess.Popen(
         [binary, *map(str, words)], cwd=folder, stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": str(private)},
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
     )  # fmt: skip
 
 
@@ -82,7 +86,9 @@ def test_ends_at_any_moment(binary, tmp_path, kind):
     for i in range(N_MOMENTS):
         for path in tmp_path.glob("out.*"):
             path.unlink()
-        number = (signal.SIGINT, signal.SIGTERM)[i % 2]
+        for name in outputs:
+            (tmp_path / name).write_bytes(OLD)
+        number = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[i % 3]
         process = start(binary, words, tmp_path)
         time.sleep(moments.uniform(0.02, 1) * duration)
         process.send_signal(number)
@@ -96,8 +102,8 @@ def test_ends_at_any_moment(binary, tmp_path, kind):
         assert process.returncode in (0, 128 + number, -number), (i, said)
         assert not list((tmp_path / "private").iterdir()), i
         assert not list(tmp_path.glob("*.part*")), i
-        made = [tmp_path / name for name in outputs if (tmp_path / name).exists()]
-        assert all(is_whole(path) for path in made), i
+        made = [name for name in outputs if (tmp_path / name).read_bytes() != OLD]
+        assert all(is_whole(tmp_path / name) for name in made), i
         assert process.returncode or len(made) == len(outputs), i
         assert not processes_of(tmp_path), i
         codes.append(process.returncode)
