@@ -17,9 +17,11 @@ struct word {
     const char *choices; /* parted by blanks or |; NULL */
 };
 
-/* The first sentence, quoted for a shell; zsh's brackets and colons left out. */
-static void print_brief(const char *help)
+/* The first sentence, quoted for a shell, without what it takes for its own; a
+ * parenthesis that goes on after it is closed. */
+static void print_brief(const char *help, const char *own)
 {
+    int n_open = 0;
     for (; *help && *help != '\n'; help++) {
         if (help[0] == '.' && (help[1] == ' ' || !help[1]))
             break;
@@ -27,10 +29,15 @@ static void print_brief(const char *help)
             break;
         if (*help == '\'')
             fputs("\342\200\231", stdout); /* the apostrophe that no shell quotes by */
-        else if (!strchr("[]:\\`", *help))
+        else if (!strchr(own, *help))
             putchar(*help);
+        n_open += (*help == '(') - (*help == ')');
     }
+    for (; n_open > 0; n_open--)
+        putchar(')');
 }
+
+static const char OF_FISH[] = "\\`", OF_ZSH[] = "[]:\\`";
 
 static void print_choices(const char *choices)
 {
@@ -52,7 +59,7 @@ static void print_fish(const char *command, const struct word *word)
         putchar('\'');
     }
     fputs(" -d '", stdout);
-    print_brief(word->help);
+    print_brief(word->help, OF_FISH);
     puts("'");
 }
 
@@ -60,7 +67,7 @@ static void print_zsh(const char *command, const struct word *word)
 {
     (void)command;
     printf("            '--%s%s[", word->name, word->has_value ? "=" : "");
-    print_brief(word->help);
+    print_brief(word->help, OF_ZSH);
     putchar(']');
     if (word->choices) {
         printf(":%s:(", word->name);
@@ -118,7 +125,7 @@ void generate_fish(void)
     for (size_t i = 0; i < n; i++) {
         printf("complete -c rackfocus -n __fish_use_subcommand -f -a %s -d '",
                commands[i]->name);
-        print_brief(commands[i]->description);
+        print_brief(commands[i]->description, OF_FISH);
         puts("'");
         print_words(commands[i], print_fish);
     }
@@ -135,7 +142,7 @@ void generate_zsh(void)
          "        local -a commands=(");
     for (size_t i = 0; i < n; i++) {
         printf("            '%s:", commands[i]->name);
-        print_brief(commands[i]->description);
+        print_brief(commands[i]->description, OF_ZSH);
         puts("'");
     }
     puts("        )\n"

@@ -172,6 +172,12 @@ def test_completion_of_other_shells(rackfocus, keys, shell, tmp_path):
     for key in keys:
         found = re.search(re.escape(f"{lead}{key}") + r"[ =\[]", text)
         assert found, key
+    for line in text.splitlines():
+        said = re.search(r" -d '(.*)'$|'--[^\[]*\[(.*?)\]", line)
+        if said:
+            brief = said[1] or said[2]
+            assert brief.count("(") == brief.count(")"), line
+    assert shell == "zsh" or "Look of a kind of lens: vintage" in text
     assert re.search(r"--?method.*layered", text) or "-l method -x -a '" in text
     if shutil.which(shell):
         path = tmp_path / "completion"
