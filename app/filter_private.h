@@ -5,6 +5,7 @@
 
 #include "aov.h"
 #include "deep.h"
+#include "depth_doubts.h"
 #include "depth_repair.h"
 #include "filter_run.h"
 #include "settings.h"
@@ -44,6 +45,7 @@ struct run {
      * largest_radius alone. */
     double least_radius, most_radius, largest_radius;
     bool has_radii;
+    struct doubts_tally *doubts; /* NULL: nobody hears of them, or they were told */
     double shared_views; /* that show a pixel the same, on average; 0: nobody asked */
 };
 
@@ -115,6 +117,14 @@ int filter_warn_cut(const struct run *run);
 
 /* One line: focus, aperture, radii, method. */
 void filter_say_done(const struct run *run);
+
+/* ---- filter_doubts.c: depth that can hardly be what it is taken for ---------------- */
+
+/* Makes run->doubts, where there is somebody to hear of them. */
+void filter_begin_doubts(struct run *run);
+
+/* Warns of them; of pictures in windows, whose rows were counted by then. */
+int filter_warn_doubts(struct run *run);
 
 /* ---- filter_denoise.c ------------------------------------------------------------ */
 

@@ -471,7 +471,9 @@ static int warn_facts(struct run *run)
 {
     if (!run->windows)
         filter_measure_radii(run);
-    const int code = filter_warn_defaults(run);
+    int code = filter_warn_defaults(run);
+    if (code == APP_DONE)
+        code = filter_warn_doubts(run);
     return code == APP_DONE ? filter_warn_cut(run) : code;
 }
 
@@ -514,6 +516,7 @@ static int run_steps(struct run *run)
 static void free_run(struct run *run)
 {
     windows_free(run);
+    doubts_free(run->doubts);
     temporal_free(run);
     rf_filter_destroy(run->filter);
     filter_kept_free(&run->own);

@@ -292,6 +292,10 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
                            w->depth[0],
                            rf_image_packed(w->colour[0], w->width, n, w->n_channels),
                            w->width, n, w->run->params.depth_infinity});
+            if (w->run->doubts)
+                doubts_add(w->run->doubts,
+                           &(struct doubts_rows){w->colour[0], w->depth[0],
+                                                 w->n_channels, y, n});
             white_tally_add(light, w->colour[0], (size_t)w->width * (size_t)n,
                             w->n_channels);
         }
@@ -311,7 +315,8 @@ static int judge_picture(struct windows *w)
     const bool needs_white = filter_needs_white(run);
     const struct rf_depth_channel whole = {
         .width = w->width, .height = w->height, .infinity = run->params.depth_infinity};
-    if (!needs_depth && !needs_white)
+    filter_begin_doubts(run);
+    if (!needs_depth && !needs_white && !run->doubts)
         return APP_DONE;
     if (rf_depth_tally_create(&tally, NULL, &whole, NULL) != RF_OK)
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",

@@ -354,7 +354,7 @@ def test_small_numbers_are_doubted(filtered, seen):
     _, said = filtered(within)
     assert said.count("taken for distances; normalised and inverse depth may") == 1
     assert "--depth planar" in said and "0.06 to 0.24" in said
-    uncut = "--max-radius", "16384"
+    uncut = "--max-radius", "16384", "--depth-scale", "1"
     assert filtered(within, "--depth", "planar", *uncut)[1] == ""
     assert filtered(within, "--depth", "inverse", *uncut)[1] == ""
     _, said = filtered(within, "--strict", code=1)

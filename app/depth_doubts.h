@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Figures that tell whether depth is what it is taken for: in the unit of the focus, of
+ * its kind, and of this picture. They are taken at up to 60000 places on a grid, and at
+ * the steps of the depth on its rows, so that they cost next to nothing.
+ */
+#ifndef APP_DEPTH_DOUBTS_H
+#define APP_DEPTH_DOUBTS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "rackfocus/rackfocus.h"
+
+/* Some rows of a picture and its depth as read, packed. */
+struct doubts_rows {
+    const float *colour, *depth;
+    int n_channels;
+    int32_t first, n; /* of the picture's rows, those at hand */
+};
+
+struct doubts_tally;
+
+/* Of pictures of this size; the parameters are kept by pointer. NULL
+ * without memory. */
+struct doubts_tally *doubts_create(const struct rf_params *params,
+                                   const struct rf_lens *lens, int32_t width,
+                                   int32_t height);
+void doubts_free(struct doubts_tally *tally);
+
+/* All of the picture, or strips of it from the top down. */
+void doubts_add(struct doubts_tally *tally, const struct doubts_rows *rows);
+
+/* Planar or radial distances where something was hit. */
+struct doubts_range {
+    size_t n_hits, n_far, n_near; /* beyond 20 times the focus, before a 20th of it */
+    double nearest, farthest;
+};
+void doubts_find_range(const struct doubts_tally *tally, struct doubts_range *range);
+
+/* Places on slanted surfaces, and those of them where one kind of depth alone would be
+ * that of a flat surface. */
+struct doubts_kinds {
+    size_t n, n_planar, n_inverse, n_radial;
+};
+void doubts_find_kinds(const struct doubts_tally *tally, struct doubts_kinds *kinds);
+
+/* Mean steps of the colour at steps of the depth, over those elsewhere. */
+struct doubts_edges {
+    size_t n;
+    double ratio;
+    /* With the depth's left and right, or its top and bottom, exchanged; 0: unknown. */
+    double mirrored[2];
+    double grain; /* second differences over first ones: 1.7 and more for noise */
+};
+void doubts_find_edges(const struct doubts_tally *tally, struct doubts_edges *edges);
+
+#endif

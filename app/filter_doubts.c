@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a user is told of depth that can hardly be what it is taken for. */
+#include "filter_private.h"
+
+#include "report.h"
+
+/* Of the hits; the rest may be specks. */
+static const double NEARLY_ALL = 0.99;
+
+void filter_begin_doubts(struct run *run)
+{
+    const struct app_host *host = run->tool->host;
+    if (host && host->warn && rf_method_find(run->params.method)->needs_depth)
+        run->doubts = doubts_create(&run->params, rf_filter_lens(run->filter),
+                                    run->source.width, run->source.height);
+}
+
+/* Of a picture in memory. */
+static void count(struct run *run)
+{
+    filter_begin_doubts(run);
+    if (run->doubts)
+        doubts_add(run->doubts, &(struct doubts_rows){run->colour, run->depth,
+                                                      run->source.n_channels, 0,
+                                                      run->source.height});
+}
+
+/* ---- unit ------------------------------------------------------------------------- */
+
+/* Units that scenes are built in, how many of them are a metre. */
+static const struct {
+    const char *name, *to_metres, *from_metres;
+    double per_metre;
+} units[] = {{"centimetres", "0.01", "100", 100},
+             {"millimetres", "0.001", "1000", 1000},
+             {"inches", "0.0254", "39.37", 39.37}};
+
+static bool lies_within(const struct doubts_range *range, double distance)
+{
+    return distance >= range->nearest && distance <= range->farthest;
+}
+
+/*
+ * Nothing is near the focus, but another unit would bring it among what is seen. Without
+ * that second condition a wall or a skyline that is blurred on purpose would be warned of.
+ */
+static int warn_unit(const struct run *run)
+{
+    const struct rf_lens *lens = rf_filter_lens(run->filter);
+    const double focus = lens->focus_distance;
+    struct doubts_range range;
+    doubts_find_range(run->doubts, &range);
+    const double most = NEARLY_ALL * (double)range.n_hits;
+    const bool is_far = (double)range.n_far > most,
+               is_near = (double)range.n_near > most;
+    const bool is_distance =
+        run->params.depth == RF_DEPTH_PLANAR || run->params.depth == RF_DEPTH_RADIAL;
+    if (!is_distance || !(is_far || is_near) ||
+        settings_origin(run->settings, "focus-distance") == ORIGIN_DEFAULT ||
+        settings_origin(run->settings, "depth-scale") == ORIGIN_COMMAND_LINE)
+        return APP_DONE;
+    for (size_t i = 0; i < sizeof(units) / sizeof(units[0]); i++) {
+        const double per_metre = units[i].per_metre;
+        if (!lies_within(&range, is_far ? focus * per_metre : focus / per_metre))
+            continue;
+        return app_warn(
+            run->tool->host, run->error,
+            "%s: nothing is in focus: the depth is %.3g to %.3g, the focus distance "
+            "%.3g; if %s is in %s and %s in metres, say --depth-scale %s, else another "
+            "--focus-distance (--depth-scale %g: it is meant so)",
+            image_path(run->source.depth), range.nearest, range.farthest, focus,
+            is_far ? "the depth" : "the focus", units[i].name,
+            is_far ? "the focus" : "the depth",
+            is_far ? units[i].to_metres : units[i].from_metres,
+            run->params.depth_scale);
+    }
+    return APP_DONE;
+}
+
+int filter_warn_doubts(struct run *run)
+{
+    int code = APP_DONE;
+    if (!run->windows)
+        count(run);
+    if (run->doubts)
+        code = warn_unit(run);
+    doubts_free(run->doubts);
+    run->doubts = NULL;
+    return code;
+}

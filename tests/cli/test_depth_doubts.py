@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Depth that can hardly be what it is taken for: in another unit, of another kind, of
+another picture. Warned of with what to type, and never where it is right."""
+
+import numpy
+import plainexr
+import pytest
+
+SIZE = (160, 120)
+FOCAL_PX = 150
+FOCUS = 3
+LENS = ["--lens-radius", "0.05", "--focal-length-px", str(FOCAL_PX)]
+
+
+def rays():
+    """x and y of the pixels' rays (x, y, 1), y down."""
+    width, height = SIZE
+    y, x = numpy.mgrid[0:height, 0:width]
+    return (x + 0.5 - width / 2) / FOCAL_PX, (y + 0.5 - height / 2) / FOCAL_PX
+
+
+def room():
+    """Colour and planar distance: two walls that meet, a floor, posts before them."""
+    x, y = rays()
+    z = 6 / (1 + 0.9 * abs(x + 0.1))
+    floor = y > 0.14
+    z[floor] = numpy.minimum(z, 0.8 / numpy.maximum(y, 0.01))[floor]
+    colour = 0.3 + 0.1 * numpy.sin(9 * x + 4 * y) * numpy.cos(7 * y)
+    for at, wide, distance, light in ((-0.3, 0.05, 2, 0.8), (0.15, 0.08, 3, 0.06)):
+        post = (abs(x - at) < wide) & (y > -0.2)
+        z[post] = distance
+        colour[post] = light
+    return colour.astype("f4"), z.astype("f4")
+
+
+@pytest.fixture
+def said(rackfocus, tmp_path):
+    """What filter says of a picture."""
+
+    def run(colour, z, *options, focus=FOCUS, name="in.exr", code=0):
+        channels = {c: colour for c in "RGB"} | {"Z": z.astype("f4")}
+        path = plainexr.write(tmp_path / name, channels)
+        arguments = ["--focus-distance", str(focus), *LENS, *options]
+        return rackfocus(
+            "filter", path, "-o", tmp_path / "o.exr", *arguments, code=code
+        ).stderr
+
+    return run
+
+
+# ---- unit ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "unit,scale", [(100, "0.01"), (1000, "0.001"), (39.37, "0.0254")]
+)
+def test_a_depth_in_another_unit_than_the_focus(said, unit, scale):
+    colour, z = room()
+    told = said(colour, z * unit)
+    assert "in.exr: nothing is in focus" in told and f"--depth-scale {scale}," in told
+    assert "--focus-distance" in told
+    assert said(colour, z * unit, "--depth-scale", scale) == ""
+    assert said(colour, z * unit, "--depth-scale", "1") == ""
+    assert said(colour, z * unit, "-q") == ""
+    assert "nothing is in focus" in said(colour, z * unit, "--strict", code=1)
+
+
+def test_a_focus_in_another_unit_than_the_depth(said):
+    colour, z = room()
+    told = said(colour, z, focus=100 * FOCUS)
+    assert "the focus is in centimetres" in told and "--depth-scale 100," in told
+
+
+def test_a_depth_in_another_unit_in_windows(said):
+    colour, z = (numpy.kron(v, numpy.ones((8, 10), "f4")) for v in room())
+    told = said(colour, z * 100, "--max-memory", "200")
+    assert "nothing is in focus" in told
+
+
+@pytest.mark.parametrize("focus", [0.2, 0.5, 1.2, 3, 20, 60])
+def test_what_is_blurred_on_purpose_is_no_mistake(said, focus):
+    """A room focused near or far, a wall and a sky behind it."""
+    colour, z = room()
+    assert said(colour, z, focus=focus) == ""
+    wall = numpy.full_like(z, 10)
+    assert said(colour, wall, focus=focus) == ""
+    sky = numpy.where(z > 4, 1e10, z)
+    assert said(colour, sky, focus=focus) == ""
