@@ -137,11 +137,15 @@ static double ray_length(const struct doubts_tally *tally, int32_t x, int32_t y)
     return sqrt(1 + dx * dx + dy * dy);
 }
 
-/* 1 of a straight line as well: it is one by chance, of numbers that were rounded. */
 static double bend(double a, double b, double c)
 {
-    const double second = fabs(a - 2 * b + c);
-    return second > 0 ? second / fmax(fabs(b - a), fabs(c - b)) : 1;
+    return fabs(a - 2 * b + c) / fmax(fabs(b - a), fabs(c - b));
+}
+
+/* A line that is straight to the last bit is so by chance, of numbers that were rounded. */
+static bool is_alone(double bent, double other, double another)
+{
+    return bent > 0 && bent < CLEARLY * fmin(other, another);
 }
 
 /* Looks at a place and its neighbours at -(dx, dy) and (dx, dy). */
@@ -162,9 +166,9 @@ static void add_triple(struct doubts_tally *tally, const struct place *place,
         bend(ray_length(tally, x - dx, y - dy) / a, ray_length(tally, x, y) / b,
              ray_length(tally, x + dx, y + dy) / c);
     kinds->n++;
-    kinds->n_planar += planar < CLEARLY * fmin(inverse, radial);
-    kinds->n_inverse += inverse < CLEARLY * fmin(planar, radial);
-    kinds->n_radial += radial < CLEARLY * fmin(planar, inverse);
+    kinds->n_planar += is_alone(planar, inverse, radial);
+    kinds->n_inverse += is_alone(inverse, planar, radial);
+    kinds->n_radial += is_alone(radial, planar, inverse);
 }
 
 static void add_triples(struct doubts_tally *tally, const struct place *place)

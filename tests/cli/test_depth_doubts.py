@@ -86,3 +86,57 @@ def test_what_is_blurred_on_purpose_is_no_mistake(said, focus):
     assert said(colour, wall, focus=focus) == ""
     sky = numpy.where(z > 4, 1e10, z)
     assert said(colour, sky, focus=focus) == ""
+
+
+# ---- kind ----------------------------------------------------------------------------
+
+
+def ray_length():
+    x, y = rays()
+    return numpy.sqrt(1 + x * x + y * y)
+
+
+def test_inverse_depth_taken_for_distances(said):
+    colour, z = room()
+    told = said(colour, 8 / z)
+    assert "flat only if it is 1 / distance" in told and "--depth inverse" in told
+    assert said(colour, 8 / z, "--depth", "inverse") == ""
+    assert said(colour, 8 / z, "--depth", "planar") == ""
+    assert said(colour, 8 / z, "--depth-repair", "off") == ""
+
+
+def test_radial_depth_taken_for_planar(said):
+    colour, z = room()
+    told = said(colour, z * ray_length())
+    assert "those along the ray" in told and "--depth radial" in told
+    assert said(colour, z * ray_length(), "--depth", "radial") == ""
+
+
+@pytest.mark.parametrize("n_levels", [0, 60, 255, 4095])
+@pytest.mark.parametrize("grain", [0, 0.001, 0.01])
+def test_the_kind_of_right_depth_is_not_doubted(said, n_levels, grain):
+    """Exact, in steps, with noise; and an orthographic camera that is named."""
+    colour, z = room()
+    z = z * (1 + grain * numpy.random.default_rng(1).standard_normal(z.shape))
+    if n_levels:
+        z = numpy.round(z / z.max() * n_levels) / n_levels * z.max() + 1e-3
+    assert "flat" not in said(colour, z)
+
+
+def test_curved_things_speak_for_no_kind(said):
+    x, y = rays()
+    colour, _ = room()
+    for z in (
+        4 - numpy.sqrt(2 - x * x - y * y),
+        3 + numpy.sin(3 * x) * numpy.cos(4 * y),
+    ):
+        assert "flat" not in said(colour, z)
+
+
+def test_an_orthographic_camera_is_named(said):
+    x, y = rays()
+    colour, _ = room()
+    told = said(colour, 3 + x + y)
+    assert "--projection orthographic" in told
+    flat = ["--projection", "orthographic", "--ortho-scale", "4"]
+    assert "flat" not in said(colour, 3 + x + y, *flat)
