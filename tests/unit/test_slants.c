@@ -39,7 +39,8 @@ static void every_slant_is_that_of_its_slope(void)
 
 static void a_plane_has_one_slant(void)
 {
-    static const float slopes[][2] = {{0.1f, 0}, {0, -0.3f}, {0.5f, 0.2f}, {-0.05f, 0.9f}};
+    static const float slopes[][2] = {
+        {0.1f, 0}, {0, -0.3f}, {0.5f, 0.2f}, {-0.05f, 0.9f}};
     for (int i = 0; i < 4; i++) {
         fill(slopes[i][0], slopes[i][1]);
         CHECK(find(0.02f));
@@ -65,8 +66,7 @@ static void an_edge_ends_no_slope(void)
             radius[y][x] = x < EDGE + 8 ? 50 - 0.3f * (float)x : 2 + 0.2f * (float)x;
     CHECK(find(0.02f));
     for (int x = 0; x < WIDTH; x++)
-        CHECK(slants[x] ==
-              rf_slant_of((float[]){x < EDGE ? -0.3f : 0.2f, 0}));
+        CHECK(slants[x] == rf_slant_of((float[]){x < EDGE ? -0.3f : 0.2f, 0}));
 }
 
 int main(int argc, char **argv)
