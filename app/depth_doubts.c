@@ -6,9 +6,6 @@
  * m = sqrt(1 + x^2 + y^2). How bent a line is between three places, PLACE_PX apart:
  *
  *   bend = abs(u1 - 2 u2 + u3) / max(abs(u2 - u1), abs(u3 - u2))
- *
- * Steps of colours are abs(a - b) / (a + b) of the luminances beside a place, which is
- * half of the step of their logarithm where it is small and at most 1 beside a lamp.
  */
 #include "depth_doubts.h"
 
@@ -16,11 +13,8 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "luminance.h"
-
 enum {
-    MOST_PLACES = 60000, /* ratios of edges come out within 3 %: 0.1 % of a filter */
-    STEPS_PER_PLACE = 8, /* memory for steps; edges of the finest foliage need 4 */
+    MOST_PLACES = 60000, /* 0.1 % of a filter */
     PLACE_PX = 8         /* apart, so that a slope is well above the noise of floats */
 };
 
@@ -36,27 +30,12 @@ static const double CLEARLY = 0.1;
  * beyond, radii differ by 5 % at most, as bias (1 - focus / z) does. */
 static const double FAR_FOCUSES = 20;
 
-/* A step of the depth, (a - b) / (a + b): things one of which is a tenth farther. */
-static const float STEP = 0.05f;
-
-/* Of the white: a picture's blacks, whose steps are of rounding and grain. */
-static const float BLACK = 1.0f / 128;
-
-enum where { AT_EDGE, MIRRORED_X, MIRRORED_Y, ELSEWHERE, N_WHERE };
-
-struct colour_step {
-    float before, at, after; /* luminances of neighbours in a row */
-    int32_t where;           /* enum where */
-};
-
 struct doubts_tally {
     const struct rf_params *params;
     struct rf_lens lens; /* the filter that it is from may be made anew */
     int32_t width, height, stride;
     struct doubts_range range;
     struct doubts_kinds kinds;
-    struct colour_step *steps;
-    size_t n_steps, room;
 };
 
 /* A place in the rows at hand. */
@@ -73,29 +52,19 @@ struct doubts_tally *doubts_create(const struct rf_params *params,
     struct doubts_tally *tally = malloc(sizeof(*tally));
     const double n = (double)width * height;
     const int32_t stride = (int32_t)fmax(ceil(sqrt(n / MOST_PLACES)), 1);
-    const size_t room = STEPS_PER_PLACE * ((size_t)(width / stride) + 1) *
-                        ((size_t)(height / stride) + 1);
-    struct colour_step *steps = malloc(room * sizeof(*steps));
-    if (!tally || !steps) {
-        free(tally);
-        free(steps);
+    if (!tally)
         return NULL;
-    }
     *tally = (struct doubts_tally){.params = params,
                                    .lens = *lens,
                                    .width = width,
                                    .height = height,
                                    .stride = stride,
-                                   .range = {.nearest = INFINITY},
-                                   .steps = steps,
-                                   .room = room};
+                                   .range = {.nearest = INFINITY}};
     return tally;
 }
 
 void doubts_free(struct doubts_tally *tally)
 {
-    if (tally)
-        free(tally->steps);
     free(tally);
 }
 
@@ -187,81 +156,14 @@ void doubts_find_kinds(const struct doubts_tally *tally, struct doubts_kinds *ki
     *kinds = tally->kinds;
 }
 
-/* ---- edges ----------------------------------------------------------------------- */
-
-static bool is_edge(const struct doubts_tally *tally, float a, float b)
-{
-    const bool is_a = is_hit(tally, a), is_b = is_hit(tally, b);
-    return is_a && is_b ? fabsf(a - b) > STEP * (a + b) : is_a != is_b;
-}
-
-static void add_step(struct doubts_tally *tally, const struct doubts_rows *rows,
-                     int32_t x, int32_t y, enum where where)
-{
-    const int n = rows->n_channels;
-    const size_t at = (size_t)(y - rows->first) * (size_t)tally->width + (size_t)x;
-    const float *c = rows->colour + at * (size_t)n;
-    if (tally->n_steps < tally->room)
-        tally->steps[tally->n_steps++] =
-            (struct colour_step){luminance_of(c - n, n), luminance_of(c, n),
-                                 luminance_of(c + n, n), (int32_t)where};
-}
-
-static void add_edges(struct doubts_tally *tally, const struct doubts_rows *rows,
-                      int32_t y)
-{
-    const int32_t width = tally->width;
-    const float *z = rows->depth + (size_t)(y - rows->first) * (size_t)width;
-    for (int32_t x = 1; x + 1 < width; x++) {
-        if (z[x - 1] == z[x + 1] || !is_edge(tally, z[x - 1], z[x + 1]))
-            continue;
-        add_step(tally, rows, x, y, AT_EDGE);
-        add_step(tally, rows, width - 1 - x, y, MIRRORED_X);
-        if (rows->n == tally->height)
-            add_step(tally, rows, x, tally->height - 1 - y, MIRRORED_Y);
-    }
-}
-
-void doubts_find_edges(const struct doubts_tally *tally, struct doubts_edges *edges)
-{
-    double sums[N_WHERE] = {0}, second = 0;
-    size_t n[N_WHERE] = {0};
-    const float black = (float)tally->params->white * BLACK;
-    for (size_t i = 0; i < tally->n_steps; i++) {
-        const struct colour_step *step = &tally->steps[i];
-        const float a = fmaxf(step->before, 0), b = fmaxf(step->at, 0);
-        const float c = fmaxf(step->after, 0);
-        if (!(a + c >= 2 * black && a + c < INFINITY))
-            continue;
-        n[step->where]++;
-        sums[step->where] += fabsf(a - c) / (a + c);
-        if (step->where == ELSEWHERE && b < INFINITY)
-            second += 2 * fabsf(a + c - 2 * b) / (a + c + 2 * b);
-    }
-    double means[N_WHERE];
-    for (int i = 0; i < N_WHERE; i++)
-        means[i] = n[i] > 0 ? sums[i] / (double)n[i] : 0;
-    const double other = fmax(means[ELSEWHERE], 1e-9);
-    *edges = (struct doubts_edges){
-        .n = n[AT_EDGE],
-        .ratio = means[AT_EDGE] / other,
-        .mirrored = {means[MIRRORED_X] / other, means[MIRRORED_Y] / other},
-        .grain = second / fmax(sums[ELSEWHERE], 1e-9),
-    };
-}
-
 /* ---- all ------------------------------------------------------------------------- */
 
 static void add_place(struct doubts_tally *tally, const struct place *place)
 {
-    const float *z = place->depth;
-    const int32_t x = place->x;
-    if (is_hit(tally, *z)) {
-        add_distance(tally, *z);
-        add_triples(tally, place);
-    }
-    if (x >= 1 && x + 1 < tally->width && !is_edge(tally, z[-1], z[1]))
-        add_step(tally, place->rows, x, place->y, ELSEWHERE);
+    if (!is_hit(tally, *place->depth))
+        return;
+    add_distance(tally, *place->depth);
+    add_triples(tally, place);
 }
 
 void doubts_add(struct doubts_tally *tally, const struct doubts_rows *rows)
@@ -274,6 +176,5 @@ void doubts_add(struct doubts_tally *tally, const struct doubts_rows *rows)
         /* Not the same columns on each row: things in a scene stand upright. */
         for (int32_t x = y / stride % stride; x < tally->width; x += stride)
             add_place(tally, &(struct place){rows, row + x, x, y});
-        add_edges(tally, rows, y);
     }
 }

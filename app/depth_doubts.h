@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Figures that tell whether depth is what it is taken for: in the unit of the focus, of
- * its kind, and of this picture. They are taken at up to 60000 places on a grid, and at
- * the steps of the depth on its rows, so that they cost next to nothing.
+ * Figures that tell whether depth is what it is taken for: in the unit of the focus, and
+ * of its kind. They are taken at up to 60000 places on a grid, so that they cost next to
+ * nothing.
  */
 #ifndef APP_DEPTH_DOUBTS_H
 #define APP_DEPTH_DOUBTS_H
@@ -12,10 +12,9 @@
 
 #include "rackfocus/rackfocus.h"
 
-/* Some rows of a picture and its depth as read, packed. */
+/* Some rows of a depth as read, packed. */
 struct doubts_rows {
-    const float *colour, *depth;
-    int n_channels;
+    const float *depth;
     int32_t first, n; /* of the picture's rows, those at hand */
 };
 
@@ -44,15 +43,5 @@ struct doubts_kinds {
     size_t n, n_planar, n_inverse, n_radial;
 };
 void doubts_find_kinds(const struct doubts_tally *tally, struct doubts_kinds *kinds);
-
-/* Mean steps of the colour at steps of the depth, over those elsewhere. */
-struct doubts_edges {
-    size_t n;
-    double ratio;
-    /* With the depth's left and right, or its top and bottom, exchanged; 0: unknown. */
-    double mirrored[2];
-    double grain; /* second differences over first ones: 1.7 and more for noise */
-};
-void doubts_find_edges(const struct doubts_tally *tally, struct doubts_edges *edges);
 
 #endif

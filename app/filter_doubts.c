@@ -29,9 +29,8 @@ static void count(struct run *run)
 {
     filter_begin_doubts(run);
     if (run->doubts)
-        doubts_add(run->doubts, &(struct doubts_rows){run->colour, run->depth,
-                                                      run->source.n_channels, 0,
-                                                      run->source.height});
+        doubts_add(run->doubts,
+                   &(struct doubts_rows){run->depth, 0, run->source.height});
 }
 
 /* ---- unit ------------------------------------------------------------------------- */

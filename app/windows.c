@@ -293,9 +293,7 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
                            rf_image_packed(w->colour[0], w->width, n, w->n_channels),
                            w->width, n, w->run->params.depth_infinity});
             if (w->run->doubts)
-                doubts_add(w->run->doubts,
-                           &(struct doubts_rows){w->colour[0], w->depth[0],
-                                                 w->n_channels, y, n});
+                doubts_add(w->run->doubts, &(struct doubts_rows){w->depth[0], y, n});
             white_tally_add(light, w->colour[0], (size_t)w->width * (size_t)n,
                             w->n_channels);
         }
