@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Names of files that are being written: NAME.partXXXXXX, beside NAME. Within os/ only. */
+/* Names of files that are being written: NAME.part and six digits, beside NAME. Within
+ * os/ only. */
 #ifndef OS_PART_H
 #define OS_PART_H
 

@@ -68,8 +68,9 @@ bool rf_slants_init(struct rf_composer *c)
     for (int k = 0; k < cells->n; k++) { /* px right and down per px of radius */
         middle[k][0] += f->drift.slope[0];
         middle[k][1] = f->drift.slope[1] - middle[k][1] * f->shape->pixel_aspect;
-        most = fmax(most, hypot(middle[k][0], middle[k][1]));
+        most = fmax(most, middle[k][0] * middle[k][0] + middle[k][1] * middle[k][1]);
     }
+    most = sqrt(most); /* every libm has the same bits of it, but not of hypot() */
     c->least_slope = most > LEAST_CHANGE ? (float)(LEAST_CHANGE / most) : 1;
     for (int i = 0; i < RF_N_SLANTS; i++) {
         float *row = c->factors + n_row * i, slope[2];

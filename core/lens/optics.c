@@ -140,15 +140,6 @@ static rf_result check_planes(const struct rf_params *p, struct rf_error *error)
     return RF_OK;
 }
 
-rf_result rf_lens_check_size(int32_t width, int32_t height, struct rf_error *error)
-{
-    const bool is_width = width < 1 || width > UINT16_MAX;
-    if (!is_width && height >= 1 && height <= UINT16_MAX)
-        return RF_OK;
-    return rf_fail(error, RF_ERROR_ARGUMENT, is_width ? "width" : "height",
-                   "%d x %d px: each side must lie in 1 to 65535", width, height);
-}
-
 static rf_result resolve(struct rf_lens *lens, const struct rf_params *params,
                          int32_t width, int32_t height, struct rf_error *error)
 {

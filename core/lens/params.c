@@ -119,6 +119,15 @@ bool rf_params_have_size(const struct rf_params *params)
     return params->size >= LEAST_PARAMS_SIZE && params->size <= sizeof *params;
 }
 
+rf_result rf_lens_check_size(int32_t width, int32_t height, struct rf_error *error)
+{
+    const bool is_width = width < 1 || width > UINT16_MAX;
+    if (!is_width && height >= 1 && height <= UINT16_MAX)
+        return RF_OK;
+    return rf_fail(error, RF_ERROR_ARGUMENT, is_width ? "width" : "height",
+                   "%d x %d px: each side must lie in 1 to 65535", width, height);
+}
+
 static rf_result check_size(const struct rf_params *params, struct rf_error *error)
 {
     if (!params)
