@@ -17,9 +17,9 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "common/report.h"
 #include "options.h"
 #include "progress.h"
-#include "report.h"
 #include "thread.h"
 
 enum exit_code {

@@ -8,16 +8,16 @@
 #include "accumulate_command.h"
 #include "cli.h"
 #include "clock.h"
-#include "frames_check.h"
+#include "common/outputs.h"
 #include "interrupt.h"
-#include "looks.h"
-#include "outputs.h"
-#include "picture.h"
 #include "progress.h"
 #include "rackfocus/rackfocus.h"
-#include "sequence.h"
-#include "settings.h"
-#include "source.h"
+#include "sequence/frames_check.h"
+#include "sequence/sequence.h"
+#include "sources/looks.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
+#include "sources/source.h"
 
 struct accumulate_options {
     const char *output, *layer, *frames, *look;

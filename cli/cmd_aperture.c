@@ -5,9 +5,9 @@
 #include <stdlib.h>
 
 #include "cli.h"
-#include "looks.h"
-#include "picture.h"
-#include "settings.h"
+#include "sources/looks.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
 
 struct aperture_options {
     const char *output, *look;

@@ -7,12 +7,12 @@
 
 #include "canvas.h"
 #include "cli.h"
-#include "flip.h"
+#include "common/outputs.h"
 #include "json.h"
-#include "measure.h"
-#include "outputs.h"
-#include "picture.h"
+#include "measure/flip.h"
+#include "measure/measure.h"
 #include "pipes.h"
+#include "sources/picture.h"
 
 struct compare_options {
     const char *layer, *heatmap, *side_by_side;

@@ -3,12 +3,12 @@
 #include <stddef.h>
 
 #include "cli.h"
-#include "denoise.h"
-#include "finish.h"
-#include "filter_run.h"
-#include "picture.h"
+#include "denoise/denoise.h"
+#include "filter/filter_run.h"
+#include "filter/finish.h"
 #include "progress.h"
-#include "settings.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
 
 struct options {
     struct finish_options finish;

@@ -6,12 +6,12 @@
 #include <string.h>
 
 #include "cli.h"
-#include "focus_pick.h"
-#include "frame_list.h"
-#include "outputs.h"
-#include "settings.h"
-#include "source.h"
-#include "text_file.h"
+#include "common/frame_list.h"
+#include "common/outputs.h"
+#include "common/text_file.h"
+#include "sources/focus_pick.h"
+#include "sources/settings.h"
+#include "sources/source.h"
 
 struct focus_options {
     const char *output, *depth_file, *depth_channel, *layer;

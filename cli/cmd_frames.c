@@ -6,10 +6,10 @@
 
 #include "cli.h"
 #include "command_line.h"
-#include "frames_check.h"
+#include "common/outputs.h"
 #include "frames_print.h"
 #include "interrupt.h"
-#include "outputs.h"
+#include "sequence/frames_check.h"
 
 struct frames_options {
     const char *frames, *html;

@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "cli.h"
-#include "deep.h"
 #include "info_print.h"
 #include "pipes.h"
-#include "settings.h"
-#include "source.h"
+#include "sources/deep.h"
+#include "sources/settings.h"
+#include "sources/source.h"
 
 struct info_options {
     const char *depth_file, *depth_channel, *layer;

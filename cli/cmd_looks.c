@@ -4,8 +4,8 @@
 
 #include "cli.h"
 #include "json.h"
-#include "looks.h"
-#include "settings.h"
+#include "sources/looks.h"
+#include "sources/settings.h"
 
 enum { MOST_LOOKS = 256 };
 

@@ -8,21 +8,21 @@
 
 #include "cli.h"
 #include "clock.h"
+#include "filter/filter_run.h"
 #include "image.h"
-#include "depth_repair.h"
-#include "filter_run.h"
 #include "interrupt.h"
-#include "looks.h"
 #include "path.h"
-#include "picture.h"
 #include "povray.h"
-#include "povray_average.h"
+#include "povray/povray_average.h"
+#include "povray/povray_files.h"
 #include "povray_command.h"
-#include "povray_files.h"
 #include "povray_job.h"
 #include "povray_journal.h"
 #include "progress.h"
-#include "settings.h"
+#include "sources/depth_repair.h"
+#include "sources/looks.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
 
 #define AT(member) offsetof(struct povray_tool, member)
 

@@ -11,10 +11,10 @@
 #include "command_line.h"
 #include "farm_job.h"
 #include "file.h"
-#include "frames_check.h"
 #include "povray.h"
 #include "process.h"
 #include "rackfocus/rackfocus.h"
+#include "sequence/frames_check.h"
 
 struct submit_options {
     const char *job, *program, *html;

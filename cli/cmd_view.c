@@ -7,12 +7,12 @@
 #include <string.h>
 
 #include "cli.h"
-#include "depth_repair.h"
 #include "file.h"
-#include "params_file.h"
-#include "picture.h"
 #include "process.h"
 #include "rackfocus/rackfocus.h"
+#include "sources/depth_repair.h"
+#include "sources/params_file.h"
+#include "sources/picture.h"
 
 #define AT(member) offsetof(struct view_options, member)
 

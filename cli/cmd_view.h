@@ -7,9 +7,9 @@
 #ifndef CLI_CMD_VIEW_H
 #define CLI_CMD_VIEW_H
 
+#include "common/view_options.h"
 #include "options.h"
-#include "settings.h"
-#include "view_options.h"
+#include "sources/settings.h"
 
 /* One command line, parsed. */
 struct view_call {

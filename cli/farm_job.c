@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/report.h"
+#include "common/text_file.h"
 #include "rackfocus/rackfocus.h"
-#include "text_file.h"
-#include "report.h"
 
 /* ---- shell ---------------------------------------------------------------------- */
 

@@ -7,13 +7,13 @@
 #include <string.h>
 
 #include "cli.h"
+#include "common/text_file.h"
 #include "html.h"
 #include "interrupt.h"
 #include "json.h"
 #include "path.h"
-#include "picture.h"
 #include "rackfocus/rackfocus.h"
-#include "text_file.h"
+#include "sources/picture.h"
 
 /* ---- text ----------------------------------------------------------------------- */
 

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 
 #include "command_line.h"
-#include "frames_check.h"
+#include "sequence/frames_check.h"
 
 /* Frames that are not finished and the sum; how to make them where `line` has a command.
  * Quiet: the frames alone. */

@@ -6,7 +6,7 @@
 
 #include "cli.h"
 #include "path.h"
-#include "picture.h"
+#include "sources/picture.h"
 
 void html_print(FILE *file, const char *text)
 {

@@ -8,7 +8,7 @@
 
 #include "cli.h"
 #include "json.h"
-#include "views.h"
+#include "sources/views.h"
 
 void info_count_radii(struct info *info, const float *radii)
 {

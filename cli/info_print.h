@@ -5,10 +5,10 @@
 
 #include <stdbool.h>
 
-#include "depth_repair.h"
 #include "rackfocus/rackfocus.h"
-#include "settings.h"
-#include "source.h"
+#include "sources/depth_repair.h"
+#include "sources/settings.h"
+#include "sources/source.h"
 
 struct info {
     struct source source;

@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "cli.h"
+#include "common/report.h"
 #include "interrupt.h"
 #include "progress.h"
-#include "report.h"
 
 /* Of the command line, which is one; set before any work begins. */
 static struct {

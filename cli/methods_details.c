@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "cli.h"
-#include "measure.h"
+#include "measure/measure.h"
 
 enum { STEP = 8 }; /* px between the places that are asked */
 

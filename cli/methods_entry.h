@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "measure.h"
+#include "measure/measure.h"
 
 struct methods_entry {
     char name[64]; /* "box coc" */

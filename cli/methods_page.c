@@ -6,10 +6,10 @@
 #include <string.h>
 
 #include "cli.h"
+#include "common/text_file.h"
 #include "html.h"
 #include "path.h"
 #include "rackfocus/rackfocus.h"
-#include "text_file.h"
 
 /* Nothing is fetched but the pictures beside the page. */
 static const char head[] =

@@ -7,7 +7,7 @@
 
 #include "cli.h"
 #include "help.h"
-#include "settings.h"
+#include "sources/settings.h"
 
 /* One run of the parser. */
 struct parser {

@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "operands.h"
+#include "common/operands.h"
 
 struct command;
 struct settings;

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "cli.h"
+#include "common/report.h"
 #include "folder.h"
 #include "leftovers.h"
-#include "report.h"
 #include "terminal.h"
 
 static bool is_dash(const char *name)

@@ -8,9 +8,9 @@
 
 #include <stdbool.h>
 
+#include "common/operands.h"
+#include "common/report.h"
 #include "image.h"
-#include "operands.h"
-#include "report.h"
 
 struct pipes {
     char folder[512]; /* "" where none was needed */

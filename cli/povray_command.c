@@ -7,11 +7,11 @@
 #include <string.h>
 
 #include "cli.h"
+#include "common/outputs.h"
+#include "common/report.h"
 #include "interrupt.h"
-#include "outputs.h"
-#include "picture.h"
 #include "povray_job.h"
-#include "report.h"
+#include "sources/picture.h"
 
 /* ---- the command line ----------------------------------------------------------- */
 

@@ -6,10 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "frame_list.h"
+#include "common/frame_list.h"
 #include "options.h"
 #include "povray.h"
-#include "settings.h"
+#include "sources/settings.h"
 
 struct povray_tool {
     const char *program, *output, *keep, *reference, *focal_point, *look, *frames,

@@ -8,7 +8,7 @@
 #include "povray.h"
 #include "povray_command.h"
 #include "povray_journal.h"
-#include "settings.h"
+#include "sources/settings.h"
 
 struct frames_report;
 

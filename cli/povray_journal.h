@@ -6,11 +6,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "frames_check.h"
-#include "journal.h"
 #include "povray.h"
 #include "povray_command.h"
-#include "settings.h"
+#include "sequence/frames_check.h"
+#include "sequence/journal.h"
+#include "sources/settings.h"
 
 struct povray_journal {
     struct journal journal;

@@ -7,13 +7,13 @@
 #include <string.h>
 
 #include "cli.h"
-#include "frame_list.h"
+#include "common/frame_list.h"
 #include "image.h"
 #include "interrupt.h"
-#include "measure.h"
-#include "picture.h"
-#include "povray_files.h"
+#include "measure/measure.h"
+#include "povray/povray_files.h"
 #include "progress.h"
+#include "sources/picture.h"
 
 char *povray_picture_name(const char *name, int32_t frame)
 {

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "flip.h"
-#include "measure.h"
+#include "measure/flip.h"
+#include "measure/measure.h"
 #include "module.h"
 
 /* Red, green and blue of any image, packed; grey gives three alike. */

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "denoise.h"
-#include "finish_mix.h"
+#include "denoise/denoise.h"
+#include "filter/finish_mix.h"
 #include "image.h"
-#include "white.h"
+#include "sources/white.h"
 
 enum { OWN, OURS, OUT, ALBEDO, NORMAL, HALF, ESTIMATE, N_PICTURES };
 

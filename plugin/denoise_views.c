@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "denoise_seeds.h"
-#include "denoise_views.h"
-#include "report.h"
+#include "common/report.h"
+#include "denoise/denoise_seeds.h"
+#include "denoise/denoise_views.h"
 
 /* Everything of one call. */
 struct job {

@@ -2,7 +2,7 @@
 /* rackfocus.Filter: one size and one set of parameters, any number of frames. */
 #include "module.h"
 
-#include "white.h"
+#include "sources/white.h"
 
 /* ---- making and ending --------------------------------------------------------- */
 

@@ -4,8 +4,8 @@
 
 #include <stdlib.h>
 
-#include "denoise_mix.h"
-#include "report.h"
+#include "common/report.h"
+#include "denoise/denoise_mix.h"
 
 enum { N_MERGES = 3 };
 

@@ -8,7 +8,7 @@
 
 #include "app.h"
 #include "clock.h"
-#include "report.h"
+#include "common/report.h"
 
 #define SEEN_S 0.03 /* of drawing between two frames of the window while it is seen */
 #define UNSEEN_S 0.012 /* while something else is: the mouse must not wait */

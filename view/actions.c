@@ -4,7 +4,7 @@
 
 #include "app.h"
 #include "clock.h"
-#include "report.h"
+#include "common/report.h"
 
 /* ---- what is done ---------------------------------------------------------------- */
 

@@ -6,10 +6,10 @@
 #include <string.h>
 #include <strings.h>
 
+#include "common/report.h"
 #include "file.h"
 #include "folder.h"
 #include "path.h"
-#include "report.h"
 
 static bool add(struct browser *b, enum browser_kind kind, const char *name)
 {

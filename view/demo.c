@@ -13,10 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/report.h"
 #include "demo_picture.h"
 #include "display.h"
-#include "picture.h"
-#include "report.h"
+#include "sources/picture.h"
 
 /* Metres: distance of the middle, offset from the axis, height of the picture. */
 static const struct place {

@@ -13,11 +13,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "image.h"
 #include "gl.h"
+#include "image.h"
 #include "input.h"
-#include "picture.h"
-#include "settings.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
 
 /* Scene units are metres. */
 #define DEMO_NEAR 0.5

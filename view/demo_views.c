@@ -7,9 +7,9 @@
 #include <string.h>
 
 #include "clock.h"
+#include "common/report.h"
 #include "input.h"
 #include "parallel.h"
-#include "report.h"
 
 bool demo_views_make(struct demo_views *views, const struct demo *demo)
 {

@@ -3,10 +3,10 @@
 
 #include <stdlib.h>
 
+#include "common/report.h"
 #include "display.h"
 #include "input.h"
-#include "measure.h"
-#include "report.h"
+#include "measure/measure.h"
 
 static float *first_three(const float *pixels, int n_channels, size_t n)
 {

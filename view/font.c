@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "report.h"
+#include "common/report.h"
 
 /* Letters beyond ASCII that the window writes; they follow those in the table. */
 static const unsigned extra[] = {0x221e, 0xb0,   0xd7,   0x2026, 0x2192,

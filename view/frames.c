@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "report.h"
+#include "common/report.h"
 
 static size_t size_of(const struct frame_shot *shot)
 {

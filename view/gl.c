@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "report.h"
+#include "common/report.h"
 
 /* Of frame buffers, which libGL does not export everywhere. */
 static struct {

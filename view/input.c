@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "deep.h"
+#include "common/report.h"
 #include "parallel.h"
 #include "relief.h"
-#include "report.h"
+#include "sources/deep.h"
 #include "thread.h"
 
 struct input *input_create(int32_t width, int32_t height, int n_channels, int n_views)

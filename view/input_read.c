@@ -3,8 +3,8 @@
 
 #include <stdlib.h>
 
-#include "deep.h"
-#include "report.h"
+#include "common/report.h"
+#include "sources/deep.h"
 
 struct input *input_read(const struct source *source, int n_threads,
                          struct image_error *error)

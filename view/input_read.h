@@ -4,8 +4,8 @@
 #define VIEW_INPUT_READ_H
 
 #include "input.h"
-#include "source.h"
-#include "views.h"
+#include "sources/source.h"
+#include "sources/views.h"
 
 /* Colour and depth as they are stored; NULL with a message. */
 struct input *input_read(const struct source *source, int n_threads,

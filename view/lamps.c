@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/report.h"
 #include "parallel.h"
-#include "report.h"
 
 enum {
     BLOCK = 16,        /* px of the square whose mean is what surrounds a lamp */

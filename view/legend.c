@@ -7,7 +7,7 @@
 #include "app.h"
 #include "clock.h"
 #include "display.h"
-#include "measure.h"
+#include "measure/measure.h"
 
 #define GROUND 0x101014e6
 #define TEXT 0xecececff

@@ -8,8 +8,8 @@
 #include "app.h"
 #include "cli.h"
 #include "clock.h"
+#include "common/report.h"
 #include "file.h"
-#include "report.h"
 
 static void push_event(const struct app *app, enum app_event code, void *data)
 {

@@ -8,7 +8,7 @@
 #include "app.h"
 #include "cli.h"
 #include "clock.h"
-#include "params_file.h"
+#include "sources/params_file.h"
 
 #define TYPING_S 1.0 /* between letters of one name */
 

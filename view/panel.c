@@ -7,7 +7,7 @@
 #include "app.h"
 #include "clock.h"
 #include "fields.h"
-#include "looks.h"
+#include "sources/looks.h"
 
 /* ---- parameters ----------------------------------------------------------------- */
 

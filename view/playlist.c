@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/report.h"
 #include "file.h"
 #include "folder.h"
-#include "report.h"
 #include "stage.h"
 
 static struct picture_files *add_picture(struct playlist *playlist,

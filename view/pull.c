@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "text_file.h"
+#include "common/text_file.h"
 
 /* Of the first key at the frame or behind it. */
 static int find(const struct pull *pull, int32_t frame)

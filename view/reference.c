@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "report.h"
+#include "common/report.h"
 
 struct reference *reference_create(const struct picture *picture, int n_views)
 {

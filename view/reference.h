@@ -3,7 +3,7 @@
 #ifndef VIEW_REFERENCE_H
 #define VIEW_REFERENCE_H
 
-#include "picture.h"
+#include "sources/picture.h"
 
 struct reference {
     int n_holders; /* changes with reference_hold and reference_drop only */

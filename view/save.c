@@ -6,9 +6,9 @@
 
 #include "app.h"
 #include "clock.h"
+#include "common/report.h"
 #include "file.h"
-#include "params_file.h"
-#include "report.h"
+#include "sources/params_file.h"
 
 #define REPLACE_S 8.0 /* the time to say yes to replacing a file */
 

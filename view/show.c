@@ -7,9 +7,9 @@
 
 #include "clock.h"
 #include "colour.h"
+#include "common/report.h"
 #include "difference.h"
 #include "maps.h"
-#include "report.h"
 #include "shrink.h"
 #include "worker_parts.h"
 

@@ -7,14 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "depth_repair.h"
+#include "common/report.h"
 #include "file.h"
-#include "filter_run.h"
+#include "filter/filter_output.h"
+#include "filter/filter_run.h"
 #include "input_read.h"
-#include "picture.h"
-#include "povray_files.h"
-#include "report.h"
-#include "white.h"
+#include "povray/povray_files.h"
+#include "sources/depth_repair.h"
+#include "sources/picture.h"
+#include "sources/white.h"
 
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
 

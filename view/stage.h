@@ -9,11 +9,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "view_options.h"
+#include "common/view_options.h"
 #include "input.h"
 #include "povray.h"
-#include "source.h"
-#include "views.h"
+#include "sources/source.h"
+#include "sources/views.h"
 
 /* A picture that can be opened: one or two files, or several views. */
 struct picture_files {

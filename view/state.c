@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "looks.h"
+#include "sources/looks.h"
 
 void state_init(struct state *state, const struct settings *typed, double exposure)
 {

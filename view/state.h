@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "settings.h"
+#include "sources/settings.h"
 #include "worker.h"
 #include "zoom.h"
 

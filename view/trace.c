@@ -7,8 +7,8 @@
 
 #include "app.h"
 #include "cli.h"
+#include "common/report.h"
 #include "progress.h"
-#include "report.h"
 
 bool trace_open(struct app *app)
 {

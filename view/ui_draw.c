@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "report.h"
+#include "common/report.h"
 
 static void add_quad(struct vertices *to, const float at[4], const float uv[4],
                      uint32_t rgba)

@@ -8,8 +8,8 @@
 #include "app.h"
 #include "cli.h"
 #include "clock.h"
+#include "common/report.h"
 #include "density.h"
-#include "report.h"
 
 #define STATUS_COLOUR 0x1a1a1eff
 #define LETTER_PX 14   /* at 96 dots per inch */

@@ -7,11 +7,11 @@
 #include <string.h>
 
 #include "clock.h"
-#include "deep.h"
+#include "common/report.h"
 #include "lamps.h"
 #include "quick.h"
-#include "report.h"
 #include "shrink.h"
+#include "sources/deep.h"
 #include "worker_parts.h"
 
 enum {

@@ -5,15 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "depth_repair.h"
+#include "common/report.h"
 #include "input_read.h"
 #include "maps.h"
-#include "picture.h"
 #include "quick.h"
-#include "report.h"
 #include "shrink.h"
+#include "sources/depth_repair.h"
+#include "sources/picture.h"
+#include "sources/views.h"
 #include "threads.h"
-#include "views.h"
 
 /* ---- opening --------------------------------------------------------------------- */
 

@@ -9,8 +9,8 @@
 
 #include "display.h"
 #include "input.h"
-#include "settings.h"
-#include "source.h"
+#include "sources/settings.h"
+#include "sources/source.h"
 
 struct document {
     struct rf_context *context;

@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/report.h"
 #include "document.h"
-#include "picture.h"
 #include "png_rows.h"
-#include "report.h"
+#include "sources/picture.h"
 #include "threads.h"
 
 #define EXPORT(name) __attribute__((export_name(#name), used)) name

@@ -11,8 +11,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/report.h"
 #include "image.h"
-#include "report.h"
 #include "thread.h"
 
 int os_replace_open(struct os_replace *file, const char *path)

@@ -347,11 +347,5 @@ rf_result rf_params_check(const struct rf_params *params, struct rf_error *error
         return rf_fail(error, RF_ERROR_PARAMETER, "blades",
                        "a polygon of %d blades: give 3 to 16%s", params->blades,
                        is_polygon ? "" : ", or 0 for a disc");
-    if (params->stage == RF_STAGE_LEVELS && rf_method_find(params->method)->has_blend &&
-        params->method != RF_METHOD_MIPMAP && params->method != RF_METHOD_MIPMAP_OFFSET)
-        return rf_fail(error, RF_ERROR_PARAMETER, "stage",
-                       "the stage levels is of the methods mipmap and mipmap-offset: "
-                       "the method %s has no levels of detail; set stage to result",
-                       rf_method_find(params->method)->name);
     return RF_OK;
 }

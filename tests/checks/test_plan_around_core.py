@@ -7,15 +7,21 @@ import re
 import subprocess
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
 FOLDERS = "app cli view exr povray_glue plugin core".split()
+# Each of its folders needs only itself and those before it.
+APP = "common measure sources denoise filter sequence povray".split()
+CORE = "base kernels lens input surfaces compose methods api".split()
 # What C itself does not have, or has other meanings of elsewhere.
 SYSTEM = re.compile(
     r"sys/.*|linux/.*|unistd|pthread|dirent|signal|semaphore|fcntl|dlfcn|termios|ftw|"
     r"glob|fnmatch|poll|spawn|sched|pwd|grp|regex|libgen|langinfo|net.*|arpa/.*|"
     r"windows|io|direct|process|winsock2"
 )
+PROGRAM = ("app", "cli", "view", "exr", "povray_glue", "os")
 # The library's own seam: memory pages, locale, threads.
 MAY = "core/base/"
 
@@ -66,19 +72,19 @@ def test_only_main_ends_the_program():
     assert not wrong, "return an error: " + "; ".join(wrong)
 
 
-def object_files():
-    """The program's object files, which say what each file really needs: headers do
-    not, where one has functions of several files."""
-    for folder in ("app", "cli", "view", "exr", "povray_glue", "os"):
+def object_files(*folders):
+    """Object files, which say what each file really needs: headers do not, where one
+    has functions of several files."""
+    for folder in folders:
         found = list((BUILD / folder).glob("*.p/*.c.o"))
         assert found, f"nothing of {folder} in {BUILD}"
         for path in found:
             yield f"{folder}/{path.name[:-2]}", path
 
 
-def needs_of_files():
+def needs_of_files(*folders):
     defined, wanted = {}, {}
-    for name, path in object_files():
+    for name, path in object_files(*folders):
         lines = subprocess.run(
             ["nm", path], capture_output=True, text=True, check=True
         ).stdout.splitlines()
@@ -110,7 +116,29 @@ def test_a_circle_would_be_found():
 
 
 def test_no_circle_of_files():
-    needs = needs_of_files()
-    assert len(needs) > 100
-    circle = circle_in(needs)
-    assert not circle, f"these files need each other in a circle: {circle}"
+    for folders in PROGRAM, ["core"]:
+        needs = needs_of_files(*folders)
+        assert len(needs) > 100
+        circle = circle_in(needs)
+        assert not circle, f"these files need each other in a circle: {circle}"
+
+
+@pytest.mark.parametrize("folder, order", [("app", APP), ("core", CORE)])
+def test_folders_need_only_those_before_them(folder, order):
+    """Meson names the object of filter/windows.c filter_windows.c.o."""
+
+    def place(name):
+        first = name.split("/")[1].split("_")[0]
+        return -1 if first == "meson-generated" else order.index(first)
+
+    on_disk = {path.name for path in (ROOT / folder).iterdir() if path.is_dir()}
+    assert on_disk - {"include"} == set(order)
+    needs = needs_of_files(folder)
+    assert len(needs) > 40
+    wrong = [
+        f"{name} needs {other}"
+        for name, others in needs.items()
+        for other in others
+        if place(other) > place(name)
+    ]
+    assert not wrong, f"the order is {', '.join(order)}: " + "; ".join(wrong)

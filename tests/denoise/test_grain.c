@@ -4,7 +4,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "denoise_grain.h"
+#include "denoise/denoise_grain.h"
 #include "testing.h"
 
 enum { WIDTH = 100, HEIGHT = 60, N = WIDTH * HEIGHT };

@@ -4,8 +4,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "denoise_lamps.h"
-#include "report.h"
+#include "denoise/denoise_lamps.h"
+#include "common/report.h"
 #include "testing.h"
 
 enum { WIDTH = 64, HEIGHT = 40, N = WIDTH * HEIGHT };

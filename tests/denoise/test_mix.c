@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "denoise_mix.h"
+#include "denoise/denoise_mix.h"
 #include "image.h"
 #include "testing.h"
 

@@ -4,7 +4,7 @@
 
 #include "folder.h"
 #include "leftovers.h"
-#include "frame_table.h"
+#include "sequence/frame_table.h"
 #include "pull.h"
 #include "testing.h"
 

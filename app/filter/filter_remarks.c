@@ -1,0 +1,293 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What a user is told of a run: parameters that were given for nothing, values that
+ * nobody gave and what they make of the picture, and what was done.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/report.h"
+#include "filter/filter_private.h"
+
+/* ---- given for nothing ------------------------------------------------------------
+ */
+
+static const char *const MEAN_HAS_LENS =
+    "the mean of views has the focus and the lens that they were rendered with; "
+    "--method views can change those";
+
+/* A mean of views, which are rendered with a lens. */
+static bool is_mean(const struct run *run)
+{
+    return run->params.method == RF_METHOD_ACCUMULATE;
+}
+
+/* Does a mean's lens count beside the picture: for radii, or for grain? */
+static bool has_lens_beside(const struct run *run)
+{
+    return run->tool->output_coc || run->tool->denoise;
+}
+
+/* Does it say where on the lens views are taken? */
+static bool places_views(const char *key)
+{
+    return strcmp(key, "lens-pattern") == 0 || strcmp(key, "lens-random") == 0 ||
+           strcmp(key, "lens-seed") == 0;
+}
+
+/* Why nothing of this run reads a parameter; NULL: it does. */
+static const char *why_unread(const struct run *run, const struct rf_param_info *info)
+{
+    const char *why_not;
+    if (!rf_param_is_read(&run->settings->params, info->key, &why_not))
+        return why_not;
+    if (is_mean(run) && ((info->group == RF_GROUP_LENS && !has_lens_beside(run)) ||
+                         info->group == RF_GROUP_APERTURE))
+        return MEAN_HAS_LENS;
+    return places_views(info->key) ? "read only where views are rendered, as by povray"
+                                   : NULL;
+}
+
+static int warn_no_effect(const struct run *run, const char *option, const char *why)
+{
+    return app_warn(run->tool->host, run->error, "--%s: has no effect: %s", option,
+                    why);
+}
+
+int filter_warn_unread(const struct run *run)
+{
+    if (run->tool->aperture_at && is_mean(run) && !has_lens_beside(run)) {
+        const int code = warn_no_effect(run, "aperture-at", MEAN_HAS_LENS);
+        if (code != APP_DONE)
+            return code;
+    }
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++) {
+        const char *why_not = why_unread(run, &list[i]);
+        const bool is_denoisers =
+            run->tool->denoise && strcmp(list[i].key, "white") == 0;
+        if (settings_origin(run->settings, list[i].key) != ORIGIN_COMMAND_LINE ||
+            is_denoisers || !why_not)
+            continue;
+        const int code = warn_no_effect(run, list[i].key, why_not);
+        if (code != APP_DONE)
+            return code;
+    }
+    return APP_DONE;
+}
+
+int filter_warn_choice(const struct run *run)
+{
+    char text[400];
+    if (!source_is_doubtful(&run->source, text, sizeof(text)))
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error, "%s: the picture %s",
+                    image_path(run->source.colour), text);
+}
+
+/* Methods whose steps are as long along columns as along rows. */
+static bool is_blind_to_aspect(int32_t method)
+{
+    return method == RF_METHOD_MIPMAP || method == RF_METHOD_MIPMAP_OFFSET ||
+           method == RF_METHOD_RECURSIVE_OFFSET;
+}
+
+int filter_warn_aspect(const struct run *run)
+{
+    const struct rf_params *params = &run->params;
+    if (params->pixel_aspect == 1 || !is_blind_to_aspect(params->method))
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "--pixel-aspect: the method %s blurs as if pixels were square, not "
+                    "%g times as wide as high; box, lowres and offset know better",
+                    rf_method_find(params->method)->name, params->pixel_aspect);
+}
+
+/* ---- radii ------------------------------------------------------------------------
+ */
+
+static bool is_missing(const struct run *run, const char *key)
+{
+    return settings_origin(run->settings, key) == ORIGIN_DEFAULT &&
+           !why_unread(run, rf_param_find(key));
+}
+
+/* Without these a lens is a guess; the others are, with them, often right. */
+static bool is_lens_missing(const struct run *run)
+{
+    return is_missing(run, "focus-distance") || is_missing(run, "f-stop");
+}
+
+/* Is there anybody to hear of it? */
+static bool is_heard(const struct run *run)
+{
+    const struct app_host *host = run->tool->host;
+    return host && (host->say || (host->warn && is_lens_missing(run)));
+}
+
+void filter_measure_radii(struct run *run)
+{
+    if (!is_heard(run) || (is_mean(run) && !run->tool->output_coc))
+        return;
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    /* A remark: without memory for it there is none. */
+    float *radii = app_memory(n, sizeof(float), NULL);
+    if (!radii)
+        return;
+    const struct rf_image depth =
+        rf_image_packed(run->depth, source->width, source->height, 1);
+    const struct rf_image out =
+        rf_image_packed(radii, source->width, source->height, 1);
+    if (rf_filter_coc(run->filter, &depth, &out, NULL) == RF_OK) {
+        run->has_radii = true;
+        run->least_radius = INFINITY;
+        run->most_radius = -INFINITY;
+        for (size_t i = 0; i < n; i++) {
+            run->least_radius = fmin(run->least_radius, radii[i]);
+            run->most_radius = fmax(run->most_radius, radii[i]);
+        }
+        run->largest_radius = fmax(fabs(run->least_radius), fabs(run->most_radius));
+    }
+    free(radii);
+}
+
+/* ---- values that nobody gave ------------------------------------------------------
+ */
+
+static void append(char *text, size_t n_bytes, const char *word)
+{
+    const size_t n = strlen(text);
+    snprintf(text + n, n_bytes - n, "%s%s", n > 0 ? ", " : "", word);
+}
+
+int filter_warn_defaults(const struct run *run)
+{
+    static const struct {
+        const char *key, *before, *after;
+    } facts[] = {{"focus-distance", "focus distance ", ""},
+                 {"f-stop", "f/", ""},
+                 {"focal-length", "focal length ", " mm"},
+                 {"sensor-width", "sensor ", " mm wide"},
+                 {"unit-scale", "", " units per metre"}};
+    char taken[256] = "", give[160] = "";
+    if (!is_lens_missing(run) || !(run->has_radii || run->windows))
+        return APP_DONE;
+    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
+        char value[64], word[128];
+        if (!is_missing(run, facts[i].key))
+            continue;
+        rf_params_get(&run->settings->params, facts[i].key, value, sizeof(value));
+        snprintf(word, sizeof(word), "%s%s%s", facts[i].before, value, facts[i].after);
+        append(taken, sizeof(taken), word);
+        snprintf(word, sizeof(word), "--%s", facts[i].key);
+        append(give, sizeof(give), word);
+    }
+    return app_warn(run->tool->host, run->error,
+                    "%s: its header does not say all of the camera; taken are %s; the "
+                    "largest radius is %.1f px; give %s where that is not meant",
+                    image_path(run->source.colour), taken, run->largest_radius, give);
+}
+
+int filter_warn_cut(const struct run *run)
+{
+    const double most = rf_filter_lens(run->filter)->max_radius_px;
+    if (!(run->has_radii || run->windows) || run->settings->params.max_radius > 0 ||
+        run->largest_radius < most)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: the blur is cut at a radius of %.0f px, half the longer side; "
+                    "--max-radius allows more, up to 16384",
+                    image_path(run->source.colour), most);
+}
+
+/* ---- other layers -----------------------------------------------------------------
+ */
+
+static bool is_default(const struct rf_params *params, const char *key)
+{
+    struct rf_params defaults;
+    char value[64], usual[64];
+    rf_params_init(&defaults);
+    rf_params_get(params, key, value, sizeof(value));
+    rf_params_get(&defaults, key, usual, sizeof(usual));
+    return strcmp(value, usual) == 0;
+}
+
+int filter_warn_layers(const struct run *run)
+{
+    static const char *const of_picture[] = {"blend-gamma", "highlight-clamp",
+                                             "highlight-threshold", "highlight-gain",
+                                             "highlight-saturation"};
+    char names[160] = "";
+    if (!run->tool->filter_layers)
+        return APP_DONE;
+    for (size_t i = 0; i < sizeof(of_picture) / sizeof(of_picture[0]); i++) {
+        char name[40];
+        snprintf(name, sizeof(name), "--%s", of_picture[i]);
+        if (!is_default(&run->params, of_picture[i]) &&
+            rf_param_is_read(&run->params, of_picture[i], NULL))
+            append(names, sizeof(names), name);
+    }
+    if (!*names)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "--filter-layers: the layers are filtered in plain linear light, "
+                    "without what %s made of the picture: they do not add up to it",
+                    names);
+}
+
+/* ---- what was done ----------------------------------------------------------------
+ */
+
+static void describe_aperture(const struct run *run, char *text, size_t n_bytes)
+{
+    const struct rf_params *params = &run->settings->params;
+    if (rf_param_is_read(params, "f-stop", NULL))
+        snprintf(text, n_bytes, "f/%g, %g mm", params->f_stop, params->focal_length);
+    else
+        snprintf(text, n_bytes, "lens radius %g",
+                 rf_filter_lens(run->filter)->lens_radius);
+}
+
+/* What the lens made of the picture. */
+static void describe_lens(const struct run *run, char *text, size_t n_bytes)
+{
+    char aperture[80], radii[80] = "";
+    if (is_mean(run)) {
+        const int n = filter_n_views(run);
+        snprintf(text, n_bytes, "mean of %d view%s", n, n == 1 ? "" : "s");
+        return;
+    }
+    describe_aperture(run, aperture, sizeof(aperture));
+    if (run->has_radii)
+        snprintf(radii, sizeof(radii), ", radii %.1f to %.1f px", run->least_radius,
+                 run->most_radius);
+    else if (run->largest_radius > 0)
+        snprintf(radii, sizeof(radii), ", radii up to %.1f px", run->largest_radius);
+    snprintf(text, n_bytes, "focus %g, %s%s",
+             rf_filter_lens(run->filter)->focus_distance, aperture, radii);
+}
+
+void filter_say_done(const struct run *run)
+{
+    const struct rf_params *params = &run->settings->params;
+    char lens[240], method[40];
+    describe_lens(run, lens, sizeof(lens));
+    rf_params_get(params, "method", method, sizeof(method));
+    const struct filter_options *tool = run->tool;
+    char shared[80] = "";
+    if (run->shared_views > 0)
+        snprintf(shared, sizeof(shared), ", grain: %.1f of %d views share a pixel",
+                 run->shared_views, run->views.n);
+    char seen[160], white[40] = "";
+    if (params->white != 1)
+        snprintf(white, sizeof(white), ", white %g", params->white);
+    seen_describe(&run->seen, seen, sizeof(seen));
+    app_say(tool->host, "%s: %s, method %s%s%s%s",
+            tool->shown_output ? tool->shown_output : tool->output, lens, method, white,
+            shared, seen);
+}

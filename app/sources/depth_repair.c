@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "sources/depth_repair.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "common/report.h"
+
+/* Half floats have 11 bits: neighbours differ by up to 2^-10 of their value. */
+#define HALF_STEP (1.0 / 1024)
+
+/* Words in names of channels whose numbers are no distances, as 3ds Max's VRayZDepth_Invert,
+ * a copy for viewing. */
+static bool names_other(const char *channel)
+{
+    static const char *const words[] = {"invert",   "inverse",  "disparity",
+                                        "normalis", "normaliz", NULL};
+    for (int i = 0; words[i]; i++)
+        if (strcasestr(channel, words[i]))
+            return true;
+    return false;
+}
+
+/* Px, Py and Pz are a position, of the camera's space (pbrt's default) or of the world's. */
+static bool is_position(const struct source *source, const char *channel)
+{
+    int n;
+    char first[256];
+    const struct image_channel_info *channels = image_channels(source->depth, &n);
+    const size_t length = strlen(channel);
+    if (length < 2 || strcmp(channel + length - 2, "Pz") != 0)
+        return false;
+    snprintf(first, sizeof(first), "%.*sx", (int)length - 1, channel);
+    for (int i = 0; i < n; i++)
+        if (strcmp(channels[i].name, first) == 0)
+            return true;
+    return false;
+}
+
+/* Mitsuba's depth, along the ray: LAYER.T. */
+static bool is_of_ray(const char *channel)
+{
+    const size_t length = strlen(channel);
+    return length > 2 && strcmp(channel + length - 2, ".T") == 0;
+}
+
+/* What the names of the channels say. */
+static void judge_names(struct depth_findings *found, const struct source *source,
+                        const struct settings *settings)
+{
+    int n;
+    const struct image_channel_info *channels = image_channels(source->depth, &n);
+    const char *name = channels[source->z].name;
+    const char *rival = source->z_rival >= 0 ? channels[source->z_rival].name : "";
+    snprintf(found->channel, sizeof(found->channel), "%s", name);
+    snprintf(found->rival, sizeof(found->rival), "%s", rival);
+    found->is_half = channels[source->z].type == IMAGE_SAMPLE_HALF;
+    found->is_mist = strcasestr(name, "mist") != NULL;
+    found->is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT;
+    found->is_named_other = found->is_kind_open && names_other(name);
+    found->is_position = found->is_kind_open && is_position(source, name);
+    found->is_of_ray = found->is_kind_open && is_of_ray(name);
+}
+
+/* Distances only: of other kinds 16 bit are coarse in their own way. */
+static double half_step_px(const struct rf_lens *lens,
+                           const struct rf_depth_stats *stats)
+{
+    double most = 0;
+    const double ends[2] = {stats->min, stats->max};
+    for (int i = 0; i < 2; i++)
+        if (ends[i] > 0 && isfinite(ends[i]))
+            most = fmax(most, fabs(rf_lens_radius_px(lens, ends[i] * (1 + HALF_STEP)) -
+                                   rf_lens_radius_px(lens, ends[i])));
+    return most;
+}
+
+void depth_judge(struct depth_findings *found, const struct source *source,
+                 const struct settings *settings, const struct rf_lens *lens,
+                 const struct rf_depth_stats *stats)
+{
+    const struct rf_params *params = &settings->params;
+    const bool is_distance =
+        params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
+    *found = (struct depth_findings){
+        .stats = *stats,
+        .is_mixed = stats->is_mixed,
+        .is_premultiplied = stats->is_premultiplied,
+        .is_speckled = is_distance && params->depth_scale > 0 && stats->is_speckled,
+        .is_widened = is_distance && params->depth_scale > 0 && stats->is_widened &&
+                      !stats->is_mixed,
+        .is_negative = is_distance && params->depth_scale > 0 &&
+                       stats->n_negative > 0 && !(stats->max > 0),
+    };
+    judge_names(found, source, settings);
+    if (found->is_half && is_distance && lens)
+        found->half_step_px = half_step_px(lens, stats);
+}
+
+bool depth_find(struct depth_findings *found, const struct source *source,
+                const struct settings *settings, const struct rf_lens *lens,
+                const struct rf_depth_channel *channel)
+{
+    struct rf_depth_stats stats = {.size = sizeof(stats)};
+    if (rf_depth_measure(NULL, channel, &stats, NULL) != RF_OK)
+        return false;
+    depth_judge(found, source, settings, lens, &stats);
+    return true;
+}
+
+const char *depth_fault(const struct depth_findings *found)
+{
+    if (found->is_premultiplied)
+        return "multiplied by alpha";
+    if (found->is_mixed)
+        return "anti-aliased";
+    if (found->is_widened)
+        return "wider than what is seen";
+    return found->is_speckled ? "missing in pixels scattered as fog has them" : NULL;
+}
+
+bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)
+{
+    const char *guess = rf_param_find("depth")->choices[found->stats.kind].name;
+    if (found->is_negative) {
+        snprintf(text, n_bytes,
+                 "is negative everywhere, as the z of a camera that looks along -z is; "
+                 "say --depth-scale -1");
+        return true;
+    }
+    if (!found->is_kind_open)
+        return false;
+    if (found->is_mist) {
+        snprintf(text, n_bytes,
+                 "is Blender's Mist pass, which holds no distances; say --depth "
+                 "normalised --depth-near START --depth-far END (start, and start + "
+                 "depth of the world's Mist) and --mist-falloff quadratic, linear or "
+                 "inverse-quadratic, or render the Depth pass");
+        return true;
+    }
+    if (found->stats.kind == RF_DEPTH_INVERSE) {
+        snprintf(text, n_bytes,
+                 "does not look like distances but like 1 / distance (%s); say --depth "
+                 "inverse, or --depth planar if they are",
+                 found->stats.kind_reason);
+        return true;
+    }
+    if (strcmp(guess, "normalised") != 0 && strncmp(guess, "buffer", 6) != 0)
+        return false;
+    const bool is_buffer = strncmp(guess, "buffer", 6) == 0;
+    snprintf(text, n_bytes,
+             "does not look like distances but %s (%s); say --depth %s with "
+             "--depth-near and --depth-far, %sor --depth planar if they are",
+             is_buffer ? "like a depth buffer" : "like normalised depth",
+             found->stats.kind_reason, guess,
+             found->stats.n_zero > 0 ? "--depth inverse if it is 1 / distance (Nuke), "
+                                     : "");
+    return true;
+}
+
+bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes)
+{
+    const struct rf_depth_stats *stats = &found->stats;
+    if (found->rival[0])
+        snprintf(text, n_bytes,
+                 "is taken from %s, but %s may be meant as well; name one with "
+                 "--depth-channel",
+                 found->channel, found->rival);
+    else if (found->is_named_other)
+        snprintf(
+            text, n_bytes,
+            "is taken for distances, but the name of its channel, %s, says that it "
+            "is something else; say --depth planar if not",
+            found->channel);
+    else if (found->is_position)
+        snprintf(
+            text, n_bytes,
+            "is %s, the third number of a position; that is right if positions are "
+            "those in the camera's space, which --depth planar says",
+            found->channel);
+    else if (found->is_of_ray)
+        snprintf(text, n_bytes,
+                 "is %s, taken for distances along the axis; Mitsuba names those along "
+                 "the ray so: say --depth radial, or --depth planar if they are not",
+                 found->channel);
+    else if (found->is_kind_open && stats->kind == RF_DEPTH_PLANAR && stats->max > 0 &&
+             stats->max <= 1 && stats->n_no_hit == 0)
+        snprintf(text, n_bytes,
+                 "is %g to %g, taken for distances; normalised and inverse depth may "
+                 "look so, too: say --depth planar, normalised (with --depth-near and "
+                 "--depth-far) or inverse",
+                 stats->min, stats->max);
+    else
+        return false;
+    return true;
+}
+
+bool depth_move_edges(const struct depth_findings *found,
+                      struct rf_depth_channel *channel, struct depth_repaired *repaired)
+{
+    if (found->is_speckled &&
+        rf_depth_fill(NULL, channel, &repaired->n_filled, NULL) != RF_OK)
+        return false;
+    if (found->is_mixed)
+        return rf_depth_snap(NULL, channel, &repaired->n_snapped, NULL) == RF_OK;
+    return !found->is_widened || rf_depth_narrow(NULL, channel, &found->stats,
+                                                 &repaired->n_narrowed, NULL) == RF_OK;
+}
+
+bool depth_undo(const struct depth_findings *found, double infinity,
+                const struct rf_view *views, int n, struct depth_repaired *repaired)
+{
+    for (int i = 0; i < n; i++) {
+        const struct rf_image *depth = &views[i].depth;
+        struct rf_depth_channel channel = {depth->data, views[i].colour, depth->width,
+                                           depth->height, infinity};
+        if (found->is_premultiplied)
+            repaired->n_divided += rf_depth_divide_by_alpha(&channel);
+        if (!depth_move_edges(found, &channel, repaired))
+            return false;
+    }
+    return true;
+}
+
+bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_bytes,
+                struct image_error *error)
+{
+    const struct source *source = picture->source;
+    const struct rf_depth_channel channel = {
+        picture->views->depth.data, picture->views->colour, source->width,
+        source->height, picture->settings->params.depth_infinity};
+    struct depth_findings found;
+    struct depth_repaired repaired = {0};
+    struct rf_lens lens;
+    struct rf_error core_error;
+    char text[400];
+    remark[0] = 0;
+    if (!rf_method_find(picture->params->method)->needs_depth)
+        return true;
+    if (rf_lens_init(&lens, picture->params, source->width, source->height,
+                     &core_error) != RF_OK)
+        return set_error(error, "%s: %s", image_path(source->colour),
+                         core_error.message);
+    if (!depth_find(&found, source, picture->settings, &lens, &channel))
+        return set_error(error, "%s: out of memory", image_path(source->depth));
+    if (depth_is_refused(&found, text, sizeof(text)))
+        return set_error(error, "%s: the depth %s", image_path(source->depth), text);
+    if (!depth_undo(&found, picture->params->depth_infinity, picture->views,
+                    picture->n_views, &repaired))
+        return set_error(error, "%s: out of memory", image_path(source->depth));
+    const size_t n = repaired.n_divided + repaired.n_snapped + repaired.n_narrowed +
+                     repaired.n_filled;
+    if (n > 0)
+        snprintf(remark, n_bytes, "the depth was %s; %zu pixels were mended",
+                 depth_fault(&found), n);
+    return true;
+}

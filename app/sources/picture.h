@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A whole picture in memory, from an EXR or a PNG file. */
+#ifndef APP_PICTURE_H
+#define APP_PICTURE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/report.h"
+#include "image.h"
+
+/* Packed RGB floats, scene-linear, alpha multiplied in. */
+struct picture {
+    float *samples; /* width * height * 3; free with picture_free */
+    int32_t width, height;
+    int32_t min_x, min_y; /* where its data window begins; 0 for PNG */
+};
+
+/* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */
+bool picture_read(const char *path, const char *layer, int n_threads,
+                  struct picture *picture, struct image_error *error);
+void picture_free(struct picture *picture);
+
+enum picture_kind { PICTURE_EXR, PICTURE_PNG, PICTURE_UNKNOWN };
+
+/* What the end of the name asks for: .exr or .png in any case. */
+enum picture_kind picture_kind(const char *path);
+
+/* Does the name end as a picture does that can be written? False with a message that
+ * says how to come to what it asks for. */
+bool picture_check_kind(const char *path, struct image_error *error);
+
+/* Is this the name of a POV-Ray scene? */
+bool picture_is_scene(const char *path);
+
+/* Can a file of this name be made? False with a message, before the work begins. */
+bool picture_check_writable(const char *path, struct image_error *error);
+
+/* Makes a folder for pictures if it is not there. False with a message. */
+bool picture_need_folder(const char *path, struct image_error *error);
+
+/* Half floats end at 65504; beyond they would turn into infinity. Clips; returns how
+ * many were beyond. */
+size_t picture_clip_to_half(float *samples, size_t n);
+
+/* Says that so many were clipped, where any were; see app_warn. */
+int picture_warn_clipped(const struct app_host *host, const char *path,
+                         size_t n_clipped, struct image_error *error);
+
+#endif

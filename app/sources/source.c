@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "sources/source.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/report.h"
+#include "sources/settings.h"
+
+void source_channel_name(const struct source *source, int i, char *text, size_t n_bytes)
+{
+    int n;
+    const struct image_layer *layer = &source->layer;
+    const int indices[4] = {layer->r, layer->g, layer->b, layer->a};
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    const char *name = channels[indices[i]].name;
+    if (layer->is_chroma && i < 3)
+        snprintf(text, n_bytes, "%.*s%c", (int)strlen(channels[layer->r].name) - 1,
+                 channels[layer->r].name, "RGB"[i]);
+    else
+        snprintf(text, n_bytes, "%s", name);
+}
+
+void source_list_channels(const struct image_input *input, char *text, size_t n_bytes)
+{
+    int n;
+    size_t used = 0;
+    const struct image_channel_info *channels = image_channels(input, &n);
+    *text = 0;
+    for (int i = 0; i < n; i++) {
+        const char *name = channels[i].name;
+        if (used + strlen(name) + 8 > n_bytes) {
+            snprintf(text + used, n_bytes - used, ", ...");
+            return;
+        }
+        used += (size_t)snprintf(text + used, n_bytes - used, "%s%s", used ? ", " : "",
+                                 name);
+    }
+}
+
+/* Opens a file that is there for its depth; `depth_channel` may be NULL. */
+static bool open_depth(struct source *source, const char *path,
+                       const char *depth_channel, struct image_error *error)
+{
+    struct image_layer found;
+    if (!image_open(&source->depth, path, error))
+        return false;
+    if (!image_find_layer(source->depth, NULL, depth_channel, true, &found, error))
+        return false;
+    /* The reader falls back on the red of a picture; only a grey one can be meant. */
+    const bool is_red = found.r >= 0 && found.z == found.r && found.r != found.g;
+    source->z = is_red && !depth_channel ? -1 : found.z;
+    source->z_rival = found.z_rival;
+    if (source->z >= 0)
+        return true;
+    char channels[400];
+    source_list_channels(source->depth, channels, sizeof(channels));
+    return set_error(
+        error,
+        "%s: there is no depth channel; its channels are %s; name the depth "
+        "with --depth-channel",
+        path, channels);
+}
+
+/* The second file where it is nothing but depth, or where the first has none. With two
+ * whole pictures it is a guess which depth is meant. */
+static bool open_second(struct source *source, const struct source_request *request,
+                        struct image_error *error)
+{
+    struct image_layer found;
+    const char *path = request->paths[1];
+    if (!open_depth(source, path, request->depth_channel, error))
+        return false;
+    const bool has_colour =
+        image_find_layer(source->depth, NULL, NULL, false, &found, error) &&
+        found.r != found.g;
+    if (source->layer.z >= 0 && has_colour)
+        return set_error(
+            error,
+            "%s: has colour and depth, and so has %s; to take the depth of the "
+            "one and the colour of the other, say --depth-file",
+            path, image_path(source->colour));
+    return true;
+}
+
+/* Depth: --depth-file, else the second file, else the colour's own. */
+static bool find_depth(struct source *source, const struct source_request *request,
+                       struct image_error *error)
+{
+    if (request->depth_file)
+        return open_depth(source, request->depth_file, request->depth_channel, error);
+    if (request->n_paths > 1)
+        return open_second(source, request, error);
+    if (source->layer.z >= 0) {
+        source->depth = source->colour;
+        source->z = source->layer.z;
+        source->z_rival = source->layer.z_rival;
+    }
+    return true;
+}
+
+/* Colour and depth of the first file; files of mere depth have r = -1. */
+static bool find_colour(struct source *source, const struct source_request *request,
+                        const char *depth_channel, struct image_error *error)
+{
+    if (image_find_view_layer(source->colour, request->view, request->layer,
+                              depth_channel, false, &source->layer, error))
+        return true;
+    if (request->layer)
+        return false;
+    if (!image_find_view_layer(source->colour, request->view, NULL, depth_channel, true,
+                               &source->layer, error)) {
+        source->layer = (struct image_layer){
+            .r = -1, .g = -1, .b = -1, .a = -1, .z = -1, .z_rival = -1};
+        return depth_channel == NULL;
+    }
+    return true;
+}
+
+static void describe(struct source *source)
+{
+    const bool has_colour = source->layer.r >= 0;
+    const struct image_input *input =
+        has_colour || !source->depth ? source->colour : source->depth;
+    const int first = has_colour ? source->layer.r : source->z;
+    int n;
+    source->part = first >= 0 ? image_channels(input, &n)[first].part : 0;
+    source->info = image_parts(input, &n)[source->part];
+    const struct image_box *box = &source->info.data_window;
+    source->width = box->max_x - box->min_x + 1;
+    source->height = box->max_y - box->min_y + 1;
+    source->is_grey = source->layer.r >= 0 && source->layer.r == source->layer.g;
+    const bool has_alpha = source->layer.a >= 0;
+    source->n_channels = has_alpha ? 4 : source->is_grey ? 1 : 3;
+}
+
+bool source_open(struct source *source, const struct source_request *request,
+                 struct image_error *error)
+{
+    /* A depth channel that is asked for may be in the second file. */
+    const bool has_own_depth = !request->depth_file && request->n_paths == 1;
+    const char *own_channel = has_own_depth ? request->depth_channel : NULL;
+    *source = (struct source){.z = -1, .z_rival = -1};
+    if (!image_open(&source->colour, request->paths[0], error))
+        return false;
+    if (!find_colour(source, request, own_channel, error) ||
+        !find_depth(source, request, error)) {
+        source_close(source);
+        return false;
+    }
+    describe(source);
+    return true;
+}
+
+void source_close(struct source *source)
+{
+    if (source->depth && source->depth != source->colour)
+        image_close(source->depth);
+    if (source->colour)
+        image_close(source->colour);
+    source->colour = source->depth = NULL;
+}
+
+bool source_read_facts(const struct source *source, struct settings *settings,
+                       char *text, size_t n_bytes)
+{
+    if (!settings_read_header(settings, source->colour, source->part, text, n_bytes))
+        return false;
+    if (!source->depth || source->depth == source->colour)
+        return true;
+    int n;
+    const int part = image_channels(source->depth, &n)[source->z].part;
+    return settings_read_header(settings, source->depth, part, text, n_bytes);
+}
+
+static const struct image_box *depth_window(const struct source *source)
+{
+    int n;
+    const int part = image_channels(source->depth, &n)[source->z].part;
+    return &image_parts(source->depth, &n)[part].data_window;
+}
+
+/* The depth must cover the colour; an overscan of it is of no use and no harm. */
+static bool check_windows(const struct source *source, struct image_error *error)
+{
+    const struct image_box *depth = depth_window(source);
+    const struct image_box *colour = &source->info.data_window;
+    if (depth->min_x <= colour->min_x && depth->min_y <= colour->min_y &&
+        depth->max_x >= colour->max_x && depth->max_y >= colour->max_y)
+        return true;
+    const int32_t width = depth->max_x - depth->min_x + 1;
+    const int32_t height = depth->max_y - depth->min_y + 1;
+    if (width != source->width || height != source->height)
+        return set_error(
+            error,
+            "%s: the depth is %d x %d, but the colour in %s is %d x %d; render "
+            "both in one size",
+            image_path(source->depth), width, height, image_path(source->colour),
+            source->width, source->height);
+    return set_error(error,
+                     "%s: the depth begins at pixel (%d, %d), but the colour in %s at "
+                     "(%d, %d); write both with one data window",
+                     image_path(source->depth), depth->min_x, depth->min_y,
+                     image_path(source->colour), colour->min_x, colour->min_y);
+}
+
+bool source_has_only_data(const struct source *source, char *text, size_t n_bytes)
+{
+    const struct image_layer *layer = &source->layer;
+    if (layer->is_data)
+        snprintf(text, n_bytes,
+                 "there is no picture: by their names all layers hold data (%s); to "
+                 "filter one all the same, name it with --layer",
+                 layer->fitting[0] ? layer->fitting : layer->name);
+    return layer->is_data;
+}
+
+bool source_check(const struct source *source, struct image_error *error)
+{
+    char channels[400], text[500];
+    source_list_channels(source->colour, channels, sizeof(channels));
+    if (source->layer.r < 0)
+        return set_error(
+            error,
+            "%s: there is no colour; its channels are %s; give the file of the "
+            "picture first, and that of the depth with --depth-file",
+            image_path(source->colour), channels);
+    if (source_has_only_data(source, text, sizeof(text)))
+        return set_error(error, "%s: %s", image_path(source->colour), text);
+    if (source->z < 0)
+        return set_error(
+            error,
+            "%s: there is no depth channel; its channels are %s; name the depth "
+            "with --depth-channel, or give the file that has it with "
+            "--depth-file",
+            image_path(source->colour), channels);
+    if (source->info.is_deep && source->depth != source->colour)
+        return set_error(
+            error,
+            "%s: holds deep samples, which have depths of their own; leave "
+            "the file of the depth out",
+            image_path(source->colour));
+    return check_windows(source, error);
+}
+
+bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes)
+{
+    const struct image_layer *layer = &source->layer;
+    if (layer->is_data || !layer->fitting[0])
+        return false;
+    snprintf(text, n_bytes,
+             "is the first of the layers %s, which fit equally well; name one with "
+             "--layer",
+             layer->fitting);
+    return true;
+}
+
+float *source_read_colour(const struct source *source, int n_threads,
+                          struct image_error *error)
+{
+    const size_t n_pixels = (size_t)source->width * (size_t)source->height;
+    float *samples =
+        app_memory(n_pixels, (size_t)source->n_channels * sizeof(float), error);
+    if (samples && image_read_layer(source->colour, &source->layer, source->n_channels,
+                                    samples, n_threads, error))
+        return samples;
+    free(samples);
+    return NULL;
+}
+
+bool source_has_one_window(const struct source *source)
+{
+    return memcmp(depth_window(source), &source->info.data_window,
+                  sizeof(struct image_box)) == 0;
+}
+
+/* Moves the colour's part of a larger depth to its beginning. */
+static void crop_depth(const struct source *source, float *samples)
+{
+    const struct image_box *depth = depth_window(source);
+    const struct image_box *colour = &source->info.data_window;
+    const size_t stride = (size_t)(depth->max_x - depth->min_x + 1);
+    const float *from = samples + (size_t)(colour->min_y - depth->min_y) * stride +
+                        (size_t)(colour->min_x - depth->min_x);
+    for (int32_t y = 0; y < source->height; y++)
+        memmove(samples + (size_t)y * (size_t)source->width, from + (size_t)y * stride,
+                (size_t)source->width * sizeof(float));
+}
+
+float *source_read_depth(const struct source *source, int n_threads,
+                         struct image_error *error)
+{
+    const struct image_box *box = depth_window(source);
+    const size_t n_pixels =
+        (size_t)(box->max_x - box->min_x + 1) * (size_t)(box->max_y - box->min_y + 1);
+    float *samples = app_memory(n_pixels, sizeof(float), error);
+    if (samples &&
+        image_read(source->depth, &source->z, 1, samples, n_threads, error)) {
+        if (source->layer.r >= 0)
+            crop_depth(source, samples);
+        return samples;
+    }
+    free(samples);
+    return NULL;
+}
+
+void source_pack_grey_alpha(float *samples, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        samples[2 * i] = samples[4 * i];
+        samples[2 * i + 1] = samples[4 * i + 3];
+    }
+}
+
+void source_describe(const struct source *like, const struct source_output *how,
+                     struct source_description *d)
+{
+    const bool is_grey_alpha = like->is_grey && like->n_channels == 4;
+    const int n_channels = is_grey_alpha ? 2 : like->n_channels;
+    for (int i = 0; i < n_channels; i++) {
+        source_channel_name(like, is_grey_alpha ? 3 * i : i, d->own_names[i],
+                            sizeof(d->own_names[i]));
+        d->names[i] = d->own_names[i];
+        d->types[i] = how->type;
+    }
+    d->made = (struct image_attribute){.name = "rackfocus:filtered",
+                                       .type = IMAGE_ATTRIBUTE_STRING,
+                                       .text = how->made};
+    d->output = (struct image_output){
+        .width = like->width,
+        .height = like->height,
+        .data_window = like->info.data_window,
+        .display_window = like->info.display_window,
+        .pixel_aspect = like->info.pixel_aspect,
+        .n_channels = n_channels,
+        .channel_names = d->names,
+        .types = d->types,
+        .compression = how->compression,
+        .attributes = how->made ? &d->made : NULL,
+        .n_attributes = how->made ? 1 : 0,
+        .like = like->colour,
+        .like_part = like->part,
+    };
+}
+
+bool source_write_colour(const struct source *like, const char *path, float *samples,
+                         const struct source_output *how, struct image_error *error)
+{
+    struct source_description description;
+    source_describe(like, how, &description);
+    if (description.output.n_channels == 2)
+        source_pack_grey_alpha(samples, (size_t)like->width * (size_t)like->height);
+    description.output.samples = samples;
+    return image_write(path, &description.output, how->n_threads, error);
+}
